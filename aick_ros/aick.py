@@ -1,0 +1,89 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Adaptive Iterative Closest Keypoint (Ekekrantz et al., ECMR 2013, Sec. III)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aick_ros import rigid
+from aick_ros.frame import KeypointFrame
+from aick_ros.search import FullSearch, descriptor_distances
+from aick_ros.settings import AickSettings
+from aick_ros.status import Status
+
+_FEWEST = 3  # points that determine a rigid transform
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """
+    Where the source camera was, seen from the target camera, and how sure that is.
+
+    :param status: OK, or why there is no transform; ``reason`` has the numbers.
+    :param T_target_source: 4x4 float64 [m]; the identity where the status is not OK.
+    :param covariance: 6x6 (x, y, z, rot x, rot y, rot z) about the target's fixed axes
+        [m^2, m rad, rad^2]; infinite on the diagonal where the status is not OK.
+    :param matches: Kx2, rows (source keypoint, target keypoint) of the last iteration.
+    :param iterations: how many were done.
+    """
+
+    status: Status
+    reason: str
+    T_target_source: np.ndarray
+    covariance: np.ndarray
+    matches: np.ndarray
+    iterations: int
+
+
+class Aick:
+    """Registers one keypoint frame to another, without an initial guess."""
+
+    def __init__(self, settings: AickSettings = AickSettings()) -> None:
+        self._settings = settings
+
+    def register(self, source: KeypointFrame, target: KeypointFrame) -> Registration:
+        """Return where the source was, seen from the target (III-A)."""
+        if min(len(source), len(target)) < _FEWEST:
+            return _failure(Status.TOO_FEW_KEYPOINTS, f'{len(source)} and {len(target)} keypoints '
+                            f'with depth, it takes {_FEWEST}', 0)
+        search = FullSearch(source.positions, target.positions,
+                            descriptor_distances(source.descriptors, target.descriptors),
+                            self._settings)
+        T_target_source = np.eye(4)
+        for i in range(self._settings.iterations):
+            w = self._settings.alpha ** i
+            matches = search.closest(rigid.transform(T_target_source, source.positions), w)
+            if len(matches) < _FEWEST:
+                return _failure(Status.TOO_FEW_MATCHES, f'{len(matches)} matches in iteration {i} '
+                                f'of {len(source)} and {len(target)} keypoints', i + 1)
+            matched = source.positions[matches[:, 0]], target.positions[matches[:, 1]]
+            try:
+                T_target_source = rigid.fit(*matched)
+            except rigid.DegenerateGeometryError as error:
+                return _failure(Status.DEGENERATE_GEOMETRY, str(error), i + 1)
+        return Registration(Status.OK, f'{len(matches)} matches', T_target_source,
+                            _covariance(T_target_source, *matched), matches, i + 1)
+
+
+def _covariance(T_target_source: np.ndarray, source: np.ndarray,
+                target: np.ndarray) -> np.ndarray:
+    """Return the covariance of a least-squares fit from the residuals of its matches."""
+    arms = source.astype(np.float64) @ T_target_source[:3, :3].T
+    residuals = arms + T_target_source[:3, 3] - target
+    count, total = len(arms), arms.sum(axis=0)
+    information = np.empty((6, 6))
+    information[:3, :3] = count * np.eye(3)
+    information[:3, 3:] = -rigid.skew(total)
+    information[3:, :3] = rigid.skew(total)
+    information[3:, 3:] = np.sum(arms ** 2) * np.eye(3) - arms.T @ arms
+    variance = np.sum(residuals ** 2) / max(3 * count - 6, 1)
+    return variance * np.linalg.pinv(information, hermitian=True)
+
+
+def _failure(status: Status, reason: str, iterations: int) -> Registration:
+    return Registration(status, reason, np.eye(4), np.diag(np.full(6, np.inf)),
+                        np.empty((0, 2), np.intp), iterations)

@@ -1,0 +1,145 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Pinhole camera with the distortion models of sensor_msgs/CameraInfo."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from aick_ros.errors import InputError
+
+DISTORTION_MODELS = {
+    'plumb_bob': (0, 4, 5),
+    'rational_polynomial': (0, 8, 12, 14),
+    'equidistant': (0, 4),
+}
+"""Model name -> the numbers of coefficients it may have; 0 stands for no distortion."""
+
+_UNDISTORT_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-9)
+
+
+@dataclass(frozen=True)
+class Camera:
+    """
+    A calibrated camera; depth is registered to its image.
+
+    :param width: image columns [px].
+    :param height: image rows [px].
+    :param fx: focal length [px]; fy, cx, cy likewise (``k`` of CameraInfo).
+    :param distortion_model: a key of :data:`DISTORTION_MODELS`.
+    :param distortion: the model's coefficients (``d`` of CameraInfo); empty: none.
+    :raises InputError: where the numbers describe no camera.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    distortion_model: str = 'plumb_bob'
+    distortion: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse what is no camera."""
+        intrinsics = (self.fx, self.fy, self.cx, self.cy)
+        if not np.all(np.isfinite(intrinsics)) or self.fx <= 0 or self.fy <= 0:
+            raise InputError(
+                f'the camera has fx {self.fx:g}, fy {self.fy:g}, cx {self.cx:g}, cy {self.cy:g}: '
+                'focal lengths must be positive; calibrate the camera')
+        if self.width <= 0 or self.height <= 0:
+            raise InputError(f'the camera has an image of {self.width} x {self.height} pixels')
+        if self.distortion_model not in DISTORTION_MODELS:
+            raise InputError(
+                f'unknown distortion model {self.distortion_model!r}: there are '
+                + ', '.join(DISTORTION_MODELS))
+        counts = DISTORTION_MODELS[self.distortion_model]
+        if len(self.distortion) not in counts:
+            raise InputError(
+                f'distortion model {self.distortion_model} has {len(self.distortion)} '
+                f'coefficients: it takes {", ".join(map(str, counts))}')
+        if not np.all(np.isfinite(self.distortion)):
+            raise InputError(f'the distortion coefficients {self.distortion} are not all finite')
+
+    @classmethod
+    def from_camera_info(cls, width: int, height: int, k: Sequence[float],
+                         d: Sequence[float] = (), distortion_model: str = '') -> Camera:
+        """
+        Make a camera of the fields of a sensor_msgs/CameraInfo.
+
+        :param k: 3x3 intrinsic matrix, row-major.
+        :param d: distortion coefficients; all zero counts as none.
+        :raises InputError: where the fields describe no camera, for example ``k`` of zeros.
+        """
+        if len(k) != 9:
+            raise InputError(f'k of camera_info has {len(k)} numbers: it takes 9, row by row')
+        if k[0] == 0.0:
+            raise InputError('camera_info is not calibrated: k[0] is 0; calibrate the camera or '
+                             'start its driver with a calibration file')
+        distortion = tuple(float(c) for c in d) if np.any(d) else ()
+        return cls(int(width), int(height), float(k[0]), float(k[4]), float(k[2]), float(k[5]),
+                   distortion_model or 'plumb_bob', distortion)
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Intrinsic matrix, 3x3 float64."""
+        return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]])
+
+    def normalize(self, pixels: np.ndarray) -> np.ndarray:
+        """
+        Return the undistorted coordinates on the plane z = 1.
+
+        :param pixels: Nx2 (u, v) [px], of the image as it was taken.
+        :returns: Nx2 float64.
+        """
+        pixels = np.ascontiguousarray(pixels, np.float64).reshape(-1, 1, 2)
+        if not self.distortion or len(pixels) == 0:
+            return (pixels[:, 0] - (self.cx, self.cy)) / (self.fx, self.fy)
+        if self.distortion_model == 'equidistant':
+            return cv2.fisheye.undistortPoints(
+                pixels, self.matrix, np.array(self.distortion),
+                criteria=_UNDISTORT_CRITERIA).reshape(-1, 2)
+        return _undistort(pixels, self.matrix, np.array(self.distortion)).reshape(-1, 2)
+
+    def back_project(self, pixels: np.ndarray, depths: np.ndarray) -> np.ndarray:
+        """
+        Return the points seen at the pixels, in the optical frame (REP-103).
+
+        :param pixels: Nx2 (u, v) [px].
+        :param depths: N, z of the points [m].
+        :returns: Nx3 float64 [m].
+        """
+        depths = np.asarray(depths, np.float64)
+        return np.column_stack([self.normalize(pixels) * depths[:, None], depths])
+
+    def project(self, points: np.ndarray) -> np.ndarray:
+        """
+        Return the pixels at which points are seen.
+
+        :param points: Nx3 in the optical frame [m], z > 0.
+        :returns: Nx2 float64 (u, v) [px]; may lie outside the image.
+        """
+        points = np.ascontiguousarray(points, np.float64).reshape(-1, 1, 3)
+        if len(points) == 0:
+            return np.empty((0, 2))
+        still = np.zeros(3)
+        if self.distortion and self.distortion_model == 'equidistant':
+            pixels, _ = cv2.fisheye.projectPoints(
+                points, still, still, self.matrix, np.array(self.distortion))
+        else:
+            pixels, _ = cv2.projectPoints(
+                points, still, still, self.matrix, np.array(self.distortion or (0.0,) * 4))
+        return pixels.reshape(-1, 2)
+
+
+def _undistort(pixels: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -> np.ndarray:
+    """Undistort to convergence; OpenCV's own default of five iterations is too few at corners."""
+    if hasattr(cv2, 'undistortPointsIter'):  # OpenCV 4
+        return cv2.undistortPointsIter(
+            pixels, matrix, distortion, None, None, _UNDISTORT_CRITERIA)
+    return cv2.undistortPoints(pixels, matrix, distortion, criteria=_UNDISTORT_CRITERIA)

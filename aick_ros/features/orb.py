@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""ORB keypoints (Rublee et al. 2011) by OpenCV, with the paper's settings as defaults (IV-B)."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from aick_ros.features import Features
+from aick_ros.settings import FeatureSettings
+
+
+class OrbDetector:
+    """Oriented FAST corners with rotated BRIEF descriptors of 256 bits."""
+
+    def __init__(self, settings: FeatureSettings) -> None:
+        orb = settings.orb
+        self._scale_factor = orb.scale_factor
+        self._orb = cv2.ORB_create(
+            nfeatures=orb.nfeatures, scaleFactor=orb.scale_factor, nlevels=orb.levels,
+            edgeThreshold=orb.edge_threshold, firstLevel=0, WTA_K=2,
+            scoreType=cv2.ORB_HARRIS_SCORE, patchSize=orb.patch_size,
+            fastThreshold=orb.fast_threshold)
+
+    def detect(self, grey: np.ndarray) -> Features:
+        """Return the keypoints of an HxW uint8 image."""
+        keypoints, descriptors = self._orb.detectAndCompute(grey, None)
+        if not keypoints:
+            return Features(np.empty((0, 2), np.float32), np.empty((0, 32), np.uint8),
+                            np.empty(0, np.float32), np.empty(0, np.float32))
+        octaves = np.array([keypoint.octave for keypoint in keypoints], np.float32)
+        return Features(
+            cv2.KeyPoint_convert(keypoints), descriptors,
+            np.array([keypoint.response for keypoint in keypoints], np.float32),
+            np.float32(self._scale_factor) ** octaves)

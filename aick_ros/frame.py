@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Frames: colour and depth images in, keypoints with 3D positions out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from aick_ros import depth
+from aick_ros.camera import Camera
+from aick_ros.errors import InputError
+from aick_ros.features import make_detector
+from aick_ros.settings import FeatureSettings, SensorSettings
+
+
+@dataclass(frozen=True, eq=False)
+class RgbdFrame:
+    """
+    One colour image with its registered depth image.
+
+    :param stamp: of the colour image [ns].
+    :param colour: HxWx3 (red, green, blue) or HxW uint8.
+    :param depth: HxW float32, z [m]; NaN where there is none.
+    :param camera: the colour camera, in whose image the depth is given.
+    :param depth_stamp: of the depth image [ns]; None: that of the colour image.
+    :raises InputError: where the images do not fit each other or the camera.
+    """
+
+    stamp: int
+    colour: np.ndarray
+    depth: np.ndarray
+    camera: Camera
+    depth_stamp: int | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse images that do not belong together."""
+        if self.colour.dtype != np.uint8 or self.colour.shape[2:] not in ((), (3,)):
+            raise InputError(f'the colour image is {self.colour.dtype} of shape '
+                             f'{self.colour.shape}: it takes uint8 of HxW or HxWx3')
+        if self.depth.dtype != np.float32 or self.depth.ndim != 2:
+            raise InputError(f'the depth image is {self.depth.dtype} of shape '
+                             f'{self.depth.shape}: it takes float32 metres of HxW')
+        size, camera = self.colour.shape[:2], (self.camera.height, self.camera.width)
+        if self.depth.shape != size:
+            raise InputError(
+                f'colour is {size[1]} x {size[0]} and depth {self.depth.shape[1]} x '
+                f'{self.depth.shape[0]} pixels: take the depth registered to the colour camera')
+        if size != camera:
+            raise InputError(
+                f'colour is {size[1]} x {size[0]} pixels and the camera calibrated for '
+                f'{camera[1]} x {camera[0]}: take the calibration of this resolution')
+
+    @property
+    def grey(self) -> np.ndarray:
+        """The colour image in grey, HxW uint8."""
+        if self.colour.ndim == 2:
+            return self.colour
+        return cv2.cvtColor(self.colour, cv2.COLOR_RGB2GRAY)
+
+
+@dataclass(frozen=True, eq=False)
+class KeypointFrame:
+    """
+    The keypoints of one frame that have depth, the strongest first.
+
+    :param stamp: [ns].
+    :param positions: Nx3 float32 in the optical frame [m].
+    :param descriptors: NxD, uint8 for binary ones (8 bits a column), float32 for others.
+    :param covariances: Nx3x3 float32 of the positions [m^2].
+    :param pixels: Nx2 float32 (u, v) in the image as it was taken [px].
+    """
+
+    stamp: int
+    positions: np.ndarray
+    descriptors: np.ndarray
+    covariances: np.ndarray
+    pixels: np.ndarray
+
+    def __len__(self) -> int:
+        """Return the number of keypoints."""
+        return len(self.positions)
+
+
+class KeypointExtractor:
+    """Turns RGB-D frames into keypoint frames."""
+
+    def __init__(self, features: FeatureSettings, sensor: SensorSettings) -> None:
+        self._features = features
+        self._sensor = sensor
+        self._detector = make_detector(features)
+
+    def extract(self, frame: RgbdFrame) -> KeypointFrame:
+        """Return the keypoints of a frame; none where the image shows none."""
+        found = self._detector.detect(frame.grey)
+        depths = depth.sample(frame.depth, found.pixels, self._sensor)
+        kept = np.flatnonzero(np.isfinite(depths))
+        kept = kept[np.argsort(-found.responses[kept], kind='stable')]
+        if self._features.max_keypoints:
+            kept = kept[:self._features.max_keypoints]
+        pixels, depths = found.pixels[kept], depths[kept]
+        positions = frame.camera.back_project(pixels, depths)
+        covariances = depth.position_covariances(
+            positions, self._features.pixel_sigma * found.scales[kept], frame.camera,
+            self._sensor)
+        return KeypointFrame(frame.stamp, positions.astype(np.float32), found.descriptors[kept],
+                             covariances.astype(np.float32), pixels)

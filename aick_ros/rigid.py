@@ -1,0 +1,199 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+SE(3): least-squares fit, exponential, logarithm, adjoint.
+
+A pose is a 4x4 float64 matrix ``T_target_source``. A twist or an error is a vector of six,
+(x, y, z, rot x, rot y, rot z). Covariances belong to the error model of geometry_msgs: with T = [R p], the
+true T is [exp(theta) R, p + delta], about fixed axes of the target frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+_COLLINEAR = 1e-6  # second to first singular value: below it a turn is not determined
+
+
+class DegenerateGeometryError(ValueError):
+    """Points that do not determine a rigid transform: fewer than three, or on one line."""
+
+
+def fit(source: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """
+    Return the rigid transform with the least squared distance between matched points.
+
+    Closed form by singular values (Arun et al. 1987), with the reflection ruled out (Umeyama
+    1991), so coplanar points are no problem.
+
+    :param source: Nx3 [m].
+    :param target: Nx3 [m], matched row by row.
+    :returns: ``T_target_source``, 4x4.
+    :raises DegenerateGeometryError: where the points leave a rotation undetermined.
+    """
+    source = np.asarray(source, np.float64)
+    target = np.asarray(target, np.float64)
+    if len(source) < 3:
+        raise DegenerateGeometryError(f'{len(source)} matched points: a fit takes three')
+    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
+    u, singular, vt = np.linalg.svd((source - source_mean).T @ (target - target_mean))
+    if singular[1] <= _COLLINEAR * singular[0]:
+        raise DegenerateGeometryError(f'{len(source)} matched points lie on a line or in a point')
+    if np.linalg.det(u) * np.linalg.det(vt) < 0:
+        u[:, 2] = -u[:, 2]
+    pose = np.eye(4)
+    pose[:3, :3] = (u @ vt).T
+    pose[:3, 3] = target_mean - pose[:3, :3] @ source_mean
+    return pose
+
+
+def transform(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the points moved by a pose; Nx3, of the points' own type."""
+    rotation = pose[:3, :3].astype(points.dtype)
+    return points @ rotation.T + pose[:3, 3].astype(points.dtype)
+
+
+def inverse(pose: np.ndarray) -> np.ndarray:
+    """Return the inverse of a pose."""
+    inverted = np.eye(4)
+    inverted[:3, :3] = pose[:3, :3].T
+    inverted[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
+    return inverted
+
+
+def skew(v: Sequence[float]) -> np.ndarray:
+    """Return the matrix of the cross product with v, 3x3."""
+    x, y, z = v
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def exp_rotation(theta: Sequence[float]) -> np.ndarray:
+    """Return the rotation by a rotation vector [rad], 3x3 (Rodrigues)."""
+    theta = np.asarray(theta, np.float64)
+    angle = float(np.linalg.norm(theta))
+    k = skew(theta)
+    # sin(a)/a and (1 - cos(a))/a^2, written so that they hold down to zero
+    return np.eye(3) + np.sinc(angle / np.pi) * k + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * k @ k
+
+
+def log_rotation(rotation: np.ndarray) -> np.ndarray:
+    """Return the rotation vector [rad] of a rotation, its length from 0 to pi."""
+    quaternion = to_quaternion(rotation)
+    sine = float(np.linalg.norm(quaternion[:3]))
+    if sine == 0.0:
+        return np.zeros(3)
+    return quaternion[:3] * (2.0 * np.arctan2(sine, quaternion[3]) / sine)
+
+
+def exp(twist: Sequence[float]) -> np.ndarray:
+    """Return the pose reached by a constant body twist (x, y, z, rot x, rot y, rot z)."""
+    twist = np.asarray(twist, np.float64)
+    pose = np.eye(4)
+    pose[:3, :3] = exp_rotation(twist[3:])
+    pose[:3, 3] = _left_jacobian(twist[3:]) @ twist[:3]
+    return pose
+
+
+def log(pose: np.ndarray) -> np.ndarray:
+    """Return the twist whose :func:`exp` is the pose."""
+    theta = log_rotation(pose[:3, :3])
+    return np.concatenate([np.linalg.solve(_left_jacobian(theta), pose[:3, 3]), theta])
+
+
+def interpolate(start: np.ndarray, end: np.ndarray, share: float) -> np.ndarray:
+    """Return the pose at a share of the way: straight in position, constant turn in rotation."""
+    pose = np.eye(4)
+    turn = log_rotation(start[:3, :3].T @ end[:3, :3])
+    pose[:3, :3] = start[:3, :3] @ exp_rotation(share * turn)
+    pose[:3, 3] = (1.0 - share) * start[:3, 3] + share * end[:3, 3]
+    return pose
+
+
+def angle(rotation: np.ndarray) -> float:
+    """Return the angle of a rotation [rad], 0 to pi."""
+    return float(np.linalg.norm(log_rotation(rotation)))
+
+
+def to_quaternion(rotation: np.ndarray) -> np.ndarray:
+    """Return the unit quaternion (x, y, z, w), w >= 0, of a rotation (Shepperd 1978)."""
+    r = rotation
+    trace = np.trace(r)
+    diagonal = np.array([r[0, 0], r[1, 1], r[2, 2], trace])
+    largest = int(np.argmax(diagonal))
+    if largest == 3:
+        q = np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], 1.0 + trace])
+    else:
+        i, j, k = largest, (largest + 1) % 3, (largest + 2) % 3
+        q = np.empty(4)
+        q[i] = 1.0 + 2.0 * r[i, i] - trace
+        q[j] = r[j, i] + r[i, j]
+        q[k] = r[k, i] + r[i, k]
+        q[3] = r[k, j] - r[j, k]
+    q /= np.linalg.norm(q)
+    return -q if q[3] < 0 else q
+
+
+def from_quaternion(quaternion: Sequence[float],
+                    translation: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
+    """
+    Return the pose of a quaternion (x, y, z, w), normalised here, and a translation [m].
+
+    :raises ValueError: where a number is not finite or the quaternion is zero.
+    """
+    x, y, z, w = np.asarray(quaternion, np.float64)
+    norm = float(np.sqrt(x * x + y * y + z * z + w * w))
+    if not np.isfinite(norm) or norm < 1e-9 or not np.all(np.isfinite(translation)):
+        raise ValueError(f'quaternion {x:g} {y:g} {z:g} {w:g} or translation is no pose')
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    pose = np.eye(4)
+    pose[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
+    pose[:3, 3] = translation
+    return pose
+
+
+def compose_covariance(pose: np.ndarray, covariance: np.ndarray, increment: np.ndarray,
+                       increment_covariance: np.ndarray) -> np.ndarray:
+    """
+    Return the covariance of ``pose @ increment``, both errors independent.
+
+    :param covariance: 6x6 of the pose; increment_covariance: 6x6 of the increment.
+    """
+    rotation = pose[:3, :3]
+    carry = np.eye(6)
+    carry[:3, 3:] = -skew(rotation @ increment[:3, 3])
+    turn = np.kron(np.eye(2), rotation)
+    return carry @ covariance @ carry.T + turn @ increment_covariance @ turn.T
+
+
+def change_body(increment: np.ndarray, covariance: np.ndarray,
+                T_base_camera: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return a camera's motion and its 6x6 covariance as the motion of the base it is fixed to.
+
+    :param increment: ``T_camera0_camera1``.
+    :param T_base_camera: the extrinsic.
+    :returns: ``T_base0_base1`` and its covariance.
+    """
+    T_camera_base = inverse(T_base_camera)
+    rotation = T_base_camera[:3, :3]
+    lever = increment[:3, :3] @ T_camera_base[:3, 3]
+    adjoint = np.kron(np.eye(2), rotation)
+    adjoint[:3, 3:] = -rotation @ skew(lever)
+    return (T_base_camera @ increment @ T_camera_base, adjoint @ covariance @ adjoint.T)
+
+
+def _left_jacobian(theta: np.ndarray) -> np.ndarray:
+    angle = float(np.linalg.norm(theta))
+    k = skew(theta)
+    half_versine = 0.5 * np.sinc(angle / 2 / np.pi) ** 2
+    if angle < 1e-4:
+        third = 1.0 / 6.0 - angle ** 2 / 120.0
+    else:
+        third = (1.0 - np.sinc(angle / np.pi)) / angle ** 2
+    return np.eye(3) + half_versine * k + third * k @ k

@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Search for the closest keypoints under the adaptive metric (III-A)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aick_ros.settings import AickSettings
+
+_APPEARANCE_REACH = 1.4
+_POSITION_REACH = 2.0
+
+
+def descriptor_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """
+    Return the squared L2 distances of all pairs of descriptors.
+
+    That of binary descriptors is the Hamming distance, here as a share of the bits, so that the
+    paper's thresholds hold.
+
+    :param source: NxD uint8 (8 bits a column) or float32.
+    :param target: MxD of the same type.
+    :returns: NxM float32.
+    """
+    if source.dtype == np.uint8:
+        bits = 8 * source.shape[1]
+        distances = _signs(source) @ _signs(target).T  # bits that agree less those that differ
+        distances *= -0.5 / bits
+        distances += 0.5
+        return distances
+    return _squared_distances(source, target)
+
+
+class FullSearch:
+    """
+    Compares every source keypoint with every target keypoint, but looks only where it can pay.
+
+    A match must have d = (1-w) d_e + w d_d below the threshold of Eq. 2. Both terms are positive,
+    so each of them alone must be, which bounds d_d while w is large and d_e when it is small:
+    pairs outside the bound cannot match, and leaving them out changes nothing. The pairs inside
+    are kept from one iteration to the next while the bound, and the way the source has moved
+    since, allow it.
+
+    :param source_positions: Nx3 float32 [m].
+    :param target_positions: Mx3 float32 [m].
+    :param distances: NxM float32, :func:`descriptor_distances`.
+    """
+
+    def __init__(self, source_positions: np.ndarray, target_positions: np.ndarray,
+                 distances: np.ndarray, settings: AickSettings) -> None:
+        self._target = target_positions
+        self._distances = distances
+        self._settings = settings
+        self._by_appearance = self._pairs(distances < _APPEARANCE_REACH * settings.lambda_f)
+        self._by_position: _Candidates | None = None
+        self._listed_at = source_positions  # where the source was when _by_position was made
+        self._listed_radius = 0.0
+
+    def closest(self, moved: np.ndarray, w: float) -> np.ndarray:
+        """
+        Return the closest target keypoint of each source keypoint, where it is close enough.
+
+        :param moved: Nx3 float32, the source positions in the target frame [m].
+        :param w: weight of the descriptors, w(i) of Eq. 1.
+        :returns: Kx2, rows (source, target) in the order of the source; of equally close target
+            keypoints the first is taken.
+        """
+        threshold = (1.0 - w) * self._settings.lambda_e + w * self._settings.lambda_f
+        candidates = self._candidates(moved, w, threshold)
+        difference = moved[candidates.source] - self._target[candidates.target]
+        d_e = np.sqrt(np.einsum('ij,ij->i', difference, difference))
+        d = np.float32(1.0 - w) * d_e + np.float32(w) * candidates.distances
+        return candidates.least(d, threshold)
+
+    def _candidates(self, moved: np.ndarray, w: float, threshold: float) -> _Candidates:
+        if threshold <= w * _APPEARANCE_REACH * self._settings.lambda_f:
+            return self._by_appearance
+        radius = threshold / (1.0 - w)
+        way = np.sqrt(np.max(np.sum((moved - self._listed_at) ** 2, axis=1)))
+        if self._by_position is None or radius + way > self._listed_radius:
+            self._by_position = self._near(moved, _POSITION_REACH * radius)
+            self._listed_at, self._listed_radius = moved, _POSITION_REACH * radius
+        return self._by_position
+
+    def _near(self, moved: np.ndarray, radius: float) -> _Candidates:
+        centre = self._target.mean(axis=0)
+        source, target = moved - centre, self._target - centre
+        squares = _squared_distances(source, target)
+        # float32 cancels where two large squares are subtracted: widen the net by what it may lose
+        slack = 1e-5 * (np.max(np.abs(source)) + np.max(np.abs(target))) ** 2
+        return self._pairs(squares < radius ** 2 + slack)
+
+    def _pairs(self, mask: np.ndarray) -> _Candidates:
+        flat = np.flatnonzero(mask)
+        source, target = np.divmod(flat, mask.shape[1])
+        return _Candidates(source, target, self._distances.ravel()[flat])
+
+
+class _Candidates:
+    """Pairs that may match, sorted by source, then target."""
+
+    def __init__(self, source: np.ndarray, target: np.ndarray, distances: np.ndarray) -> None:
+        self.source = source
+        self.target = target
+        self.distances = distances
+
+    def least(self, d: np.ndarray, threshold: float) -> np.ndarray:
+        """Return the pair of the least d of each source, Kx2, where it is below the threshold."""
+        below = np.flatnonzero(d < threshold)
+        if len(below) == 0:
+            return np.empty((0, 2), np.intp)
+        source, d = self.source[below], d[below]
+        starts = np.flatnonzero(np.r_[True, source[1:] != source[:-1]])
+        lengths = np.diff(np.r_[starts, len(source)])
+        least = np.flatnonzero(d == np.repeat(np.minimum.reduceat(d, starts), lengths))
+        least = least[np.r_[True, source[least[1:]] != source[least[:-1]]]]
+        return np.column_stack([source[least], self.target[below[least]]])
+
+
+def _signs(descriptors: np.ndarray) -> np.ndarray:
+    return np.unpackbits(descriptors, axis=1).astype(np.float32) * 2 - 1
+
+
+def _squared_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:
+    squares = source @ target.T
+    squares *= -2.0
+    squares += np.einsum('ij,ij->i', source, source)[:, None]
+    squares += np.einsum('ij,ij->i', target, target)
+    return squares

@@ -1,0 +1,23 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Why a registration or a frame is good, or is not."""
+
+from enum import Enum
+
+
+class Status(Enum):
+    """Outcome of a registration or of a frame; the value is the sentence a person reads."""
+
+    OK = 'registered'
+    FIRST_FRAME = 'first frame, nothing to register it to'
+    TOO_FEW_KEYPOINTS = 'too few keypoints with depth'
+    TOO_FEW_MATCHES = 'too few matches'
+    DEGENERATE_GEOMETRY = 'matches lie on a line or in a point'
+    MOTION_GATE = 'motion faster than the gate allows'
+    BAD_STAMP = 'stamp repeats or goes back'
+
+    @property
+    def ok(self) -> bool:
+        """Whether the pose that comes with this status was measured."""
+        return self in (Status.OK, Status.FIRST_FRAME)

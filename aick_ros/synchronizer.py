@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Pairs colour images with depth images by stamp, as they arrive."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from aick_ros.trajectory import NANOSECONDS
+
+RESTART_AFTER = NANOSECONDS
+"""A stamp that goes back by more than this [ns] starts a new recording, by less it is late."""
+
+_GAPS_KEPT = 30
+_LEAST_GAP = 0.8  # of the least gap seen lately: the next one may be shorter still
+
+
+class Pair(NamedTuple):
+    """A colour image and the depth image nearest in time; stamps in ns."""
+
+    colour_stamp: int
+    colour: Any
+    depth_stamp: int
+    depth: Any
+
+
+@dataclass
+class _Stream:
+    queue: deque[tuple[int, Any]] = field(default_factory=deque)
+    gaps: deque[int] = field(default_factory=lambda: deque(maxlen=_GAPS_KEPT))
+    last: int | None = None
+    unpaired: int = 0
+
+    def append(self, stamp: int, image: Any) -> None:
+        if self.last is not None:
+            self.gaps.append(stamp - self.last)
+        self.last = stamp
+        self.queue.append((stamp, image))
+
+    def may_bring_nearer(self, interval: int) -> bool:
+        """Whether the next image may be nearer to a partner than the head, ``interval`` off."""
+        return interval > 0 and 2 * interval > _LEAST_GAP * min(self.gaps, default=0)
+
+    def drop_head(self) -> None:
+        self.queue.popleft()
+        self.unpaired += 1
+
+    def restart(self) -> None:
+        self.unpaired += len(self.queue)
+        self.queue.clear()
+        self.last = None
+
+
+class Synchronizer:
+    """
+    Pairs two streams of stamped images, each used at most once, in order.
+
+    A pair is given out as soon as no image still to come can fit better: at once where the two
+    stamps are less than half a period apart, otherwise one more image is waited for. So the pairs
+    do not depend on which stream's image arrives first, and a live camera and a recording of it
+    give the same ones.
+
+    :param max_interval: largest difference of the stamps of a pair [s]; 0: equal stamps only.
+    :param queue_size: images of one stream that wait for a partner; None: any number.
+    """
+
+    def __init__(self, max_interval: float = 0.02, queue_size: int | None = None) -> None:
+        self._max_interval = round(max_interval * NANOSECONDS)
+        self._queue_size = queue_size
+        self._colour = _Stream()
+        self._depth = _Stream()
+
+    @property
+    def unpaired(self) -> dict[str, int]:
+        """How many images of each stream found no partner, or came too late."""
+        return {'colour': self._colour.unpaired, 'depth': self._depth.unpaired}
+
+    def add_colour(self, stamp: int, image: Any) -> list[Pair]:
+        """Take a colour image of a stamp [ns]; return the pairs that are now certain."""
+        return self._add(self._colour, stamp, image)
+
+    def add_depth(self, stamp: int, image: Any) -> list[Pair]:
+        """Take a depth image of a stamp [ns]; return the pairs that are now certain."""
+        return self._add(self._depth, stamp, image)
+
+    def flush(self) -> list[Pair]:
+        """Return the pairs that wait for an image; call it when none will come."""
+        return self._take_pairs(ended=True)
+
+    def _add(self, stream: _Stream, stamp: int, image: Any) -> list[Pair]:
+        if stream.last is not None and stamp <= stream.last:
+            if stream.last - stamp <= RESTART_AFTER:
+                stream.unpaired += 1
+                return []
+            self._colour.restart()
+            self._depth.restart()
+        stream.append(stamp, image)
+        pairs = self._take_pairs(ended=False)
+        while self._queue_size is not None and len(stream.queue) > self._queue_size:
+            stream.drop_head()
+        return pairs
+
+    def _take_pairs(self, ended: bool) -> list[Pair]:
+        pairs = []
+        colour, depth = self._colour, self._depth
+        while colour.queue and depth.queue:
+            older, newer = sorted((colour, depth), key=lambda stream: stream.queue[0][0])
+            interval = newer.queue[0][0] - older.queue[0][0]
+            if interval > self._max_interval:
+                older.drop_head()
+                continue
+            fits = _fits(older, newer, ended)
+            if fits is None:
+                break
+            if fits:
+                pairs.append(Pair(*colour.queue.popleft(), *depth.queue.popleft()))
+            else:
+                older.drop_head()
+        return pairs
+
+
+def _fits(older: _Stream, newer: _Stream, ended: bool) -> bool | None:
+    """Whether the two heads belong together; None where that hangs on an image to come."""
+    interval = newer.queue[0][0] - older.queue[0][0]
+    if len(older.queue) == 1:
+        return None if not ended and older.may_bring_nearer(interval) else True
+    rival = abs(older.queue[1][0] - newer.queue[0][0])
+    if rival >= interval:
+        return True
+    # the older stream's next image fits better, unless it has a better partner itself
+    if len(newer.queue) == 1:
+        return None if not ended and newer.may_bring_nearer(rival) else False
+    return abs(newer.queue[1][0] - older.queue[1][0]) < rival

@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A camera's path over time, and its text form: stamp tx ty tz qx qy qz qw."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from aick_ros import rigid
+from aick_ros.errors import InputError
+
+NANOSECONDS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """
+    Poses over time.
+
+    :param stamps: N int64 [ns], strictly increasing.
+    :param poses: Nx4x4 float64, ``T_world_camera`` [m].
+    """
+
+    stamps: np.ndarray
+    poses: np.ndarray
+
+    def __len__(self) -> int:
+        """Return the number of poses."""
+        return len(self.stamps)
+
+    def at(self, stamp: int, max_gap: float = np.inf) -> np.ndarray | None:
+        """
+        Return the pose at a stamp, interpolated (rotation along the shortest arc).
+
+        :param stamp: [ns].
+        :param max_gap: longest hole that is interpolated over [s].
+        :returns: 4x4 float64, or None outside the path or in a hole.
+        """
+        after = int(np.searchsorted(self.stamps, stamp))
+        if after < len(self) and self.stamps[after] == stamp:
+            return self.poses[after].copy()
+        if after in (0, len(self)):
+            return None
+        before = after - 1
+        gap = int(self.stamps[after] - self.stamps[before])
+        if gap > max_gap * NANOSECONDS:
+            return None
+        share = (stamp - int(self.stamps[before])) / gap
+        return rigid.interpolate(self.poses[before], self.poses[after], share)
+
+
+def seconds_to_stamp(text: str) -> int:
+    """
+    Return the stamp [ns] of decimal seconds, exact to the nanosecond.
+
+    :raises ValueError: where the text is no number.
+    """
+    whole, _, fraction = text.strip().partition('.')
+    if not (whole.isdigit() and (fraction or '0').isdigit()):
+        return round(float(text) * NANOSECONDS)
+    return int(whole) * NANOSECONDS + int(fraction[:9].ljust(9, '0'))
+
+
+def stamp_to_seconds(stamp: int) -> str:
+    """Return decimal seconds with nine decimals of a stamp [ns]."""
+    sign, stamp = ('-', -stamp) if stamp < 0 else ('', stamp)
+    return f'{sign}{stamp // NANOSECONDS}.{stamp % NANOSECONDS:09d}'
+
+
+def format_pose(stamp: int, pose: np.ndarray) -> str:
+    """Return one line of a TUM trajectory file, without its end."""
+    numbers = np.concatenate([pose[:3, 3], rigid.to_quaternion(pose[:3, :3])])
+    return stamp_to_seconds(stamp) + ''.join(f' {number:.9f}' for number in numbers)
+
+
+def read_trajectory(path: Path) -> Trajectory:
+    """
+    Read a TUM trajectory file; lines with # are comments, repeated stamps are left out.
+
+    :raises InputError: naming file and line of what is no pose.
+    """
+    stamps, poses = [], []
+    for number, line in enumerate(_lines(path), 1):
+        if not line.strip() or line.startswith('#'):
+            continue
+        words = line.replace(',', ' ').split()
+        try:
+            stamp = seconds_to_stamp(words[0])
+            x, y, z, *quaternion = (float(word) for word in words[1:8])
+            pose = rigid.from_quaternion(quaternion, (x, y, z))
+        except (ValueError, IndexError):
+            raise InputError(f'{path}, line {number}: {line.strip()[:80]!r} is no pose; it takes '
+                             'stamp tx ty tz qx qy qz qw') from None
+        stamps.append(stamp)
+        poses.append(pose)
+    if not stamps:
+        raise InputError(f'{path} has no poses')
+    unique, first = np.unique(np.array(stamps, np.int64), return_index=True)
+    return Trajectory(unique, np.array(poses)[first])
+
+
+def write_trajectory(path: Path, trajectory: Trajectory) -> None:
+    """Write a TUM trajectory file with nine decimals."""
+    lines = [format_pose(int(stamp), pose)
+             for stamp, pose in zip(trajectory.stamps, trajectory.poses)]
+    path.write_text('# stamp tx ty tz qx qy qz qw\n' + ''.join(f'{line}\n' for line in lines))
+
+
+def _lines(path: Path) -> list[str]:
+    try:
+        return path.read_text().splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f'cannot read the trajectory {path}: {error}') from None
