@@ -88,7 +88,7 @@ class Camera:
     @property
     def matrix(self) -> np.ndarray:
         """Intrinsic matrix, 3x3 float64."""
-        return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]])
+        return np.array([[self.fx, 0, self.cx], [0, self.fy, self.cy], [0, 0, 1]], np.float64)
 
     def normalize(self, pixels: np.ndarray) -> np.ndarray:
         """

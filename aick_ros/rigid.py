@@ -5,8 +5,8 @@
 SE(3): least-squares fit, exponential, logarithm, adjoint.
 
 A pose is a 4x4 float64 matrix ``T_target_source``. A twist or an error is a vector of six,
-(x, y, z, rot x, rot y, rot z). Covariances belong to the error model of geometry_msgs: with T = [R p], the
-true T is [exp(theta) R, p + delta], about fixed axes of the target frame.
+(x, y, z, rot x, rot y, rot z). Covariances belong to the error model of geometry_msgs: with
+T = [R p], the true T is [exp(theta) R, p + delta], about fixed axes of the target frame.
 """
 
 from __future__ import annotations

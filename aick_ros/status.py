@@ -16,6 +16,7 @@ class Status(Enum):
     DEGENERATE_GEOMETRY = 'matches lie on a line or in a point'
     MOTION_GATE = 'motion faster than the gate allows'
     BAD_STAMP = 'stamp repeats or goes back'
+    BAD_FRAME = 'frame cannot be used'
 
     @property
     def ok(self) -> bool:

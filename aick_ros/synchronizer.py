@@ -72,11 +72,17 @@ class Synchronizer:
         self._queue_size = queue_size
         self._colour = _Stream()
         self._depth = _Stream()
+        self._late = 0
 
     @property
     def unpaired(self) -> dict[str, int]:
-        """How many images of each stream found no partner, or came too late."""
+        """How many images of each stream found no partner."""
         return {'colour': self._colour.unpaired, 'depth': self._depth.unpaired}
+
+    @property
+    def late(self) -> int:
+        """How many images were refused because their stamp repeats or goes back."""
+        return self._late
 
     def add_colour(self, stamp: int, image: Any) -> list[Pair]:
         """Take a colour image of a stamp [ns]; return the pairs that are now certain."""
@@ -93,7 +99,7 @@ class Synchronizer:
     def _add(self, stream: _Stream, stamp: int, image: Any) -> list[Pair]:
         if stream.last is not None and stamp <= stream.last:
             if stream.last - stamp <= RESTART_AFTER:
-                stream.unpaired += 1
+                self._late += 1
                 return []
             self._colour.restart()
             self._depth.restart()

@@ -1,0 +1,9 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The command ``aick`` as ``python3 -m aick_ros``."""
+
+from aick_ros.cli import main
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,238 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The images in sensor_msgs/Image and sensor_msgs/CompressedImage messages.
+
+Only the fields of a message are looked at, so the messages of rclpy and of rosbags both do. Depth
+follows REP 118: 16UC1 in millimetres with 0 for none, 32FC1 in metres with NaN for none.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, NamedTuple, Protocol
+
+import cv2
+import numpy as np
+
+from aick_ros.encoded_image import (
+    decode_colour, decode_units, to_8_bit, to_metres, to_units)
+from aick_ros.errors import InputError
+
+MILLIMETRES = 1000
+
+
+class ImageMessage(Protocol):
+    """The fields of a sensor_msgs/Image that matter here."""
+
+    height: int
+    width: int
+    encoding: str
+    is_bigendian: int
+    step: int
+    data: Any
+
+
+class CompressedImageMessage(Protocol):
+    """The fields of a sensor_msgs/CompressedImage that matter here."""
+
+    format: str
+    data: Any
+
+
+@dataclass(frozen=True, eq=False)
+class ImageFields:
+    """An image as the fields of a sensor_msgs/Image; ``data`` is flat uint8."""
+
+    height: int
+    width: int
+    encoding: str
+    is_bigendian: int
+    step: int
+    data: np.ndarray
+
+
+class _Layout(NamedTuple):
+    """How a pixel is stored, and what makes grey or red, green, blue of it; None: it is so."""
+
+    channels: int
+    dtype: type = np.uint8
+    convert: Callable[[np.ndarray], np.ndarray] | None = None
+
+
+def _converted(channels: int, code: int) -> _Layout:
+    return _Layout(channels, convert=partial(cv2.cvtColor, code=code))
+
+
+_COLOUR = {
+    'rgb8': _Layout(3),
+    'mono8': _Layout(1),
+    '8UC1': _Layout(1),
+    'bgr8': _converted(3, cv2.COLOR_BGR2RGB),
+    '8UC3': _converted(3, cv2.COLOR_BGR2RGB),
+    'rgba8': _converted(4, cv2.COLOR_RGBA2RGB),
+    'bgra8': _converted(4, cv2.COLOR_BGRA2RGB),
+    '8UC4': _converted(4, cv2.COLOR_BGRA2RGB),
+    'mono16': _Layout(1, np.uint16, to_8_bit),
+    'bayer_rggb8': _converted(1, cv2.COLOR_BayerRGGB2RGB),
+    'bayer_bggr8': _converted(1, cv2.COLOR_BayerBGGR2RGB),
+    'bayer_gbrg8': _converted(1, cv2.COLOR_BayerGBRG2RGB),
+    'bayer_grbg8': _converted(1, cv2.COLOR_BayerGRBG2RGB),
+    'yuv422': _converted(2, cv2.COLOR_YUV2RGB_UYVY),
+    'uyvy': _converted(2, cv2.COLOR_YUV2RGB_UYVY),
+    'yuv422_yuy2': _converted(2, cv2.COLOR_YUV2RGB_YUY2),
+    'yuyv': _converted(2, cv2.COLOR_YUV2RGB_YUY2),
+}
+_DEPTH = {'16UC1': np.uint16, 'mono16': np.uint16, '32FC1': np.float32}
+
+COLOUR_ENCODINGS = tuple(_COLOUR)
+DEPTH_ENCODINGS = tuple(_DEPTH)
+
+
+def colour_image(message: ImageMessage) -> np.ndarray:
+    """
+    Return the colour image in a message.
+
+    :returns: HxWx3 (red, green, blue) or HxW uint8; a view of the message's data for rgb8 and
+        mono8, so it lives and changes with it.
+    :raises InputError: where the fields contradict each other or the encoding is no colour.
+    """
+    layout = _COLOUR.get(message.encoding)
+    if layout is None:
+        raise _wrong_encoding('colour', message.encoding, _COLOUR, _DEPTH)
+    pixels = _pixels(message, layout)
+    if layout.convert is None:
+        return pixels
+    try:
+        return layout.convert(pixels)
+    except cv2.error as error:
+        raise InputError(f'{message.width} x {message.height} pixels are no {message.encoding} '
+                         f'image ({error.err}): check the driver') from None
+
+
+def depth_image(message: ImageMessage) -> np.ndarray:
+    """
+    Return the depth image in a message.
+
+    :returns: HxW float32 [m]; NaN where there is none.
+    :raises InputError: where the fields contradict each other or the encoding is no depth.
+    """
+    dtype = _DEPTH.get(message.encoding)
+    if dtype is None:
+        raise _wrong_encoding('depth', message.encoding, _DEPTH, _COLOUR)
+    pixels = _pixels(message, _Layout(1, dtype))
+    return to_metres(pixels, MILLIMETRES) if dtype == np.uint16 else _valid(pixels)
+
+
+def compressed_colour(message: CompressedImageMessage) -> np.ndarray:
+    """
+    Return the colour image in a message of the ``compressed`` transport.
+
+    :returns: HxWx3 (red, green, blue) or HxW uint8.
+    :raises InputError: where the data is damaged, or depth.
+    """
+    encoding, _, compression = message.format.partition(';')
+    if 'compressedDepth' in message.format or encoding.strip() in ('16UC1', '32FC1'):
+        raise InputError(f'the colour image has format {message.format!r}, which is depth: take '
+                         'the topic of the colour camera')
+    image = decode_colour(message.data)
+    # image_transport names the order it stored; without a name it is the encoding's own
+    if encoding.startswith('rgb') and 'compressed' in compression and 'bgr' not in compression:
+        return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+    return image
+
+
+def compressed_depth(message: CompressedImageMessage) -> np.ndarray:
+    """
+    Return the depth image in a message of the ``compressedDepth`` or ``compressed`` transport.
+
+    ``compressedDepth`` has a header of 12 bytes before the PNG data: an int32 that says nothing
+    and two float32 A and B, with which a 32FC1 depth is A / (stored - B).
+
+    :returns: HxW float32 [m]; NaN where there is none.
+    :raises InputError: where the data is damaged, colour, or compressed with RVL.
+    """
+    if 'rvl' in message.format.lower():
+        raise InputError(f'the depth image has format {message.format!r}, which cannot be read: '
+                         "record it raw or with the parameter format of compressedDepth 'png'")
+    header, png = _split_depth(bytes(message.data))
+    units = decode_units(png)
+    if not message.format.strip().startswith('32FC1'):
+        return to_metres(units, MILLIMETRES)
+    scale, offset = struct.unpack('<4x2f', header) if header else (0.0, 0.0)
+    if not (np.isfinite((scale, offset)).all() and scale > 0.0):
+        raise InputError(f'the depth image has format {message.format!r} and quantisation A '
+                         f'{scale:g}, B {offset:g}: A must be positive; check the publisher')
+    with np.errstate(divide='ignore'):
+        depth = np.float32(scale) / (units - np.float32(offset))
+    depth[units == 0] = np.nan
+    return _valid(depth)
+
+
+def encode_colour(image: np.ndarray) -> ImageFields:
+    """Return a colour image, HxWx3 or HxW uint8, as a message's fields: rgb8 or mono8."""
+    return _fields(image, 'mono8' if image.ndim == 2 else 'rgb8')
+
+
+def encode_depth(depth: np.ndarray, encoding: str = '32FC1') -> ImageFields:
+    """
+    Return a depth image as a message's fields.
+
+    :param depth: HxW float32 [m].
+    :param encoding: ``32FC1`` keeps every depth as it is, ``16UC1`` rounds to millimetres.
+    """
+    if encoding == '32FC1':
+        return _fields(depth, encoding)
+    if encoding == '16UC1':
+        return _fields(to_units(depth, MILLIMETRES), encoding)
+    raise InputError(f'depth cannot be written as {encoding!r}: there are 32FC1 and 16UC1')
+
+
+def _pixels(message: ImageMessage, layout: _Layout) -> np.ndarray:
+    """Return a view of a message's data, HxW or HxWxC, after checking that it holds an image."""
+    height, width, step = message.height, message.width, message.step
+    dtype = np.dtype(layout.dtype).newbyteorder('>' if message.is_bigendian else '<')
+    if height <= 0 or width <= 0:
+        raise InputError(f'the image is {width} x {height} pixels: check the driver')
+    row = width * layout.channels * dtype.itemsize
+    if step < row:
+        raise InputError(f'rows of the image have step {step}, and {width} pixels of '
+                         f'{message.encoding} take {row} bytes: check the driver')
+    if len(message.data) < height * step:
+        raise InputError(f'the image has {len(message.data)} bytes, and {height} rows of {step} '
+                         f'take {height * step}: check the driver or record it again')
+    rows = np.frombuffer(message.data, np.uint8, height * step).reshape(height, step)
+    pixels = rows[:, :row].view(dtype)
+    return pixels if layout.channels == 1 else pixels.reshape(height, width, layout.channels)
+
+
+def _valid(depth: np.ndarray) -> np.ndarray:
+    """Return float depth as a native copy with NaN for 0, negative and infinite."""
+    depth = depth.astype(np.float32)
+    np.copyto(depth, np.nan, where=~((depth > 0.0) & (depth < np.inf)))
+    return depth
+
+
+def _split_depth(content: bytes) -> tuple[bytes, bytes]:
+    """Return the header of compressedDepth, empty where there is none, and the PNG data."""
+    size = 0 if content.startswith(b'\x89PNG') else 12
+    return content[:size], content[size:]
+
+
+def _fields(image: np.ndarray, encoding: str) -> ImageFields:
+    image = np.ascontiguousarray(image, image.dtype.newbyteorder('<'))
+    height, width = image.shape[:2]
+    return ImageFields(height, width, encoding, 0, image.strides[0], image.reshape(-1).view('u1'))
+
+
+def _wrong_encoding(kind: str, encoding: str, known: Any, others: Any) -> InputError:
+    if encoding in others:
+        other = 'depth' if kind == 'colour' else 'colour'
+        return InputError(f'the {kind} image has encoding {encoding}, which is {other}: take the '
+                          f'topic of the {kind} image')
+    return InputError(f'the {kind} image has unknown encoding {encoding!r}: there are '
+                      + ', '.join(known))

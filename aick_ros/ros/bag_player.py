@@ -1,0 +1,238 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Plays a ROS 2 bag over DDS, so that it stands in for a camera."""
+
+from __future__ import annotations
+
+import argparse
+import struct
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+
+import rclpy
+from rclpy.duration import Duration
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.utilities import remove_ros_args
+from rosbags.rosbag2 import Reader, ReaderError
+from rosgraph_msgs.msg import Clock
+
+from aick_ros.errors import InputError
+from aick_ros.ros.messages import to_time
+from aick_ros.ros.resources import use_fastdds_profile
+from aick_ros.trajectory import NANOSECONDS
+
+_IMAGE = 'sensor_msgs/msg/Image'
+_QUEUE = 10
+_ACKNOWLEDGED_WITHIN = Duration(seconds=2)
+
+
+@dataclass(frozen=True)
+class Played:
+    """
+    A message that was published.
+
+    :param topic: its name in the bag.
+    :param stamp: of its header [ns]; None where the type is not an image.
+    :param published_at: by the monotonic clock [s].
+    """
+
+    topic: str
+    stamp: int | None
+    published_at: float
+
+
+class BagPlayer(Node):
+    """
+    Publishes the messages of a bag, byte for byte, as they were recorded.
+
+    :param path: folder of a ROS 2 bag.
+    :param arguments: of this node beside those of the process: ``--ros-args -r a:=b``.
+    :raises InputError: where it cannot be read or has nothing to play.
+    """
+
+    def __init__(self, path: Path, arguments: Sequence[str] = ()) -> None:
+        super().__init__('bag_player', cli_args=list(arguments))
+        self._path = path
+        self._clock_publisher = self.create_publisher(Clock, '/clock', 10)
+        self._publishers_by_topic = self._advertise()
+
+    @property
+    def topics(self) -> list[str]:
+        """The topics that are played."""
+        return list(self._publishers_by_topic)
+
+    def wait_for_subscribers(self, topics: list[str], timeout: float) -> list[str]:
+        """Wait until each topic has a subscriber [s]; return those that have none."""
+        deadline = time.monotonic() + timeout
+        while True:
+            deaf = [topic for topic in topics
+                    if not self._publishers_by_topic[topic].get_subscription_count()]
+            if not deaf or time.monotonic() > deadline:
+                return deaf
+            time.sleep(0.01)
+
+    def play(self, pace: Callable[[int], None]) -> Iterator[Played]:
+        """
+        Publish message after message.
+
+        :param pace: called with each message's time of recording [ns]; returns when it is due.
+        :raises InputError: where the bag breaks off.
+        """
+        with _reading(self._path) as reader:
+            connections = [connection for connection in reader.connections
+                           if connection.topic in self._publishers_by_topic]
+            for connection, stamp, message in reader.messages(connections):
+                pace(stamp)
+                self._clock_publisher.publish(Clock(clock=to_time(stamp)))
+                self._publishers_by_topic[connection.topic].publish(bytes(message))
+                image = connection.msgtype == _IMAGE
+                yield Played(connection.topic, _header_stamp(message) if image else None,
+                             time.monotonic())
+        for publisher in self._publishers_by_topic.values():
+            publisher.wait_for_all_acked(_ACKNOWLEDGED_WITHIN)
+
+    def _advertise(self) -> dict[str, Publisher]:
+        publishers = {}
+        with _reading(self._path) as reader:
+            for connection in reader.connections:
+                kind = _message_class(connection.msgtype)
+                if kind is None:
+                    self.get_logger().warning(
+                        f'{connection.topic} is not played: {connection.msgtype} is not installed')
+                elif connection.topic not in publishers:
+                    publishers[connection.topic] = self.create_publisher(
+                        kind, connection.topic, _qos(connection.topic))
+        if not publishers:
+            raise InputError(f'{self._path} has no topic that can be played')
+        return publishers
+
+
+class RealTime:
+    """
+    Due as they were recorded.
+
+    :param rate: times as fast; infinite: as fast as the publishers take them.
+    """
+
+    def __init__(self, rate: float = 1.0) -> None:
+        self._rate = rate
+        self._start: tuple[int, float] | None = None
+
+    def __call__(self, stamp: int) -> None:
+        """Return when a message of this stamp [ns] is due."""
+        now = time.monotonic()
+        if self._start is None:
+            self._start = stamp, now
+        due = self._start[1] + (stamp - self._start[0]) / NANOSECONDS / self._rate
+        if due > now:
+            time.sleep(due - now)
+
+
+class StepByStep:
+    """
+    Due when a person, or a program, says so: one line on standard input a step.
+
+    :param step: messages nearer in time than this belong to one step [s].
+    """
+
+    def __init__(self, step: float = 0.02) -> None:
+        self._step = round(step * NANOSECONDS)
+        self._last: int | None = None
+
+    def __call__(self, stamp: int) -> None:
+        """
+        Return when a message of this stamp [ns] is due.
+
+        :raises EOFError: where standard input has ended.
+        """
+        if self._last is None or stamp - self._last > self._step:
+            print(f'{stamp / NANOSECONDS:.3f} s, Enter plays on', file=sys.stderr, flush=True)
+            if not sys.stdin.readline():
+                raise EOFError
+            self._last = stamp
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[Reader]:
+    try:
+        with Reader(path) as reader:
+            yield reader
+    except (ReaderError, OSError, ValueError, KeyError) as error:
+        raise InputError(f'cannot play {path}: {error}; it takes the folder of a ROS 2 bag '
+                         '(aick convert makes one of other recordings)') from None
+
+
+def _header_stamp(message: bytes) -> int:
+    """Return the stamp [ns] of a serialized message that begins with a header."""
+    little_endian = message[1] & 1
+    seconds, nanoseconds = struct.unpack_from('<iI' if little_endian else '>iI', message, 4)
+    return seconds * NANOSECONDS + nanoseconds
+
+
+def _message_class(name: str) -> type | None:
+    package, _, kind = name.replace('/', '.').rpartition('.')
+    try:
+        return getattr(import_module(package), kind)
+    except (ImportError, AttributeError):
+        return None
+
+
+def _qos(topic: str) -> QoSProfile:
+    """Reliable, which suits every subscriber; kept for late ones where TF expects that."""
+    latched = topic == '/tf_static'
+    return QoSProfile(
+        depth=_QUEUE, reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE)
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog='bag_player', description='Play a ROS 2 bag over DDS with /clock. Topics are '
+        'remapped as ever: --ros-args -r /camera/rgb/image_raw:=/rgb/image')
+    parser.add_argument('bag', type=Path, help='folder of a ROS 2 bag')
+    parser.add_argument('--rate', type=float, default=1.0, help='times as fast (default 1)')
+    parser.add_argument('--step', action='store_true', help='play a frame for each Enter')
+    parser.add_argument('--wait', type=float, default=10.0, metavar='S', help='wait at most so '
+                        'many seconds for subscribers of the images (default 10)')
+    arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
+    if not arguments.rate > 0:
+        parser.error(f'--rate is {arguments.rate:g}: it takes a number above 0')
+    return arguments
+
+
+def main() -> None:
+    """Play the bag named on the command line."""
+    arguments = _arguments()
+    try:
+        use_fastdds_profile()
+        rclpy.init()
+        _play(BagPlayer(arguments.bag), arguments)
+    except InputError as error:
+        print(f'bag_player: {error}', file=sys.stderr)
+        sys.exit(2)
+    except (KeyboardInterrupt, EOFError, ExternalShutdownException):
+        pass
+    finally:
+        rclpy.try_shutdown()
+
+
+def _play(player: BagPlayer, arguments: argparse.Namespace) -> None:
+    images = [topic for topic in player.topics if 'image' in topic]
+    for topic in player.wait_for_subscribers(images, arguments.wait):
+        player.get_logger().warning(f'nobody listens to {topic}')
+    pace = StepByStep() if arguments.step else RealTime(arguments.rate)
+    count = sum(1 for _ in player.play(pace))
+    player.get_logger().info(f'played {count} messages of {arguments.bag}')
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Notices topics that are silent, and says why where that can be seen."""
+
+from __future__ import annotations
+
+import time
+
+from rclpy.node import Node
+from rclpy.qos import QoSCompatibility, qos_check_compatible
+from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+
+_SILENT_AFTER = 5.0  # seconds
+
+
+class Watchdog:
+    """
+    Watches subscriptions by the steady clock.
+
+    :param subscriptions: name as in the node's contract -> subscription.
+    """
+
+    def __init__(self, node: Node, subscriptions: dict[str, Subscription]) -> None:
+        self._node = node
+        self._subscriptions = subscriptions
+        self._last = dict.fromkeys(subscriptions, time.monotonic())
+
+    def saw(self, name: str) -> None:
+        """Take note of a message."""
+        self._last[name] = time.monotonic()
+
+    def quiet_for(self) -> float:
+        """Return for how long no message has come on any topic [s]."""
+        return time.monotonic() - max(self._last.values())
+
+    def complaint(self) -> str:
+        """Return what is wrong with the topics that are silent, '' where none is."""
+        now = time.monotonic()
+        silent = [name for name, last in self._last.items() if now - last > _SILENT_AFTER]
+        unpublished = [name for name in silent if not self._publishers(name)]
+        sentences = [self._explain(name) for name in silent if name not in unpublished]
+        if unpublished:
+            topics = ', '.join(self._subscriptions[name].topic_name for name in unpublished)
+            sentences.append(f'nobody publishes {topics}: start the camera, or remap '
+                             f'{", ".join(unpublished)} to its topics')
+        return '; '.join(sentences)
+
+    def _publishers(self, name: str) -> list[TopicEndpointInfo]:
+        return self._node.get_publishers_info_by_topic(self._subscriptions[name].topic_name)
+
+    def _explain(self, name: str) -> str:
+        subscription, publishers = self._subscriptions[name], self._publishers(name)
+        silence = f'nothing on {subscription.topic_name} for {_SILENT_AFTER:g} s'
+        for publisher in publishers:
+            compatibility, reason = qos_check_compatible(
+                publisher.qos_profile, subscription.qos_profile)
+            if compatibility is QoSCompatibility.ERROR:
+                return (f'{silence}: the QoS of {publisher.node_name} does not match ours '
+                        f'({reason.strip()}); set qos_reliability to best_effort')
+        return f'{silence}: {publishers[0].node_name} is there but sends nothing'

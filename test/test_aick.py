@@ -1,0 +1,200 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""AICK against the paper's equations written out with plain loops."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.aick import Aick
+from aick_ros.frame import KeypointFrame
+from aick_ros.search import FullSearch, descriptor_distances
+from aick_ros.settings import PRESETS, AickSettings, Settings, preset
+from aick_ros.status import Status
+
+
+def keypoint_frame(positions, descriptors, stamp=0):
+    count = len(positions)
+    return KeypointFrame(stamp, np.asarray(positions, np.float32), descriptors,
+                         np.tile(np.eye(3, dtype=np.float32) * 1e-4, (count, 1, 1)),
+                         np.zeros((count, 2), np.float32))
+
+
+def random_pair(seed, count=60, binary=True, noise=0.002, strangers=0.1, turn=0.2):
+    """Two views of random points: moved, noisy, and partly of different points."""
+    rng = np.random.default_rng(seed)
+    positions = rng.uniform((-1, -1, 1), (1, 1, 3), (count, 3))
+    T = rigid.exp(np.r_[rng.normal(0, 0.1, 3), rng.normal(0, turn, 3)])
+    moved = rigid.transform(T, positions) + rng.normal(0, noise, (count, 3))
+    if binary:
+        descriptors = rng.integers(0, 256, (count, 32), dtype=np.uint8)
+        descriptors[:count // 20] = descriptors[count // 20]  # the same, so that distances tie
+        flips = rng.random((count, 256)) < 0.05
+        seen = np.packbits(np.unpackbits(descriptors, axis=1) ^ flips, axis=1)
+    else:
+        descriptors = rng.normal(0, 1, (count, 64)).astype(np.float32)
+        descriptors /= np.linalg.norm(descriptors, axis=1, keepdims=True)
+        seen = descriptors + rng.normal(0, 0.02, descriptors.shape).astype(np.float32)
+    strange = rng.random(count) < strangers  # half of them look familiar
+    moved[strange] = rng.uniform((-1, -1, 1), (1, 1, 3), (strange.sum(), 3))
+    unlike = np.flatnonzero(strange)[::2]
+    seen[unlike] = seen[unlike][:, ::-1]
+    order = rng.permutation(count)
+    return (keypoint_frame(positions, descriptors),
+            keypoint_frame(moved[order], seen[order]), T)
+
+
+def d_descriptor(a, b):
+    """d_d of Eq. 1 for one pair of descriptors."""
+    if a.dtype == np.uint8:
+        return sum(bin(int(x) ^ int(y)).count('1') for x, y in zip(a, b)) / (8 * len(a))
+    return sum((float(x) - float(y)) ** 2 for x, y in zip(a, b))
+
+
+def brute_force_register(source, target, settings):
+    """Eq. 1 and 2 with plain loops; returns the matches of each iteration and the transform."""
+    T = np.eye(4)
+    d_d = [[d_descriptor(a, b) for b in target.descriptors] for a in source.descriptors]
+    history = []
+    for i in range(settings.iterations):
+        w = settings.alpha ** i
+        threshold = (1 - w) * settings.lambda_e + w * settings.lambda_f
+        matches = []
+        for a, position in enumerate(source.positions):
+            p = T[:3, :3] @ position + T[:3, 3]
+            best, best_d = None, math.inf
+            for b, q in enumerate(target.positions):
+                d_e = math.sqrt(sum((p[k] - float(q[k])) ** 2 for k in range(3)))
+                d = (1 - w) * d_e + w * d_d[a][b]
+                if d < best_d:
+                    best, best_d = b, d
+            if not best_d >= threshold:
+                matches.append((a, best))
+        history.append(matches)
+        pairs = np.array(matches)
+        T = rigid.fit(source.positions[pairs[:, 0]], target.positions[pairs[:, 1]])
+    return history, T
+
+
+SCHEDULES = [AickSettings(alpha=0.8, iterations=25), AickSettings(alpha=0.6, iterations=10),
+             AickSettings(alpha=0.3, iterations=5),
+             AickSettings(alpha=0.6, iterations=8, lambda_e=0.3, lambda_f=0.35),
+             AickSettings(alpha=1.0, iterations=2),
+             AickSettings(alpha=0.0, iterations=4, lambda_e=0.2)]
+
+
+@pytest.mark.parametrize('settings', SCHEDULES, ids=str)
+@pytest.mark.parametrize('binary', [True, False], ids=['binary', 'float'])
+@pytest.mark.parametrize('seed', [1, 2])
+def test_agrees_with_the_equations_match_for_match(settings, binary, seed):
+    source, target, _ = random_pair(seed, binary=binary)
+    history, T = brute_force_register(source, target, settings)
+    for iterations in sorted({1, 2, settings.iterations // 2 or 1, settings.iterations}):
+        result = Aick(dataclasses.replace(settings, iterations=iterations)).register(
+            source, target)
+        assert result.status is Status.OK
+        assert result.iterations == iterations
+        assert [tuple(match) for match in result.matches] == history[iterations - 1]
+    np.testing.assert_allclose(result.T_target_source, T, atol=1e-9)
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_finds_the_motion_without_a_guess(seed):
+    source, target, T = random_pair(seed, count=300, noise=0.001, turn=0.5)
+    result = Aick().register(source, target)
+    assert result.status is Status.OK
+    error = rigid.log(rigid.inverse(T) @ result.T_target_source)
+    assert np.linalg.norm(error[:3]) < 0.002
+    assert np.linalg.norm(error[3:]) < 0.001
+
+
+@pytest.mark.parametrize('scale', [1.0, 30.0])
+def test_search_leaves_out_no_pair_that_can_match(scale):
+    """The candidates kept while the source moves give what all pairs give."""
+    rng = np.random.default_rng(4)
+    source = (scale * rng.normal(0, 0.3, (200, 3)) + (0, 0, scale)).astype(np.float32)
+    target = (source[rng.permutation(200)] + rng.normal(0, 0.01, (200, 3))).astype(np.float32)
+    distances = rng.uniform(0, 1, (200, 200)).astype(np.float32)
+    settings = AickSettings(lambda_e=0.05)
+    search = FullSearch(source, target, distances, settings)
+    moved = source
+    for w in (1.0, 0.7, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01, 0.0, 0.3):
+        d_e = np.linalg.norm(moved[:, None].astype(float) - target, axis=2)
+        d = (1 - w) * d_e + w * distances
+        threshold = (1 - w) * settings.lambda_e + w * settings.lambda_f
+        expected = [(a, b) for a, b in enumerate(d.argmin(axis=1)) if d[a, b] < threshold]
+        assert [tuple(match) for match in search.closest(moved, w)] == expected
+        moved = moved + rng.normal(0, 0.01, 3).astype(np.float32)
+
+
+def test_descriptor_distances():
+    rng = np.random.default_rng(0)
+    a, b = (rng.integers(0, 256, (n, 32), dtype=np.uint8) for n in (7, 9))
+    expected = [[d_descriptor(x, y) for y in b] for x in a]
+    np.testing.assert_array_equal(descriptor_distances(a, b), np.float32(expected))
+    a, b = (rng.normal(0, 1, (n, 64)).astype(np.float32) for n in (7, 9))
+    expected = [[d_descriptor(x, y) for y in b] for x in a]
+    np.testing.assert_allclose(descriptor_distances(a, b), expected, rtol=1e-4)
+
+
+def test_covariance_is_that_of_many_repetitions():
+    """Monte Carlo: the scatter of the results is what each of them says of itself."""
+    rng = np.random.default_rng(5)
+    positions = rng.uniform((-1, -1, 1), (1, 1, 3), (80, 3))
+    descriptors = rng.integers(0, 256, (80, 32), dtype=np.uint8)
+    T = rigid.exp([0.1, -0.05, 0.2, 0.1, 0.2, -0.1])
+    target = keypoint_frame(rigid.transform(T, positions), descriptors)
+    aick, errors, claimed = Aick(AickSettings(lambda_e=0.05)), [], []
+    for _ in range(400):
+        noisy = keypoint_frame(positions + rng.normal(0, 0.003, positions.shape), descriptors)
+        result = aick.register(noisy, target)
+        errors.append(np.r_[
+            result.T_target_source[:3, 3] - T[:3, 3],
+            rigid.log_rotation(result.T_target_source[:3, :3] @ T[:3, :3].T)])
+        claimed.append(result.covariance)
+    information = np.linalg.inv(np.mean(claimed, axis=0))
+    nees = np.einsum('ni,ij,nj->n', errors, information, errors)
+    assert 5.4 < nees.mean() < 6.6  # 6 expected, standard deviation of the mean 0.17
+
+
+@pytest.mark.parametrize('counts', [(0, 50), (50, 0), (2, 50), (0, 0)])
+def test_too_few_keypoints(counts):
+    rng = np.random.default_rng(0)
+    source, target = (keypoint_frame(rng.normal(0, 1, (n, 3)),
+                                     rng.integers(0, 256, (n, 32), dtype=np.uint8))
+                      for n in counts)
+    result = Aick().register(source, target)
+    assert result.status is Status.TOO_FEW_KEYPOINTS
+    assert str(counts[0]) in result.reason
+    assert np.isinf(np.diag(result.covariance)).all()
+
+
+def test_unlike_frames_have_too_few_matches():
+    rng = np.random.default_rng(0)
+    source = keypoint_frame(rng.normal(0, 1, (50, 3)), np.zeros((50, 32), np.uint8))
+    target = keypoint_frame(rng.normal(0, 1, (50, 3)), np.full((50, 32), 255, np.uint8))
+    result = Aick().register(source, target)
+    assert result.status is Status.TOO_FEW_MATCHES
+    assert 'iteration 0' in result.reason
+
+
+def test_points_on_a_line_are_degenerate():
+    rng = np.random.default_rng(0)
+    line = np.outer(np.linspace(0, 1, 50), (1, 2, 3))
+    frame = keypoint_frame(line, rng.integers(0, 256, (50, 32), dtype=np.uint8))
+    assert Aick().register(frame, frame).status is Status.DEGENERATE_GEOMETRY
+
+
+def test_presets_are_the_papers():
+    full, fast = preset('paper-full'), preset('paper-fast')
+    assert (full.aick.alpha, full.aick.iterations, full.features.max_keypoints) == (0.8, 25, 0)
+    assert (fast.aick.alpha, fast.aick.iterations, fast.features.max_keypoints) == (0.6, 10, 350)
+    for settings in (full, fast):
+        assert (settings.aick.lambda_e, settings.aick.lambda_f) == (0.01, 0.2)
+        assert settings.features.detector == 'orb'
+        assert settings.features.orb == Settings().features.orb
+    assert set(PRESETS) == {'paper-full', 'paper-fast'}

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The camera against the models' equations, written out."""
+
+import numpy as np
+import pytest
+
+from aick_ros.camera import Camera
+from aick_ros.errors import InputError
+
+FR1 = Camera(640, 480, 517.306408, 516.469215, 318.643040, 255.313989, 'plumb_bob',
+             (0.262383, -0.953104, -0.005358, 0.002628, 1.163314))
+RATIONAL = Camera(640, 480, 500, 505, 320, 240, 'rational_polynomial',
+                  (0.5, -0.2, 0.001, -0.002, 0.02, 0.6, -0.1, 0.01))
+FISHEYE = Camera(640, 480, 300, 302, 320, 240, 'equidistant', (0.02, -0.01, 0.003, -0.001))
+PINHOLE = Camera(640, 480, 525, 525, 319.5, 239.5)
+K = [500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0]
+
+
+def distort(camera, x, y):
+    """The distortion equations as OpenCV and sensor_msgs document them."""
+    r2 = x * x + y * y
+    if camera.distortion_model == 'equidistant':
+        k1, k2, k3, k4 = camera.distortion
+        r = np.sqrt(r2)
+        theta = np.arctan(r)
+        scale = theta * (1 + k1 * theta**2 + k2 * theta**4 + k3 * theta**6 + k4 * theta**8) / r
+        return x * scale, y * scale
+    k1, k2, p1, p2, k3, k4, k5, k6 = (camera.distortion + (0.0,) * 8)[:8]
+    radial = (1 + k1 * r2 + k2 * r2**2 + k3 * r2**3) / (1 + k4 * r2 + k5 * r2**2 + k6 * r2**3)
+    return (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+            y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y)
+
+
+@pytest.mark.parametrize('camera', [FR1, RATIONAL, FISHEYE, PINHOLE],
+                         ids=lambda camera: f'{camera.distortion_model}{len(camera.distortion)}')
+def test_projects_and_back_projects_by_the_equations(camera):
+    u, v = np.meshgrid(np.linspace(0, 639, 17), np.linspace(0, 479, 13))
+    pixels = np.column_stack([u.ravel(), v.ravel()])
+    depths = np.linspace(0.5, 5, len(pixels))
+    points = camera.back_project(pixels, depths)
+    np.testing.assert_array_equal(points[:, 2], depths)
+    x, y = points[:, 0] / depths, points[:, 1] / depths
+    if camera.distortion:
+        x, y = distort(camera, x, y)
+    again = np.column_stack([camera.fx * x + camera.cx, camera.fy * y + camera.cy])
+    np.testing.assert_allclose(again, pixels, atol=1e-3)
+    np.testing.assert_allclose(camera.project(points), again, atol=1e-6)
+
+
+def test_of_no_points_there_are_no_pixels():
+    assert FR1.normalize(np.empty((0, 2))).shape == (0, 2)
+    assert FR1.project(np.empty((0, 3))).shape == (0, 2)
+    assert FISHEYE.back_project(np.empty((0, 2)), np.empty(0)).shape == (0, 3)
+
+
+def test_from_camera_info():
+    camera = Camera.from_camera_info(640, 480, K, [0.0] * 5, 'plumb_bob')
+    assert camera == Camera(640, 480, 500, 500, 320, 240)
+    assert camera.distortion == ()
+    np.testing.assert_array_equal(camera.matrix.ravel(), K)
+    assert Camera.from_camera_info(640, 480, K, FR1.distortion, '').distortion == FR1.distortion
+
+
+@pytest.mark.parametrize('fields, sentence', [
+    ((640, 480, [0.0] * 9), r'k\[0\] is 0; calibrate'),
+    ((640, 480, K[:8]), '8 numbers: it takes 9'),
+    ((0, 0, K), '0 x 0 pixels'),
+    ((640, 480, [-500.0, *K[1:]]), 'focal lengths must be positive'),
+    ((640, 480, [float('nan'), *K[1:]]), 'focal lengths must be positive'),
+    ((640, 480, K, [0.1, 0.2, 0.3], 'plumb_bob'), '3 coefficients: it takes 0, 4, 5'),
+    ((640, 480, K, [0.1, 0.2, 0.3, float('inf')], 'plumb_bob'), 'not all finite'),
+    ((640, 480, K, [0.1] * 4, 'thin_prism'), "unknown distortion model 'thin_prism'"),
+])
+def test_refuses_what_is_no_camera(fields, sentence):
+    with pytest.raises(InputError, match=sentence):
+        Camera.from_camera_info(*fields)

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Depth at keypoints: exact on planes, never between two surfaces, noise as drawn."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros import depth
+from aick_ros.camera import Camera
+from aick_ros.settings import SensorSettings
+
+SENSOR = SensorSettings()
+CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)
+
+
+def plane_depth(u, v, normal=(0.3, -0.2, 1.0), distance=2.0):
+    """Depth of the plane normal . X = distance at pixels, in closed form."""
+    rays = np.stack([(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy, np.ones_like(u)])
+    return distance / np.tensordot(normal, rays, 1)
+
+
+def test_exact_on_a_slanted_plane():
+    v, u = np.mgrid[:480, :640].astype(float)
+    image = plane_depth(u, v).astype(np.float32)
+    rng = np.random.default_rng(0)
+    pixels = rng.uniform((0, 0), (639, 479), (500, 2))
+    np.testing.assert_allclose(depth.sample(image, pixels, SENSOR),
+                               plane_depth(*pixels.T), rtol=1e-6)
+
+
+def test_at_an_edge_a_value_of_one_of_the_surfaces():
+    image = np.full((480, 640), 3.0, np.float32)
+    image[:, 300:] = 1.0
+    u = np.linspace(298, 302, 41)
+    found = depth.sample(image, np.column_stack([u, np.full_like(u, 100.3)]), SENSOR)
+    np.testing.assert_allclose(found, np.where(np.rint(u) >= 300, 1.0, 3.0))
+
+
+def test_beside_a_hole_the_nearest_pixel_or_nothing():
+    image = np.full((480, 640), 2.0, np.float32)
+    image[100, 100] = np.nan
+    pixels = [(100.0, 100.0), (100.4, 100.4), (100.6, 100.6), (99.4, 99.4), (102.0, 100.0)]
+    np.testing.assert_array_equal(depth.sample(image, pixels, SENSOR),
+                                  [np.nan, np.nan, 2.0, 2.0, 2.0])
+
+
+def test_out_of_range_is_no_depth():
+    image = np.array([[0.05, 0.05, 11.0, 11.0], [0.05, 0.05, 11.0, 11.0]], np.float32)
+    assert np.isnan(depth.sample(image, [(0.5, 0.5), (2.5, 0.5)], SENSOR)).all()
+    wide = dataclasses.replace(SENSOR, min_depth=0.01, max_depth=20.0)
+    np.testing.assert_allclose(depth.sample(image, [(0.5, 0.5), (2.5, 0.5)], wide), [0.05, 11.0],
+                               rtol=1e-6)
+
+
+@pytest.mark.parametrize('pixel', [(0, 0), (639, 479), (-0.4, 479.4), (639.4, -0.4)])
+def test_border_pixels_have_depth(pixel):
+    image = np.full((480, 640), 2.0, np.float32)
+    assert depth.sample(image, [pixel], SENSOR) == pytest.approx([2.0])
+
+
+def test_nothing_anywhere():
+    image = np.full((480, 640), np.nan, np.float32)
+    assert np.isnan(depth.sample(image, [(10.5, 20.5)], SENSOR)).all()
+    assert depth.sample(image, np.empty((0, 2)), SENSOR).shape == (0,)
+
+
+def test_covariance_is_that_of_noisy_pixels_and_depths():
+    """Monte Carlo: scatter of back-projected points drawn from the noise model."""
+    rng = np.random.default_rng(1)
+    pixels, z, sigma = np.array([[500.0, 100.0]]), 3.0, 1.5
+    sample = CAMERA.back_project(pixels + rng.normal(0, sigma, (100_000, 2)),
+                                 z + rng.normal(0, SENSOR.depth_sigma * z ** 2, 100_000))
+    claimed = depth.position_covariances(
+        CAMERA.back_project(pixels, [z]), np.array([sigma]), CAMERA, SENSOR)[0]
+    np.testing.assert_allclose(np.cov(sample.T), claimed, rtol=0.03, atol=0.02 * claimed.max())

@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Pairing of stamped images: against the classical association, in any order of arrival."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from aick_ros.synchronizer import Synchronizer
+
+MS = 1_000_000
+
+
+def greedy(colour, depth, limit):
+    """The association of the TUM tools: smallest differences first, each used once."""
+    candidates = sorted((abs(c - d), c, d) for c in colour for d in depth if abs(c - d) <= limit)
+    free_colour, free_depth, pairs = set(colour), set(depth), []
+    for _, c, d in candidates:
+        if c in free_colour and d in free_depth:
+            free_colour.remove(c)
+            free_depth.remove(d)
+            pairs.append((c, d))
+    return sorted(pairs)
+
+
+def arrivals(colour, depth):
+    return sorted([(stamp, 'colour') for stamp in colour] + [(stamp, 'depth') for stamp in depth])
+
+
+def run(events, flush=True, **options):
+    synchronizer = Synchronizer(**options)
+    pairs = []
+    for stamp, kind in events:
+        add = synchronizer.add_colour if kind == 'colour' else synchronizer.add_depth
+        pairs += add(int(stamp), f'{kind} {stamp}')
+    if flush:
+        pairs += synchronizer.flush()
+    for pair in pairs:
+        assert pair.colour == f'colour {pair.colour_stamp}'
+        assert pair.depth == f'depth {pair.depth_stamp}'
+    return [(pair.colour_stamp, pair.depth_stamp) for pair in pairs], synchronizer
+
+
+def camera(rng, count, offset_ms, jitter_ms, loss, period_ms=33.3):
+    times = np.arange(count) * period_ms
+    streams = []
+    for shift in (0.0, offset_ms):
+        stamps = np.round((times + shift + rng.uniform(-jitter_ms, jitter_ms, count)) * 1000)
+        streams.append([int(s) * 1000 + 10 ** 12 for s in stamps[rng.random(count) >= loss]])
+    return streams
+
+
+@pytest.mark.parametrize('offset_ms, jitter_ms, loss', [
+    (0, 0, 0), (3, 1, 0), (-8, 2, 0.1), (12, 2, 0), (5, 1, 0.3), (-13, 1, 0.05)])
+def test_pairs_are_those_of_the_classical_association(offset_ms, jitter_ms, loss):
+    rng = np.random.default_rng(1)
+    colour, depth = camera(rng, 300, offset_ms, jitter_ms, loss)
+    pairs, synchronizer = run(arrivals(colour, depth))
+    assert pairs == greedy(colour, depth, 20 * MS)
+    assert synchronizer.unpaired['colour'] >= len(colour) - len(pairs) - 1
+
+
+def test_near_half_a_period_the_pairs_are_as_many_and_as_good():
+    """There the best choice hangs on images far ahead; nearly all pairs are the same."""
+    rng = np.random.default_rng(2)
+    colour, depth = camera(rng, 600, 16.0, 2.0, 0.02)
+    pairs, _ = run(arrivals(colour, depth))
+    expected = greedy(colour, depth, 20 * MS)
+    assert len(set(pairs) & set(expected)) > 0.9 * len(expected)
+    assert len(pairs) > 0.97 * len(expected)
+
+
+@pytest.mark.parametrize('offset_ms', [0, 5, -12])
+def test_pairs_do_not_depend_on_the_order_of_arrival(offset_ms):
+    rng = np.random.default_rng(3)
+    colour, depth = camera(rng, 100, offset_ms, 1.0, 0.1)
+    expected, _ = run(arrivals(colour, depth))
+    late_colour = sorted(arrivals(colour, depth),
+                         key=lambda event: event[0] + (30 * MS if event[1] == 'colour' else 0))
+    late_depth = sorted(arrivals(colour, depth),
+                        key=lambda event: event[0] + (30 * MS if event[1] == 'depth' else 0))
+    assert run(late_colour)[0] == run(late_depth)[0] == expected
+
+
+def test_a_pair_that_cannot_be_beaten_does_not_wait():
+    """From the third frame on, the period is known: a pair is out with its second image."""
+    synchronizer = Synchronizer()
+    for i in range(20):
+        stamp = i * 33 * MS
+        synchronizer.add_colour(stamp, None)
+        pairs = synchronizer.add_depth(stamp + 5 * MS, None)
+        if i > 2:
+            assert [pair.colour_stamp for pair in pairs] == [stamp]
+
+
+def test_equal_stamps_are_paired_at_once():
+    synchronizer = Synchronizer(max_interval=0.0)
+    assert synchronizer.add_colour(10, 'c') == []
+    assert synchronizer.add_depth(10, 'd') == [(10, 'c', 10, 'd')]
+
+
+def test_exact_pairs_equal_stamps_only():
+    events = [(s, kind) for s in (10, 20, 30) for kind in ('colour', 'depth')]
+    events[2] = (21, 'colour')
+    assert run(events, max_interval=0.0)[0] == [(10, 10), (30, 30)]
+
+
+def test_repeated_and_late_stamps_are_refused_and_counted():
+    events = [(s * MS, kind) for s in (100, 133, 133, 120, 166) for kind in ('colour', 'depth')]
+    pairs, synchronizer = run(events)
+    assert pairs == [(s * MS, s * MS) for s in (100, 133, 166)]
+    assert synchronizer.late == 4
+
+
+def test_a_recording_that_starts_again_is_followed():
+    once = [(s * 33 * MS + 10 ** 10, kind) for s in range(90) for kind in ('colour', 'depth')]
+    pairs, _ = run(once + once)
+    assert len(pairs) >= 2 * 90 - 2
+
+
+def test_the_queue_is_bounded():
+    synchronizer = Synchronizer(queue_size=5)
+    for stamp in range(1000):
+        assert synchronizer.add_colour(stamp * 33 * MS, None) == []
+    assert synchronizer.unpaired['colour'] == 995
+    assert [p.colour_stamp for p in synchronizer.add_depth(999 * 33 * MS, None)] == [999 * 33 * MS]
+
+
+def test_each_image_is_used_once():
+    rng = np.random.default_rng(4)
+    for offset in (0, 7, 16):
+        pairs, _ = run(arrivals(*camera(rng, 200, offset, 5, 0.2)))
+        for stamps in zip(*pairs):
+            assert all(a < b for a, b in itertools.pairwise(stamps))
