@@ -104,14 +104,11 @@ def colour_image(message: ImageMessage) -> np.ndarray:
     layout = _COLOUR.get(message.encoding)
     if layout is None:
         raise _wrong_encoding('colour', message.encoding, _COLOUR, _DEPTH)
+    if layout.channels == 2 and message.width % 2:
+        raise InputError(f'the image is {message.width} pixels wide, and {message.encoding} has '
+                         'them in pairs: check the driver')
     pixels = _pixels(message, layout)
-    if layout.convert is None:
-        return pixels
-    try:
-        return layout.convert(pixels)
-    except cv2.error as error:
-        raise InputError(f'{message.width} x {message.height} pixels are no {message.encoding} '
-                         f'image ({error.err}): check the driver') from None
+    return pixels if layout.convert is None else layout.convert(pixels)
 
 
 def depth_image(message: ImageMessage) -> np.ndarray:

@@ -42,7 +42,7 @@ def fit(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     u, singular, vt = np.linalg.svd((source - source_mean).T @ (target - target_mean))
     if singular[1] <= _COLLINEAR * singular[0]:
         raise DegenerateGeometryError(f'{len(source)} matched points lie on a line or in a point')
-    if np.linalg.det(u) * np.linalg.det(vt) < 0:
+    if np.linalg.det(u @ vt) < 0:
         u[:, 2] = -u[:, 2]
     pose = np.eye(4)
     pose[:3, :3] = (u @ vt).T

@@ -112,11 +112,19 @@ class _Candidates:
         if len(below) == 0:
             return np.empty((0, 2), np.intp)
         source, d = self.source[below], d[below]
-        starts = np.flatnonzero(np.r_[True, source[1:] != source[:-1]])
-        lengths = np.diff(np.r_[starts, len(source)])
+        starts = np.flatnonzero(_begins_run(source))
+        lengths = np.diff(starts, append=len(source))
         least = np.flatnonzero(d == np.repeat(np.minimum.reduceat(d, starts), lengths))
-        least = least[np.r_[True, source[least[1:]] != source[least[:-1]]]]
+        least = least[_begins_run(source[least])]  # the first of equals
         return np.column_stack([source[least], self.target[below[least]]])
+
+
+def _begins_run(values: np.ndarray) -> np.ndarray:
+    """Return which of sorted values, at least one, differ from the one before them."""
+    begins = np.empty(len(values), bool)
+    begins[0] = True
+    np.not_equal(values[1:], values[:-1], out=begins[1:])
+    return begins
 
 
 def _signs(descriptors: np.ndarray) -> np.ndarray:

@@ -101,8 +101,9 @@ class Synchronizer:
             if stream.last - stamp <= RESTART_AFTER:
                 self._late += 1
                 return []
-            self._colour.restart()
-            self._depth.restart()
+            for other in (self._colour, self._depth):
+                if other.last is not None and other.last - stamp > RESTART_AFTER:
+                    other.restart()  # unless it has begun anew before this one
         stream.append(stamp, image)
         pairs = self._take_pairs(ended=False)
         while self._queue_size is not None and len(stream.queue) > self._queue_size:

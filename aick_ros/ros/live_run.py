@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
@@ -27,6 +28,7 @@ from aick_ros.ros.bag_player import BagPlayer
 from aick_ros.ros.messages import UNKNOWN, from_pose, to_stamp
 from aick_ros.ros.resources import use_fastdds_profile
 
+DIAGNOSED = 'odom_node: odometry'
 NODE_COMMAND = (sys.executable, '-m', 'aick_ros.ros.odom_node')
 
 _DISCOVERY = 10.0  # seconds; it takes 0.1 to 3
@@ -116,7 +118,7 @@ def _play(bag: Path, remappings: Mapping[str, str], pace: Callable[[int], None],
     if missing:
         raise InputError(f'{bag} has no topic {", ".join(missing)}')
     deaf = player.wait_for_subscribers(list(remappings.values()), _DISCOVERY)
-    if deaf or not listener.wait_for_publisher(_DISCOVERY):
+    if deaf or not listener.wait_for_node(_DISCOVERY):
         raise InputError(f'odom_node did not come up within {_DISCOVERY:g} s'
                          + (f'; it ended with exit code {process.poll()}'
                             if process.poll() is not None else ''))
@@ -128,15 +130,18 @@ def _play(bag: Path, remappings: Mapping[str, str], pace: Callable[[int], None],
 
 
 class _Listener(Node):
-    """Records the odometry; several messages may come while another is looked at."""
+    """Records the odometry and notices when the node is there."""
 
     def __init__(self) -> None:
         super().__init__('odometry_listener')
         self.run = LiveRun()
-        self._subscription = self.create_subscription(Odometry, 'odom', self._take, _QUEUE)
+        self._heard = threading.Event()
+        self.create_subscription(Odometry, 'odom', self._take, _QUEUE)
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, _QUEUE)
 
-    def wait_for_publisher(self, timeout: float) -> bool:
-        return _wait_until(lambda: self.count_publishers(self._subscription.topic_name), timeout)
+    def wait_for_node(self, timeout: float) -> bool:
+        """Wait for a sign of life: what it reaches after is where the odometry will reach too."""
+        return _wait_until(self._heard.is_set, timeout)
 
     def wait_for_answers(self, count: int) -> None:
         """Wait for so many answers, or until no more come."""
@@ -144,6 +149,10 @@ class _Listener(Node):
         while len(self.run.answers) not in (seen, count):
             seen = len(self.run.answers)
             _wait_until(lambda: len(self.run.answers) > seen, _PATIENCE)
+
+    def _hear(self, message: DiagnosticArray) -> None:
+        if any(status.name == DIAGNOSED for status in message.status):
+            self._heard.set()
 
     def _take(self, message: Odometry) -> None:
         now = time.monotonic()

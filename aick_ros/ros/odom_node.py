@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 import time
 import traceback
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -86,11 +87,11 @@ class OdomNode(Node):
 
     def _take_colour(self, message: Image) -> None:
         self._watchdog.saw('rgb/image')
-        self._queue(self._synchronizer.add_colour(to_stamp(message.header.stamp), message))
+        self._take(self._synchronizer.add_colour, message)
 
     def _take_depth(self, message: Image) -> None:
         self._watchdog.saw('depth/image')
-        self._queue(self._synchronizer.add_depth(to_stamp(message.header.stamp), message))
+        self._take(self._synchronizer.add_depth, message)
 
     def _take_camera_info(self, message: CameraInfo) -> None:
         self._watchdog.saw('rgb/camera_info')
@@ -105,6 +106,14 @@ class OdomNode(Node):
             self._camera = camera
             self.get_logger().info(f'camera: {camera}')
             self._worker.nudge()
+
+    def _take(self, add: Callable[[int, Image], list[Pair]], image: Image) -> None:
+        late = self._synchronizer.late
+        self._queue(add(to_stamp(image.header.stamp), image))
+        if self._synchronizer.late > late:
+            self.get_logger().warning(
+                f'image of {to_stamp(image.header.stamp)} ns left out: its stamp repeats or goes '
+                'back; is the driver publishing twice?', throttle_duration_sec=_THROTTLE)
 
     def _queue(self, pairs: list[Pair]) -> None:
         for pair in pairs:

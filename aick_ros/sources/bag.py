@@ -1,0 +1,166 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+ROS 2 bags (mcap, sqlite3) and ROS 1 bags, read message by message.
+
+Images are paired by the stamps of their headers. One whose stamp repeats or goes back is left out
+and reported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from aick_ros import image_codec, rigid
+from aick_ros.camera import Camera
+from aick_ros.errors import InputError
+from aick_ros.frame import RgbdFrame
+from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
+from aick_ros.sources.bag_file import BagFile
+from aick_ros.sources.bag_topics import IMAGE, BagTopics
+from aick_ros.sources.calibration import read_camera
+from aick_ros.synchronizer import Pair, Synchronizer
+from aick_ros.trajectory import NANOSECONDS, Trajectory, stamp_to_seconds
+
+_WAITING = 64
+"""Images of one topic that may wait for a partner, which bounds the memory."""
+
+
+class BagSource:
+    """
+    A bag; see :class:`aick_ros.sources.RgbdSource`.
+
+    :param path: the folder of a ROS 2 bag, one of its .mcap or .db3 files, or a .bag file.
+    :raises InputError: where the bag cannot be read or lacks what is needed.
+    """
+
+    def __init__(self, path: Path, options: SourceOptions = SourceOptions()) -> None:
+        self.name = path.resolve().name
+        self._path = path
+        self._options = options
+        self._bag = BagFile(path)
+        topics = {topic: info for topic, info in self._bag.topics().items() if info.msgcount}
+        self._topics = BagTopics({topic: str(info.msgtype) for topic, info in topics.items()},
+                                 str(path))
+        self._colour = self._topics.colour(options.colour_topic, options.depth_topic)
+        self._depth = self._topics.depth(options.depth_topic, self._colour)
+        self._length = min(topics[self._colour].msgcount, topics[self._depth].msgcount)
+        self._camera = self._find_camera()
+
+    @cached_property
+    def ground_truth(self) -> Trajectory | None:
+        """The poses on the ground truth's topic, or None; null quaternions are left out."""
+        topic = self._topics.ground_truth(self._options.ground_truth_topic)
+        if topic is None:
+            return None
+        poses = {}
+        for _, message in self._bag.messages([topic], raise_damage):
+            try:
+                poses[_stamp(message)] = _pose(message)
+            except ValueError:
+                continue
+        stamps = sorted(poses)
+        if not stamps:
+            return None
+        return Trajectory(np.array(stamps, np.int64),
+                          np.array([poses[stamp] for stamp in stamps]))
+
+    def __len__(self) -> int:
+        """Return the number of images of the topic that has fewer."""
+        return self._length
+
+    def frames(self, on_damaged: OnDamaged) -> Iterator[RgbdFrame]:
+        """
+        Yield the pairs of images as they are found.
+
+        :raises InputError: where no images are near each other, or the bag cannot be read on.
+        """
+        found = False
+        for pair in self._pairs(on_damaged):
+            found = True
+            try:
+                frame = self._decode(pair)
+            except InputError as error:
+                on_damaged(error)
+            else:
+                yield frame
+        if not found:
+            raise InputError(
+                f'{self._path}: no image on {self._colour} is within '
+                f'{self._options.max_interval:g} s of one on {self._depth}: check the stamps of '
+                'the two drivers')
+
+    def _pairs(self, on_damaged: OnDamaged) -> Iterator[Pair]:
+        synchronizer = Synchronizer(self._options.max_interval, _WAITING)
+        add = {self._colour: synchronizer.add_colour, self._depth: synchronizer.add_depth}
+        last = dict.fromkeys(add, 0)
+        for topic, message in self._bag.messages(list(add), on_damaged):
+            stamp = _stamp(message)
+            if stamp > last[topic]:
+                last[topic] = stamp
+                yield from add[topic](stamp, message)
+            else:
+                on_damaged(InputError(
+                    f'{self._where(topic, stamp)}: the stamp is zero, repeats or goes back from '
+                    f'{stamp_to_seconds(last[topic])}; the image is left out'))
+        yield from synchronizer.flush()
+
+    def _decode(self, pair: Pair) -> RgbdFrame:
+        colour = self._image(self._colour, pair.colour_stamp, pair.colour,
+                             image_codec.colour_image, image_codec.compressed_colour)
+        depth = self._image(self._depth, pair.depth_stamp, pair.depth,
+                            image_codec.depth_image, image_codec.compressed_depth)
+        try:
+            return RgbdFrame(pair.colour_stamp, colour, depth, self._camera, pair.depth_stamp)
+        except InputError as error:
+            raise InputError(f'{self._where(self._colour, pair.colour_stamp)}: {error}') from None
+
+    def _image(self, topic: str, stamp: int, message: Any,
+               raw: Callable[[Any], np.ndarray],
+               compressed: Callable[[Any], np.ndarray]) -> np.ndarray:
+        decode = raw if self._topics.types[topic] == IMAGE else compressed
+        try:
+            return decode(message)
+        except InputError as error:
+            raise InputError(f'{self._where(topic, stamp)}: {error}') from None
+
+    def _find_camera(self) -> Camera:
+        if self._options.camera is not None:
+            return read_camera(self._options.camera)
+        remedy = 'or give a calibration with --camera FILE'
+        try:
+            topic = self._topics.info(self._options.info_topic, self._colour)
+        except InputError as error:
+            raise InputError(f'{error}; {remedy}') from None
+        for _, info in self._bag.messages([topic], raise_damage):
+            # ROS 1 has these two in capitals
+            k, d = (info.k, info.d) if hasattr(info, 'k') else (info.K, info.D)
+            try:
+                return Camera.from_camera_info(info.width, info.height, k, d,
+                                               info.distortion_model)
+            except InputError as error:
+                raise InputError(f'{self._path}, {topic}: {error}; {remedy}') from None
+        raise InputError(f'{self._path} has no message on {topic}: record it again, {remedy}')
+
+    def _where(self, topic: str, stamp: int) -> str:
+        return f'{self._path}, {topic} at {stamp_to_seconds(stamp)}'
+
+
+def _stamp(message: Any) -> int:
+    return message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec
+
+
+def _pose(message: Any) -> np.ndarray:
+    """Return the pose in a message of one of the types in POSES; ValueError where it is none."""
+    pose = getattr(message, 'pose', None) or message.transform
+    pose = getattr(pose, 'pose', pose)
+    position = pose.position if hasattr(pose, 'position') else pose.translation
+    rotation = pose.orientation if hasattr(pose, 'orientation') else pose.rotation
+    return rigid.from_quaternion((rotation.x, rotation.y, rotation.z, rotation.w),
+                                 (position.x, position.y, position.z))

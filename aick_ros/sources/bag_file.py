@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The messages of a ROS 1 or ROS 2 bag, with the errors a person can act on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import TopicInfo
+from rosbags.typesys import Stores, get_typestore
+
+from aick_ros.errors import InputError
+from aick_ros.sources import OnDamaged
+from aick_ros.trajectory import stamp_to_seconds
+
+_REPAIR = ('copy or record it again, or repair it (`ros2 bag reindex` for a ROS 2 bag, `mcap '
+           'recover` for an mcap file, `rosbag reindex` for a ROS 1 bag)')
+
+
+class BagFile:
+    """
+    A bag on disk; every read opens it anew.
+
+    :param path: the folder of a ROS 2 bag, one of its .mcap or .db3 files, or a .bag file. A
+        folder without metadata.yaml will do where it has one storage file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = _storage(path)
+
+    def topics(self) -> dict[str, TopicInfo]:
+        """
+        Return what the bag's index has about its topics.
+
+        :raises InputError: where the bag cannot be read.
+        """
+        with self._open() as reader:
+            return reader.topics
+
+    def messages(self, topics: list[str], on_damaged: OnDamaged) -> Iterator[tuple[str, Any]]:
+        """
+        Yield topic and message in the order in which they were recorded.
+
+        :param on_damaged: told of each message that cannot be deserialised.
+        :raises InputError: where the bag cannot be read on.
+        """
+        with self._open() as reader:
+            messages = reader.messages([connection for connection in reader.connections
+                                        if connection.topic in topics])
+            while True:
+                try:
+                    connection, log_time, content = next(messages)
+                except StopIteration:
+                    return
+                except Exception as error:
+                    raise self._unreadable(error) from None
+                try:
+                    message = reader.deserialize(content, connection.msgtype)
+                except Exception as error:
+                    on_damaged(InputError(
+                        f'{self._path}, {connection.topic} recorded at '
+                        f'{stamp_to_seconds(log_time)}: the message is damaged '
+                        f'({_reason(error)}); {_REPAIR}'))
+                else:
+                    yield connection.topic, message
+
+    @contextmanager
+    def _open(self) -> Iterator[AnyReader]:
+        try:
+            reader = AnyReader([self._path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
+            reader.open()
+        except Exception as error:  # rosbags raises nearly anything on a damaged bag
+            raise self._unreadable(error) from None
+        try:
+            yield reader
+        finally:
+            reader.close()
+
+    def _unreadable(self, error: Exception) -> InputError:
+        return InputError(f'{self._path} cannot be read as a bag ({_reason(error)}): {_REPAIR}')
+
+
+def _storage(path: Path) -> Path:
+    # rosbags takes whatever ends in .bag for a ROS 1 bag
+    if path.is_file() or (path / 'metadata.yaml').exists() and path.suffix != '.bag':
+        return path
+    files = sorted(file for file in path.iterdir() if file.suffix in ('.mcap', '.db3'))
+    if len(files) == 1:
+        return files[0]
+    if path.suffix == '.bag':
+        raise InputError(f'{path} is a folder that ends in .bag: rename it')
+    raise InputError(f'{path} has {len(files)} storage files and no metadata.yaml: run `ros2 bag '
+                     f'reindex {path}`, or give one of the files')
+
+
+def _reason(error: Exception) -> str:
+    return ' '.join(str(error).split()).rstrip('.') or type(error).__name__

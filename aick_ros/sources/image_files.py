@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Colour and depth images in files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from aick_ros.encoded_image import decode_colour, decode_units
+from aick_ros.errors import InputError
+
+
+def read_colour(path: Path) -> np.ndarray:
+    """
+    Read a PNG or JPEG file.
+
+    :returns: HxWx3 (red, green, blue) or HxW uint8.
+    :raises InputError: naming the file.
+    """
+    return _read(path, decode_colour)
+
+
+def read_units(path: Path) -> np.ndarray:
+    """
+    Read a depth image, in whatever unit it is stored.
+
+    :returns: HxW uint16.
+    :raises InputError: naming the file.
+    """
+    return _read(path, decode_units)
+
+
+def _read(path: Path, decode: Callable[[bytes], np.ndarray]) -> np.ndarray:
+    try:
+        return decode(path.read_bytes())
+    except OSError as error:
+        raise InputError(f'cannot read the image {path}: {error.strerror}') from None
+    except InputError as error:
+        raise InputError(f'cannot read the image {path}: {error}') from None

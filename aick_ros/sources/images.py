@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Folders of numbered images, as 7-Scenes and 3DMatch have them.
+
+``frame-000000.color.png`` or ``.jpg``, ``frame-000000.depth.png`` in millimetres (0 and 65535 for
+none), ``frame-000000.pose.txt`` with ``T_world_camera`` (optional), and the calibration as
+``camera.json`` or ``camera-intrinsics.txt``, in the folder or the one above. The numbers count at
+30 Hz, so a number that is missing leaves a gap in time.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from aick_ros import rigid
+from aick_ros.camera import Camera
+from aick_ros.encoded_image import to_metres
+from aick_ros.errors import InputError
+from aick_ros.frame import RgbdFrame
+from aick_ros.sources import OnDamaged, SourceOptions
+from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
+from aick_ros.sources.image_files import read_colour, read_units
+from aick_ros.trajectory import NANOSECONDS, Trajectory
+
+RATE = 30
+"""Numbers a second."""
+
+START = NANOSECONDS
+"""Stamp of number 0 [ns]; not zero, which stands for a stamp that was never set."""
+
+INTRINSICS_FILE = 'camera-intrinsics.txt'
+
+_UNITS_PER_METRE = 1000
+_NO_DEPTH = 65535
+_FILE = re.compile(r'frame-(\d+)\.(?:(color)\.(?:png|jpe?g)|(depth)\.png|(pose)\.txt)')
+
+
+class ImagesSource:
+    """
+    A folder of numbered images; see :class:`aick_ros.sources.RgbdSource`.
+
+    :raises InputError: where colour, depth or the calibration are missing or cannot be used.
+    """
+
+    def __init__(self, folder: Path, options: SourceOptions = SourceOptions()) -> None:
+        self.name = folder.resolve().name
+        self._folder = folder
+        self._files = _find_files(folder)
+        self._numbers = sorted(self._files['color'])
+        for kind in ('color', 'depth'):
+            if not self._files[kind]:
+                raise InputError(f'{folder} has no frame-000000.{kind}.png: a folder of numbered '
+                                 'images takes colour and depth')
+        self._camera, self._matrix = _find_camera(folder, options.camera)
+
+    @cached_property
+    def ground_truth(self) -> Trajectory | None:
+        """The poses, None where there are none; one that is not finite is left out."""
+        paths = self._files['pose']
+        poses = {_stamp(number): _read_pose(paths[number]) for number in sorted(paths)}
+        poses = {stamp: pose for stamp, pose in poses.items() if np.isfinite(pose).all()}
+        if not poses:
+            return None
+        return Trajectory(np.array(list(poses), np.int64),
+                          np.array([_rigid(pose) for pose in poses.values()]))
+
+    def __len__(self) -> int:
+        """Return the number of colour images."""
+        return len(self._numbers)
+
+    def frames(self, on_damaged: OnDamaged) -> Iterator[RgbdFrame]:
+        """Yield the frames in the order of their numbers."""
+        for number in self._numbers:
+            try:
+                frame = self._read(number)
+            except InputError as error:
+                on_damaged(error)
+            else:
+                yield frame
+
+    def _read(self, number: int) -> RgbdFrame:
+        path = self._files['color'][number]
+        if number not in self._files['depth']:
+            raise InputError(f'{path} has no frame-{number:06d}.depth.png beside it')
+        colour, depth = read_colour(path), read_units(self._files['depth'][number])
+        depth[depth == _NO_DEPTH] = 0
+        if self._camera is None:
+            self._camera = Camera.from_camera_info(colour.shape[1], colour.shape[0],
+                                                   self._matrix.ravel())
+        try:
+            return RgbdFrame(_stamp(number), colour, to_metres(depth, _UNITS_PER_METRE),
+                             self._camera)
+        except InputError as error:
+            raise InputError(f'{path}: {error}') from None
+
+
+def _stamp(number: int) -> int:
+    return START + (number * NANOSECONDS + RATE // 2) // RATE
+
+
+def _find_files(folder: Path) -> dict[str, dict[int, Path]]:
+    """Return kind -> number -> path."""
+    files: dict[str, dict[int, Path]] = {'color': {}, 'depth': {}, 'pose': {}}
+    for path in sorted(folder.iterdir()):
+        match = _FILE.fullmatch(path.name)
+        if match:
+            number, *kinds = match.groups()
+            files[next(filter(None, kinds))][int(number)] = path
+    return files
+
+
+def _find_camera(folder: Path, given: Path | None) -> tuple[Camera | None, np.ndarray | None]:
+    """Return the camera, or the matrix of one whose image size is still to be seen."""
+    if given is not None:
+        return read_camera(given), None
+    for place in (folder, folder.resolve().parent):
+        if (place / CAMERA_FILE).exists():
+            return read_camera(place / CAMERA_FILE), None
+        if (place / INTRINSICS_FILE).exists():
+            return None, _read_intrinsics(place / INTRINSICS_FILE)
+    raise InputError(f'{folder} has no calibration: {HOW_TO_GIVE}, or as {INTRINSICS_FILE} with '
+                     'three rows (7-Scenes: 585 0 320 / 0 585 240 / 0 0 1)')
+
+
+def _read_intrinsics(path: Path) -> np.ndarray:
+    matrix = _read_matrix(path, (3, 3))
+    if not np.isfinite(matrix).all() or matrix[0, 0] <= 0.0 or matrix[1, 1] <= 0.0:
+        raise InputError(f'{path} has no positive focal lengths: it takes fx 0 cx / 0 fy cy / '
+                         '0 0 1')
+    return matrix
+
+
+def _read_pose(path: Path) -> np.ndarray:
+    pose = _read_matrix(path, (4, 4))
+    rotation = pose[:3, :3]
+    if np.isfinite(pose).all() and not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-2):
+        raise InputError(f'{path} is no pose: its rotation is not orthonormal')
+    return pose
+
+
+def _read_matrix(path: Path, shape: tuple[int, int]) -> np.ndarray:
+    try:
+        return np.array(path.read_text().split(), np.float64).reshape(shape)
+    except (OSError, ValueError) as error:
+        raise InputError(f'cannot read {shape[0]} rows of {shape[1]} numbers from {path}: '
+                         f'{error}') from None
+
+
+def _rigid(pose: np.ndarray) -> np.ndarray:
+    """Return a pose of few decimals with its rotation made orthonormal."""
+    return rigid.from_quaternion(rigid.to_quaternion(pose[:3, :3]), pose[:3, 3])

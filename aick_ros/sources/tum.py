@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Folders of the TUM RGB-D benchmark (Sturm et al., IROS 2012).
+
+``rgb.txt`` and ``depth.txt`` list stamps and files, ``groundtruth.txt`` stamps and poses. A line
+whose stamp repeats or goes back is left out and reported; one that cannot be read is refused.
+"""
+
+from __future__ import annotations
+
+import heapq
+import re
+from collections.abc import Iterator
+from functools import cached_property
+from operator import itemgetter
+from pathlib import Path
+from typing import NamedTuple
+
+from aick_ros.camera import Camera
+from aick_ros.encoded_image import to_metres
+from aick_ros.errors import InputError
+from aick_ros.frame import RgbdFrame
+from aick_ros.sources import OnDamaged, SourceOptions
+from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
+from aick_ros.sources.image_files import read_colour, read_units
+from aick_ros.synchronizer import Pair, Synchronizer
+from aick_ros.trajectory import (
+    Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds)
+
+UNITS_PER_METRE = 5000
+"""What a depth PNG counts in."""
+
+CAMERAS = {
+    '1': Camera(640, 480, 517.306408, 516.469215, 318.643040, 255.313989, 'plumb_bob',
+                (0.262383, -0.953104, -0.005358, 0.002628, 1.163314)),
+    '2': Camera(640, 480, 520.908620, 521.007327, 325.141442, 249.701764, 'plumb_bob',
+                (0.231222, -0.784899, -0.003257, -0.000105, 0.917205)),
+    '3': Camera(640, 480, 535.433105, 539.212524, 320.106653, 247.632132),
+}
+"""The benchmark's calibration of its three cameras; the images of the third are undistorted."""
+
+_CAMERA_IN_PATH = re.compile(r'(?:freiburg|(?<![a-z])fr)([123])(?!\d)', re.IGNORECASE)
+
+
+class _List(NamedTuple):
+    """A list file: stamps with image files, strictly increasing, and what was left out."""
+
+    images: list[tuple[int, Path]]
+    left_out: list[InputError]
+
+
+class TumSource:
+    """
+    A TUM folder; see :class:`aick_ros.sources.RgbdSource`.
+
+    :raises InputError: where the lists or the calibration are missing or cannot be used.
+    """
+
+    def __init__(self, folder: Path, options: SourceOptions = SourceOptions()) -> None:
+        self.name = folder.resolve().name
+        self._folder = folder
+        self._camera = _find_camera(folder, options.camera)
+        colour = _read_list(folder, 'rgb.txt')
+        depth = _read_list(folder, 'depth.txt')
+        self._left_out = colour.left_out + depth.left_out
+        self._pairs = _associate(colour.images, depth.images, options.max_interval)
+        if not self._pairs:
+            raise InputError(
+                f'{folder}: none of the {len(colour.images)} images in rgb.txt and the '
+                f'{len(depth.images)} in depth.txt are within {options.max_interval:g} s of each '
+                'other: check that both lists belong to one recording')
+
+    @cached_property
+    def ground_truth(self) -> Trajectory | None:
+        """The path in groundtruth.txt, or None."""
+        path = self._folder / 'groundtruth.txt'
+        return read_trajectory(path) if path.exists() else None
+
+    def __len__(self) -> int:
+        """Return the number of associated pairs."""
+        return len(self._pairs)
+
+    def frames(self, on_damaged: OnDamaged) -> Iterator[RgbdFrame]:
+        """Yield the associated pairs."""
+        for error in self._left_out:
+            on_damaged(error)
+        for pair in self._pairs:
+            try:
+                frame = self._read(pair)
+            except InputError as error:
+                on_damaged(error)
+            else:
+                yield frame
+
+    def _read(self, pair: Pair) -> RgbdFrame:
+        colour, depth = read_colour(pair.colour), read_units(pair.depth)
+        try:
+            return RgbdFrame(pair.colour_stamp, colour, to_metres(depth, UNITS_PER_METRE),
+                             self._camera, pair.depth_stamp)
+        except InputError as error:
+            raise InputError(f'{pair.colour}: {error}') from None
+
+
+def _find_camera(folder: Path, given: Path | None) -> Camera:
+    if given is not None:
+        return read_camera(given)
+    if (folder / CAMERA_FILE).exists():
+        return read_camera(folder / CAMERA_FILE)
+    numbers = _CAMERA_IN_PATH.findall(str(folder.resolve()))
+    if numbers:
+        return CAMERAS[numbers[-1]]
+    raise InputError(f'{folder} has no calibration, and no freiburg1, 2 or 3 in its name: '
+                     f'{HOW_TO_GIVE}')
+
+
+def _read_list(folder: Path, name: str) -> _List:
+    path = folder / name
+    try:
+        lines = path.read_text().splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f'cannot read the list {path}: {error}; a TUM folder has rgb.txt and '
+                         'depth.txt') from None
+    images: list[tuple[int, Path]] = []
+    left_out = []
+    for number, line in enumerate(lines, 1):
+        if not line.strip() or line.startswith('#'):
+            continue
+        stamp, file = _read_line(line, f'{path}, line {number}')
+        if images and stamp <= images[-1][0]:
+            left_out.append(InputError(
+                f'{path}, line {number}: stamp {stamp_to_seconds(stamp)} repeats or goes back '
+                f'from {stamp_to_seconds(images[-1][0])}; the line is left out'))
+        else:
+            images.append((stamp, folder / file))
+    if not images:
+        raise InputError(f'{path} lists no images: it takes lines of stamp and file name')
+    return _List(images, left_out)
+
+
+def _read_line(line: str, where: str) -> tuple[int, str]:
+    try:
+        stamp, file = line.split()
+        return seconds_to_stamp(stamp), file
+    except (ValueError, OverflowError):
+        raise InputError(f'{where}: {line.strip()[:80]!r} is no image; it takes a stamp in '
+                         'seconds and a file name') from None
+
+
+def _associate(colour: list[tuple[int, Path]], depth: list[tuple[int, Path]],
+               max_interval: float) -> list[Pair]:
+    synchronizer = Synchronizer(max_interval)
+    arrivals = heapq.merge(((stamp, synchronizer.add_colour, path) for stamp, path in colour),
+                           ((stamp, synchronizer.add_depth, path) for stamp, path in depth),
+                           key=itemgetter(0))
+    pairs = [pair for stamp, add, path in arrivals for pair in add(stamp, path)]
+    return pairs + synchronizer.flush()

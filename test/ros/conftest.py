@@ -1,0 +1,171 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A camera, a consumer and the node's process for the tests of the ROS side."""
+
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+import rclpy
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from sensor_msgs.msg import CameraInfo, Image
+from std_srvs.srv import Empty
+
+from aick_ros.ros.messages import to_stamp
+
+OPTICAL = 'camera_rgb_optical_frame'
+QUEUE = 1000
+PATIENCE = 20.0  # seconds that nothing should take; a test that waits so long has failed
+
+
+def wait_until(condition, what):
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, f'waited {PATIENCE:g} s in vain for {what}'
+        time.sleep(0.005)
+
+
+def info_message(camera):
+    return CameraInfo(width=camera.width, height=camera.height, k=camera.matrix.ravel(),
+                      distortion_model=camera.distortion_model, d=camera.distortion)
+
+
+class Rig:
+    """The other side of the node: publishes what a camera does, collects what comes back."""
+
+    wait_until = staticmethod(wait_until)
+
+    @staticmethod
+    def image_message(stamp, encoding, pixels, frame_id=OPTICAL):
+        """An Image of rows without padding."""
+        message = Image(height=pixels.shape[0], width=pixels.shape[1], encoding=encoding,
+                        step=pixels.strides[0], is_bigendian=int(pixels.dtype.byteorder == '>'))
+        message.header.stamp = Time(sec=stamp // 10 ** 9, nanosec=stamp % 10 ** 9)
+        message.header.frame_id = frame_id
+        message.data = np.ascontiguousarray(pixels).tobytes()
+        return message
+
+    def __init__(self):
+        self.node = rclpy.create_node('rig')
+        self.colour = self.node.create_publisher(Image, 'rgb/image', QUEUE)
+        self.depth = self.node.create_publisher(Image, 'depth/image', QUEUE)
+        self.info = self.node.create_publisher(CameraInfo, 'rgb/camera_info', QUEUE)
+        self.reset = self.node.create_client(Empty, '/odom_node/reset_odom')
+        self.odom, self.poses, self.diagnostics, self.links = [], [], [], []
+        self.listen(Odometry, 'odom', self.odom.append)
+        self.listen(PoseWithCovarianceStamped, 'pose', self.poses.append)
+        self.listen(DiagnosticArray, '/diagnostics', self.diagnostics.append)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def listen(self, kind, topic, take):
+        self.node.create_subscription(kind, topic, take, QUEUE)
+
+    def listen_to_tf(self):
+        from tf2_msgs.msg import TFMessage
+        self.listen(TFMessage, '/tf', lambda message: self.links.extend(message.transforms))
+
+    def close(self):
+        self._executor.shutdown()
+        self._thread.join()
+        self.node.destroy_node()
+
+    def wait_for_node(self):
+        wait_until(lambda: all(publisher.get_subscription_count() for publisher in (
+            self.colour, self.depth, self.info)), 'the node to subscribe')
+        # once one of its messages has come, the node knows all subscriptions of this side
+        wait_until(lambda: self.diagnostics, 'the node to publish')
+
+    def send_camera_info(self, camera):
+        self.info.publish(info_message(camera))
+
+    def send(self, frame, colour=None, depth=None):
+        """Publish a frame, or other messages in place of its images."""
+        self.colour.publish(colour or self.image_message(frame.stamp, 'rgb8', frame.colour))
+        self.depth.publish(depth or self.image_message(
+            frame.stamp if frame.depth_stamp is None else frame.depth_stamp, '32FC1',
+            frame.depth))
+
+    def answer(self, stamp):
+        """Wait for the odometry of a stamp [ns] and return it."""
+        wait_until(lambda: stamp in self.stamps(), f'odometry of {stamp} ns')
+        return self.odom[self.stamps().index(stamp)]
+
+    def stamps(self):
+        return [to_stamp(message.header.stamp) for message in self.odom]
+
+    def _spin(self):
+        try:
+            self._executor.spin()
+        except ExternalShutdownException:
+            pass
+
+
+class NodeProcess:
+    """odom_node in a process of its own; its log goes to a file."""
+
+    def __init__(self, log, parameters, command):
+        arguments = ['--ros-args']
+        for name, value in parameters.items():
+            arguments += ['-p', f'{name}:={value}']
+        self._log = log
+        self.process = subprocess.Popen([*command, *arguments], stdout=log.open('w'),
+                                        stderr=subprocess.STDOUT)
+
+    @property
+    def log(self):
+        return self._log.read_text()
+
+    def wait_for_log(self, sentence):
+        wait_until(lambda: sentence in self.log, f'{sentence!r} in the log:\n{self.log}')
+
+    def stop(self, how=signal.SIGINT):
+        """End the process as Ctrl-C does; return its exit code."""
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        try:
+            return self.process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
+            raise
+
+
+@pytest.fixture
+def rig(ros_domain):
+    rclpy.init(args=[])
+    rig = Rig()
+    yield rig
+    rig.close()
+    rclpy.shutdown()
+
+
+@pytest.fixture
+def start_node(rig, tmp_path):
+    """Start odom_node with parameters that suit a test: every frame, nothing lost on the way."""
+    started = []
+
+    def start(wait=True, command=(sys.executable, '-m', 'aick_ros.ros.odom_node'), **parameters):
+        parameters = {'process_every_frame': 'true', 'qos_reliability': 'reliable',
+                      'topic_queue_size': 100, 'frame_id': OPTICAL,
+                      **{name.replace('__', '.'): value for name, value in parameters.items()}}
+        node = NodeProcess(tmp_path / f'odom_node_{len(started)}.log', parameters, command)
+        started.append(node)
+        if wait:
+            rig.wait_for_node()
+        return node
+
+    yield start
+    for node in started:
+        node.stop()

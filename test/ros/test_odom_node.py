@@ -1,0 +1,293 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The node in its own process, with a camera and a consumer beside it, over DDS."""
+
+import dataclasses
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from sensor_msgs.msg import CameraInfo
+from std_srvs.srv import Empty
+
+from aick_ros import rigid
+from aick_ros.odometry import Odometry
+from aick_ros.ros.messages import from_pose, from_transform, to_stamp
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+OPTICAL = 'camera_rgb_optical_frame'
+T_BASE_CAMERA = rigid.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
+CAMERA_IN_BASE = '[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]'
+LOST = 9999.0
+
+
+@pytest.fixture(scope='module')
+def frames():
+    source = SyntheticSource(SyntheticOptions(seed=5, frames=12))
+    return [source.frame(i) for i in range(12)]
+
+
+def offline(frames):
+    odometry = Odometry()
+    return {frame.stamp: odometry.register_frame(frame) for frame in frames}
+
+
+def pose_of(message):
+    return from_pose(message.pose.pose)
+
+
+def covariance_of(block):
+    return np.reshape(block.covariance, (6, 6))
+
+
+def send_all(rig, frames):
+    rig.send_camera_info(frames[0].camera)
+    for frame in frames:
+        rig.send(frame)
+    return [rig.answer(frame.stamp) for frame in frames]
+
+
+def black(frame):
+    return dataclasses.replace(frame, colour=np.zeros_like(frame.colour))
+
+
+def test_answers_every_frame_as_offline(rig, start_node, frames):
+    start_node()
+    answers = send_all(rig, frames)
+    expected = offline(frames)
+    assert rig.stamps() == [frame.stamp for frame in frames]
+    for answer in answers:
+        update = expected[to_stamp(answer.header.stamp)]
+        np.testing.assert_allclose(pose_of(answer), update.T_odom_camera, atol=1e-6)
+        assert (answer.header.frame_id, answer.child_frame_id) == ('odom', OPTICAL)
+    for odom, pose in zip(rig.odom, rig.poses):
+        assert odom.header == pose.header
+        assert odom.pose == pose.pose
+
+
+def test_frames_velocity_and_covariance_are_those_of_the_base(rig, start_node, frames):
+    start_node(frame_id='base_link', odom_frame_id='odom_camera', camera_in_base=CAMERA_IN_BASE)
+    answers = send_all(rig, frames)
+    expected = offline(frames)
+    T_camera_base = rigid.inverse(T_BASE_CAMERA)
+    last = np.eye(4)
+    for answer in answers[1:]:
+        assert (answer.header.frame_id, answer.child_frame_id) == ('odom_camera', 'base_link')
+        update = expected[to_stamp(answer.header.stamp)]
+        T_odom_base = T_BASE_CAMERA @ update.T_odom_camera @ T_camera_base
+        np.testing.assert_allclose(pose_of(answer), T_odom_base, atol=1e-6)
+        twist = answer.twist.twist
+        moved = rigid.exp(update.interval * np.array([
+            twist.linear.x, twist.linear.y, twist.linear.z,
+            twist.angular.x, twist.angular.y, twist.angular.z]))
+        np.testing.assert_allclose(last @ moved, T_odom_base, atol=1e-6)
+        last = T_odom_base
+        for covariance in (covariance_of(answer.pose), covariance_of(answer.twist)):
+            np.testing.assert_allclose(covariance, covariance.T)
+            assert np.all(np.linalg.eigvalsh(covariance) > 0)
+            assert covariance[0, 0] not in (1.0, LOST)
+        # per second squared: the deviation of a step of 1/30 s is 30 times that of the velocity
+        step = np.sqrt(np.trace(update.increment_covariance[3:, 3:]))
+        rate = np.sqrt(np.trace(covariance_of(answer.twist)[3:, 3:]))
+        assert rate == pytest.approx(step / update.interval, rel=1e-6)
+
+
+def test_while_lost_the_last_pose_without_weight_and_no_tf(rig, start_node, frames):
+    pytest.importorskip('tf2_msgs', reason='tf2_msgs is not installed')
+    rig.listen_to_tf()
+    start_node()
+    shown = [*frames[:5], *map(black, frames[5:8]), *frames[8:]]
+    answers = send_all(rig, shown)
+    for answer in answers[5:8]:
+        np.testing.assert_array_equal(pose_of(answer), pose_of(answers[4]))
+        assert covariance_of(answer.pose).diagonal().tolist() == [LOST] * 6
+        assert covariance_of(answer.twist).diagonal().tolist() == [LOST] * 6
+        assert answer.twist.twist.linear.x == answer.twist.twist.angular.z == 0.0
+    recovered = answers[8]
+    assert covariance_of(recovered.pose)[0, 0] == LOST
+    assert covariance_of(answers[9].pose)[0, 0] < 1.0
+    step = rigid.inverse(pose_of(answers[4])) @ pose_of(recovered)
+    assert np.linalg.norm(step[:3, 3]) < 0.2
+    stamps = [to_stamp(link.header.stamp) for link in rig.links]
+    tracked = [frame.stamp for i, frame in enumerate(frames) if not 5 <= i < 8]
+    assert stamps == tracked  # strictly increasing, none while lost
+    for link, answer in zip(rig.links[:5], answers[:5]):
+        assert (link.header.frame_id, link.child_frame_id) == ('odom', OPTICAL)
+        np.testing.assert_allclose(from_transform(link.transform), pose_of(answer), atol=1e-12)
+
+
+def test_the_extrinsic_comes_from_tf_and_is_never_guessed(rig, start_node, frames):
+    pytest.importorskip('tf2_msgs', reason='tf2_msgs is not installed')
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+    from tf2_msgs.msg import TFMessage
+
+    from aick_ros.ros.messages import transform_stamped
+    node = start_node(frame_id='base_link')
+    rig.send_camera_info(frames[0].camera)
+    for frame in frames[:3]:
+        rig.send(frame)
+    node.wait_for_log("no transform from 'camera_rgb_optical_frame' (the colour image) to "
+                      "'base_link' (frame_id)")
+    assert rig.odom == []
+    latched = rig.node.create_publisher(TFMessage, '/tf_static', QoSProfile(
+        depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+    T_link_optical = rigid.from_quaternion((-0.5, 0.5, -0.5, 0.5))
+    T_base_link = T_BASE_CAMERA @ rigid.inverse(T_link_optical)
+    latched.publish(TFMessage(transforms=[
+        transform_stamped(0, 'base_link', 'camera_link', T_base_link),
+        transform_stamped(0, 'camera_link', OPTICAL, T_link_optical)]))
+    expected = offline(frames[:3])
+    for frame in frames[:3]:  # those that waited are answered too
+        T_odom_base = (T_BASE_CAMERA @ expected[frame.stamp].T_odom_camera
+                       @ rigid.inverse(T_BASE_CAMERA))
+        np.testing.assert_allclose(pose_of(rig.answer(frame.stamp)), T_odom_base, atol=1e-6)
+
+
+def bad_messages(frame, image_message):
+    """Damaged pairs of messages by the sentence the log must have, at the stamp of a frame."""
+    stamp, colour, depth = frame.stamp, frame.colour, frame.depth
+    truncated = image_message(stamp, 'rgb8', colour)
+    truncated.data = truncated.data[:1000]
+    grown = image_message(stamp, 'rgb8', colour)
+    grown.height *= 2
+    unknown = image_message(stamp, 'rgb8', colour)
+    unknown.encoding = 'rgb17'
+    return [
+        ('32FC1', {'colour': image_message(stamp, '32FC1', depth)}),
+        ('rgb8', {'depth': image_message(stamp, 'rgb8', colour)}),
+        ('1000', {'colour': truncated}),
+        ('960', {'colour': grown}),
+        ('rgb17', {'colour': unknown}),
+        ('320 x 240', {'depth': image_message(stamp, '32FC1', depth[::2, ::2].copy())}),
+        ('too few keypoints', {'depth': image_message(
+            stamp, '32FC1', np.full_like(depth, np.nan))}),
+        ('too few keypoints', {'colour': image_message(stamp, 'rgb8', np.zeros_like(colour))}),
+    ]
+
+
+@pytest.mark.parametrize('kind', range(8))
+def test_after_a_damaged_frame_the_next_good_one_is_answered(rig, start_node, frames, kind):
+    node = start_node()
+    rig.send_camera_info(frames[0].camera)
+    sentence, damaged = bad_messages(frames[3], rig.image_message)[kind]
+    for frame in frames[:3]:
+        rig.send(frame)
+    rig.send(frames[3], **damaged)
+    for frame in frames[4:8]:
+        rig.send(frame)
+    expected = offline([*frames[:3], *frames[4:8]])
+    for stamp, update in expected.items():
+        np.testing.assert_allclose(pose_of(rig.answer(stamp)), update.T_odom_camera, atol=1e-6)
+    node.wait_for_log(sentence)
+    assert 'Traceback' not in node.log
+
+
+def test_camera_info_of_zeros_is_refused_and_frames_wait(rig, start_node, frames):
+    node = start_node()
+    rig.info.publish(CameraInfo(width=640, height=480))
+    for frame in frames[:3]:
+        rig.send(frame)
+    node.wait_for_log('camera_info refused: camera_info is not calibrated: k[0] is 0')
+    assert rig.odom == []
+    rig.send_camera_info(frames[0].camera)
+    for frame in frames[:3]:
+        rig.answer(frame.stamp)
+
+
+def test_stamps_that_repeat_or_go_back_are_left_out(rig, start_node, frames):
+    node = start_node()
+    rig.send_camera_info(frames[0].camera)
+    for i in (0, 1, 2, 2, 1, 3, 4):
+        rig.send(frames[i])
+    for frame in frames[:5]:
+        rig.answer(frame.stamp)
+    node.wait_for_log('repeats or goes back')
+    assert rig.stamps() == [frame.stamp for frame in frames[:5]]
+
+
+def test_a_recording_played_again_goes_on_from_the_pose_reached(rig, start_node, frames):
+    start_node()
+    before = send_all(rig, frames)[-1]
+    again = [dataclasses.replace(frame, stamp=frame.stamp - 10 ** 10, depth_stamp=None)
+             for frame in frames]
+    first, *_, last = send_all(rig, again)
+    np.testing.assert_allclose(pose_of(first), pose_of(before), atol=1e-9)
+    assert np.linalg.norm(pose_of(last)[:3, 3] - pose_of(first)[:3, 3]) < 1.0
+
+
+def test_reset_begins_at_the_origin(rig, start_node, frames):
+    start_node()
+    send_all(rig, frames[:4])
+    assert rig.reset.wait_for_service(10)
+    rig.reset.call(Empty.Request())
+    for frame in frames[4:7]:
+        rig.send(frame)
+    np.testing.assert_array_equal(pose_of(rig.answer(frames[4].stamp)), np.eye(4))
+    after = offline(frames[4:7])[frames[6].stamp]
+    np.testing.assert_allclose(pose_of(rig.answer(frames[6].stamp)), after.T_odom_camera,
+                               atol=1e-6)
+
+
+def test_padded_rows_and_millimetres_of_either_byte_order(rig, start_node, frames):
+    start_node()
+    rig.send_camera_info(frames[0].camera)
+    expected = []
+    for i, frame in enumerate(frames[:6]):
+        millimetres = np.where(np.isnan(frame.depth), 0, np.rint(1000 * frame.depth)).astype(
+            '>u2' if i % 2 else '<u2')
+        padded = np.zeros((480, 700, 3), np.uint8)
+        padded[:, :640] = frame.colour
+        colour = rig.image_message(frame.stamp, 'rgb8', padded)
+        colour.width = 640
+        rig.send(frame, colour, rig.image_message(frame.stamp, '16UC1', millimetres))
+        metres = millimetres.astype(np.float32) * np.float32(0.001)
+        expected.append(dataclasses.replace(frame, depth=np.where(metres > 0, metres, np.nan)))
+    for stamp, update in offline(expected).items():
+        np.testing.assert_allclose(pose_of(rig.answer(stamp)), update.T_odom_camera, atol=1e-6)
+
+
+def test_frames_that_wait_for_a_partner_are_answered_when_none_can_come(rig, start_node, frames):
+    """Stamps half a period apart: the last pair is decided by silence."""
+    start_node()
+    late = [dataclasses.replace(frame, depth_stamp=frame.stamp + 15_000_000)
+            for frame in frames[:4]]
+    assert len(send_all(rig, late)) == 4
+
+
+def test_diagnostics_tell_the_status(rig, start_node, frames):
+    start_node()
+    send_all(rig, [*frames[:4], black(frames[4])])
+    rig.wait_until(lambda: any('keypoints' in message.status[0].message
+                               for message in rig.diagnostics), 'the loss in /diagnostics')
+    status = rig.diagnostics[-1].status[0]
+    values = {value.key: value.value for value in status.values}
+    assert status.name == 'odom_node: odometry'
+    assert status.level == b'\x01'
+    assert values['frames answered'] == '5'
+    assert values['frames lost'] == '1'
+
+
+def test_silence_names_the_topics(rig, start_node, frames):
+    node = start_node()
+    node.wait_for_log('nothing on /depth/image for 5 s: rig is there but sends nothing')
+    assert 'nothing on /rgb/camera_info' in node.log
+
+
+@pytest.mark.parametrize('how', [signal.SIGINT, signal.SIGTERM])
+def test_ends_cleanly(rig, start_node, frames, how):
+    node = start_node()
+    send_all(rig, frames[:3])
+    assert node.stop(how) == 0
+    assert 'Traceback' not in node.log
+
+
+def test_a_parameter_out_of_range_is_refused_in_one_line(ros_domain):
+    run = subprocess.run(
+        [sys.executable, '-m', 'aick_ros.ros.odom_node', '--ros-args', '-p', 'aick.alpha:=1.5'],
+        capture_output=True, text=True, timeout=30)
+    assert run.returncode == 2
+    assert run.stderr.startswith('odom_node: aick.alpha = 1.5 is outside 0 to 1')
+    assert run.stderr.count('\n') == 1

@@ -1,0 +1,177 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The renderer against a slow ray caster, written from the scene's geometry alone."""
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.camera import Camera
+from aick_ros.errors import InputError
+from aick_ros.sources.synthetic.renderer import Renderer
+from aick_ros.sources.synthetic.surfaces import Disc, Rectangle, Round
+
+FRAMES = (0, 50, 100, 149)
+
+
+def cast(surfaces, origin, directions):
+    """Return for each ray (Nx3, world) its length in directions, surface, s and t; inf: none."""
+    best = np.full((4, len(directions)), np.inf)
+    for index, surface in enumerate(surfaces):
+        meet = meet_round if isinstance(surface, Round) else meet_plane
+        length, s, t = meet(surface, origin, directions)
+        nearer = length < best[0]
+        best[:, nearer] = np.stack([length, np.full(len(s), index), s, t])[:, nearer]
+    return best
+
+
+def meet_plane(surface, origin, directions):
+    right, down, away, corner = surface.T_world_surface[:3].T
+    slope = directions @ away
+    with np.errstate(divide='ignore', invalid='ignore'):
+        length = (corner - origin) @ away / slope
+    points = origin + length[:, None] * directions - corner
+    s, t = points @ right, points @ down
+    hit = (slope > 0) & (length > 0)
+    if type(surface) is Disc:
+        hit &= np.hypot(s - surface.width / 2, t - surface.width / 2) <= surface.width / 2
+    else:
+        hit &= (s >= 0) & (s <= surface.width) & (t >= 0) & (t <= surface.height)
+    return np.where(hit, length, np.inf), s, t
+
+
+def meet_round(surface, origin, directions):
+    T_surface_world = rigid.inverse(surface.T_world_surface)
+    start = T_surface_world[:3, :3] @ origin + T_surface_world[:3, 3]
+    rays = directions @ T_surface_world[:3, :3].T
+    a, b, c = surface.profile
+    result = np.full((3, len(rays)), np.inf)
+    middle = surface.hull.mean(axis=0)
+    past = np.linalg.norm(np.cross(directions, middle - origin), axis=1) / np.linalg.norm(
+        directions, axis=1)
+    for i in np.flatnonzero(past < np.linalg.norm(surface.hull - middle, axis=1).max()):
+        ray = rays[i]
+        # x^2 + y^2 - a - b z - c z^2 along the ray
+        x, y, z = (np.poly1d([r, o]) for r, o in zip(ray, start))
+        polynomial = x * x + y * y - a - b * z - c * z * z
+        for root in sorted(polynomial.roots):
+            entering = np.isreal(root) and root.real > 0 and polynomial.deriv()(root.real) < 0
+            if entering and surface.low <= z(root.real) <= surface.high:
+                turn = np.arctan2(y(root.real), x(root.real)) % (2 * np.pi)
+                result[:, i] = (root.real, turn / (2 * np.pi) * surface.width,
+                                surface.high - z(root.real))
+                break
+    return result
+
+
+def texel(surface, s, t):
+    rows, columns = surface.image.shape[:2]
+    row = min(int(t / surface.height * rows), rows - 1)
+    column = min(int(s / surface.width * columns), columns - 1)
+    return surface.image[row, column].astype(float)
+
+
+def rays_of(camera, T_world_camera, pixels):
+    return camera.back_project(pixels, np.ones(len(pixels))) @ T_world_camera[:3, :3].T
+
+
+def random_pixels(camera, count, seed):
+    return np.random.default_rng(seed).integers(0, (camera.width, camera.height), (count, 2))
+
+
+@pytest.mark.parametrize('index', FRAMES)
+def test_depth_is_that_of_the_ray_through_the_centre_of_the_pixel(perfect, index):
+    frame, T_world_camera = perfect.frame(index), perfect.ground_truth.poses[index]
+    pixels = random_pixels(frame.camera, 120, seed=index)
+    rays = rays_of(frame.camera, T_world_camera, pixels)
+    true = cast(perfect.scene.surfaces, T_world_camera[:3, 3], rays)[0]
+    rendered = frame.depth[pixels[:, 1], pixels[:, 0]]
+    np.testing.assert_allclose(rendered, true, rtol=2e-7)
+
+
+@pytest.mark.parametrize('index', FRAMES)
+def test_colour_is_the_mean_over_the_pixel(perfect, index):
+    frame, T_world_camera = perfect.frame(index), perfect.ground_truth.poses[index]
+    surfaces = perfect.scene.surfaces
+    pixels = random_pixels(frame.camera, 40, seed=index)
+    offset = (np.arange(6) + 0.5) / 6 - 0.5
+    offsets = np.stack(np.meshgrid(offset, offset), axis=-1).reshape(-1, 2)
+    rays = rays_of(frame.camera, T_world_camera, (pixels[:, None] + offsets).reshape(-1, 2))
+    _, hit, s, t = cast(surfaces, T_world_camera[:3, 3], rays)
+    colours = np.array([texel(surfaces[int(k)], *place) for k, *place in zip(hit, s, t)])
+    true = colours.reshape(len(pixels), len(offsets), 3).mean(axis=1)
+    error = np.abs(frame.colour[pixels[:, 1], pixels[:, 0]] - true).mean(axis=1)
+    assert np.median(error) < 1.0
+    assert np.quantile(error, 0.9) < 4.0
+
+
+def test_round_things_and_discs_have_exact_depth(checkers):
+    T_world_surface = np.eye(4)
+    T_world_surface[:3, :3] = rigid.exp_rotation((0.4, -0.3, 0.2))
+    T_world_surface[:3, 3] = (0.05, -0.1, 2.0)
+    pictures = {
+        'ball': Round(T_world_surface, (0.09, 0.0, -1.0), -0.3, 0.3, checkers),
+        'cylinder': Round(T_world_surface, (0.04, 0.0, 0.0), -0.3, 0.4, checkers),
+        'cone': Round(T_world_surface, (0.04, -0.12, 0.09), -0.3, 0.4, checkers),
+        'disc': Disc(T_world_surface, 0.5, 0.5, checkers)}
+    camera = Camera(160, 120, 130.0, 131.0, 79.0, 60.5)
+    pixels = np.stack(np.meshgrid(np.arange(0, 160, 4), np.arange(0, 120, 4)), -1).reshape(-1, 2)
+    for name, surface in pictures.items():
+        depth = Renderer([surface], camera).render(np.eye(4)).depth
+        true = cast([surface], np.zeros(3), rays_of(camera, np.eye(4), pixels))[0]
+        assert 20 < np.isfinite(true).sum() < 500, name
+        true[np.isinf(true)] = np.nan
+        np.testing.assert_allclose(depth[pixels[:, 1], pixels[:, 0]], true, rtol=2e-7,
+                                   err_msg=name)
+
+
+def test_a_point_is_seen_in_the_pixel_it_projects_to(checkers):
+    # a pattern whose corners are known, found in the picture by OpenCV
+    T_world_surface = np.eye(4)
+    T_world_surface[:3, :3] = rigid.exp_rotation((0.3, 0.4, 0.1))
+    T_world_surface[:3, 3] = (-0.5, -0.3, 1.5)
+    board = Rectangle(T_world_surface, 1.0, 0.8, checkers)
+    camera = Camera(640, 480, 500.0, 510.0, 310.0, 250.0)
+    picture = Renderer([board], camera).render(np.eye(4))
+    grey = cv2.cvtColor(picture.colour, cv2.COLOR_RGB2GRAY)
+    s, t = (a.ravel() for a in np.meshgrid(np.arange(2, 9) * 0.1, np.arange(2, 7) * 0.1))
+    pixels = camera.project(board.points(s, t)[0])
+    found = cv2.cornerSubPix(grey, pixels.astype(np.float32).reshape(-1, 1, 2), (5, 5), (-1, -1),
+                             (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 50, 1e-4))
+    error = found.reshape(-1, 2) - pixels
+    assert np.abs(error).max() < 0.15
+    assert np.abs(error.mean(axis=0)).max() < 0.03
+
+
+def test_what_is_not_there_has_no_depth(checkers):
+    board = Rectangle(np.eye(4), 1.0, 0.8, checkers)
+    behind = np.eye(4)
+    behind[2, 3] = 1.0  # the camera is on the far side of the board
+    picture = Renderer([board], Camera(64, 48, 50.0, 50.0, 31.5, 23.5)).render(behind)
+    assert np.isnan(picture.depth).all()
+    assert not picture.colour.any()
+
+
+def test_surfaces_partly_behind_the_camera_are_seen(checkers):
+    # a floor that reaches under and behind the camera, one metre below it
+    T_world_floor = np.array([[1.0, 0, 0, -5], [0, 0, 1, 1], [0, -1, 0, 5], [0, 0, 0, 1]])
+    floor = Rectangle(T_world_floor, 10.0, 10.0, checkers)
+    camera = Camera(64, 48, 50.0, 50.0, 31.5, 23.5)
+    depth = Renderer([floor], camera).render_depth(np.eye(4))
+    below = np.arange(34, 48)
+    np.testing.assert_allclose(depth[below, 30], 50.0 / (below - 23.5), rtol=1e-6)
+
+
+def test_a_camera_with_distortion_is_refused(checkers):
+    camera = Camera(64, 48, 50.0, 50.0, 31.5, 23.5, 'plumb_bob', (0.1, 0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match='without distortion'):
+        Renderer([Rectangle(np.eye(4), 1.0, 1.0, checkers)], camera)
+
+
+@pytest.fixture
+def checkers():
+    """Return a chessboard of ten by eight squares."""
+    squares = np.indices((8, 10)).sum(axis=0) % 2 * 200 + 20
+    return np.repeat(np.kron(squares, np.ones((40, 40)))[..., None], 3, axis=2).astype(np.uint8)

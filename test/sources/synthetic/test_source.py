@@ -1,0 +1,222 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The rendered recording: its ground truth, its keypoints, and that it is always the same."""
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.camera import Camera
+from aick_ros.errors import InputError
+from aick_ros.frame import KeypointExtractor
+from aick_ros.settings import FeatureSettings, SensorSettings
+from aick_ros.sources.synthetic import (
+    ColourSensor,
+    DepthSensor,
+    SyntheticOptions,
+    SyntheticSource,
+)
+
+SMALL = Camera(160, 120, 131.25, 131.25, 79.5, 59.5)
+EXTRACTOR = KeypointExtractor(FeatureSettings(max_keypoints=0), SensorSettings())
+
+
+def seen_again(source, first, second):
+    """Return where the pixels of a frame lie in another, their depth and that seen there."""
+    frames = source.frame(first), source.frame(second)
+    camera = frames[0].camera
+    pixels = np.stack(np.meshgrid(np.arange(4, camera.width, 8), np.arange(4, camera.height, 8)),
+                      axis=-1).reshape(-1, 2)
+    points = camera.back_project(pixels, frames[0].depth[pixels[:, 1], pixels[:, 0]])
+    T_second_first = rigid.inverse(source.ground_truth.poses[second]) @ (
+        source.ground_truth.poses[first])
+    points = rigid.transform(T_second_first, points)
+    places = camera.project(points).astype(np.float32)
+    inside = np.all((places > 1) & (places < (camera.width - 2, camera.height - 2)), axis=1)
+    pixels, places, depth = pixels[inside], places[inside], points[inside, 2]
+    look_up = [np.ascontiguousarray(a)[None] for a in places.T]
+    inverse = cv2.remap(1 / frames[1].depth, *look_up, cv2.INTER_LINEAR)[0]
+    colours = (frames[0].colour[pixels[:, 1], pixels[:, 0]].astype(float),
+               cv2.remap(frames[1].colour, *look_up, cv2.INTER_LINEAR)[0].astype(float))
+    return depth, 1 / inverse, colours
+
+
+@pytest.mark.parametrize('pair', [(0, 1), (20, 30), (80, 60)])
+def test_depth_agrees_with_the_ground_truth(perfect, pair):
+    predicted, seen, _ = seen_again(perfect, *pair)
+    error = np.abs(predicted - seen)
+    assert len(error) > 1000
+    assert np.median(error) < 1e-5
+    # the rest is hidden in one of the two, or at an edge
+    assert np.mean(error < 1e-3) > 0.8
+
+
+@pytest.mark.parametrize('pair', [(0, 1), (20, 30), (80, 60)])
+def test_colour_agrees_with_the_ground_truth(perfect, pair):
+    predicted, seen, (before, after) = seen_again(perfect, *pair)
+    same = np.abs(predicted - seen) < 1e-3
+    difference = np.abs(before - after)[same].mean(axis=1)
+    assert np.median(difference) < 3.0
+    # as a check of the check: colours of other places differ far more
+    assert np.median(np.abs(before - np.roll(after, 40, axis=0)).mean(axis=1)) > 10.0
+
+
+def test_the_room_is_closed_and_the_path_keeps_off_all_things(perfect):
+    for index in range(0, len(perfect), 30):
+        depth = perfect.frame(index).depth
+        assert np.isfinite(depth).all()
+        assert depth.min() > 0.35
+        assert 0.6 < np.median(depth) < 5.0
+        assert np.mean(depth < 5.0) > 0.95
+    # all around, as far as the corners of things let it be told
+    assert perfect.scene.clearance(perfect.ground_truth.poses[:, :3, 3]).min() > 0.3
+
+
+def test_blocks_enclose_the_surfaces_they_stand_for(perfect):
+    # furniture is kept off by its blocks, so no surface inside the room may lie outside them all
+    scene = perfect.scene
+    for surface in scene.surfaces:
+        middle = surface.hull.mean(axis=0, keepdims=True)
+        assert scene.clearance(middle)[0] < 0.05
+
+
+@pytest.mark.parametrize('seed', [0, 1, 2])
+def test_every_view_has_several_hundred_keypoints_with_depth(perfect, seed):
+    source = SyntheticSource(SyntheticOptions(seed=seed), perfect.scene if seed == 1 else None)
+    counts = [len(EXTRACTOR.extract(source.frame(i))) for i in range(0, len(source), 10)]
+    assert min(counts) > 400
+
+
+def test_keypoints_are_found_again_in_the_next_frame(noisy):
+    shares = []
+    for index in (10, 60, 110):
+        one, other = (EXTRACTOR.extract(noisy.frame(i)) for i in (index, index + 1))
+        poses = noisy.ground_truth.poses
+        T_other_one = rigid.inverse(poses[index + 1]) @ poses[index]
+        moved = rigid.transform(T_other_one, one.positions)
+        pixels = noisy.frame(index).camera.project(moved)
+        inside = np.all((pixels > 10) & (pixels < (630, 470)), axis=1)
+        nearest = np.linalg.norm(pixels[inside, None] - other.pixels[None], axis=2).min(axis=1)
+        shares.append(np.mean(nearest < 2.0))
+    assert min(shares) > 0.6
+
+
+def test_frames_are_always_the_same(perfect):
+    options = SyntheticOptions(seed=1, frames=4, camera=SMALL)
+    once, again = (SyntheticSource(options, perfect.scene) for _ in range(2))
+    alone = again.frame(3)
+    in_order = list(once.frames(pytest.fail))
+    assert len(in_order) == len(once) == 4
+    for frame, other in zip(in_order, [again.frame(i) for i in range(4)]):
+        assert frame.stamp == other.stamp
+        assert np.array_equal(frame.colour, other.colour)
+        assert np.array_equal(frame.depth, other.depth, equal_nan=True)
+    assert np.array_equal(alone.colour, in_order[3].colour)
+
+
+def test_another_seed_is_another_room_and_another_path(perfect):
+    here = SyntheticSource(SyntheticOptions.perfect(seed=1, camera=SMALL), perfect.scene)
+    there = SyntheticSource(SyntheticOptions.perfect(seed=7, camera=SMALL))
+    apart = here.ground_truth.poses[:, :3, 3] - there.ground_truth.poses[:, :3, 3]
+    assert np.linalg.norm(apart, axis=1).min() > 0.01
+    # the one room and the other from the same place
+    elsewhere = SyntheticSource(SyntheticOptions.perfect(seed=1, camera=SMALL), there.scene)
+    for index in (0, 75, 149):
+        one, other = here.frame(index), elsewhere.frame(index)
+        assert np.mean(np.abs(one.depth - other.depth) > 0.01) > 0.5
+        assert np.median(np.abs(one.colour.astype(float) - other.colour)) > 10
+
+
+def test_stamps_are_exact(perfect):
+    options = SyntheticOptions.perfect(seed=1, frames=91, camera=SMALL)
+    source = SyntheticSource(options, perfect.scene)
+    stamps = source.ground_truth.stamps
+    assert stamps[0] == source.frame(0).stamp == 1_000_000_000_000
+    assert stamps[30] - stamps[0] == 1_000_000_000
+    assert stamps[90] - stamps[0] == 3_000_000_000
+    assert set(np.diff(stamps)) == {33_333_333, 33_333_334}
+
+
+def test_depth_may_be_taken_later_than_colour(perfect):
+    delay = 0.017
+    camera = perfect.frame(0).camera
+    late = SyntheticSource(SyntheticOptions.perfect(seed=1, depth_delay=delay), perfect.scene)
+    frame = late.frame(40)
+    assert frame.depth_stamp - frame.stamp == 17_000_000
+    assert np.array_equal(frame.colour, perfect.frame(40).colour)
+    # points seen in the depth image lie, by the pose of its own time, on the walls of frame 40
+    pixels = np.stack(np.meshgrid(np.arange(50, 600, 10), np.arange(50, 430, 10)),
+                      axis=-1).reshape(-1, 2)
+    points = camera.back_project(pixels, frame.depth[pixels[:, 1], pixels[:, 0]])
+
+    def error(T_world_depth):
+        T_colour_depth = rigid.inverse(perfect.ground_truth.poses[40]) @ T_world_depth
+        moved = rigid.transform(T_colour_depth, points)
+        look_up = camera.project(moved).astype(np.float32)
+        seen = cv2.remap(1 / perfect.frame(40).depth, *np.ascontiguousarray(look_up.T)[:, None],
+                         cv2.INTER_LINEAR, borderValue=np.nan)[0]
+        return np.nanmedian(np.abs(moved[:, 2] - 1 / seen))
+
+    assert error(late.pose(frame.depth_stamp)) < 1e-4
+    assert error(late.pose(frame.stamp)) > 1e-3
+
+
+def test_motion_blur_is_the_mean_over_the_exposure(perfect):
+    shutter = 0.03
+    colour = ColourSensor(sigma=0.0, shutter=shutter, exposure_swing=0.0)
+    blurred = SyntheticSource(SyntheticOptions.perfect(seed=1, colour=colour), perfect.scene)
+    index = int(np.argmax([rigid.angle(one[:3, :3].T @ other[:3, :3]) for one, other in zip(
+        perfect.ground_truth.poses, perfect.ground_truth.poses[1:])]))
+    stamp = int(perfect.ground_truth.stamps[index])
+    times = stamp + ((np.arange(12) + 0.5) / 12 - 0.5) * shutter * 1e9
+    true = np.mean([perfect._renderer.render(perfect.pose(int(t))).colour for t in times], axis=0)
+    smeared = np.abs(blurred.frame(index).colour - true).mean()
+    sharp = np.abs(perfect.frame(index).colour - true).mean()
+    assert smeared < 0.25 * sharp
+
+
+def test_exposure_rolls_slowly(perfect):
+    colour = ColourSensor(sigma=0.0, shutter=0.0, exposure_swing=0.2)
+    options = SyntheticOptions.perfect(seed=1, frames=300, camera=SMALL, colour=colour)
+    rolling = SyntheticSource(options, perfect.scene)
+    steady = SyntheticSource(SyntheticOptions.perfect(seed=1, frames=300, camera=SMALL),
+                             perfect.scene)
+    gains = []
+    for index in range(0, 300, 10):
+        before, after = steady.frame(index).colour, rolling.frame(index).colour
+        middling = (before > 60) & (before < 180)
+        gains.append(np.mean(after[middling] / before[middling]))
+    assert 0.79 < min(gains) < 0.95
+    assert 1.05 < max(gains) < 1.21
+    assert np.abs(np.diff(gains)).max() < 0.15
+
+
+def test_size_rate_and_intrinsics_are_the_given_ones(perfect):
+    options = SyntheticOptions(seed=1, frames=3, rate=10.0, camera=SMALL)
+    frame = SyntheticSource(options, perfect.scene).frame(2)
+    assert frame.camera == SMALL
+    assert frame.colour.shape == (120, 160, 3)
+    assert frame.stamp == 1_000_200_000_000
+    with pytest.raises(IndexError):
+        SyntheticSource(options, perfect.scene).frame(3)
+
+
+@pytest.mark.parametrize('options, message', [
+    ({'frames': 0}, 'frames 1 or more'),
+    ({'seed': -1}, 'seed takes 0'),
+    ({'rate': 0.0}, 'rate is 0 Hz'),
+    ({'rate': float('nan')}, 'rate is nan'),
+    ({'depth_delay': float('inf')}, 'depth delay'),
+    ({'camera': Camera(64, 48, 50, 50, 32, 24, 'plumb_bob', (0.1, 0, 0, 0))}, 'distortion')])
+def test_unusable_options_are_refused(options, message):
+    with pytest.raises(InputError, match=message):
+        SyntheticOptions(**options)
+
+
+def test_perfect_options_keep_the_others():
+    options = SyntheticOptions.perfect(seed=4, rate=15.0)
+    assert (options.seed, options.rate) == (4, 15.0)
+    assert options.depth == DepthSensor.perfect()
+    assert SyntheticOptions.perfect(depth=DepthSensor()).depth == DepthSensor()

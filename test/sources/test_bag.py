@@ -1,0 +1,416 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Bags written by plain rosbags: against what was put in, and each way in which one can be bad."""
+
+import shutil
+import struct
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+from rosbags.rosbag1 import Writer as Writer1
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Writer2
+from rosbags.typesys import Stores, get_typestore
+
+from aick_ros import rigid
+from aick_ros.errors import InputError
+from aick_ros.sources import SourceOptions, raise_damage
+from aick_ros.sources.bag import BagSource
+
+STORES = {1: get_typestore(Stores.ROS1_NOETIC), 2: get_typestore(Stores.ROS2_JAZZY)}
+COLOUR, DEPTH, INFO, TRUTH = '/rgb/image_raw', '/depth/image_raw', '/rgb/camera_info', (
+    '/ground_truth')
+NS = 1_000_000_000
+NAMES = {1: 'one.bag', 2: 'bag'}
+
+
+class Messages:
+    """Makes messages of ROS 1 or 2."""
+
+    def __init__(self, version=2):
+        self.version, self.store = version, STORES[version]
+
+    def make(self, type_, *fields):
+        return self.store.types[type_](*fields)
+
+    def header(self, stamp):
+        time = self.make('builtin_interfaces/msg/Time', stamp // NS, stamp % NS)
+        sequence = (0,) if self.version == 1 else ()
+        return self.make('std_msgs/msg/Header', *sequence, time, 'camera')
+
+    def image(self, stamp, image, encoding, padding=0):
+        flat = np.ascontiguousarray(image).view(np.uint8).reshape(image.shape[0], -1)
+        flat = np.pad(flat, ((0, 0), (0, padding)))
+        return self.make('sensor_msgs/msg/Image', self.header(stamp), *image.shape[:2], encoding,
+                         0, flat.shape[1], flat.ravel())
+
+    def compressed(self, stamp, format_, data):
+        return self.make('sensor_msgs/msg/CompressedImage', self.header(stamp), format_,
+                         np.frombuffer(data, np.uint8))
+
+    def info(self, camera, k=None):
+        region = self.make('sensor_msgs/msg/RegionOfInterest', 0, 0, 0, 0, False)
+        return self.make(
+            'sensor_msgs/msg/CameraInfo', self.header(1), camera.height, camera.width,
+            camera.distortion_model, np.array(camera.distortion, np.float64),
+            camera.matrix.ravel() if k is None else k, np.eye(3).ravel(), np.zeros(12), 0, 0,
+            region)
+
+    def pose(self, type_, stamp, T):
+        x, y, z = map(float, T[:3, 3])
+        quaternion = self.make('geometry_msgs/msg/Quaternion',
+                               *map(float, rigid.to_quaternion(T[:3, :3])))
+        if type_ == 'geometry_msgs/msg/TransformStamped':
+            transform = self.make('geometry_msgs/msg/Transform',
+                                  self.make('geometry_msgs/msg/Vector3', x, y, z), quaternion)
+            return self.make(type_, self.header(stamp), 'camera', transform)
+        pose = self.make('geometry_msgs/msg/Pose',
+                         self.make('geometry_msgs/msg/Point', x, y, z), quaternion)
+        if type_ == 'geometry_msgs/msg/PoseStamped':
+            return self.make(type_, self.header(stamp), pose)
+        pose = self.make('geometry_msgs/msg/PoseWithCovariance', pose, np.zeros(36))
+        if type_ == 'geometry_msgs/msg/PoseWithCovarianceStamped':
+            return self.make(type_, self.header(stamp), pose)
+        zero = self.make('geometry_msgs/msg/Vector3', 0.0, 0.0, 0.0)
+        twist = self.make('geometry_msgs/msg/TwistWithCovariance',
+                          self.make('geometry_msgs/msg/Twist', zero, zero), np.zeros(36))
+        return self.make(type_, self.header(stamp), 'camera', pose, twist)
+
+    def recording(self, recording):
+        """Return the topics and messages of a recording, colour raw and depth in metres."""
+        yield INFO, self.info(recording.recorded[0].camera)
+        for frame in recording.recorded:
+            yield COLOUR, self.image(frame.stamp, frame.colour, 'rgb8')
+            yield DEPTH, self.image(frame.depth_stamp, frame.depth, '32FC1')
+
+
+def write(path, messages, version=2, storage=StoragePlugin.MCAP, definitions=True):
+    """Write topics and messages in the order in which they come, a millisecond apart."""
+    store = STORES[version]
+    writer = Writer1(path) if version == 1 else Writer2(path, version=9, storage_plugin=storage)
+    serialize = store.serialize_ros1 if version == 1 else store.serialize_cdr
+    connections = {}
+    with writer:
+        for index, (topic, message) in enumerate(messages):
+            if topic not in connections:
+                connections[topic] = writer.add_connection(
+                    topic, message.__msgtype__, typestore=store)
+            content = serialize(message, message.__msgtype__)
+            writer.write(connections[topic], 1000 * NS + index * 1_000_000, content)
+    return path
+
+
+def read(source):
+    damage = []
+    return list(source.frames(damage.append)), [str(error) for error in damage]
+
+
+@pytest.fixture
+def bag(tmp_path, recording):
+    return write(tmp_path / 'bag', Messages().recording(recording))
+
+
+@pytest.mark.parametrize('version, storage, name', [
+    (2, StoragePlugin.MCAP, 'bag'), (2, StoragePlugin.SQLITE3, 'bag'),
+    (2, StoragePlugin.MCAP, 'run.bag'), (1, None, 'one.bag')])
+def test_frames_come_back(tmp_path, recording, assert_same_frames, version, storage, name):
+    path = write(tmp_path / name, Messages(version).recording(recording), version, storage)
+    source = BagSource(path)
+    assert source.name == name
+    assert source.ground_truth is None
+    assert len(source) == 6
+    for _ in range(2):
+        assert_same_frames(list(source.frames(raise_damage)), recording.recorded)
+
+
+@pytest.mark.parametrize('storage, suffix', [
+    (StoragePlugin.MCAP, '.mcap'), (StoragePlugin.SQLITE3, '.db3')])
+def test_a_storage_file_alone_will_do(tmp_path, recording, assert_same_frames, storage, suffix):
+    bag = write(tmp_path / 'bag', Messages().recording(recording), storage=storage)
+    (bag / 'metadata.yaml').unlink()
+    for path in (bag / f'bag{suffix}', bag):
+        assert_same_frames(list(BagSource(path).frames(raise_damage)), recording.recorded)
+
+
+def test_several_storage_files_without_metadata_are_refused(bag):
+    (bag / 'metadata.yaml').unlink()
+    shutil.copy(bag / 'bag.mcap', bag / 'bag_1.mcap')
+    with pytest.raises(InputError, match='has 2 storage files and no metadata.yaml.*reindex'):
+        BagSource(bag)
+
+
+def test_a_sqlite_bag_without_definitions_is_read(tmp_path, recording, assert_same_frames):
+    import sqlite3
+    bag = write(tmp_path / 'bag', Messages().recording(recording), storage=StoragePlugin.SQLITE3)
+    with sqlite3.connect(bag / 'bag.db3') as database:
+        database.execute('DELETE FROM message_definitions')
+    database.close()
+    assert_same_frames(list(BagSource(bag).frames(raise_damage)), recording.recorded)
+
+
+def test_images_that_arrive_late_find_their_partners(tmp_path, recording, assert_same_frames):
+    messages = Messages()
+    info, *images = messages.recording(recording)
+    order = [info, *images[0::2], *images[1::2]]  # first all colour, then all depth
+    source = BagSource(write(tmp_path / 'bag', order))
+    assert_same_frames(list(source.frames(raise_damage)), recording.recorded)
+
+
+@pytest.mark.parametrize('version', [1, 2])
+def test_compressed_images_come_back(tmp_path, recording, assert_same_frames, version):
+    messages = Messages(version)
+
+    def compressed():
+        yield INFO, messages.info(recording.recorded[0].camera)
+        for frame in recording.recorded:
+            colour = cv2.imencode('.png', frame.colour[:, :, ::-1])[1].tobytes()
+            yield COLOUR + '/compressed', messages.compressed(
+                frame.stamp, 'rgb8; png compressed bgr8', colour)
+            # 16 bits hold A / depth - B exactly where it was made of them
+            units = np.arange(1, 24 * 32 + 1, dtype=np.uint16).reshape(24, 32)
+            depth = struct.pack('<iff', 0, 900.0, -3.0) + cv2.imencode('.png', units)[1].tobytes()
+            yield DEPTH + '/compressedDepth', messages.compressed(
+                frame.depth_stamp, '32FC1; compressedDepth png', depth)
+
+    path = write(tmp_path / NAMES[version], compressed(), version)
+    expected = (900.0 / (np.arange(1, 24 * 32 + 1) + 3.0)).reshape(24, 32).astype(np.float32)
+    frames = list(BagSource(path).frames(raise_damage))
+    assert len(frames) == 6
+    for frame, original in zip(frames, recording.recorded):
+        assert np.array_equal(frame.colour, original.colour)
+        assert np.allclose(frame.depth, expected, rtol=1e-6)
+
+
+def test_padded_rows_and_millimetres_come_back(tmp_path, recording):
+    messages = Messages()
+    millimetres = np.random.default_rng(8).integers(1, 9000, (24, 32)).astype('<u2')
+
+    def images():
+        yield INFO, messages.info(recording.recorded[0].camera)
+        frame = recording.recorded[0]
+        yield COLOUR, messages.image(5 * NS, frame.colour, 'bgr8', padding=7)
+        yield DEPTH, messages.image(5 * NS, millimetres, '16UC1', padding=4)
+
+    frame, = BagSource(write(tmp_path / 'bag', images())).frames(raise_damage)
+    assert np.array_equal(frame.colour, recording.recorded[0].colour[:, :, ::-1])
+    assert np.array_equal(frame.depth, (millimetres / 1000).astype(np.float32))
+
+
+@pytest.mark.parametrize('version, type_', [
+    (2, 'geometry_msgs/msg/PoseStamped'), (2, 'geometry_msgs/msg/PoseWithCovarianceStamped'),
+    (2, 'geometry_msgs/msg/TransformStamped'), (2, 'nav_msgs/msg/Odometry'),
+    (1, 'geometry_msgs/msg/PoseStamped'), (1, 'nav_msgs/msg/Odometry')])
+def test_ground_truth_is_read(tmp_path, recording, version, type_):
+    messages = Messages(version)
+    truth = recording.ground_truth
+    rows = [(TRUTH, messages.pose(type_, int(stamp), pose))
+            for stamp, pose in zip(truth.stamps, truth.poses)]
+    rows += [rows[3], (TRUTH, messages.pose(type_, 7 * NS, np.eye(4)))]
+    lost = messages.pose(type_, 8 * NS, np.eye(4))
+    quaternion = (lost.transform.rotation if hasattr(lost, 'transform') else
+                  getattr(lost.pose, 'pose', lost.pose).orientation)
+    quaternion.w = 0.0
+    rows.append((TRUTH, lost))
+    path = write(tmp_path / NAMES[version], [*messages.recording(recording), *rows], version)
+    read_back = BagSource(path).ground_truth
+    assert read_back.stamps.tolist() == [7 * NS, *truth.stamps]
+    assert np.allclose(read_back.poses[1:], truth.poses, atol=1e-12)
+
+
+def test_a_given_ground_truth_topic_is_taken(tmp_path, recording):
+    messages = Messages()
+    rows = [('/mocap', messages.pose('geometry_msgs/msg/PoseStamped', NS, np.eye(4)))]
+    path = write(tmp_path / 'bag', [*messages.recording(recording), *rows])
+    assert BagSource(path).ground_truth is None
+    assert len(BagSource(path, SourceOptions(ground_truth_topic='/mocap')).ground_truth) == 1
+
+
+def test_given_topics_and_camera_are_taken(tmp_path, recording, assert_same_frames):
+    messages = Messages()
+    names = {COLOUR: '/a', DEPTH: '/b'}
+    rows = [(names[topic], message) for topic, message in messages.recording(recording)
+            if topic in names]
+    path = write(tmp_path / 'bag', rows)
+    camera = tmp_path / 'camera.json'
+    camera.write_text('{"width": 32, "height": 24, "k": [9, 0, 16, 0, 9, 12, 0, 0, 1]}')
+    source = BagSource(path, SourceOptions(camera, colour_topic='/a', depth_topic='/b'))
+    frames = list(source.frames(raise_damage))
+    assert len(frames) == 6 and frames[0].camera.fx == 9
+
+
+def test_no_camera_info_says_how_to_give_one(tmp_path, recording):
+    rows = [row for row in Messages().recording(recording) if row[0] != INFO]
+    with pytest.raises(InputError, match='no camera_info topic.*it has /depth.*--camera FILE'):
+        BagSource(write(tmp_path / 'bag', rows))
+
+
+def test_a_camera_info_of_zeros_is_refused(tmp_path, recording):
+    messages = Messages()
+    rows = [(INFO, messages.info(recording.recorded[0].camera, np.zeros(9)))]
+    rows += list(messages.recording(recording))[1:]
+    with pytest.raises(InputError, match='/rgb/camera_info: camera_info is not calibrated'):
+        BagSource(write(tmp_path / 'bag', rows))
+
+
+def test_a_bag_without_images_is_refused(tmp_path, camera):
+    path = write(tmp_path / 'bag', [(INFO, Messages().info(camera))])
+    with pytest.raises(InputError, match='no colour topic.*it has /rgb/camera_info'):
+        BagSource(path)
+
+
+def test_an_empty_bag_is_refused(tmp_path):
+    with pytest.raises(InputError, match='no colour topic.*it has no messages'):
+        BagSource(write(tmp_path / 'bag', []))
+
+
+def test_damaged_images_are_reported_and_the_next_ones_read(
+        tmp_path, recording, assert_same_frames):
+    rows = list(Messages().recording(recording))
+    for row, changes in ((1, {'encoding': 'rgb9'}), (4, {'step': 3}), (5, {'height': 0}),
+                         (7, {'encoding': '16UC1'}), (10, {'encoding': 'bgr8'})):
+        for name, value in changes.items():
+            setattr(rows[row][1], name, value)
+    frames, damage = read(BagSource(write(tmp_path / 'bag', rows)))
+    assert_same_frames(frames, recording.recorded[5:])
+    for text, where, reason in zip(damage, (COLOUR, DEPTH, COLOUR, COLOUR, DEPTH), (
+            "unknown encoding 'rgb9'", 'step 3', '32 x 0 pixels', 'which is depth',
+            'which is colour')):
+        assert f'bag, {where} at 1305031102.' in text and reason in text
+    assert len(damage) == 5
+
+
+def test_a_message_that_is_cut_is_reported(tmp_path, recording, assert_same_frames):
+    store = STORES[2]
+    path = tmp_path / 'bag'
+    connections = {}
+    with Writer2(path, version=9) as writer:
+        for index, (topic, message) in enumerate(Messages().recording(recording)):
+            if topic not in connections:
+                connections[topic] = writer.add_connection(
+                    topic, message.__msgtype__, typestore=store)
+            content = bytes(store.serialize_cdr(message, message.__msgtype__))
+            writer.write(connections[topic], index * NS, content[:90] if index == 3 else content)
+    frames, damage = read(BagSource(path))
+    assert_same_frames(frames, recording.recorded[:1] + recording.recorded[2:])
+    assert len(damage) == 1
+    assert '/rgb/image_raw recorded at 3.000000000: the message is damaged' in damage[0]
+
+
+def test_depth_of_another_size_is_reported(tmp_path, recording):
+    messages = Messages()
+    rows = list(messages.recording(recording))
+    small = np.ones((12, 16), np.float32)
+    rows[2] = (DEPTH, messages.image(recording.recorded[0].depth_stamp, small, '32FC1'))
+    frames, damage = read(BagSource(write(tmp_path / 'bag', rows)))
+    assert len(frames) == 5
+    assert 'colour is 32 x 24 and depth 16 x 12 pixels' in damage[0]
+
+
+def test_stamps_that_repeat_or_go_back_are_left_out_and_reported(
+        tmp_path, recording, assert_same_frames):
+    rows = list(Messages().recording(recording))
+    rows += rows[1:5]  # the bag's images once more, as a looped player records them
+    frames, damage = read(BagSource(write(tmp_path / 'bag', rows)))
+    assert_same_frames(frames, recording.recorded)
+    assert len(damage) == 4
+    assert 'the stamp is zero, repeats or goes back from 1305031102.290123454' in damage[0]
+
+
+def test_images_without_stamps_are_refused(tmp_path, recording):
+    rows = list(Messages().recording(recording))
+    for _, message in rows:
+        message.header.stamp.sec = message.header.stamp.nanosec = 0
+    source = BagSource(write(tmp_path / 'bag', rows))
+    damage = []
+    with pytest.raises(InputError, match='no image on /rgb/image_raw is within 0.02 s of one on'):
+        list(source.frames(damage.append))
+    assert len(damage) == 12
+
+
+def test_the_interval_limits_the_pairs(bag, recording):
+    frames = list(BagSource(bag, SourceOptions(max_interval=0.004)).frames(raise_damage))
+    expected = [frame.stamp for frame in recording.recorded
+                if abs(frame.stamp - frame.depth_stamp) <= 4_000_000]
+    assert [frame.stamp for frame in frames] == expected
+
+
+@pytest.mark.parametrize('kind, share', [
+    (kind, share) for kind in ('mcap', 'db3', 'bag') for share in (0.0, 0.01, 0.3, 0.7, 0.9)])
+def test_a_truncated_file_is_refused(tmp_path, recording, kind, share):
+    version = 1 if kind == 'bag' else 2
+    storage = StoragePlugin.SQLITE3 if kind == 'db3' else StoragePlugin.MCAP
+    path = write(tmp_path / NAMES[version], Messages(version).recording(recording), version,
+                 storage)
+    file = path if version == 1 else path / f'bag.{kind}'
+    file.write_bytes(file.read_bytes()[:int(share * file.stat().st_size)])
+    with pytest.raises(InputError, match='cannot be read as a bag .*: copy or record it again'):
+        list(BagSource(path).frames(raise_damage))
+
+
+@pytest.mark.parametrize('text', ['', 'a: [', 'rosbag2_bagfile_information: {version: 99}',
+                                  'rosbag2_bagfile_information: {version: 5}', '3'])
+def test_damaged_metadata_is_refused(bag, text):
+    (bag / 'metadata.yaml').write_text(text)
+    with pytest.raises(InputError, match='bag cannot be read as a bag .*reindex'):
+        BagSource(bag)
+
+
+def test_a_missing_storage_file_is_refused(bag):
+    (bag / 'bag.mcap').unlink()
+    with pytest.raises(InputError, match='cannot be read as a bag .*files are missing'):
+        BagSource(bag)
+
+
+def test_every_damaged_byte_gives_frames_or_one_sentence(tmp_path, recording):
+    """Anything rosbags raises on a damaged index must come out as an InputError."""
+    path = write(tmp_path / 'bag', Messages().recording(recording)) / 'bag.mcap'
+    content = path.read_bytes()
+    rng = np.random.default_rng(9)
+    index = content.rindex(b'rosbag2') - 4000
+    for place in [*rng.integers(0, index, 20), *rng.integers(index, len(content), 60)]:
+        damaged = bytearray(content)
+        damaged[place] ^= 0xff
+        path.write_bytes(damaged)
+        try:
+            frames = list(BagSource(path).frames(lambda error: None))
+        except InputError as error:
+            assert str(error)
+        else:
+            assert len(frames) <= 6
+
+
+def test_only_few_images_wait_for_a_partner(tmp_path, recording, monkeypatch):
+    """Memory is bounded where one topic stops: the waiting images are dropped."""
+    messages = Messages()
+    first = recording.recorded[0]
+
+    def rows():
+        yield INFO, messages.info(first.camera)
+        yield COLOUR, messages.image(NS, first.colour, 'rgb8')
+        yield DEPTH, messages.image(NS, first.depth, '32FC1')
+        for index in range(1, 300):
+            yield COLOUR, messages.image(NS + index * NS // 30, first.colour, 'rgb8')
+
+    waiting = []
+    decode = SimpleNamespace(alive=0)
+
+    class Watched:
+        def __init__(self, message):
+            self.header = message.header
+            decode.alive += 1
+            waiting.append(decode.alive)
+
+        def __del__(self):
+            decode.alive -= 1
+
+    source = BagSource(write(tmp_path / 'bag', rows()))
+    original = source._bag.messages
+    monkeypatch.setattr(source._bag, 'messages', lambda *arguments: (
+        (topic, Watched(message)) for topic, message in original(*arguments)))
+    monkeypatch.setattr(source, '_decode', lambda pair: first)
+    assert len(list(source.frames(raise_damage))) == 1
+    assert len(waiting) == 301
+    assert max(waiting) <= 70

@@ -1,0 +1,116 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Choosing topics: the bags of common cameras, and what cannot be chosen."""
+
+import pytest
+
+from aick_ros.errors import InputError
+from aick_ros.sources.bag_topics import CAMERA_INFO, COMPRESSED_IMAGE, IMAGE, BagTopics
+
+POSE = 'geometry_msgs/msg/PoseStamped'
+ODOMETRY = 'nav_msgs/msg/Odometry'
+
+CAMERAS = {
+    'RealSense': (
+        {'/camera/camera/color/image_raw': IMAGE,
+         '/camera/camera/color/image_raw/compressed': COMPRESSED_IMAGE,
+         '/camera/camera/color/camera_info': CAMERA_INFO,
+         '/camera/camera/depth/image_rect_raw': IMAGE,
+         '/camera/camera/depth/camera_info': CAMERA_INFO,
+         '/camera/camera/infra1/image_rect_raw': IMAGE,
+         '/camera/camera/infra1/camera_info': CAMERA_INFO,
+         '/camera/camera/aligned_depth_to_color/image_raw': IMAGE,
+         '/camera/camera/aligned_depth_to_color/camera_info': CAMERA_INFO},
+        ('/camera/camera/color/image_raw', '/camera/camera/aligned_depth_to_color/image_raw',
+         '/camera/camera/color/camera_info')),
+    'TUM': (
+        {'/camera/rgb/image_color': IMAGE, '/camera/rgb/camera_info': CAMERA_INFO,
+         '/camera/depth/image': IMAGE, '/camera/depth/camera_info': CAMERA_INFO,
+         '/imu': 'sensor_msgs/msg/Imu'},
+        ('/camera/rgb/image_color', '/camera/depth/image', '/camera/rgb/camera_info')),
+    'Azure Kinect': (
+        {'/rgb/image_raw': IMAGE, '/rgb/camera_info': CAMERA_INFO, '/depth/image_raw': IMAGE,
+         '/depth/camera_info': CAMERA_INFO, '/depth_to_rgb/image_raw': IMAGE,
+         '/depth_to_rgb/camera_info': CAMERA_INFO, '/ir/image_raw': IMAGE},
+        ('/rgb/image_raw', '/depth_to_rgb/image_raw', '/rgb/camera_info')),
+    'Orbbec, compressed': (
+        {'/camera/color/image_raw/compressed': COMPRESSED_IMAGE,
+         '/camera/color/camera_info': CAMERA_INFO,
+         '/camera/depth/image_raw/compressed': COMPRESSED_IMAGE,
+         '/camera/depth/image_raw/compressedDepth': COMPRESSED_IMAGE},
+        ('/camera/color/image_raw/compressed', '/camera/depth/image_raw/compressedDepth',
+         '/camera/color/camera_info')),
+    'Kinect': (
+        {'/camera/rgb/image_raw': IMAGE, '/camera/rgb/image_rect_color': IMAGE,
+         '/camera/rgb/camera_info': CAMERA_INFO, '/camera/depth/image_raw': IMAGE,
+         '/camera/depth_registered/image_raw': IMAGE},
+        ('/camera/rgb/image_raw', '/camera/depth_registered/image_raw',
+         '/camera/rgb/camera_info')),
+    'plain names': (
+        {'/image': IMAGE, '/depth': IMAGE, '/camera_info': CAMERA_INFO},
+        ('/image', '/depth', '/camera_info')),
+    'camera_info elsewhere': (
+        {'/cam/image': IMAGE, '/cam/depth': IMAGE, '/calibration': CAMERA_INFO},
+        ('/cam/image', '/cam/depth', '/calibration')),
+}
+TWO = {f'/{name}/{part}': type_ for name in ('left', 'right') for part, type_ in (
+    ('color/image_raw', IMAGE), ('depth/image_raw', IMAGE), ('color/camera_info', CAMERA_INFO))}
+
+
+@pytest.mark.parametrize('name', CAMERAS)
+def test_topics_of_common_cameras_are_found(name):
+    types, (colour, depth, info) = CAMERAS[name]
+    topics = BagTopics(types, 'a.bag')
+    assert topics.colour(None) == colour
+    assert topics.depth(None, colour) == depth
+    assert topics.info(None, colour) == info
+    assert topics.ground_truth(None) is None
+
+
+def test_what_is_given_is_taken():
+    types = {**CAMERAS['RealSense'][0], '/mocap/pose': POSE}
+    topics = BagTopics(types, 'a.bag')
+    infra = '/camera/camera/infra1/image_rect_raw'
+    assert topics.colour(infra) == infra
+    assert topics.depth('/camera/camera/depth/image_rect_raw', infra) == (
+        '/camera/camera/depth/image_rect_raw')
+    assert topics.info(None, infra) == '/camera/camera/infra1/camera_info'
+    assert topics.ground_truth('/mocap/pose') == '/mocap/pose'
+
+
+def test_of_two_cameras_one_must_be_chosen():
+    topics = BagTopics(TWO, 'two.bag')
+    with pytest.raises(InputError, match='two.bag has several topics that may be the colour one, '
+                       '/left/color/image_raw, /right/color/image_raw: .*--colour-topic'):
+        topics.colour(None)
+    colour = topics.colour('/right/color/image_raw')
+    assert topics.depth(None, colour) == '/right/depth/image_raw'
+    assert topics.info(None, colour) == '/right/color/camera_info'
+    assert topics.colour(None, '/left/depth/image_raw') == '/left/color/image_raw'
+
+
+def test_missing_topics_are_told_with_what_there_is():
+    topics = BagTopics({'/depth/image': IMAGE, '/imu': 'sensor_msgs/msg/Imu'}, 'a.bag')
+    listing = r'it has /depth/image \(sensor_msgs/msg/Image\), /imu \(sensor_msgs/msg/Imu\)'
+    with pytest.raises(InputError, match=f'a.bag has no colour topic .*--colour-topic; {listing}'):
+        topics.colour(None)
+    with pytest.raises(InputError, match=f'no camera_info topic .*--info-topic; {listing}'):
+        topics.info(None, '/x/image')
+    with pytest.raises(InputError, match=f'on /rgb \\(--colour-topic\\); {listing}'):
+        topics.colour('/rgb')
+    with pytest.raises(InputError, match='has no .*PoseStamped.* on /imu'):
+        topics.ground_truth('/imu')
+    with pytest.raises(InputError, match='it has no messages'):
+        BagTopics({}, 'a.bag').depth(None, '/rgb')
+
+
+@pytest.mark.parametrize('topic, type_', [
+    ('/ground_truth', POSE), ('/groundtruth/pose', POSE), ('/robot/ground_truth/odom', ODOMETRY)])
+def test_ground_truth_is_found_by_its_name(topic, type_):
+    topics = BagTopics({topic: type_, '/odom': ODOMETRY, '/pose': POSE}, 'a.bag')
+    assert topics.ground_truth(None) == topic
+
+
+def test_ground_truth_of_another_type_is_none():
+    assert BagTopics({'/ground_truth': 'nav_msgs/msg/Path'}, 'a.bag').ground_truth(None) is None

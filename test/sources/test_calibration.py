@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""camera.json: what is written comes back, what is no calibration is refused by name."""
+
+import json
+
+import pytest
+
+from aick_ros.camera import Camera
+from aick_ros.errors import InputError
+from aick_ros.sources.calibration import read_camera, write_camera
+
+FIELDS = {'width': 640, 'height': 480, 'k': [500, 0, 320, 0, 501, 240, 0, 0, 1]}
+
+
+@pytest.mark.parametrize('model, distortion', [
+    ('plumb_bob', ()), ('plumb_bob', (0.1, 0.2, 0.3, 0.4)), ('equidistant', ()),
+    ('equidistant', (0.1, 0.2, 0.3, 0.4)), ('rational_polynomial', tuple(range(1, 9)))])
+def test_a_camera_comes_back(tmp_path, model, distortion):
+    camera = Camera(640, 480, 517.306408, 516.469215, 1 / 3, 255.313989, model, distortion)
+    write_camera(tmp_path / 'camera.json', camera)
+    assert read_camera(tmp_path / 'camera.json') == camera
+
+
+def test_names_are_those_of_camera_info(tmp_path):
+    write_camera(tmp_path / 'camera.json', Camera(64, 48, 50, 51, 32, 24))
+    assert json.loads((tmp_path / 'camera.json').read_text()) == {
+        'width': 64, 'height': 48, 'distortion_model': 'plumb_bob',
+        'k': [50, 0, 32, 0, 51, 24, 0, 0, 1], 'd': []}
+
+
+def test_distortion_may_be_left_out(tmp_path):
+    (tmp_path / 'c.json').write_text(json.dumps(FIELDS))
+    assert read_camera(tmp_path / 'c.json') == Camera(640, 480, 500, 501, 320, 240)
+
+
+@pytest.mark.parametrize('text, reason', [
+    ('{"width": 640', 'cannot read the calibration'),
+    ('[1, 2]', 'no calibration: it takes an object'),
+    ('3', 'no calibration'),
+    (json.dumps({**FIELDS, 'k': 'abc'}), 'no calibration'),
+    (json.dumps({**FIELDS, 'k': [None] * 9}), 'no calibration'),
+    (json.dumps({**FIELDS, 'k': ['a'] * 9}), 'no calibration'),
+    (json.dumps({**FIELDS, 'width': 'wide'}), 'no calibration'),
+    (json.dumps({**FIELDS, 'k': [1, 2, 3]}), 'k of camera_info has 3 numbers'),
+    (json.dumps({**FIELDS, 'k': [0] * 9}), 'not calibrated'),
+    (json.dumps({**FIELDS, 'd': [0.1]}), 'has 1 coefficients'),
+    (json.dumps({**FIELDS, 'distortion_model': 'magic'}), "unknown distortion model 'magic'"),
+    (json.dumps({key: FIELDS[key] for key in ('width', 'k')}), "has no 'height'"),
+])
+def test_what_is_no_calibration_is_refused(tmp_path, text, reason):
+    path = tmp_path / 'camera.json'
+    path.write_text(text)
+    with pytest.raises(InputError, match=reason) as caught:
+        read_camera(path)
+    assert str(path) in str(caught.value)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match='cannot read the calibration .*nowhere.json'):
+        read_camera(tmp_path / 'nowhere.json')

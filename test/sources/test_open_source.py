@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Recognising what kind of recording a path is."""
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros.errors import InputError
+from aick_ros.sources import SourceOptions, open_source, synthetic
+from aick_ros.sources.bag import BagSource
+from aick_ros.sources.images import ImagesSource
+from aick_ros.sources.tum import TumSource
+from aick_ros.sources.writers.bag_writer import write_bag
+
+
+def test_a_recorded_folder_is_recognised(recorded_folder):
+    assert isinstance(open_source(str(recorded_folder)), TumSource)
+    (recorded_folder / 'depth.txt').unlink()
+    with pytest.raises(InputError, match='cannot read the list .*depth.txt'):
+        open_source(recorded_folder)
+
+
+@pytest.mark.parametrize('storage, suffix', [('mcap', '.mcap'), ('sqlite3', '.db3')])
+def test_a_bag_is_recognised(tmp_path, recording, storage, suffix):
+    bag = tmp_path / 'run'
+    write_bag(bag, recording, storage)
+    for path in (bag, bag / f'run{suffix}'):
+        assert isinstance(open_source(path), BagSource)
+    (bag / 'metadata.yaml').unlink()
+    assert isinstance(open_source(bag), BagSource)
+
+
+def test_a_ros_1_bag_is_recognised(tmp_path):
+    (tmp_path / 'a.bag').write_bytes(b'#ROSBAG V1.2\n')
+    with pytest.raises(InputError, match='a.bag cannot be read as a bag .*version 102'):
+        open_source(tmp_path / 'a.bag')
+
+
+def test_numbered_images_are_recognised(tmp_path):
+    cv2.imwrite(str(tmp_path / 'frame-000003.color.png'), np.zeros((4, 4, 3), np.uint8))
+    cv2.imwrite(str(tmp_path / 'frame-000003.depth.png'), np.ones((4, 4), np.uint16))
+    (tmp_path / 'camera-intrinsics.txt').write_text('1 0 1 0 1 1 0 0 1')
+    assert isinstance(open_source(tmp_path), ImagesSource)
+
+
+def test_options_reach_the_reader(recorded_folder):
+    with pytest.raises(InputError, match='none of the 6 images.*within 1e-09 s'):
+        open_source(recorded_folder, SourceOptions(max_interval=1e-9))
+
+
+@pytest.mark.parametrize('content, reason', [
+    (None, 'nothing does not exist: a source is a ROS 2 bag'),
+    ((), 'nothing is empty: a source is .*synthetic:SEED'),
+    (('notes.txt', 'a.bag'), 'nothing is no recording that is known: a source is .* TUM folder')])
+def test_what_is_no_recording_is_told_what_would_be(tmp_path, content, reason):
+    path = tmp_path / 'nothing'
+    if content is not None:
+        path.mkdir()
+        for name in content:
+            (path / name).write_text('')
+    with pytest.raises(InputError, match=reason):
+        open_source(path)
+
+
+def test_a_file_that_is_no_recording_is_refused(tmp_path):
+    (tmp_path / 'a.txt').write_text('')
+    with pytest.raises(InputError, match='a.txt is no recording that is known'):
+        open_source(tmp_path / 'a.txt')
+
+
+@pytest.mark.parametrize('path', ['synthetic:one', 'synthetic:-1', 'synthetic:1.5'])
+def test_a_seed_must_be_a_whole_number(path):
+    with pytest.raises(InputError, match=f'{path} has no whole number for a seed'):
+        open_source(path)
+
+
+@pytest.mark.parametrize('path, seed', [('synthetic', 0), ('synthetic:', 0), ('synthetic:3', 3)])
+def test_a_rendered_sequence_is_opened(path, seed, monkeypatch):
+    monkeypatch.setattr(synthetic, 'SyntheticSource', lambda options: ('opened', options))
+    assert open_source(path) == ('opened', synthetic.SyntheticOptions(seed=seed))

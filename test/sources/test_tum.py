@@ -1,0 +1,174 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""TUM folders: against the frames they were made of, and each way in which one can be bad."""
+
+import shutil
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros.errors import InputError
+from aick_ros.sources import SourceOptions, raise_damage
+from aick_ros.sources.tum import CAMERAS, TumSource
+
+
+def read(source):
+    """Return the frames and the damage that was reported."""
+    damage = []
+    return list(source.frames(damage.append)), [str(error) for error in damage]
+
+
+def edit(path, change):
+    path.write_text(change(path.read_text()))
+
+
+def test_frames_come_back(recorded_folder, recording, assert_same_frames):
+    source = TumSource(recorded_folder)
+    assert source.name == 'rgbd_dataset_freiburg2_small'
+    assert source.ground_truth is None
+    assert len(source) == 6
+    for _ in range(2):
+        assert_same_frames(list(source.frames(raise_damage)), recording.recorded)
+
+
+def test_ground_truth_is_read(recorded_folder):
+    (recorded_folder / 'groundtruth.txt').write_text('# t\n1.5 1 2 3 0 0 0 1\n2.5 4 5 6 0 0 1 0\n')
+    truth = TumSource(recorded_folder).ground_truth
+    assert truth.stamps.tolist() == [1_500_000_000, 2_500_000_000]
+    assert truth.poses[1].tolist() == [[-1, 0, 0, 4], [0, -1, 0, 5], [0, 0, 1, 6], [0, 0, 0, 1]]
+
+
+def test_damaged_ground_truth_names_file_and_line(recorded_folder):
+    (recorded_folder / 'groundtruth.txt').write_text('# t\n1.5 1 2 3 0 0 0 1\n2.5 4 5\n')
+    with pytest.raises(InputError, match='groundtruth.txt, line 3'):
+        TumSource(recorded_folder).ground_truth
+
+
+def test_association_is_the_classical_one(real_folder):
+    def stamps(name):
+        return [round(float(line.split()[0]) * 1e6) * 1000
+                for line in (real_folder / name).read_text().splitlines() if line[0] != '#']
+
+    colour, depth = stamps('rgb.txt'), stamps('depth.txt')
+    candidates = sorted((abs(c - d), c, d) for c in colour for d in depth if abs(c - d) < 2e7)
+    pairs = {}
+    for _, c, d in candidates:
+        if c not in pairs and d not in pairs.values():
+            pairs[c] = d
+    frames = list(TumSource(real_folder).frames(raise_damage))
+    assert [(frame.stamp, frame.depth_stamp) for frame in frames] == sorted(pairs.items())
+
+
+def test_real_frames_are_those_in_the_files(real_folder):
+    source = TumSource(real_folder)
+    frame = next(source.frames(raise_damage))
+    files = [line.split()[1] for line in (real_folder / 'rgb.txt').read_text().splitlines()
+             if f'{frame.stamp // 1000 / 1e6:.6f}' in line]
+    assert np.array_equal(frame.colour[:, :, ::-1], cv2.imread(str(real_folder / files[0])))
+    assert frame.camera == CAMERAS['1']
+    assert source.ground_truth.at(frame.stamp) is not None
+
+
+@pytest.mark.parametrize('path, number', [
+    ('rgbd_dataset_freiburg1_xyz', '1'), ('fr2_desk', '2'), ('fr3/office', '3'),
+    ('freiburg1/cut_of_freiburg3', '3'), ('TUM-FR1-room', '1')])
+def test_the_camera_is_told_by_the_path(recorded_folder, tmp_path, path, number):
+    (recorded_folder / 'camera.json').unlink()
+    moved = tmp_path / 'elsewhere' / path
+    shutil.copytree(recorded_folder, moved)
+    source = TumSource(moved)
+    assert source._camera == CAMERAS[number]
+
+
+@pytest.mark.parametrize('path', ['desk', 'fr4_desk', 'freiburg12', 'afr1ca', 'frame1'])
+def test_a_path_that_tells_no_camera_is_refused(recorded_folder, tmp_path, path):
+    (recorded_folder / 'camera.json').unlink()
+    shutil.move(recorded_folder, tmp_path / path)
+    with pytest.raises(InputError, match='no calibration.*--camera FILE.*camera.json'):
+        TumSource(tmp_path / path)
+
+
+def test_a_given_camera_comes_first(recorded_folder, tmp_path):
+    given = tmp_path / 'mine.json'
+    given.write_text('{"width": 32, "height": 24, "k": [9, 0, 16, 0, 9, 12, 0, 0, 1]}')
+    source = TumSource(recorded_folder, SourceOptions(camera=given))
+    assert next(source.frames(raise_damage)).camera.fx == 9
+
+
+def test_stamps_that_repeat_or_go_back_are_left_out_and_reported(
+        recorded_folder, recording, assert_same_frames):
+    lines = (recorded_folder / 'rgb.txt').read_text().splitlines()
+    lines[3:3] = [lines[2], lines[1]]
+    (recorded_folder / 'rgb.txt').write_text('\n'.join(lines))
+    frames, damage = read(TumSource(recorded_folder))
+    assert_same_frames(frames, recording.recorded)
+    assert len(damage) == 2
+    assert 'rgb.txt, line 4: stamp 1305031102.156790122 repeats' in damage[0]
+    assert 'rgb.txt, line 5' in damage[1]
+
+
+def test_a_damaged_image_is_reported_and_the_next_one_read(
+        recorded_folder, recording, assert_same_frames):
+    colour, depth = (sorted((recorded_folder / part).iterdir()) for part in ('rgb', 'depth'))
+    colour[0].write_bytes(colour[0].read_bytes()[:300])
+    colour[1].unlink()
+    depth[2].write_bytes(b'')
+    shutil.copy(colour[3], depth[3])
+    frames, damage = read(TumSource(recorded_folder))
+    assert_same_frames(frames, recording.recorded[4:])
+    for text, path, reason in zip(damage, (colour[0], colour[1], depth[2], depth[3]), (
+            '300 bytes of PNG data are truncated', 'No such file', 'its 0 bytes are neither',
+            '3 channels of uint8')):
+        assert str(path) in text and reason in text
+    assert len(damage) == 4
+
+
+def test_images_of_different_size_are_reported(recorded_folder):
+    depth = sorted((recorded_folder / 'depth').iterdir())[0]
+    cv2.imwrite(str(depth), np.ones((12, 16), np.uint16))
+    frames, damage = read(TumSource(recorded_folder))
+    assert len(frames) == 5
+    assert 'colour is 32 x 24 and depth 16 x 12 pixels' in damage[0]
+    assert 'rgb' in damage[0]
+
+
+@pytest.mark.parametrize('name', ['rgb.txt', 'depth.txt'])
+def test_a_missing_list_is_named(recorded_folder, name):
+    (recorded_folder / name).unlink()
+    with pytest.raises(InputError, match=f'cannot read the list .*{name}'):
+        TumSource(recorded_folder)
+
+
+@pytest.mark.parametrize('line', ['1305031102.2', 'abc rgb/a.png', '1.0 a b', 'nan rgb/a.png',
+                                  'inf rgb/a.png'])
+def test_a_malformed_line_is_named(recorded_folder, line):
+    edit(recorded_folder / 'depth.txt', lambda text: text.replace('# depth', f'# depth\n{line}'))
+    with pytest.raises(InputError, match='depth.txt, line 2: .*is no image'):
+        TumSource(recorded_folder)
+
+
+def test_a_binary_list_is_refused(recorded_folder):
+    (recorded_folder / 'rgb.txt').write_bytes(b'\xff\xfe\x00')
+    with pytest.raises(InputError, match='cannot read the list .*rgb.txt'):
+        TumSource(recorded_folder)
+
+
+def test_an_empty_list_is_refused(recorded_folder):
+    (recorded_folder / 'rgb.txt').write_text('# nothing\n')
+    with pytest.raises(InputError, match='rgb.txt lists no images'):
+        TumSource(recorded_folder)
+
+
+def test_lists_of_different_times_are_refused(recorded_folder):
+    edit(recorded_folder / 'depth.txt', lambda text: text.replace('\n1305', '\n1405'))
+    with pytest.raises(InputError, match='none of the 6 images in rgb.txt and the 6 in depth.txt'):
+        TumSource(recorded_folder)
+
+
+def test_the_interval_limits_the_pairs(recorded_folder, recording):
+    offsets = [abs(frame.depth_stamp - frame.stamp) / 1e9 for frame in recording.recorded]
+    limit = float(np.median(offsets)) + 1e-5
+    source = TumSource(recorded_folder, SourceOptions(max_interval=limit))
+    assert 0 < len(source) == sum(offset <= limit for offset in offsets) < 6

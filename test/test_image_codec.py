@@ -1,0 +1,299 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Image messages: against a decoder that takes one pixel after the other."""
+
+import array
+import dataclasses
+import math
+import struct
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros import image_codec
+from aick_ros.errors import InputError
+
+HEIGHT, WIDTH = 6, 8
+SIZES = {'rgb8': 3, 'bgr8': 3, '8UC3': 3, 'rgba8': 4, 'bgra8': 4, '8UC4': 4, 'mono8': 1,
+         '8UC1': 1, 'mono16': 2, '16UC1': 2, '32FC1': 4, 'yuv422': 2, 'uyvy': 2,
+         'yuv422_yuy2': 2, 'yuyv': 2, 'bayer_rggb8': 1, 'bayer_bggr8': 1, 'bayer_gbrg8': 1,
+         'bayer_grbg8': 1}
+"""Bytes a pixel."""
+
+
+def message(encoding, padding=0, is_bigendian=0, container=lambda data: data, pixels=None):
+    """Return a message of random pixels, or of the bytes of some."""
+    row = WIDTH * SIZES[encoding]
+    content = np.random.default_rng(2).integers(0, 256, (HEIGHT, row + padding), np.uint8)
+    if pixels is not None:
+        content[:, :row] = np.frombuffer(pixels, np.uint8).reshape(HEIGHT, row)
+    return image_codec.ImageFields(HEIGHT, WIDTH, encoding, is_bigendian, row + padding,
+                                   container(content.ravel()))
+
+
+def pixel_bytes(image, row, column):
+    """Return the bytes of one pixel."""
+    size = SIZES[image.encoding]
+    start = row * image.step + column * size
+    return bytes(image.data)[start:start + size]
+
+
+def slow_colour(image, row, column):
+    """Return the pixel as red, green, blue or as grey."""
+    content = pixel_bytes(image, row, column)
+    if image.encoding in ('bgr8', '8UC3', 'bgra8', '8UC4'):
+        return content[2::-1]
+    if image.encoding == 'mono16':
+        value = struct.unpack('>H' if image.is_bigendian else '<H', content)[0]
+        return bytes([round(value / 257)])
+    return content[:3]
+
+
+def slow_depth(image, row, column):
+    """Return the depth in metres, NaN for none."""
+    content = pixel_bytes(image, row, column)
+    order = '>' if image.is_bigendian else '<'
+    if image.encoding == '32FC1':
+        depth = struct.unpack(order + 'f', content)[0]
+    else:
+        depth = struct.unpack(order + 'H', content)[0] / 1000
+    return depth if 0 < depth < math.inf else math.nan
+
+
+@pytest.mark.parametrize('padding', [0, 5])
+@pytest.mark.parametrize('is_bigendian', [0, 1])
+@pytest.mark.parametrize('encoding', [
+    'rgb8', 'bgr8', '8UC3', 'rgba8', 'bgra8', '8UC4', 'mono8', '8UC1', 'mono16'])
+def test_colour_is_what_the_slow_decoder_reads(encoding, is_bigendian, padding):
+    image = message(encoding, padding, is_bigendian)
+    colour = image_codec.colour_image(image)
+    assert colour.dtype == np.uint8
+    assert colour.shape[:2] == (HEIGHT, WIDTH)
+    for row in range(HEIGHT):
+        for column in range(WIDTH):
+            assert bytes(colour[row, column].reshape(-1)) == slow_colour(image, row, column)
+
+
+@pytest.mark.parametrize('padding', [0, 3, 4])
+@pytest.mark.parametrize('is_bigendian', [0, 1])
+@pytest.mark.parametrize('encoding', ['16UC1', 'mono16', '32FC1'])
+def test_depth_is_what_the_slow_decoder_reads(encoding, is_bigendian, padding):
+    order = '>' if is_bigendian else '<'
+    values = np.random.default_rng(3).uniform(0.3, 9.0, HEIGHT * WIDTH)
+    if encoding == '32FC1':
+        values[:5] = 0.0, -1.0, math.inf, -math.inf, math.nan
+        pixels = values.astype(order + 'f4').tobytes()
+    else:
+        values[0] = 0.0
+        pixels = (values * 1000).astype(order + 'u2').tobytes()
+    image = message(encoding, padding, is_bigendian, pixels=pixels)
+    depth = image_codec.depth_image(image)
+    expected = [[slow_depth(image, row, column) for column in range(WIDTH)]
+                for row in range(HEIGHT)]
+    assert depth.dtype == np.float32 and depth.dtype.isnative
+    assert np.array_equal(depth, np.array(expected, np.float32), equal_nan=True)
+    assert np.isnan(depth[0, 0])
+
+
+@pytest.mark.parametrize('padding', [0, 6])
+@pytest.mark.parametrize('encoding, luma, u, v', [
+    ('yuv422', 1, 0, 2), ('uyvy', 1, 0, 2), ('yuv422_yuy2', 0, 1, 3), ('yuyv', 0, 1, 3)])
+def test_yuv_is_converted_by_bt_601(encoding, luma, u, v, padding):
+    rng = np.random.default_rng(4)
+    pairs = np.empty((HEIGHT, WIDTH // 2, 4), np.uint8)
+    pairs[..., luma::2] = rng.integers(60, 190, (HEIGHT, WIDTH // 2, 2))
+    pairs[..., [u, v]] = rng.integers(100, 156, (HEIGHT, WIDTH // 2, 2))
+    colour = image_codec.colour_image(message(encoding, padding, pixels=pairs.tobytes()))
+    for row in range(HEIGHT):
+        for column in range(WIDTH):
+            y, blue, red = (float(pairs[row, column // 2, index])
+                            for index in (luma + 2 * (column % 2), u, v))
+            y, blue, red = 1.164 * (y - 16), blue - 128, red - 128
+            expected = (y + 1.596 * red, y - 0.392 * blue - 0.813 * red, y + 2.017 * blue)
+            assert np.allclose(colour[row, column], expected, atol=2)
+
+
+@pytest.mark.parametrize('padding', [0, 3])
+@pytest.mark.parametrize('pattern', ['rggb', 'bggr', 'gbrg', 'grbg'])
+def test_bayer_gives_back_an_even_colour(pattern, padding):
+    colour = {'r': 200, 'g': 120, 'b': 40}
+    tile = np.array([colour[letter] for letter in pattern], np.uint8).reshape(2, 2)
+    mosaic = np.tile(tile, (HEIGHT // 2, WIDTH // 2))
+    image = message(f'bayer_{pattern}8', padding, pixels=mosaic.tobytes())
+    assert (image_codec.colour_image(image) == (200, 120, 40)).all()
+
+
+@pytest.mark.parametrize('container', [
+    lambda data: data, lambda data: array.array('B', data.tobytes()), lambda data: data.tobytes()])
+@pytest.mark.parametrize('padding', [0, 5])
+@pytest.mark.parametrize('encoding', ['rgb8', 'mono8', '8UC1'])
+def test_what_needs_no_conversion_is_a_view(encoding, padding, container):
+    image = message(encoding, padding, container=container)
+    colour = image_codec.colour_image(image)
+    assert np.shares_memory(colour, np.frombuffer(image.data, np.uint8))
+
+
+def test_every_known_encoding_has_a_size_here():
+    known = {*image_codec.COLOUR_ENCODINGS, *image_codec.DEPTH_ENCODINGS}
+    assert set(SIZES) == known
+
+
+@pytest.mark.parametrize('decode, encoding', [
+    (image_codec.colour_image, 'rgb8'), (image_codec.depth_image, '16UC1')])
+@pytest.mark.parametrize('changes, reason', [
+    ({'height': 0}, '8 x 0 pixels'),
+    ({'width': 0}, '0 x 6 pixels'),
+    ({'step': 7}, 'step 7, and 8 pixels of .* take (24|16) bytes'),
+    ({'data': np.zeros(90, np.uint8)}, 'has 90 bytes, and 6 rows of (24|16) take (144|96)'),
+    ({'data': b''}, 'has 0 bytes'),
+    ({'encoding': 'rgb9'}, "unknown encoding 'rgb9': there are .*(bgr8|32FC1)"),
+    ({'encoding': ''}, "unknown encoding ''"),
+])
+def test_fields_that_contradict_each_other_are_refused(decode, encoding, changes, reason):
+    image = dataclasses.replace(message(encoding), **changes)
+    with pytest.raises(InputError, match=reason):
+        decode(image)
+
+
+def test_yuv_of_odd_width_is_refused():
+    image = image_codec.ImageFields(2, 3, 'yuyv', 0, 6, np.zeros(12, np.uint8))
+    with pytest.raises(InputError, match='3 pixels wide, and yuyv has them in pairs'):
+        image_codec.colour_image(image)
+
+
+def test_data_behind_the_last_row_is_ignored():
+    image = message('mono8')
+    longer = dataclasses.replace(image, data=np.append(image.data, 7).astype(np.uint8))
+    assert np.array_equal(image_codec.colour_image(longer), image_codec.colour_image(image))
+
+
+def test_depth_in_place_of_colour_is_told():
+    with pytest.raises(InputError, match='colour image has encoding 16UC1, which is depth'):
+        image_codec.colour_image(message('16UC1'))
+
+
+def test_colour_in_place_of_depth_is_told():
+    with pytest.raises(InputError, match='depth image has encoding bgr8, which is colour'):
+        image_codec.depth_image(message('bgr8'))
+
+
+RNG = np.random.default_rng(5)
+BGR = cv2.GaussianBlur(RNG.integers(0, 256, (48, 64, 3), np.uint8), (0, 0), 3)
+MILLIMETRES = RNG.integers(0, 9000, (48, 64), np.uint16)
+
+
+def compressed(format_, image, kind='.png', header=b'', container=bytes):
+    data = header + cv2.imencode(kind, image)[1].tobytes()
+    return SimpleNamespace(format=format_, data=container(data))
+
+
+@pytest.mark.parametrize('container', [
+    bytes, lambda data: array.array('B', data), lambda data: np.frombuffer(data, np.uint8)])
+@pytest.mark.parametrize('format_, kind', [
+    ('rgb8; png compressed bgr8', '.png'), ('bgr8; png compressed bgr8', '.png'),
+    ('png', '.png'), ('rgb8; jpeg compressed bgr8', '.jpg'), ('jpeg', '.jpg')])
+def test_compressed_colour_comes_back(format_, kind, container):
+    colour = image_codec.compressed_colour(compressed(format_, BGR, kind, container=container))
+    tolerance = 0 if kind == '.png' else 12
+    assert np.abs(colour.astype(int) - BGR[:, :, ::-1]).max() <= tolerance
+
+
+def test_compressed_rgb_that_was_not_turned_to_bgr_is_not_turned_back():
+    colour = image_codec.compressed_colour(compressed('rgb8; png compressed ', BGR))
+    assert np.array_equal(colour, BGR)
+
+
+def test_compressed_grey_comes_back():
+    for format_ in ('mono8; jpeg compressed ', 'rgb8; png compressed '):
+        colour = image_codec.compressed_colour(compressed(format_, BGR[:, :, 0]))
+        assert np.array_equal(colour, BGR[:, :, 0])
+
+
+@pytest.mark.parametrize('format_, header', [
+    ('16UC1; compressedDepth png', bytes(12)), ('16UC1; compressedDepth', bytes(12)),
+    ('16UC1', bytes(12)), ('16UC1; png compressed ', b''), ('png', b'')])
+def test_compressed_millimetres_come_back(format_, header):
+    depth = image_codec.compressed_depth(compressed(format_, MILLIMETRES, header=header))
+    expected = np.where(MILLIMETRES > 0, MILLIMETRES / 1000, np.nan).astype(np.float32)
+    assert np.array_equal(depth, expected, equal_nan=True)
+
+
+def test_compressed_inverse_depth_comes_back_within_its_quantisation():
+    metres = RNG.uniform(0.4, 9.5, (48, 64))
+    metres[0, :3] = np.nan, np.inf, 11.0
+    quantisation, farthest = 100.0, 10.0
+    scale = quantisation * (quantisation + 1)
+    offset = 1 - scale / farthest
+    with np.errstate(invalid='ignore'):
+        stored = np.where(metres < farthest, scale / metres + offset, 0).astype(np.uint16)
+    header = struct.pack('<iff', 0, scale, offset)
+    for format_ in ('32FC1; compressedDepth png', '32FC1; compressedDepth'):
+        depth = image_codec.compressed_depth(compressed(format_, stored, header=header))
+        assert np.isnan(depth[0, :3]).all()
+        # one step of the stored number is depth^2 / A
+        error = np.abs(depth - metres)[np.isfinite(depth)]
+        assert (error <= 1.01 * (metres ** 2 / scale)[np.isfinite(depth)] + 1e-5).all()
+        assert np.isfinite(depth).sum() == depth.size - 3
+
+
+def test_compressed_inverse_depth_without_quantisation_is_refused():
+    for header in (bytes(12), struct.pack('<iff', 0, math.nan, 0.0), b''):
+        with pytest.raises(InputError, match='quantisation A .* must be positive'):
+            image_codec.compressed_depth(
+                compressed('32FC1; compressedDepth png', MILLIMETRES, header=header))
+
+
+@pytest.mark.parametrize('format_, image, reason', [
+    ('16UC1; compressedDepth rvl', MILLIMETRES, "'16UC1; compressedDepth rvl'.* 'png'"),
+    ('rgb8; png compressed bgr8', BGR, '3 channels of uint8'),
+])
+def test_compressed_data_that_is_no_readable_depth_is_refused(format_, image, reason):
+    with pytest.raises(InputError, match=reason):
+        image_codec.compressed_depth(compressed(format_, image, header=bytes(12)))
+
+
+@pytest.mark.parametrize('format_', ['16UC1; compressedDepth png', '32FC1; compressedDepth',
+                                     '16UC1; png compressed '])
+def test_compressed_depth_in_place_of_colour_is_told(format_):
+    with pytest.raises(InputError, match='which is depth'):
+        image_codec.compressed_colour(compressed(format_, MILLIMETRES, header=bytes(12)))
+
+
+@pytest.mark.parametrize('decode', [image_codec.compressed_colour, image_codec.compressed_depth])
+@pytest.mark.parametrize('data, reason', [
+    (b'', 'neither PNG nor JPEG'), (b'\x01' * 11, 'neither PNG nor JPEG'),
+    (b'\x01' * 500, 'neither PNG nor JPEG'),
+    (cv2.imencode('.png', MILLIMETRES)[1].tobytes()[:900], '900 bytes of PNG data are truncated')])
+def test_damaged_compressed_data_is_refused(decode, data, reason):
+    with pytest.raises(InputError, match=reason):
+        decode(SimpleNamespace(format='', data=data))
+
+
+@pytest.mark.parametrize('image', [BGR, BGR[:, :, 0], BGR[::-1, ::2]])
+def test_encoded_colour_comes_back(image):
+    fields = image_codec.encode_colour(image)
+    assert fields.data.dtype == np.uint8 and fields.data.ndim == 1
+    assert np.array_equal(image_codec.colour_image(fields), image)
+
+
+def test_encoded_metres_come_back_bit_for_bit():
+    depth = RNG.uniform(0.3, 9, (48, 64)).astype(np.float32)
+    depth[3, 4] = np.nan
+    decoded = image_codec.depth_image(image_codec.encode_depth(depth))
+    assert np.array_equal(decoded, depth, equal_nan=True)
+
+
+def test_encoded_millimetres_come_back_rounded():
+    depth = RNG.uniform(0.3, 9, (48, 64)).astype(np.float32)
+    depth[3, 4] = np.nan
+    decoded = image_codec.depth_image(image_codec.encode_depth(depth, '16UC1'))
+    assert np.isnan(decoded[3, 4]) and np.isnan(decoded).sum() == 1
+    assert np.nanmax(np.abs(decoded - depth)) <= 0.000501
+
+
+def test_depth_in_another_encoding_is_refused():
+    with pytest.raises(InputError, match="'64FC1': there are 32FC1 and 16UC1"):
+        image_codec.encode_depth(np.ones((2, 2), np.float32), '64FC1')

@@ -1,0 +1,181 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The odometry on rendered frames, where the truth is known, and on frames that fail it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros import rigid, settings
+from aick_ros.odometry import Odometry
+from aick_ros.settings import OdometrySettings, Settings
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.status import Status
+
+COUNT = 24
+
+
+@pytest.fixture(scope='module')
+def rendered():
+    source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
+    return [source.frame(i) for i in range(COUNT)], source.ground_truth.poses
+
+
+def track(odometry, frames):
+    return [odometry.register_frame(frame) for frame in frames]
+
+
+def error(update, truth, start=0, index=None):
+    """Translation [m] and rotation [rad] between the pose and the true one since ``start``."""
+    true_motion = rigid.inverse(truth[start]) @ truth[index]
+    E = rigid.inverse(true_motion) @ update.T_odom_camera
+    return np.linalg.norm(E[:3, 3]), rigid.angle(E[:3, :3])
+
+
+def black(frame):
+    return dataclasses.replace(frame, colour=np.zeros_like(frame.colour))
+
+
+def test_follows_the_camera(rendered):
+    frames, truth = rendered
+    updates = track(Odometry(), frames)
+    assert [update.status for update in updates] == [Status.FIRST_FRAME] + (COUNT - 1) * [
+        Status.OK]
+    for i, update in enumerate(updates):
+        translation, rotation = error(update, truth, 0, i)
+        assert translation < 0.03
+        assert rotation < np.radians(1.0)
+
+
+def test_pose_is_the_chain_of_increments(rendered):
+    frames, _ = rendered
+    pose = np.eye(4)
+    for update in track(Odometry(), frames[:10]):
+        pose = pose @ update.increment
+        np.testing.assert_allclose(update.T_odom_camera, pose, atol=1e-12)
+
+
+def test_uncertainty_grows_along_the_way(rendered):
+    updates = track(Odometry(), rendered[0])
+    traces = [np.trace(update.covariance) for update in updates]
+    assert traces[0] == 0.0
+    assert all(a < b for a, b in zip(traces, traces[1:]))
+
+
+def test_starts_where_it_is_told(rendered):
+    frames, _ = rendered
+    start = rigid.exp([1, 2, 3, 0.3, 0.2, 0.1])
+    moved, plain = (track(Odometry(T_odom_camera=pose), frames[:5])[-1].T_odom_camera
+                    for pose in (start, None))
+    np.testing.assert_allclose(moved, start @ plain, atol=1e-12)
+
+
+def test_one_lost_frame_is_held_and_bridged(rendered):
+    frames, truth = rendered
+    shown = [*frames[:8], black(frames[8]), *frames[9:]]
+    updates = track(Odometry(), shown)
+    lost = updates[8]
+    assert lost.status is Status.TOO_FEW_KEYPOINTS
+    assert '0 and' in lost.reason
+    assert np.isinf(np.diag(lost.increment_covariance)).all()
+    # held at constant velocity: nearer to the truth than standing still
+    standing_still = error(updates[7], truth, 0, 8)[0]
+    assert error(lost, truth, 0, 8)[0] < max(0.5 * standing_still, 0.01)
+    assert updates[9].status is Status.OK
+    assert updates[9].recovered
+    assert updates[9].interval == pytest.approx(2 / 30)
+    assert not updates[10].recovered
+    assert error(updates[-1], truth, 0, COUNT - 1)[0] < 0.03
+
+
+def test_a_lens_covered_for_long_does_not_make_the_pose_jump(rendered):
+    """In the dark the pose stops after hold_time, and goes on from there."""
+    frames, _ = rendered
+    odometry = Odometry(dataclasses.replace(Settings(), odometry=OdometrySettings(hold_time=0.1)))
+    track(odometry, frames[:8])
+    dark = track(odometry, [black(frame) for frame in frames[8:16]])
+    steps = [np.linalg.norm(b.T_odom_camera[:3, 3] - a.T_odom_camera[:3, 3])
+             for a, b in zip(dark, dark[1:])]
+    assert steps[-1] == pytest.approx(0.0, abs=1e-12)
+    sigmas = [np.trace(update.covariance) for update in dark]
+    assert all(a < b for a, b in zip(sigmas, sigmas[1:]))
+    after = odometry.register_frame(frames[16])
+    assert after.recovered
+
+
+def test_in_another_place_it_goes_on_from_the_pose_reached(rendered):
+    """Carried elsewhere in the dark: nothing matches, so the pose is held, then tracks on."""
+    frames, _ = rendered
+    elsewhere = SyntheticSource(SyntheticOptions(
+        seed=77, frames=3, start=frames[5].stamp + 10 ** 9))
+    odometry = Odometry()
+    before = track(odometry, frames[:6])[-1]
+    lost, found, on = track(odometry, [elsewhere.frame(i) for i in range(3)])
+    assert not lost.status.ok
+    assert np.linalg.norm(lost.T_odom_camera[:3, 3] - before.T_odom_camera[:3, 3]) < 0.3
+    assert found.status is Status.OK
+    assert found.recovered
+    assert on.status is Status.OK
+    truth = elsewhere.ground_truth.poses
+    moved = rigid.inverse(lost.T_odom_camera) @ on.T_odom_camera
+    expected = rigid.inverse(truth[0]) @ truth[2]
+    np.testing.assert_allclose(moved, expected, atol=0.02)
+
+
+def test_motion_gate(rendered):
+    frames, _ = rendered
+    slow = dataclasses.replace(Settings(), odometry=OdometrySettings(max_speed=0.01))
+    updates = track(Odometry(slow), [frames[0], frames[6]])
+    assert updates[1].status is Status.MOTION_GATE
+    assert 'odometry.max_speed is 0.01' in updates[1].reason
+
+
+def test_too_few_matches_are_not_believed(rendered):
+    frames, _ = rendered
+    strict = settings.with_values(Settings(), {'odometry.min_matches': 600})
+    updates = track(Odometry(settings.with_values(
+        strict, {'features.max_keypoints': 620})), frames[:2])
+    assert updates[1].status in (Status.TOO_FEW_MATCHES, Status.TOO_FEW_KEYPOINTS)
+
+
+@pytest.mark.parametrize('step', [0, -1, -500_000_000])
+def test_stamps_that_repeat_or_go_back_change_nothing(rendered, step):
+    frames, _ = rendered
+    odometry, other = Odometry(), Odometry()
+    track(odometry, frames[:3])
+    track(other, frames[:3])
+    late = odometry.register_frame(dataclasses.replace(frames[9], stamp=frames[2].stamp + step))
+    assert late.status is Status.BAD_STAMP
+    np.testing.assert_array_equal(odometry.register_frame(frames[3]).T_odom_camera,
+                                  other.register_frame(frames[3]).T_odom_camera)
+
+
+def test_a_recording_that_starts_again_goes_on_at_the_pose_reached(rendered):
+    frames, _ = rendered
+    again = [dataclasses.replace(frame, stamp=frame.stamp - 5 * 10 ** 9) for frame in frames]
+    odometry = Odometry()
+    before = track(odometry, frames[:6])[-1]
+    first, second = track(odometry, again[:2])
+    assert first.status is Status.FIRST_FRAME
+    np.testing.assert_array_equal(first.T_odom_camera, before.T_odom_camera)
+    assert second.status is Status.OK
+
+
+def test_before_the_first_good_frame_the_pose_is_the_start(rendered):
+    frames, _ = rendered
+    odometry = Odometry()
+    dark = odometry.register_frame(black(frames[0]))
+    assert dark.status is Status.TOO_FEW_KEYPOINTS
+    np.testing.assert_array_equal(dark.T_odom_camera, np.eye(4))
+    assert odometry.register_frame(frames[1]).status is Status.FIRST_FRAME
+    assert odometry.register_frame(frames[2]).status is Status.OK
+
+
+def test_reset(rendered):
+    frames, _ = rendered
+    odometry = Odometry()
+    track(odometry, frames[:5])
+    odometry.reset()
+    assert odometry.register_frame(frames[0]).status is Status.FIRST_FRAME
