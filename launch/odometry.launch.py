@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Visual odometry of one RGB-D camera: ros2 launch aick_ros odometry.launch.py camera:=...."""
+
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+import yaml
+
+SHARE = Path(get_package_share_directory('aick_ros'))
+TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info')
+
+
+def generate_launch_description():
+    """Declare the arguments and start the node with them."""
+    cameras = sorted(file.stem for file in (SHARE / 'config' / 'cameras').glob('*.yaml'))
+    return LaunchDescription([
+        DeclareLaunchArgument('camera', default_value='', choices=['', *cameras],
+                              description='Topics of a known camera driver'),
+        DeclareLaunchArgument('rgb_topic', default_value='',
+                              description="Colour images; '': as the camera has it"),
+        DeclareLaunchArgument('depth_topic', default_value='',
+                              description="Registered depth images; '': as the camera has it"),
+        DeclareLaunchArgument('camera_info_topic', default_value='',
+                              description="Calibration of the colour images; '': as above"),
+        DeclareLaunchArgument('frame_id', default_value='base_link',
+                              description='Frame whose motion is published'),
+        DeclareLaunchArgument('odom_frame_id', default_value='odom',
+                              description='Frame the pose is given in'),
+        DeclareLaunchArgument('publish_tf', default_value='true',
+                              description='Whether to publish odom_frame_id -> frame_id'),
+        DeclareLaunchArgument('use_sim_time', default_value='false',
+                              description='Whether time comes from /clock'),
+        DeclareLaunchArgument('params_file',
+                              default_value=str(SHARE / 'config' / 'odom_node.yaml'),
+                              description='Parameters of the node'),
+        OpaqueFunction(function=start_node),
+    ])
+
+
+def start_node(context):
+    """Start the node: a topic given by hand goes before the camera's."""
+    def argument(name):
+        return LaunchConfiguration(name).perform(context)
+
+    given = dict(zip(TOPICS, map(argument, ('rgb_topic', 'depth_topic', 'camera_info_topic'))))
+    topics = dict.fromkeys(TOPICS, '')
+    if argument('camera'):
+        file = SHARE / 'config' / 'cameras' / f'{argument("camera")}.yaml'
+        topics.update(yaml.safe_load(file.read_text())['remappings'])
+    topics.update({name: topic for name, topic in given.items() if topic})
+    return [Node(
+        package='aick_ros', executable='odom_node', output='screen',
+        remappings=[(name, topic) for name, topic in topics.items() if topic],
+        parameters=[argument('params_file'), {
+            'frame_id': argument('frame_id'), 'odom_frame_id': argument('odom_frame_id'),
+            'publish_tf': argument('publish_tf').lower() == 'true',
+            'use_sim_time': argument('use_sim_time').lower() == 'true'}])]

@@ -1,0 +1,46 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Odometry over a recorded bag: ros2 launch aick_ros replay.launch.py bag:=FOLDER."""
+
+from pathlib import Path
+
+from ament_index_python.packages import get_package_share_directory
+from launch import LaunchDescription
+from launch.actions import (
+    DeclareLaunchArgument, EmitEvent, IncludeLaunchDescription, RegisterEventHandler)
+from launch.event_handlers import OnProcessExit
+from launch.events import Shutdown
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+SHARE = Path(get_package_share_directory('aick_ros'))
+
+
+def generate_launch_description():
+    """Start the node and play the bag to it; all ends with the bag."""
+    player = Node(
+        package='aick_ros', executable='bag_player', output='screen',
+        arguments=[LaunchConfiguration('bag'), '--rate', LaunchConfiguration('rate')],
+        additional_env={'FASTRTPS_DEFAULT_PROFILES_FILE': str(SHARE / 'config' / 'fastdds.xml')})
+    odometry = IncludeLaunchDescription(
+        PythonLaunchDescriptionSource(str(SHARE / 'launch' / 'odometry.launch.py')),
+        launch_arguments={
+            'rgb_topic': LaunchConfiguration('rgb_topic'),
+            'depth_topic': LaunchConfiguration('depth_topic'),
+            'camera_info_topic': LaunchConfiguration('camera_info_topic'),
+            'use_sim_time': 'true'}.items())
+    return LaunchDescription([
+        DeclareLaunchArgument('bag', description='Folder of a ROS 2 bag'),
+        DeclareLaunchArgument('rate', default_value='1.0', description='Times as fast'),
+        DeclareLaunchArgument('rgb_topic', default_value='/camera/rgb/image_raw',
+                              description='Colour images of the bag'),
+        DeclareLaunchArgument('depth_topic', default_value='/camera/depth/image_raw',
+                              description='Registered depth images of the bag'),
+        DeclareLaunchArgument('camera_info_topic', default_value='/camera/rgb/camera_info',
+                              description='Calibration of the colour images of the bag'),
+        odometry, player,
+        RegisterEventHandler(OnProcessExit(
+            target_action=player, on_exit=[EmitEvent(event=Shutdown(reason='the bag is over'))])),
+    ])
