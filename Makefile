@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/ready
+UNFINISHED := $(VENV)/unfinished
+TF2_MSGS := $(VENV)/tf2_msgs
+PINS := requirements/constraints.txt
+
+# A ROS that the calling shell has sourced stays out of the virtual environment, and the traffic
+# stays on this machine.
+unexport PYTHONHOME PYTHONPATH LD_LIBRARY_PATH AMENT_PREFIX_PATH COLCON_PREFIX_PATH
+unexport RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE
+export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+RECORDINGS := $(wildcard ../shared/tum)
+ifneq ($(RECORDINGS),)
+export AICK_DATA ?= $(abspath $(RECORDINGS))
+endif
+
+.PHONY: help setup run test lint clean
+
+help:
+	@echo 'make run              render a sequence, or take BAG=path, and run the node on it'
+	@echo 'make test             run every test (ARGS=... go to pytest)'
+	@echo 'make lint             check the style'
+	@echo 'make setup            make .venv, which run, test and lint do by themselves'
+	@echo '                      (PYTHON=python3.12 chooses the interpreter, 3.11 or newer)'
+	@echo 'make clean            remove .venv and what was built'
+
+setup: $(READY) $(TF2_MSGS)
+
+run: setup
+	$(BIN)/aick demo $(if $(BAG),'$(BAG)')
+
+test: setup
+	$(BIN)/python -m pytest $(ARGS)
+
+lint: setup
+	$(BIN)/python -m flake8
+
+clean:
+	rm -rf $(VENV) build install log dist *.egg-info .pytest_cache
+
+# A set-up that was interrupted left the file `unfinished`: it is begun anew.
+$(READY): setup.py setup.cfg pyproject.toml $(PINS)
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	    { echo '$(PYTHON) is missing or older than Python 3.11: name a newer one,' \
+	           'make setup PYTHON=python3.12' >&2; exit 1; }
+	@if [ -e $(UNFINISHED) ]; then rm -rf $(VENV); fi
+	@mkdir -p $(VENV) && touch $(UNFINISHED)
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --constraint $(PINS) setuptools
+	$(BIN)/python -m pip install --quiet --constraint $(PINS) --no-build-isolation \
+	    --editable '.[ros,eval,test]'
+	@mv $(UNFINISHED) $(READY) && touch $(READY)
+
+# Without it everything works but the transforms: a missing compiler does not stop the set-up.
+$(TF2_MSGS): $(READY) tools/make_tf2_msgs.py
+	@if $(BIN)/python tools/make_tf2_msgs.py; then touch $@; fi

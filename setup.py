@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The package aick_ros, for pip and for colcon (build type ament_python)."""
+
+import sys
+from glob import glob
+
+from setuptools import find_packages, setup
+
+PACKAGE = 'aick_ros'
+SHARE = f'share/{PACKAGE}'
+
+CLI = ['typer>=0.12', 'rich>=13.8', 'pyyaml>=6.0']
+EVAL = [*CLI, 'evo>=1.31', 'matplotlib>=3.6']
+ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces', 'pyyaml>=6.0']
+TEST = [*EVAL, 'pytest>=7.4', 'scipy>=1.11', 'flake8>=7.0',
+        # colcon calls commands of setup.py that setuptools 80 no longer has
+        'colcon-common-extensions', 'setuptools<80']
+
+DATA_FILES = [
+    ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
+    (SHARE, ['package.xml']),
+    (f'{SHARE}/config', glob('config/*.*')),
+    (f'{SHARE}/config/cameras', glob('config/cameras/*.yaml')),
+    (f'{SHARE}/launch', glob('launch/*.launch.py')),
+]
+# `ros2 run` looks for executables in lib/aick_ros. colcon puts the entry points themselves there
+# (setup.cfg); pip has them in bin, so what it builds, a wheel, brings launchers for them.
+if 'bdist_wheel' in sys.argv:
+    DATA_FILES.append((f'lib/{PACKAGE}', glob('scripts/*')))
+
+setup(
+    name=PACKAGE,
+    version='0.1.0',
+    description='RGB-D visual odometry by Adaptive Iterative Closest Keypoint, for ROS 2 '
+                'and offline',
+    license='Apache-2.0',
+    maintainer='aick_ros maintainers',
+    maintainer_email='maintainers@aick-ros.example',
+    packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
+    python_requires='>=3.11',
+    install_requires=['numpy>=1.26', 'opencv-python-headless>=4.6', 'rosbags>=0.11.1'],
+    extras_require={'ros': ROS, 'cli': CLI, 'eval': EVAL, 'test': TEST},
+    data_files=DATA_FILES,
+    entry_points={'console_scripts': [
+        'aick = aick_ros.cli:main',
+        'odom_node = aick_ros.ros.odom_node:main',
+        'bag_player = aick_ros.ros.bag_player:main',
+    ]},
+)

@@ -1,0 +1,284 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Build the Python package tf2_msgs for a virtual environment with ROS 2 from the package index.
+
+The wheels of ROS 2 have no tf2_msgs, without which nobody can publish transforms. They have the
+generators for messages, but without the CMake around them; this does what CMake would do, for
+the one message that counts: TFMessage.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib.util
+import io
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+PACKAGE = 'tf2_msgs'
+MESSAGE = 'TFMessage'
+DEFINITION = 'geometry_msgs/TransformStamped[] transforms\n'
+DEPENDENCIES = ('builtin_interfaces', 'std_msgs', 'geometry_msgs')
+
+PREFIX = Path(sys.prefix)
+SHARE, INCLUDE, LIB = PREFIX / 'share', PREFIX / 'include', PREFIX / 'lib'
+SITE_PACKAGES = Path(sysconfig.get_path('purelib'))
+
+C_GENERATOR = 'rosidl_generator_c'
+PYTHON_GENERATOR = 'rosidl_generator_py'
+TYPE_HASHES = 'rosidl_generator_type_description'
+FASTRTPS = 'rosidl_typesupport_fastrtps_c'
+INTROSPECTION = 'rosidl_typesupport_introspection_c'
+DISPATCH = 'rosidl_typesupport_c'
+
+
+class BuildError(Exception):
+    """The message package cannot be built; the message says why and what to do."""
+
+
+def check_tools() -> None:
+    """
+    Look for what the build needs before it starts.
+
+    :raises BuildError: for the first thing that is missing.
+    """
+    for compiler in ('gcc', 'g++'):
+        if shutil.which(compiler) is None:
+            raise BuildError(f'there is no {compiler}: install a C and a C++ compiler '
+                             '(Debian, Ubuntu: apt install g++)')
+    header = Path(sysconfig.get_path('include'), 'Python.h')
+    if not header.is_file():
+        raise BuildError(f'there is no {header}: install the headers of this Python '
+                         '(Debian, Ubuntu: apt install python3-dev)')
+    for module in ('rosidl_adapter', C_GENERATOR, PYTHON_GENERATOR, FASTRTPS, 'numpy'):
+        if importlib.util.find_spec(module) is None:
+            raise BuildError(f'{PREFIX} has no Python package {module}: install aick_ros[ros] '
+                             'there and run this with its Python')
+
+
+class Generators:
+    """
+    The code generators of the wheels, each called with the arguments that CMake would give it.
+
+    :param work: folder for all that is generated.
+    """
+
+    def __init__(self, work: Path) -> None:
+        self._work = work
+        self.message_file = work / 'source' / PACKAGE / 'msg' / f'{MESSAGE}.msg'
+        self.idl_file = work / 'idl' / PACKAGE / 'msg' / f'{MESSAGE}.idl'
+        self.hash_file = work / TYPE_HASHES / PACKAGE / 'msg' / f'{MESSAGE}.json'
+
+    def run(self) -> list[Path]:
+        """
+        Generate everything.
+
+        :returns: the folders of generated code: C, Fast DDS, introspection, dispatch, Python.
+        """
+        from rosidl_generator_c import generate_c
+        from rosidl_generator_py import generate_py
+        from rosidl_generator_type_description import generate_type_hash
+        from rosidl_typesupport_c import generate_c as generate_dispatch
+        from rosidl_typesupport_fastrtps_c import generate_typesupport_fastrtps_c
+        from rosidl_typesupport_introspection_c import generate_c as generate_introspection
+
+        self._write_idl()
+        self._generate(TYPE_HASHES, generate_type_hash,
+                       include_paths=[f'{name}:{SHARE / name}' for name in DEPENDENCIES])
+        folders = [
+            self._generate(
+                C_GENERATOR, generate_c, ros_interface_files=[str(self.message_file)],
+                type_description_tuples=[f'msg/{MESSAGE}.idl:{self.hash_file}']),
+            self._generate(FASTRTPS, generate_typesupport_fastrtps_c),
+            self._generate(INTROSPECTION, generate_introspection),
+            self._generate(DISPATCH, generate_dispatch, [FASTRTPS, INTROSPECTION]),
+            self._generate(PYTHON_GENERATOR, generate_py, [DISPATCH]),
+        ]
+        for name in (C_GENERATOR, FASTRTPS, INTROSPECTION):
+            self._write_visibility_control(name)
+        return folders
+
+    def _write_idl(self) -> None:
+        from rosidl_adapter.msg import convert_msg_to_idl
+
+        self.message_file.parent.mkdir(parents=True)
+        self.message_file.write_text(DEFINITION)
+        with contextlib.redirect_stdout(io.StringIO()):
+            convert_msg_to_idl(self.message_file.parents[1], PACKAGE,
+                               Path('msg', self.message_file.name), self.idl_file.parent)
+
+    def _generate(self, name: str, generator: Callable[..., Any], *arguments: Any,
+                  **more: Any) -> Path:
+        output = self._work / name / PACKAGE
+        output.mkdir(parents=True)
+        description = self._work / f'{name}.json'
+        description.write_text(json.dumps({
+            'package_name': PACKAGE,
+            'idl_tuples': [f'{self.idl_file.parents[1]}:msg/{MESSAGE}.idl'],
+            'ros_interface_dependencies': [
+                f'{dependency}:{path}' for dependency in DEPENDENCIES
+                for path in sorted((SHARE / dependency / 'msg').glob('*.idl'))],
+            'target_dependencies': [],
+            'template_dir': str(SHARE / name / 'resource'),
+            'output_dir': str(output),
+            **more}))
+        generator(str(description), *arguments)
+        return output.parent
+
+    def _write_visibility_control(self, name: str) -> None:
+        from rosidl_cli.command.helpers import generate_visibility_control_file
+
+        header = f'{name}__visibility_control.h'
+        generate_visibility_control_file(
+            package_name=PACKAGE, template_path=SHARE / name / 'resource' / f'{header}.in',
+            output_path=self._work / name / PACKAGE / 'msg' / header)
+
+
+def compile_sources(folders: Sequence[Path]) -> dict[Path, list[str]]:
+    """
+    Compile every C and C++ file below the folders, each folder seeing the headers of all.
+
+    :returns: the object files of each folder.
+    :raises BuildError: with the compiler's words where one fails.
+    """
+    includes = [*folders, Path(sysconfig.get_path('include')), _numpy_headers(), INCLUDE,
+                *(path for path in INCLUDE.iterdir() if path.is_dir())]
+    flags = ['-O2', '-fPIC', '-w', f'-DROS_PACKAGE_NAME="{PACKAGE}"',
+             *(f'-I{path}' for path in includes)]
+
+    def compile_one(source: Path) -> str:
+        compiler = ['gcc', '-std=gnu11'] if source.suffix == '.c' else ['g++', '-std=c++17']
+        target = f'{source}.o'
+        _call([*compiler, *flags, '-c', str(source), '-o', target])
+        return target
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        objects = {folder: pool.map(compile_one, _sources(folder)) for folder in folders}
+        return {folder: list(targets) for folder, targets in objects.items()}
+
+
+def link(objects: dict[Path, list[str]], output: Path) -> None:
+    """
+    Link the four libraries of the message package.
+
+    :param objects: of C, Fast DDS, introspection, dispatch and Python, in this order.
+    :param output: folder for the libraries.
+    """
+    c, fastrtps, introspection, dispatch, python = objects.values()
+    common = [*_dependency_libraries(C_GENERATOR), _library('rosidl_runtime_c'),
+              _library('rcutils')]
+
+    def shared(name: str, files: list[str], libraries: list[str]) -> str:
+        target = str(output / name)
+        _call(['g++', '-shared', f'-Wl,-soname,{name}', '-Wl,-rpath,$ORIGIN', '-o', target,
+               *files, '-Wl,--as-needed', *libraries, *common])
+        return target
+
+    message = shared(f'lib{PACKAGE}__{C_GENERATOR}.so', c, [])
+    over_dds = shared(f'lib{PACKAGE}__{FASTRTPS}.so', fastrtps, [
+        message, *_dependency_libraries(FASTRTPS), _library(FASTRTPS),
+        _library('rosidl_typesupport_fastrtps_cpp'), _library('fastcdr')])
+    described = shared(f'lib{PACKAGE}__{INTROSPECTION}.so', introspection, [
+        message, *_dependency_libraries(INTROSPECTION), _library(INTROSPECTION)])
+    # The dispatcher asks the loader for both by name, and the folder they are in is on no search
+    # path: it finds them because the extension has them loaded already.
+    shared(f'{PACKAGE}_s__{DISPATCH}.so', dispatch + python, [
+        '-Wl,--no-as-needed', over_dds, described, '-Wl,--as-needed', message,
+        *_dependency_libraries(PYTHON_GENERATOR), _library(DISPATCH)])
+
+
+def install(built: Path, destination: Path) -> None:
+    """Copy the built Python package into the destination, whole or not at all."""
+    target = destination / PACKAGE
+    with tempfile.TemporaryDirectory(dir=destination, prefix=f'.{PACKAGE}-') as staging:
+        copy = shutil.copytree(built, Path(staging, PACKAGE),
+                               ignore=shutil.ignore_patterns('*.c', '*.o'))
+        (copy / '__init__.py').touch()
+        shutil.rmtree(target, ignore_errors=True)
+        copy.rename(target)
+
+
+def register(files: Sequence[Path]) -> None:
+    """Enter the package into the environment's ament index, for the command line tools of ROS."""
+    folder = SHARE / PACKAGE / 'msg'
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in files:
+        shutil.copy(path, folder)
+    index = SHARE / 'ament_index' / 'resource_index'
+    names = sorted(f'msg/{path.name}\n' for path in files)
+    for kind, content in (('packages', ''), ('rosidl_interfaces', ''.join(names))):
+        (index / kind).mkdir(parents=True, exist_ok=True)
+        (index / kind / PACKAGE).write_text(content)
+
+
+def build(destination: Path) -> Path:
+    """
+    Generate, compile and install the package.
+
+    :returns: the folder of the package.
+    :raises BuildError: where something is missing or fails.
+    """
+    check_tools()
+    os.environ['AMENT_PREFIX_PATH'] = str(PREFIX)  # where the generators look for the others
+    destination.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as work:
+        generators = Generators(Path(work))
+        folders = generators.run()
+        package = folders[-1] / PACKAGE
+        link(compile_sources(folders), package)
+        install(package, destination)
+        if destination.resolve() == SITE_PACKAGES.resolve():
+            register([generators.message_file, generators.idl_file, generators.hash_file])
+    return destination / PACKAGE
+
+
+def main() -> None:
+    """Run from the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    parser.add_argument('--into', type=Path, default=SITE_PACKAGES, metavar='FOLDER',
+                        help="folder to build the package in (default: this Python's own)")
+    try:
+        print('built', build(parser.parse_args().into))
+    except BuildError as error:
+        sys.exit(f'{PACKAGE} was not built: {error}')
+
+
+def _sources(folder: Path) -> Iterator[Path]:
+    yield from folder.rglob('*.c')
+    yield from folder.rglob('*.cpp')
+
+
+def _library(name: str) -> str:
+    return str(LIB / f'lib{name}.so')
+
+
+def _dependency_libraries(kind: str) -> list[str]:
+    return [_library(f'{name}__{kind}') for name in DEPENDENCIES]
+
+
+def _numpy_headers() -> Path:
+    import numpy
+    return Path(numpy.get_include())
+
+
+def _call(command: Sequence[str]) -> None:
+    done = subprocess.run(command, capture_output=True, text=True)
+    if done.returncode:
+        raise BuildError(f'{" ".join(command[:2])} failed with\n{done.stderr.strip()}')
+
+
+if __name__ == '__main__':
+    main()
