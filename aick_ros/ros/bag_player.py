@@ -9,7 +9,7 @@ import argparse
 import struct
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
@@ -70,15 +70,9 @@ class BagPlayer(Node):
         """The topics that are played."""
         return list(self._publishers_by_topic)
 
-    def wait_for_subscribers(self, topics: list[str], timeout: float) -> list[str]:
-        """Wait until each topic has a subscriber [s]; return those that have none."""
-        deadline = time.monotonic() + timeout
-        while True:
-            deaf = [topic for topic in topics
-                    if not self._publishers_by_topic[topic].get_subscription_count()]
-            if not deaf or time.monotonic() > deadline:
-                return deaf
-            time.sleep(0.01)
+    def has_subscribers(self, topics: Iterable[str]) -> bool:
+        """Return whether each of the topics has a subscriber."""
+        return all(self._publishers_by_topic[topic].get_subscription_count() for topic in topics)
 
     def play(self, pace: Callable[[int], None]) -> Iterator[Played]:
         """
@@ -227,8 +221,12 @@ def main() -> None:
 
 def _play(player: BagPlayer, arguments: argparse.Namespace) -> None:
     images = [topic for topic in player.topics if 'image' in topic]
-    for topic in player.wait_for_subscribers(images, arguments.wait):
-        player.get_logger().warning(f'nobody listens to {topic}')
+    deadline = time.monotonic() + arguments.wait
+    while not player.has_subscribers(images):
+        if time.monotonic() > deadline:
+            player.get_logger().warning(f'nobody listens to all of {", ".join(images)}')
+            break
+        time.sleep(0.01)
     pace = StepByStep() if arguments.step else RealTime(arguments.rate)
     count = sum(1 for _ in player.play(pace))
     player.get_logger().info(f'played {count} messages of {arguments.bag}')

@@ -117,11 +117,13 @@ def _play(bag: Path, remappings: Mapping[str, str], pace: Callable[[int], None],
     missing = sorted(set(remappings.values()) - set(player.topics))
     if missing:
         raise InputError(f'{bag} has no topic {", ".join(missing)}')
-    deaf = player.wait_for_subscribers(list(remappings.values()), _DISCOVERY)
-    if deaf or not listener.wait_for_node(_DISCOVERY):
-        raise InputError(f'odom_node did not come up within {_DISCOVERY:g} s'
-                         + (f'; it ended with exit code {process.poll()}'
-                            if process.poll() is not None else ''))
+    topics = list(remappings.values())
+    _wait_until(lambda: process.poll() is not None or (
+        player.has_subscribers(topics) and listener.heard), _DISCOVERY)
+    if process.poll() is not None:
+        raise InputError(f'odom_node ended at once with exit code {process.poll()}')
+    if not (player.has_subscribers(topics) and listener.heard):
+        raise InputError(f'odom_node did not come up within {_DISCOVERY:g} s')
     for played in player.play(pace):
         if played.topic == remappings['rgb/image']:
             listener.run.published_at[played.stamp] = played.published_at
@@ -135,13 +137,14 @@ class _Listener(Node):
     def __init__(self) -> None:
         super().__init__('odometry_listener')
         self.run = LiveRun()
-        self._heard = threading.Event()
+        self._heard = False
         self.create_subscription(Odometry, 'odom', self._take, _QUEUE)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, _QUEUE)
 
-    def wait_for_node(self, timeout: float) -> bool:
-        """Wait for a sign of life: what it reaches after is where the odometry will reach too."""
-        return _wait_until(self._heard.is_set, timeout)
+    @property
+    def heard(self) -> bool:
+        """Whether the node gave a sign of life: what reaches us then, its odometry will too."""
+        return self._heard
 
     def wait_for_answers(self, count: int) -> None:
         """Wait for so many answers, or until no more come."""
@@ -151,8 +154,7 @@ class _Listener(Node):
             _wait_until(lambda: len(self.run.answers) > seen, _PATIENCE)
 
     def _hear(self, message: DiagnosticArray) -> None:
-        if any(status.name == DIAGNOSED for status in message.status):
-            self._heard.set()
+        self._heard |= any(status.name == DIAGNOSED for status in message.status)
 
     def _take(self, message: Odometry) -> None:
         now = time.monotonic()

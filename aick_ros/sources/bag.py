@@ -53,6 +53,17 @@ class BagSource:
         self._length = min(topics[self._colour].msgcount, topics[self._depth].msgcount)
         self._camera = self._find_camera()
 
+    @property
+    def raw_topics(self) -> tuple[str, str, str] | None:
+        """Topics of colour, depth and calibration; None unless all three are there, and raw."""
+        if {self._topics.types[self._colour], self._topics.types[self._depth]} != {IMAGE}:
+            return None
+        try:
+            return (self._colour, self._depth,
+                    self._topics.info(self._options.info_topic, self._colour))
+        except InputError:
+            return None
+
     @cached_property
     def ground_truth(self) -> Trajectory | None:
         """The poses on the ground truth's topic, or None; null quaternions are left out."""
