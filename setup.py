@@ -45,7 +45,7 @@ setup(
     data_files=DATA_FILES,
     entry_points={'console_scripts': [
         'aick = aick_ros.cli:main',
-        'odom_node = aick_ros.ros.odom_node:main',
-        'bag_player = aick_ros.ros.bag_player:main',
+        'odom_node = aick_ros.ros.entry_points:odom_node',
+        'bag_player = aick_ros.ros.entry_points:bag_player',
     ]},
 )

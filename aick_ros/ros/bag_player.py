@@ -230,7 +230,3 @@ def _play(player: BagPlayer, arguments: argparse.Namespace) -> None:
     pace = StepByStep() if arguments.step else RealTime(arguments.rate)
     count = sum(1 for _ in player.play(pace))
     player.get_logger().info(f'played {count} messages of {arguments.bag}')
-
-
-if __name__ == '__main__':
-    main()

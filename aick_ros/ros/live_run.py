@@ -29,7 +29,8 @@ from aick_ros.ros.messages import UNKNOWN, from_pose, to_stamp
 from aick_ros.ros.resources import use_fastdds_profile
 
 DIAGNOSED = 'odom_node: odometry'
-NODE_COMMAND = (sys.executable, '-m', 'aick_ros.ros.odom_node')
+NODE_COMMAND = (sys.executable, '-c',
+                'from aick_ros.ros.entry_points import odom_node; odom_node()')
 
 _DISCOVERY = 10.0  # seconds; it takes 0.1 to 3
 _PATIENCE = 3.0  # seconds without an answer after which none is expected

@@ -211,7 +211,3 @@ def main() -> None:
         node.close()
         node.destroy_node()
         rclpy.try_shutdown()
-
-
-if __name__ == '__main__':
-    main()

@@ -5,7 +5,6 @@
 
 import signal
 import subprocess
-import sys
 import threading
 import time
 
@@ -20,6 +19,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Empty
 
+from aick_ros.ros.live_run import NODE_COMMAND
 from aick_ros.ros.messages import to_stamp
 
 OPTICAL = 'camera_rgb_optical_frame'
@@ -156,7 +156,7 @@ def start_node(rig, tmp_path):
     """Start odom_node with parameters that suit a test: every frame, nothing lost on the way."""
     started = []
 
-    def start(wait=True, command=(sys.executable, '-m', 'aick_ros.ros.odom_node'), **parameters):
+    def start(wait=True, command=NODE_COMMAND, **parameters):
         parameters = {'process_every_frame': 'true', 'qos_reliability': 'reliable',
                       'topic_queue_size': 100, 'frame_id': OPTICAL,
                       **{name.replace('__', '.'): value for name, value in parameters.items()}}

@@ -18,6 +18,8 @@ from aick_ros.sources import open_source, raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer
 
+PLAYER_COMMAND = (sys.executable, '-c',
+                  'from aick_ros.ros.entry_points import bag_player; bag_player()')
 COUNT = 6
 
 
@@ -35,7 +37,7 @@ def play(rig):
 
     def start(*arguments):
         started.append(subprocess.Popen(
-            [sys.executable, '-m', 'aick_ros.ros.bag_player', *map(str, arguments)],
+            [*PLAYER_COMMAND, *map(str, arguments)],
             stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             text=True))
         return started[-1]
@@ -97,7 +99,7 @@ def test_pace(rate):
     (lambda folder: folder, 'it takes the folder of a ROS 2 bag')])
 def test_what_is_no_bag_is_refused_in_one_line(ros_domain, tmp_path, make, sentence):
     run = subprocess.run(
-        [sys.executable, '-m', 'aick_ros.ros.bag_player', str(make(tmp_path))],
+        [*PLAYER_COMMAND, str(make(tmp_path))],
         capture_output=True, text=True, timeout=30)
     assert run.returncode == 2
     assert sentence in run.stderr

@@ -6,7 +6,6 @@
 import dataclasses
 import signal
 import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ from std_srvs.srv import Empty
 
 from aick_ros import rigid
 from aick_ros.odometry import Odometry
+from aick_ros.ros.live_run import NODE_COMMAND
 from aick_ros.ros.messages import from_pose, from_transform, to_stamp
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -286,7 +286,7 @@ def test_ends_cleanly(rig, start_node, frames, how):
 
 def test_a_parameter_out_of_range_is_refused_in_one_line(ros_domain):
     run = subprocess.run(
-        [sys.executable, '-m', 'aick_ros.ros.odom_node', '--ros-args', '-p', 'aick.alpha:=1.5'],
+        [*NODE_COMMAND, '--ros-args', '-p', 'aick.alpha:=1.5'],
         capture_output=True, text=True, timeout=30)
     assert run.returncode == 2
     assert run.stderr.startswith('odom_node: aick.alpha = 1.5 is outside 0 to 1')
