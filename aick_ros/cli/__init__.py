@@ -1,0 +1,34 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The command ``aick``: its commands, one a file, and what they share."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+_NEEDED = ('typer', 'rich', 'yaml')
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """
+    Run the command and exit: 0 done, 1 a defect of ours, 2 unusable input, 130 interrupted.
+
+    :param arguments: without the program's name; None: those of the process.
+    """
+    # Our matrices are small: BLAS threads bring little on an idle machine and cost several times
+    # the work on a busy one. NumPy reads this when it is first imported.
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+    try:
+        from aick_ros.cli.run import run
+    except ModuleNotFoundError as error:
+        package = (error.name or '').partition('.')[0]
+        if package not in _NEEDED:
+            raise
+        print(f"aick: the command needs {package}: pip install 'aick_ros[cli]'",
+              file=sys.stderr)
+        sys.exit(2)
+    sys.exit(run(sys.argv[1:] if arguments is None else arguments))

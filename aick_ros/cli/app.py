@@ -1,0 +1,40 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The commands of ``aick``, in the order in which they are listed."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+import aick_ros
+from aick_ros.cli.convert import convert
+from aick_ros.cli.demo import demo
+from aick_ros.cli.evaluate import evaluate
+from aick_ros.cli.parameters import parameters
+from aick_ros.cli.replay import replay
+from aick_ros.cli.simulate import simulate
+
+COMMANDS = (replay, evaluate, simulate, convert, parameters, demo)
+
+app = typer.Typer(
+    add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
+    epilog='Exit codes: 0 done, 1 a defect of ours, 2 the input is unusable, 130 interrupted. '
+           '--traceback shows where a defect of ours lies.')
+for command in COMMANDS:
+    app.command()(command)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f'aick {aick_ros.__version__}')
+        raise typer.Exit
+
+
+@app.callback()
+def options(version: Annotated[bool, typer.Option(
+        '--version', callback=_show_version, is_eager=True, help='Show the version.')] = False,
+        ) -> None:
+    """RGB-D odometry by Adaptive Iterative Closest Keypoint, on recordings."""

@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a person sees: sentences and progress on standard error, tables on standard output."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+_PLAIN = {'markup': False, 'highlight': False, 'emoji': False}
+_ERRORS = Console(stderr=True, **_PLAIN)
+_UPDATE_INTERVAL = 0.2  # s
+
+
+def say(text: str) -> None:
+    """Print one line on standard error."""
+    line = ' '.join(text.split())
+    _ERRORS.print(f'aick: {line}', soft_wrap=True)
+
+
+@contextmanager
+def progress(title: str, total: int) -> Iterator[Callable[[int], None]]:
+    """
+    Show a progress bar on a terminal while the block runs.
+
+    :returns: what is to be told the number of frames done; it costs next to nothing.
+    """
+    if not _ERRORS.is_terminal:
+        yield lambda done: None
+        return
+    columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
+               TextColumn('{task.fields[rate]:.0f} frames/s'), TimeRemainingColumn())
+    with Progress(*columns, console=_ERRORS, transient=True, refresh_per_second=5) as bar:
+        task = bar.add_task(title, total=total, rate=0.0)
+        start = shown = time.monotonic()
+
+        def show(done: int) -> None:
+            nonlocal shown
+            now = time.monotonic()
+            if now - shown > _UPDATE_INTERVAL:
+                shown = now
+                bar.update(task, completed=done, rate=done / (now - start))
+
+        yield show
+
+
+def table(title: str, rows: Iterable[Iterable[str]], columns: Sequence[str] = ('', ''),
+          on_stderr: bool = False) -> None:
+    """
+    Print a table, its first column to the left, the others to the right.
+
+    :param columns: their heads; empty ones are not shown.
+    :param on_stderr: for when standard output is taken by JSON.
+    """
+    content = Table(title=title, title_justify='left', title_style='bold', box=None,
+                    pad_edge=False, show_header=any(columns), header_style='dim')
+    for number, column in enumerate(columns):
+        content.add_column(column, justify='right' if number else 'left', overflow='fold')
+    for row in rows:
+        content.add_row(*row)
+    (_ERRORS if on_stderr else Console(**_PLAIN)).print(content)
+
+
+def figure(value: float | None, unit: str = '', digits: int = 3) -> str:
+    """Return a figure as a table shows it; a dash where there is none."""
+    return '-' if value is None else f'{value:.{digits}f}{unit}'

@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""``aick convert``: any recording to a ROS 2 bag."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from aick_ros.cli import options, outcome
+from aick_ros.cli.console import progress
+from aick_ros.cli.damage import DamageLog
+from aick_ros.cli.reading import Reading
+from aick_ros.sources import SourceOptions, open_source
+from aick_ros.sources.writers.bag_writer import STORAGES, write_bag
+
+Out = Annotated[Path, typer.Argument(
+    metavar='OUT', show_default=False, help='The folder of the new bag.')]
+Storage = Annotated[str, typer.Option(
+    '--storage', metavar='|'.join(STORAGES), help='How the bag is stored.')]
+DepthEncoding = Annotated[str, typer.Option(
+    '--depth-encoding', metavar='32FC1|16UC1',
+    help='32FC1 keeps the depth as it is, 16UC1 rounds to millimetres in half the space.')]
+
+
+def convert(source: options.Source, out: Out, storage: Storage = 'mcap',
+            depth_encoding: DepthEncoding = '32FC1', camera: options.CameraFile = None,
+            colour_topic: options.ColourTopic = None, depth_topic: options.DepthTopic = None,
+            info_topic: options.InfoTopic = None,
+            ground_truth_topic: options.GroundTruthTopic = None,
+            max_interval: options.MaxInterval = SourceOptions.max_interval,
+            limit: options.Limit = None) -> int:
+    """
+    Write a recording as a ROS 2 bag: Image, CameraInfo, ground truth as PoseStamped.
+
+    The bag appears when it is complete; Ctrl-C leaves nothing behind.
+    """
+    recording = open_source(source, SourceOptions(
+        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
+    reading, damage = Reading(recording, limit), DamageLog()
+    with progress(reading.name, len(reading)) as show:
+        frames = write_bag(out, reading, storage, depth_encoding, damage,
+                           lambda written, total: show(written))
+    typer.echo(f'{frames} frames in {out}')
+    return outcome.of_reading(reading, damage)

@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""``aick demo``: the real node on a rendered or recorded sequence, over DDS."""
+
+from __future__ import annotations
+
+import os
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from aick_ros import rigid
+from aick_ros.cli import console, outcome
+from aick_ros.cli.run_folder import lead_to, make_folder
+from aick_ros.errors import InputError
+from aick_ros.evaluation.figures import root_mean_square
+from aick_ros.evaluation.trajectory_errors import TrajectoryErrors, compare
+from aick_ros.sources import RgbdSource, open_source, raise_damage
+from aick_ros.sources.bag import BagSource
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.sources.writers import bag_writer
+from aick_ros.trajectory import Trajectory, write_trajectory
+
+_NODE_TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info')
+_WRITTEN_TOPICS = (bag_writer.COLOUR_TOPIC, bag_writer.DEPTH_TOPIC, bag_writer.INFO_TOPIC)
+_CAMERA_IN_BASE = (0.0, 0.0, 0.0, -0.5, 0.5, -0.5, 0.5)
+"""An optical frame (z forward) in a base (x forward) at the same place (REP-103)."""
+
+Recording = Annotated[str | None, typer.Argument(
+    metavar='[SOURCE]', show_default=False,
+    help='A bag, a TUM folder or any other source; without it a sequence is rendered.')]
+Parent = Annotated[Path, typer.Option(
+    '--out', metavar='DIR', help='Where the folder of the run is made.')]
+Frames = Annotated[int, typer.Option(
+    '--frames', metavar='N', min=2, help='Length of the rendered sequence.')]
+Rate = Annotated[float, typer.Option(
+    '--rate', metavar='TIMES', min=0.01, help='How many times as fast as recorded to play.')]
+
+
+def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 300,
+         rate: Rate = 1.0) -> int:
+    """
+    Start the ROS node, play a recording to it over DDS and show what it answers.
+
+    Nothing leaves this machine.
+    """
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    try:
+        from aick_ros.ros.bag_player import RealTime
+        from aick_ros.ros.live_run import LiveRun, run_live
+    except ModuleNotFoundError as error:
+        raise InputError(f'the node needs ROS 2 and {error.name} is not there: source a ROS 2 '
+                         "Jazzy workspace, or pip install 'aick_ros[ros]'") from None
+    opened = open_source(source) if source else SyntheticSource(SyntheticOptions(frames=frames))
+    folder = make_folder(out, f'demo-{opened.name}', datetime.now())
+    lead_to(folder)
+    bag, topics = _playable_bag(source, opened, folder)
+    with console.progress('playing to odom_node', len(opened)) as show:
+        run: LiveRun = run_live(
+            bag, dict(zip(_NODE_TOPICS, topics)),
+            {'process_every_frame': True, 'camera_in_base': _CAMERA_IN_BASE,
+             'topic_queue_size': 30}, RealTime(rate), on_progress=show)
+    if not run.answers:
+        raise InputError(f'odom_node answered none of the {len(run.published_at)} frames of '
+                         f'{opened.name}; its log above says why')
+    estimate = Trajectory(np.array([answer.stamp for answer in run.answers]),
+                          np.array([answer.T_odom_base for answer in run.answers]))
+    truth = _of_base(opened.ground_truth)
+    write_trajectory(folder / 'trajectory.tum', estimate)
+    rows = [*_rows_of_run(run), *_rows_of_errors(compare(estimate, truth) if truth else None)]
+    picture = _draw(folder / 'trajectory.png', estimate, truth, opened.name)
+    console.table(f'odom_node on {opened.name}', [
+        *rows, ('trajectory of base_link', str(folder / 'trajectory.tum')),
+        ('picture', picture)])
+    return outcome.DONE
+
+
+def _playable_bag(path: str | None, source: RgbdSource,
+                  folder: Path) -> tuple[Path, tuple[str, str, str]]:
+    """Return a ROS 2 bag of raw images, the user's own or a new one, and its topics."""
+    if isinstance(source, BagSource) and source.raw_topics and (
+            Path(path) / 'metadata.yaml').is_file():
+        return Path(path), source.raw_topics
+    bag = folder / 'bag'
+    with console.progress(f'writing {bag}', len(source)) as show:
+        bag_writer.write_bag(bag, source, on_damaged=raise_damage,
+                             progress=lambda written, total: show(written))
+    return bag, _WRITTEN_TOPICS
+
+
+def _of_base(camera: Trajectory | None) -> Trajectory | None:
+    """Return the path of the base that carries the camera."""
+    if camera is None:
+        return None
+    T_base_camera = rigid.from_quaternion(_CAMERA_IN_BASE[3:], _CAMERA_IN_BASE[:3])
+    return Trajectory(camera.stamps, camera.poses @ rigid.inverse(T_base_camera))
+
+
+def _rows_of_run(run) -> list[tuple[str, str]]:
+    played, answered = len(run.published_at), len(run.answers)
+    lost = sum(not answer.tracked for answer in run.answers)
+    median, high = np.percentile(1e3 * run.delays, [50, 99])
+    return [('frames played / answered', f'{played} / {answered}'),
+            ('of these not tracked', f'{lost}'),
+            ('rate', f'{run.rate:.2f} Hz'),
+            ('delay, image to odometry, median / 99 %', f'{median:.1f} / {high:.1f} ms')]
+
+
+def _rows_of_errors(errors: TrajectoryErrors | None) -> list[tuple[str, str]]:
+    if errors is None:
+        return [('errors', 'the recording has no ground truth')]
+    translations, rotations = errors.relative(1.0)
+    rpe, turn = root_mean_square(translations), root_mean_square(np.degrees(rotations))
+    return [('position error (ATE)', f'{root_mean_square(errors.positions()):.4f} m'),
+            ('drift over 1 s (RPE)', f'{console.figure(rpe, " m", 4)}, '
+                                     f'{console.figure(turn, " deg", 2)}')]
+
+
+def _draw(path: Path, estimate: Trajectory, truth: Trajectory | None, name: str) -> str:
+    try:
+        from aick_ros.reports.path_plot import plot_trajectory
+    except ModuleNotFoundError as error:
+        return f"not drawn, {error.name} is not there: pip install 'aick_ros[eval]'"
+    plot_trajectory(path, estimate, truth, f'odom_node on {name}')
+    return str(path)

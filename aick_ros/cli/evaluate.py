@@ -1,0 +1,96 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""``aick evaluate``: a recording with ground truth, turned into figures."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from aick_ros.cli import options, outcome
+from aick_ros.cli.console import figure, progress, say, table
+from aick_ros.cli.damage import DamageLog
+from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
+from aick_ros.cli.interruption import Interruption
+from aick_ros.cli.reading import Reading
+from aick_ros.errors import InputError
+from aick_ros.evaluation.evaluation import Evaluation
+from aick_ros.evaluation.evaluation import evaluate as evaluate_source
+from aick_ros.evaluation.pairs import PairScore
+from aick_ros.sources import SourceOptions, open_source
+
+Gaps = Annotated[str, typer.Option(
+    '--gaps', metavar='N,N,...', help='Distances of the two frames of a pair.')]
+
+
+def evaluate(source: options.Source, gaps: Gaps = '1,5,10', json: options.JsonFile = None,
+             preset: options.Preset = None, config: options.Config = None,
+             assignments: options.Assignments = None, camera: options.CameraFile = None,
+             colour_topic: options.ColourTopic = None, depth_topic: options.DepthTopic = None,
+             info_topic: options.InfoTopic = None,
+             ground_truth_topic: options.GroundTruthTopic = None,
+             max_interval: options.MaxInterval = SourceOptions.max_interval,
+             limit: options.Limit = None) -> int:
+    """
+    Compare with ground truth: success ratios pair by pair, RPE over 1 s, ATE, times.
+
+    Ctrl-C ends it with the figures up to there.
+    """
+    settings = options.settings_from(preset, config, assignments)
+    if json is not None:
+        check_target(json)
+    numbers = _numbers(gaps)
+    recording = open_source(source, SourceOptions(
+        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
+    if recording.ground_truth is None:
+        say(f'{recording.name} has no ground truth: there are times, but no errors')
+    damage = DamageLog()
+    with Interruption() as interruption:
+        reading = Reading(recording, limit, interruption)
+        with progress(reading.name, len(reading)) as show:
+            evaluation = evaluate_source(reading, settings, numbers, show, damage)
+    if json is not None:
+        write_json(json, {**evaluation.to_json(), 'ended': reading.ended,
+                          'damaged_images': damage.count})
+    _show(evaluation, on_stderr=json == STANDARD_OUTPUT)
+    return outcome.of_reading(reading, damage)
+
+
+def _numbers(gaps: str) -> list[int]:
+    try:
+        numbers = sorted({int(gap) for gap in gaps.split(',')})
+    except ValueError:
+        numbers = [0]
+    if numbers[0] < 1:
+        raise InputError(f'--gaps {gaps}: it takes whole numbers from 1 up, for example 1,5,10')
+    return numbers
+
+
+def _show(evaluation: Evaluation, on_stderr: bool) -> None:
+    thresholds = next(iter(evaluation.pairs.values())).success_ratio
+    columns = ('gap', 'pairs', 'failed', *(f'within\n{1e3 * float(t):g} mm' for t in thresholds),
+               'median\n[mm]', 'median\n[deg]', 'p50\n[ms]', 'p99\n[ms]')
+    table(f'{evaluation.source}: {evaluation.frames} frames',
+          (_row(gap, score) for gap, score in evaluation.pairs.items()), columns, on_stderr)
+    score, times = evaluation.trajectory, evaluation.timing_ms
+    table('', [
+        ('RPE over 1 s, translation', figure(score.rpe_1s_translation_rmse_m, ' m', 4)),
+        ('RPE over 1 s, rotation', figure(score.rpe_1s_rotation_rmse_deg, ' deg', 2)),
+        ('ATE', figure(score.ate_rmse_m, ' m', 4)),
+        ('tracked', figure(score.tracked_fraction)),
+        ('keypoints a frame', figure(evaluation.keypoints_mean, digits=0)),
+        *((f'{stage}, p50 / p99', f'{figure(time.p50, digits=1)} / '
+           f'{figure(time.p99, " ms", 1)}') for stage, time in times.items())],
+        on_stderr=on_stderr)
+
+
+def _row(gap: int, score: PairScore) -> tuple[str, ...]:
+    median = score.translation_median_m
+    return (str(gap), str(score.count), str(score.failed),
+            *(figure(ratio) for ratio in score.success_ratio.values()),
+            figure(None if median is None else 1e3 * median, digits=1),
+            figure(score.rotation_median_deg, digits=2),
+            figure(score.registration_ms.p50, digits=1),
+            figure(score.registration_ms.p99, digits=1))

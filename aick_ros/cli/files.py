@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+from aick_ros.errors import InputError
+
+STANDARD_OUTPUT = '-'
+
+
+def write_whole(path: Path, text: str) -> None:
+    """
+    Write a file in one step, so that nobody ever finds half of it.
+
+    :raises InputError: where it cannot be written.
+    """
+    draft = path.with_name(f'.{path.name}.{os.getpid()}')
+    try:
+        draft.write_text(text, encoding='utf-8')
+        draft.replace(path)
+    except OSError as error:
+        draft.unlink(missing_ok=True)
+        raise InputError(f'cannot write {path}: {error.strerror}') from None
+
+
+def check_target(target: str) -> None:
+    """
+    Find out before a long run whether its JSON can be written.
+
+    :raises InputError: where the folder of the file does not exist.
+    """
+    if target != STANDARD_OUTPUT and not Path(target).parent.is_dir():
+        raise InputError(f'cannot write {target}: there is no folder {Path(target).parent}')
+
+
+def write_json(target: str | Path, content: Any) -> None:
+    """
+    Write JSON.
+
+    :param target: a file, or ``-`` for standard output.
+    """
+    text = json.dumps(content, indent=2, allow_nan=False) + '\n'
+    if target == STANDARD_OUTPUT:
+        sys.stdout.write(text)
+    else:
+        write_whole(Path(target), text)

@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Options that several commands share, and what they mean together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from aick_ros.cli.settings_file import read_settings_file
+from aick_ros.errors import InputError
+from aick_ros.settings import PRESETS, Settings, preset, with_values
+
+Source = Annotated[str, typer.Argument(
+    metavar='SOURCE', show_default=False,
+    help='A ROS 2 bag (folder, .mcap or .db3), a ROS 1 bag, a TUM folder, a folder of numbered '
+         'colour and depth files, or synthetic:SEED.')]
+
+Preset = Annotated[str | None, typer.Option(
+    '--preset', metavar='|'.join(PRESETS), show_default=False,
+    help='Start from the parameters of the paper instead of the defaults.')]
+Config = Annotated[Path | None, typer.Option(
+    '--config', metavar='FILE', show_default=False,
+    help="The node's YAML file of parameters; it changes the preset.")]
+Assignments = Annotated[list[str] | None, typer.Option(
+    '--set', metavar='NAME=VALUE', show_default=False,
+    help='Set one parameter, for example aick.alpha=0.7; it changes preset and file. Repeatable; '
+         '"aick parameters" lists them.')]
+
+CameraFile = Annotated[Path | None, typer.Option(
+    '--camera', metavar='FILE', show_default=False,
+    help="Calibration to use in place of the recording's own.")]
+ColourTopic = Annotated[str | None, typer.Option(
+    '--colour-topic', metavar='TOPIC', show_default=False,
+    help='Colour images of a bag; without it they are found by type and name.')]
+DepthTopic = Annotated[str | None, typer.Option(
+    '--depth-topic', metavar='TOPIC', show_default=False,
+    help='Depth images registered to the colour images.')]
+InfoTopic = Annotated[str | None, typer.Option(
+    '--info-topic', metavar='TOPIC', show_default=False,
+    help='Calibration of the colour camera.')]
+GroundTruthTopic = Annotated[str | None, typer.Option(
+    '--ground-truth-topic', metavar='TOPIC', show_default=False,
+    help='Poses of the colour camera.')]
+MaxInterval = Annotated[float, typer.Option(
+    '--max-interval', metavar='SECONDS', min=0.0,
+    help='Largest difference of stamps of a colour and a depth image.')]
+Limit = Annotated[int | None, typer.Option(
+    '--limit', metavar='N', min=1, show_default=False, help='Stop after so many frames.')]
+
+JsonFile = Annotated[str | None, typer.Option(
+    '--json', metavar='FILE', show_default=False,
+    help='Write the figures as JSON; - for standard output, and nothing else there.')]
+
+
+def settings_from(preset_name: str | None, config: Path | None,
+                  assignments: Sequence[str] | None) -> Settings:
+    """
+    Return the settings a user asks for: ``--set`` over ``--config`` over ``--preset``.
+
+    :raises InputError: naming the option, for what does not fit.
+    """
+    file = read_settings_file(config) if config is not None else None
+    preset_name = preset_name or (file.preset if file is not None else None)
+    settings = preset(preset_name) if preset_name else Settings()
+    if file is not None:
+        settings = file.applied_to(settings)
+    return with_values(settings, dict(map(_assignment, assignments or ())))
+
+
+def _assignment(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition('=')
+    if not equals:
+        raise InputError(f'--set {text}: it takes name=value, for example --set aick.alpha=0.7')
+    return name.strip(), value.strip()

@@ -1,0 +1,38 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""``aick parameters``: what can be set, and its defaults."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Annotated
+
+import typer
+
+from aick_ros.parameter_text import config_text, parameter_table
+from aick_ros.settings import NodeSettings, Settings
+
+_TITLE = ('Parameters of odom_node, made by "aick parameters --format yaml". Those of the '
+          'algorithm are commented out with their defaults, so that a preset can change them; '
+          'aick --config reads this file too.')
+
+
+class Format(str, Enum):
+    """How the parameters are written."""
+
+    MARKDOWN = 'markdown'
+    YAML = 'yaml'
+
+
+def parameters(format: Annotated[Format, typer.Option(
+        '--format', help='A table, or the file the node and --config read.')] = Format.MARKDOWN,
+        ) -> int:
+    """List all parameters with default, range and meaning."""
+    if format is Format.YAML:
+        text = config_text(NodeSettings(), commented=Settings(), title=_TITLE)
+    else:
+        text = (f'Algorithm (also --set NAME=VALUE):\n\n{parameter_table(Settings())}\n'
+                f'Node:\n\n{parameter_table(NodeSettings())}')
+    typer.echo(text, nl=False)
+    return 0

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A source as the commands read it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+
+from aick_ros.cli.interruption import Interruption
+from aick_ros.cli.read_ahead import read_ahead
+from aick_ros.errors import InputError
+from aick_ros.frame import RgbdFrame
+from aick_ros.sources import OnDamaged, RgbdSource
+from aick_ros.trajectory import Trajectory
+
+COMPLETE = 'complete'
+INTERRUPTED = 'interrupted'
+
+
+class Reading:
+    """
+    A source, read ahead, at most so many frames, until it breaks or the user wants no more.
+
+    ``ended`` says after reading why there were no more frames: COMPLETE, INTERRUPTED, or the
+    sentence of what broke the source after its first frame. What breaks it before is raised.
+
+    :param limit: most frames; None: all.
+    """
+
+    def __init__(self, source: RgbdSource, limit: int | None,
+                 interruption: Interruption | None = None) -> None:
+        self.name = source.name
+        self.ended = COMPLETE
+        self._source = source
+        self._limit = limit
+        self._interruption = interruption or Interruption()
+
+    @property
+    def ground_truth(self) -> Trajectory | None:
+        """The path of the colour camera, or None."""
+        return self._source.ground_truth
+
+    def __len__(self) -> int:
+        """Return the number of frames, or an upper bound."""
+        count = len(self._source)
+        return count if self._limit is None else min(count, self._limit)
+
+    def frames(self, on_damaged: OnDamaged) -> Iterator[RgbdFrame]:
+        """Yield the frames."""
+        self.ended, count = COMPLETE, 0
+        with closing(read_ahead(self._source, on_damaged)) as frames:
+            try:
+                for count, frame in enumerate(frames, 1):
+                    yield frame
+                    if count == self._limit:
+                        return
+                    if self._interruption.requested:
+                        self.ended = INTERRUPTED
+                        return
+            except InputError as error:
+                if not count:
+                    raise
+                self.ended = str(error)

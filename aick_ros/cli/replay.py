@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""``aick replay``: the odometry over a recording, into a folder."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from datetime import datetime
+from itertools import chain
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from aick_ros.cli import options, outcome
+from aick_ros.cli.console import figure, progress, say, table
+from aick_ros.cli.damage import DamageLog
+from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json, write_whole
+from aick_ros.cli.interruption import Interruption
+from aick_ros.cli.reading import COMPLETE, Reading
+from aick_ros.cli.run_folder import RunFolder
+from aick_ros.errors import InputError
+from aick_ros.evaluation.frame_record import FrameRecord
+from aick_ros.evaluation.run_summary import RunSummary, summarize
+from aick_ros.odometry import Odometry
+from aick_ros.settings import Settings
+from aick_ros.sources import SourceOptions, open_source
+from aick_ros.trajectory import Trajectory
+
+Out = Annotated[Path, typer.Option(
+    '--out', metavar='DIR', help='Where the folder SOURCE-TIME of the run is made.')]
+
+
+def replay(source: options.Source, out: Out = Path('runs'), preset: options.Preset = None,
+           config: options.Config = None, assignments: options.Assignments = None,
+           camera: options.CameraFile = None, colour_topic: options.ColourTopic = None,
+           depth_topic: options.DepthTopic = None, info_topic: options.InfoTopic = None,
+           ground_truth_topic: options.GroundTruthTopic = None,
+           max_interval: options.MaxInterval = SourceOptions.max_interval,
+           limit: options.Limit = None, json: options.JsonFile = None) -> int:
+    """
+    Run the odometry over a recording, as fast as it can.
+
+    Writes the path, the figures of each frame and of the run, the settings and a report.
+    Ctrl-C ends it with all files complete up to there.
+    """
+    settings = options.settings_from(preset, config, assignments)
+    if json is not None:
+        check_target(json)
+    recording = open_source(source, SourceOptions(
+        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
+    damage = DamageLog()
+    with Interruption() as interruption:
+        reading = Reading(recording, limit, interruption)
+        folder, summary = _run(reading, settings, out, damage)
+    if json is not None:
+        write_json(json, summary.to_json())
+    _show(summary, folder, on_stderr=json == STANDARD_OUTPUT)
+    return outcome.of_reading(reading, damage)
+
+
+def _run(reading: Reading, settings: Settings, out: Path,
+         damage: DamageLog) -> tuple[Path, RunSummary]:
+    started, records = datetime.now(), []
+    ground_truth = reading.ground_truth
+    start = time.perf_counter()
+    with progress(reading.name, len(reading)) as show:
+        updates = _updates(reading, settings, damage)
+        first = next(updates, None)
+        if first is None:
+            raise InputError(f'{reading.name} has no frame that can be used')
+        with RunFolder(out, reading.name, settings, started) as folder:
+            for record in chain([first], updates):
+                records.append(record)
+                folder.add(record)
+                show(len(records))
+    summary = summarize(reading, records, settings, time.perf_counter() - start, reading.ended,
+                        damage.count)
+    folder.write_summary(summary)
+    _write_report(folder.path, summary, records, ground_truth, started)
+    return folder.path, summary
+
+
+def _updates(reading: Reading, settings: Settings, damage: DamageLog) -> Iterator[FrameRecord]:
+    odometry = Odometry(settings)
+    for frame in reading.frames(damage):
+        yield FrameRecord.of(odometry.register_frame(frame))
+
+
+def _write_report(folder: Path, summary: RunSummary, records: list[FrameRecord],
+                  ground_truth: Trajectory | None, started: datetime) -> None:
+    try:
+        from aick_ros.reports.run_report import report
+    except ModuleNotFoundError as error:
+        say(f"no report.html without {error.name.partition('.')[0]}: pip install 'aick_ros[eval]'")
+        return
+    write_whole(folder / 'report.html', report(summary, records, ground_truth, started))
+
+
+def _show(summary: RunSummary, folder: Path, on_stderr: bool) -> None:
+    score = summary.trajectory
+    rows = [
+        ('frames', str(summary.frames)),
+        ('tracked', f'{summary.tracked} ({100 * summary.tracked / summary.frames:.1f} %)'),
+        ('frames a second', figure(summary.frames_per_second, digits=1)),
+        ('length of the path', figure(summary.path_length_m, ' m')),
+        ('from start to end', figure(summary.end_distance_m, ' m')),
+    ]
+    if score.ate_rmse_m is not None:
+        rows += [
+            ('RPE over 1 s, translation', figure(score.rpe_1s_translation_rmse_m, ' m', 4)),
+            ('RPE over 1 s, rotation', figure(score.rpe_1s_rotation_rmse_deg, ' deg', 2)),
+            ('ATE', figure(score.ate_rmse_m, ' m', 4))]
+    if summary.ended != COMPLETE:
+        rows.append(('ended', summary.ended))
+    table(summary.source, [*rows, ('files', str(folder))], on_stderr=on_stderr)

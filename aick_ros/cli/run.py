@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Runs one command line and turns what goes wrong into a sentence and an exit code."""
+
+from __future__ import annotations
+
+import errno
+import os
+import platform
+import sys
+import tempfile
+import traceback
+from collections.abc import Sequence
+from typing import Any
+
+import typer
+
+import aick_ros
+from aick_ros.cli import outcome
+from aick_ros.cli.app import app
+from aick_ros.cli.console import say
+from aick_ros.errors import InputError
+
+_TRACEBACK = '--traceback'
+_OF_THE_USER = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EPERM, errno.EROFS)
+
+
+def run(arguments: Sequence[str]) -> int:
+    """
+    Run one command line.
+
+    :returns: the exit code, as :mod:`aick_ros.cli.outcome` has it.
+    """
+    arguments = list(arguments) or ['--help']
+    show_traceback = _TRACEBACK in arguments
+    command = [argument for argument in arguments if argument != _TRACEBACK]
+    try:
+        return _invoke(command)
+    except InputError as error:
+        say(str(error))
+        return outcome.UNUSABLE_INPUT
+    except KeyboardInterrupt:
+        say('interrupted')
+        return outcome.INTERRUPTED_BY_USER
+    except BrokenPipeError:
+        # whoever reads our output has seen enough; Python must not try to flush the rest
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return outcome.PIPE_CLOSED
+    except Exception as error:
+        sentence = _of_the_user(error)
+        if sentence:
+            say(sentence)
+            return outcome.UNUSABLE_INPUT
+        _report_defect(error, arguments, show_traceback)
+        return outcome.DEFECT
+
+
+def _invoke(arguments: list[str]) -> int:
+    """Run a command without the handling of errors that typer brings."""
+    command = typer.main.get_command(app)
+    try:
+        with command.make_context('aick', arguments) as context:
+            code = command.invoke(context)
+    except typer.Exit as end:
+        code = end.exit_code
+    sys.stdout.flush()
+    return code or outcome.DONE
+
+
+def _of_the_user(error: Exception) -> str:
+    """Return the sentence for an error that the user can mend, '' for any other."""
+    if isinstance(error, OSError) and error.errno in _OF_THE_USER:
+        return f'{error.filename or "writing"}: {error.strerror}'
+    # typer's usage errors come from click or, in later versions, from a copy of it
+    if not hasattr(error, 'format_message'):
+        return ''
+    context: Any = getattr(error, 'ctx', None)
+    where = context.command_path if context is not None else 'aick'
+    return f'{error.format_message().rstrip(".")}; see {where} --help'
+
+
+def _report_defect(error: Exception, arguments: Sequence[str], show_traceback: bool) -> None:
+    what = f'{type(error).__name__}: {error}'
+    text = (f'aick {" ".join(arguments)}\naick_ros {aick_ros.__version__}, Python '
+            f'{platform.python_version()}, {platform.platform()}\n\n'
+            + ''.join(traceback.format_exception(error)))
+    if show_traceback:
+        print(text, file=sys.stderr)
+        say(f'this is a defect of ours ({what}): please report it with the text above')
+        return
+    with tempfile.NamedTemporaryFile('w', prefix='aick-traceback-', suffix='.txt',
+                                     delete=False) as file:
+        file.write(text)
+    say(f'this is a defect of ours ({what}): please report it with the file {file.name}')

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Reads the node's parameter file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from aick_ros.errors import InputError
+from aick_ros.settings import NodeSettings, Settings, with_values
+
+NODE = 'odom_node'
+
+_PARAMETERS = 'ros__parameters'
+_OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
+_SHAPE = f'it takes "{NODE}:" or "/**:", in it "{_PARAMETERS}:", in it the parameters'
+
+
+@dataclass(frozen=True)
+class SettingsFile:
+    """
+    What a parameter file says.
+
+    :param preset: the preset it names, or None.
+    :param changes: dotted name -> value, of the core and of the node.
+    """
+
+    path: Path
+    preset: str | None
+    changes: Mapping[str, Any]
+
+    def applied_to(self, settings: Settings) -> Settings:
+        """
+        Return the settings with the file's values; those of the node alone are checked only.
+
+        :raises InputError: naming the file, for an unknown name or a value that does not fit.
+        """
+        try:
+            changed = with_values(_CoreAndNode(**vars(settings)), self.changes)
+        except InputError as error:
+            raise InputError(f'{self.path}: {error}') from None
+        return Settings(**{name: getattr(changed, name) for name in vars(settings)})
+
+
+@dataclass(frozen=True)
+class _CoreAndNode(NodeSettings, Settings):
+    """All that may stand in a parameter file."""
+
+
+def read_settings_file(path: Path) -> SettingsFile:
+    """
+    Read a ROS parameter file: the sections of all nodes, and of ours.
+
+    :raises InputError: naming the file, where it cannot be read or has no such section.
+    """
+    try:
+        content = yaml.safe_load(path.read_text())
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f'cannot read the settings {path}: {error}') from None
+    except yaml.YAMLError as error:
+        reason = ' '.join(str(error).split())
+        raise InputError(f'{path} is no YAML: {reason}') from None
+    sections = list(_sections(content, ''))
+    if not sections:
+        raise InputError(f'{path} has no parameters: {_SHAPE}')
+    ours = [values for node, values in sections if node.split('/')[-1] in (NODE, '*', '**')]
+    if not ours:
+        names = ', '.join(node for node, _ in sections)
+        raise InputError(f'{path} has parameters of {names}, not of {NODE}: {_SHAPE}')
+    changes = {}
+    for values in ours:
+        changes.update(_flat(values, '', path))
+    preset = changes.pop('preset', None)
+    return SettingsFile(path, str(preset) if preset else None, {
+        name: value for name, value in changes.items() if name.split('.')[0] not in _OF_ROS})
+
+
+def _sections(content: Any, node: str) -> Iterator[tuple[str, Any]]:
+    """Yield node name and parameters; the names may be nested as namespaces."""
+    if not isinstance(content, Mapping):
+        return
+    for key, value in content.items():
+        if key == _PARAMETERS:
+            yield node, value
+        else:
+            yield from _sections(value, f'{node}/{str(key).strip("/")}')
+
+
+def _flat(values: Any, prefix: str, path: Path) -> Iterator[tuple[str, Any]]:
+    if not isinstance(values, Mapping):
+        where = prefix.rstrip('.') or _PARAMETERS
+        raise InputError(f'{path}: {where} has no parameters: {_SHAPE}')
+    for key, value in values.items():
+        name = f'{prefix}{key}'
+        if isinstance(value, Mapping):
+            yield from _flat(value, f'{name}.', path)
+        else:
+            yield name, value

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A recording with ground truth, turned into figures."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from aick_ros.aick import Aick
+from aick_ros.errors import InputError
+from aick_ros.evaluation.figures import Percentiles, mean
+from aick_ros.evaluation.frame_record import FrameRecord
+from aick_ros.evaluation.machine import machine_facts
+from aick_ros.evaluation.pairs import PairEvaluation, PairScore
+from aick_ros.evaluation.run_summary import stage_times
+from aick_ros.evaluation.trajectory_score import TrajectoryScore
+from aick_ros.odometry import Odometry
+from aick_ros.settings import Settings, values
+from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
+
+GAPS = (1, 5, 10)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """
+    The figures of a recording; the fields are the keys of the JSON.
+
+    :param pairs: gap -> figures of all frames so far apart in the list.
+    :param timing_ms: stage of the odometry -> milliseconds a frame.
+    :param settings: dotted name -> value.
+    """
+
+    source: str
+    frames: int
+    keypoints_mean: float | None
+    pairs: dict[int, PairScore]
+    trajectory: TrajectoryScore
+    timing_ms: dict[str, Percentiles]
+    settings: dict[str, Any]
+    machine: dict[str, str | int]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what ``json.dumps`` takes; a figure that does not exist is None."""
+        figures = dataclasses.asdict(self)
+        figures['pairs'] = {str(gap): score for gap, score in figures['pairs'].items()}
+        return figures
+
+
+def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence[int] = GAPS,
+             on_progress: Callable[[int], None] = lambda frames: None,
+             on_damaged: OnDamaged = raise_damage) -> Evaluation:
+    """
+    Run the odometry over a recording, register its pairs, and compare with the ground truth.
+
+    Keypoints are extracted once a frame. Without ground truth no pair can be judged and none is
+    registered.
+
+    :param gaps: distances of the two frames of a pair.
+    :param on_progress: told the number of frames done, after each.
+    :raises InputError: where the recording has no frame, or a gap is below 1.
+    """
+    if not gaps or min(gaps) < 1:
+        raise InputError(f'the gaps are {list(gaps)}: it takes whole numbers from 1 up')
+    odometry = Odometry(settings)
+    pairs = None
+    if source.ground_truth is not None:
+        pairs = PairEvaluation(Aick(settings.aick), source.ground_truth, gaps)
+    records = []
+    for frame in source.frames(on_damaged):
+        update = odometry.register_frame(frame)
+        records.append(FrameRecord.of(update))
+        if pairs is not None:
+            pairs.add(update.keypoints)
+        on_progress(len(records))
+    if not records:
+        raise InputError(f'{source.name} has no frame that can be used')
+    return Evaluation(
+        source=source.name, frames=len(records),
+        keypoints_mean=mean(record.keypoints for record in records),
+        pairs={gap: PairScore.of([]) for gap in gaps} if pairs is None else pairs.scores(),
+        trajectory=TrajectoryScore.of(records, source.ground_truth),
+        timing_ms=stage_times(records), settings=values(settings), machine=machine_facts())

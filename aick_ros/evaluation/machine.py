@@ -1,0 +1,38 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The machine a figure was measured on."""
+
+from __future__ import annotations
+
+import os
+import platform
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+import aick_ros
+
+
+def machine_facts() -> dict[str, str | int]:
+    """Return what a runtime depends on: processor, cores, versions."""
+    return {
+        'cpu': _cpu(),
+        'cores': len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity')
+        else os.cpu_count() or 1,
+        'system': f'{platform.system()} {platform.machine()}',
+        'python': platform.python_version(),
+        'numpy': np.__version__,
+        'opencv': cv2.__version__,
+        'aick_ros': aick_ros.__version__,
+    }
+
+
+def _cpu() -> str:
+    try:
+        lines = Path('/proc/cpuinfo').read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    names = (line.partition(':')[2].strip() for line in lines if line.startswith('model name'))
+    return next(names, platform.processor())

@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Success ratios of registrations, pair by pair (Ekekrantz et al. 2013, IV-A).
+
+A pair is two frames a gap apart in the list of frames. Its error is that of the transform alone,
+so drift and luck of a whole trajectory do not enter.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aick_ros import rigid
+from aick_ros.aick import Aick, Registration
+from aick_ros.evaluation.figures import Percentiles, mean, median
+from aick_ros.frame import KeypointFrame
+from aick_ros.trajectory import NANOSECONDS, Trajectory
+
+THRESHOLDS = (0.0033, 0.01, 0.05)
+"""Translation errors below which a registration is a success in the paper's Table I [m]."""
+
+MAX_HOLE = 0.05
+"""Longest hole [s] of the ground truth that is interpolated over."""
+
+MAX_INTERVAL_ERROR = 0.02
+"""Largest difference [s] of a pair's interval from gap times the median period."""
+
+
+@dataclass(frozen=True)
+class PairError:
+    """
+    How far one registration is off.
+
+    :param interval: time between the two frames [ns].
+    :param translation: [m]; infinite where the registration failed.
+    :param rotation: [rad]; infinite where the registration failed.
+    :param milliseconds: that the registration took.
+    """
+
+    interval: int
+    translation: float
+    rotation: float
+    milliseconds: float
+
+    @property
+    def failed(self) -> bool:
+        """Whether there was no registration."""
+        return not np.isfinite(self.translation)
+
+
+@dataclass(frozen=True)
+class PairScore:
+    """
+    The figures of all pairs of one gap; None where there is none.
+
+    :param success_ratio: threshold [m] as text -> share of all pairs with a smaller error.
+    :param translation_median_m: of all pairs, the failed ones counted as infinitely far off.
+    """
+
+    count: int
+    failed: int
+    success_ratio: dict[str, float | None]
+    translation_median_m: float | None
+    rotation_median_deg: float | None
+    registration_ms: Percentiles
+
+    @classmethod
+    def of(cls, errors: Sequence[PairError]) -> PairScore:
+        """Return the figures of some pairs."""
+        translations = [error.translation for error in errors]
+        return cls(
+            count=len(errors), failed=sum(error.failed for error in errors),
+            success_ratio={f'{threshold:g}': mean(t < threshold for t in translations)
+                           for threshold in THRESHOLDS},
+            translation_median_m=median(translations),
+            rotation_median_deg=median(np.degrees(error.rotation) for error in errors),
+            registration_ms=Percentiles.of(error.milliseconds for error in errors))
+
+
+class PairEvaluation:
+    """
+    Registers each frame to earlier ones and compares with the ground truth.
+
+    Only as many frames are kept as the longest gap asks for.
+
+    :param gaps: distances of two frames in the list of frames, each 1 or more.
+    """
+
+    def __init__(self, aick: Aick, ground_truth: Trajectory, gaps: Sequence[int]) -> None:
+        self._aick = aick
+        self._ground_truth = ground_truth
+        self._frames: deque[tuple[KeypointFrame, np.ndarray | None]] = deque(maxlen=max(gaps) + 1)
+        self._periods: list[int] = []
+        self._errors: dict[int, list[PairError]] = {gap: [] for gap in gaps}
+
+    def add(self, keypoints: KeypointFrame) -> None:
+        """Take the next frame."""
+        if self._frames:
+            self._periods.append(keypoints.stamp - self._frames[-1][0].stamp)
+        T_world_source = self._ground_truth.at(keypoints.stamp, MAX_HOLE)
+        self._frames.append((keypoints, T_world_source))
+        if T_world_source is None:
+            return
+        for gap, errors in self._errors.items():
+            if gap >= len(self._frames):
+                continue
+            target, T_world_target = self._frames[-1 - gap]
+            if T_world_target is not None:
+                errors.append(self._measure(
+                    keypoints, target, rigid.inverse(T_world_target) @ T_world_source))
+
+    def scores(self) -> dict[int, PairScore]:
+        """
+        Return the figures of each gap.
+
+        Pairs whose interval is not gap times the median period, because frames are missing
+        between them, are left out.
+        """
+        if not self._periods:
+            return {gap: PairScore.of([]) for gap in self._errors}
+        period = float(np.median(self._periods))
+        return {gap: PairScore.of([error for error in errors if abs(error.interval - gap * period)
+                                   <= MAX_INTERVAL_ERROR * NANOSECONDS])
+                for gap, errors in self._errors.items()}
+
+    def _measure(self, source: KeypointFrame, target: KeypointFrame,
+                 true_T_target_source: np.ndarray) -> PairError:
+        start = time.perf_counter()
+        registration = self._aick.register(source, target)
+        milliseconds = 1e3 * (time.perf_counter() - start)
+        return PairError(source.stamp - target.stamp,
+                         *_error(registration, true_T_target_source), milliseconds)
+
+
+def _error(registration: Registration, truth: np.ndarray) -> tuple[float, float]:
+    """Return the translation [m] and the rotation [rad] of Eq. 3."""
+    if not registration.status.ok:
+        return np.inf, np.inf
+    error = rigid.inverse(truth) @ registration.T_target_source
+    return float(np.linalg.norm(error[:3, 3])), rigid.angle(error[:3, :3])

@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""How good the path of a run is, in four figures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aick_ros.evaluation.figures import mean, root_mean_square
+from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of
+from aick_ros.evaluation.trajectory_errors import TrajectoryErrors, compare
+from aick_ros.trajectory import Trajectory
+
+
+@dataclass(frozen=True)
+class TrajectoryScore:
+    """
+    The errors of a path; None without ground truth.
+
+    :param rpe_1s_translation_rmse_m: of the motion over 1 s, all pairs; rotation likewise.
+    :param ate_rmse_m: of the positions after rigid alignment.
+    :param tracked_fraction: share of frames that were registered; the pose of the others was
+        held, and counts.
+    """
+
+    rpe_1s_translation_rmse_m: float | None
+    rpe_1s_rotation_rmse_deg: float | None
+    ate_rmse_m: float | None
+    tracked_fraction: float | None
+
+    @classmethod
+    def of(cls, records: Sequence[FrameRecord],
+           ground_truth: Trajectory | None) -> TrajectoryScore:
+        """Return the figures of a run."""
+        errors = None
+        if records and ground_truth is not None:
+            errors = compare(trajectory_of(records), ground_truth)
+        return cls(*_errors(errors), mean(record.status.ok for record in records))
+
+
+def _errors(errors: TrajectoryErrors | None) -> tuple[float | None, float | None, float | None]:
+    if errors is None:
+        return None, None, None
+    translations, rotations = errors.relative(1.0)
+    return (root_mean_square(translations), root_mean_square(np.degrees(rotations)),
+            root_mean_square(errors.positions()))

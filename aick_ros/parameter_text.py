@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The parameters of settings.py as text: a table for people, a YAML file for the node."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from typing import Any
+
+from aick_ros.settings import Parameter, parameters
+
+_WIDTH = 99
+
+
+def parameter_table(group: Any) -> str:
+    """
+    Return the parameters of a group of settings as a Markdown table.
+
+    :param group: an instance of one of the settings classes, or the class for its defaults.
+    """
+    rows = [(f'`{p.name}`', f'`{_scalar(p.default)}`', p.range_text, _meaning(p))
+            for p in parameters(group)]
+    head = [('parameter', 'default', 'range', 'what it is'), ('---',) * 4]
+    return ''.join('| ' + ' | '.join(cell.replace('|', '\\|') for cell in row) + ' |\n'
+                   for row in [*head, *rows])
+
+
+def config_text(*groups: Any, commented: Any = None, title: str = '') -> str:
+    """
+    Return a YAML file of parameters, with sentence and range, as ROS and ``aick`` read it.
+
+    :param groups: instances of settings classes, whose values are written.
+    :param commented: a group whose values are written as comments, so that a preset still counts.
+    :param title: what the file is, as a comment on top.
+    """
+    lines = [f'# {line}' for line in textwrap.wrap(title, _WIDTH - 2)]
+    lines += ['/**:', '  ros__parameters:']
+    for group in groups:
+        for p in parameters(group):
+            # an empty list has no type that ROS could infer
+            lines += _entry(p, '#' if p.default == () else '')
+    if commented is not None:
+        for p in parameters(commented):
+            lines += _entry(p, '#')
+    return '\n'.join(lines) + '\n'
+
+
+def _entry(p: Parameter, mark: str) -> Iterator[str]:
+    comment = _meaning(p) + (f' [{p.range_text}]' if p.range_text else '')
+    yield from textwrap.wrap(comment, _WIDTH, initial_indent='    # ', subsequent_indent='    # ')
+    yield f'    {mark}{p.name}: {_scalar(p.default)}'
+
+
+def _meaning(p: Parameter) -> str:
+    return p.description if p.range_text or not p.unit else f'{p.description} [{p.unit}]'
+
+
+def _scalar(value: Any) -> str:
+    """Return a value as YAML 1.1 reads it back in its type."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        mantissa, e, exponent = repr(value).partition('e')
+        return (mantissa if '.' in mantissa else f'{mantissa}.0') + e + exponent
+    if isinstance(value, tuple):
+        return '[' + ', '.join(_scalar(float(item)) for item in value) + ']'
+    if isinstance(value, str):
+        return "'" + value.replace("'", "''") + "'"
+    return str(value)

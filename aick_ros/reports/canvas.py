@@ -1,0 +1,72 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""How every figure looks, and how it is written."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from pathlib import Path
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+INK = '#1f2933'
+MUTED = '#8a94a0'
+ESTIMATE = '#1769aa'
+SECOND = '#d9822b'
+TRUTH = '#52606d'
+LOST = '#c62828'
+
+MANY = 20000
+"""Lines of more points are drawn as pixels in an SVG, which would be too large otherwise."""
+
+_STYLE = {
+    'axes.edgecolor': MUTED, 'axes.labelcolor': INK, 'axes.titlecolor': INK,
+    'axes.titlesize': 11, 'axes.titleweight': 'bold', 'axes.titlelocation': 'left',
+    'axes.spines.top': False, 'axes.spines.right': False,
+    'axes.grid': True, 'axes.axisbelow': True, 'grid.color': '#e4e7eb', 'grid.linewidth': 0.8,
+    'xtick.color': INK, 'ytick.color': INK, 'xtick.labelsize': 9, 'ytick.labelsize': 9,
+    'font.size': 10, 'lines.linewidth': 1.4, 'lines.solid_capstyle': 'round',
+    'legend.frameon': False, 'legend.fontsize': 9, 'savefig.dpi': 150, 'svg.hashsalt': 'aick',
+}
+
+Drawing = Callable[[Figure], None]
+
+
+def figure(width: float, height: float, draw: Drawing) -> Figure:
+    """
+    Return a figure in our style.
+
+    :param width: [inch]; height likewise.
+    :param draw: puts the content into the figure.
+    """
+    with matplotlib.rc_context(_STYLE):
+        canvas = Figure(figsize=(width, height), layout='constrained')
+        FigureCanvasAgg(canvas)
+        draw(canvas)
+    return canvas
+
+
+def to_svg(content: Figure) -> str:
+    """Return a figure as an ``<svg>`` element."""
+    text = io.StringIO()
+    with matplotlib.rc_context(_STYLE):
+        content.savefig(text, format='svg', metadata={'Date': None})
+    svg = text.getvalue()
+    return svg[svg.index('<svg'):]
+
+
+def write_png(content: Figure, path: Path) -> None:
+    """Write a figure as a PNG file."""
+    with matplotlib.rc_context(_STYLE):
+        content.savefig(path, format='png')
+
+
+def legend_above(axes: Axes) -> None:
+    """Put the legend above the axes at the right, where it hides nothing."""
+    axes.legend(loc='lower right', bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.2,
+                handlelength=1.4, columnspacing=1.2)

@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The frame of an HTML page that needs no other file, no network and no script."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+from string import Template
+
+_PAGE = Template('''<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>$title</title>
+<style>
+:root { color-scheme: light; }
+* { box-sizing: border-box; }
+body { margin: 0 auto; max-width: 62rem; padding: 2rem 1.5rem 3rem; color: #1f2933;
+       background: #fff; font: 16px/1.5 system-ui, -apple-system, "Segoe UI", Roboto,
+       "DejaVu Sans", sans-serif; }
+h1 { font-size: 1.6rem; line-height: 1.25; margin: 0; overflow-wrap: anywhere; }
+h2 { font-size: 1.1rem; margin: 2.25rem 0 .6rem; padding-bottom: .3rem;
+     border-bottom: 1px solid #e4e7eb; }
+p { margin: .35rem 0; }
+.quiet { color: #616e7c; }
+.notice { margin: 1rem 0; padding: .6rem .9rem; border-left: 4px solid #d9822b;
+          background: #fff6ea; }
+.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(7.3rem, 1fr));
+         gap: .75rem; margin: 1.5rem 0 0; }
+.tile { padding: .7rem .9rem; border: 1px solid #e4e7eb; border-radius: .4rem; }
+.tile b { display: block; font-size: 1.35rem; line-height: 1.3; font-weight: 600;
+          font-variant-numeric: tabular-nums; }
+.tile span { color: #616e7c; font-size: .85rem; }
+figure { margin: 1rem 0 0; }
+figure svg { display: block; width: 100%; height: auto; }
+table { border-collapse: collapse; width: 100%; font-size: .92rem; }
+th, td { text-align: left; padding: .3rem .8rem .3rem 0; border-bottom: 1px solid #eef0f2;
+         vertical-align: top; }
+th { color: #616e7c; font-weight: 600; }
+td:not(:first-child) { font-variant-numeric: tabular-nums; }
+code { font: .9em ui-monospace, "DejaVu Sans Mono", monospace; }
+</style>
+</head>
+<body>
+$body
+</body>
+</html>
+''')
+
+
+def page(title: str, *parts: str) -> str:
+    """
+    Return a whole page.
+
+    :param title: plain text; parts: HTML.
+    """
+    return _PAGE.substitute(title=escape(title), body='\n'.join(parts))
+
+
+def heading(text: str, level: int = 2) -> str:
+    """Return a heading."""
+    return f'<h{level}>{escape(text)}</h{level}>'
+
+
+def paragraph(text: str, kind: str = '') -> str:
+    """Return a paragraph; its kind is ``quiet``, ``notice`` or none."""
+    return f'<p class="{kind}">{escape(text)}</p>' if kind else f'<p>{escape(text)}</p>'
+
+
+def tiles(figures: Iterable[tuple[str, str]]) -> str:
+    """Return figures that catch the eye, from pairs of label and value."""
+    inner = ''.join(f'<div class="tile"><b>{escape(value)}</b><span>{escape(label)}</span></div>'
+                    for label, value in figures)
+    return f'<div class="tiles">{inner}</div>'
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Return a table of plain text."""
+    body = ''.join('<tr>' + ''.join(f'<td>{escape(cell)}</td>' for cell in row) + '</tr>'
+                   for row in rows)
+    top = ''.join(f'<th>{escape(cell)}</th>' for cell in head)
+    return f'<table><tr>{top}</tr>{body}</table>'
+
+
+def picture(svg: str) -> str:
+    """Return a picture as wide as the page."""
+    return f'<figure>{svg}</figure>'

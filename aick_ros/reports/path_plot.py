@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The path, seen from above and from the side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from aick_ros.evaluation.trajectory_errors import compare
+from aick_ros.reports import canvas
+from aick_ros.trajectory import Trajectory
+
+_VIEWS = {'From above': (0, 1), 'From the side': (0, 2)}
+
+
+def plot_trajectory(path_png: Path, estimate: Trajectory, ground_truth: Trajectory | None = None,
+                    title: str = '') -> None:
+    """
+    Write a picture of a path.
+
+    :param estimate: in a frame whose z is up; with ground truth it is aligned to that.
+    :param ground_truth: None, or the path it should be, in a world whose z is up.
+    """
+    canvas.write_png(path_figure(estimate, ground_truth, title=title), path_png)
+
+
+def path_figure(estimate: Trajectory, ground_truth: Trajectory | None = None,
+                lost: np.ndarray | None = None, title: str = '') -> Figure:
+    """
+    Return the path from above (x, y) and from the side (x, z).
+
+    :param estimate: in a frame whose z is up; with ground truth it is aligned to that.
+    :param lost: N bool, the poses of the estimate that were held; they are marked.
+    """
+    errors = compare(estimate, ground_truth) if ground_truth is not None else None
+    positions, true_positions = estimate.poses[:, :3, 3], None
+    if errors is not None:
+        positions = (errors.T_world_odom @ estimate.poses)[:, :3, 3]
+        inside = slice(*np.searchsorted(ground_truth.stamps, estimate.stamps[[0, -1]]))
+        true_positions = ground_truth.poses[inside, :3, 3]
+
+    def draw(figure: Figure) -> None:
+        for axes, (name, view) in zip(figure.subplots(1, 2), _VIEWS.items()):
+            _draw_view(axes, positions[:, view], lost,
+                       None if true_positions is None else true_positions[:, view])
+            axes.set(title=name, xlabel='x [m]', ylabel=f'{"xyz"[view[1]]} [m]')
+        handles, labels = figure.axes[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc='outside lower center', ncols=len(labels))
+        if title:
+            figure.suptitle(title, fontsize=12, fontweight='bold', color=canvas.INK)
+
+    return canvas.figure(10.0, 4.8 if title else 4.5, draw)
+
+
+def _draw_view(axes: Axes, positions: np.ndarray, lost: np.ndarray | None,
+               true_positions: np.ndarray | None) -> None:
+    many = len(positions) > canvas.MANY
+    if true_positions is not None:
+        axes.plot(*true_positions.T, color=canvas.TRUTH, linewidth=3.0, alpha=0.35,
+                  rasterized=many, label='ground truth')
+    axes.plot(*positions.T, color=canvas.ESTIMATE, rasterized=many, label='estimate')
+    if lost is not None and lost.any():
+        axes.plot(*positions[lost].T, '.', color=canvas.LOST, rasterized=many,
+                  label='lost, pose held')
+    axes.plot(*positions[0], 'o', color='white', markeredgecolor=canvas.INK, markersize=7,
+              label='start')
+    axes.plot(*positions[-1], 's', color=canvas.INK, markersize=6, label='end')
+    axes.set_aspect('equal', adjustable='datalim')
+    axes.margins(0.08)

@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What happened during a run, over time: errors, matches, durations."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from aick_ros.evaluation.frame_record import FrameRecord
+from aick_ros.evaluation.trajectory_errors import TrajectoryErrors
+from aick_ros.reports import canvas
+from aick_ros.trajectory import NANOSECONDS
+
+
+def error_figure(errors: TrajectoryErrors, start: int) -> Figure:
+    """
+    Return the error of position and rotation over time, after alignment.
+
+    :param start: stamp that counts as time 0 [ns].
+    """
+    times = _times(errors.estimate.stamps, start)
+
+    def draw(figure: Figure) -> None:
+        upper, lower = figure.subplots(2, 1, sharex=True)
+        many = len(times) > canvas.MANY
+        upper.plot(times, 100 * errors.positions(), color=canvas.ESTIMATE, rasterized=many)
+        lower.plot(times, np.degrees(errors.rotations()), color=canvas.SECOND, rasterized=many)
+        upper.set(title='Position error', ylabel='cm', ylim=(0, None))
+        lower.set(title='Rotation error', ylabel='deg', ylim=(0, None), xlabel='time [s]')
+
+    return canvas.figure(10.0, 4.2, draw)
+
+
+def tracking_figure(records: Sequence[FrameRecord]) -> Figure:
+    """Return the keypoints and matches over time; lost frames are shaded."""
+    times = _times(np.array([record.stamp for record in records]), records[0].stamp)
+    lost = np.array([not record.status.ok for record in records])
+
+    def draw(figure: Figure) -> None:
+        axes = figure.subplots()
+        many = len(times) > canvas.MANY
+        axes.plot(times, [record.keypoints for record in records], color=canvas.MUTED,
+                  rasterized=many, label='keypoints with depth')
+        axes.plot(times, [record.matches for record in records], color=canvas.ESTIMATE,
+                  rasterized=many, label='matches')
+        _shade(axes, times, lost)
+        axes.set(title='Keypoints and matches', ylabel='number', ylim=(0, None),
+                 xlabel='time [s]')
+        canvas.legend_above(axes)
+
+    return canvas.figure(10.0, 3.2, draw)
+
+
+def timing_figure(records: Sequence[FrameRecord]) -> Figure:
+    """Return the distribution of the time each stage takes."""
+    stages = {'features': canvas.SECOND, 'registration': canvas.ESTIMATE}
+    times = {stage: np.array([record.timing[stage] for record in records]) for stage in stages}
+    longest = max(float(np.percentile(values, 99.5)) for values in times.values())
+
+    def draw(figure: Figure) -> None:
+        axes = figure.subplots()
+        bins = np.linspace(0.0, 1.05 * longest, 80)
+        for stage, colour in stages.items():
+            # what is longer than the axis goes into its last bin
+            axes.hist(np.minimum(times[stage], bins[-1]), bins, color=colour, alpha=0.7,
+                      label=f'{stage}, median {np.median(times[stage]):.1f} ms')
+        axes.set(title='Time a frame', xlabel='ms', ylabel='frames', xlim=(0, bins[-1]))
+        canvas.legend_above(axes)
+
+    return canvas.figure(10.0, 3.0, draw)
+
+
+def _times(stamps: np.ndarray, start: int) -> np.ndarray:
+    return (stamps - start) / NANOSECONDS
+
+
+def _shade(axes: Axes, times: np.ndarray, lost: np.ndarray) -> None:
+    """Shade each run of lost frames from its first frame to the one after it."""
+    edges = np.flatnonzero(np.diff(np.r_[False, lost, False].astype(np.int8)))
+    for i, (first, after) in enumerate(edges.reshape(-1, 2)):
+        end = times[min(after, len(times) - 1)]
+        axes.axvspan(times[first], end, color=canvas.LOST, alpha=0.18, linewidth=0,
+                     label='lost' if i == 0 else None)

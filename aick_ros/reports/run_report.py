@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The report of a run as one HTML file."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+from datetime import datetime
+
+import numpy as np
+
+from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of
+from aick_ros.evaluation.run_summary import RunSummary
+from aick_ros.evaluation.trajectory_errors import compare
+from aick_ros.reports import canvas, page
+from aick_ros.reports.path_plot import path_figure
+from aick_ros.reports.run_plots import error_figure, timing_figure, tracking_figure
+from aick_ros.settings import Settings, values
+from aick_ros.status import Status
+from aick_ros.trajectory import Trajectory, stamp_to_seconds
+
+_T_body_optical = np.array(
+    [[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+_MOST_LOSSES = 20
+
+
+def report(summary: RunSummary, records: Sequence[FrameRecord],
+           ground_truth: Trajectory | None, started: datetime) -> str:
+    """
+    Return the report of a run, a page that needs no other file.
+
+    :param records: of all frames, one at least.
+    :param started: when the run began.
+    """
+    return page.page(f'{summary.source}: odometry', *_head(summary, started),
+                     *_pictures(records, ground_truth), *_losses(summary, records),
+                     *_settings(summary), *_machine(summary))
+
+
+def _head(summary: RunSummary, started: datetime) -> Iterator[str]:
+    yield page.heading(summary.source, 1)
+    yield page.paragraph(f'{summary.frames} frames, {summary.duration_s:.1f} s, run on '
+                         f'{started:%d %B %Y at %H:%M}', 'quiet')
+    if summary.ended != 'complete':
+        yield page.paragraph(f'This run is not complete: {summary.ended}', 'notice')
+    if summary.damaged_images:
+        yield page.paragraph(f'{summary.damaged_images} images could not be used and were '
+                             'skipped.', 'notice')
+    yield page.tiles(_tiles(summary))
+
+
+def _tiles(summary: RunSummary) -> Iterator[tuple[str, str]]:
+    yield 'frames tracked', f'{100 * summary.tracked / summary.frames:.4g} %'
+    yield 'path length', f'{summary.path_length_m:.2f} m'
+    yield 'start to end', f'{summary.end_distance_m:.2f} m'
+    yield 'frames a second', f'{summary.frames_per_second:.0f}'
+    score = summary.trajectory
+    if score.ate_rmse_m is not None:
+        yield 'ATE', f'{100 * score.ate_rmse_m:.1f} cm'
+    if score.rpe_1s_translation_rmse_m is not None:
+        yield 'RPE over 1 s', f'{100 * score.rpe_1s_translation_rmse_m:.1f} cm'
+        yield 'RPE over 1 s', f'{score.rpe_1s_rotation_rmse_deg:.2f}°'
+
+
+def _pictures(records: Sequence[FrameRecord],
+              ground_truth: Trajectory | None) -> Iterator[str]:
+    estimate = trajectory_of(records)
+    lost = np.array([not record.status.ok for record in records])
+    errors = compare(estimate, ground_truth) if ground_truth is not None else None
+    yield page.heading('Path of the camera')
+    if errors is None:
+        yield page.paragraph('Seen from where the camera was at the start: x forward, y to the '
+                             'left, z up.', 'quiet')
+        estimate = Trajectory(estimate.stamps, _T_body_optical @ estimate.poses)
+        yield _picture(path_figure(estimate, lost=lost))
+    else:
+        yield page.paragraph('In the frame of the ground truth, to which the estimate is '
+                             'aligned by its positions.', 'quiet')
+        yield _picture(path_figure(estimate, ground_truth, lost))
+        yield page.heading('Errors')
+        yield page.paragraph('Positions are aligned by positions, rotations by rotations; ATE and '
+                             'RPE above are root mean squares.', 'quiet')
+        yield _picture(error_figure(errors, records[0].stamp))
+    yield page.heading('Tracking')
+    yield _picture(tracking_figure(records))
+    yield page.heading('Speed')
+    yield _picture(timing_figure(records))
+
+
+def _picture(figure: canvas.Figure) -> str:
+    return page.picture(canvas.to_svg(figure))
+
+
+def _losses(summary: RunSummary, records: Sequence[FrameRecord]) -> Iterator[str]:
+    lost = [record for record in records if not record.status.ok]
+    if not lost:
+        return
+    yield page.heading('Lost frames')
+    counts = ', '.join(f'{count} x {Status[name].value}' for name, count in summary.status.items()
+                       if not Status[name].ok)
+    yield page.paragraph(f'{len(lost)} of {summary.frames}: {counts}. Their pose was held.')
+    yield page.table(('stamp', 'reason'), ((stamp_to_seconds(record.stamp), record.reason)
+                                           for record in lost[:_MOST_LOSSES]))
+    if len(lost) > _MOST_LOSSES:
+        yield page.paragraph(f'{len(lost) - _MOST_LOSSES} more are in frames.csv.', 'quiet')
+
+
+def _settings(summary: RunSummary) -> Iterator[str]:
+    yield page.heading('Settings that differ from the defaults')
+    defaults = values(Settings())
+    rows = [(name, str(value), str(defaults[name]))
+            for name, value in summary.settings.items() if value != defaults[name]]
+    yield page.table(('setting', 'value', 'default'), rows) if rows else (
+        page.paragraph('None.', 'quiet'))
+
+
+def _machine(summary: RunSummary) -> Iterator[str]:
+    yield page.heading('Machine')
+    yield page.paragraph(', '.join(f'{name} {value}' for name, value in summary.machine.items()),
+                         'quiet')
+    times = dataclasses.asdict(summary)['timing_ms']
+    yield page.table(('stage', 'median [ms]', '99th percentile [ms]'),
+                     ((stage, f'{time["p50"]:.1f}', f'{time["p99"]:.1f}')
+                      for stage, time in times.items()))

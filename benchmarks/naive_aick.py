@@ -1,0 +1,30 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""AICK as one would first write it: all pairs, in each iteration. What ours is compared with."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aick_ros import rigid
+from aick_ros.frame import KeypointFrame
+from aick_ros.settings import AickSettings
+
+
+def register(source: KeypointFrame, target: KeypointFrame, settings: AickSettings) -> np.ndarray:
+    """Return ``T_target_source`` (III-A)."""
+    bits = 8 * source.descriptors.shape[1]
+    differing = np.bitwise_xor(source.descriptors[:, None], target.descriptors[None])
+    d_d = np.unpackbits(differing, axis=2).sum(axis=2, dtype=np.float32) / bits
+    T_target_source = np.eye(4)
+    for i in range(settings.iterations):
+        w = np.float32(settings.alpha ** i)
+        moved = rigid.transform(T_target_source, source.positions)
+        d_e = np.linalg.norm(moved[:, None] - target.positions[None], axis=2)
+        d = (1 - w) * d_e + w * d_d  # Eq. 1
+        closest = d.argmin(axis=1)
+        least = d[np.arange(len(d)), closest]
+        kept = np.flatnonzero(least < (1 - w) * settings.lambda_e + w * settings.lambda_f)  # Eq. 2
+        T_target_source = rigid.fit(source.positions[kept], target.positions[closest[kept]])
+    return T_target_source

@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The command run inside the test, and a small rendered recording."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from aick_ros.camera import Camera
+from aick_ros.cli import main
+from aick_ros.sources import raise_damage
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+FRAMES = 14
+
+
+@dataclass
+class Outcome:
+    """What a command left on the terminal."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def sentence(self):
+        """The one line on standard error."""
+        assert self.err.startswith('aick: ')
+        assert self.err.endswith('\n')
+        assert self.err.count('\n') == 1
+        return self.err.removeprefix('aick: ').rstrip()
+
+
+@pytest.fixture
+def aick(capfd, tmp_path, monkeypatch):
+    """Return a function that runs the command in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as end:
+            main([str(argument) for argument in arguments])
+        return Outcome(end.value.code, *capfd.readouterr())
+
+    return run
+
+
+class InMemory:
+    """
+    An RgbdSource of frames in memory.
+
+    :param on_frame: called before each frame with its index; what it raises breaks the source.
+    """
+
+    def __init__(self, recorded, ground_truth=None, on_frame=lambda index, on_damaged: None):
+        self.name, self.ground_truth = 'in memory', ground_truth
+        self._recorded, self._on_frame = recorded, on_frame
+
+    def __len__(self):
+        return len(self._recorded)
+
+    def frames(self, on_damaged):
+        for index, frame in enumerate(self._recorded):
+            self._on_frame(index, on_damaged)
+            yield frame
+
+
+@pytest.fixture(scope='session')
+def in_memory():
+    """Return the class of sources in memory."""
+    return InMemory
+
+
+@pytest.fixture(scope='session')
+def recording():
+    """Return a rendered recording of a second, kept in memory."""
+    rendered = SyntheticSource(SyntheticOptions(
+        seed=2, frames=FRAMES, rate=12.0, camera=Camera(320, 240, 262.5, 262.5, 159.5, 119.5)))
+    return InMemory(list(rendered.frames(raise_damage)), rendered.ground_truth)

@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The figures on the terminal and as JSON."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from aick_ros.cli import evaluate as evaluate_module
+from aick_ros.errors import InputError
+from aick_ros.evaluation.evaluation import evaluate as evaluate_source
+from aick_ros.settings import preset
+from aick_ros.sources import raise_damage
+from aick_ros.sources.writers.bag_writer import write_bag
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def evaluate(aick, monkeypatch):
+    """Return a function that evaluates a source in memory."""
+    def run(source, *arguments):
+        monkeypatch.setattr(evaluate_module, 'open_source', lambda path, options: source)
+        return aick('evaluate', 'a source', *arguments)
+    return run
+
+
+def without_times(figures):
+    """Return the figures that are the same in each run."""
+    if not isinstance(figures, dict):
+        return figures
+    return {key: without_times(value) for key, value in figures.items()
+            if key not in ('timing_ms', 'registration_ms')}
+
+
+def test_figures_are_those_of_the_evaluation(evaluate, recording):
+    outcome = evaluate(recording, '--preset', 'paper-fast', '--gaps', '2,1', '--json', '-')
+    figures = json.loads(outcome.out)
+    expected = evaluate_source(recording, preset('paper-fast'), [1, 2]).to_json()
+    assert outcome.code == 0
+    assert without_times({key: figures[key] for key in expected}) == without_times(expected)
+    assert (figures['ended'], figures['damaged_images']) == ('complete', 0)
+
+
+def test_standard_output_of_a_process_is_json_alone(recording, tmp_path):
+    write_bag(tmp_path / 'bag', recording)
+    process = subprocess.run(
+        [sys.executable, '-m', 'aick_ros', 'evaluate', 'bag', '--gaps', '1,3', '--limit', '5',
+         '--json', '-'], cwd=tmp_path, env={**os.environ, 'PYTHONPATH': str(ROOT)},
+        capture_output=True, text=True, check=False)
+    assert process.returncode == 0
+    figures = json.loads(process.stdout)
+    assert figures['source'] == 'bag'
+    assert figures['pairs']['3']['count'] == 2
+    assert 'ATE' in process.stderr
+
+
+def test_tables_and_file(evaluate, recording, tmp_path):
+    outcome = evaluate(recording, '--gaps', '1', '--json', tmp_path / 'figures.json')
+    figures = json.loads((tmp_path / 'figures.json').read_text())
+    assert f'{figures["pairs"]["1"]["success_ratio"]["0.01"]:.3f}' in outcome.out
+    assert f'{figures["trajectory"]["ate_rmse_m"]:.4f} m' in outcome.out
+    assert list(tmp_path.iterdir()) == [tmp_path / 'figures.json']
+
+
+def test_without_ground_truth_it_says_so(evaluate, recording, in_memory):
+    outcome = evaluate(in_memory(list(recording.frames(raise_damage))[:3]), '--json', '-')
+    assert outcome.code == 0
+    assert outcome.err.startswith('aick: in memory has no ground truth')
+    figures = json.loads(outcome.out)
+    assert figures['pairs']['10']['count'] == 0
+    assert figures['trajectory']['ate_rmse_m'] is None
+
+
+def test_interrupted_it_gives_what_it_has(evaluate, recording, in_memory):
+    def interrupt(index, on_damaged):
+        if index == 3:
+            signal.raise_signal(signal.SIGINT)
+
+    source = in_memory(list(recording.frames(raise_damage)), recording.ground_truth, interrupt)
+    outcome = evaluate(source, '--gaps', '1', '--json', '-')
+    figures = json.loads(outcome.out)
+    assert outcome.code == 130
+    assert figures['ended'] == 'interrupted'
+    assert 1 <= figures['frames'] < len(recording)
+    assert 'aick: interrupted' in outcome.err
+
+
+def test_damage_and_a_broken_end_are_said(evaluate, recording, in_memory):
+    def broken(index, on_damaged):
+        on_damaged(InputError(f'torn before {index}'))
+        if index == 4:
+            raise InputError('the index is broken')
+
+    source = in_memory(list(recording.frames(raise_damage)), recording.ground_truth, broken)
+    outcome = evaluate(source, '--gaps', '1', '--json', '-')
+    figures = json.loads(outcome.out)
+    assert outcome.code == 2
+    assert (figures['frames'], figures['damaged_images']) == (4, 5)
+    assert figures['ended'] == 'the index is broken'
+    assert outcome.err.splitlines()[-1] == 'aick: the index is broken'

@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Which value a setting gets: preset, file and command line, one over the other."""
+
+import pytest
+
+from aick_ros.cli.options import settings_from
+from aick_ros.cli.settings_file import read_settings_file
+from aick_ros.errors import InputError
+from aick_ros.parameter_text import config_text
+from aick_ros.settings import NodeSettings, Settings, preset, with_values
+
+
+@pytest.fixture
+def config(tmp_path):
+    """Return a function that writes a parameter file."""
+    def write(text):
+        file = tmp_path / 'node.yaml'
+        file.write_text(text)
+        return file
+    return write
+
+
+def aick_values(settings):
+    return settings.aick.alpha, settings.aick.iterations, settings.features.max_keypoints
+
+
+def test_command_line_over_file_over_preset(config):
+    file = config('/**: {ros__parameters: {aick.iterations: 7, aick: {alpha: 0.5}}}')
+    assert settings_from(None, None, None) == Settings()
+    assert aick_values(settings_from('paper-full', None, None)) == (0.8, 25, 0)
+    assert aick_values(settings_from('paper-full', file, None)) == (0.5, 7, 0)
+    assert aick_values(settings_from('paper-full', file, ['aick.iterations=3'])) == (0.5, 3, 0)
+    assert aick_values(settings_from(None, None, ['aick.alpha = 0.3'])) == (
+        0.3, Settings().aick.iterations, Settings().features.max_keypoints)
+
+
+def test_the_file_may_name_the_preset(config):
+    file = config('odom_node: {ros__parameters: {preset: paper-full, aick: {alpha: 0.5}}}')
+    assert aick_values(settings_from(None, file, None)) == (0.5, 25, 0)
+    assert aick_values(settings_from('paper-fast', file, None)) == (0.5, 10, 350)
+    empty = config("odom_node: {ros__parameters: {preset: ''}}")
+    assert settings_from(None, empty, None) == Settings()
+
+
+@pytest.mark.parametrize('nodes, alpha', [
+    ('/**', 0.5), ('odom_node', 0.5), ('/robot/odom_node', 0.5), ('/robot/*', 0.5)])
+def test_takes_the_sections_that_are_ours(config, nodes, alpha):
+    file = config(f'{nodes}:\n  ros__parameters:\n    aick:\n      alpha: {alpha}\n'
+                  'camera:\n  ros__parameters:\n    serial: 12\n')
+    assert settings_from(None, file, None).aick.alpha == alpha
+
+
+def test_takes_nested_namespaces_and_later_sections(config):
+    file = config('/**: {ros__parameters: {aick.alpha: 0.5, aick.iterations: 4}}\n'
+                  'robot: {odom_node: {ros__parameters: {aick.alpha: 0.4}}}\n')
+    assert aick_values(settings_from(None, file, None))[:2] == (0.4, 4)
+
+
+def test_reads_what_the_node_reads(config):
+    settings = with_values(preset('paper-full'), {'sensor.depth_sigma': 1e-6})
+    file = config(config_text(NodeSettings(frame_id='camera_link'), settings))
+    assert settings_from('paper-fast', file, None) == settings
+
+
+def test_parameters_of_ros_and_of_the_node_do_no_harm(config):
+    file = config('odom_node: {ros__parameters: {use_sim_time: true, frame_id: base, '
+                  'qos_overrides: {/tf: {publisher: {depth: 3}}}, publish_tf: false}}')
+    assert settings_from(None, file, None) == Settings()
+
+
+@pytest.mark.parametrize('text, sentence', [
+    ('/**: {ros__parameters: {aick.alhpa: 0.5}}', 'did you mean aick.alpha'),
+    ('/**: {ros__parameters: {aick: {alpha: 1.5}}}', 'aick.alpha = 1.5 is outside 0 to 1'),
+    ('/**: {ros__parameters: {aick: {iterations: }}}', 'aick.iterations = None is not a whole'),
+    ('/**: {ros__parameters: {frame_idd: base}}', 'did you mean frame_id'),
+    ('/**: {ros__parameters: {publish_tf: 3}}', 'publish_tf = 3 is not true or false'),
+    ('/**: {ros__parameters: }', 'ros__parameters has no parameters'),
+    ('/**: {ros__parameters: {preset: best}}', "no preset is called 'best'"),
+    ('aick: {alpha: 0.5}', 'has no parameters: it takes "odom_node:" or "/**:"'),
+    ('', 'has no parameters'),
+    ('camera: {ros__parameters: {serial: 12}}', 'has parameters of /camera, not of odom_node'),
+    ('/**: {ros__parameters: [1, 2', 'is no YAML')])
+def test_refuses_a_file_with_one_sentence(config, text, sentence):
+    with pytest.raises(InputError) as error:
+        settings_from(None, config(text), None)
+    assert sentence in str(error.value)
+    assert '\n' not in str(error.value)
+
+
+def test_refuses_a_file_that_is_not_there_or_no_text(tmp_path):
+    with pytest.raises(InputError, match='cannot read the settings .*none.yaml'):
+        read_settings_file(tmp_path / 'none.yaml')
+    (tmp_path / 'image.yaml').write_bytes(bytes(range(128, 256)))
+    with pytest.raises(InputError, match='cannot read the settings .*image.yaml'):
+        read_settings_file(tmp_path / 'image.yaml')
+
+
+@pytest.mark.parametrize('assignment, sentence', [
+    ('aick.alpha', '--set aick.alpha: it takes name=value'),
+    ('aick.alpha=', "aick.alpha = '' is not a number"),
+    ('aick.alpha=2', 'outside 0 to 1'),
+    ('aick.apha=0.5', 'did you mean aick.alpha'),
+    ('features.detector=sift', "is none of 'orb'")])
+def test_refuses_an_assignment(assignment, sentence):
+    with pytest.raises(InputError) as error:
+        settings_from(None, None, [assignment])
+    assert sentence in str(error.value)
+
+
+def test_refuses_an_unknown_preset():
+    with pytest.raises(InputError, match='no preset .*paper-full, paper-fast'):
+        settings_from('paper', None, None)

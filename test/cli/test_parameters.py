@@ -1,0 +1,27 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The parameters as the command prints them."""
+
+import yaml
+
+from aick_ros.cli.options import settings_from
+from aick_ros.parameter_text import parameter_table
+from aick_ros.settings import NodeSettings, Settings, preset, values
+
+
+def test_tables_of_algorithm_and_node(aick):
+    outcome = aick('parameters')
+    assert outcome.code == 0
+    for group in (Settings(), NodeSettings()):
+        assert parameter_table(group) in outcome.out
+
+
+def test_yaml_is_a_file_for_node_and_command(aick, tmp_path):
+    outcome = aick('parameters', '--format', 'yaml')
+    file = tmp_path / 'odom_node.yaml'
+    file.write_text(outcome.out)
+    given = yaml.safe_load(outcome.out)['/**']['ros__parameters']
+    assert given == {name: value for name, value in values(NodeSettings()).items() if value != ()}
+    # a preset still counts
+    assert settings_from('paper-full', file, None) == preset('paper-full')

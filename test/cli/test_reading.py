@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""How a recording ends: by itself, by a limit, by the user, by what is broken."""
+
+import signal
+
+import pytest
+
+from aick_ros.cli.interruption import Interruption
+from aick_ros.cli.reading import COMPLETE, INTERRUPTED, Reading
+from aick_ros.errors import InputError
+from aick_ros.sources import raise_damage
+
+
+def broken_at(number):
+    def on_frame(index, on_damaged):
+        if index == number:
+            raise InputError('the index is broken')
+    return on_frame
+
+
+def read(reading):
+    return [frame.stamp for frame in reading.frames(raise_damage)]
+
+
+@pytest.fixture
+def stamps(recording):
+    return [frame.stamp for frame in recording.frames(raise_damage)]
+
+
+def test_reads_all(recording, stamps):
+    reading = Reading(recording, None)
+    assert (reading.name, len(reading)) == (recording.name, len(recording))
+    assert reading.ground_truth is recording.ground_truth
+    assert read(reading) == stamps
+    assert read(reading) == stamps
+    assert reading.ended == COMPLETE
+
+
+@pytest.mark.parametrize('limit', [1, 5, 100])
+def test_reads_no_more_than_the_limit(recording, stamps, limit):
+    reading = Reading(recording, limit)
+    assert len(reading) == min(limit, len(stamps))
+    assert read(reading) == stamps[:limit]
+    assert reading.ended == COMPLETE
+
+
+def test_ends_where_the_user_wants_to(recording, stamps):
+    seen = []
+    with Interruption() as interruption:
+        reading = Reading(recording, None, interruption)
+        for frame in reading.frames(raise_damage):
+            seen.append(frame.stamp)
+            if len(seen) == 3:
+                signal.raise_signal(signal.SIGINT)
+    assert seen == stamps[:3]
+    assert reading.ended == INTERRUPTED
+
+
+def test_second_interruption_ends_at_once():
+    before = signal.getsignal(signal.SIGINT)
+    with Interruption() as interruption:
+        signal.raise_signal(signal.SIGINT)
+        assert interruption.requested
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_source_that_breaks_later_ends(recording, in_memory, stamps):
+    frames = list(recording.frames(raise_damage))
+    reading = Reading(in_memory(frames, on_frame=broken_at(4)), None)
+    assert read(reading) == stamps[:4]
+    assert reading.ended == 'the index is broken'
+
+
+def test_a_source_that_breaks_at_once_is_refused(recording, in_memory):
+    frames = list(recording.frames(raise_damage))
+    with pytest.raises(InputError, match='index is broken'):
+        read(Reading(in_memory(frames, on_frame=broken_at(0)), None))

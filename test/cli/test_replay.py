@@ -1,0 +1,260 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a replay leaves, whatever happens on the way."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+from evo.tools import file_interface
+
+from aick_ros import settings
+from aick_ros.cli import replay as replay_module
+from aick_ros.cli.options import settings_from
+from aick_ros.cli.run_folder import COLUMNS, RunFolder
+from aick_ros.errors import InputError
+from aick_ros.evaluation.frame_record import FrameRecord
+from aick_ros.evaluation.trajectory_errors import compare
+from aick_ros.odometry import Odometry
+from aick_ros.settings import Settings
+from aick_ros.sources import raise_damage
+from aick_ros.sources.writers.tum_writer import write_tum
+from aick_ros.trajectory import read_trajectory, stamp_to_seconds
+
+ROOT = Path(__file__).parents[2]
+FILES = {'trajectory.tum', 'frames.csv', 'settings.yaml', 'summary.json', 'report.html'}
+
+
+@pytest.fixture
+def replay(aick, monkeypatch, tmp_path):
+    """Return a function that replays a source in memory and returns outcome and run folder."""
+    def run(source, *arguments):
+        monkeypatch.setattr(replay_module, 'open_source', lambda path, options: source)
+        outcome = aick('replay', 'a source', *arguments)
+        return outcome, tmp_path / 'runs' / 'latest'
+    return run
+
+
+def rows(run):
+    with open(run / 'frames.csv', newline='') as file:
+        return list(csv.DictReader(file))
+
+
+def summary(run):
+    return json.loads((run / 'summary.json').read_text())
+
+
+def assert_whole(run, frames):
+    """All files are there, readable and of the same frames."""
+    assert {path.name for path in run.iterdir()} == FILES
+    assert len(read_trajectory(run / 'trajectory.tum')) == frames
+    assert len(rows(run)) == frames
+    assert all(None not in row.values() for row in rows(run))
+    assert summary(run)['frames'] == frames
+    assert (run / 'report.html').read_text().rstrip().endswith('</html>')
+
+
+@pytest.fixture(scope='module')
+def updates(recording):
+    odometry = Odometry(settings.preset('paper-fast'))
+    return [odometry.register_frame(frame) for frame in recording.frames(raise_damage)]
+
+
+def test_files_say_what_the_odometry_says(replay, recording, updates):
+    outcome, run = replay(recording, '--preset', 'paper-fast')
+    assert outcome.code == 0
+    assert outcome.err == ''
+    assert_whole(run, len(updates))
+    path = read_trajectory(run / 'trajectory.tum')
+    np.testing.assert_array_equal(path.stamps, [update.stamp for update in updates])
+    np.testing.assert_allclose(path.poses, [update.T_odom_camera for update in updates],
+                               atol=2e-9)
+    for row, update in zip(rows(run), updates):
+        assert tuple(row) == COLUMNS
+        assert row['stamp'] == stamp_to_seconds(update.stamp)
+        assert row['status'] == update.status.name
+        assert (int(row['keypoints']), int(row['matches'])) == (
+            len(update.keypoints), len(update.matches))
+        assert float(row['pose_variance_rot_z']) == pytest.approx(
+            update.covariance[5, 5], rel=1e-5)
+        if update.interval:
+            assert float(row['increment_y']) == pytest.approx(update.increment[1, 3], abs=1e-9)
+            assert float(row['increment_variance_x']) == pytest.approx(
+                update.increment_covariance[0, 0], rel=1e-5)
+        else:
+            assert row['increment_y'] == row['increment_variance_x'] == ''
+    assert summary(run)['trajectory']['ate_rmse_m'] == pytest.approx(
+        np.sqrt(np.mean(compare(path, recording.ground_truth).positions() ** 2)), abs=1e-6)
+    assert 'ATE' in outcome.out
+
+
+def test_evo_reads_the_trajectory(replay, recording, updates):
+    _, run = replay(recording, '--preset', 'paper-fast')
+    path = file_interface.read_tum_trajectory_file(run / 'trajectory.tum')
+    assert path.num_poses == len(updates)
+    assert path.check()[0]
+    np.testing.assert_allclose(path.positions_xyz[-1], updates[-1].T_odom_camera[:3, 3],
+                               atol=1e-8)
+    assert path.timestamps[0] == pytest.approx(updates[0].stamp / 1e9, abs=1e-6)
+
+
+def test_settings_can_be_used_again(replay, recording):
+    _, run = replay(recording, '--preset', 'paper-full', '--set', 'sensor.depth_sigma=1e-5',
+                    '--limit', '2')
+    expected = settings_from('paper-full', None, ['sensor.depth_sigma=1e-5'])
+    assert settings_from(None, run / 'settings.yaml', None) == expected
+    assert summary(run)['settings'] == settings.values(expected)
+
+
+def test_same_source_same_files(replay, recording):
+    def content():
+        _, run = replay(recording)
+        lines = [{name: value for name, value in row.items() if not name.endswith('_ms')}
+                 for row in rows(run)]
+        return (run / 'trajectory.tum').read_bytes(), lines
+
+    assert content() == content()
+
+
+def test_runs_lie_side_by_side_and_latest_is_the_last(replay, recording, tmp_path):
+    for limit in (1, 2, 3):
+        _, run = replay(recording, '--limit', limit)
+        assert_whole(run, limit)
+    runs = [path for path in (tmp_path / 'runs').iterdir() if path.name != 'latest']
+    assert len(runs) == 3
+    assert (tmp_path / 'runs' / 'latest').is_symlink()
+    assert all(path.name.startswith('in_memory-20') for path in runs)
+
+
+def test_json_alone_on_standard_output(replay, recording):
+    outcome, run = replay(recording, '--limit', '3', '--json', '-')
+    assert json.loads(outcome.out) == summary(run)
+    assert 'length of the path' in outcome.err
+
+
+def test_json_into_a_file(replay, recording, tmp_path):
+    outcome, run = replay(recording, '--limit', '3', '--json', tmp_path / 'figures.json')
+    assert json.loads((tmp_path / 'figures.json').read_text()) == summary(run)
+    assert 'length of the path' in outcome.out
+
+
+def test_without_ground_truth_nothing_is_made_up(replay, recording, in_memory):
+    outcome, run = replay(in_memory(list(recording.frames(raise_damage))))
+    assert outcome.code == 0
+    assert summary(run)['trajectory']['ate_rmse_m'] is None
+    assert 'ATE' not in outcome.out
+
+
+def test_damaged_images_are_skipped_and_named(aick, recording, tmp_path):
+    folder = tmp_path / 'tum'
+    write_tum(folder, recording)
+    colour = sorted((folder / 'rgb').iterdir())
+    depth = sorted((folder / 'depth').iterdir())
+    colour[3].write_bytes(colour[3].read_bytes()[:2000])
+    depth[6].unlink()
+    colour[0].write_bytes(b'')
+    outcome = aick('replay', folder)
+    lines = outcome.err.splitlines()
+    assert outcome.code == 2
+    assert [name in line for name, line in zip(
+        (colour[0].name, colour[3].name, depth[6].name), lines)] == [True] * 3
+    assert lines[3].startswith('aick: 3 images were skipped')
+    assert len(lines) == 4
+    assert_whole(tmp_path / 'runs' / 'latest', len(recording) - 3)
+    assert summary(tmp_path / 'runs' / 'latest')['damaged_images'] == 3
+
+
+def test_much_damage_is_counted_not_listed(replay, recording, in_memory):
+    def damaged(index, on_damaged):
+        for _ in range(5):
+            on_damaged(InputError(f'torn before {index}'))
+
+    source = in_memory(list(recording.frames(raise_damage)), on_frame=damaged)
+    outcome, run = replay(source, '--limit', 4)
+    assert outcome.code == 2
+    assert len(outcome.err.splitlines()) == 7
+    assert f'{summary(run)["damaged_images"]} images were skipped' in outcome.err
+    assert summary(run)['damaged_images'] >= 20
+    assert_whole(run, 4)
+
+
+def test_a_recording_that_breaks_off_leaves_whole_files(replay, recording, in_memory):
+    def broken(index, on_damaged):
+        if index == 5:
+            raise InputError('a.mcap ends in a torn message: record it again')
+
+    outcome, run = replay(in_memory(list(recording.frames(raise_damage)), on_frame=broken))
+    assert outcome.code == 2
+    assert outcome.sentence == 'a.mcap ends in a torn message: record it again'
+    assert_whole(run, 5)
+    assert summary(run)['ended'] == outcome.sentence
+
+
+@pytest.mark.parametrize('damage', [True, False])
+def test_a_recording_without_frames_leaves_nothing(replay, recording, in_memory, damage, tmp_path):
+    class Empty(in_memory):
+        def frames(self, on_damaged):
+            if damage:
+                on_damaged(InputError('torn'))
+            yield from ()
+
+    outcome, _ = replay(Empty([]))
+    assert outcome.code == 2
+    assert 'in memory has no frame that can be used' in outcome.err
+    assert not (tmp_path / 'runs').exists()
+
+
+def test_a_place_that_cannot_be_written(replay, recording, tmp_path):
+    (tmp_path / 'file').write_text('')
+    outcome, _ = replay(recording, '--out', tmp_path / 'file')
+    assert outcome.code == 2
+    assert f'cannot write {tmp_path / "file"}' in outcome.sentence
+
+
+def test_runs_without_matplotlib(replay, recording, monkeypatch):
+    for name in [name for name in sys.modules
+                 if name.startswith(('matplotlib', 'aick_ros.reports'))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, 'matplotlib', None)
+    outcome, run = replay(recording, '--limit', '2')
+    assert outcome.code == 0
+    assert outcome.sentence == "no report.html without matplotlib: pip install 'aick_ros[eval]'"
+    assert {path.name for path in run.iterdir()} == FILES - {'report.html'}
+
+
+def test_every_line_is_written_before_the_next_frame(tmp_path, updates):
+    with RunFolder(tmp_path, 'source', Settings(), datetime.now()) as folder:
+        for count, update in enumerate(updates, 1):
+            folder.add(FrameRecord.of(update))
+            assert len(read_trajectory(folder.path / 'trajectory.tum')) == count
+            assert len(rows(folder.path)) == count
+
+
+def test_control_c_leaves_whole_files(tmp_path):
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'aick_ros', 'replay', 'synthetic:1'], cwd=tmp_path,
+        env={**os.environ, 'PYTHONPATH': str(ROOT)}, stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True)
+    run = tmp_path / 'runs' / 'latest'
+    deadline = time.monotonic() + 60
+    while not (run / 'frames.csv').exists() or len(rows(run)) < 2:
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert 'interrupted' in err
+    assert 'interrupted' in out
+    assert_whole(run, summary(run)['frames'])
+    assert 2 <= summary(run)['frames'] < 150
+    assert summary(run)['ended'] == 'interrupted'

@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Sentences and exit codes for everything that can go wrong."""
+
+import errno
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import aick_ros
+from aick_ros.cli import replay as replay_module
+
+ROOT = Path(__file__).parents[2]
+
+
+def fail_with(error):
+    def open_source(path, options):
+        raise error
+    return open_source
+
+
+def python(code, *arguments):
+    return subprocess.run([sys.executable, '-c', code, *arguments], capture_output=True,
+                          text=True, env={**os.environ, 'PYTHONPATH': str(ROOT)}, check=False)
+
+
+@pytest.mark.parametrize('arguments', [['--help'], [], ['replay', '--help']])
+def test_help(aick, arguments):
+    outcome = aick(*arguments)
+    assert outcome.code == 0
+    assert 'Usage: aick' in outcome.out
+    assert outcome.err == ''
+
+
+def test_version(aick):
+    outcome = aick('--version')
+    assert (outcome.code, outcome.out) == (0, f'aick {aick_ros.__version__}\n')
+
+
+@pytest.mark.parametrize('arguments, words', [
+    (['replay'], ['SOURCE', 'aick replay --help']),
+    (['repaly', 'x'], ['repaly']),
+    (['replay', 'x', '--colour', 'y'], ['--colour']),
+    (['replay', 'x', '--limit', '0'], ['--limit']),
+    (['replay', 'x', '--limit', 'many'], ['--limit']),
+    (['simulate', 'x', '--format', 'zip'], ['--format', 'zip'])])
+def test_usage_errors_are_one_line(aick, arguments, words):
+    outcome = aick(*arguments)
+    assert outcome.code == 2
+    assert all(word in outcome.sentence for word in words)
+    assert outcome.out == ''
+
+
+@pytest.mark.parametrize('command', [['replay'], ['evaluate'], ['convert']])
+@pytest.mark.parametrize('make, words', [
+    (lambda folder: None, 'does not exist'),
+    (lambda folder: folder.mkdir(), 'is empty'),
+    (lambda folder: folder.write_bytes(b'nonsense'), 'no recording')])
+def test_sources_that_are_none(aick, tmp_path, command, make, words):
+    make(tmp_path / 'source')
+    outcome = aick(*command, tmp_path / 'source', *(['out'] if command == ['convert'] else []))
+    assert outcome.code == 2
+    assert str(tmp_path / 'source') in outcome.sentence
+    assert words in outcome.sentence
+    assert [path.name for path in tmp_path.iterdir() if path.name != 'source'] == []
+
+
+@pytest.mark.parametrize('arguments, words', [
+    (['--set', 'aick.apha=1'], 'did you mean aick.alpha'),
+    (['--preset', 'best'], "no preset is called 'best'"),
+    (['--config', 'none.yaml'], 'cannot read the settings none.yaml'),
+    (['--camera', 'none.json'], 'none.json'),
+    (['--json', 'none/figures.json'], 'there is no folder none')])
+def test_options_that_do_not_fit(aick, tmp_path, arguments, words):
+    (tmp_path / 'rgb.txt').write_text('1.0 rgb/1.png\n')
+    (tmp_path / 'depth.txt').write_text('1.0 depth/1.png\n')
+    outcome = aick('replay', tmp_path, *arguments)
+    assert outcome.code == 2
+    assert words in outcome.sentence
+    assert not (tmp_path / 'runs').exists()
+
+
+@pytest.mark.parametrize('gaps', ['', '0', '1,x', '5,-1', '1.5'])
+def test_gaps_that_are_none(aick, gaps):
+    outcome = aick('evaluate', 'synthetic:1', '--gaps', gaps)
+    assert outcome.code == 2
+    assert '--gaps' in outcome.sentence
+
+
+def test_a_defect_is_ours_and_leaves_a_file_to_report(aick, monkeypatch, tmp_path):
+    monkeypatch.setattr(replay_module, 'open_source', fail_with(ZeroDivisionError('by zero')))
+    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
+    outcome = aick('replay', 'x')
+    assert outcome.code == 1
+    assert 'a defect of ours (ZeroDivisionError: by zero)' in outcome.sentence
+    file = Path(re.search(r'\S+\.txt', outcome.sentence).group())
+    text = file.read_text()
+    assert text.startswith('aick replay x\n')
+    assert 'Traceback' in text
+    assert aick_ros.__version__ in text
+
+
+def test_a_defect_is_shown_on_request(aick, monkeypatch, tmp_path):
+    monkeypatch.setattr(replay_module, 'open_source', fail_with(ZeroDivisionError('by zero')))
+    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
+    outcome = aick('replay', 'x', '--traceback')
+    assert outcome.code == 1
+    assert 'Traceback' in outcome.err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_is_no_defect(aick, monkeypatch):
+    error = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), 'runs/x')
+    monkeypatch.setattr(replay_module, 'open_source', fail_with(error))
+    outcome = aick('replay', 'x')
+    assert outcome.code == 2
+    assert outcome.sentence == 'runs/x: No space left on device'
+
+
+def test_an_interruption_before_anything_is_begun(aick, monkeypatch, tmp_path):
+    monkeypatch.setattr(replay_module, 'open_source', fail_with(KeyboardInterrupt()))
+    outcome = aick('replay', 'x')
+    assert (outcome.code, outcome.sentence) == (130, 'interrupted')
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize('missing', ['typer', 'rich', 'yaml'])
+def test_missing_packages_are_named(missing):
+    process = python(f'import sys; sys.modules["{missing}"] = None\n'
+                     'from aick_ros.cli import main; main(["--version"])')
+    assert process.returncode == 2
+    assert process.stderr == f"aick: the command needs {missing}: pip install 'aick_ros[cli]'\n"
+
+
+def test_a_closed_pipe_is_no_defect():
+    process = subprocess.run(
+        f'{sys.executable} -m aick_ros parameters | true; echo ${{PIPESTATUS[0]}}', shell=True,
+        executable='/bin/bash', capture_output=True, text=True, check=False,
+        env={**os.environ, 'PYTHONPATH': str(ROOT)})
+    assert process.stdout.strip() in ('0', '141')
+    assert process.stderr == ''
+
+
+def test_only_one_thread_of_blas_unless_asked():
+    code = ('import os, sys; sys.argv = ["aick", "--version"]; from aick_ros.cli import main\n'
+            'try: main()\nfinally: print(os.environ["OPENBLAS_NUM_THREADS"])')
+    assert python(code).stdout.split()[-1] == '1'

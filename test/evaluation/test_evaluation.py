@@ -1,0 +1,139 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The figures of a recording against the same figures made slowly, and their form."""
+
+import json
+
+import numpy as np
+import pytest
+
+from aick_ros import settings
+from aick_ros.aick import Aick
+from aick_ros.camera import Camera
+from aick_ros.errors import InputError
+from aick_ros.evaluation.evaluation import evaluate
+from aick_ros.frame import KeypointExtractor
+from aick_ros.settings import Settings
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+FRAMES = 20
+RATE = 15.0  # so that there are frames 1 s apart
+GAPS = (1, 5)
+SETTINGS = settings.preset('paper-fast')
+
+
+class InMemory:
+    """A rendered recording, kept, so that it is rendered once."""
+
+    def __init__(self, rendered, ground_truth):
+        self.name, self.ground_truth, self._frames = 'rendered', ground_truth, rendered
+
+    def __len__(self):
+        return len(self._frames)
+
+    def frames(self, on_damaged):
+        on_damaged(InputError('frame 3 is torn'))
+        yield from self._frames
+
+
+def ignore(error):
+    """Take no notice of damage."""
+
+
+@pytest.fixture(scope='module')
+def source():
+    camera = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+    rendered = SyntheticSource(SyntheticOptions(seed=3, frames=FRAMES, rate=RATE,
+                                                camera=camera))
+    return InMemory(list(rendered.frames(ignore)), rendered.ground_truth)
+
+
+@pytest.fixture(scope='module')
+def evaluation(source):
+    return evaluate(source, SETTINGS, GAPS, on_damaged=ignore)
+
+
+def shape(value):
+    """Return the keys of nested objects, with the types of what is in them."""
+    if isinstance(value, dict):
+        return {key: shape(inner) for key, inner in value.items()}
+    return 'number' if isinstance(value, (int, float)) else type(value).__name__
+
+
+def test_json_has_the_promised_names(evaluation):
+    figures = json.loads(json.dumps(evaluation.to_json(), allow_nan=False))
+    times = {'p50': 'number', 'p99': 'number'}
+    pair = {'count': 'number', 'failed': 'number',
+            'success_ratio': {'0.0033': 'number', '0.01': 'number', '0.05': 'number'},
+            'translation_median_m': 'number', 'rotation_median_deg': 'number',
+            'registration_ms': times}
+    promised = {
+        'source': 'str', 'frames': 'number', 'keypoints_mean': 'number',
+        'pairs': {'1': pair, '5': pair},
+        'trajectory': {'rpe_1s_translation_rmse_m': 'number',
+                       'rpe_1s_rotation_rmse_deg': 'number', 'ate_rmse_m': 'number',
+                       'tracked_fraction': 'number'},
+        'timing_ms': {'features': times, 'registration': times, 'total': times}}
+    found = shape(figures)
+    assert {key: found[key] for key in promised} == promised
+    assert figures['settings']['aick.iterations'] == 10
+    assert figures['machine']['cores'] >= 1
+
+
+def test_pairs_agree_with_registrations_one_by_one(source, evaluation):
+    truth = source.ground_truth.poses
+    extractor = KeypointExtractor(SETTINGS.features, SETTINGS.sensor)
+    frames = [extractor.extract(frame) for frame in source.frames(ignore)]
+    assert evaluation.keypoints_mean == pytest.approx(np.mean([len(frame) for frame in frames]))
+    for gap in GAPS:
+        errors = []
+        for i in range(FRAMES - gap):
+            answer = Aick(SETTINGS.aick).register(frames[i + gap], frames[i])
+            G = np.linalg.inv(truth[i]) @ truth[i + gap]
+            E = np.linalg.inv(G) @ answer.T_target_source - np.eye(4)  # Eq. 3
+            errors.append(np.sqrt(np.sum(E[:3, 3] ** 2)))  # Eq. 4
+        score = evaluation.pairs[gap]
+        assert score.count == FRAMES - gap
+        assert score.translation_median_m == pytest.approx(np.median(errors), rel=1e-6)
+        for threshold, ratio in score.success_ratio.items():
+            assert ratio == pytest.approx(np.mean(np.array(errors) < float(threshold)))
+
+
+def test_tracks_a_rendered_recording(evaluation):
+    assert evaluation.frames == FRAMES
+    assert evaluation.trajectory.tracked_fraction == 1.0
+    assert evaluation.trajectory.ate_rmse_m < 0.02
+
+
+def test_is_told_of_progress_and_damage(source):
+    done, damaged = [], []
+    evaluate(source, SETTINGS, [1], done.append, damaged.append)
+    assert done == list(range(1, FRAMES + 1))
+    assert [str(error) for error in damaged] == ['frame 3 is torn']
+    with pytest.raises(InputError, match='torn'):
+        evaluate(source, SETTINGS, [1])
+
+
+def test_without_ground_truth_there_are_times_alone(source):
+    blind = InMemory(list(source.frames(ignore))[:4], None)
+    figures = evaluate(blind, SETTINGS, [1, 2], on_damaged=ignore).to_json()
+    assert figures['pairs']['2'] == {
+        'count': 0, 'failed': 0, 'success_ratio': {'0.0033': None, '0.01': None, '0.05': None},
+        'translation_median_m': None, 'rotation_median_deg': None,
+        'registration_ms': {'p50': None, 'p99': None}}
+    assert figures['trajectory'] == {
+        'rpe_1s_translation_rmse_m': None, 'rpe_1s_rotation_rmse_deg': None, 'ate_rmse_m': None,
+        'tracked_fraction': 1.0}
+    assert figures['timing_ms']['features']['p50'] > 0
+
+
+@pytest.mark.parametrize('gaps', [[], [0], [-1, 5]])
+def test_refuses_gaps_that_are_none(source, gaps):
+    with pytest.raises(InputError, match='gaps'):
+        evaluate(source, SETTINGS, gaps)
+
+
+def test_refuses_a_recording_without_frames(source):
+    with pytest.raises(InputError, match='rendered has no frame'):
+        evaluate(InMemory([], source.ground_truth), Settings(), on_damaged=ignore)

@@ -1,0 +1,186 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Success ratios against the rules written down again, slowly, with scipy's rotations."""
+
+import gc
+import statistics
+import weakref
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation, Slerp
+
+from aick_ros import rigid
+from aick_ros.aick import Aick, Registration
+from aick_ros.evaluation.pairs import PairEvaluation
+from aick_ros.frame import KeypointExtractor, KeypointFrame
+from aick_ros.settings import AickSettings, preset
+from aick_ros.sources import open_source, raise_damage
+from aick_ros.status import Status
+from aick_ros.trajectory import NANOSECONDS, Trajectory
+
+GAPS = (1, 3, 5)
+PERIOD = NANOSECONDS // 30
+
+
+class Guess:
+    """Stands in for AICK: answers each pair with a transform of its own, or with a failure."""
+
+    def __init__(self):
+        self.answers = {}
+
+    def register(self, source, target):
+        rng = np.random.default_rng([source.stamp, target.stamp])
+        failed = rng.random() < 0.15
+        pose = rigid.exp(rng.normal(0, 0.01, 6))
+        self.answers[target.stamp, source.stamp] = None if failed else pose
+        return Registration(Status.TOO_FEW_MATCHES if failed else Status.OK, '',
+                            np.eye(4) if failed else pose, np.eye(6), np.empty((0, 2), int), 1)
+
+
+def keypoint_frame(stamp):
+    return KeypointFrame(int(stamp), np.empty((0, 3)), np.empty((0, 32), np.uint8),
+                         np.empty((0, 3, 3)), np.empty((0, 2)))
+
+
+@pytest.fixture
+def stamps():
+    """Return 60 stamps of a camera that trembles, with two frames missing and one pause."""
+    rng = np.random.default_rng(1)
+    numbers = np.delete(np.arange(62), [20, 33])
+    times = 5 * NANOSECONDS + numbers * PERIOD + rng.integers(-2_000_000, 2_000_000, 60)
+    times[45:] += NANOSECONDS // 2
+    return times
+
+
+@pytest.fixture
+def ground_truth(stamps):
+    """Return a path at 100 Hz with two holes, which ends before the last frames."""
+    times = np.arange(stamps[0] - 7_000_000, stamps[-4], 10_000_000)
+    inside = np.ones(len(times), bool)
+    inside[50:55] = False  # 60 ms
+    inside[80:83] = False  # 40 ms, short enough
+    rng = np.random.default_rng(2)
+    steps = (rigid.exp(rng.normal(0, 0.002, 6)) for _ in times)
+    poses, pose = [], np.eye(4)
+    for step in steps:
+        pose = pose @ step
+        poses.append(pose)
+    return Trajectory(times[inside], np.array(poses)[inside])
+
+
+def run(stamps, ground_truth, gaps=GAPS):
+    guess = Guess()
+    pairs = PairEvaluation(guess, ground_truth, gaps)
+    for stamp in stamps:
+        pairs.add(keypoint_frame(stamp))
+    return pairs.scores(), guess.answers
+
+
+def slow_truth(ground_truth, stamp):
+    """Return position and Rotation at a stamp, None in a hole of more than 0.05 s."""
+    before = [t for t in ground_truth.stamps if t <= stamp]
+    after = [t for t in ground_truth.stamps if t >= stamp]
+    if not before or not after or after[0] - before[-1] > 50_000_000:
+        return None
+    pair = [int(before[-1]), int(after[0])]
+    poses = [ground_truth.poses[list(ground_truth.stamps).index(t)] for t in pair]
+    if pair[0] == pair[1]:
+        return poses[0][:3, 3], Rotation.from_matrix(poses[0][:3, :3])
+    share = (int(stamp) - pair[0]) / (pair[1] - pair[0])
+    turn = Slerp([0, 1], Rotation.from_matrix([pose[:3, :3] for pose in poses]))(share)
+    return (1 - share) * poses[0][:3, 3] + share * poses[1][:3, 3], turn
+
+
+def slow_errors(stamps, ground_truth, answers, gap):
+    """Yield translation [m] and rotation [deg] of each pair; None where it failed."""
+    period = statistics.median(b - a for a, b in zip(stamps, stamps[1:]))
+    for target, source in zip(stamps, stamps[gap:]):
+        if abs((source - target) - gap * period) > 0.02 * NANOSECONDS:
+            continue
+        truths = [slow_truth(ground_truth, stamp) for stamp in (target, source)]
+        if None in truths:
+            continue
+        (target_position, target_turn), (source_position, source_turn) = truths
+        answer = answers[target, source]
+        if answer is None:
+            yield None
+            continue
+        # where the source's origin comes to lie in the world, by the answer and in truth
+        position = target_position + target_turn.apply(answer[:3, 3])
+        turn = target_turn * Rotation.from_matrix(answer[:3, :3])
+        yield (np.linalg.norm(position - source_position),
+               np.degrees((source_turn.inv() * turn).magnitude()))
+
+
+@pytest.mark.parametrize('gap', GAPS)
+def test_scores_follow_the_rules(stamps, ground_truth, gap):
+    scores, answers = run(stamps, ground_truth)
+    errors = list(slow_errors(stamps, ground_truth, answers, gap))
+    translations = [np.inf if error is None else error[0] for error in errors]
+    rotations = [np.inf if error is None else error[1] for error in errors]
+    score = scores[gap]
+    # the scene has all that the rules speak of
+    assert 0 < len(errors) < len(stamps) - gap
+    assert errors.count(None) > 0
+    assert score.count == len(errors)
+    assert score.failed == errors.count(None)
+    assert list(score.success_ratio) == ['0.0033', '0.01', '0.05']
+    for threshold, ratio in score.success_ratio.items():
+        assert ratio == pytest.approx(
+            sum(t < float(threshold) for t in translations) / len(translations))
+    assert score.translation_median_m == pytest.approx(statistics.median(translations))
+    assert score.rotation_median_deg == pytest.approx(statistics.median(rotations))
+    assert 0 < score.registration_ms.p50 <= score.registration_ms.p99
+
+
+def test_a_right_answer_has_no_error(stamps, ground_truth):
+    class Truth:
+        def register(self, source, target):
+            poses = [ground_truth.at(frame.stamp) for frame in (target, source)]
+            return Registration(Status.OK, '', np.linalg.inv(poses[0]) @ poses[1], np.eye(6),
+                                np.empty((0, 2), int), 1)
+
+    pairs = PairEvaluation(Truth(), ground_truth, [2])
+    for stamp in stamps:
+        pairs.add(keypoint_frame(stamp))
+    score = pairs.scores()[2]
+    assert score.success_ratio == {'0.0033': 1.0, '0.01': 1.0, '0.05': 1.0}
+    assert score.translation_median_m < 1e-12
+
+
+@pytest.mark.parametrize('count', [0, 1, 3])
+def test_too_few_frames_for_a_pair(stamps, ground_truth, count):
+    score = run(stamps[:count], ground_truth, [3])[0][3]
+    assert (score.count, score.failed) == (0, 0)
+    assert set(score.success_ratio.values()) == {None}
+    assert score.translation_median_m is None
+
+
+def test_memory_does_not_grow_with_the_recording(stamps, ground_truth):
+    pairs = PairEvaluation(Guess(), ground_truth, GAPS)
+    seen = []
+    for stamp in stamps:
+        frame = keypoint_frame(stamp)
+        seen.append(weakref.ref(frame))
+        pairs.add(frame)
+    del frame
+    gc.collect()
+    assert sum(frame() is not None for frame in seen) == max(GAPS) + 1
+
+
+@pytest.mark.parametrize('name', ['freiburg1_xyz_150', 'freiburg1_rpy_100'])
+def test_the_papers_accuracy_on_a_real_camera(tum_folder, name):
+    source = open_source(tum_folder(name))
+    full = preset('paper-full')
+    extractor = KeypointExtractor(full.features, full.sensor)
+    near = PairEvaluation(Aick(full.aick), source.ground_truth, [1])
+    far = PairEvaluation(Aick(AickSettings(alpha=0.6, iterations=10)), source.ground_truth, [5])
+    for frame in source.frames(raise_damage):
+        keypoints = extractor.extract(frame)
+        near.add(keypoints)
+        far.add(keypoints)
+    assert near.scores()[1].success_ratio['0.01'] >= 0.84
+    assert near.scores()[1].success_ratio['0.05'] >= 0.99
+    assert far.scores()[5].success_ratio['0.01'] >= 0.28

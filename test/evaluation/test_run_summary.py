@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Figures of a run that can be told by hand."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of
+from aick_ros.evaluation.run_summary import summarize
+from aick_ros.settings import Settings
+from aick_ros.status import Status
+from aick_ros.trajectory import NANOSECONDS, Trajectory
+
+
+def record(index, position, status=Status.OK, matches=100):
+    pose = np.eye(4)
+    pose[:3, 3] = position
+    return FrameRecord(
+        stamp=index * NANOSECONDS // 10, status=status, reason='', T_odom_camera=pose,
+        variances=np.zeros(6), keypoints=300 + index, matches=matches,
+        increment=np.eye(4) if status is Status.OK else None, increment_variances=np.zeros(6),
+        timing={'features': 4.0 + index, 'registration': 2.0, 'total': 6.0 + index})
+
+
+@pytest.fixture
+def records():
+    """Return a walk around a square of 1 m, twelve frames a side, two of them lost."""
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 0)]
+    positions = [np.array(a) + share * (np.array(b) - np.array(a))
+                 for a, b in zip(corners, corners[1:]) for share in np.arange(12) / 12]
+    states = [Status.FIRST_FRAME] + 59 * [Status.OK]
+    states[20] = states[21] = Status.TOO_FEW_MATCHES
+    return [record(i, position, status)
+            for i, (position, status) in enumerate(zip(positions, states))]
+
+
+def test_figures(records):
+    source = SimpleNamespace(name='a square', ground_truth=None)
+    summary = summarize(source, records, Settings(), wall_time=0.5, damaged_images=3)
+    count = len(records)
+    assert (summary.frames, summary.tracked, summary.damaged_images) == (count, count - 2, 3)
+    assert summary.status == {'FIRST_FRAME': 1, 'OK': count - 3, 'TOO_FEW_MATCHES': 2}
+    assert summary.duration_s == pytest.approx((count - 1) / 10)
+    assert summary.frames_per_second == pytest.approx(2 * count)
+    assert summary.path_length_m == pytest.approx(4 - 1 / 12)
+    assert summary.end_distance_m == pytest.approx(1 / 12)
+    assert summary.keypoints_mean == pytest.approx(300 + (count - 1) / 2)
+    assert summary.matches_mean == 100
+    assert summary.timing_ms['features'].p50 == pytest.approx(4 + (count - 1) / 2)
+    assert summary.trajectory.tracked_fraction == pytest.approx((count - 2) / count)
+    assert summary.trajectory.ate_rmse_m is None
+    assert json.loads(json.dumps(summary.to_json(), allow_nan=False))['frames'] == count
+
+
+def test_held_poses_count_in_the_errors(records):
+    truth = trajectory_of(records)
+    poses = truth.poses.copy()
+    poses[20:22, 2, 3] += 0.5
+    held = [FrameRecord(**{**vars(r), 'T_odom_camera': pose}) for r, pose in zip(records, poses)]
+    source = SimpleNamespace(name='', ground_truth=densely(truth))
+    right = summarize(source, records, Settings(), 1.0).trajectory
+    off = summarize(source, held, Settings(), 1.0).trajectory
+    assert right.ate_rmse_m < 1e-9
+    assert off.ate_rmse_m == pytest.approx(0.5 * (2 / len(held)) ** 0.5, rel=0.1)
+
+
+def densely(trajectory):
+    """Return the path with poses 0.02 s apart, as ground truth has them."""
+    stamps = np.arange(trajectory.stamps[0], trajectory.stamps[-1] + 1, NANOSECONDS // 50)
+    return Trajectory(stamps, np.array([trajectory.at(int(stamp)) for stamp in stamps]))

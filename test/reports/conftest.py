@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A run over a made-up path, with and without losses."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of
+from aick_ros.evaluation.run_summary import summarize
+from aick_ros.settings import preset
+from aick_ros.status import Status
+from aick_ros.trajectory import NANOSECONDS, Trajectory
+
+T_WORLD_ODOM = rigid.exp([0.5, 2.0, -1.0, 0.4, 1.0, -0.3])
+
+
+@pytest.fixture
+def records():
+    """Return the records of 90 frames around a bend, three of them lost."""
+    records = []
+    for i in range(90):
+        lost = 40 <= i < 43
+        pose = rigid.exp([i / 50, (i / 60) ** 2, i / 200, 0.002 * i, 0.01 * i, 0])
+        records.append(FrameRecord(
+            stamp=i * NANOSECONDS // 30,
+            status=Status.TOO_FEW_MATCHES if lost else Status.OK,
+            reason='5 matches, odometry.min_matches is <12>' if lost else '',
+            T_odom_camera=pose, variances=np.full(6, 1e-4), keypoints=350,
+            matches=0 if lost else 200 + i, increment=None if lost else np.eye(4),
+            increment_variances=np.full(6, 1e-6),
+            timing={'features': 4.0, 'registration': 2.0 + i % 7, 'total': 6.0 + i % 7}))
+    return records
+
+
+@pytest.fixture
+def ground_truth(records):
+    """Return the same path in another frame."""
+    estimate = trajectory_of(records)
+    return Trajectory(estimate.stamps, T_WORLD_ODOM @ estimate.poses)
+
+
+@pytest.fixture
+def summary(records, ground_truth):
+    source = SimpleNamespace(name='office <1>', ground_truth=ground_truth)
+    return summarize(source, records, preset('paper-fast'), wall_time=1.5, damaged_images=2)

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What is drawn of a path."""
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros.evaluation.frame_record import trajectory_of
+from aick_ros.reports.path_plot import path_figure, plot_trajectory
+from aick_ros.trajectory import NANOSECONDS, Trajectory
+
+
+def drawn(figure):
+    """Return for each view the points of each line by its label."""
+    return [{line.get_label(): np.column_stack(line.get_data()) for line in axes.lines}
+            for axes in figure.axes]
+
+
+def test_estimate_is_laid_over_the_ground_truth(records, ground_truth):
+    figure = path_figure(trajectory_of(records), ground_truth)
+    positions = ground_truth.poses[:, :3, 3]
+    for view, axes in zip(drawn(figure), [(0, 1), (0, 2)]):
+        np.testing.assert_allclose(view['estimate'], positions[:, axes], atol=1e-9)
+        np.testing.assert_allclose(view['start'], positions[:1, axes], atol=1e-9)
+        np.testing.assert_allclose(view['end'], positions[-1:, axes], atol=1e-9)
+        np.testing.assert_allclose(view['ground truth'], positions[:-1, axes], atol=1e-9)
+
+
+def test_without_ground_truth_it_is_drawn_as_it_is(records):
+    estimate = trajectory_of(records)
+    lost = np.arange(90) > 86
+    view = drawn(path_figure(estimate, lost=lost))[1]
+    np.testing.assert_array_equal(view['estimate'], estimate.poses[:, [0, 2], 3])
+    np.testing.assert_array_equal(view['lost, pose held'], estimate.poses[lost][:, [0, 2], 3])
+    assert 'ground truth' not in view
+
+
+def test_metres_are_as_long_in_both_directions(records):
+    figure = path_figure(trajectory_of(records))
+    figure.canvas.draw()
+    for axes in figure.axes:
+        origin, right, up = axes.transData.transform([(0, 0), (1, 0), (0, 1)])
+        assert right[0] - origin[0] == pytest.approx(up[1] - origin[1])
+
+
+def test_writes_a_picture(records, ground_truth, tmp_path):
+    file = tmp_path / 'path.png'
+    plot_trajectory(file, trajectory_of(records), ground_truth, 'office')
+    image = cv2.imread(str(file))
+    assert image.shape[1] > 1000
+    assert len(np.unique(image.reshape(-1, 3), axis=0)) > 50
+
+
+@pytest.mark.parametrize('count', [1, 2])
+def test_a_path_may_be_short(records, ground_truth, tmp_path, count):
+    estimate = trajectory_of(records[:count])
+    later = Trajectory(ground_truth.stamps + NANOSECONDS * 60, ground_truth.poses)
+    for truth in (None, ground_truth, later):
+        plot_trajectory(tmp_path / 'path.png', estimate, truth)
