@@ -140,8 +140,22 @@ def replay_speed() -> Iterator[Row]:
                   command.replace(folder, '/tmp'))
 
 
+def node_over_dds() -> Iterator[Row]:
+    """The node in its own process, every frame of a raw 640x480 stream at 30 Hz, over DDS."""
+    with tempfile.TemporaryDirectory() as folder:
+        text, command = aick('demo', '--frames', '600', '--out', folder, '--json', '-')
+        figures = json.loads(text)
+        command = command.replace(folder, '/tmp')
+        yield Row('frames lost by the node at 30 Hz, 640x480, every frame', 0, False,
+                  figures['frames_played'] - figures['frames_answered'], '', command)
+        yield Row('delay from image to odometry, median', 30, False,
+                  figures['delay_ms']['p50'], 'ms', command,
+                  f'99th percentile {figures["delay_ms"]["p99"]:.1f} ms')
+
+
 MEASURES: Sequence[Callable[[], Iterator[Row]]] = (
-    accuracy_on_real_cameras, accuracy_without_noise, registration_times, replay_speed)
+    accuracy_on_real_cameras, accuracy_without_noise, registration_times, replay_speed,
+    node_over_dds)
 """What is measured, in order; add a function that yields rows."""
 
 

@@ -6,24 +6,29 @@
 from __future__ import annotations
 
 import os
+from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
 
 from aick_ros import rigid
-from aick_ros.cli import console, outcome
+from aick_ros.cli import console, options, outcome
+from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.cli.run_folder import lead_to, make_folder
 from aick_ros.errors import InputError
-from aick_ros.evaluation.figures import root_mean_square
+from aick_ros.evaluation.figures import Percentiles, root_mean_square
 from aick_ros.evaluation.trajectory_errors import TrajectoryErrors, compare
 from aick_ros.sources import RgbdSource, open_source, raise_damage
 from aick_ros.sources.bag import BagSource
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer
 from aick_ros.trajectory import Trajectory, write_trajectory
+
+if TYPE_CHECKING:
+    from aick_ros.ros.live_run import LiveRun
 
 _NODE_TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info')
 _WRITTEN_TOPICS = (bag_writer.COLOUR_TOPIC, bag_writer.DEPTH_TOPIC, bag_writer.INFO_TOPIC)
@@ -42,16 +47,18 @@ Rate = Annotated[float, typer.Option(
 
 
 def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 300,
-         rate: Rate = 1.0) -> int:
+         rate: Rate = 1.0, json: options.JsonFile = None) -> int:
     """
     Start the ROS node, play a recording to it over DDS and show what it answers.
 
     Nothing leaves this machine.
     """
+    if json is not None:
+        check_target(json)
     os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
     try:
         from aick_ros.ros.bag_player import RealTime
-        from aick_ros.ros.live_run import LiveRun, run_live
+        from aick_ros.ros.live_run import run_live
     except ModuleNotFoundError as error:
         raise InputError(f'the node needs ROS 2 and {error.name} is not there: source a ROS 2 '
                          "Jazzy workspace, or pip install 'aick_ros[ros]'") from None
@@ -60,7 +67,7 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     lead_to(folder)
     bag, topics = _playable_bag(source, opened, folder)
     with console.progress('playing to odom_node', len(opened)) as show:
-        run: LiveRun = run_live(
+        run = run_live(
             bag, dict(zip(_NODE_TOPICS, topics)),
             {'process_every_frame': True, 'camera_in_base': _CAMERA_IN_BASE,
              'topic_queue_size': 30}, RealTime(rate), on_progress=show)
@@ -71,11 +78,14 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
                           np.array([answer.T_odom_base for answer in run.answers]))
     truth = _of_base(opened.ground_truth)
     write_trajectory(folder / 'trajectory.tum', estimate)
-    rows = [*_rows_of_run(run), *_rows_of_errors(compare(estimate, truth) if truth else None)]
-    picture = _draw(folder / 'trajectory.png', estimate, truth, opened.name)
-    console.table(f'odom_node on {opened.name}', [
-        *rows, ('trajectory of base_link', str(folder / 'trajectory.tum')),
-        ('picture', picture)])
+    figures = _figures(opened.name, run, compare(estimate, truth) if truth else None)
+    if json is not None:
+        write_json(json, figures)
+    on_stderr = json == STANDARD_OUTPUT
+    console.table(f'odom_node on {opened.name}', _rows(figures), on_stderr=on_stderr)
+    typer.echo(f'path of base_link: {folder / "trajectory.tum"}', err=on_stderr)
+    typer.echo(f'its picture: {_draw(folder / "trajectory.png", estimate, truth, opened.name)}',
+               err=on_stderr)
     return outcome.DONE
 
 
@@ -100,24 +110,35 @@ def _of_base(camera: Trajectory | None) -> Trajectory | None:
     return Trajectory(camera.stamps, camera.poses @ rigid.inverse(T_base_camera))
 
 
-def _rows_of_run(run) -> list[tuple[str, str]]:
-    played, answered = len(run.published_at), len(run.answers)
-    lost = sum(not answer.tracked for answer in run.answers)
-    median, high = np.percentile(1e3 * run.delays, [50, 99])
-    return [('frames played / answered', f'{played} / {answered}'),
-            ('of these not tracked', f'{lost}'),
-            ('rate', f'{run.rate:.2f} Hz'),
-            ('delay, image to odometry, median / 99 %', f'{median:.1f} / {high:.1f} ms')]
+def _figures(name: str, run: LiveRun, errors: TrajectoryErrors | None) -> dict[str, Any]:
+    translations, rotations = errors.relative(1.0) if errors else ((), ())
+    return {
+        'source': name,
+        'frames_played': len(run.published_at),
+        'frames_answered': len(run.answers),
+        'frames_not_tracked': sum(not answer.tracked for answer in run.answers),
+        'rate_hz': run.rate,
+        'delay_ms': asdict(Percentiles.of(1e3 * run.delays)),
+        'trajectory': {
+            'rpe_1s_translation_rmse_m': root_mean_square(translations),
+            'rpe_1s_rotation_rmse_deg': root_mean_square(np.degrees(rotations)),
+            'ate_rmse_m': root_mean_square(errors.positions()) if errors else None}}
 
 
-def _rows_of_errors(errors: TrajectoryErrors | None) -> list[tuple[str, str]]:
-    if errors is None:
-        return [('errors', 'the recording has no ground truth')]
-    translations, rotations = errors.relative(1.0)
-    rpe, turn = root_mean_square(translations), root_mean_square(np.degrees(rotations))
-    return [('position error (ATE)', f'{root_mean_square(errors.positions()):.4f} m'),
-            ('drift over 1 s (RPE)', f'{console.figure(rpe, " m", 4)}, '
-                                     f'{console.figure(turn, " deg", 2)}')]
+def _rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    delay, trajectory = figures['delay_ms'], figures['trajectory']
+    return [
+        ('frames played / answered',
+         f'{figures["frames_played"]} / {figures["frames_answered"]}'),
+        ('of these not tracked', str(figures['frames_not_tracked'])),
+        ('rate', console.figure(figures['rate_hz'], ' Hz', 2)),
+        ('delay, image to odometry, p50 / p99',
+         f'{console.figure(delay["p50"], digits=1)} / {console.figure(delay["p99"], " ms", 1)}'),
+        ('RPE over 1 s, translation',
+         console.figure(trajectory['rpe_1s_translation_rmse_m'], ' m', 4)),
+        ('RPE over 1 s, rotation',
+         console.figure(trajectory['rpe_1s_rotation_rmse_deg'], ' deg', 2)),
+        ('ATE', console.figure(trajectory['ate_rmse_m'], ' m', 4))]
 
 
 def _draw(path: Path, estimate: Trajectory, truth: Trajectory | None, name: str) -> str:
