@@ -37,7 +37,7 @@ run: setup
 	$(BIN)/aick demo $(if $(BAG),'$(BAG)')
 
 test: setup
-	$(BIN)/python -m pytest $(ARGS)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(ARGS)
 
 lint: setup
 	$(BIN)/python -m flake8

@@ -6,6 +6,7 @@
 import dataclasses
 import signal
 import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from aick_ros import rigid
 from aick_ros.odometry import Odometry
 from aick_ros.ros.live_run import NODE_COMMAND
 from aick_ros.ros.messages import from_pose, from_transform, to_stamp
+from aick_ros.settings import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 OPTICAL = 'camera_rgb_optical_frame'
@@ -282,6 +284,18 @@ def test_ends_cleanly(rig, start_node, frames, how):
     send_all(rig, frames[:3])
     assert node.stop(how) == 0
     assert 'Traceback' not in node.log
+
+
+def test_the_parameter_file_of_the_package_is_taken_and_leaves_the_preset_alone(
+        rig, start_node, frames):
+    file = Path(__file__).parents[2] / 'config' / 'odom_node.yaml'
+    start_node(command=(*NODE_COMMAND, '--ros-args', '--params-file', str(file)),
+               preset='paper-fast')
+    answers = send_all(rig, frames[:5])
+    odometry = Odometry(preset('paper-fast'))
+    for frame, answer in zip(frames, answers):
+        np.testing.assert_allclose(pose_of(answer), odometry.register_frame(frame).T_odom_camera,
+                                   atol=1e-6)
 
 
 def test_a_parameter_out_of_range_is_refused_in_one_line(ros_domain):

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The parameters as text say what settings.py says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pytest
+import yaml
+
+from aick_ros.parameter_text import config_text, parameter_table
+from aick_ros.settings import (NodeSettings, Settings, parameter, parameters, preset, values,
+                               with_values)
+
+
+def read(text):
+    return yaml.safe_load(text)['/**']['ros__parameters']
+
+
+@pytest.mark.parametrize('group', [Settings(), preset('paper-full'), NodeSettings(),
+                                   NodeSettings(frame_id="it's: #1", camera_in_base=(0, 1e-7, 2))])
+def test_yaml_reads_back_in_value_and_type(group):
+    content = read(config_text(group, title='Made by a test.'))
+    for p in parameters(group):
+        if p.default == ():
+            assert p.name not in content  # ROS takes no empty list
+        else:
+            value = content[p.name]
+            assert type(value) is (list if p.type is tuple else p.type)
+            assert (tuple(value) if p.type is tuple else value) == p.default
+    assert with_values(type(group)(), content) == group
+
+
+def test_small_and_large_numbers_stay_numbers():
+    settings = with_values(Settings(), {'sensor.depth_sigma': 1e-6, 'odometry.max_speed': 1e3})
+    content = read(config_text(settings))
+    assert content['sensor.depth_sigma'] == 1e-6
+    assert content['odometry.max_speed'] == 1000.0
+
+
+def test_commented_values_are_there_but_do_not_count():
+    text = config_text(NodeSettings(), commented=Settings())
+    assert read(text).keys() <= values(NodeSettings()).keys()
+    lines = [line.replace('#', '', 1) if line.startswith('    #') and ': ' in line
+             and not line.startswith('    # ') else line for line in text.splitlines()]
+    content = read('\n'.join(line for line in lines if 'camera_in_base' not in line))
+    assert {name: content[name] for name in values(Settings())} == values(Settings())
+
+
+def test_each_parameter_comes_with_its_sentence_and_range():
+    text = ' '.join(config_text(Settings()).replace('    # ', '').split())
+    for p in parameters(Settings()):
+        assert ' '.join(p.description.split()) in text
+        assert p.range_text in text
+
+
+def test_lines_are_short_and_end():
+    text = config_text(NodeSettings(), Settings(), title='long ' * 60)
+    assert max(map(len, text.splitlines())) <= 99
+    assert text.endswith('\n')
+
+
+def test_table_has_a_row_for_each_parameter():
+    head, rule, *rows = parameter_table(Settings()).splitlines()
+    known = list(parameters(Settings()))
+    assert len(rows) == len(known)
+    for row, p in zip(rows, known):
+        name, default, range_text, meaning = (cell.strip() for cell in row.strip('|').split('|'))
+        assert name == f'`{p.name}`'
+        assert yaml.safe_load(default.strip('`')) == p.default
+        assert (range_text, meaning) == (p.range_text, p.description)
+    assert head.count('|') == rule.count('|') == 5
+
+
+def test_bars_do_not_break_the_table():
+    @dataclass(frozen=True)
+    class Barred:
+        ratio: float = parameter(0.5, 'a | b', unit='m')
+
+    assert parameter_table(Barred()).splitlines()[2].endswith('| a \\| b [m] |')
