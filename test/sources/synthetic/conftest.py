@@ -1,20 +1,37 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""One room for all tests: it takes a second or two to build."""
+"""Rooms for all tests: one takes a second or two to build."""
 
+import functools
+
+import numpy as np
 import pytest
 
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.sources.synthetic.room import furnished_room
 
 
 @pytest.fixture(scope='session')
-def perfect():
+def room():
+    """Return the function that gives the room of a seed."""
+    return functools.cache(furnished_room)
+
+
+@pytest.fixture(scope='session')
+def perfect(room):
     """Return five seconds without noise."""
-    return SyntheticSource(SyntheticOptions.perfect(seed=1))
+    return SyntheticSource(SyntheticOptions.perfect(seed=1), room(1))
 
 
 @pytest.fixture(scope='session')
-def noisy(perfect):
+def noisy(room):
     """Return the same room and path as the default sensor sees it."""
-    return SyntheticSource(SyntheticOptions(seed=1), perfect.scene)
+    return SyntheticSource(SyntheticOptions(seed=1), room(1))
+
+
+@pytest.fixture(scope='session')
+def checkers():
+    """Return a chessboard of ten by eight squares."""
+    squares = np.indices((8, 10)).sum(axis=0) % 2 * 200 + 20
+    return np.repeat(np.kron(squares, np.ones((40, 40)))[..., None], 3, axis=2).astype(np.uint8)

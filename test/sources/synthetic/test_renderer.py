@@ -73,8 +73,34 @@ def texel(surface, s, t):
     return surface.image[row, column].astype(float)
 
 
+def mean_colours(surfaces, camera, T_world_camera, pixels):
+    """Return the mean colour of 36 rays through each pixel."""
+    offset = (np.arange(6) + 0.5) / 6 - 0.5
+    offsets = np.stack(np.meshgrid(offset, offset), axis=-1).reshape(-1, 2)
+    rays = rays_of(camera, T_world_camera, (pixels[:, None] + offsets).reshape(-1, 2))
+    _, hit, s, t = cast(surfaces, T_world_camera[:3, 3], rays)
+    colours = np.array([texel(surfaces[int(k)], *place) for k, *place in zip(hit, s, t)])
+    return colours.reshape(len(pixels), len(offsets), 3).mean(axis=1)
+
+
 def rays_of(camera, T_world_camera, pixels):
     return camera.back_project(pixels, np.ones(len(pixels))) @ T_world_camera[:3, :3].T
+
+
+def compare_with_cast(surface):
+    camera = Camera(160, 120, 130.0, 131.0, 79.0, 60.5)
+    pixels = np.stack(np.meshgrid(np.arange(160), np.arange(120)), axis=-1).reshape(-1, 2)
+    depth = Renderer([surface], camera).render(np.eye(4)).depth
+    true = cast([surface], np.zeros(3), rays_of(camera, np.eye(4), pixels))[0]
+    true[np.isinf(true)] = np.nan
+    assert 30 < np.isfinite(true).sum() < 8000
+    np.testing.assert_allclose(depth.ravel(), true, rtol=2e-7)
+
+
+def pose(position, turn):
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = rigid.exp_rotation(turn), position
+    return T
 
 
 def random_pixels(camera, count, seed):
@@ -94,45 +120,68 @@ def test_depth_is_that_of_the_ray_through_the_centre_of_the_pixel(perfect, index
 @pytest.mark.parametrize('index', FRAMES)
 def test_colour_is_the_mean_over_the_pixel(perfect, index):
     frame, T_world_camera = perfect.frame(index), perfect.ground_truth.poses[index]
-    surfaces = perfect.scene.surfaces
     pixels = random_pixels(frame.camera, 40, seed=index)
-    offset = (np.arange(6) + 0.5) / 6 - 0.5
-    offsets = np.stack(np.meshgrid(offset, offset), axis=-1).reshape(-1, 2)
-    rays = rays_of(frame.camera, T_world_camera, (pixels[:, None] + offsets).reshape(-1, 2))
-    _, hit, s, t = cast(surfaces, T_world_camera[:3, 3], rays)
-    colours = np.array([texel(surfaces[int(k)], *place) for k, *place in zip(hit, s, t)])
-    true = colours.reshape(len(pixels), len(offsets), 3).mean(axis=1)
+    true = mean_colours(perfect.scene.surfaces, frame.camera, T_world_camera, pixels)
     error = np.abs(frame.colour[pixels[:, 1], pixels[:, 0]] - true).mean(axis=1)
     assert np.median(error) < 1.0
-    assert np.quantile(error, 0.9) < 4.0
+    # the rest is at outlines and where texels are larger than pixels
+    assert np.quantile(error, 0.8) < 4.0
 
 
-def test_round_things_and_discs_have_exact_depth(checkers):
-    T_world_surface = np.eye(4)
-    T_world_surface[:3, :3] = rigid.exp_rotation((0.4, -0.3, 0.2))
-    T_world_surface[:3, 3] = (0.05, -0.1, 2.0)
-    pictures = {
-        'ball': Round(T_world_surface, (0.09, 0.0, -1.0), -0.3, 0.3, checkers),
-        'cylinder': Round(T_world_surface, (0.04, 0.0, 0.0), -0.3, 0.4, checkers),
-        'cone': Round(T_world_surface, (0.04, -0.12, 0.09), -0.3, 0.4, checkers),
-        'disc': Disc(T_world_surface, 0.5, 0.5, checkers)}
-    camera = Camera(160, 120, 130.0, 131.0, 79.0, 60.5)
-    pixels = np.stack(np.meshgrid(np.arange(0, 160, 4), np.arange(0, 120, 4)), -1).reshape(-1, 2)
-    for name, surface in pictures.items():
-        depth = Renderer([surface], camera).render(np.eye(4)).depth
-        true = cast([surface], np.zeros(3), rays_of(camera, np.eye(4), pixels))[0]
-        assert 20 < np.isfinite(true).sum() < 500, name
-        true[np.isinf(true)] = np.nan
-        np.testing.assert_allclose(depth[pixels[:, 1], pixels[:, 0]], true, rtol=2e-7,
-                                   err_msg=name)
+@pytest.mark.parametrize('turn', [(1.2, -0.3, 0.2), (3.0, 0.1, 0.0), (0.8, 0.3, 0.0)])
+@pytest.mark.parametrize('profile', [(0.09, 0.0, -1.0), (0.04, 0.0, 0.0), (0.04, -0.12, 0.09)],
+                         ids=['ball', 'cylinder', 'cone'])
+def test_round_things_have_exact_depth(checkers, profile, turn):
+    surface = Round(pose((0.05, -0.1, 2.0), turn), profile, -0.3, 0.3, checkers)
+    compare_with_cast(surface)
+
+
+@pytest.mark.parametrize('turn', [(0.2, -0.3, 0.2), (1.3, 0.0, 0.0)])
+def test_discs_have_exact_depth(checkers, turn):
+    compare_with_cast(Disc(pose((0.05, -0.1, 2.0), turn), 0.5, 0.5, checkers))
+
+
+@pytest.mark.parametrize('kind', ['rectangle', 'ball', 'cone'])
+def test_points_of_a_surface_lie_where_rays_find_them(checkers, kind):
+    T_world_surface = pose((0.05, -0.1, 2.0), (0.9, -0.3, 0.2))
+    surface = {'rectangle': Rectangle(T_world_surface, 0.4, 0.6, checkers),
+               'ball': Round(T_world_surface, (0.09, 0.0, -1.0), -0.3, 0.3, checkers),
+               'cone': Round(T_world_surface, (0.04, -0.12, 0.09), -0.3, 0.3, checkers)}[kind]
+    rng = np.random.default_rng(5)
+    s, t = rng.uniform(0.05, 0.95, (2, 300)) * [[surface.width], [surface.height]]
+    points, normals = surface.points(s, t)
+    faces = np.einsum('ni,ni->n', points, normals) < -0.05
+    length, _, found_s, found_t = cast([surface], np.zeros(3), points)
+    np.testing.assert_allclose(length[faces], 1.0, rtol=1e-9)
+    np.testing.assert_allclose(found_s[faces], s[faces], atol=1e-9)
+    np.testing.assert_allclose(found_t[faces], t[faces], atol=1e-9)
+    assert faces.sum() > 50
+    for step in ((1e-6, 0), (0, 1e-6)):
+        tangents = (surface.points(s + step[0], t + step[1])[0] - points) / 1e-6
+        assert np.abs(np.einsum('ni,ni->n', tangents, normals)).max() < 1e-4
+
+
+def test_outlines_are_smooth():
+    white = np.full((20, 20, 3), 255, np.uint8)
+    square = Rectangle(pose((-0.3, -0.45, 2.0), (0, 0, 0.3)), 0.8, 0.7, white)
+    camera = Camera(160, 120, 130.0, 130.0, 79.5, 59.5)
+    colour = Renderer([square], camera).render(np.eye(4)).colour[..., 0]
+    # how much of each pixel the square covers, counted in 16 by 16 places
+    fine = Camera(2560, 1920, 2080.0, 2080.0, 1279.5, 959.5)
+    pixels = np.stack(np.meshgrid(np.arange(2560), np.arange(1920)), axis=-1).reshape(-1, 2)
+    seen = np.isfinite(cast([square], np.zeros(3), rays_of(fine, np.eye(4), pixels))[0])
+    coverage = seen.reshape(120, 16, 160, 16).mean(axis=(1, 3))
+    edge = (coverage > 0) & (coverage < 1)
+    assert edge.sum() > 100
+    error = np.abs(colour / 255 - coverage)
+    assert error[~edge].max() == 0
+    assert error[edge].mean() < 0.1
+    assert error[edge].max() < 0.3
 
 
 def test_a_point_is_seen_in_the_pixel_it_projects_to(checkers):
     # a pattern whose corners are known, found in the picture by OpenCV
-    T_world_surface = np.eye(4)
-    T_world_surface[:3, :3] = rigid.exp_rotation((0.3, 0.4, 0.1))
-    T_world_surface[:3, 3] = (-0.5, -0.3, 1.5)
-    board = Rectangle(T_world_surface, 1.0, 0.8, checkers)
+    board = Rectangle(pose((-0.5, -0.3, 1.5), (0.3, 0.4, 0.1)), 1.0, 0.8, checkers)
     camera = Camera(640, 480, 500.0, 510.0, 310.0, 250.0)
     picture = Renderer([board], camera).render(np.eye(4))
     grey = cv2.cvtColor(picture.colour, cv2.COLOR_RGB2GRAY)
@@ -141,7 +190,7 @@ def test_a_point_is_seen_in_the_pixel_it_projects_to(checkers):
     found = cv2.cornerSubPix(grey, pixels.astype(np.float32).reshape(-1, 1, 2), (5, 5), (-1, -1),
                              (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 50, 1e-4))
     error = found.reshape(-1, 2) - pixels
-    assert np.abs(error).max() < 0.15
+    assert np.abs(error).max() < 0.2
     assert np.abs(error.mean(axis=0)).max() < 0.03
 
 
@@ -170,8 +219,22 @@ def test_a_camera_with_distortion_is_refused(checkers):
         Renderer([Rectangle(np.eye(4), 1.0, 1.0, checkers)], camera)
 
 
-@pytest.fixture
-def checkers():
-    """Return a chessboard of ten by eight squares."""
-    squares = np.indices((8, 10)).sum(axis=0) % 2 * 200 + 20
-    return np.repeat(np.kron(squares, np.ones((40, 40)))[..., None], 3, axis=2).astype(np.uint8)
+@pytest.mark.parametrize('tilt, distance', [
+    (0.0, 0.8), (0.0, 1.5), (0.0, 2.5), (0.6, 2.0), (1.2, 2.0), (1.35, 2.0)])
+def test_fine_texture_neither_flickers_nor_blurs(tilt, distance):
+    rng = np.random.default_rng(8)
+    grain = cv2.GaussianBlur(rng.uniform(0, 255, (800, 800)).astype(np.float32), (0, 0), 1.2)
+    image = np.repeat(np.clip(128 + 3 * (grain - 128), 0, 255)[..., None], 3, axis=2)
+    board = Rectangle(pose((-0.8, -0.8 * np.cos(tilt), distance + 0.8 * np.sin(tilt)),
+                           (-tilt, 0, 0)), 1.6, 1.6, image.astype(np.uint8))
+    camera = Camera(320, 240, 260.0, 260.0, 159.5, 119.5)
+    picture = Renderer([board], camera).render(np.eye(4))
+    inside = cv2.erode(np.isfinite(picture.depth).astype(np.uint8), np.ones((3, 3)))
+    pixels = random_pixels(camera, 3000, seed=1)
+    pixels = pixels[inside[pixels[:, 1], pixels[:, 0]] > 0][:500]
+    true = mean_colours([board], camera, np.eye(4), pixels)[:, 0]
+    rendered = picture.colour[pixels[:, 1], pixels[:, 0], 0]
+    # less contrast is blur, the rest of the error is flicker
+    contrast = np.polyfit(true, rendered, 1)[0]
+    assert 0.8 < contrast < 1.15
+    assert np.std(rendered - true) < 0.3 * true.std()

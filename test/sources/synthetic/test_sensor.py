@@ -10,9 +10,11 @@ import statistics
 import numpy as np
 import pytest
 
+from aick_ros import rigid
 from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor
+from aick_ros.sources.synthetic.motion_blur import motion_blur
 
 CAMERA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
 
@@ -143,6 +145,28 @@ def test_colour_is_scaled_by_the_gain_and_saturates():
     sensor = dataclasses.replace(ColourSensor.perfect(), exposure_swing=0.5)
     colour = np.array([[[0, 100, 200]]], np.uint8)
     assert sensor.measure(colour, 1.4, np.random.default_rng(0)).tolist() == [[[0, 140, 255]]]
+
+
+@pytest.mark.parametrize('axis', range(6))
+@pytest.mark.parametrize('pixel', [(60, 70), (590, 400), (320, 240)])
+def test_motion_blur_smears_a_dot_along_its_way(axis, pixel):
+    depth, sigma = 1.5, 2.5
+    twist = np.zeros(6)
+    twist[axis] = 0.03 if axis < 3 else 0.02
+    point = CAMERA.back_project(np.array([pixel]), [depth])
+    # the point stands still while the camera moves
+    start, end = (CAMERA.project(rigid.transform(rigid.inverse(rigid.exp(half)), point))[0]
+                  for half in (-twist / 2, twist / 2))
+    columns, rows = np.meshgrid(np.arange(640), np.arange(480))
+    dot = 250 * np.exp(-((columns - pixel[0]) ** 2 + (rows - pixel[1]) ** 2) / (2 * sigma ** 2))
+    smeared = motion_blur(np.repeat(np.rint(dot)[..., None], 3, axis=2).astype(np.uint8),
+                          wall(depth), CAMERA, rigid.exp(twist))[..., 1].astype(float)
+    for places, moved, centre in zip((columns, rows), end - start, pixel):
+        mean = np.average(places, weights=smeared)
+        spread = np.average((places - mean) ** 2, weights=smeared)
+        assert mean == pytest.approx(centre, abs=0.3)
+        # a dot smeared evenly over a way adds a twelfth of its square
+        assert spread == pytest.approx(sigma ** 2 + moved ** 2 / 12, rel=0.08, abs=0.3)
 
 
 @pytest.mark.parametrize('make', [

@@ -3,6 +3,8 @@
 
 """The rendered recording: its ground truth, its keypoints, and that it is always the same."""
 
+import itertools
+
 import cv2
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ from aick_ros.sources.synthetic import (
     SyntheticOptions,
     SyntheticSource,
 )
+from aick_ros.sources.synthetic.renderer import Renderer
 
 SMALL = Camera(160, 120, 131.25, 131.25, 79.5, 59.5)
 EXTRACTOR = KeypointExtractor(FeatureSettings(max_keypoints=0), SensorSettings())
@@ -48,7 +51,8 @@ def test_depth_agrees_with_the_ground_truth(perfect, pair):
     predicted, seen, _ = seen_again(perfect, *pair)
     error = np.abs(predicted - seen)
     assert len(error) > 1000
-    assert np.median(error) < 1e-5
+    # half a pixel of error would be more than a millimetre; OpenCV 4 looks up to 1/32 of a pixel
+    assert np.median(error) < 2e-4
     # the rest is hidden in one of the two, or at an edge
     assert np.mean(error < 1e-3) > 0.8
 
@@ -63,28 +67,37 @@ def test_colour_agrees_with_the_ground_truth(perfect, pair):
     assert np.median(np.abs(before - np.roll(after, 40, axis=0)).mean(axis=1)) > 10.0
 
 
-def test_the_room_is_closed_and_the_path_keeps_off_all_things(perfect):
-    for index in range(0, len(perfect), 30):
-        depth = perfect.frame(index).depth
-        assert np.isfinite(depth).all()
-        assert depth.min() > 0.35
-        assert 0.6 < np.median(depth) < 5.0
-        assert np.mean(depth < 5.0) > 0.95
-    # all around, as far as the corners of things let it be told
-    assert perfect.scene.clearance(perfect.ground_truth.poses[:, :3, 3]).min() > 0.3
-
-
-def test_blocks_enclose_the_surfaces_they_stand_for(perfect):
-    # furniture is kept off by its blocks, so no surface inside the room may lie outside them all
-    scene = perfect.scene
-    for surface in scene.surfaces:
-        middle = surface.hull.mean(axis=0, keepdims=True)
-        assert scene.clearance(middle)[0] < 0.05
+def test_views_show_structure_at_the_distances_a_kinect_measures(noisy):
+    for index in range(0, len(noisy), 15):
+        depth = noisy.frame(index).depth
+        assert 0.6 < np.nanmedian(depth) < 5.0
+        assert np.isfinite(depth).mean() > 0.8
 
 
 @pytest.mark.parametrize('seed', [0, 1, 2])
-def test_every_view_has_several_hundred_keypoints_with_depth(perfect, seed):
-    source = SyntheticSource(SyntheticOptions(seed=seed), perfect.scene if seed == 1 else None)
+def test_a_camera_may_go_anywhere_in_the_free_zone(room, seed):
+    scene = room(seed)
+    wide = Camera(48, 48, 24.0, 24.0, 23.5, 23.5)
+    renderer = Renderer(scene.surfaces, wide)
+    rays = np.linalg.norm(wide.back_project(
+        np.stack(np.meshgrid(range(48), range(48)), -1).reshape(-1, 2), np.ones(48 * 48)), axis=1)
+    turns = [(0, k * np.pi / 2, 0) for k in range(4)] + [(np.pi / 2, 0, 0), (-np.pi / 2, 0, 0)]
+    low, high = scene.free.low, scene.free.high
+    for corner in itertools.product(*zip(low, high)):
+        for turn in turns:
+            T_world_camera = np.eye(4)
+            T_world_camera[:3, :3], T_world_camera[:3, 3] = rigid.exp_rotation(turn), corner
+            distance = renderer.render_depth(T_world_camera).ravel() * rays
+            # nothing is near, and the room is closed
+            assert distance.min() > 0.3
+            assert distance.max() < 8.0
+            # what keeps cameras off encloses all that is seen, but pictures flat on a wall
+            assert scene.clearance(np.array([corner]))[0] < distance.min() + 0.05
+
+
+@pytest.mark.parametrize('seed', [0, 1, 2])
+def test_every_view_has_several_hundred_keypoints_with_depth(room, seed):
+    source = SyntheticSource(SyntheticOptions(seed=seed), room(seed))
     counts = [len(EXTRACTOR.extract(source.frame(i))) for i in range(0, len(source), 10)]
     assert min(counts) > 400
 
@@ -116,9 +129,9 @@ def test_frames_are_always_the_same(perfect):
     assert np.array_equal(alone.colour, in_order[3].colour)
 
 
-def test_another_seed_is_another_room_and_another_path(perfect):
-    here = SyntheticSource(SyntheticOptions.perfect(seed=1, camera=SMALL), perfect.scene)
-    there = SyntheticSource(SyntheticOptions.perfect(seed=7, camera=SMALL))
+def test_another_seed_is_another_room_and_another_path(room):
+    here = SyntheticSource(SyntheticOptions.perfect(seed=1, camera=SMALL), room(1))
+    there = SyntheticSource(SyntheticOptions.perfect(seed=2, camera=SMALL), room(2))
     apart = here.ground_truth.poses[:, :3, 3] - there.ground_truth.poses[:, :3, 3]
     assert np.linalg.norm(apart, axis=1).min() > 0.01
     # the one room and the other from the same place
@@ -171,7 +184,8 @@ def test_motion_blur_is_the_mean_over_the_exposure(perfect):
         perfect.ground_truth.poses, perfect.ground_truth.poses[1:])]))
     stamp = int(perfect.ground_truth.stamps[index])
     times = stamp + ((np.arange(12) + 0.5) / 12 - 0.5) * shutter * 1e9
-    true = np.mean([perfect._renderer.render(perfect.pose(int(t))).colour for t in times], axis=0)
+    renderer = Renderer(perfect.scene.surfaces, perfect.frame(0).camera)
+    true = np.mean([renderer.render(perfect.pose(int(t))).colour for t in times], axis=0)
     smeared = np.abs(blurred.frame(index).colour - true).mean()
     sharp = np.abs(perfect.frame(index).colour - true).mean()
     assert smeared < 0.25 * sharp

@@ -1,0 +1,152 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A rendered RGB-D recording with exact ground truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from aick_ros import rigid
+from aick_ros.camera import Camera
+from aick_ros.errors import InputError
+from aick_ros.frame import RgbdFrame
+from aick_ros.sources.synthetic.motion_blur import motion_blur
+from aick_ros.sources.synthetic.path import HandheldPath
+from aick_ros.sources.synthetic.renderer import Renderer
+from aick_ros.sources.synthetic.room import furnished_room
+from aick_ros.sources.synthetic.scene import Scene
+from aick_ros.sources.synthetic.sensor import ColourSensor, DepthSensor
+from aick_ros.sources.synthetic.wander import Wander
+from aick_ros.trajectory import NANOSECONDS, Trajectory
+
+_EXPOSURE = ((0.6, 0.05, 0.15), (0.4, 0.2, 0.4))  # shares and frequencies [Hz]
+# what the random numbers are for; the scene takes 0
+_PATH_STREAM, _EXPOSURE_STREAM, _NOISE_STREAM = 1, 2, 3
+
+
+@dataclass(frozen=True)
+class SyntheticOptions:
+    """
+    What to render.
+
+    :param seed: another one is another room and another path.
+    :param frames: how many.
+    :param rate: of the frames [Hz].
+    :param camera: without distortion.
+    :param start: stamp of the first frame [ns].
+    :param depth_delay: how much later than its colour image a depth image is taken [s].
+    :param colour: imperfections of the colour image.
+    :param depth: imperfections of the depth image.
+    :raises InputError: where nothing could be rendered.
+    """
+
+    seed: int = 0
+    frames: int = 150
+    rate: float = 30.0
+    camera: Camera = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
+    start: int = 1000 * NANOSECONDS
+    depth_delay: float = 0.0
+    colour: ColourSensor = ColourSensor()
+    depth: DepthSensor = DepthSensor()
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be rendered."""
+        if self.seed < 0 or self.frames < 1:
+            raise InputError(f'seed {self.seed} and {self.frames} frames: the seed takes 0 or '
+                             'more, the frames 1 or more')
+        if not 0 < self.rate <= NANOSECONDS:
+            raise InputError(f'the rate is {self.rate:g} Hz: it takes more than 0')
+        if self.camera.distortion:
+            raise InputError('the camera has distortion: synthetic sequences are rendered '
+                             'without; leave the coefficients out')
+        if not np.isfinite(self.depth_delay):
+            raise InputError(f'the depth delay is {self.depth_delay:g} s: it takes a number')
+
+    @classmethod
+    def perfect(cls, **options: Any) -> SyntheticOptions:
+        """Return options with all imperfections switched off; the keywords are the others."""
+        return cls(**{'colour': ColourSensor.perfect(), 'depth': DepthSensor.perfect(),
+                      **options})
+
+
+class SyntheticSource:
+    """
+    A sequence rendered as it is read.
+
+    Each frame is rendered for itself, so they can be taken in any order and are always the same.
+
+    :param options: what to render.
+    :param scene: what to see; None: the furnished room of the seed.
+    """
+
+    def __init__(self, options: SyntheticOptions = SyntheticOptions(),
+                 scene: Scene | None = None) -> None:
+        self.name = f'synthetic room, seed {options.seed}'
+        self.scene = furnished_room(options.seed) if scene is None else scene
+        self._options = options
+        self._renderer = Renderer(self.scene.surfaces, options.camera)
+        self._path = HandheldPath(self._rng(_PATH_STREAM), self.scene.free)
+        self._exposure = Wander(self._rng(_EXPOSURE_STREAM), options.colour.exposure_swing,
+                                _EXPOSURE)
+        stamps = [self._stamp(i) for i in range(options.frames)]
+        self.ground_truth = Trajectory(np.array(stamps, np.int64),
+                                       np.array([self.pose(stamp) for stamp in stamps]))
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return self._options.frames
+
+    def frames(self, on_damaged: Callable[[InputError], None]) -> Iterator[RgbdFrame]:
+        """
+        Yield the frames.
+
+        :param on_damaged: never called, no frame is damaged.
+        """
+        for index in range(len(self)):
+            yield self.frame(index)
+
+    def frame(self, index: int) -> RgbdFrame:
+        """
+        Return one frame.
+
+        :raises IndexError: where there is none.
+        """
+        if not 0 <= index < len(self):
+            raise IndexError(f'frame {index} of {len(self)}')
+        options, rng = self._options, self._rng(_NOISE_STREAM, index)
+        stamp = self._stamp(index)
+        depth_stamp = stamp + round(options.depth_delay * NANOSECONDS)
+        picture = self._renderer.render(self.pose(stamp))
+        depth = picture.depth
+        if depth_stamp != stamp:
+            depth = self._renderer.render_depth(self.pose(depth_stamp))
+        colour = picture.colour
+        if options.colour.shutter > 0:
+            colour = motion_blur(colour, picture.depth, options.camera, self._exposed(stamp))
+        gain = 1.0 + self._exposure.at(self._time(stamp))
+        return RgbdFrame(stamp, options.colour.measure(colour, gain, rng),
+                         options.depth.measure(depth, options.camera, rng), options.camera,
+                         depth_stamp)
+
+    def pose(self, stamp: int) -> np.ndarray:
+        """Return the true ``T_world_camera`` at any stamp [ns]."""
+        return self._path.pose(self._time(stamp))
+
+    def _exposed(self, stamp: int) -> np.ndarray:
+        """Return the motion of the camera while the shutter is open."""
+        half = round(self._options.colour.shutter / 2 * NANOSECONDS)
+        return rigid.inverse(self.pose(stamp - half)) @ self.pose(stamp + half)
+
+    def _stamp(self, index: int) -> int:
+        return self._options.start + round(index * NANOSECONDS / self._options.rate)
+
+    def _time(self, stamp: int) -> float:
+        return (stamp - self._options.start) / NANOSECONDS
+
+    def _rng(self, *stream: int) -> np.random.Generator:
+        return np.random.default_rng([self._options.seed, *stream])
