@@ -21,7 +21,9 @@ from aick_ros.cli.run_folder import lead_to, make_folder
 from aick_ros.errors import InputError
 from aick_ros.evaluation.figures import Percentiles, root_mean_square
 from aick_ros.evaluation.trajectory_errors import TrajectoryErrors, compare
-from aick_ros.sources import RgbdSource, open_source, raise_damage
+from aick_ros.frame import KeypointExtractor
+from aick_ros.settings import Settings
+from aick_ros.sources import RgbdSource, SourceOptions, open_source, raise_damage
 from aick_ros.sources.bag import BagSource
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer
@@ -32,6 +34,7 @@ if TYPE_CHECKING:
 
 _NODE_TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info')
 _WRITTEN_TOPICS = (bag_writer.COLOUR_TOPIC, bag_writer.DEPTH_TOPIC, bag_writer.INFO_TOPIC)
+_VIEWS = 4  # images of the recording above the picture of the path
 _CAMERA_IN_BASE = (0.0, 0.0, 0.0, -0.5, 0.5, -0.5, 0.5)
 """An optical frame (z forward) in a base (x forward) at the same place (REP-103)."""
 
@@ -84,7 +87,7 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     on_stderr = json == STANDARD_OUTPUT
     console.table(f'odom_node on {opened.name}', _rows(figures), on_stderr=on_stderr)
     typer.echo(f'path of base_link: {folder / "trajectory.tum"}', err=on_stderr)
-    typer.echo(f'its picture: {_draw(folder / "trajectory.png", estimate, truth, opened.name)}',
+    typer.echo(f'its picture: {_draw(folder / "trajectory.png", estimate, truth, bag, topics)}',
                err=on_stderr)
     return outcome.DONE
 
@@ -141,10 +144,16 @@ def _rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
         ('ATE', console.figure(trajectory['ate_rmse_m'], ' m', 4))]
 
 
-def _draw(path: Path, estimate: Trajectory, truth: Trajectory | None, name: str) -> str:
+def _draw(path: Path, estimate: Trajectory, truth: Trajectory | None, bag: Path,
+          topics: tuple[str, str, str]) -> str:
     try:
-        from aick_ros.reports.path_plot import plot_trajectory
+        from aick_ros.reports.path_plot import View, plot_trajectory
     except ModuleNotFoundError as error:
         return f"not drawn, {error.name} is not there: pip install 'aick_ros[eval]'"
-    plot_trajectory(path, estimate, truth, f'odom_node on {name}')
+    recording = open_source(bag, SourceOptions(None, *topics))
+    extractor = KeypointExtractor(Settings().features, Settings().sensor)
+    shown = set(np.linspace(0, len(recording) - 1, _VIEWS, dtype=int))
+    views = [View(frame.colour, extractor.extract(frame).pixels)
+             for i, frame in enumerate(recording.frames(lambda damage: None)) if i in shown]
+    plot_trajectory(path, estimate, truth, 'What odom_node saw, and the path it published', views)
     return str(path)

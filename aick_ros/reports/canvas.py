@@ -20,6 +20,7 @@ ESTIMATE = '#1769aa'
 SECOND = '#d9822b'
 TRUTH = '#52606d'
 LOST = '#c62828'
+KEYPOINT = '#39ff6a'
 
 MANY = 20000
 """Lines of more points are drawn as pixels in an SVG, which would be too large otherwise."""

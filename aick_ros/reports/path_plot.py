@@ -5,37 +5,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, SubFigure
 
 from aick_ros.evaluation.trajectory_errors import compare
 from aick_ros.reports import canvas
 from aick_ros.trajectory import Trajectory
 
+_PATH, _STRIP, _TITLE = 4.5, 2.0, 0.3  # heights [inch]
 _VIEWS = {'From above': (0, 1), 'From the side': (0, 2)}
 
 
+@dataclass(frozen=True, eq=False)
+class View:
+    """
+    What the camera saw.
+
+    :param image: HxWx3 (red, green, blue) or HxW uint8.
+    :param keypoints: Nx2 (u, v) [px].
+    """
+
+    image: np.ndarray
+    keypoints: np.ndarray
+
+
 def plot_trajectory(path_png: Path, estimate: Trajectory, ground_truth: Trajectory | None = None,
-                    title: str = '') -> None:
+                    title: str = '', views: Sequence[View] = ()) -> None:
     """
     Write a picture of a path.
 
     :param estimate: in a frame whose z is up; with ground truth it is aligned to that.
     :param ground_truth: None, or the path it should be, in a world whose z is up.
+    :param views: shown above the path, side by side.
     """
-    canvas.write_png(path_figure(estimate, ground_truth, title=title), path_png)
+    canvas.write_png(path_figure(estimate, ground_truth, title=title, views=views), path_png)
 
 
 def path_figure(estimate: Trajectory, ground_truth: Trajectory | None = None,
-                lost: np.ndarray | None = None, title: str = '') -> Figure:
+                lost: np.ndarray | None = None, title: str = '',
+                views: Sequence[View] = ()) -> Figure:
     """
     Return the path from above (x, y) and from the side (x, z).
 
     :param estimate: in a frame whose z is up; with ground truth it is aligned to that.
     :param lost: N bool, the poses of the estimate that were held; they are marked.
+    :param views: shown above the path, side by side.
     """
     errors = compare(estimate, ground_truth) if ground_truth is not None else None
     positions, true_positions = estimate.poses[:, :3, 3], None
@@ -45,16 +64,29 @@ def path_figure(estimate: Trajectory, ground_truth: Trajectory | None = None,
         true_positions = ground_truth.poses[inside, :3, 3]
 
     def draw(figure: Figure) -> None:
-        for axes, (name, view) in zip(figure.subplots(1, 2), _VIEWS.items()):
+        below = figure
+        if views:
+            above, below = figure.subfigures(2, 1, height_ratios=(_STRIP, _PATH))
+            _draw_strip(above, views)
+        both = below.subplots(1, 2)
+        for axes, (name, view) in zip(both, _VIEWS.items()):
             _draw_view(axes, positions[:, view], lost,
                        None if true_positions is None else true_positions[:, view])
             axes.set(title=name, xlabel='x [m]', ylabel=f'{"xyz"[view[1]]} [m]')
-        handles, labels = figure.axes[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc='outside lower center', ncols=len(labels))
+        handles, labels = both[0].get_legend_handles_labels()
+        below.legend(handles, labels, loc='outside lower center', ncols=len(labels))
         if title:
             figure.suptitle(title, fontsize=12, fontweight='bold', color=canvas.INK)
 
-    return canvas.figure(10.0, 4.8 if title else 4.5, draw)
+    height = _PATH + (_STRIP if views else 0.0) + (_TITLE if title else 0.0)
+    return canvas.figure(10.0, height, draw)
+
+
+def _draw_strip(figure: SubFigure, views: Sequence[View]) -> None:
+    for axes, view in zip(figure.subplots(1, len(views), squeeze=False)[0], views):
+        axes.imshow(view.image, cmap='gray')
+        axes.plot(*view.keypoints.T, '.', color=canvas.KEYPOINT, markersize=2.0)
+        axes.set_axis_off()
 
 
 def _draw_view(axes: Axes, positions: np.ndarray, lost: np.ndarray | None,
