@@ -14,6 +14,7 @@ from aick_ros import depth
 from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.features import make_detector
+from aick_ros.features.selection import spread
 from aick_ros.settings import FeatureSettings, SensorSettings
 
 
@@ -99,8 +100,7 @@ class KeypointExtractor:
         depths = depth.sample(frame.depth, found.pixels, self._sensor)
         kept = np.flatnonzero(np.isfinite(depths))
         kept = kept[np.argsort(-found.responses[kept], kind='stable')]
-        if self._features.max_keypoints:
-            kept = kept[:self._features.max_keypoints]
+        kept = self._select(kept, found.pixels[kept])
         pixels, depths = found.pixels[kept], depths[kept]
         positions = frame.camera.back_project(pixels, depths)
         covariances = depth.position_covariances(
@@ -108,3 +108,11 @@ class KeypointExtractor:
             self._sensor)
         return KeypointFrame(frame.stamp, positions.astype(np.float32), found.descriptors[kept],
                              covariances.astype(np.float32), pixels)
+
+    def _select(self, keypoints: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+        wanted, cell_size = self._features.max_keypoints, self._features.cell_size
+        if not wanted or len(keypoints) <= wanted:
+            return keypoints
+        if not cell_size:
+            return keypoints[:wanted]
+        return keypoints[spread(pixels, wanted, cell_size)]

@@ -102,8 +102,10 @@ class FeatureSettings:
 
     detector: str = parameter('orb', 'Keypoint detector and descriptor.', choices=('orb',))
     max_keypoints: int = parameter(
-        600, 'Keypoints with depth kept, the strongest first; 0 keeps all.',
-        minimum=0, maximum=20000)
+        600, 'Keypoints with depth kept; 0 keeps all.', minimum=0, maximum=20000)
+    cell_size: float = parameter(
+        60.0, 'Side of the cells from which keypoints are taken evenly, the strongest of each '
+        'first; 0 takes the strongest of the image.', unit='px', minimum=0.0, maximum=10000.0)
     pixel_sigma: float = parameter(
         0.8, 'Standard deviation of a keypoint at the finest pyramid level.',
         unit='px', minimum=0.01, maximum=10.0)
@@ -194,11 +196,11 @@ class NodeSettings:
 
 PRESETS: Mapping[str, Mapping[str, Any]] = {
     'paper-full': {
-        'features.detector': 'orb', 'features.max_keypoints': 0,
+        'features.detector': 'orb', 'features.max_keypoints': 0, 'features.cell_size': 0.0,
         'aick.alpha': 0.8, 'aick.iterations': 25, 'aick.lambda_e': 0.01, 'aick.lambda_f': 0.2,
     },
     'paper-fast': {
-        'features.detector': 'orb', 'features.max_keypoints': 350,
+        'features.detector': 'orb', 'features.max_keypoints': 350, 'features.cell_size': 0.0,
         'aick.alpha': 0.6, 'aick.iterations': 10, 'aick.lambda_e': 0.01, 'aick.lambda_f': 0.2,
     },
 }

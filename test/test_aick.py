@@ -196,5 +196,6 @@ def test_presets_are_the_papers():
     for settings in (full, fast):
         assert (settings.aick.lambda_e, settings.aick.lambda_f) == (0.01, 0.2)
         assert settings.features.detector == 'orb'
+        assert settings.features.cell_size == 0.0  # the strongest, wherever they are
         assert settings.features.orb == Settings().features.orb
     assert set(PRESETS) == {'paper-full', 'paper-fast'}

@@ -1,0 +1,36 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Keypoints are taken evenly, the strongest of each cell first."""
+
+from collections import defaultdict
+
+import numpy as np
+import pytest
+
+from aick_ros.features.selection import spread
+
+
+def by_turns(pixels, count, cell_size):
+    """Go round the cells and take the strongest left in each, until there are enough."""
+    cells = defaultdict(list)
+    for i, (u, v) in enumerate(pixels):
+        cells[int(u // cell_size), int(v // cell_size)].append(i)
+    kept = []
+    while len(kept) < min(count, len(pixels)):
+        heads = sorted(cell.pop(0) for cell in cells.values() if cell)
+        kept += heads[:count - len(kept)]
+    return sorted(kept)
+
+
+@pytest.mark.parametrize('count', [0, 1, 50, 200, 299, 300, 1000])
+@pytest.mark.parametrize('cell_size', [10, 60, 1000])
+def test_goes_round_the_cells(count, cell_size):
+    rng = np.random.default_rng(0)
+    crowd = rng.normal((100, 100), 10, (200, 2)).clip(0)
+    pixels = rng.permutation(np.concatenate([crowd, rng.uniform(0, 480, (100, 2))]))
+    assert spread(pixels, count, cell_size).tolist() == by_turns(pixels, count, cell_size)
+
+
+def test_of_nothing_nothing_is_kept():
+    assert len(spread(np.empty((0, 2), np.float32), 10, 60)) == 0
