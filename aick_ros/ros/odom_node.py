@@ -149,6 +149,8 @@ class OdomNode(Node):
             self.get_logger().warning(
                 f'frame {pair.colour_stamp} ns skipped: {error}', throttle_duration_sec=_THROTTLE)
         except Exception:  # a defect of ours in one frame must not end the odometry
+            if not self.context.ok():
+                return  # told to end while at work: nobody can be answered any more
             self._diagnostics.damaged('internal error, see the log')
             self.get_logger().error(f'frame {pair.colour_stamp} ns failed, please report this:\n'
                                     f'{traceback.format_exc()}')

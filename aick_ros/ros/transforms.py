@@ -23,7 +23,6 @@ except ImportError:  # the pip wheels of ROS have none
     TFMessage = None
 
 _QUEUE = 100
-_DEEPEST = 100  # links of a chain of frames; more is a loop
 
 
 class StaticTransforms:
@@ -81,12 +80,12 @@ class StaticTransforms:
 
     def _chain(self, frame: str) -> dict[str, np.ndarray]:
         """Return ``T_ancestor_frame`` of the frame and all its ancestors, nearest first."""
-        chain = {frame: np.eye(4)}
+        chain = {}
         T_ancestor_frame = np.eye(4)
-        while frame in self._parents and len(chain) < _DEEPEST:
-            frame, T_parent_child = self._parents[frame]
-            T_ancestor_frame = T_parent_child @ T_ancestor_frame
+        while frame not in chain:  # a loop of frames ends where it began
             chain[frame] = T_ancestor_frame
+            frame, T_parent_child = self._parents.get(frame, (frame, np.eye(4)))
+            T_ancestor_frame = T_parent_child @ T_ancestor_frame
         return chain
 
 

@@ -278,6 +278,17 @@ def test_silence_names_the_topics(rig, start_node, frames):
     assert 'nothing on /rgb/camera_info' in node.log
 
 
+def test_ends_cleanly_in_the_middle_of_work(rig, start_node, frames):
+    node = start_node(preset='paper-full')
+    rig.send_camera_info(frames[0].camera)
+    for frame in frames:
+        rig.send(frame)
+    rig.answer(frames[1].stamp)
+    assert node.stop() == 0
+    assert len(rig.odom) < len(frames)
+    assert 'Traceback' not in node.log
+
+
 @pytest.mark.parametrize('how', [signal.SIGINT, signal.SIGTERM])
 def test_ends_cleanly(rig, start_node, frames, how):
     node = start_node()
