@@ -20,6 +20,7 @@ DISTORTION_MODELS = {
 }
 """Model name -> the numbers of coefficients it may have; 0 stands for no distortion."""
 
+_REPROJECTED_WITHIN = 0.1  # px; what is off by more has not been undistorted
 _UNDISTORT_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-9)
 
 
@@ -81,9 +82,11 @@ class Camera:
         if k[0] == 0.0:
             raise InputError('camera_info is not calibrated: k[0] is 0; calibrate the camera or '
                              'start its driver with a calibration file')
-        distortion = tuple(float(c) for c in d) if np.any(d) else ()
+        model = distortion_model or 'plumb_bob'
+        # coefficients of zero are no distortion to the polynomials, but still a fisheye
+        distorted = np.any(d) or model == 'equidistant'
         return cls(int(width), int(height), float(k[0]), float(k[4]), float(k[2]), float(k[5]),
-                   distortion_model or 'plumb_bob', distortion)
+                   model, tuple(float(c) for c in d) if distorted else ())
 
     @property
     def matrix(self) -> np.ndarray:
@@ -95,16 +98,21 @@ class Camera:
         Return the undistorted coordinates on the plane z = 1.
 
         :param pixels: Nx2 (u, v) [px], of the image as it was taken.
-        :returns: Nx2 float64.
+        :returns: Nx2 float64; NaN where no point in front of the camera is seen, beyond the
+            angle up to which the distortion model holds.
         """
         pixels = np.ascontiguousarray(pixels, np.float64).reshape(-1, 1, 2)
         if not self.distortion or len(pixels) == 0:
             return (pixels[:, 0] - (self.cx, self.cy)) / (self.fx, self.fy)
         if self.distortion_model == 'equidistant':
-            return cv2.fisheye.undistortPoints(
-                pixels, self.matrix, np.array(self.distortion),
-                criteria=_UNDISTORT_CRITERIA).reshape(-1, 2)
-        return _undistort(pixels, self.matrix, np.array(self.distortion)).reshape(-1, 2)
+            normalized = cv2.fisheye.undistortPoints(
+                pixels, self.matrix, np.array(self.distortion), criteria=_UNDISTORT_CRITERIA)
+        else:
+            normalized = _undistort(pixels, self.matrix, np.array(self.distortion))
+        normalized = normalized.reshape(-1, 2)
+        again = self.project(np.column_stack([normalized, np.ones(len(normalized))]))
+        off = np.abs(again - pixels[:, 0]).max(axis=1)
+        return np.where((off < _REPROJECTED_WITHIN)[:, None], normalized, np.nan)
 
     def back_project(self, pixels: np.ndarray, depths: np.ndarray) -> np.ndarray:
         """

@@ -98,11 +98,11 @@ class KeypointExtractor:
         """Return the keypoints of a frame; none where the image shows none."""
         found = self._detector.detect(frame.grey)
         depths = depth.sample(frame.depth, found.pixels, self._sensor)
-        kept = np.flatnonzero(np.isfinite(depths))
+        positions = frame.camera.back_project(found.pixels, depths)
+        kept = np.flatnonzero(np.isfinite(positions).all(axis=1))
         kept = kept[np.argsort(-found.responses[kept], kind='stable')]
         kept = self._select(kept, found.pixels[kept])
-        pixels, depths = found.pixels[kept], depths[kept]
-        positions = frame.camera.back_project(pixels, depths)
+        pixels, positions = found.pixels[kept], positions[kept]
         covariances = depth.position_covariances(
             positions, self._features.pixel_sigma * found.scales[kept], frame.camera,
             self._sensor)

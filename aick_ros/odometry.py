@@ -183,9 +183,10 @@ class Odometry:
         lost_for = (keypoints.stamp - anchor.keypoints.stamp) / NANOSECONDS
         motion = rigid.exp(self._twist * min(lost_for, self._settings.hold_time))
         self._pose = anchor.T_odom_camera @ motion
+        strayed = np.minimum(0.5 * _HELD_ACCELERATION * lost_for ** 2,
+                             np.repeat([self._settings.max_speed * lost_for, np.pi], 3))
         self._covariance = rigid.compose_covariance(
-            anchor.T_odom_camera, anchor.covariance, motion,
-            np.diag((0.5 * _HELD_ACCELERATION * lost_for ** 2) ** 2))
+            anchor.T_odom_camera, anchor.covariance, motion, np.diag(strayed ** 2))
         if len(keypoints) >= self._settings.min_matches:
             self._lost = _Anchor(keypoints, self._pose, self._covariance)
         return self._answer(keypoints, status, reason)

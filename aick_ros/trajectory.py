@@ -89,10 +89,10 @@ def read_trajectory(path: Path) -> Trajectory:
             continue
         words = line.replace(',', ' ').split()
         try:
-            stamp = seconds_to_stamp(words[0])
+            stamp = np.int64(seconds_to_stamp(words[0]))
             x, y, z, *quaternion = (float(word) for word in words[1:8])
             pose = rigid.from_quaternion(quaternion, (x, y, z))
-        except (ValueError, IndexError):
+        except (ValueError, IndexError, OverflowError):
             raise InputError(f'{path}, line {number}: {line.strip()[:80]!r} is no pose; it takes '
                              'stamp tx ty tz qx qy qz qw') from None
         stamps.append(stamp)

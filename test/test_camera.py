@@ -63,6 +63,22 @@ def test_from_camera_info():
     assert Camera.from_camera_info(640, 480, K, FR1.distortion, '').distortion == FR1.distortion
 
 
+def test_a_fisheye_with_coefficients_of_zero_is_still_a_fisheye():
+    camera = Camera.from_camera_info(640, 480, K, [0.0] * 4, 'equidistant')
+    (x, y), = camera.normalize([(camera.cx + camera.fx * 0.5, camera.cy)])
+    assert (x, y) == pytest.approx((np.tan(0.5), 0.0))
+
+
+@pytest.mark.parametrize('camera', [
+    Camera(640, 480, 150, 150, 320, 240, 'equidistant', (0.02, -0.01, 0.003, -0.001)),
+    Camera(640, 480, 350, 350, 320, 240, 'plumb_bob', (-0.35, 0.0, 0.0, 0.0))],
+    ids=['beyond a right angle', 'beyond the turning point of the polynomial'])
+def test_pixels_that_see_nothing_in_front_of_the_camera_are_nan(camera):
+    centre, corner = camera.normalize([(330, 245), (0, 0)])
+    assert np.isfinite(centre).all()
+    assert np.isnan(corner).all()
+
+
 @pytest.mark.parametrize('fields, sentence', [
     ((640, 480, [0.0] * 9), r'k\[0\] is 0; calibrate'),
     ((640, 480, K[:8]), '8 numbers: it takes 9'),

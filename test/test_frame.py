@@ -91,3 +91,21 @@ def test_where_nothing_is_seen_there_are_no_keypoints(rendered, changes):
     assert keypoints.positions.shape == (0, 3)
     assert keypoints.covariances.shape == (0, 3, 3)
     assert keypoints.descriptors.shape[0] == 0
+
+
+def test_keypoints_that_the_camera_model_cannot_place_are_left_out(rendered):
+    frame = rendered.frame(0)
+    wide = dataclasses.replace(frame, camera=Camera(640, 480, 150, 150, 320, 240, 'equidistant',
+                                                    (0.02, -0.01, 0.003, -0.001)))
+    keypoints = extract(wide)
+    assert 0 < len(keypoints)
+    assert np.isfinite(keypoints.positions).all()
+    assert np.hypot(*(keypoints.pixels - (320, 240)).T).max() < 150 * np.pi / 2
+
+
+@pytest.mark.parametrize('size', [(1, 1), (1, 640), (3, 3)])
+def test_an_image_too_small_for_the_pyramid_is_refused(size):
+    frame = RgbdFrame(0, np.zeros(size, np.uint8), np.ones(size, np.float32),
+                      dataclasses.replace(CAMERA, width=size[1], height=size[0]))
+    with pytest.raises(InputError, match='too small for the pyramid'):
+        extract(frame)

@@ -105,6 +105,17 @@ def test_a_lens_covered_for_long_does_not_make_the_pose_jump(rendered):
     assert after.recovered
 
 
+def test_after_a_long_loss_the_uncertainty_is_large_but_not_absurd(rendered):
+    frames, _ = rendered
+    odometry = Odometry()
+    track(odometry, frames[:3])
+    late = odometry.register_frame(dataclasses.replace(
+        black(frames[3]), stamp=frames[2].stamp + 60 * 10 ** 9))
+    x, *_, turn = np.sqrt(np.diag(late.covariance))
+    assert 10 < x <= 60 * 3.1  # as far as the motion gate lets it go
+    assert 1 < turn < 3.3
+
+
 def test_in_another_place_it_goes_on_from_the_pose_reached(rendered):
     """Carried elsewhere in the dark: nothing matches, so the pose is held, then tracks on."""
     frames, _ = rendered

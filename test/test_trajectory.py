@@ -71,7 +71,8 @@ def test_file_round_trip(tmp_path):
 @pytest.mark.parametrize('text, sentence', [
     ('1.0 1 2 3 0 0 0\n', r"line 1: '1\.0 1 2 3 0 0 0' is no pose"),
     ('# a comment\n1.0 0 0 0 0 0 0 1\n2.0 a b c 0 0 0 1\n', 'line 3'),
-    ('1.0 0 0 0 0 0 0 0\n', 'line 1'), ('# nothing\n', 'has no poses'), ('', 'has no poses')])
+    ('1.0 0 0 0 0 0 0 0\n', 'line 1'), ('inf 0 0 0 0 0 0 1\n', 'line 1'),
+    ('1e30 0 0 0 0 0 0 1\n', 'line 1'), ('# nothing\n', 'has no poses'), ('', 'has no poses')])
 def test_refuses_what_is_no_trajectory(tmp_path, text, sentence):
     file = tmp_path / 'groundtruth.txt'
     file.write_text(text)

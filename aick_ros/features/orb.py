@@ -8,6 +8,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from aick_ros.errors import InputError
 from aick_ros.features import Features
 from aick_ros.settings import FeatureSettings
 
@@ -18,6 +19,7 @@ class OrbDetector:
     def __init__(self, settings: FeatureSettings) -> None:
         orb = settings.orb
         self._scale_factor = orb.scale_factor
+        self._least_side = 2 * orb.scale_factor ** (orb.levels - 1)
         self._orb = cv2.ORB_create(
             nfeatures=orb.nfeatures, scaleFactor=orb.scale_factor, nlevels=orb.levels,
             edgeThreshold=orb.edge_threshold, firstLevel=0, WTA_K=2,
@@ -25,7 +27,15 @@ class OrbDetector:
             fastThreshold=orb.fast_threshold)
 
     def detect(self, grey: np.ndarray) -> Features:
-        """Return the keypoints of an HxW uint8 image."""
+        """
+        Return the keypoints of an HxW uint8 image.
+
+        :raises InputError: where the smallest pyramid level would be empty.
+        """
+        if min(grey.shape) < self._least_side:
+            raise InputError(
+                f'an image of {grey.shape[1]} x {grey.shape[0]} pixels is too small for the '
+                'pyramid: lower features.orb.levels or features.orb.scale_factor')
         keypoints, descriptors = self._orb.detectAndCompute(grey, None)
         if not keypoints:
             return Features(np.empty((0, 2), np.float32), np.empty((0, 32), np.uint8),

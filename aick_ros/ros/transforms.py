@@ -35,7 +35,7 @@ class StaticTransforms:
 
     def __init__(self, node: Node, base_frame: str, T_base_camera: np.ndarray | None,
                  on_change: Callable[[], None]) -> None:
-        self._base_frame = base_frame
+        self._base_frame = base_frame.lstrip('/')
         self._given = T_base_camera
         self._on_change = on_change
         self._lock = threading.Lock()
@@ -53,6 +53,7 @@ class StaticTransforms:
         """
         if self._given is not None:
             return self._given
+        camera_frame = camera_frame.lstrip('/')
         if camera_frame == self._base_frame:
             return np.eye(4)
         with self._lock:

@@ -39,8 +39,10 @@ class Watchdog:
         """Return what is wrong with the topics that are silent, '' where none is."""
         now = time.monotonic()
         silent = [name for name, last in self._last.items() if now - last > _SILENT_AFTER]
-        unpublished = [name for name in silent if not self._publishers(name)]
-        sentences = [self._explain(name) for name in silent if name not in unpublished]
+        publishers = {name: self._publishers(name) for name in silent}
+        unpublished = [name for name in silent if not publishers[name]]
+        sentences = [self._explain(name, publishers[name])
+                     for name in silent if publishers[name]]
         if unpublished:
             topics = ', '.join(self._subscriptions[name].topic_name for name in unpublished)
             sentences.append(f'nobody publishes {topics}: start the camera, or remap '
@@ -50,8 +52,8 @@ class Watchdog:
     def _publishers(self, name: str) -> list[TopicEndpointInfo]:
         return self._node.get_publishers_info_by_topic(self._subscriptions[name].topic_name)
 
-    def _explain(self, name: str) -> str:
-        subscription, publishers = self._subscriptions[name], self._publishers(name)
+    def _explain(self, name: str, publishers: list[TopicEndpointInfo]) -> str:
+        subscription = self._subscriptions[name]
         silence = f'nothing on {subscription.topic_name} for {_SILENT_AFTER:g} s'
         for publisher in publishers:
             compatibility, reason = qos_check_compatible(

@@ -66,6 +66,12 @@ def test_the_parameter_goes_first(publish):
     np.testing.assert_array_equal(transforms.camera_in_base('camera'), pose(2))
 
 
+def test_a_leading_slash_of_old_drivers_does_not_matter(publish):
+    transforms = publish({('base_link', '/camera'): pose(1)})
+    for frame in ('camera', '/camera'):
+        np.testing.assert_allclose(transforms.camera_in_base(frame), pose(1), atol=1e-9)
+
+
 def test_the_base_itself_needs_no_transform(publish):
     transforms = publish({('base_link', 'camera'): pose(1)})
     np.testing.assert_array_equal(transforms.camera_in_base('base_link'), np.eye(4))
