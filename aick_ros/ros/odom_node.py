@@ -62,10 +62,11 @@ class OdomNode(Node):
             settings.sync_queue_size)
         self._worker = Worker(
             self._answer, capacity=_LONGEST_BACKLOG if settings.process_every_frame else 1,
-            ready=lambda job: not self._missing_for(job[0]))
+            # where the newest pair can be answered, one that cannot must not block the others
+            ready=lambda job: '' in (self._missing_for(job[0]), self._missing_for(self._newest)))
         self._extrinsics = StaticTransforms(
             self, settings.frame_id, _given_extrinsic(settings), self._worker.nudge)
-        self._watchdog = Watchdog(self, self._subscribe(settings))
+        self._watchdog = Watchdog(self, self._subscribe(settings), settings)
         self.create_service(Empty, '~/reset_odom', self._reset)
         # steady timers: a /clock that stands still must not stop the watch
         steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -108,17 +109,24 @@ class OdomNode(Node):
             self._worker.nudge()
 
     def _take(self, add: Callable[[int, Image], list[Pair]], image: Image) -> None:
-        late = self._synchronizer.late
-        self._queue(add(to_stamp(image.header.stamp), image))
+        stamp, late = to_stamp(image.header.stamp), self._synchronizer.late
+        if stamp <= 0:
+            self._diagnostics.count('images without stamp')
+            self.get_logger().warning(
+                f'image left out: its stamp is {stamp} ns; the driver must stamp its images',
+                throttle_duration_sec=_THROTTLE)
+            return
+        self._queue(add(stamp, image))
         if self._synchronizer.late > late:
             self.get_logger().warning(
-                f'image of {to_stamp(image.header.stamp)} ns left out: its stamp repeats or goes '
-                'back; is the driver publishing twice?', throttle_duration_sec=_THROTTLE)
+                f'image of {stamp} ns left out: its stamp repeats or goes back; is the driver '
+                'publishing twice?', throttle_duration_sec=_THROTTLE)
 
     def _queue(self, pairs: list[Pair]) -> None:
         for pair in pairs:
             self._diagnostics.count('frames received')
             self._newest = pair
+            self._watchdog.saw_pair()
             self._worker.put((pair, time.monotonic()))
 
     def _flush(self) -> None:

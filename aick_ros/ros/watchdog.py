@@ -12,6 +12,8 @@ from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from aick_ros.settings import NodeSettings
+
 _SILENT_AFTER = 5.0  # seconds
 
 
@@ -22,8 +24,11 @@ class Watchdog:
     :param subscriptions: name as in the node's contract -> subscription.
     """
 
-    def __init__(self, node: Node, subscriptions: dict[str, Subscription]) -> None:
+    def __init__(self, node: Node, subscriptions: dict[str, Subscription],
+                 settings: NodeSettings) -> None:
         self._node = node
+        self._settings = settings
+        self._paired = time.monotonic()
         self._subscriptions = subscriptions
         self._last = dict.fromkeys(subscriptions, time.monotonic())
 
@@ -31,12 +36,16 @@ class Watchdog:
         """Take note of a message."""
         self._last[name] = time.monotonic()
 
+    def saw_pair(self) -> None:
+        """Take note of a colour and a depth image that belong together."""
+        self._paired = time.monotonic()
+
     def quiet_for(self) -> float:
         """Return for how long no message has come on any topic [s]."""
         return time.monotonic() - max(self._last.values())
 
     def complaint(self) -> str:
-        """Return what is wrong with the topics that are silent, '' where none is."""
+        """Return what is wrong with topics that are silent or do not fit, '' where none is."""
         now = time.monotonic()
         silent = [name for name, last in self._last.items() if now - last > _SILENT_AFTER]
         publishers = {name: self._publishers(name) for name in silent}
@@ -47,7 +56,17 @@ class Watchdog:
             topics = ', '.join(self._subscriptions[name].topic_name for name in unpublished)
             sentences.append(f'nobody publishes {topics}: start the camera, or remap '
                              f'{", ".join(unpublished)} to its topics')
+        if not silent and now - self._paired > _SILENT_AFTER:
+            sentences.append(self._explain_unpaired())
         return '; '.join(sentences)
+
+    def _explain_unpaired(self) -> str:
+        both = f'colour and depth images come, but for {_SILENT_AFTER:g} s no two of them have '
+        if not self._settings.approx_sync:
+            return both + 'the same stamp: set approx_sync to true'
+        return both + (f'stamps within approx_sync_max_interval = '
+                       f'{self._settings.approx_sync_max_interval:g} s: synchronize the camera, '
+                       'or raise it')
 
     def _publishers(self, name: str) -> list[TopicEndpointInfo]:
         return self._node.get_publishers_info_by_topic(self._subscriptions[name].topic_name)

@@ -4,8 +4,10 @@
 """The node in its own process, with a camera and a consumer beside it, over DDS."""
 
 import dataclasses
+import itertools
 import signal
 import subprocess
+import time
 from pathlib import Path
 
 import numpy as np
@@ -270,6 +272,46 @@ def test_diagnostics_tell_the_status(rig, start_node, frames):
     assert status.level == b'\x01'
     assert values['frames answered'] == '5'
     assert values['frames lost'] == '1'
+
+
+def test_images_without_stamp_are_left_out(rig, start_node, frames):
+    node = start_node()
+    rig.send_camera_info(frames[0].camera)
+    rig.send(dataclasses.replace(frames[0], stamp=0, depth_stamp=None))
+    for frame in frames[:3]:
+        rig.send(frame)
+    rig.answer(frames[2].stamp)
+    assert rig.stamps() == [frame.stamp for frame in frames[:3]]
+    node.wait_for_log('its stamp is 0 ns; the driver must stamp its images')
+
+
+def test_an_image_of_an_unknown_frame_does_not_block_the_others(rig, start_node, frames):
+    node = start_node()
+    rig.send_camera_info(frames[0].camera)
+    for i, frame in enumerate(frames[:6]):
+        rig.send(frame, colour=rig.image_message(
+            frame.stamp, 'rgb8', frame.colour, 'elsewhere' if i in (0, 3) else OPTICAL))
+    good = [frame.stamp for i, frame in enumerate(frames[:6]) if i not in (0, 3)]
+    for stamp in good:
+        rig.answer(stamp)
+    assert rig.stamps() == good
+    node.wait_for_log("no transform from 'elsewhere'")
+
+
+def test_colour_and_depth_that_never_pair_are_reported(rig, start_node, frames):
+    node = start_node()
+    stop = time.monotonic() + 20
+    for i in itertools.count():
+        if 'synchronize the camera, or raise it' in node.log:
+            break
+        assert time.monotonic() < stop, node.log
+        frame = frames[i % len(frames)]
+        stamp = frames[0].stamp + i * 200_000_000
+        rig.send_camera_info(frame.camera)
+        rig.send(dataclasses.replace(frame, stamp=stamp, depth_stamp=stamp + 50_000_000))
+        time.sleep(0.1)
+    assert rig.odom == []
+    assert 'approx_sync_max_interval = 0.02 s' in node.log
 
 
 def test_silence_names_the_topics(rig, start_node, frames):
