@@ -33,8 +33,9 @@ help:
 
 setup: $(READY) $(TF2_MSGS)
 
+export BAG
 run: setup
-	$(BIN)/aick demo $(if $(BAG),'$(BAG)')
+	$(BIN)/aick demo $(if $(BAG),"$$BAG")
 
 test: setup
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(ARGS)

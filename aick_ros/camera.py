@@ -16,7 +16,7 @@ from aick_ros.errors import InputError
 DISTORTION_MODELS = {
     'plumb_bob': (0, 4, 5),
     'rational_polynomial': (0, 8, 12, 14),
-    'equidistant': (0, 4),
+    'equidistant': (4,),
 }
 """Model name -> the numbers of coefficients it may have; 0 stands for no distortion."""
 
@@ -83,10 +83,13 @@ class Camera:
             raise InputError('camera_info is not calibrated: k[0] is 0; calibrate the camera or '
                              'start its driver with a calibration file')
         model = distortion_model or 'plumb_bob'
-        # coefficients of zero are no distortion to the polynomials, but still a fisheye
-        distorted = np.any(d) or model == 'equidistant'
+        distortion = tuple(float(c) for c in d)
+        if model == 'equidistant':
+            distortion = distortion or (0.0,) * 4  # still a fisheye
+        elif not any(distortion):
+            distortion = ()
         return cls(int(width), int(height), float(k[0]), float(k[4]), float(k[2]), float(k[5]),
-                   model, tuple(float(c) for c in d) if distorted else ())
+                   model, distortion)
 
     @property
     def matrix(self) -> np.ndarray:

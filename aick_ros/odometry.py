@@ -38,7 +38,8 @@ class OdometryUpdate:
     :param increment: 4x4, from the frame it was registered to; the identity where there is none.
     :param increment_covariance: 6x6; infinite on the diagonal where there is no increment.
     :param interval: time of the increment [s]; 0 where there is none.
-    :param recovered: whether this is the first tracked frame after lost ones.
+    :param recovered: whether this is the first tracked frame after lost ones, or of a recording
+        that started again.
     :param matches: Kx2, rows (keypoint, keypoint of the reference).
     :param timing: milliseconds of the stages: ``features``, ``registration``, ``total``.
     """
@@ -106,13 +107,13 @@ class Odometry:
             'features': 1e3 * (extracted - start), 'registration': 1e3 * (end - extracted),
             'total': 1e3 * (end - start)})
 
-    def _forget(self, pose: np.ndarray, covariance: np.ndarray) -> None:
+    def _forget(self, pose: np.ndarray, covariance: np.ndarray, is_lost: bool = False) -> None:
         self._pose, self._covariance = pose, covariance
         self._twist = np.zeros(6)
         self._stamp: int | None = None
         self._tracked: _Anchor | None = None
         self._lost: _Anchor | None = None
-        self._is_lost = False
+        self._is_lost = is_lost
 
     def _register(self, keypoints: KeypointFrame) -> OdometryUpdate:
         if self._stamp is not None and keypoints.stamp <= self._stamp:
@@ -120,7 +121,7 @@ class Odometry:
             if back <= RESTART_AFTER:
                 return self._answer(keypoints, Status.BAD_STAMP,
                                     f'{back / NANOSECONDS:.6f} s before the last frame')
-            self._forget(self._pose, self._covariance)
+            self._forget(self._pose, self._covariance, is_lost=True)
         self._stamp = keypoints.stamp
         if self._tracked is None:
             return self._start(keypoints)
@@ -139,8 +140,10 @@ class Odometry:
         if len(keypoints) < fewest:
             return self._answer(keypoints, Status.TOO_FEW_KEYPOINTS,
                                 f'{len(keypoints)} keypoints with depth, it takes {fewest}')
+        recovered, self._is_lost = self._is_lost, False
         self._tracked = _Anchor(keypoints, self._pose, self._covariance)
-        return self._answer(keypoints, Status.FIRST_FRAME, f'{len(keypoints)} keypoints')
+        return self._answer(keypoints, Status.FIRST_FRAME, f'{len(keypoints)} keypoints',
+                            recovered=recovered)
 
     def _anchors(self) -> Iterator[_Anchor]:
         yield self._tracked

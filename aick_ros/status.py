@@ -9,6 +9,7 @@ from enum import Enum
 class Status(Enum):
     """Outcome of a registration or of a frame; the value is the sentence a person reads."""
 
+    NO_FRAME = 'no frame yet'
     OK = 'registered'
     FIRST_FRAME = 'first frame, nothing to register it to'
     TOO_FEW_KEYPOINTS = 'too few keypoints with depth'

@@ -28,12 +28,14 @@ def generate_launch_description():
                               description="Registered depth images; '': as the camera has it"),
         DeclareLaunchArgument('camera_info_topic', default_value='',
                               description="Calibration of the colour images; '': as above"),
-        DeclareLaunchArgument('frame_id', default_value='base_link',
-                              description='Frame whose motion is published'),
-        DeclareLaunchArgument('odom_frame_id', default_value='odom',
-                              description='Frame the pose is given in'),
-        DeclareLaunchArgument('publish_tf', default_value='true',
-                              description='Whether to publish odom_frame_id -> frame_id'),
+        DeclareLaunchArgument('frame_id', default_value='',
+                              description="Frame whose motion is published; '': as in the file"),
+        DeclareLaunchArgument('odom_frame_id', default_value='',
+                              description="Frame the pose is given in; '': as in the file"),
+        DeclareLaunchArgument('publish_tf', default_value='',
+                              description="Whether to publish TF; '': as in the file"),
+        DeclareLaunchArgument('camera_in_base', default_value='',
+                              description="Extrinsic x y z qx qy qz qw; '': as in the file"),
         DeclareLaunchArgument('use_sim_time', default_value='false',
                               description='Whether time comes from /clock'),
         DeclareLaunchArgument('params_file',
@@ -54,10 +56,12 @@ def start_node(context):
         file = SHARE / 'config' / 'cameras' / f'{argument("camera")}.yaml'
         topics.update(yaml.safe_load(file.read_text())['remappings'])
     topics.update({name: topic for name, topic in given.items() if topic})
+    given_parameters = {name: argument(name) for name in (
+        'frame_id', 'odom_frame_id', 'camera_in_base') if argument(name)}
+    if argument('publish_tf'):
+        given_parameters['publish_tf'] = argument('publish_tf').lower() == 'true'
     return [Node(
         package='aick_ros', executable='odom_node', output='screen',
         remappings=[(name, topic) for name, topic in topics.items() if topic],
         parameters=[argument('params_file'), {
-            'frame_id': argument('frame_id'), 'odom_frame_id': argument('odom_frame_id'),
-            'publish_tf': argument('publish_tf').lower() == 'true',
-            'use_sim_time': argument('use_sim_time').lower() == 'true'}])]
+            'use_sim_time': argument('use_sim_time').lower() == 'true', **given_parameters}])]

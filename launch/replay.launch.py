@@ -8,7 +8,8 @@ from pathlib import Path
 from ament_index_python.packages import get_package_share_directory
 from launch import LaunchDescription
 from launch.actions import (
-    DeclareLaunchArgument, EmitEvent, IncludeLaunchDescription, RegisterEventHandler)
+    DeclareLaunchArgument, EmitEvent, IncludeLaunchDescription, RegisterEventHandler,
+    TimerAction)
 from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
 from launch.launch_description_sources import PythonLaunchDescriptionSource
@@ -30,6 +31,8 @@ def generate_launch_description():
             'rgb_topic': LaunchConfiguration('rgb_topic'),
             'depth_topic': LaunchConfiguration('depth_topic'),
             'camera_info_topic': LaunchConfiguration('camera_info_topic'),
+            'frame_id': LaunchConfiguration('frame_id'),
+            'camera_in_base': LaunchConfiguration('camera_in_base'),
             'use_sim_time': 'true'}.items())
     return LaunchDescription([
         DeclareLaunchArgument('bag', description='Folder of a ROS 2 bag'),
@@ -40,7 +43,12 @@ def generate_launch_description():
                               description='Registered depth images of the bag'),
         DeclareLaunchArgument('camera_info_topic', default_value='/camera/rgb/camera_info',
                               description='Calibration of the colour images of the bag'),
+        DeclareLaunchArgument('frame_id', default_value='',
+                              description="Frame whose motion is published; '': base_link"),
+        DeclareLaunchArgument('camera_in_base', default_value='',
+                              description='Extrinsic x y z qx qy qz qw, for a bag without TF'),
         odometry, player,
-        RegisterEventHandler(OnProcessExit(
-            target_action=player, on_exit=[EmitEvent(event=Shutdown(reason='the bag is over'))])),
+        RegisterEventHandler(OnProcessExit(target_action=player, on_exit=[
+            TimerAction(period=2.0, actions=[  # for the last frames to be answered
+                EmitEvent(event=Shutdown(reason='the bag is over'))])])),
     ])

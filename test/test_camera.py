@@ -63,8 +63,9 @@ def test_from_camera_info():
     assert Camera.from_camera_info(640, 480, K, FR1.distortion, '').distortion == FR1.distortion
 
 
-def test_a_fisheye_with_coefficients_of_zero_is_still_a_fisheye():
-    camera = Camera.from_camera_info(640, 480, K, [0.0] * 4, 'equidistant')
+@pytest.mark.parametrize('d', [[0.0] * 4, []])
+def test_a_fisheye_with_coefficients_of_zero_is_still_a_fisheye(d):
+    camera = Camera.from_camera_info(640, 480, K, d, 'equidistant')
     (x, y), = camera.normalize([(camera.cx + camera.fx * 0.5, camera.cy)])
     assert (x, y) == pytest.approx((np.tan(0.5), 0.0))
 

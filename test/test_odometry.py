@@ -145,10 +145,10 @@ def test_motion_gate(rendered):
 
 def test_too_few_matches_are_not_believed(rendered):
     frames, _ = rendered
-    strict = settings.with_values(Settings(), {'odometry.min_matches': 600})
-    updates = track(Odometry(settings.with_values(
-        strict, {'features.max_keypoints': 620})), frames[:2])
-    assert updates[1].status in (Status.TOO_FEW_MATCHES, Status.TOO_FEW_KEYPOINTS)
+    strict = settings.with_values(Settings(), {'odometry.min_matches': 590})
+    updates = track(Odometry(strict), frames[:2])
+    assert updates[1].status is Status.TOO_FEW_MATCHES
+    assert 'odometry.min_matches is 590' in updates[1].reason
 
 
 @pytest.mark.parametrize('step', [0, -1, -500_000_000])
@@ -171,7 +171,19 @@ def test_a_recording_that_starts_again_goes_on_at_the_pose_reached(rendered):
     first, second = track(odometry, again[:2])
     assert first.status is Status.FIRST_FRAME
     np.testing.assert_array_equal(first.T_odom_camera, before.T_odom_camera)
+    assert first.recovered  # where the camera was in between nobody knows
     assert second.status is Status.OK
+    assert not second.recovered
+
+
+def test_a_recording_that_starts_again_while_lost_has_recovered_with_its_first_frame(rendered):
+    frames, _ = rendered
+    odometry = Odometry()
+    track(odometry, [*frames[:6], black(frames[6])])
+    again = dataclasses.replace(frames[0], stamp=frames[0].stamp - 5 * 10 ** 9)
+    first = odometry.register_frame(again)
+    assert first.status is Status.FIRST_FRAME
+    assert first.recovered
 
 
 def test_before_the_first_good_frame_the_pose_is_the_start(rendered):

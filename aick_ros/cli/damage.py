@@ -29,4 +29,4 @@ class DamageLog:
         """Say how many there were."""
         if self.count:
             noun = 'image was' if self.count == 1 else 'images were'
-            say(f'{self.count} {noun} skipped: record or copy them again; all others were used')
+            say(f'{self.count} {noun} skipped, for the reasons above; all others were used')

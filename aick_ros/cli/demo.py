@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import random
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
@@ -16,6 +17,7 @@ import typer
 
 from aick_ros import rigid
 from aick_ros.cli import console, options, outcome
+from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.cli.run_folder import lead_to, make_folder
 from aick_ros.errors import InputError
@@ -23,7 +25,7 @@ from aick_ros.evaluation.figures import Percentiles, root_mean_square
 from aick_ros.evaluation.trajectory_errors import TrajectoryErrors, compare
 from aick_ros.frame import KeypointExtractor
 from aick_ros.settings import Settings
-from aick_ros.sources import RgbdSource, SourceOptions, open_source, raise_damage
+from aick_ros.sources import RgbdSource, SourceOptions, open_source
 from aick_ros.sources.bag import BagSource
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
 
 _NODE_TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info')
 _WRITTEN_TOPICS = (bag_writer.COLOUR_TOPIC, bag_writer.DEPTH_TOPIC, bag_writer.INFO_TOPIC)
+_LAST_DOMAIN = 101  # of those whose ports the system does not hand out
 _VIEWS = 4  # images of the recording above the picture of the path
 _CAMERA_IN_BASE = (0.0, 0.0, 0.0, -0.5, 0.5, -0.5, 0.5)
 """An optical frame (z forward) in a base (x forward) at the same place (REP-103)."""
@@ -58,7 +61,9 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     """
     if json is not None:
         check_target(json)
-    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    # a robot that runs on this machine must neither hear the demo nor be heard by it
+    os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+    os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, _LAST_DOMAIN))
     try:
         from aick_ros.ros.bag_player import RealTime
         from aick_ros.ros.live_run import run_live
@@ -68,7 +73,8 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     opened = open_source(source) if source else SyntheticSource(SyntheticOptions(frames=frames))
     folder = make_folder(out, f'demo-{opened.name}', datetime.now())
     lead_to(folder)
-    bag, topics = _playable_bag(source, opened, folder)
+    damage = DamageLog()
+    bag, topics = _playable_bag(source, opened, folder, damage)
     with console.progress('playing to odom_node', len(opened)) as show:
         run = run_live(
             bag, dict(zip(_NODE_TOPICS, topics)),
@@ -87,20 +93,23 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     on_stderr = json == STANDARD_OUTPUT
     console.table(f'odom_node on {opened.name}', _rows(figures), on_stderr=on_stderr)
     typer.echo(f'path of base_link: {folder / "trajectory.tum"}', err=on_stderr)
-    typer.echo(f'its picture: {_draw(folder / "trajectory.png", estimate, truth, bag, topics)}',
-               err=on_stderr)
-    return outcome.DONE
+    picture = _draw(folder / 'trajectory.png', opened.name, estimate, truth, bag, topics)
+    typer.echo(f'its picture: {picture}', err=on_stderr)
+    if bag.is_relative_to(folder):
+        typer.echo(f'the bag that was played (may be deleted): {bag}', err=on_stderr)
+    damage.close()
+    return outcome.UNUSABLE_INPUT if damage.count else outcome.DONE
 
 
-def _playable_bag(path: str | None, source: RgbdSource,
-                  folder: Path) -> tuple[Path, tuple[str, str, str]]:
+def _playable_bag(path: str | None, source: RgbdSource, folder: Path,
+                  damage: DamageLog) -> tuple[Path, tuple[str, str, str]]:
     """Return a ROS 2 bag of raw images, the user's own or a new one, and its topics."""
     if isinstance(source, BagSource) and source.raw_topics and (
             Path(path) / 'metadata.yaml').is_file():
         return Path(path), source.raw_topics
     bag = folder / 'bag'
     with console.progress(f'writing {bag}', len(source)) as show:
-        bag_writer.write_bag(bag, source, on_damaged=raise_damage,
+        bag_writer.write_bag(bag, source, on_damaged=damage,
                              progress=lambda written, total: show(written))
     return bag, _WRITTEN_TOPICS
 
@@ -144,7 +153,7 @@ def _rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
         ('ATE', console.figure(trajectory['ate_rmse_m'], ' m', 4))]
 
 
-def _draw(path: Path, estimate: Trajectory, truth: Trajectory | None, bag: Path,
+def _draw(path: Path, name: str, estimate: Trajectory, truth: Trajectory | None, bag: Path,
           topics: tuple[str, str, str]) -> str:
     try:
         from aick_ros.reports.path_plot import View, plot_trajectory
@@ -155,5 +164,7 @@ def _draw(path: Path, estimate: Trajectory, truth: Trajectory | None, bag: Path,
     shown = set(np.linspace(0, len(recording) - 1, _VIEWS, dtype=int))
     views = [View(frame.colour, extractor.extract(frame).pixels)
              for i, frame in enumerate(recording.frames(lambda damage: None)) if i in shown]
-    plot_trajectory(path, estimate, truth, 'What odom_node saw, and the path it published', views)
+    aligned = ', aligned to the ground truth' if truth else ''
+    plot_trajectory(path, estimate, truth,
+                    f'odom_node on {name}: views, and the path it published{aligned}', views)
     return str(path)

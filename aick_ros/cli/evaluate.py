@@ -55,6 +55,9 @@ def evaluate(source: options.Source, gaps: Gaps = '1,5,10', json: options.JsonFi
         write_json(json, {**evaluation.to_json(), 'ended': reading.ended,
                           'damaged_images': damage.count})
     _show(evaluation, on_stderr=json == STANDARD_OUTPUT)
+    if recording.ground_truth is not None and evaluation.trajectory.ate_rmse_m is None:
+        say(f'the ground truth of {recording.name} covers none of its frames: are both by the '
+            'same clock?')
     return outcome.of_reading(reading, damage)
 
 

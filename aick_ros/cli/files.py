@@ -18,12 +18,18 @@ STANDARD_OUTPUT = '-'
 
 def write_whole(path: Path, text: str) -> None:
     """
-    Write a file in one step, so that nobody ever finds half of it.
+    Write a file in one step, so that nobody ever finds half of it; links are followed.
+
+    A pipe or a device is written to as it is.
 
     :raises InputError: where it cannot be written.
     """
+    path = path.resolve()
     draft = path.with_name(f'.{path.name}.{os.getpid()}')
     try:
+        if path.exists() and not path.is_file():
+            path.write_text(text, encoding='utf-8')
+            return
         draft.write_text(text, encoding='utf-8')
         draft.replace(path)
     except OSError as error:

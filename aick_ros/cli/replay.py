@@ -27,6 +27,7 @@ from aick_ros.evaluation.run_summary import RunSummary, summarize
 from aick_ros.odometry import Odometry
 from aick_ros.settings import Settings
 from aick_ros.sources import SourceOptions, open_source
+from aick_ros.status import Status
 from aick_ros.trajectory import Trajectory
 
 Out = Annotated[Path, typer.Option(
@@ -108,7 +109,11 @@ def _show(summary: RunSummary, folder: Path, on_stderr: bool) -> None:
         ('length of the path', figure(summary.path_length_m, ' m')),
         ('from start to end', figure(summary.end_distance_m, ' m')),
     ]
-    if score.ate_rmse_m is not None:
+    lost = {name: count for name, count in summary.status.items() if not Status[name].ok}
+    if lost:
+        rows.append(('not tracked', ', '.join(f'{count} {Status[name].value}'
+                                              for name, count in lost.items())))
+    if score.ate_rmse_m is not None and summary.tracked > 1:
         rows += [
             ('RPE over 1 s, translation', figure(score.rpe_1s_translation_rmse_m, ' m', 4)),
             ('RPE over 1 s, rotation', figure(score.rpe_1s_rotation_rmse_deg, ' deg', 2)),

@@ -45,8 +45,8 @@ class RunFolder:
     """
 
     def __init__(self, parent: Path, source: str, settings: Settings, started: datetime) -> None:
+        self.path = make_folder(parent, source, started)
         try:
-            self.path = make_folder(parent, source, started)
             self._trajectory = self._open('trajectory.tum')
             self._frames = self._open('frames.csv')
         except OSError as error:
@@ -96,15 +96,20 @@ def _row(record: FrameRecord) -> Iterator[str | int]:
 
 
 def make_folder(parent: Path, source: str, started: datetime) -> Path:
-    """Make and return a new folder for a run, named after its source and time."""
+    """
+    Make and return a new folder for a run, named after its source and time.
+
+    :raises InputError: where it cannot be made.
+    """
     name = f'{re.sub(r"[^A-Za-z0-9_.-]+", "_", source)}-{started:%Y%m%d-%H%M%S}'
     for number in count(1):
         path = parent / (name if number == 1 else f'{name}-{number}')
         try:
             path.mkdir(parents=True)
-        except FileExistsError:
-            if not path.is_dir():
-                raise
+        except OSError as error:
+            if isinstance(error, FileExistsError) and path.is_dir():
+                continue
+            raise InputError(f'cannot make the folder {path}: {error.strerror}') from None
         else:
             return path
 

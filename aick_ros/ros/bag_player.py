@@ -31,6 +31,7 @@ from aick_ros.ros.resources import use_fastdds_profile
 from aick_ros.trajectory import NANOSECONDS
 
 _IMAGE = 'sensor_msgs/msg/Image'
+_CLOCK = '/clock'
 _QUEUE = 10
 _ACKNOWLEDGED_WITHIN = Duration(seconds=2)
 
@@ -62,7 +63,7 @@ class BagPlayer(Node):
     def __init__(self, path: Path, arguments: Sequence[str] = ()) -> None:
         super().__init__('bag_player', cli_args=list(arguments))
         self._path = path
-        self._clock_publisher = self.create_publisher(Clock, '/clock', 10)
+        self._clock_publisher = self.create_publisher(Clock, _CLOCK, 10)
         self._publishers_by_topic = self._advertise()
 
     @property
@@ -99,6 +100,8 @@ class BagPlayer(Node):
         with _reading(self._path) as reader:
             for connection in reader.connections:
                 kind = _message_class(connection.msgtype)
+                if connection.topic == _CLOCK:
+                    continue  # the time is that of this playing
                 if kind is None:
                     self.get_logger().warning(
                         f'{connection.topic} is not played: {connection.msgtype} is not installed')
@@ -215,6 +218,9 @@ def main() -> None:
         sys.exit(2)
     except (KeyboardInterrupt, EOFError, ExternalShutdownException):
         pass
+    except Exception:
+        if rclpy.ok():
+            raise  # else it was told to end in the middle of a message
     finally:
         rclpy.try_shutdown()
 

@@ -28,7 +28,7 @@ class Diagnostics:
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', 10)
         self._lock = threading.Lock()
         self._counts: Counter[str] = Counter()
-        self._status, self._reason = Status.FIRST_FRAME, 'no frame yet'
+        self._status, self._reason = Status.NO_FRAME, 'waiting for images'
         self._delay_ms = 0.0
         self._timing: dict[str, float] = {}
 
@@ -38,7 +38,7 @@ class Diagnostics:
             self._counts[event] += 1
 
     def answered(self, update: OdometryUpdate, delay_ms: float) -> None:
-        """Take note of an odometry update and the age of its frame when it was answered."""
+        """Take note of an odometry update and the time since its images were paired."""
         with self._lock:
             self._counts['frames answered'] += 1
             self._counts['frames lost'] += not update.status.ok

@@ -10,6 +10,10 @@ import sys
 from importlib import import_module
 
 
+_PACKAGES = {'rosbags': 'pip install rosbags', 'cv2': 'apt install python3-opencv',
+             'numpy': 'apt install python3-numpy'}
+
+
 def odom_node() -> None:
     """Run the odometry node."""
     _run('odom_node')
@@ -29,8 +33,9 @@ def _run(name: str) -> None:
     except ModuleNotFoundError as error:
         if (error.name or '').startswith('aick_ros'):
             raise
-        remedy = ('pip install rosbags' if error.name == 'rosbags' else
-                  "source a ROS 2 Jazzy workspace, or pip install 'aick_ros[ros]'")
+        module = (error.name or '').partition('.')[0]
+        remedy = _PACKAGES.get(module, "source a ROS 2 Jazzy workspace, or pip install "
+                               "'aick_ros[ros]'")
         print(f'{name}: {error.name} is not installed: {remedy}', file=sys.stderr)
         sys.exit(2)
     program.main()

@@ -106,7 +106,7 @@ def run_live(bag: Path, remappings: Mapping[str, str], parameters: Mapping[str, 
     try:
         with _node_process(command, remappings, parameters) as process, _listening() as listener:
             _play(bag, remappings, pace, process, listener, on_progress)
-            return listener.run
+            return listener.run_of_what_was_played()
     finally:
         rclpy.try_shutdown()
 
@@ -141,6 +141,11 @@ class _Listener(Node):
         self._heard = False
         self.create_subscription(Odometry, 'odom', self._take, _QUEUE)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, _QUEUE)
+
+    def run_of_what_was_played(self) -> LiveRun:
+        """Return the run without what others publish under the same name."""
+        return LiveRun(self.run.published_at, [
+            answer for answer in self.run.answers if answer.stamp in self.run.published_at])
 
     @property
     def heard(self) -> bool:

@@ -103,7 +103,16 @@ def from_transform(message: Transform) -> np.ndarray:
 
 
 def _row_major(covariance: np.ndarray) -> np.ndarray:
-    """Return the 36 numbers of a covariance, its diagonal never zero and all of them finite."""
-    finite = np.nan_to_num(covariance, nan=UNKNOWN[0, 0], posinf=UNKNOWN[0, 0], neginf=0.0)
-    finite[np.diag_indices(6)] = np.maximum(np.diag(finite), _LEAST_VARIANCE)
-    return finite.ravel()
+    """
+    Return the 36 numbers of a covariance that no consumer takes for something else.
+
+    RTAB-Map takes 1.0 and 0 at the first place for 'not set', and what is not finite is refused
+    everywhere.
+    """
+    if not np.isfinite(covariance).all():
+        return UNKNOWN.ravel()
+    sent = np.array(covariance)
+    sent[np.diag_indices(6)] = np.maximum(np.diag(sent), _LEAST_VARIANCE)
+    if sent[0, 0] == 1.0:
+        sent[0, 0] = np.nextafter(1.0, 2.0)
+    return sent.ravel()

@@ -9,7 +9,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import rclpy
@@ -35,9 +35,17 @@ from aick_ros.ros.worker import Worker
 from aick_ros.settings import NodeSettings
 from aick_ros.synchronizer import Pair, Synchronizer
 
-_LONGEST_BACKLOG = 300  # pairs; at 640x480 one takes 1.5 MB
+_LONGEST_BACKLOG = 100  # pairs; at 640x480 one takes 1.5 to 2.1 MB
 _SILENCE = 0.5  # seconds after which no better partner is expected
 _THROTTLE = 5.0  # seconds between two log lines of the same kind
+
+
+class _Job(NamedTuple):
+    """A pair, the camera as it was then (None: not known yet), and the steady time [s]."""
+
+    pair: Pair
+    camera: Camera | None
+    paired_at: float
 
 
 class OdomNode(Node):
@@ -63,7 +71,8 @@ class OdomNode(Node):
         self._worker = Worker(
             self._answer, capacity=_LONGEST_BACKLOG if settings.process_every_frame else 1,
             # where the newest pair can be answered, one that cannot must not block the others
-            ready=lambda job: '' in (self._missing_for(job[0]), self._missing_for(self._newest)))
+            ready=lambda job: '' in (self._missing_for(job.pair),
+                                     self._missing_for(self._newest)))
         self._extrinsics = StaticTransforms(
             self, settings.frame_id, _given_extrinsic(settings), self._worker.nudge)
         self._watchdog = Watchdog(self, self._subscribe(settings), settings)
@@ -95,7 +104,6 @@ class OdomNode(Node):
         self._take(self._synchronizer.add_depth, message)
 
     def _take_camera_info(self, message: CameraInfo) -> None:
-        self._watchdog.saw('rgb/camera_info')
         try:
             camera = Camera.from_camera_info(
                 message.width, message.height, message.k, message.d, message.distortion_model)
@@ -103,6 +111,7 @@ class OdomNode(Node):
             self.get_logger().warning(
                 f'camera_info refused: {error}', throttle_duration_sec=_THROTTLE)
             return
+        self._watchdog.wants_no_more('rgb/camera_info')  # some drivers send it once
         if camera != self._camera:
             self._camera = camera
             self.get_logger().info(f'camera: {camera}')
@@ -111,23 +120,25 @@ class OdomNode(Node):
     def _take(self, add: Callable[[int, Image], list[Pair]], image: Image) -> None:
         stamp, late = to_stamp(image.header.stamp), self._synchronizer.late
         if stamp <= 0:
-            self._diagnostics.count('images without stamp')
-            self.get_logger().warning(
-                f'image left out: its stamp is {stamp} ns; the driver must stamp its images',
-                throttle_duration_sec=_THROTTLE)
+            self._refuse(f'image left out: its stamp is {stamp} ns; the driver must stamp its '
+                         'images')
             return
         self._queue(add(stamp, image))
         if self._synchronizer.late > late:
-            self.get_logger().warning(
-                f'image of {stamp} ns left out: its stamp repeats or goes back; is the driver '
-                'publishing twice?', throttle_duration_sec=_THROTTLE)
+            self._refuse(f'image of {stamp} ns left out: its stamp repeats or goes back; is the '
+                         'driver publishing twice?')
+
+    def _refuse(self, sentence: str) -> None:
+        self._diagnostics.count('images refused')
+        self._watchdog.refused(sentence)
+        self.get_logger().warning(sentence, throttle_duration_sec=_THROTTLE)
 
     def _queue(self, pairs: list[Pair]) -> None:
         for pair in pairs:
             self._diagnostics.count('frames received')
             self._newest = pair
             self._watchdog.saw_pair()
-            self._worker.put((pair, time.monotonic()))
+            self._worker.put(_Job(pair, self._camera, time.monotonic()))
 
     def _flush(self) -> None:
         if self._watchdog.quiet_for() > _SILENCE:
@@ -143,13 +154,13 @@ class OdomNode(Node):
             return str(error)
         return ''
 
-    def _answer(self, job: tuple[Pair, float]) -> None:
+    def _answer(self, job: _Job) -> None:
         """Register one pair and publish; whatever happens, the next one gets its turn."""
-        pair, paired_at = job
+        pair, camera = job.pair, job.camera or self._camera
         try:
             update = self._odometry.register_frame(RgbdFrame(
                 pair.colour_stamp, image_codec.colour_image(pair.colour),
-                image_codec.depth_image(pair.depth), self._camera, pair.depth_stamp))
+                image_codec.depth_image(pair.depth), camera, pair.depth_stamp))
             self._publisher.publish(
                 update, self._extrinsics.camera_in_base(pair.colour.header.frame_id))
         except InputError as error:
@@ -163,7 +174,7 @@ class OdomNode(Node):
             self.get_logger().error(f'frame {pair.colour_stamp} ns failed, please report this:\n'
                                     f'{traceback.format_exc()}')
         else:
-            self._diagnostics.answered(update, 1e3 * (time.monotonic() - paired_at))
+            self._diagnostics.answered(update, 1e3 * (time.monotonic() - job.paired_at))
             if not update.status.ok:
                 self.get_logger().warning(
                     f'frame {update.stamp} ns: {update.status.value}: {update.reason}',
@@ -178,10 +189,9 @@ class OdomNode(Node):
         unpaired = self._synchronizer.unpaired
         self._diagnostics.publish(
             self, complaint, backlog=self._worker.backlog,
-            frames_dropped_for_newer_ones=self._worker.dropped,
+            frames_dropped_under_load=self._worker.dropped,
             colour_images_without_depth=unpaired['colour'],
-            depth_images_without_colour=unpaired['depth'],
-            images_with_stamps_repeated_or_back=self._synchronizer.late)
+            depth_images_without_colour=unpaired['depth'])
 
     def _reset(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
         def reset() -> None:
@@ -204,10 +214,17 @@ def _given_extrinsic(settings: NodeSettings) -> np.ndarray | None:
                          'qw') from None
 
 
+def _initialise() -> None:
+    try:
+        rclpy.init()
+    except Exception as error:  # rclpy has its own types for what rcl refuses
+        raise InputError(f'ROS does not take these arguments: {error}') from None
+
+
 def main() -> None:
     """Run the node until it is told to end."""
-    rclpy.init()
     try:
+        _initialise()
         node = OdomNode()
     except InputError as error:
         rclpy.try_shutdown()

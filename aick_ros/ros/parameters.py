@@ -11,7 +11,13 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 
 from aick_ros import settings
+from aick_ros.errors import InputError
 from aick_ros.settings import NodeSettings, Parameter, Settings
+
+
+_PRESET = Parameter(
+    'preset', str, '', 'Start from the parameters of the paper, '
+    + ' or '.join(settings.PRESETS) + "; '': from the defaults.")
 
 
 def declare_settings(node: Node) -> tuple[NodeSettings, Settings]:
@@ -22,11 +28,18 @@ def declare_settings(node: Node) -> tuple[NodeSettings, Settings]:
 
     :raises InputError: naming the parameter, its range and its unit.
     """
-    preset = node.declare_parameter('preset', '', ParameterDescriptor(
-        description='Start from the parameters of the paper, ' + ' or '.join(settings.PRESETS)
-        + "; '': from the defaults.", read_only=True)).value
-    core = settings.preset(preset) if preset else Settings()
-    return _declare(node, NodeSettings()), _declare(node, core)
+    preset = _override(node, _PRESET)
+    core = settings.preset(_PRESET.convert(preset)) if preset else Settings()
+    node.declare_parameter(_PRESET.name, preset, _descriptor(_PRESET), ignore_override=True)
+    return _checked(_declare(node, NodeSettings())), _declare(node, core)
+
+
+def _checked(own: NodeSettings) -> NodeSettings:
+    """Refuse frames between which there can be no transform."""
+    if not own.frame_id or not own.odom_frame_id or own.frame_id == own.odom_frame_id:
+        raise InputError(f'frame_id = {own.frame_id!r} and odom_frame_id = {own.odom_frame_id!r}: '
+                         'they must be two different frames')
+    return own
 
 
 def _declare(node: Node, group: Any) -> Any:
@@ -44,7 +57,7 @@ def _override(node: Node, parameter: Parameter) -> Any:
     value = node.declare_parameter(parameter.name, _ros_value(parameter.default),
                                    ParameterDescriptor(dynamic_typing=True)).value
     node.undeclare_parameter(parameter.name)
-    return value
+    return parameter.default if value is None else value  # an empty list comes as None
 
 
 def _ros_value(value: Any) -> Any:

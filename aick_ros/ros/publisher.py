@@ -52,7 +52,7 @@ class OdometryPublisher:
             self._T_odom_base, pose_covariance = rigid.change_body(
                 update.T_odom_camera, update.covariance, T_base_camera)
             if not update.recovered:
-                covariance = pose_covariance
+                covariance = _below_unknown(pose_covariance)
         if update.interval and not update.recovered:
             twist, twist_covariance = _velocity(update, T_base_camera)
         located = messages.pose_with_covariance(
@@ -62,6 +62,12 @@ class OdometryPublisher:
         self._pose.publish(located)
         self._odom.publish(messages.odometry(located, self._base_frame, twist, twist_covariance))
         return True
+
+
+def _below_unknown(covariance: np.ndarray) -> np.ndarray:
+    """Scale a covariance down where it would be taken for that of a lost camera."""
+    largest = float(np.diag(covariance).max())
+    return covariance * min(1.0, 0.99 * messages.UNKNOWN[0, 0] / max(largest, 1e-12))
 
 
 def _velocity(update: OdometryUpdate, T_base_camera: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

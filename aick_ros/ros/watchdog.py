@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 from rclpy.node import Node
@@ -29,6 +30,7 @@ class Watchdog:
         self._node = node
         self._settings = settings
         self._paired = time.monotonic()
+        self._refused: tuple[float, str] = (-math.inf, '')
         self._subscriptions = subscriptions
         self._last = dict.fromkeys(subscriptions, time.monotonic())
 
@@ -36,13 +38,21 @@ class Watchdog:
         """Take note of a message."""
         self._last[name] = time.monotonic()
 
+    def wants_no_more(self, name: str) -> None:
+        """Take note that a topic may be silent from now on."""
+        self._last[name] = math.inf
+
+    def refused(self, sentence: str) -> None:
+        """Take note of why an image was not even paired."""
+        self._refused = time.monotonic(), sentence
+
     def saw_pair(self) -> None:
         """Take note of a colour and a depth image that belong together."""
         self._paired = time.monotonic()
 
     def quiet_for(self) -> float:
         """Return for how long no message has come on any topic [s]."""
-        return time.monotonic() - max(self._last.values())
+        return time.monotonic() - max(last for last in self._last.values() if last < math.inf)
 
     def complaint(self) -> str:
         """Return what is wrong with topics that are silent or do not fit, '' where none is."""
@@ -56,7 +66,9 @@ class Watchdog:
             topics = ', '.join(self._subscriptions[name].topic_name for name in unpublished)
             sentences.append(f'nobody publishes {topics}: start the camera, or remap '
                              f'{", ".join(unpublished)} to its topics')
-        if not silent and now - self._paired > _SILENT_AFTER:
+        if now - self._refused[0] < _SILENT_AFTER:
+            sentences.append(self._refused[1])
+        elif not silent and now - self._paired > _SILENT_AFTER:
             sentences.append(self._explain_unpaired())
         return '; '.join(sentences)
 
@@ -77,7 +89,7 @@ class Watchdog:
         for publisher in publishers:
             compatibility, reason = qos_check_compatible(
                 publisher.qos_profile, subscription.qos_profile)
-            if compatibility is QoSCompatibility.ERROR:
+            if compatibility == QoSCompatibility.ERROR:  # each is a new object
                 return (f'{silence}: the QoS of {publisher.node_name} does not match ours '
                         f'({reason.strip()}); set qos_reliability to best_effort')
         return f'{silence}: {publishers[0].node_name} is there but sends nothing'

@@ -28,6 +28,7 @@ from aick_ros.sources.calibration import read_camera
 from aick_ros.synchronizer import Pair, Synchronizer
 from aick_ros.trajectory import NANOSECONDS, Trajectory, stamp_to_seconds
 
+_LONGEST_PAUSE = 60 * NANOSECONDS
 _WAITING = 64
 """Images of one topic that may wait for a partner, which bounds the memory."""
 
@@ -110,16 +111,15 @@ class BagSource:
     def _pairs(self, on_damaged: OnDamaged) -> Iterator[Pair]:
         synchronizer = Synchronizer(self._options.max_interval, _WAITING)
         add = {self._colour: synchronizer.add_colour, self._depth: synchronizer.add_depth}
-        last = dict.fromkeys(add, 0)
+        stamps = {topic: _IncreasingStamps() for topic in add}
         for topic, message in self._bag.messages(list(add), on_damaged):
             stamp = _stamp(message)
-            if stamp > last[topic]:
-                last[topic] = stamp
+            fault = stamps[topic].fault(stamp)
+            if not fault:
                 yield from add[topic](stamp, message)
             else:
                 on_damaged(InputError(
-                    f'{self._where(topic, stamp)}: the stamp is zero, repeats or goes back from '
-                    f'{stamp_to_seconds(last[topic])}; the image is left out'))
+                    f'{self._where(topic, stamp)}: {fault}; the image is left out'))
         yield from synchronizer.flush()
 
     def _decode(self, pair: Pair) -> RgbdFrame:
@@ -161,6 +161,25 @@ class BagSource:
 
     def _where(self, topic: str, stamp: int) -> str:
         return f'{self._path}, {topic} at {stamp_to_seconds(stamp)}'
+
+
+class _IncreasingStamps:
+    """Lets the stamps of a topic through that increase, but for one that is far off alone."""
+
+    def __init__(self) -> None:
+        self._last = self._ahead = 0
+
+    def fault(self, stamp: int) -> str:
+        """Return what is wrong with the next stamp [ns], '' for nothing."""
+        if stamp <= self._last:
+            return ('the stamp is zero, repeats or goes back from '
+                    f'{stamp_to_seconds(self._last)}')
+        alone = not 0 < stamp - self._ahead <= _LONGEST_PAUSE
+        if self._last and stamp - self._last > _LONGEST_PAUSE and alone:
+            self._ahead = stamp  # if the next is there too, it was a pause
+            return f'the stamp is far ahead of {stamp_to_seconds(self._last)}'
+        self._last = stamp
+        return ''
 
 
 def _stamp(message: Any) -> int:

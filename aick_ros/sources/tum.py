@@ -5,7 +5,8 @@
 Folders of the TUM RGB-D benchmark (Sturm et al., IROS 2012).
 
 ``rgb.txt`` and ``depth.txt`` list stamps and files, ``groundtruth.txt`` stamps and poses. A line
-whose stamp repeats or goes back is left out and reported; one that cannot be read is refused.
+whose stamp repeats is left out and reported, lines out of order are sorted, and one that cannot be
+read is refused.
 """
 
 from __future__ import annotations
@@ -122,21 +123,21 @@ def _read_list(folder: Path, name: str) -> _List:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f'cannot read the list {path}: {error}; a TUM folder has rgb.txt and '
                          'depth.txt') from None
-    images: list[tuple[int, Path]] = []
+    images: dict[int, Path] = {}
     left_out = []
     for number, line in enumerate(lines, 1):
         if not line.strip() or line.startswith('#'):
             continue
         stamp, file = _read_line(line, f'{path}, line {number}')
-        if images and stamp <= images[-1][0]:
+        if stamp in images:
             left_out.append(InputError(
-                f'{path}, line {number}: stamp {stamp_to_seconds(stamp)} repeats or goes back '
-                f'from {stamp_to_seconds(images[-1][0])}; the line is left out'))
+                f'{path}, line {number}: stamp {stamp_to_seconds(stamp)} repeats; the line is '
+                'left out'))
         else:
-            images.append((stamp, folder / file))
+            images[stamp] = folder / file
     if not images:
         raise InputError(f'{path} lists no images: it takes lines of stamp and file name')
-    return _List(images, left_out)
+    return _List(sorted(images.items()), left_out)
 
 
 def _read_line(line: str, where: str) -> tuple[int, str]:

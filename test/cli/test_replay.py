@@ -217,7 +217,7 @@ def test_a_place_that_cannot_be_written(replay, recording, tmp_path):
     (tmp_path / 'file').write_text('')
     outcome, _ = replay(recording, '--out', tmp_path / 'file')
     assert outcome.code == 2
-    assert f'cannot write {tmp_path / "file"}' in outcome.sentence
+    assert f'cannot make the folder {tmp_path / "file"}' in outcome.sentence
 
 
 def test_runs_without_matplotlib(replay, recording, monkeypatch):

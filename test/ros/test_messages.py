@@ -34,13 +34,15 @@ def test_a_null_quaternion_is_no_pose():
 
 @pytest.mark.parametrize('covariance', [
     np.zeros((6, 6)), np.full((6, 6), np.nan), np.diag([np.inf] * 6), np.diag([-1.0] * 6),
-    np.diag([1e-30] * 6)])
+    np.diag([1e-30] * 6), np.eye(6),
+    np.eye(6) * 0.01 + np.where(np.arange(36).reshape(6, 6) == 1, np.inf, 0)])
 def test_no_covariance_that_a_consumer_takes_for_unset(covariance):
     sent = messages.pose_with_covariance(0, 'odom', POSE, covariance).pose.covariance
     diagonal = np.reshape(sent, (6, 6)).diagonal()
     assert np.isfinite(sent).all()
     assert (diagonal > 0).all()
     assert diagonal[0] != 1.0
+    assert np.linalg.eigvalsh(np.reshape(sent, (6, 6))).min() > 0
 
 
 def test_covariance_is_row_major():

@@ -274,6 +274,44 @@ def test_diagnostics_tell_the_status(rig, start_node, frames):
     assert values['frames lost'] == '1'
 
 
+def test_a_publisher_whose_qos_does_not_match_is_explained(rig, start_node, frames):
+    from rclpy.qos import QoSProfile, ReliabilityPolicy
+    from sensor_msgs.msg import Image
+    rig.node.destroy_publisher(rig.colour)
+    rig.colour = rig.node.create_publisher(Image, 'rgb/image', QoSProfile(
+        depth=1, reliability=ReliabilityPolicy.BEST_EFFORT))
+    node = start_node(wait=False)
+    node.wait_for_log('nothing on /rgb/image for 5 s: the QoS of rig does not match ours')
+    assert 'set qos_reliability to best_effort' in node.log
+
+
+def test_a_camera_info_sent_once_will_do(rig, start_node, frames):
+    node = start_node()
+    rig.send_camera_info(frames[0].camera)
+    for i in range(35):
+        rig.send(dataclasses.replace(frames[i % 2], stamp=frames[0].stamp + i * 10 ** 8,
+                                     depth_stamp=None))
+        time.sleep(0.2)
+    assert 'camera_info' not in node.log
+    status = rig.diagnostics[-1].status[0]
+    assert status.level == b'\x00', status.message
+
+
+def test_frames_that_wait_keep_the_camera_they_came_with(rig, start_node, frames):
+    start_node(preset='paper-full')
+    rig.send_camera_info(frames[0].camera)
+    rig.send(frames[0])
+    rig.answer(frames[0].stamp)
+    for frame in frames[1:8]:
+        rig.send(frame)
+    rig.wait_until(lambda: len(rig.odom) > 1, 'the first of them')
+    rig.send_camera_info(dataclasses.replace(frames[0].camera, fx=900.0, fy=900.0))
+    odometry = Odometry(preset('paper-full'))
+    for frame in frames[:8]:
+        expected = odometry.register_frame(frame).T_odom_camera
+        np.testing.assert_allclose(pose_of(rig.answer(frame.stamp)), expected, atol=1e-6)
+
+
 def test_images_without_stamp_are_left_out(rig, start_node, frames):
     node = start_node()
     rig.send_camera_info(frames[0].camera)
@@ -358,3 +396,13 @@ def test_a_parameter_out_of_range_is_refused_in_one_line(ros_domain):
     assert run.returncode == 2
     assert run.stderr.startswith('odom_node: aick.alpha = 1.5 is outside 0 to 1')
     assert run.stderr.count('\n') == 1
+
+
+def test_arguments_that_ros_refuses_are_one_line(ros_domain, tmp_path):
+    file = tmp_path / 'parameters.yaml'
+    file.write_text('odom_node: [')
+    run = subprocess.run([*NODE_COMMAND, '--ros-args', '--params-file', str(file)],
+                         capture_output=True, text=True, timeout=30)
+    assert run.returncode == 2
+    assert 'odom_node: ROS does not take these arguments' in run.stderr
+    assert 'Traceback' not in run.stderr

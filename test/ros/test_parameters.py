@@ -55,6 +55,11 @@ def test_what_the_user_sets_counts(make_node):
     assert node.get_parameter('aick.alpha').value == 0.5
 
 
+def test_an_empty_list_is_the_default(make_node):
+    own, _ = declare_settings(make_node(camera_in_base=[]))
+    assert own.camera_in_base == ()
+
+
 def test_single_parameters_change_the_preset(make_node):
     _, core = declare_settings(make_node(preset='paper-full', aick__iterations=3))
     assert core == settings.with_values(settings.preset('paper-full'), {'aick.iterations': 3})
@@ -65,6 +70,9 @@ def test_single_parameters_change_the_preset(make_node):
     ({'aick__alpha': 'high'}, "aick.alpha = 'high' is not a number"),
     ({'publish_tf': 'maybe'}, "publish_tf = 'maybe' is not true or false"),
     ({'preset': 'paper'}, "no preset is called 'paper'"),
+    ({'preset': 5}, 'preset = 5 is not text'),
+    ({'frame_id': ''}, 'they must be two different frames'),
+    ({'frame_id': 'odom'}, 'they must be two different frames'),
     ({'camera_in_base': ['a', 'b']}, 'is not a list of numbers')])
 def test_refusals_say_what_to_do(make_node, overrides, sentence):
     with pytest.raises(InputError, match=sentence):

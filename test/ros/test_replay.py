@@ -83,7 +83,7 @@ def test_in_a_hurry_the_newest_frames_are_answered(ros_domain, rendered_bag):
     newest = {**EVERY_FRAME, 'process_every_frame': False, 'preset': 'paper-full'}
     run = run_live(rendered_bag, TOPICS, newest, RealTime(10.0))
     stamps = [answer.stamp for answer in run.answers]
-    assert 2 < len(stamps) < 75
+    assert 2 <= len(stamps) < 75
     assert stamps == sorted(set(stamps))
     assert stamps[-1] == max(run.published_at)
 

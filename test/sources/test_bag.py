@@ -319,6 +319,17 @@ def test_stamps_that_repeat_or_go_back_are_left_out_and_reported(
     assert 'the stamp is zero, repeats or goes back from 1305031102.290123454' in damage[0]
 
 
+def test_one_stamp_in_the_future_costs_one_image(tmp_path, recording):
+    rows = list(Messages().recording(recording))
+    topics = [topic for topic, _ in rows]
+    third = [i for i, topic in enumerate(topics) if 'image' in topic and 'depth' not in topic][2]
+    rows[third][1].header.stamp.sec += 1_000_000
+    frames, damage = read(BagSource(write(tmp_path / 'bag', rows)))
+    assert len(frames) == len(recording.recorded) - 1
+    assert len(damage) == 1
+    assert 'is far ahead of' in damage[0]
+
+
 def test_images_without_stamps_are_refused(tmp_path, recording):
     rows = list(Messages().recording(recording))
     for _, message in rows:

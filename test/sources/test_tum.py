@@ -97,7 +97,16 @@ def test_a_given_camera_comes_first(recorded_folder, tmp_path):
     assert next(source.frames(raise_damage)).camera.fx == 9
 
 
-def test_stamps_that_repeat_or_go_back_are_left_out_and_reported(
+def test_lines_out_of_order_are_sorted(recorded_folder, recording, assert_same_frames):
+    lines = (recorded_folder / 'rgb.txt').read_text().splitlines()
+    lines[1], lines[-1] = lines[-1], lines[1]
+    (recorded_folder / 'rgb.txt').write_text('\n'.join(lines))
+    frames, damage = read(TumSource(recorded_folder))
+    assert_same_frames(frames, recording.recorded)
+    assert damage == []
+
+
+def test_stamps_that_repeat_are_left_out_and_reported(
         recorded_folder, recording, assert_same_frames):
     lines = (recorded_folder / 'rgb.txt').read_text().splitlines()
     lines[3:3] = [lines[2], lines[1]]

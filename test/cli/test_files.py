@@ -1,0 +1,40 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Files appear whole; links and pipes stay what they are."""
+
+import os
+import threading
+
+import pytest
+
+from aick_ros.cli.files import write_json, write_whole
+from aick_ros.errors import InputError
+
+
+def test_a_link_is_followed(tmp_path):
+    target, link = tmp_path / 'target.json', tmp_path / 'link.json'
+    target.write_text('old')
+    link.symlink_to(target)
+    write_json(link, {'a': 1})
+    assert link.is_symlink()
+    assert '"a": 1' in target.read_text()
+
+
+def test_a_pipe_is_written_to(tmp_path):
+    pipe, read = tmp_path / 'pipe', []
+    os.mkfifo(pipe)
+    reader = threading.Thread(target=lambda: read.append(pipe.read_text()))
+    reader.start()
+    write_whole(pipe, 'content')
+    reader.join(5)
+    assert read == ['content']
+    assert pipe.is_fifo()
+
+
+def test_what_cannot_be_written_is_named_and_leaves_nothing(tmp_path):
+    with pytest.raises(InputError, match='cannot write .*nowhere'):
+        write_whole(tmp_path / 'nowhere' / 'file', 'content')
+    with pytest.raises(InputError, match='cannot write'):
+        write_whole(tmp_path, 'content')
+    assert list(tmp_path.iterdir()) == []
