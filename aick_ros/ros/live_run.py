@@ -67,6 +67,7 @@ class LiveRun:
     What was played and what came back.
 
     :param published_at: stamp of each colour image [ns] -> when it was published [s, monotonic].
+    :param answers: in the order of their arrival, each to one of these images.
     """
 
     published_at: dict[int, float] = field(default_factory=dict)
@@ -76,7 +77,7 @@ class LiveRun:
     def delays(self) -> np.ndarray:
         """From the publishing of the colour image to the receipt of the odometry [s]."""
         return np.array([answer.received_at - self.published_at[answer.stamp]
-                         for answer in self.answers if answer.stamp in self.published_at])
+                         for answer in self.answers])
 
     @property
     def rate(self) -> float:

@@ -14,7 +14,6 @@ from aick_ros import settings
 from aick_ros.errors import InputError
 from aick_ros.settings import NodeSettings, Parameter, Settings
 
-
 _PRESET = Parameter(
     'preset', str, '', 'Start from the parameters of the paper, '
     + ' or '.join(settings.PRESETS) + "; '': from the defaults.")

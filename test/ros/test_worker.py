@@ -27,8 +27,9 @@ def gate():
 
 
 def drain(worker):
+    """Wait until the thread has looked at its queue once more."""
     done = threading.Event()
-    worker.run(done.set)  # an errand comes before items: put it behind the last one by stopping
+    worker.run(done.set)
     assert done.wait(5)
 
 
