@@ -179,6 +179,15 @@ class NodeSettings:
         True, 'Whether to publish odom_frame_id -> frame_id on /tf.')
     camera_in_base: tuple = parameter(
         (), "Pose of the camera's optical frame in frame_id: x y z qx qy qz qw; empty: from TF.")
+    initial_pose: tuple = parameter(
+        (), 'Where frame_id is at the start: x y z [m] roll pitch yaw [rad]; empty: the origin.')
+    lost_policy: str = parameter(
+        'hold', 'What is published while the camera is lost: the last pose without weight, a null '
+        'pose, or nothing.', choices=('hold', 'null', 'silent'))
+    twist_covariance: str = parameter(
+        'velocity', 'Whether the covariance of the twist is that of the velocity, as the message '
+        'defines it, or that of the increment since the last frame, as RTAB-Map reads it.',
+        choices=('velocity', 'increment'))
     approx_sync: bool = parameter(
         True, 'Whether colour and depth may differ in stamp.')
     approx_sync_max_interval: float = parameter(
@@ -192,6 +201,9 @@ class NodeSettings:
         choices=('best_effort', 'reliable'))
     process_every_frame: bool = parameter(
         False, 'Whether every frame is registered, in order, or the newest one only.')
+    max_update_rate: float = parameter(
+        0.0, 'Frames registered a second at most, the others are left out evenly; 0: all.',
+        unit='Hz', minimum=0.0, maximum=1000.0)
 
 
 PRESETS: Mapping[str, Mapping[str, Any]] = {
