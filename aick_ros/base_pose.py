@@ -38,7 +38,7 @@ class BasePose:
         self._anchored = False
 
     def restart(self) -> None:
-        """Take note that the camera's odometry begins at its origin: the base stays where it is."""
+        """Take note that the camera's odometry begins anew: the base stays."""
         self._T_visual_camera, self._visual_covariance = np.eye(4), np.zeros((6, 6))
         self._anchored = False
 

@@ -47,6 +47,7 @@ class OdometryUpdate:
     :param recovered: whether this is the first tracked frame after lost ones, or of a recording
         that started again.
     :param predicted: whether the pose of a lost frame is that of the motion predicted.
+    :param reference: the keypoints it was registered to; None where there is no increment.
     :param matches: Kx2, rows (keypoint, keypoint of the reference).
     :param timing: milliseconds of the stages: ``features``, ``registration``, ``total``.
     """
@@ -62,6 +63,7 @@ class OdometryUpdate:
     interval: float = 0.0
     recovered: bool = False
     predicted: bool = False
+    reference: KeypointFrame | None = None
     matches: np.ndarray = field(default_factory=lambda: np.empty((0, 2), np.intp))
     timing: dict[str, float] = field(default_factory=dict)
 
@@ -204,7 +206,7 @@ class Odometry:
         return self._answer(
             keypoints, Status.OK, registration.reason, increment=increment,
             increment_covariance=registration.covariance, interval=interval, recovered=recovered,
-            matches=registration.matches)
+            reference=anchor.keypoints, matches=registration.matches)
 
     def _hold(self, keypoints: KeypointFrame, status: Status, reason: str) -> OdometryUpdate:
         self._is_lost = True

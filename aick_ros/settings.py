@@ -13,7 +13,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -126,6 +126,12 @@ class SensorSettings:
     depth_jump: float = parameter(
         0.02, 'Relative depth difference between neighbouring pixels that counts as an edge.',
         minimum=0.001, maximum=1.0)
+
+    def __post_init__(self) -> None:
+        """Refuse a range without depths."""
+        if self.min_depth >= self.max_depth:
+            raise InputError(f'sensor.min_depth = {self.min_depth:g} m and sensor.max_depth = '
+                             f'{self.max_depth:g} m: the first must be less than the second')
 
 
 @dataclass(frozen=True)
@@ -245,11 +251,15 @@ def with_values(group: Any, changes: Mapping[str, Any]) -> Any:
     checked = {}
     for name, value in changes.items():
         if name not in known:
-            near = difflib.get_close_matches(name, known, n=3)
-            hint = f'did you mean {" or ".join(near)}?' if near else 'see the parameter table'
-            raise InputError(f'no parameter is called {name!r}: {hint}')
+            raise InputError(f'no parameter is called {name!r}: {hint(name, known)}')
         checked[name] = known[name].convert(value)
     return _replace(group, '', checked)
+
+
+def hint(name: str, known: Iterable[str]) -> str:
+    """Return what may have been meant by a name that is not known."""
+    near = difflib.get_close_matches(name, known, n=3)
+    return f'did you mean {" or ".join(near)}?' if near else 'see the parameter table'
 
 
 def preset(name: str) -> Settings:

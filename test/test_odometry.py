@@ -66,6 +66,18 @@ def test_pose_is_the_chain_of_increments(rendered):
         np.testing.assert_allclose(update.T_odom_camera, pose, atol=1e-12)
 
 
+def test_matches_are_of_the_frame_and_its_reference(rendered):
+    """Carried over by the increment, a matched keypoint lies on that of the reference."""
+    frames, _ = rendered
+    first, second = track(Odometry(), frames[:2])
+    assert first.reference is None
+    assert second.reference is first.keypoints
+    source, target = second.matches.T
+    moved = rigid.transform(second.increment, second.keypoints.positions[source])
+    apart = np.linalg.norm(moved - second.reference.positions[target], axis=1)
+    assert np.median(apart) < 0.01
+
+
 def test_uncertainty_grows_along_the_way(rendered):
     updates = track(Odometry(), rendered[0])
     traces = [np.trace(update.covariance) for update in updates]
