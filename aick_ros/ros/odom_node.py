@@ -155,18 +155,21 @@ def _initialise() -> None:
 
 def main() -> None:
     """Run the node until it is told to end."""
+    node = None
     try:
         _initialise()
         node = OdomNode()
+        rclpy.spin(node)
     except InputError as error:
-        rclpy.try_shutdown()
         print(f'odom_node: {error}', file=sys.stderr)
         sys.exit(2)
-    try:
-        rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except Exception:
+        if rclpy.ok():
+            raise  # else it was told to end in the middle of something
     finally:
-        node.close()
-        node.destroy_node()
+        if node is not None:
+            node.close()
+            node.destroy_node()
         rclpy.try_shutdown()
