@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,6 +23,12 @@ from aick_ros.trajectory import NANOSECONDS
 
 _HELD_ACCELERATION = np.array([3.0, 3.0, 3.0, 15.0, 15.0, 15.0])
 """What a hand may do against constant velocity [m/s^2, rad/s^2]: how sure a held pose is."""
+
+_SLIP, _LEAST_SLIP = 0.1, 0.01
+"""How sure a predicted motion is: a share of it, and at least so much [m, rad]."""
+
+Predict = Callable[[int, int], np.ndarray | None]
+"""From two stamps [ns] to ``T_camera0_camera1`` as another sensor has it; None: it has none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +46,8 @@ class OdometryUpdate:
     :param interval: time of the increment [s]; 0 where there is none.
     :param recovered: whether this is the first tracked frame after lost ones, or of a recording
         that started again.
+    :param predicted: whether the pose of a lost frame is that of the motion predicted.
+    :param reference: the keypoints it was registered to; None where there is no increment.
     :param matches: Kx2, rows (keypoint, keypoint of the reference).
     :param timing: milliseconds of the stages: ``features``, ``registration``, ``total``.
     """
@@ -54,6 +62,8 @@ class OdometryUpdate:
     increment_covariance: np.ndarray = field(default_factory=lambda: np.diag([np.inf] * 6))
     interval: float = 0.0
     recovered: bool = False
+    predicted: bool = False
+    reference: KeypointFrame | None = None
     matches: np.ndarray = field(default_factory=lambda: np.empty((0, 2), np.intp))
     timing: dict[str, float] = field(default_factory=dict)
 
@@ -71,20 +81,38 @@ class Odometry:
     """
     Frame-to-frame odometry.
 
-    A frame is registered to the last tracked one. Where that fails its pose is held at constant
-    velocity, and the next frame is tried against the last tracked frame first, then against the
-    lost one before it: so one bad pair is bridged, and after a long loss the pose goes on from
-    where it was held, without a jump.
+    A frame is registered to the last tracked one. Where that fails its pose is the one predicted,
+    or held at constant velocity, and the next frame is tried against the last tracked frame
+    first, then against the lost one before it: so one bad pair is bridged, and after a long loss
+    the pose goes on from where it was held, without a jump.
 
     :param T_odom_camera: pose of the first frame; None: the identity.
+    :param predict: the motion between two stamps by another sensor, asked where a frame is lost.
     """
 
-    def __init__(self, settings: Settings = Settings(),
-                 T_odom_camera: np.ndarray | None = None) -> None:
+    def __init__(self, settings: Settings = Settings(), T_odom_camera: np.ndarray | None = None,
+                 predict: Predict = lambda before, now: None) -> None:
+        self._predict = predict
+        self._detector = settings.features.detector
+        self._take(settings)
+        self.reset(T_odom_camera)
+
+    def change_settings(self, settings: Settings) -> None:
+        """
+        Go on with other settings from the pose reached.
+
+        Descriptors of two detectors cannot be compared: after a change of it the next frame is a
+        first one again, and the motion up to it is not seen.
+        """
+        if settings.features.detector != self._detector:
+            self._detector = settings.features.detector
+            self._forget(self._pose, self._covariance, is_lost=self._tracked is not None)
+        self._take(settings)
+
+    def _take(self, settings: Settings) -> None:
         self._settings: OdometrySettings = settings.odometry
         self._extractor = KeypointExtractor(settings.features, settings.sensor)
         self._aick = Aick(settings.aick)
-        self.reset(T_odom_camera)
 
     def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
         """Forget everything; the next frame gets the pose given, or the identity."""
@@ -178,21 +206,27 @@ class Odometry:
         return self._answer(
             keypoints, Status.OK, registration.reason, increment=increment,
             increment_covariance=registration.covariance, interval=interval, recovered=recovered,
-            matches=registration.matches)
+            reference=anchor.keypoints, matches=registration.matches)
 
     def _hold(self, keypoints: KeypointFrame, status: Status, reason: str) -> OdometryUpdate:
         self._is_lost = True
         anchor = self._tracked
         lost_for = (keypoints.stamp - anchor.keypoints.stamp) / NANOSECONDS
-        motion = rigid.exp(self._twist * min(lost_for, self._settings.hold_time))
+        predicted = self._predict(anchor.keypoints.stamp, keypoints.stamp)
+        if predicted is None:
+            motion = rigid.exp(self._twist * min(lost_for, self._settings.hold_time))
+            strayed = np.minimum(0.5 * _HELD_ACCELERATION * lost_for ** 2,
+                                 np.repeat([self._settings.max_speed * lost_for, np.pi], 3))
+        else:
+            motion = predicted
+            way = np.linalg.norm(motion[:3, 3]), rigid.angle(motion[:3, :3])
+            strayed = np.repeat(_SLIP * np.array(way) + _LEAST_SLIP, 3)
         self._pose = anchor.T_odom_camera @ motion
-        strayed = np.minimum(0.5 * _HELD_ACCELERATION * lost_for ** 2,
-                             np.repeat([self._settings.max_speed * lost_for, np.pi], 3))
         self._covariance = rigid.compose_covariance(
             anchor.T_odom_camera, anchor.covariance, motion, np.diag(strayed ** 2))
         if len(keypoints) >= self._settings.min_matches:
             self._lost = _Anchor(keypoints, self._pose, self._covariance)
-        return self._answer(keypoints, status, reason)
+        return self._answer(keypoints, status, reason, predicted=predicted is not None)
 
     def _answer(self, keypoints: KeypointFrame, status: Status, reason: str,
                 **measured: Any) -> OdometryUpdate:

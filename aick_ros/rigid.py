@@ -157,6 +157,16 @@ def from_quaternion(quaternion: Sequence[float],
     return pose
 
 
+def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float,
+                        translation: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
+    """Return the pose of turns about the fixed axes x, then y, then z [rad] (REP-103)."""
+    pose = np.eye(4)
+    pose[:3, :3] = (exp_rotation((0.0, 0.0, yaw)) @ exp_rotation((0.0, pitch, 0.0))
+                    @ exp_rotation((roll, 0.0, 0.0)))
+    pose[:3, 3] = translation
+    return pose
+
+
 def compose_covariance(pose: np.ndarray, covariance: np.ndarray, increment: np.ndarray,
                        increment_covariance: np.ndarray) -> np.ndarray:
     """

@@ -13,7 +13,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -127,6 +127,12 @@ class SensorSettings:
         0.02, 'Relative depth difference between neighbouring pixels that counts as an edge.',
         minimum=0.001, maximum=1.0)
 
+    def __post_init__(self) -> None:
+        """Refuse a range without depths."""
+        if self.min_depth >= self.max_depth:
+            raise InputError(f'sensor.min_depth = {self.min_depth:g} m and sensor.max_depth = '
+                             f'{self.max_depth:g} m: the first must be less than the second')
+
 
 @dataclass(frozen=True)
 class AickSettings:
@@ -179,6 +185,15 @@ class NodeSettings:
         True, 'Whether to publish odom_frame_id -> frame_id on /tf.')
     camera_in_base: tuple = parameter(
         (), "Pose of the camera's optical frame in frame_id: x y z qx qy qz qw; empty: from TF.")
+    initial_pose: tuple = parameter(
+        (), 'Where frame_id is at the start: x y z [m] roll pitch yaw [rad]; empty: the origin.')
+    lost_policy: str = parameter(
+        'hold', 'What is published while the camera is lost: the last pose without weight, a null '
+        'pose, or nothing.', choices=('hold', 'null', 'silent'))
+    twist_covariance: str = parameter(
+        'velocity', 'Whether the covariance of the twist is that of the velocity, as the message '
+        'defines it, or that of the increment since the last frame, as RTAB-Map reads it.',
+        choices=('velocity', 'increment'))
     approx_sync: bool = parameter(
         True, 'Whether colour and depth may differ in stamp.')
     approx_sync_max_interval: float = parameter(
@@ -192,6 +207,9 @@ class NodeSettings:
         choices=('best_effort', 'reliable'))
     process_every_frame: bool = parameter(
         False, 'Whether every frame is registered, in order, or the newest one only.')
+    max_update_rate: float = parameter(
+        0.0, 'Frames registered a second at most, the others are left out evenly; 0: all.',
+        unit='Hz', minimum=0.0, maximum=1000.0)
 
 
 PRESETS: Mapping[str, Mapping[str, Any]] = {
@@ -233,11 +251,15 @@ def with_values(group: Any, changes: Mapping[str, Any]) -> Any:
     checked = {}
     for name, value in changes.items():
         if name not in known:
-            near = difflib.get_close_matches(name, known, n=3)
-            hint = f'did you mean {" or ".join(near)}?' if near else 'see the parameter table'
-            raise InputError(f'no parameter is called {name!r}: {hint}')
+            raise InputError(f'no parameter is called {name!r}: {hint(name, known)}')
         checked[name] = known[name].convert(value)
     return _replace(group, '', checked)
+
+
+def hint(name: str, known: Iterable[str]) -> str:
+    """Return what may have been meant by a name that is not known."""
+    near = difflib.get_close_matches(name, known, n=3)
+    return f'did you mean {" or ".join(near)}?' if near else 'see the parameter table'
 
 
 def preset(name: str) -> Settings:

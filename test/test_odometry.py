@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from aick_ros import rigid, settings
+from aick_ros.features import make_detector
 from aick_ros.odometry import Odometry
-from aick_ros.settings import OdometrySettings, Settings
+from aick_ros.settings import FeatureSettings, OdometrySettings, Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.status import Status
 
@@ -34,6 +35,14 @@ def error(update, truth, start=0, index=None):
     return np.linalg.norm(E[:3, 3]), rigid.angle(E[:3, :3])
 
 
+class HalfOrb:
+    """A detector whose descriptors have half as many bits as ORB's."""
+
+    def detect(self, grey):
+        found = make_detector(FeatureSettings()).detect(grey)
+        return dataclasses.replace(found, descriptors=found.descriptors[:, :16])
+
+
 def black(frame):
     return dataclasses.replace(frame, colour=np.zeros_like(frame.colour))
 
@@ -55,6 +64,18 @@ def test_pose_is_the_chain_of_increments(rendered):
     for update in track(Odometry(), frames[:10]):
         pose = pose @ update.increment
         np.testing.assert_allclose(update.T_odom_camera, pose, atol=1e-12)
+
+
+def test_matches_are_of_the_frame_and_its_reference(rendered):
+    """Carried over by the increment, a matched keypoint lies on that of the reference."""
+    frames, _ = rendered
+    first, second = track(Odometry(), frames[:2])
+    assert first.reference is None
+    assert second.reference is first.keypoints
+    source, target = second.matches.T
+    moved = rigid.transform(second.increment, second.keypoints.positions[source])
+    apart = np.linalg.norm(moved - second.reference.positions[target], axis=1)
+    assert np.median(apart) < 0.01
 
 
 def test_uncertainty_grows_along_the_way(rendered):
@@ -202,3 +223,51 @@ def test_reset(rendered):
     track(odometry, frames[:5])
     odometry.reset()
     assert odometry.register_frame(frames[0]).status is Status.FIRST_FRAME
+
+
+def test_a_lost_frame_is_where_another_sensor_saw_it(rendered):
+    """The prediction carries the pose through the dark, and from there it is tracked on."""
+    frames, truth = rendered
+    true_pose = {frame.stamp: pose for frame, pose in zip(frames, truth)}
+    odometry = Odometry(predict=lambda before, now: rigid.inverse(true_pose[before])
+                        @ true_pose[now])
+    updates = track(odometry, [*frames[:6], *map(black, frames[6:16]), *frames[16:]])
+    assert [update.predicted for update in updates] == 6 * [False] + 10 * [True] + 8 * [False]
+    for i in (10, 15, 16, 23):
+        assert error(updates[i], truth, 0, i)[0] < 0.03
+    assert np.sqrt(updates[15].covariance[0, 0]) < 0.1  # not that of ten frames of guessing
+
+
+def test_without_a_prediction_the_velocity_is_held(rendered):
+    frames, _ = rendered
+    shown = [*frames[:6], black(frames[6])]
+    silent, plain = (track(odometry, shown)[-1] for odometry in (
+        Odometry(predict=lambda before, now: None), Odometry()))
+    np.testing.assert_array_equal(silent.T_odom_camera, plain.T_odom_camera)
+    assert not silent.predicted
+
+
+def test_settings_change_between_two_frames_without_losing_the_pose(rendered):
+    frames, truth = rendered
+    odometry = Odometry()
+    track(odometry, frames[:6])
+    fewer = settings.with_values(Settings(), {'features.max_keypoints': 200})
+    odometry.change_settings(fewer)
+    updates = track(odometry, frames[6:])
+    assert {update.status for update in updates} == {Status.OK}
+    assert {len(update.keypoints) for update in updates} == {200}
+    assert error(updates[-1], truth, 0, COUNT - 1)[0] < 0.03
+
+
+def test_after_a_change_of_detector_nothing_is_compared_with_what_the_other_one_found(
+        rendered, monkeypatch):
+    monkeypatch.setattr('aick_ros.frame.make_detector', lambda features: HalfOrb())
+    frames, _ = rendered
+    odometry = Odometry(dataclasses.replace(Settings(), features=FeatureSettings('half')))
+    before = track(odometry, frames[:4])[-1]
+    monkeypatch.undo()
+    odometry.change_settings(Settings())
+    first, second = track(odometry, frames[4:6])
+    assert (first.status, second.status) == (Status.FIRST_FRAME, Status.OK)
+    assert first.recovered
+    np.testing.assert_array_equal(first.T_odom_camera, before.T_odom_camera)

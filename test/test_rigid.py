@@ -105,6 +105,14 @@ def test_quaternion_that_is_no_rotation(quaternion):
         rigid.from_quaternion(quaternion)
 
 
+def test_roll_pitch_yaw_are_scipys(rng):
+    for angles in rng.uniform(-3, 3, (20, 3)):
+        T = rigid.from_roll_pitch_yaw(*angles, translation=(1, 2, 3))
+        np.testing.assert_allclose(T[:3, :3], Rotation.from_euler('xyz', angles).as_matrix(),
+                                   atol=1e-12)
+        assert T[:3, 3].tolist() == [1, 2, 3]
+
+
 def test_interpolate(rng):
     start, end = random_pose(rng), random_pose(rng)
     np.testing.assert_allclose(rigid.interpolate(start, end, 0.0), start, atol=1e-12)

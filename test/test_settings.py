@@ -79,3 +79,10 @@ def test_nothing_is_changed_where_one_value_is_refused():
 def test_unknown_preset_is_named_with_those_there_are():
     with pytest.raises(InputError, match='paper-full, paper-fast'):
         settings.preset('paper')
+
+
+def test_a_depth_range_without_depths_is_refused():
+    with pytest.raises(InputError, match='min_depth = 5 m and sensor.max_depth = 2 m'):
+        settings.with_values(Settings(), {'sensor.min_depth': 5, 'sensor.max_depth': 2})
+    both = {'sensor.min_depth': 15, 'sensor.max_depth': 20}
+    assert settings.with_values(Settings(), both).sensor.min_depth == 15

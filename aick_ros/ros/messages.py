@@ -56,6 +56,13 @@ def pose_with_covariance(stamp: int, frame_id: str, T: np.ndarray,
         pose=pose(T), covariance=_row_major(covariance)))
 
 
+def null_pose(stamp: int, frame_id: str) -> PoseWithCovarianceStamped:
+    """Return what RTAB-Map takes for a lost camera: a quaternion of zeros, no weight."""
+    message = pose_with_covariance(stamp, frame_id, np.eye(4), UNKNOWN)
+    message.pose.pose.orientation.w = 0.0
+    return message
+
+
 def odometry(located: PoseWithCovarianceStamped, child_frame_id: str, twist: np.ndarray,
              twist_covariance: np.ndarray) -> Odometry:
     """

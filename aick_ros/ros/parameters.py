@@ -1,14 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""ROS parameters made from settings.py."""
+"""ROS parameters made from settings.py: read at the start, changed while the node runs."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import (
+    FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
 from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
 
 from aick_ros import settings
 from aick_ros.errors import InputError
@@ -18,6 +21,8 @@ _PRESET = Parameter(
     'preset', str, '', 'Start from the parameters of the paper, '
     + ' or '.join(settings.PRESETS) + "; '': from the defaults.")
 
+_OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides.')
+
 
 def declare_settings(node: Node) -> tuple[NodeSettings, Settings]:
     """
@@ -25,12 +30,77 @@ def declare_settings(node: Node) -> tuple[NodeSettings, Settings]:
 
     The preset is taken first, single parameters change it.
 
+    :param node: made with ``automatically_declare_parameters_from_overrides``, so that what the
+        user gave comes of whatever type, and our own check can explain a refusal.
     :raises InputError: naming the parameter, its range and its unit.
     """
-    preset = _override(node, _PRESET)
+    given = {name: parameter.value
+             for name, parameter in node.get_parameters_by_prefix('').items()}
+    _warn_of_unknown(node, given)
+    preset = given.get(_PRESET.name, '')
     core = settings.preset(_PRESET.convert(preset)) if preset else Settings()
-    node.declare_parameter(_PRESET.name, preset, _descriptor(_PRESET), ignore_override=True)
-    return _checked(_declare(node, NodeSettings())), _declare(node, core)
+    own, core = _checked(_chosen(NodeSettings(), given)), _chosen(core, given)
+    _declare(node, _PRESET, preset, read_only=True)
+    for group, read_only in ((own, True), (core, False)):
+        for parameter in settings.parameters(group):
+            _declare(node, parameter, parameter.default, read_only)
+    return own, core
+
+
+class LiveSettings:
+    """
+    The algorithm's settings while the node runs.
+
+    :param on_change: called with the new settings.
+    """
+
+    def __init__(self, core: Settings, on_change: Callable[[Settings], None]) -> None:
+        self._core = core
+        self._on_change = on_change
+
+    def set(self, asked: Sequence[RosParameter],
+            store: Callable[[Sequence[RosParameter]], SetParametersResult]) -> SetParametersResult:
+        """
+        Take parameters all or none: each in its range, and all of them together.
+
+        :param store: keeps those that are good, and refuses what ROS itself refuses.
+        """
+        changes = {parameter.name: parameter.value for parameter in asked}
+        try:
+            core = self._changed(changes)
+        except InputError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        values = settings.values(core)
+        result = store([RosParameter(name, value=_ros_value(values[name])) if name in values
+                        else parameter for name, parameter in zip(changes, asked)])
+        if result.successful and core != self._core:
+            self._core = core
+            self._on_change(core)
+        return result
+
+    def _changed(self, changes: Mapping[str, Any]) -> Settings:
+        own = [_PRESET.name, *settings.values(NodeSettings)]
+        for name in changes:
+            if name in own:
+                raise InputError(f'{name} is read at the start only: give it to the node when it '
+                                 'is started, in its parameter file or with -p')
+        return settings.with_values(self._core, {
+            name: value for name, value in changes.items() if not name.startswith(_OF_ROS)})
+
+
+def _warn_of_unknown(node: Node, given: Mapping[str, Any]) -> None:
+    known = [_PRESET.name, *settings.values(NodeSettings), *settings.values(Settings)]
+    for name in given:
+        if name not in known and not name.startswith(_OF_ROS):
+            node.get_logger().warning(
+                f'parameter {name!r} is not one of this node and changes nothing: '
+                f'{settings.hint(name, known)}')
+
+
+def _chosen(group: Any, given: Mapping[str, Any]) -> Any:
+    known = settings.values(group)
+    return settings.with_values(group, {  # an empty list comes as None
+        name: value for name, value in given.items() if name in known and value is not None})
 
 
 def _checked(own: NodeSettings) -> NodeSettings:
@@ -41,22 +111,11 @@ def _checked(own: NodeSettings) -> NodeSettings:
     return own
 
 
-def _declare(node: Node, group: Any) -> Any:
-    """Declare a group of parameters, its present values as defaults; return the values set."""
-    chosen = settings.with_values(group, {
-        parameter.name: _override(node, parameter) for parameter in settings.parameters(group)})
-    for parameter in settings.parameters(chosen):
-        node.declare_parameter(parameter.name, _ros_value(parameter.default),
-                               _descriptor(parameter), ignore_override=True)
-    return chosen
-
-
-def _override(node: Node, parameter: Parameter) -> Any:
-    """Return what the user set, of whatever type, so that our own check can explain a refusal."""
-    value = node.declare_parameter(parameter.name, _ros_value(parameter.default),
-                                   ParameterDescriptor(dynamic_typing=True)).value
-    node.undeclare_parameter(parameter.name)
-    return parameter.default if value is None else value  # an empty list comes as None
+def _declare(node: Node, parameter: Parameter, value: Any, read_only: bool) -> None:
+    if node.has_parameter(parameter.name):  # as the user gave it, of whatever type
+        node.undeclare_parameter(parameter.name)
+    node.declare_parameter(parameter.name, _ros_value(value), _descriptor(parameter, read_only),
+                           ignore_override=True)
 
 
 def _ros_value(value: Any) -> Any:
@@ -64,10 +123,10 @@ def _ros_value(value: Any) -> Any:
     return (list(value) or '') if isinstance(value, tuple) else value
 
 
-def _descriptor(parameter: Parameter) -> ParameterDescriptor:
+def _descriptor(parameter: Parameter, read_only: bool) -> ParameterDescriptor:
     unit = f' [{parameter.unit}]' if parameter.unit else ''
     descriptor = ParameterDescriptor(
-        name=parameter.name, description=parameter.description + unit, read_only=True,
+        name=parameter.name, description=parameter.description + unit, read_only=read_only,
         dynamic_typing=parameter.type is tuple,
         additional_constraints=parameter.range_text if parameter.choices else '')
     if parameter.type is float:

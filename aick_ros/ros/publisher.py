@@ -5,12 +5,16 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
 from aick_ros import rigid
+from aick_ros.base_pose import BasePose
+from aick_ros.errors import InputError
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.ros import messages
 from aick_ros.ros.transforms import TransformBroadcaster
@@ -18,26 +22,46 @@ from aick_ros.settings import NodeSettings
 from aick_ros.status import Status
 
 _QUEUE = 10
+_CERTAIN = np.zeros((6, 6))
+
+
+class _Motion(NamedTuple):
+    """A twist in the base frame and its 6x6 covariance; that of a lost camera by default."""
+
+    twist: np.ndarray = np.zeros(6)
+    covariance: np.ndarray = messages.UNKNOWN
 
 
 class OdometryPublisher:
     """
     Publishes ``odom``, ``pose`` and TF in the frame of the robot's base.
 
-    Where the camera is lost the last pose is repeated with zero twist and a covariance of 9999,
-    and TF stops; the first message after a loss still has that covariance.
+    While the camera is lost ``lost_policy`` counts and TF stops; the first message after a loss
+    has a covariance of 9999.
+
+    :raises InputError: where ``initial_pose`` is none.
     """
 
     def __init__(self, node: Node, settings: NodeSettings) -> None:
+        self._settings = settings
         self._odom_frame, self._base_frame = settings.odom_frame_id, settings.frame_id
+        self._base = BasePose(_initial_pose(settings), _CERTAIN)
         self._odom = node.create_publisher(Odometry, 'odom', _QUEUE)
         self._pose = node.create_publisher(PoseWithCovarianceStamped, 'pose', _QUEUE)
         self._tf = TransformBroadcaster(node) if settings.publish_tf else None
-        self.reset()
+
+    @property
+    def T_odom_base(self) -> np.ndarray:
+        """The last pose that was tracked or set, 4x4."""
+        return self._base.T_odom_base
 
     def reset(self) -> None:
-        """Begin at the origin again."""
-        self._T_odom_base = np.eye(4)
+        """Begin at the origin again, with a camera whose odometry has been reset."""
+        self._base = BasePose(np.eye(4), _CERTAIN)
+
+    def set_pose(self, T_odom_base: np.ndarray, covariance: np.ndarray) -> None:
+        """Go on from a pose and its 6x6 covariance."""
+        self._base.put(T_odom_base, covariance)
 
     def publish(self, update: OdometryUpdate, T_base_camera: np.ndarray) -> bool:
         """
@@ -47,33 +71,58 @@ class OdometryPublisher:
         """
         if update.status is Status.BAD_STAMP:
             return False  # consumers take stamps that repeat or go back for a restart
-        covariance, twist, twist_covariance = messages.UNKNOWN, np.zeros(6), messages.UNKNOWN
-        if update.status.ok:
-            self._T_odom_base, pose_covariance = rigid.change_body(
-                update.T_odom_camera, update.covariance, T_base_camera)
-            if not update.recovered:
-                covariance = _below_unknown(pose_covariance)
-        if update.interval and not update.recovered:
-            twist, twist_covariance = _velocity(update, T_base_camera)
-        located = messages.pose_with_covariance(
-            update.stamp, self._odom_frame, self._T_odom_base, covariance)
-        if self._tf and update.status.ok:
-            self._tf.send(update.stamp, self._odom_frame, self._base_frame, self._T_odom_base)
-        self._pose.publish(located)
-        self._odom.publish(messages.odometry(located, self._base_frame, twist, twist_covariance))
+        if not update.status.ok:
+            return self._publish_lost(update.stamp)
+        T_odom_base, covariance = self._base.follow(
+            update.T_odom_camera, update.covariance, T_base_camera)
+        covariance = messages.UNKNOWN if update.recovered else _below_unknown(covariance)
+        if self._tf:
+            self._tf.send(update.stamp, self._odom_frame, self._base_frame, T_odom_base)
+        self._send(messages.pose_with_covariance(
+            update.stamp, self._odom_frame, T_odom_base, covariance),
+            self._motion(update, T_base_camera))
         return True
+
+    def _publish_lost(self, stamp: int) -> bool:
+        if self._settings.lost_policy == 'silent':
+            return False
+        if self._settings.lost_policy == 'null':
+            self._send(messages.null_pose(stamp, self._odom_frame), _Motion())
+        else:
+            self._send(messages.pose_with_covariance(
+                stamp, self._odom_frame, self._base.T_odom_base, messages.UNKNOWN), _Motion())
+        return True
+
+    def _send(self, located: PoseWithCovarianceStamped, motion: _Motion) -> None:
+        self._pose.publish(located)
+        self._odom.publish(messages.odometry(
+            located, self._base_frame, motion.twist, motion.covariance))
+
+    def _motion(self, update: OdometryUpdate, T_base_camera: np.ndarray) -> _Motion:
+        """Return the mean velocity of the base over the increment and its covariance."""
+        if not update.interval or update.recovered:
+            return _Motion()
+        increment, covariance = rigid.change_body(
+            update.increment, update.increment_covariance, T_base_camera)
+        turn = np.kron(np.eye(2), increment[:3, :3].T)  # to the axes of the base as it is now
+        covariance = turn @ covariance @ turn.T
+        if self._settings.twist_covariance == 'velocity':
+            covariance = covariance / update.interval ** 2
+        return _Motion(rigid.log(increment) / update.interval, _below_unknown(covariance))
+
+
+def _initial_pose(settings: NodeSettings) -> np.ndarray:
+    numbers = settings.initial_pose
+    if not numbers:
+        return np.eye(4)
+    if len(numbers) != 6 or not np.isfinite(numbers).all():
+        raise InputError(f'initial_pose = {list(numbers)} is no pose: it takes x y z [m] roll '
+                         'pitch yaw [rad]')
+    x, y, z, roll, pitch, yaw = numbers
+    return rigid.from_roll_pitch_yaw(roll, pitch, yaw, (x, y, z))
 
 
 def _below_unknown(covariance: np.ndarray) -> np.ndarray:
     """Scale a covariance down where it would be taken for that of a lost camera."""
     largest = float(np.diag(covariance).max())
     return covariance * min(1.0, 0.99 * messages.UNKNOWN[0, 0] / max(largest, 1e-12))
-
-
-def _velocity(update: OdometryUpdate, T_base_camera: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mean velocity of the base over the increment and its covariance."""
-    increment, covariance = rigid.change_body(
-        update.increment, update.increment_covariance, T_base_camera)
-    turn = np.kron(np.eye(2), increment[:3, :3].T)  # to the axes of the base as it is now
-    return (rigid.log(increment) / update.interval,
-            turn @ covariance @ turn.T / update.interval ** 2)

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -19,14 +20,18 @@ class Worker:
     :param capacity: items that wait at most; the oldest is dropped for a new one. With 1 the
         worker always gets the newest.
     :param ready: whether work can be done on an item; until then it waits in the queue.
+    :param size: of an item [bytes].
+    :param max_bytes: of the items that wait; the newest waits however large it is.
     """
 
     def __init__(self, work: Callable[[Any], None], capacity: int,
-                 ready: Callable[[Any], bool] = lambda item: True) -> None:
+                 ready: Callable[[Any], bool] = lambda item: True,
+                 size: Callable[[Any], int] = lambda item: 0, max_bytes: float = math.inf) -> None:
         self._work = work
-        self._capacity = capacity
-        self._ready = ready
+        self._capacity, self._max_bytes = capacity, max_bytes
+        self._ready, self._size = ready, size
         self._items: deque[Any] = deque()
+        self._bytes = 0
         self._errands: deque[Callable[[], None]] = deque()
         self._wake = threading.Condition()
         self._stopping = False
@@ -39,13 +44,21 @@ class Worker:
         """How many items wait."""
         return len(self._items)
 
+    @property
+    def backlog_bytes(self) -> int:
+        """How large the items that wait are together [bytes]."""
+        return self._bytes
+
     def put(self, item: Any) -> None:
         """Queue an item for the thread."""
+        size = self._size(item)
         with self._wake:
-            while len(self._items) >= self._capacity:
-                self._items.popleft()
+            while self._items and (len(self._items) >= self._capacity
+                                   or self._bytes + size > self._max_bytes):
+                self._take()
                 self.dropped += 1
             self._items.append(item)
+            self._bytes += size
             self._wake.notify()
 
     def run(self, errand: Callable[[], None]) -> None:
@@ -73,11 +86,16 @@ class Worker:
                 if self._stopping:
                     return
                 errand = self._errands.popleft() if self._errands else None
-                item = None if errand else self._items.popleft()
+                item = None if errand else self._take()
             if errand:
                 errand()
             else:
                 self._work(item)
+
+    def _take(self) -> Any:
+        item = self._items.popleft()
+        self._bytes -= self._size(item)
+        return item
 
     def _has_work(self) -> bool:
         return (self._stopping or bool(self._errands)

@@ -9,7 +9,7 @@ from rclpy.parameter import Parameter as RosParameter
 
 from aick_ros import settings
 from aick_ros.errors import InputError
-from aick_ros.ros.parameters import declare_settings
+from aick_ros.ros.parameters import LiveSettings, declare_settings
 from aick_ros.settings import NodeSettings, Settings
 
 
@@ -19,9 +19,10 @@ def make_node(ros_domain):
     nodes = []
 
     def make(**overrides):
-        nodes.append(rclpy.create_node('probe', parameter_overrides=[
-            RosParameter(name.replace('__', '.'), value=value)
-            for name, value in overrides.items()]))
+        nodes.append(rclpy.create_node(
+            'probe', automatically_declare_parameters_from_overrides=True, parameter_overrides=[
+                RosParameter(name.replace('__', '.'), value=value)
+                for name, value in overrides.items()]))
         return nodes[-1]
 
     yield make
@@ -38,7 +39,7 @@ def test_every_parameter_is_declared_with_description_range_and_unit(make_node):
             descriptor = node.describe_parameter(parameter.name)
             assert descriptor.description.startswith(parameter.description)
             assert parameter.unit in descriptor.description
-            assert descriptor.read_only
+            assert descriptor.read_only == (group is NodeSettings)
             if parameter.type is float:
                 assert descriptor.floating_point_range[0].to_value == parameter.maximum
             if parameter.type is int:
@@ -79,9 +80,73 @@ def test_refusals_say_what_to_do(make_node, overrides, sentence):
         declare_settings(make_node(**overrides))
 
 
-def test_read_only_parameters_say_so(make_node):
-    node = make_node()
-    declare_settings(node)
-    result = node.set_parameters([RosParameter('aick.alpha', value=0.3)])[0]
+@pytest.fixture
+def live(make_node):
+    """A node's parameters while it runs: set them, see what the node stores and is told."""
+    class Live:
+        def __init__(self):
+            self.node, self.told = make_node(), []
+            _, core = declare_settings(self.node)
+            self._settings = LiveSettings(core, self.told.append)
+
+        def set(self, **changes):
+            return self._settings.set(
+                [RosParameter(name.replace('__', '.'), value=value)
+                 for name, value in changes.items()], self.node.set_parameters_atomically)
+
+    return Live()
+
+
+def test_good_changes_are_stored_and_told_as_one(live):
+    assert live.set(aick__alpha=0.3, features__max_keypoints=200).successful
+    assert live.node.get_parameter('aick.alpha').value == 0.3
+    assert live.told == [settings.with_values(
+        Settings(), {'aick.alpha': 0.3, 'features.max_keypoints': 200})]
+
+
+def test_a_whole_number_does_for_a_real_one(live):
+    assert live.set(odometry__max_speed=2).successful
+    assert live.node.get_parameter('odometry.max_speed').value == 2.0
+    assert live.told[0].odometry.max_speed == 2.0
+
+
+def test_what_changes_nothing_is_not_told(live):
+    assert live.set(aick__alpha=0.6).successful
+    assert live.told == []
+
+
+@pytest.mark.parametrize('changes, reason', [
+    ({'odometry__max_speed': 5000.0},
+     'odometry.max_speed = 5000.0 is outside 0.01 to 1000 m/s; it is: Faster translations'),
+    ({'aick__iterations': 0}, 'aick.iterations = 0 is outside 1 to 100'),
+    ({'aick__alpha': 'high'}, "aick.alpha = 'high' is not a number"),
+    ({'features__detector': 'orbs'}, "features.detector = 'orbs' is none of 'orb'"),
+    ({'aick__alfa': 0.5}, "no parameter is called 'aick.alfa': did you mean aick.alpha"),
+    ({'sensor__min_depth': 20.0}, 'the first must be less than the second'),
+    ({'frame_id': 'body'}, 'frame_id is read at the start only'),
+    ({'preset': 'paper-fast'}, 'preset is read at the start only')])
+def test_of_a_bad_change_nothing_is_taken(live, changes, reason):
+    result = live.set(aick__lambda_e=0.05, **changes)
     assert not result.successful
-    assert 'read-only' in result.reason
+    assert reason in result.reason
+    assert live.node.get_parameter('aick.lambda_e').value == 0.01
+    assert live.told == []
+
+
+def test_changes_that_only_fit_together_are_taken_together(live):
+    assert not live.set(sensor__min_depth=12.0).successful
+    assert live.set(sensor__min_depth=12.0, sensor__max_depth=20.0).successful
+
+
+def test_parameters_of_ros_itself_are_left_to_it(live):
+    assert live.set(use_sim_time=True).successful
+    assert live.node.get_parameter('use_sim_time').value is True
+    assert live.told == []
+
+
+def test_names_that_are_not_known_are_told_with_the_nearest_one(make_node, capfd):
+    declare_settings(make_node(aick__alhpa=0.5, frame='body', use_sim_time=False))
+    log = capfd.readouterr().err
+    assert "'aick.alhpa' is not one of this node and changes nothing: did you mean aick.al" in log
+    assert "did you mean frame_id" in log
+    assert 'use_sim_time' not in log

@@ -10,7 +10,10 @@ import pytest
 import rclpy
 from nav_msgs.msg import Odometry as OdometryMessage
 
+from aick_ros import rigid
+from aick_ros.errors import InputError
 from aick_ros.odometry import Odometry
+from aick_ros.ros.messages import from_pose
 from aick_ros.ros.publisher import OdometryPublisher
 from aick_ros.settings import NodeSettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -23,27 +26,44 @@ def updates():
     return [odometry.register_frame(source.frame(i)) for i in range(2)]
 
 
-@pytest.fixture
-def publish(ros_domain):
-    """Publish an update with the real publisher; return the odometry that is received."""
-    rclpy.init(args=[])
-    node, received = rclpy.create_node('probe'), []
-    node.create_subscription(OdometryMessage, 'odom', received.append, 10)
-    publisher = OdometryPublisher(node, NodeSettings(publish_tf=False))
+class Probe:
+    """The real publisher, and a subscriber of what it sends."""
 
-    def publish(update):
-        received.clear()
-        if not publisher.publish(update, np.eye(4)):
+    def __init__(self, **settings):
+        self.node, self.received = rclpy.create_node('probe'), []
+        self.node.create_subscription(OdometryMessage, 'odom', self.received.append, 10)
+        self.publisher = OdometryPublisher(self.node, NodeSettings(publish_tf=False, **settings))
+
+    def __call__(self, update, T_base_camera=np.eye(4)):
+        self.received.clear()
+        if not self.publisher.publish(update, T_base_camera):
             return None
         for _ in range(100):
-            if received:
-                return received[0]
-            rclpy.spin_once(node, timeout_sec=0.1)
+            if self.received:
+                return self.received[0]
+            rclpy.spin_once(self.node, timeout_sec=0.1)
         raise AssertionError('nothing was received')
 
-    yield publish
-    node.destroy_node()
+
+@pytest.fixture
+def make_probe(ros_domain):
+    rclpy.init(args=[])
+    probes = []
+
+    def make(**settings):
+        probes.append(Probe(**settings))
+        return probes[-1]
+
+    yield make
+    for probe in probes:
+        probe.node.destroy_node()
     rclpy.shutdown()
+
+
+@pytest.fixture
+def publish(make_probe):
+    """Publish an update with the real publisher; return the odometry that is received."""
+    return make_probe()
 
 
 def test_a_tracked_camera_is_never_taken_for_a_lost_one(publish, updates):
@@ -61,3 +81,55 @@ def test_small_covariances_are_sent_as_they_are(publish, updates):
 
 def test_of_a_bad_stamp_nothing_is_sent(publish, updates):
     assert publish(dataclasses.replace(updates[1], status=Status.BAD_STAMP)) is None
+
+
+def lost(update):
+    return dataclasses.replace(update, status=Status.TOO_FEW_MATCHES, reason='3 matches')
+
+
+def test_lost_with_the_policy_null_is_a_null_quaternion(make_probe, updates):
+    publish = make_probe(lost_policy='null')
+    publish(updates[1])
+    pose = publish(lost(updates[1])).pose
+    q, p = pose.pose.orientation, pose.pose.position
+    assert (q.x, q.y, q.z, q.w, p.x, p.y, p.z) == (0,) * 7
+    assert np.diag(np.reshape(pose.covariance, (6, 6))).tolist() == [9999.0] * 6
+
+
+def test_lost_with_the_policy_silent_is_silence(make_probe, updates):
+    publish = make_probe(lost_policy='silent')
+    publish(updates[1])
+    assert publish(lost(updates[1])) is None
+    assert publish(updates[1]) is not None
+
+
+def test_the_covariance_of_the_twist_as_rtabmap_reads_it(make_probe, updates):
+    """That of the increment: by the square of the interval less than the velocity's."""
+    velocity, increment = (
+        np.reshape(make_probe(twist_covariance=kind)(updates[1]).twist.covariance, (6, 6))
+        for kind in ('velocity', 'increment'))
+    np.testing.assert_allclose(increment, velocity * updates[1].interval ** 2, rtol=1e-6)
+    np.testing.assert_allclose(np.linalg.eigvalsh(increment),
+                               np.linalg.eigvalsh(updates[1].increment_covariance), rtol=1e-6)
+
+
+def test_the_initial_pose_is_that_of_the_base(make_probe, updates):
+    publish = make_probe(initial_pose=(1.0, 2.0, 3.0, 0.1, 0.2, 0.3))
+    T = rigid.from_roll_pitch_yaw(0.1, 0.2, 0.3, (1.0, 2.0, 3.0))
+    for update in updates:
+        np.testing.assert_allclose(from_pose(publish(update).pose.pose), T @ update.T_odom_camera,
+                                   atol=1e-12)
+
+
+@pytest.mark.parametrize('numbers', [(1.0, 2.0), (0.0,) * 7, (np.nan,) * 6])
+def test_an_initial_pose_that_is_none_is_refused(make_probe, numbers):
+    with pytest.raises(InputError, match='it takes x y z .m. roll pitch yaw .rad.'):
+        make_probe(initial_pose=numbers)
+
+
+def test_a_corrected_extrinsic_does_not_move_the_path(make_probe, updates):
+    publish = make_probe()
+    before = publish(updates[1])
+    after = publish(updates[1], rigid.exp([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]))
+    np.testing.assert_allclose(from_pose(after.pose.pose), from_pose(before.pose.pose),
+                               atol=1e-12)

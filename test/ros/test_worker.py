@@ -59,6 +59,21 @@ def test_with_room_for_one_the_newest_is_next(gate):
     assert worker.dropped == 2
 
 
+def test_the_oldest_go_where_those_that_wait_are_too_large(gate):
+    worker = Worker(gate.work, capacity=100, size=len, max_bytes=10)
+    worker.put('at work')
+    assert gate.entered.acquire(timeout=5)
+    for item in ('aaaa', 'bbbb', 'cc', 'ddd', 'longer than all'):
+        worker.put(item)
+        assert worker.backlog_bytes <= 10 or worker.backlog == 1
+    assert (worker.backlog, worker.dropped) == (1, 4)
+    gate.open.set()
+    assert gate.entered.acquire(timeout=5)
+    worker.stop(5)
+    assert gate.done == ['at work', 'longer than all']
+    assert worker.backlog_bytes == 0
+
+
 def test_items_wait_until_they_are_ready(gate):
     gate.open.set()
     ready = threading.Event()

@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Frames left out evenly, by their stamps."""
+
+import numpy as np
+import pytest
+
+from aick_ros.ros.rate_limit import RateLimit
+
+
+def admitted(rate, stamps):
+    limit = RateLimit(rate)
+    return [stamp for stamp in stamps if limit.admits(stamp)]
+
+
+def stamps_at(rate, count, jitter=0.0):
+    rng = np.random.default_rng(1)
+    times = np.arange(count) / rate + rng.uniform(-jitter, jitter, count)
+    return [10 ** 18 + round(1e9 * time) for time in times]
+
+
+@pytest.mark.parametrize('camera, wanted', [(30, 10), (30, 15), (30, 20), (60, 7), (30, 29)])
+def test_as_many_as_wanted_and_evenly(camera, wanted):
+    stamps = stamps_at(camera, 10 * camera, jitter=0.002)
+    kept = admitted(wanted, stamps)
+    assert len(kept) == pytest.approx(10 * wanted, abs=1)
+    assert max(np.diff(kept)) < 1e9 / wanted + 1e9 / camera + 5e6
+
+
+@pytest.mark.parametrize('wanted', [0, 30, 100])
+def test_a_camera_that_is_not_too_fast_loses_nothing(wanted):
+    stamps = stamps_at(30, 300, jitter=0.002)
+    assert admitted(wanted, stamps) == stamps
+
+
+def test_after_a_pause_there_is_no_burst():
+    before, after = stamps_at(30, 30), [s + 10 ** 11 for s in stamps_at(30, 30)]
+    assert len(admitted(10, before + after)) <= 21
+
+
+def test_a_recording_that_starts_again_is_not_waited_for():
+    stamps = stamps_at(30, 300)
+    assert len(admitted(10, stamps + stamps)) == pytest.approx(200, abs=2)
