@@ -8,22 +8,31 @@ from __future__ import annotations
 import sys
 import time
 import traceback
+from collections.abc import Sequence
 
+import numpy as np
 import rclpy
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from std_srvs.srv import Empty
+from rclpy.parameter import Parameter
 
 from aick_ros.errors import InputError
 from aick_ros.odometry import Odometry
+from aick_ros.ros.control import Control
 from aick_ros.ros.diagnostics import Diagnostics
+from aick_ros.ros.frame_statistics import FAILED, UNDER_LOAD
 from aick_ros.ros.inputs import Arrival, Inputs
-from aick_ros.ros.parameters import declare_settings
+from aick_ros.ros.parameters import LiveSettings, declare_settings
 from aick_ros.ros.publisher import OdometryPublisher
+from aick_ros.ros.rate_limit import RateLimit
+from aick_ros.ros.views import Views
 from aick_ros.ros.worker import Worker
+from aick_ros.settings import NodeSettings, Settings
 
 _LONGEST_BACKLOG = 100  # pairs; at 640x480 one takes 1.5 to 2.1 MB
+_LARGEST_BACKLOG = 256 * 2 ** 20  # bytes
 _THROTTLE = 5.0  # seconds between two log lines of the same kind
 
 
@@ -31,36 +40,56 @@ class OdomNode(Node):
     """
     Visual odometry of an RGB-D camera.
 
-    Its inputs only pair images; a worker thread decodes them, registers and publishes.
+    Its inputs only pair images; a worker thread decodes them, registers and publishes. What is
+    asked of the node from outside is done on that thread too, between two frames.
 
     :raises InputError: where a parameter cannot be used.
     """
 
     def __init__(self) -> None:
-        super().__init__('odom_node')
+        super().__init__('odom_node', automatically_declare_parameters_from_overrides=True)
         settings, core = declare_settings(self)
+        self._live_settings = LiveSettings(core, self._change)
         self._odometry = Odometry(core)
         self._diagnostics = Diagnostics(self)
         self._publisher = OdometryPublisher(self, settings)
-        self._worker = Worker(
-            self._answer, capacity=_LONGEST_BACKLOG if settings.process_every_frame else 1,
-            ready=lambda arrival: self._inputs.is_ready(arrival))
+        self._views = Views(self, settings.odom_frame_id)
+        self._worker = self._make_worker(settings)
+        self._rate_limit = RateLimit(settings.max_update_rate)
         self._inputs = Inputs(
-            self, settings, self._diagnostics, self._worker.put, self._worker.nudge)
-        self.create_service(Empty, '~/reset_odom', self._reset)
+            self, settings, self._diagnostics, self._take, self._worker.nudge)
+        self._control = Control(self, settings.odom_frame_id, self._reset, self._set_pose)
         # a steady timer: a /clock that stands still must not stop the report
         self.create_timer(1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def close(self) -> None:
         """End the worker; the frame at hand is finished."""
-        self._worker.stop(timeout=1.0)
+        self._worker.stop(timeout=0.5)
+
+    def set_parameters_atomically(self, parameter_list: Sequence[Parameter]
+                                  ) -> SetParametersResult:
+        """Set parameters all or none; a refusal names range and unit."""
+        return self._live_settings.set(parameter_list, super().set_parameters_atomically)
+
+    def _make_worker(self, settings: NodeSettings) -> Worker:
+        return Worker(
+            self._answer, capacity=_LONGEST_BACKLOG if settings.process_every_frame else 1,
+            ready=lambda arrival: self._inputs.is_ready(arrival),
+            size=_size, max_bytes=_LARGEST_BACKLOG)
+
+    def _take(self, arrival: Arrival) -> None:
+        if self._control.paused:
+            self._diagnostics.count('frames left out while paused')
+        elif not self._rate_limit.admits(arrival.pair.colour_stamp):
+            self._diagnostics.count('frames left out by max_update_rate')
+        else:
+            self._worker.put(arrival)
 
     def _answer(self, arrival: Arrival) -> None:
         """Register one pair and publish; whatever happens, the next one gets its turn."""
         stamp = arrival.pair.colour_stamp
         try:
-            update = self._odometry.register_frame(self._inputs.frame(arrival))
-            self._publisher.publish(update, self._inputs.camera_in_base(arrival))
+            self._register(arrival)
         except InputError as error:
             self._diagnostics.damaged(str(error))
             self.get_logger().warning(f'frame {stamp} ns skipped: {error}',
@@ -68,31 +97,53 @@ class OdomNode(Node):
         except Exception:  # a defect of ours in one frame must not end the odometry
             if not self.context.ok():
                 return  # told to end while at work: nobody can be answered any more
-            self._diagnostics.damaged('internal error, see the log')
+            self._diagnostics.damaged('internal error, see the log', FAILED)
             self.get_logger().error(f'frame {stamp} ns failed, please report this:\n'
                                     f'{traceback.format_exc()}')
-        else:
-            self._diagnostics.answered(update, 1e3 * (time.monotonic() - arrival.paired_at))
-            if not update.status.ok:
-                self.get_logger().warning(
-                    f'frame {update.stamp} ns: {update.status.value}: {update.reason}',
-                    throttle_duration_sec=_THROTTLE)
+
+    def _register(self, arrival: Arrival) -> None:
+        frame, T_base_camera = self._inputs.frame(arrival), self._inputs.camera_in_base(arrival)
+        update = self._odometry.register_frame(frame)
+        self._publisher.publish(update, T_base_camera)
+        self._diagnostics.answered(update, 1e3 * (time.monotonic() - arrival.paired_at))
+        if not update.status.ok:
+            self.get_logger().warning(
+                f'frame {update.stamp} ns: {update.status.value}: {update.reason}',
+                throttle_duration_sec=_THROTTLE)
+        self._views.show(frame, update, self._publisher.T_odom_base, T_base_camera,
+                         arrival.pair.colour.header.frame_id)
 
     def _report(self) -> None:
         complaint = self._inputs.complaint()
         if complaint:
             self.get_logger().warning(complaint, throttle_duration_sec=_THROTTLE)
+        for name, total in self._inputs.counts.items():
+            self._diagnostics.count_up_to(name.replace('_', ' '), total)
+        self._diagnostics.count_up_to(UNDER_LOAD, self._worker.dropped)
         self._diagnostics.publish(
-            self, complaint, backlog=self._worker.backlog,
-            frames_dropped_under_load=self._worker.dropped, **self._inputs.counts)
+            complaint, self._control.paused, backlog=str(self._worker.backlog),
+            backlog_in_MB=f'{self._worker.backlog_bytes / 1e6:.1f}')
 
-    def _reset(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
+    def _reset(self) -> None:
         def reset() -> None:
             self._odometry.reset()
             self._publisher.reset()
+            self._views.reset()
             self.get_logger().info('odometry reset')
         self._worker.run(reset)
-        return response
+
+    def _set_pose(self, T_odom_base: np.ndarray, covariance: np.ndarray) -> None:
+        def set_pose() -> None:
+            self._publisher.set_pose(T_odom_base, covariance)
+            self.get_logger().info('pose set')
+        self._worker.run(set_pose)
+
+    def _change(self, core: Settings) -> None:
+        self._worker.run(lambda: self._odometry.change_settings(core))
+
+
+def _size(arrival: Arrival) -> int:
+    return len(arrival.pair.colour.data) + len(arrival.pair.depth.data)
 
 
 def _initialise() -> None:

@@ -17,7 +17,6 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from sensor_msgs.msg import CameraInfo, Image
-from std_srvs.srv import Empty
 
 from aick_ros.ros.live_run import NODE_COMMAND
 from aick_ros.ros.messages import to_stamp
@@ -59,7 +58,6 @@ class Rig:
         self.colour = self.node.create_publisher(Image, 'rgb/image', QUEUE)
         self.depth = self.node.create_publisher(Image, 'depth/image', QUEUE)
         self.info = self.node.create_publisher(CameraInfo, 'rgb/camera_info', QUEUE)
-        self.reset = self.node.create_client(Empty, '/odom_node/reset_odom')
         self.odom, self.poses, self.diagnostics, self.links = [], [], [], []
         self.listen(Odometry, 'odom', self.odom.append)
         self.listen(PoseWithCovarianceStamped, 'pose', self.poses.append)
@@ -102,6 +100,12 @@ class Rig:
         wait_until(lambda: stamp in self.stamps(), f'odometry of {stamp} ns')
         return self.odom[self.stamps().index(stamp)]
 
+    def call(self, kind, name, request=None):
+        """Call a service and return its response."""
+        client = self.node.create_client(kind, name)
+        assert client.wait_for_service(PATIENCE), f'no service {name}'
+        return client.call(request or kind.Request())
+
     def stamps(self):
         return [to_stamp(message.header.stamp) for message in self.odom]
 
@@ -115,10 +119,12 @@ class Rig:
 class NodeProcess:
     """odom_node in a process of its own; its log goes to a file."""
 
-    def __init__(self, log, parameters, command):
+    def __init__(self, log, parameters, remappings, command):
         arguments = ['--ros-args']
         for name, value in parameters.items():
             arguments += ['-p', f'{name}:={value}']
+        for rule in remappings:
+            arguments += ['-r', rule]
         self._log = log
         self.process = subprocess.Popen([*command, *arguments], stdout=log.open('w'),
                                         stderr=subprocess.STDOUT)
@@ -156,11 +162,14 @@ def start_node(rig, tmp_path):
     """Start odom_node with parameters that suit a test: every frame, nothing lost on the way."""
     started = []
 
-    def start(wait=True, command=NODE_COMMAND, **parameters):
-        parameters = {'process_every_frame': 'true', 'qos_reliability': 'reliable',
-                      'topic_queue_size': 100, 'frame_id': OPTICAL,
-                      **{name.replace('__', '.'): value for name, value in parameters.items()}}
-        node = NodeProcess(tmp_path / f'odom_node_{len(started)}.log', parameters, command)
+    def start(wait=True, bare=False, command=NODE_COMMAND, remappings=(), **parameters):
+        suitable = {} if bare else {
+            'process_every_frame': 'true', 'qos_reliability': 'reliable',
+            'topic_queue_size': 100, 'frame_id': OPTICAL}
+        parameters = {**suitable, **{name.replace('__', '.'): value
+                                     for name, value in parameters.items()}}
+        node = NodeProcess(tmp_path / f'odom_node_{len(started)}.log', parameters, remappings,
+                           command)
         started.append(node)
         if wait:
             rig.wait_for_node()

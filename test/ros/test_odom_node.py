@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from sensor_msgs.msg import CameraInfo
-from std_srvs.srv import Empty
 
 from aick_ros import rigid
 from aick_ros.odometry import Odometry
@@ -220,19 +219,6 @@ def test_a_recording_played_again_goes_on_from_the_pose_reached(rig, start_node,
     first, *_, last = send_all(rig, again)
     np.testing.assert_allclose(pose_of(first), pose_of(before), atol=1e-9)
     assert np.linalg.norm(pose_of(last)[:3, 3] - pose_of(first)[:3, 3]) < 1.0
-
-
-def test_reset_begins_at_the_origin(rig, start_node, frames):
-    start_node()
-    send_all(rig, frames[:4])
-    assert rig.reset.wait_for_service(10)
-    rig.reset.call(Empty.Request())
-    for frame in frames[4:7]:
-        rig.send(frame)
-    np.testing.assert_array_equal(pose_of(rig.answer(frames[4].stamp)), np.eye(4))
-    after = offline(frames[4:7])[frames[6].stamp]
-    np.testing.assert_allclose(pose_of(rig.answer(frames[6].stamp)), after.T_odom_camera,
-                               atol=1e-6)
 
 
 def test_padded_rows_and_millimetres_of_either_byte_order(rig, start_node, frames):

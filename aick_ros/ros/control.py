@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What others tell the node to do: services, and a pose to go on from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from rclpy.node import Node
+from std_srvs.srv import Empty
+
+from aick_ros.errors import InputError
+from aick_ros.ros.messages import from_pose
+
+_QUEUE = 10
+
+
+class Control:
+    """
+    The services ``~/reset_odom``, ``~/pause_odom``, ``~/resume_odom`` and the topic ``set_pose``.
+
+    :param odom_frame: the only frame in which a pose can be set.
+    :param on_reset: called when the odometry is to begin at the origin again.
+    :param on_pose: called with ``T_odom_base`` and its 6x6 covariance.
+    """
+
+    def __init__(self, node: Node, odom_frame: str, on_reset: Callable[[], None],
+                 on_pose: Callable[[np.ndarray, np.ndarray], None]) -> None:
+        self._logger = node.get_logger()
+        self._odom_frame = odom_frame
+        self._on_reset, self._on_pose = on_reset, on_pose
+        self._paused = False
+        node.create_service(Empty, '~/reset_odom', self._reset)
+        node.create_service(Empty, '~/pause_odom', self._pause)
+        node.create_service(Empty, '~/resume_odom', self._resume)
+        node.create_subscription(PoseWithCovarianceStamped, 'set_pose', self._set_pose, _QUEUE)
+
+    @property
+    def paused(self) -> bool:
+        """Whether frames are to be left out."""
+        return self._paused
+
+    def _reset(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
+        self._on_reset()
+        return response
+
+    def _pause(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
+        self._paused = True
+        self._logger.info('paused')
+        return response
+
+    def _resume(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
+        self._paused = False
+        self._logger.info('resumed')
+        return response
+
+    def _set_pose(self, message: PoseWithCovarianceStamped) -> None:
+        try:
+            self._on_pose(*_pose_to_set(message, self._odom_frame))
+        except InputError as error:
+            self._logger.warning(f'set_pose refused: {error}')
+
+
+def _pose_to_set(message: PoseWithCovarianceStamped,
+                 odom_frame: str) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return the pose of a message and its covariance.
+
+    :raises InputError: where it is none, or given in another frame.
+    """
+    frame = message.header.frame_id.lstrip('/')
+    if frame not in ('', odom_frame):
+        raise InputError(f'it is given in {frame!r}: give it in {odom_frame!r} (odom_frame_id)')
+    try:
+        T_odom_base = from_pose(message.pose.pose)
+    except ValueError as error:
+        raise InputError(f'{error}') from None
+    covariance = np.reshape(message.pose.covariance, (6, 6))
+    if not np.isfinite(covariance).all() or np.linalg.eigvalsh(
+            0.5 * (covariance + covariance.T))[0] < -1e-9:
+        raise InputError('its covariance is not finite or not positive')
+    return T_odom_base, 0.5 * (covariance + covariance.T)

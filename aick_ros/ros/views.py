@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a person looks at: path, keypoints and matches, made only while somebody subscribes."""
+
+from __future__ import annotations
+
+from array import array
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Path
+from rclpy.node import Node
+from sensor_msgs.msg import Image, PointCloud2, PointField
+from std_msgs.msg import Header
+
+from aick_ros import rigid
+from aick_ros.frame import RgbdFrame
+from aick_ros.odometry import OdometryUpdate
+from aick_ros.ros import messages
+from aick_ros.ros.debug_image import draw_matches
+
+_LONGEST_PATH = 1000  # poses
+_QUEUE = 1  # a picture is looked at now or not at all
+
+
+class Views:
+    """Publishes ``path``, ``keypoints`` and ``debug_image``."""
+
+    def __init__(self, node: Node, odom_frame: str) -> None:
+        self._odom_frame = odom_frame
+        self._poses: list[PoseStamped] = []
+        self._path = node.create_publisher(Path, 'path', _QUEUE)
+        self._keypoints = node.create_publisher(PointCloud2, 'keypoints', _QUEUE)
+        self._debug_image = node.create_publisher(Image, 'debug_image', _QUEUE)
+
+    def reset(self) -> None:
+        """Begin the path anew."""
+        self._poses.clear()
+
+    def show(self, frame: RgbdFrame, update: OdometryUpdate, T_odom_base: np.ndarray,
+             T_base_camera: np.ndarray, camera_frame: str) -> None:
+        """
+        Publish what somebody wants to see of a frame.
+
+        :param T_odom_base: as it is published.
+        :param T_base_camera: the extrinsic.
+        :param camera_frame: of the images.
+        """
+        header = messages.header(update.stamp, self._odom_frame)
+        if update.status.ok:
+            self._lengthen(PoseStamped(header=header, pose=messages.pose(T_odom_base)))
+            if self._path.get_subscription_count():
+                self._path.publish(Path(header=header, poses=self._poses))
+            if self._keypoints.get_subscription_count():
+                self._keypoints.publish(point_cloud(header, rigid.transform(
+                    T_odom_base @ T_base_camera, update.keypoints.positions)))
+        if self._debug_image.get_subscription_count():
+            self._debug_image.publish(colour_image(
+                messages.header(update.stamp, camera_frame), draw_matches(frame.colour, update)))
+
+    def _lengthen(self, pose: PoseStamped) -> None:
+        """Add a pose; of a path that is too long every second one goes, its start stays."""
+        if len(self._poses) >= _LONGEST_PATH:
+            del self._poses[1::2]
+        self._poses.append(pose)
+
+
+def point_cloud(header: Header, positions: np.ndarray) -> PointCloud2:
+    """Return the message of points, Nx3 [m]."""
+    return PointCloud2(
+        header=header, height=1, width=len(positions),
+        fields=[PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
+                for i, name in enumerate('xyz')],
+        is_bigendian=False, point_step=12, row_step=12 * len(positions), is_dense=True,
+        data=array('B', positions.astype('<f4').tobytes()))
+
+
+def colour_image(header: Header, colour: np.ndarray) -> Image:
+    """Return the message of an image, HxWx3 uint8 (red, green, blue)."""
+    height, width, _ = colour.shape
+    return Image(header=header, height=height, width=width, encoding='rgb8', step=3 * width,
+                 data=array('B', colour.tobytes()))

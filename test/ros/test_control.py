@@ -1,0 +1,179 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What others tell the node to do, over DDS: reset, pause, set a pose, change parameters."""
+
+import numpy as np
+import pytest
+import yaml
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
+from rclpy.parameter import Parameter, parameter_value_to_python
+from std_srvs.srv import Empty
+
+from aick_ros import rigid, settings
+from aick_ros.odometry import Odometry
+from aick_ros.ros.live_run import NODE_COMMAND
+from aick_ros.ros.messages import from_pose, pose_with_covariance
+from aick_ros.settings import Settings
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+COUNT = 10
+
+
+@pytest.fixture(scope='module')
+def frames():
+    source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
+    return [source.frame(i) for i in range(COUNT)]
+
+
+def offline(frames):
+    odometry = Odometry()
+    return [odometry.register_frame(frame).T_odom_camera for frame in frames]
+
+
+def answers(rig, frames):
+    """Send frames and return the poses that come back."""
+    rig.send_camera_info(frames[0].camera)
+    for frame in frames:
+        rig.send(frame)
+    return [from_pose(rig.answer(frame.stamp).pose.pose) for frame in frames]
+
+
+def set_parameters(rig, **changes):
+    """Set parameters as ``ros2 param set`` does; return the results."""
+    return rig.call(SetParameters, '/odom_node/set_parameters', SetParameters.Request(parameters=[
+        Parameter(name.replace('__', '.'), value=value).to_parameter_msg()
+        for name, value in changes.items()])).results
+
+
+def test_reset_begins_at_the_origin(rig, start_node, frames):
+    start_node()
+    answers(rig, frames[:4])
+    rig.call(Empty, '/odom_node/reset_odom')
+    after = answers(rig, frames[4:7])
+    np.testing.assert_array_equal(after[0], np.eye(4))
+    np.testing.assert_allclose(after, offline(frames[4:7]), atol=1e-6)
+
+
+def test_under_the_name_of_rtabmaps_node_the_service_is_where_rtabmap_viz_calls_it(
+        rig, start_node, frames):
+    start_node(remappings=['__node:=rgbd_odometry'])
+    answers(rig, frames[:3])
+    rig.call(Empty, '/rgbd_odometry/reset_odom')
+    np.testing.assert_array_equal(answers(rig, frames[3:4])[0], np.eye(4))
+
+
+def test_paused_it_is_silent_and_resumed_it_goes_on(rig, start_node, frames):
+    start_node()
+    answers(rig, frames[:3])
+    rig.call(Empty, '/odom_node/pause_odom')
+    for frame in frames[3:6]:
+        rig.send(frame)
+    rig.wait_until(lambda: any(
+        value.key == 'frames left out while paused' and value.value == '3'
+        for value in rig.diagnostics[-1].status[0].values), 'the frames left out')
+    assert 'paused' in rig.diagnostics[-1].status[0].message
+    rig.call(Empty, '/odom_node/resume_odom')
+    after = answers(rig, frames[6:])
+    assert rig.stamps() == [frame.stamp for frame in [*frames[:3], *frames[6:]]]
+    expected = offline([*frames[:3], *frames[6:]])[3:]
+    np.testing.assert_allclose(after, expected, atol=1e-6)
+
+
+@pytest.mark.parametrize('given_in', ['odom', ''])
+def test_from_a_pose_that_was_set_the_motion_goes_on(rig, start_node, frames, given_in):
+    node = start_node()
+    answers(rig, frames[:3])
+    told, sure = rigid.exp([3, -1, 2, 0.2, 0.1, 2.0]), np.diag([1, 2, 3, 4, 5, 6.0])
+    publisher = rig.node.create_publisher(PoseWithCovarianceStamped, 'set_pose', 1)
+    rig.wait_until(publisher.get_subscription_count, 'the node to listen to set_pose')
+    publisher.publish(pose_with_covariance(0, 'map', told, sure))
+    node.wait_for_log("set_pose refused: it is given in 'map': give it in 'odom'")
+    publisher.publish(pose_with_covariance(0, given_in, told, sure))
+    node.wait_for_log('pose set')
+    after = answers(rig, frames[3:6])
+    chain = offline(frames[:6])
+    for pose, expected in zip(after, chain[3:]):
+        np.testing.assert_allclose(pose, told @ rigid.inverse(chain[2]) @ expected, atol=1e-6)
+    covariance = np.reshape(rig.odom[-1].pose.covariance, (6, 6))
+    assert covariance[5, 5] == pytest.approx(6.0, rel=0.01)
+
+
+def test_it_starts_at_the_initial_pose(rig, start_node, frames):
+    start_node(initial_pose='[1.0, 2.0, 3.0, 0.1, 0.2, 0.3]')
+    T = rigid.from_roll_pitch_yaw(0.1, 0.2, 0.3, (1, 2, 3))
+    found = answers(rig, frames[:3])
+    np.testing.assert_allclose(found, [T @ pose for pose in offline(frames[:3])], atol=1e-6)
+
+
+def test_parameters_change_between_two_frames(rig, start_node, frames):
+    start_node()
+    before = answers(rig, frames[:4])
+    refused, taken = set_parameters(rig, odometry__max_speed=5000.0, features__max_keypoints=150)
+    assert not refused.successful
+    assert refused.reason.startswith('odometry.max_speed = 5000.0 is outside 0.01 to 1000 m/s')
+    assert taken.successful
+    odometry = Odometry()
+    expected = [odometry.register_frame(frame).T_odom_camera for frame in frames[:4]]
+    odometry.change_settings(settings.with_values(Settings(), {'features.max_keypoints': 150}))
+    expected += [odometry.register_frame(frame).T_odom_camera for frame in frames[4:]]
+    np.testing.assert_allclose(before + answers(rig, frames[4:]), expected, atol=1e-6)
+    assert np.abs(expected[-1] - offline(frames)[-1]).max() > 1e-6  # the change was one
+
+
+def test_read_only_and_unknown_parameters_say_so(rig, start_node):
+    start_node()
+    own, misspelt = set_parameters(rig, odom_frame_id='map', aick__alpah=0.5)
+    assert 'odom_frame_id is read at the start only' in own.reason
+    assert 'did you mean aick.alpha' in misspelt.reason
+
+
+def dump(rig, node):
+    """Return the parameters of a node as ``ros2 param dump`` writes them."""
+    names = rig.call(ListParameters, f'/{node}/list_parameters').result.names
+    values = rig.call(GetParameters, f'/{node}/get_parameters',
+                      GetParameters.Request(names=names)).values
+    tree = {}
+    for name, value in sorted(zip(names, map(parameter_value_to_python, values))):
+        *groups, last = name.split('.')
+        branch = tree
+        for group in groups:
+            branch = branch.setdefault(group, {})
+        branch[last] = list(value) if hasattr(value, 'tolist') else value
+    return {f'/{node}': {'ros__parameters': tree}}
+
+
+def test_a_dump_of_the_parameters_starts_the_same_node(rig, start_node, frames, tmp_path):
+    first = start_node(preset='paper-fast', odom_frame_id='odom_camera',
+                       initial_pose='[1.0, 0.0, 0.0, 0.0, 0.0, 0.0]', features__orb__levels=6)
+    assert set_parameters(rig, aick__alpha=0.65)[0].successful
+    dumped = dump(rig, 'odom_node')
+    file = tmp_path / 'dump.yaml'
+    file.write_text(yaml.dump(dumped))
+    before = answers(rig, frames[:4])
+    first.stop()
+    rig.odom.clear()
+    rig.diagnostics.clear()
+    second = start_node(bare=True, command=(
+        *NODE_COMMAND, '--ros-args', '--params-file', str(file)))
+    np.testing.assert_allclose(answers(rig, frames[:4]), before, atol=1e-9)
+    assert dump(rig, 'odom_node') == dumped
+    assert 'changes nothing' not in second.log
+
+
+def test_names_of_parameters_that_are_not_known_are_told(rig, start_node):
+    node = start_node(aick__alhpa=0.5)
+    node.wait_for_log("parameter 'aick.alhpa' is not one of this node and changes nothing: did "
+                      'you mean aick.alpha')
+
+
+def test_frames_are_left_out_evenly(rig, start_node, frames):
+    start_node(max_update_rate=15.0)
+    rig.send_camera_info(frames[0].camera)
+    for frame in frames[:9]:
+        rig.send(frame)
+    kept = frames[:9:2]
+    found = [from_pose(rig.answer(frame.stamp).pose.pose) for frame in kept]
+    assert rig.stamps() == [frame.stamp for frame in kept]
+    np.testing.assert_allclose(found, offline(kept), atol=1e-6)
