@@ -13,7 +13,6 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 import cv2
@@ -64,10 +63,14 @@ class _Layout(NamedTuple):
     convert: Callable[[np.ndarray], np.ndarray] | None = None
 
 
-def _converted(channels: int, code: int) -> _Layout:
-    return _Layout(channels, convert=partial(cv2.cvtColor, code=code))
+def _converted(channels: int, code: int, dtype: type = np.uint8) -> _Layout:
+    def convert(pixels: np.ndarray) -> np.ndarray:
+        return cv2.cvtColor(pixels if dtype == np.uint8 else to_8_bit(pixels), code)
+    return _Layout(channels, dtype, convert)
 
 
+_BAYER = {'rggb': cv2.COLOR_BayerRGGB2RGB, 'bggr': cv2.COLOR_BayerBGGR2RGB,
+          'gbrg': cv2.COLOR_BayerGBRG2RGB, 'grbg': cv2.COLOR_BayerGRBG2RGB}
 _COLOUR = {
     'rgb8': _Layout(3),
     'mono8': _Layout(1),
@@ -78,14 +81,14 @@ _COLOUR = {
     'bgra8': _converted(4, cv2.COLOR_BGRA2RGB),
     '8UC4': _converted(4, cv2.COLOR_BGRA2RGB),
     'mono16': _Layout(1, np.uint16, to_8_bit),
-    'bayer_rggb8': _converted(1, cv2.COLOR_BayerRGGB2RGB),
-    'bayer_bggr8': _converted(1, cv2.COLOR_BayerBGGR2RGB),
-    'bayer_gbrg8': _converted(1, cv2.COLOR_BayerGBRG2RGB),
-    'bayer_grbg8': _converted(1, cv2.COLOR_BayerGRBG2RGB),
+    'rgb16': _Layout(3, np.uint16, to_8_bit),
+    'bgr16': _converted(3, cv2.COLOR_BGR2RGB, np.uint16),
     'yuv422': _converted(2, cv2.COLOR_YUV2RGB_UYVY),
     'uyvy': _converted(2, cv2.COLOR_YUV2RGB_UYVY),
     'yuv422_yuy2': _converted(2, cv2.COLOR_YUV2RGB_YUY2),
     'yuyv': _converted(2, cv2.COLOR_YUV2RGB_YUY2),
+    **{f'bayer_{pattern}{8 * dtype().itemsize}': _converted(1, code, dtype)
+       for pattern, code in _BAYER.items() for dtype in (np.uint8, np.uint16)},
 }
 _DEPTH = {'16UC1': np.uint16, 'mono16': np.uint16, '32FC1': np.float32}
 
@@ -155,7 +158,8 @@ def compressed_depth(message: CompressedImageMessage) -> np.ndarray:
     """
     if 'rvl' in message.format.lower():
         raise InputError(f'the depth image has format {message.format!r}, which cannot be read: '
-                         "record it raw or with the parameter format of compressedDepth 'png'")
+                         "take it raw, or set the parameter compressedDepth.format of its "
+                         "publisher to 'png'")
     header, png = _split_depth(bytes(message.data))
     units = decode_units(png)
     if not message.format.strip().startswith('32FC1'):

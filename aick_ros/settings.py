@@ -194,6 +194,9 @@ class NodeSettings:
         'velocity', 'Whether the covariance of the twist is that of the velocity, as the message '
         'defines it, or that of the increment since the last frame, as RTAB-Map reads it.',
         choices=('velocity', 'increment'))
+    wait_for_transform: float = parameter(
+        0.1, 'How long a frame waits for a transform that moves to be told up to its stamp.',
+        unit='s', minimum=0.0, maximum=10.0)
     approx_sync: bool = parameter(
         True, 'Whether colour and depth may differ in stamp.')
     approx_sync_max_interval: float = parameter(
@@ -203,8 +206,24 @@ class NodeSettings:
     sync_queue_size: int = parameter(
         5, 'Images of one topic that wait for their partner.', minimum=1, maximum=1000)
     qos_reliability: str = parameter(
-        'best_effort', 'Reliability of the image subscriptions.',
-        choices=('best_effort', 'reliable'))
+        'auto', 'Reliability of the image subscriptions; auto: what the publishers offer.',
+        choices=('auto', 'reliable', 'best_effort'))
+    image_transport: str = parameter(
+        'raw', 'Transport of the colour images: raw from rgb/image, compressed from '
+        'rgb/image/compressed.', choices=('raw', 'compressed'))
+    depth_transport: str = parameter(
+        'raw', 'Transport of the depth images, likewise; both compressed ones are PNG.',
+        choices=('raw', 'compressed', 'compressedDepth'))
+    image_rectification: str = parameter(
+        'auto', 'Whether images are raw (k and d of camera_info hold) or rectified (p does); '
+        "auto: rectified where 'rect' is a part of the topic's name.",
+        choices=('auto', 'raw', 'rectified'))
+    register_depth: bool = parameter(
+        False, 'Whether depth is not registered to colour yet: the node does it, with '
+        'depth/camera_info.')
+    depth_in_colour: tuple = parameter(
+        (), "Pose of the depth camera's optical frame in the colour camera's: x y z qx qy qz qw; "
+        'empty: from TF.')
     process_every_frame: bool = parameter(
         False, 'Whether every frame is registered, in order, or the newest one only.')
     max_update_rate: float = parameter(

@@ -19,8 +19,9 @@ from aick_ros.errors import InputError
 HEIGHT, WIDTH = 6, 8
 SIZES = {'rgb8': 3, 'bgr8': 3, '8UC3': 3, 'rgba8': 4, 'bgra8': 4, '8UC4': 4, 'mono8': 1,
          '8UC1': 1, 'mono16': 2, '16UC1': 2, '32FC1': 4, 'yuv422': 2, 'uyvy': 2,
-         'yuv422_yuy2': 2, 'yuyv': 2, 'bayer_rggb8': 1, 'bayer_bggr8': 1, 'bayer_gbrg8': 1,
-         'bayer_grbg8': 1}
+         'yuv422_yuy2': 2, 'yuyv': 2, 'rgb16': 6, 'bgr16': 6,
+         **{f'bayer_{pattern}{bits}': bits // 8 for bits in (8, 16)
+            for pattern in ('rggb', 'bggr', 'gbrg', 'grbg')}}
 """Bytes a pixel."""
 
 
@@ -46,9 +47,11 @@ def slow_colour(image, row, column):
     content = pixel_bytes(image, row, column)
     if image.encoding in ('bgr8', '8UC3', 'bgra8', '8UC4'):
         return content[2::-1]
-    if image.encoding == 'mono16':
-        value = struct.unpack('>H' if image.is_bigendian else '<H', content)[0]
-        return bytes([round(value / 257)])
+    if image.encoding in ('mono16', 'rgb16', 'bgr16'):
+        order = '>' if image.is_bigendian else '<'
+        values = struct.unpack(f'{order}{len(content) // 2}H', content)
+        values = values[::-1] if image.encoding == 'bgr16' else values
+        return bytes(round(value / 257) for value in values)
     return content[:3]
 
 
@@ -66,7 +69,8 @@ def slow_depth(image, row, column):
 @pytest.mark.parametrize('padding', [0, 5])
 @pytest.mark.parametrize('is_bigendian', [0, 1])
 @pytest.mark.parametrize('encoding', [
-    'rgb8', 'bgr8', '8UC3', 'rgba8', 'bgra8', '8UC4', 'mono8', '8UC1', 'mono16'])
+    'rgb8', 'bgr8', '8UC3', 'rgba8', 'bgra8', '8UC4', 'mono8', '8UC1', 'mono16',
+    'rgb16', 'bgr16'])
 def test_colour_is_what_the_slow_decoder_reads(encoding, is_bigendian, padding):
     image = message(encoding, padding, is_bigendian)
     colour = image_codec.colour_image(image)
@@ -117,12 +121,16 @@ def test_yuv_is_converted_by_bt_601(encoding, luma, u, v, padding):
 
 
 @pytest.mark.parametrize('padding', [0, 3])
+@pytest.mark.parametrize('dtype', ['u1', '<u2', '>u2'])
 @pytest.mark.parametrize('pattern', ['rggb', 'bggr', 'gbrg', 'grbg'])
-def test_bayer_gives_back_an_even_colour(pattern, padding):
+def test_bayer_gives_back_an_even_colour(pattern, dtype, padding):
     colour = {'r': 200, 'g': 120, 'b': 40}
-    tile = np.array([colour[letter] for letter in pattern], np.uint8).reshape(2, 2)
-    mosaic = np.tile(tile, (HEIGHT // 2, WIDTH // 2))
-    image = message(f'bayer_{pattern}8', padding, pixels=mosaic.tobytes())
+    tile = np.array([colour[letter] for letter in pattern]).reshape(2, 2)
+    mosaic = np.tile(tile, (HEIGHT // 2, WIDTH // 2)).astype(dtype)
+    if mosaic.itemsize == 2:
+        mosaic *= 257
+    image = message(f'bayer_{pattern}{8 * mosaic.itemsize}', padding, int(dtype == '>u2'),
+                    pixels=mosaic.tobytes())
     assert (image_codec.colour_image(image) == (200, 120, 40)).all()
 
 

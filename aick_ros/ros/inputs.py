@@ -12,16 +12,18 @@ from typing import Any, NamedTuple
 import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo
 
-from aick_ros import image_codec, rigid
 from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
+from aick_ros.frame_decoder import FrameDecoder
+from aick_ros.ros.calibrations import Calibration
 from aick_ros.ros.diagnostics import Diagnostics
+from aick_ros.ros.extrinsics import Extrinsics
 from aick_ros.ros.messages import to_stamp
-from aick_ros.ros.transforms import StaticTransforms
+from aick_ros.ros.subscriptions import (
+    AdaptiveSubscription, camera_info_subscription, image_subscription)
 from aick_ros.ros.watchdog import Watchdog
 from aick_ros.settings import NodeSettings
 from aick_ros.synchronizer import Pair, Synchronizer
@@ -31,10 +33,11 @@ _THROTTLE = 5.0  # seconds between two log lines of the same kind
 
 
 class Arrival(NamedTuple):
-    """A pair of images, the camera as it was then (None: not known yet), the steady time [s]."""
+    """A pair of images, the cameras as they were then (None: not known), the steady time [s]."""
 
     pair: Pair
     camera: Camera | None
+    depth_camera: Camera | None
     paired_at: float
 
 
@@ -50,18 +53,23 @@ class Inputs:
     def __init__(self, node: Node, settings: NodeSettings, diagnostics: Diagnostics,
                  on_arrival: Callable[[Arrival], None], on_change: Callable[[], None]) -> None:
         self._logger = node.get_logger()
+        self._settings = settings
         self._diagnostics = diagnostics
-        self._on_arrival, self._on_change = on_arrival, on_change
-        self._camera: Camera | None = None
+        self._on_arrival = on_arrival
         self._newest: Pair | None = None
         self._synchronizer = Synchronizer(
             settings.approx_sync_max_interval if settings.approx_sync else 0.0,
             settings.sync_queue_size)
-        self._extrinsics = StaticTransforms(
-            node, settings.frame_id, _given_extrinsic(settings), on_change)
-        self._watchdog = Watchdog(node, self._subscribe(node, settings), settings)
+        self._decoder = FrameDecoder(settings.image_transport, settings.depth_transport)
+        self._extrinsics = Extrinsics(node, settings, on_change)
+        self._colour_info = Calibration(
+            node, 'rgb/camera_info', 'rgb/image', settings, on_change)
+        self._depth_info = Calibration(
+            node, 'depth/camera_info', 'depth/image', settings, on_change)
+        self._subscriptions = self._subscribe(node)
+        self._watchdog = Watchdog(node, self._subscriptions, settings)
         # a steady timer: a /clock that stands still must not stop the watch
-        node.create_timer(_SILENCE / 2, self._flush, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        node.create_timer(_SILENCE / 2, self._tend, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     @property
     def counts(self) -> dict[str, int]:
@@ -87,51 +95,53 @@ class Inputs:
 
         :raises InputError: where its images cannot be used.
         """
-        pair = arrival.pair
-        return RgbdFrame(pair.colour_stamp, image_codec.colour_image(pair.colour),
-                         image_codec.depth_image(pair.depth), arrival.camera or self._camera,
-                         pair.depth_stamp)
+        pair, camera = arrival.pair, arrival.camera or self._colour_info.camera
+        if not self._settings.register_depth:
+            return self._decoder.decode(pair, camera)
+        return self._decoder.decode_and_register(
+            pair, camera, arrival.depth_camera or self._depth_info.camera,
+            self._extrinsics.depth_in_colour(
+                pair.colour.header.frame_id, pair.depth.header.frame_id, pair.depth_stamp))
 
     def camera_in_base(self, arrival: Arrival) -> np.ndarray:
         """
-        Return ``T_base_camera`` of a pair, 4x4.
+        Return ``T_base_camera`` of a pair, 4x4; never called on the executor's thread.
 
         :raises InputError: naming both frames where it is not known.
         """
-        return self._extrinsics.camera_in_base(arrival.pair.colour.header.frame_id)
+        pair = arrival.pair
+        return self._extrinsics.camera_in_base(pair.colour.header.frame_id, pair.colour_stamp)
 
-    def _subscribe(self, node: Node, settings: NodeSettings) -> dict[str, Any]:
-        qos = QoSProfile(depth=settings.topic_queue_size,
-                         reliability=ReliabilityPolicy[settings.qos_reliability.upper()])
-        return {name: node.create_subscription(kind, name, callback, qos)
-                for name, kind, callback in (
-                    ('rgb/image', Image, self._take_colour),
-                    ('depth/image', Image, self._take_depth),
-                    ('rgb/camera_info', CameraInfo, self._take_camera_info))}
+    def _subscribe(self, node: Node) -> dict[str, AdaptiveSubscription]:
+        settings = self._settings
+        subscriptions = [
+            image_subscription(node, 'rgb/image', settings.image_transport, self._take_colour,
+                               settings),
+            image_subscription(node, 'depth/image', settings.depth_transport, self._take_depth,
+                               settings),
+            camera_info_subscription(node, 'rgb/camera_info', self._take_colour_info)]
+        if settings.register_depth:
+            subscriptions.append(camera_info_subscription(
+                node, 'depth/camera_info', self._take_depth_info))
+        return {subscription.name: subscription for subscription in subscriptions}
 
-    def _take_colour(self, message: Image) -> None:
+    def _take_colour(self, message: Any) -> None:
         self._watchdog.saw('rgb/image')
         self._take(self._synchronizer.add_colour, message)
 
-    def _take_depth(self, message: Image) -> None:
+    def _take_depth(self, message: Any) -> None:
         self._watchdog.saw('depth/image')
         self._take(self._synchronizer.add_depth, message)
 
-    def _take_camera_info(self, message: CameraInfo) -> None:
-        try:
-            camera = Camera.from_camera_info(
-                message.width, message.height, message.k, message.d, message.distortion_model)
-        except InputError as error:
-            self._logger.warning(
-                f'camera_info refused: {error}', throttle_duration_sec=_THROTTLE)
-            return
-        self._watchdog.wants_no_more('rgb/camera_info')  # some drivers send it once
-        if camera != self._camera:
-            self._camera = camera
-            self._logger.info(f'camera: {camera}')
-            self._on_change()
+    def _take_colour_info(self, message: CameraInfo) -> None:
+        if self._colour_info.take(message):
+            self._watchdog.wants_no_more('rgb/camera_info')  # some drivers send it once
 
-    def _take(self, add: Callable[[int, Image], list[Pair]], image: Image) -> None:
+    def _take_depth_info(self, message: CameraInfo) -> None:
+        if self._depth_info.take(message):
+            self._watchdog.wants_no_more('depth/camera_info')
+
+    def _take(self, add: Callable[[int, Any], list[Pair]], image: Any) -> None:
         stamp, late = to_stamp(image.header.stamp), self._synchronizer.late
         if stamp <= 0:
             self._refuse(f'image left out: its stamp is {stamp} ns; the driver must stamp its '
@@ -152,30 +162,29 @@ class Inputs:
             self._diagnostics.count('frames received')
             self._newest = pair
             self._watchdog.saw_pair()
-            self._on_arrival(Arrival(pair, self._camera, time.monotonic()))
+            self._on_arrival(Arrival(
+                pair, self._colour_info.camera, self._depth_info.camera, time.monotonic()))
 
-    def _flush(self) -> None:
+    def _tend(self) -> None:
         if self._watchdog.quiet_for() > _SILENCE:
             self._hand_on(self._synchronizer.flush())
+        for subscription in self._subscriptions.values():
+            subscription.adapt()
+        self._extrinsics.tend()
 
     def _missing_for(self, pair: Pair) -> str:
         """Return what a pair still needs before it can be registered, '' for nothing."""
-        if self._camera is None:
+        if self._colour_info.camera is None:
             return 'images come but no usable camera_info on rgb/camera_info'
+        colour_frame = pair.colour.header.frame_id
         try:
-            self._extrinsics.camera_in_base(pair.colour.header.frame_id)
+            self._extrinsics.camera_in_base(colour_frame, pair.colour_stamp, wait=False)
+            if self._settings.register_depth:
+                if self._depth_info.camera is None:
+                    return ('register_depth is set but no usable camera_info comes on '
+                            'depth/camera_info')
+                self._extrinsics.depth_in_colour(
+                    colour_frame, pair.depth.header.frame_id, pair.depth_stamp, wait=False)
         except InputError as error:
             return str(error)
         return ''
-
-
-def _given_extrinsic(settings: NodeSettings) -> np.ndarray | None:
-    numbers = settings.camera_in_base
-    if not numbers:
-        return None
-    try:
-        x, y, z, *quaternion = numbers
-        return rigid.from_quaternion(quaternion, (x, y, z))
-    except ValueError:
-        raise InputError(f'camera_in_base = {list(numbers)} is no pose: it takes x y z qx qy qz '
-                         'qw') from None

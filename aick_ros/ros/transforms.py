@@ -1,21 +1,23 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""TF: the camera's extrinsic in, the odometry's transform out."""
+"""TF: the robot's transforms in, the odometry's out."""
 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from geometry_msgs.msg import TransformStamped
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.subscription import Subscription
 
-from aick_ros import rigid
 from aick_ros.errors import InputError
-from aick_ros.ros.messages import from_transform, transform_stamped
+from aick_ros.frame_tree import FrameTree
+from aick_ros.ros.messages import from_transform, to_stamp, transform_stamped
+from aick_ros.trajectory import NANOSECONDS
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -23,71 +25,110 @@ except ImportError:  # the pip wheels of ROS have none
     TFMessage = None
 
 _QUEUE = 100
+_MOST_UNSETTLED = 16  # pairs of frames; images of ever new frames must not fill the memory
+_OLDEST = NANOSECONDS // 2  # by which a moving link may be older or newer than an image
 
 
-class StaticTransforms:
+class Transforms:
     """
-    The fixed transforms of /tf_static, each looked up once.
+    The transforms of the robot as its other nodes tell them, at the stamps of images.
 
-    :param T_base_camera: the extrinsic where a parameter gives it; TF is not asked then.
+    What only fixed links tell is looked up once. /tf, which may be busy, is listened to only as
+    long as something is asked for that the fixed links do not tell.
+
+    :param own: (parent, child) of the link that this node itself publishes; it tells nothing.
     :param on_change: called when a transform has come.
     """
 
-    def __init__(self, node: Node, base_frame: str, T_base_camera: np.ndarray | None,
-                 on_change: Callable[[], None]) -> None:
-        self._base_frame = base_frame.lstrip('/')
-        self._given = T_base_camera
+    def __init__(self, node: Node, own: tuple[str, str], on_change: Callable[[], None]) -> None:
+        self._node = node
+        self._own = _plain(own[0]), _plain(own[1])
         self._on_change = on_change
-        self._lock = threading.Lock()
-        self._parents: dict[str, tuple[str, np.ndarray]] = {}
-        if TFMessage is not None and T_base_camera is None:
+        self._tree = FrameTree()
+        self._known: dict[tuple[str, str], np.ndarray] = {}
+        self._changed = threading.Condition()
+        self._unsettled: set[tuple[str, str]] = set()
+        self._listener: Subscription | None = None
+        if TFMessage is not None:
             node.create_subscription(
-                TFMessage, '/tf_static', self._take,
+                TFMessage, '/tf_static', self._take_fixed,
                 QoSProfile(depth=_QUEUE, durability=DurabilityPolicy.TRANSIENT_LOCAL))
 
-    def camera_in_base(self, camera_frame: str) -> np.ndarray:
+    def find(self, target: str, source: str, stamp: int, wait: float = 0.0) -> np.ndarray | None:
         """
-        Return ``T_base_camera``, never a guess.
+        Return ``T_target_source`` at a stamp, 4x4; None where nothing connects the two yet.
 
-        :raises InputError: naming both frames where nothing connects them yet.
+        :param stamp: [ns].
+        :param wait: how long to wait for moving links to be told up to the stamp [s]. Never wait
+            on the executor's thread: nothing would come.
+        :raises InputError: where a moving link is known only for other times.
         """
-        if self._given is not None:
-            return self._given
-        camera_frame = camera_frame.lstrip('/')
-        if camera_frame == self._base_frame:
-            return np.eye(4)
-        with self._lock:
-            base, camera = self._chain(self._base_frame), self._chain(camera_frame)
-        for frame, T_frame_base in base.items():
-            if frame in camera:
-                return rigid.inverse(T_frame_base) @ camera[frame]
-        remedy = ('publish the static transform between them' if TFMessage is not None else
-                  'tf2_msgs is not installed, so TF cannot be asked')
-        raise InputError(
-            f'no transform from {camera_frame!r} (the colour image) to {self._base_frame!r} '
-            f'(frame_id) yet: {remedy}, or set camera_in_base, or set frame_id to '
-            f'{camera_frame!r}')
+        target, source = _plain(target), _plain(source)
+        with self._changed:
+            if (target, source) in self._known:
+                return self._known[target, source]
+            self._changed.wait_for(lambda: self._is_told(target, source, stamp), wait)
+            found = self._tree.find(target, source, stamp)
+            if found is not None and found.is_fixed:
+                self._known[target, source] = found.T_target_source
+                self._unsettled.discard((target, source))
+            elif len(self._unsettled) < _MOST_UNSETTLED:
+                self._unsettled.add((target, source))
+        if found is None:
+            return None
+        if found.gap > _OLDEST:
+            raise InputError(
+                f'the transform from {source!r} to {target!r} moves, and is known only '
+                f'{found.gap / NANOSECONDS:.1f} s off the image: check that the clocks agree and '
+                'that /tf goes on')
+        return found.T_target_source
 
-    def _take(self, message: 'TFMessage') -> None:
-        with self._lock:
-            for link in message.transforms:
-                try:
-                    T_parent_child = from_transform(link.transform)
-                except ValueError:
-                    continue
-                parent = link.header.frame_id.lstrip('/')
-                self._parents[link.child_frame_id.lstrip('/')] = (parent, T_parent_child)
+    def tend(self) -> None:
+        """Listen to /tf, or no longer; to be called now and then on the executor's thread."""
+        wanted = bool(self._unsettled)
+        if wanted and self._listener is None and TFMessage is not None:
+            self._listener = self._node.create_subscription(
+                TFMessage, '/tf', self._take_moving, QoSProfile(depth=_QUEUE))
+        elif not wanted and self._listener is not None:
+            self._node.destroy_subscription(self._listener)
+            self._listener = None
+            with self._changed:
+                self._tree.forget_moving()
+
+    def _is_told(self, target: str, source: str, stamp: int) -> bool:
+        found = self._tree.find(target, source, stamp)
+        return found is None or found.gap == 0
+
+    def _take_fixed(self, message: 'TFMessage') -> None:
+        with self._changed:
+            for link, T_parent_child in _links(message):
+                self._tree.fix(_plain(link.header.frame_id), _plain(link.child_frame_id),
+                               T_parent_child)
+            self._known.clear()
+            self._changed.notify_all()
         self._on_change()
 
-    def _chain(self, frame: str) -> dict[str, np.ndarray]:
-        """Return ``T_ancestor_frame`` of the frame and all its ancestors, nearest first."""
-        chain = {}
-        T_ancestor_frame = np.eye(4)
-        while frame not in chain:  # a loop of frames ends where it began
-            chain[frame] = T_ancestor_frame
-            frame, T_parent_child = self._parents.get(frame, (frame, np.eye(4)))
-            T_ancestor_frame = T_parent_child @ T_ancestor_frame
-        return chain
+    def _take_moving(self, message: 'TFMessage') -> None:
+        with self._changed:
+            for link, T_parent_child in _links(message):
+                parent, child = _plain(link.header.frame_id), _plain(link.child_frame_id)
+                if (parent, child) != self._own:
+                    self._tree.move(parent, child, to_stamp(link.header.stamp), T_parent_child)
+            self._changed.notify_all()
+        self._on_change()
+
+
+def _plain(frame: str) -> str:
+    """Return a frame's name without the slash that old drivers set in front."""
+    return frame.lstrip('/')
+
+
+def _links(message: 'TFMessage') -> Iterator[tuple[TransformStamped, np.ndarray]]:
+    for link in message.transforms:
+        try:
+            yield link, from_transform(link.transform)
+        except ValueError:
+            continue  # no transform: a null quaternion, or what is not finite
 
 
 class TransformBroadcaster:

@@ -10,9 +10,9 @@ import time
 
 from rclpy.node import Node
 from rclpy.qos import QoSCompatibility, qos_check_compatible
-from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
+from aick_ros.ros.subscriptions import AdaptiveSubscription
 from aick_ros.settings import NodeSettings
 
 _SILENT_AFTER = 5.0  # seconds
@@ -25,7 +25,7 @@ class Watchdog:
     :param subscriptions: name as in the node's contract -> subscription.
     """
 
-    def __init__(self, node: Node, subscriptions: dict[str, Subscription],
+    def __init__(self, node: Node, subscriptions: dict[str, AdaptiveSubscription],
                  settings: NodeSettings) -> None:
         self._node = node
         self._settings = settings
@@ -58,7 +58,7 @@ class Watchdog:
         """Return what is wrong with topics that are silent or do not fit, '' where none is."""
         now = time.monotonic()
         silent = [name for name, last in self._last.items() if now - last > _SILENT_AFTER]
-        publishers = {name: self._publishers(name) for name in silent}
+        publishers = {name: self._subscriptions[name].publishers() for name in silent}
         unpublished = [name for name in silent if not publishers[name]]
         sentences = [self._explain(name, publishers[name])
                      for name in silent if publishers[name]]
@@ -80,9 +80,6 @@ class Watchdog:
                        f'{self._settings.approx_sync_max_interval:g} s: synchronize the camera, '
                        'or raise it')
 
-    def _publishers(self, name: str) -> list[TopicEndpointInfo]:
-        return self._node.get_publishers_info_by_topic(self._subscriptions[name].topic_name)
-
     def _explain(self, name: str, publishers: list[TopicEndpointInfo]) -> str:
         subscription = self._subscriptions[name]
         silence = f'nothing on {subscription.topic_name} for {_SILENT_AFTER:g} s'
@@ -91,5 +88,5 @@ class Watchdog:
                 publisher.qos_profile, subscription.qos_profile)
             if compatibility == QoSCompatibility.ERROR:  # each is a new object
                 return (f'{silence}: the QoS of {publisher.node_name} does not match ours '
-                        f'({reason.strip()}); set qos_reliability to best_effort')
+                        f'({reason.strip()}); set qos_reliability to auto')
         return f'{silence}: {publishers[0].node_name} is there but sends nothing'

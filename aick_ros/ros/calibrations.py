@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The cameras as their camera_info topics describe them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo
+
+from aick_ros.camera import Camera
+from aick_ros.camera_info import is_rectified, to_camera
+from aick_ros.errors import InputError
+from aick_ros.settings import NodeSettings
+
+_THROTTLE = 5.0  # seconds between two log lines of the same kind
+
+
+class Calibration:
+    """
+    The latest usable camera_info of a topic.
+
+    :param name: of the topic in the node's contract.
+    :param image: name of the topic whose images it describes.
+    :param on_change: called when another camera is described than before.
+    """
+
+    def __init__(self, node: Node, name: str, image: str, settings: NodeSettings,
+                 on_change: Callable[[], None]) -> None:
+        self._logger, self._name, self._on_change = node.get_logger(), name, on_change
+        self._rectified = settings.image_rectification == 'rectified' or (
+            settings.image_rectification == 'auto'
+            and is_rectified(node.resolve_topic_name(image)))
+        self.camera: Camera | None = None
+
+    def take(self, message: CameraInfo) -> bool:
+        """Take a message, or log why it is refused; return whether it could be used."""
+        try:
+            camera = to_camera(message, self._rectified)
+        except InputError as error:
+            self._logger.warning(f'{self._name} refused: {error}',
+                                 throttle_duration_sec=_THROTTLE)
+            return False
+        if camera != self.camera:
+            self.camera = camera
+            self._logger.info(f'{self._name}, of {"rectified" if self._rectified else "raw"} '
+                              f'images: {camera}')
+            self._on_change()
+        return True

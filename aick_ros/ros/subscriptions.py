@@ -1,0 +1,123 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Subscriptions that match what the publishers of their topic offer."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+from rclpy.topic_endpoint_info import TopicEndpointInfo
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+
+from aick_ros.ros.messages import to_stamp
+from aick_ros.settings import NodeSettings
+
+_CAMERA_INFO_QUEUE = 10
+
+
+class AdaptiveSubscription:
+    """
+    Subscribes anew when the publishers offer more, or less, than was asked of them.
+
+    The old subscription goes when the new one has brought a message, so nothing is missed, and
+    what both bring is taken once.
+
+    :param name: of the topic in the node's contract, which is remapped.
+    :param suffix: of the topic after remapping, as image_transport names its transports.
+    :param take: called with each message.
+    :param reliability: ``auto`` asks for reliable messages where every publisher offers them,
+        ``reliable`` and ``best_effort`` stay as they are.
+    :param latched: whether to ask for the last message that was published before.
+    """
+
+    def __init__(self, node: Node, kind: Any, name: str, take: Callable[[Any], None],
+                 depth: int, reliability: str = 'auto', suffix: str = '',
+                 latched: bool = False) -> None:
+        self.name = name
+        self._topic = node.resolve_topic_name(name) + suffix
+        self._node, self._kind, self._take = node, kind, take
+        self._reliability, self._latched, self._depth = reliability, latched, depth
+        self._taken_by_old: deque[int] = deque(maxlen=depth)
+        self._old: Subscription | None = None
+        self._new = self._subscribe(QoSProfile(
+            depth=depth, reliability=ReliabilityPolicy.RELIABLE if reliability == 'reliable'
+            else ReliabilityPolicy.BEST_EFFORT))
+
+    @property
+    def topic_name(self) -> str:
+        """The topic as others see it."""
+        return self._new.topic_name
+
+    @property
+    def qos_profile(self) -> QoSProfile:
+        """What is asked of publishers now."""
+        return self._new.qos_profile
+
+    def publishers(self) -> list[TopicEndpointInfo]:
+        """Return who publishes the topic."""
+        return self._node.get_publishers_info_by_topic(self.topic_name)
+
+    def adapt(self) -> None:
+        """Look at the publishers; to be called now and then on the executor's thread."""
+        wanted, present = self._wanted(), self.qos_profile
+        if (wanted.reliability, wanted.durability) == (present.reliability, present.durability):
+            return
+        self._drop_old()
+        self._old, self._new = self._new, self._subscribe(wanted)
+
+    def _wanted(self) -> QoSProfile:
+        offers = [publisher.qos_profile for publisher in self.publishers()]
+        if not offers:
+            return self.qos_profile  # nobody to ask: stay as it is
+        reliable, kept = (
+            all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers),
+            all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers))
+        if self._reliability != 'auto':
+            reliable = self._reliability == 'reliable'
+        return QoSProfile(
+            depth=self._depth,
+            reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if kept and self._latched
+            else DurabilityPolicy.VOLATILE)
+
+    def _subscribe(self, qos: QoSProfile) -> Subscription:
+        self._generation = generation = object()
+        return self._node.create_subscription(
+            self._kind, self._topic, partial(self._receive, generation), qos)
+
+    def _receive(self, generation: object, message: Any) -> None:
+        stamp = to_stamp(message.header.stamp)
+        if generation is not self._generation:
+            self._taken_by_old.append(stamp)
+        else:
+            self._drop_old()
+            if stamp in self._taken_by_old:
+                return
+            self._taken_by_old.clear()
+        self._take(message)
+
+    def _drop_old(self) -> None:
+        if self._old is not None:
+            self._node.destroy_subscription(self._old)
+            self._old = None
+
+
+def image_subscription(node: Node, name: str, transport: str, take: Callable[[Any], None],
+                       settings: NodeSettings) -> AdaptiveSubscription:
+    """Subscribe to images of a transport, whose topic image_transport names so."""
+    kind, suffix = (Image, '') if transport == 'raw' else (CompressedImage, f'/{transport}')
+    return AdaptiveSubscription(node, kind, name, take, settings.topic_queue_size,
+                                settings.qos_reliability, suffix)
+
+
+def camera_info_subscription(node: Node, name: str,
+                             take: Callable[[CameraInfo], None]) -> AdaptiveSubscription:
+    """Subscribe to calibrations, those too that were sent once before."""
+    return AdaptiveSubscription(node, CameraInfo, name, take, _CAMERA_INFO_QUEUE, latched=True)

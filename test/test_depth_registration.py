@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Registered depth against what the renderer's colour camera sees, which is exact."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.camera import Camera
+from aick_ros.depth_registration import DepthRegistration
+from aick_ros.errors import InputError
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.sources.synthetic.renderer import Renderer
+
+COLOUR = Camera(320, 240, 262, 262, 159.5, 119.5)
+DEPTH = Camera(256, 212, 182, 182, 127.2, 106.1)
+T_COLOUR_DEPTH = rigid.exp([0.05, -0.01, 0.005, 0.01, -0.02, 0.015])
+
+
+@pytest.fixture(scope='module')
+def room():
+    return SyntheticSource(SyntheticOptions.perfect(seed=3, frames=1))
+
+
+def views(room, colour, depth, T_colour_depth):
+    """Return the truth in the colour camera and what the depth camera measures."""
+    T_world_colour = room.pose(room.ground_truth.stamps[0])
+    surfaces = room.scene.surfaces
+    return (Renderer(surfaces, colour).render_depth(T_world_colour),
+            Renderer(surfaces, depth).render_depth(T_world_colour @ T_colour_depth))
+
+
+@pytest.mark.parametrize('depth_camera', [
+    DEPTH, Camera(640, 480, 525, 525, 319.5, 239.5), Camera(160, 120, 131, 131, 79.5, 59.5)],
+    ids=['about as fine', 'finer', 'coarser'])
+@pytest.mark.parametrize('turn', [0.0, np.pi / 2], ids=['upright', 'on its side'])
+def test_sees_what_the_colour_camera_sees(room, depth_camera, turn):
+    T_colour_depth = T_COLOUR_DEPTH @ rigid.exp([0, 0, 0, 0, 0, turn])
+    truth, measured = views(room, COLOUR, depth_camera, T_colour_depth)
+    found = DepthRegistration(depth_camera, COLOUR, T_colour_depth).register(measured)
+    assert found.dtype == np.float32 and found.shape == truth.shape
+    seen = np.isfinite(found) & np.isfinite(truth)
+    error = np.abs(found - truth)[seen] / truth[seen]
+    assert np.median(error) < 1e-4
+    assert np.mean(error < 0.003) > 0.9  # the others lie beside edges
+
+
+def test_a_slanted_plane_has_no_cracks_and_keeps_its_slope():
+    """A floor 0.5 m below the camera: the plane y = 0.5 has a closed form in every camera."""
+    v = np.arange(150.0, 240)
+    depth = np.full((240, 320), np.nan, np.float32)
+    depth[150:] = (262 * 0.5 / (v - 119.5))[:, None]
+    found = DepthRegistration(COLOUR, COLOUR, rigid.exp([0.05, 0, 0, 0, 0, 0])).register(depth)
+    expected = np.broadcast_to((262 * 0.5 / (v - 119.5))[:, None], (90, 250))
+    np.testing.assert_allclose(found[151:239, 50:300], expected[1:-1], rtol=1e-4)
+
+
+def test_the_nearest_surface_wins():
+    """A box in front of a wall, both facing the camera: the wall behind it is hidden."""
+    depth = np.full((240, 320), 3.0, np.float32)
+    depth[80:160, 120:200] = 1.0
+    T_colour_depth = rigid.exp([0.2, 0, 0, 0, 0, 0])
+    found = DepthRegistration(COLOUR, COLOUR, T_colour_depth).register(depth)
+    moved = 262 * 0.2 / 1.0  # px, by which the box appears further right
+    left, right = round(120 + moved), round(199 + moved)
+    np.testing.assert_allclose(found[85:155, left + 1:right - 1], 1.0, rtol=1e-6)
+    np.testing.assert_allclose(found[85:155, 30:left - 2][:, :100], 3.0, rtol=1e-6)
+    wall_moved = round(262 * 0.2 / 3.0)
+    shadow = found[85:155, 200 + wall_moved:right]
+    assert not np.any(shadow[:, :left - 200 - wall_moved] == 3.0)
+
+
+def test_where_nothing_is_measured_is_nothing():
+    empty = np.full((240, 320), np.nan, np.float32)
+    behind = np.full((240, 320), 0.1, np.float32)
+    backwards = rigid.exp([0, 0, -0.5, 0, 0, 0])
+    assert np.isnan(DepthRegistration(COLOUR, COLOUR, np.eye(4)).register(empty)).all()
+    assert np.isnan(DepthRegistration(COLOUR, COLOUR, backwards).register(behind)).all()
+
+
+def test_the_same_camera_gives_the_same_image(room):
+    truth, measured = views(room, COLOUR, COLOUR, np.eye(4))
+    found = DepthRegistration(COLOUR, COLOUR, np.eye(4)).register(measured)
+    assert np.mean(np.abs(found - truth) < 1e-5) > 0.98  # an overlap of 5 % widens the foreground
+
+
+def test_a_distorted_colour_camera(room):
+    """Truth: each pixel of the distorted image is a ray of a fine one without distortion."""
+    fine = Camera(1280, 960, 1048, 1048, 639.5, 479.5)
+    distorted = dataclasses.replace(COLOUR, distortion=(-0.2, 0.05, 0.001, 0.002, 0.0))
+    truth, measured = views(room, fine, DEPTH, T_COLOUR_DEPTH)
+    found = DepthRegistration(DEPTH, distorted, T_COLOUR_DEPTH).register(measured)
+    v, u = np.mgrid[20:220:3, 20:300:3]
+    x, y = distorted.normalize(np.column_stack([u.ravel(), v.ravel()])).T
+    expected = truth[np.rint(1048 * y + 479.5).astype(int), np.rint(1048 * x + 639.5).astype(int)]
+    error = np.abs(found[v.ravel(), u.ravel()] / expected - 1)
+    assert np.nanmedian(error) < 5e-4
+    assert np.nanmean(error < 0.01) > 0.9
+
+
+def test_a_depth_image_of_another_size_is_refused():
+    registration = DepthRegistration(DEPTH, COLOUR, np.eye(4))
+    with pytest.raises(InputError, match='320 x 240 pixels and its camera calibrated for '
+                                         '256 x 212: remap depth/camera_info'):
+        registration.register(np.ones((240, 320), np.float32))

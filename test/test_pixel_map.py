@@ -1,0 +1,35 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Whole images of points land where the camera itself puts single ones."""
+
+import numpy as np
+import pytest
+
+from aick_ros.camera import Camera
+from aick_ros.pixel_map import PixelMap
+
+PINHOLE = Camera(640, 480, 525, 530, 319.5, 239.5)
+BARREL = Camera(640, 480, 517.3, 516.5, 318.6, 255.3, 'plumb_bob', (-0.3, 0.05, -0.005, 0.003, 0))
+KINECT = Camera(640, 480, 517.3, 516.5, 318.6, 255.3, 'plumb_bob',
+                (0.262383, -0.953104, -0.005358, 0.002628, 1.163314))
+FISHEYE = Camera(640, 480, 300, 302, 320, 240, 'equidistant', (0.02, -0.01, 0.003, -0.001))
+
+
+@pytest.mark.parametrize('camera', [PINHOLE, BARREL, KINECT, FISHEYE],
+                         ids=['pinhole', 'barrel', 'kinect', 'fisheye'])
+def test_pixels_are_those_of_the_camera(camera):
+    v, u = np.mgrid[1:479:7, 1:639:9]
+    seen = camera.normalize(np.column_stack([u.ravel(), v.ravel()]))
+    x, y = seen.T.reshape(2, *u.shape).astype(np.float32)
+    found = np.stack(PixelMap(camera).pixels(x, y))
+    np.testing.assert_allclose(found, np.stack([u, v]), atol=0.1)
+
+
+def test_what_lies_outside_is_not_folded_into_the_image():
+    """At this angle the polynomial has turned round and meets the image again."""
+    camera = Camera(640, 480, 517, 517, 320, 240, 'plumb_bob', (-0.4, 0.05, 0, 0, 0))
+    x = np.full((1, 1), 1.93, np.float32)
+    assert abs(camera.project([(1.93, 0.0, 1.0)])[0, 0] - 320) < 300
+    u, v = PixelMap(camera).pixels(x, np.zeros_like(x))
+    assert np.isnan(u).all() and np.isnan(v).all()
