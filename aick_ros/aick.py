@@ -19,6 +19,19 @@ _FEWEST = 3  # points that determine a rigid transform
 
 
 @dataclass(frozen=True, eq=False)
+class Disagreement:
+    """
+    The pose by the keypoints alone less that by the depth images alone, to first order.
+
+    :param difference: 6 (x, y, z, rot x, rot y, rot z) [m, rad].
+    :param covariance: 6x6, what noise would make of it.
+    """
+
+    difference: np.ndarray
+    covariance: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class Registration:
     """
     Where the source camera was, seen from the target camera, and how sure that is.
@@ -29,6 +42,7 @@ class Registration:
         [m^2, m rad, rad^2]; infinite on the diagonal where the status is not OK.
     :param matches: Kx2, rows (source keypoint, target keypoint) of the last iteration.
     :param iterations: how many were done.
+    :param disagreement: of the two sensors, where a refinement used both.
     """
 
     status: Status
@@ -37,6 +51,7 @@ class Registration:
     covariance: np.ndarray
     matches: np.ndarray
     iterations: int
+    disagreement: Disagreement | None = None
 
 
 class Aick:

@@ -42,20 +42,25 @@ def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.
     return np.where(usable, depths, np.nan)
 
 
+def inverse_depth_sigma(z: np.ndarray, sensor: SensorSettings) -> np.ndarray:
+    """Return the standard deviation of the inverse of some depths [1/m]."""
+    return sensor.depth_sigma * z ** (sensor.depth_exponent - 2.0)
+
+
 def position_covariances(positions: np.ndarray, pixel_sigmas: np.ndarray, camera: Camera,
                          sensor: SensorSettings) -> np.ndarray:
     """
     Return the covariance of back-projected points.
 
-    Pixel noise and depth noise are independent; the depth's grows with the square of the depth,
-    as triangulation has it (Khoshelham and Elberink 2012).
+    Pixel noise and depth noise are independent; the depth's grows with a power of the depth, its
+    square where it is triangulated (Khoshelham and Elberink 2012).
 
     :param positions: Nx3 in the optical frame [m].
     :param pixel_sigmas: N, standard deviation in the image [px].
     :returns: Nx3x3 [m^2].
     """
     z = positions[:, 2]
-    along = positions / np.maximum(z, 1e-9)[:, None] * (sensor.depth_sigma * z ** 2)[:, None]
+    along = positions / np.maximum(z, 1e-9)[:, None] * (inverse_depth_sigma(z, sensor) * z ** 2)[:, None]
     covariances = along[:, :, None] * along[:, None, :]
     covariances[:, 0, 0] += (pixel_sigmas * z / camera.fx) ** 2
     covariances[:, 1, 1] += (pixel_sigmas * z / camera.fy) ** 2

@@ -167,6 +167,19 @@ def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float,
     return pose
 
 
+def perturbed(pose: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Return a pose with an error (x, y, z, rot x, rot y, rot z) about the target's axes."""
+    moved = pose.copy()
+    moved[:3, :3] = exp_rotation(error[3:]) @ pose[:3, :3]
+    moved[:3, 3] += error[:3]
+    return moved
+
+
+def scaled(motion: np.ndarray, share: float) -> np.ndarray:
+    """Return the pose that a constant body twist reaches after a share of the time."""
+    return motion if share == 1.0 else exp(share * log(motion))
+
+
 def compose_covariance(pose: np.ndarray, covariance: np.ndarray, increment: np.ndarray,
                        increment_covariance: np.ndarray) -> np.ndarray:
     """

@@ -121,8 +121,11 @@ class SensorSettings:
     max_depth: float = parameter(
         10.0, 'Farther depths are not used.', unit='m', minimum=0.1, maximum=1000.0)
     depth_sigma: float = parameter(
-        0.0015, 'Standard deviation of the depth at one metre; it grows with the square.',
+        0.0015, 'Standard deviation of the depth at one metre.',
         unit='m', minimum=1e-6, maximum=1.0)
+    depth_exponent: float = parameter(
+        2.0, 'Power of the depth that its standard deviation grows with: 2 for structured light '
+        'and stereo, 0 to 1 for time of flight.', minimum=0.0, maximum=4.0)
     depth_jump: float = parameter(
         0.02, 'Relative depth difference between neighbouring pixels that counts as an edge.',
         minimum=0.001, maximum=1.0)
@@ -150,6 +153,31 @@ class AickSettings:
 
 
 @dataclass(frozen=True)
+class RefinementSettings:
+    """The least-squares problem that ends a registration."""
+
+    mode: str = parameter(
+        'joint', 'none: the pose as AICK found it (the paper); keypoints: keypoints tracked to a '
+        'fraction of a pixel; joint: these and the depth image.',
+        choices=('none', 'keypoints', 'joint'))
+    iterations: int = parameter(8, 'Most iterations.', minimum=1, maximum=100)
+    max_tracks: int = parameter(
+        300, 'Keypoints that are tracked, the strongest.', minimum=3, maximum=20000)
+    track_window: int = parameter(
+        11, 'Side of the window that is tracked.', unit='px', minimum=5, maximum=51)
+    track_sigma: float = parameter(
+        0.6, 'Standard deviation of a tracked keypoint.', unit='px', minimum=0.01, maximum=10.0)
+    surface_points: int = parameter(
+        3000, 'Points of the depth image that are used.', minimum=10, maximum=100000)
+    reach: float = parameter(
+        0.1, 'Farthest distance of a point from its plane.', unit='m', minimum=0.001,
+        maximum=10.0)
+    robust_width: float = parameter(
+        1.7, 'Residual whose weight is a quarter, in standard deviations.', minimum=0.5,
+        maximum=100.0)
+
+
+@dataclass(frozen=True)
 class OdometrySettings:
     """Which registrations the odometry believes, and what it does without one."""
 
@@ -171,6 +199,7 @@ class Settings:
     features: FeatureSettings = FeatureSettings()
     sensor: SensorSettings = SensorSettings()
     aick: AickSettings = AickSettings()
+    refinement: RefinementSettings = RefinementSettings()
     odometry: OdometrySettings = OdometrySettings()
 
 
@@ -235,10 +264,12 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
     'paper-full': {
         'features.detector': 'orb', 'features.max_keypoints': 0, 'features.cell_size': 0.0,
         'aick.alpha': 0.8, 'aick.iterations': 25, 'aick.lambda_e': 0.01, 'aick.lambda_f': 0.2,
+        'refinement.mode': 'none',
     },
     'paper-fast': {
         'features.detector': 'orb', 'features.max_keypoints': 350, 'features.cell_size': 0.0,
         'aick.alpha': 0.6, 'aick.iterations': 10, 'aick.lambda_e': 0.01, 'aick.lambda_f': 0.2,
+        'refinement.mode': 'none',
     },
 }
 """The paper's parameters (IV, V-A), whatever the defaults are."""

@@ -1,0 +1,164 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+What a pose leaves unexplained, whitened, with its derivatives: one function a kind of residual.
+
+The derivatives are by the error of rigid.py: [R p] becomes [exp(theta) R, p + delta], columns
+(delta, theta).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aick_ros.depth import inverse_depth_sigma
+from aick_ros.settings import SensorSettings
+from aick_ros.surface import Surface
+from aick_ros.tracks import Tracks
+
+_CORNER = 10.0  # times the noise of a depth on a surface
+_ALIKE = 0.8  # cosine between the normals of a point and its plane
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """
+    Residuals in units of their standard deviation.
+
+    :param values: N.
+    :param jacobian: Nx6.
+    :param weights: N robust weights, 0 to 1.
+    """
+
+    values: np.ndarray
+    jacobian: np.ndarray
+    weights: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class NormalEquations:
+    """
+    A linear least-squares problem in the error of a pose.
+
+    :param information: 6x6.
+    :param gradient: 6, half the derivative of the weighted sum of squares.
+    :param noise: 6x6, the covariance of the gradient: the information of each kind of residual
+        times the variance that its residuals really have.
+    """
+
+    information: np.ndarray
+    gradient: np.ndarray
+    noise: np.ndarray
+
+    @classmethod
+    def of(cls, *kinds: Residuals) -> NormalEquations:
+        """Sum up residuals of several kinds."""
+        information, gradient, noise = np.zeros((6, 6)), np.zeros(6), np.zeros((6, 6))
+        for kind in kinds:
+            weighted = kind.jacobian * kind.weights[:, None]
+            own = weighted.T @ kind.jacobian
+            information += own
+            gradient += weighted.T @ kind.values
+            total = float(kind.weights.sum())
+            if total > 0:
+                noise += own * (float(kind.weights @ kind.values ** 2) / total)
+        return cls(information, gradient, noise)
+
+    def times(self, rate: float) -> NormalEquations:
+        """Return the equations for an error of which only a share acts."""
+        return NormalEquations(rate ** 2 * self.information, rate * self.gradient,
+                               rate ** 2 * self.noise)
+
+
+def geman_mcclure(squares: np.ndarray, width: float) -> np.ndarray:
+    """
+    Return the weights of residuals by their squares (Geman and McClure 1985).
+
+    :param width: residual, in standard deviations, whose weight is a quarter.
+    """
+    return 1.0 / (1.0 + squares / width ** 2) ** 2
+
+
+def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
+                 sensor: SensorSettings, width: float) -> Residuals:
+    """
+    Where the target sees the points of the source, against where the pose puts them.
+
+    Their noise is that of the image and, along the epipolar line, that of the source's depth.
+
+    :param ray_sigma: of a track on the plane z = 1.
+    :returns: two residuals a track, all of the first coordinate, then all of the second.
+    """
+    arms = tracks.points @ T_target_source[:3, :3].T
+    moved = arms + T_target_source[:3, 3]
+    z = moved[:, 2]
+    x, y = (moved[:, :2] / z[:, None]).T
+    zero = np.zeros(len(z))
+    by_point = np.stack([np.stack([1 / z, zero, -x / z], axis=1),
+                         np.stack([zero, 1 / z, -y / z], axis=1)], axis=1)
+    values = np.stack([x, y], axis=1) - tracks.rays
+    jacobian = np.concatenate([by_point, np.cross(arms[:, None, :], by_point)], axis=2)
+    # whiten by the inverse root of S = ray_sigma^2 I + s s^T
+    depths = tracks.points[:, 2]
+    along = arms * (inverse_depth_sigma(depths, sensor) * depths)[:, None]
+    s = np.einsum('nij,nj->ni', by_point, along)
+    length = np.einsum('ni,ni->n', s, s)
+    shrink = (1.0 - ray_sigma / np.sqrt(ray_sigma ** 2 + length)) / np.maximum(length, 1e-30)
+    values = (values - s * (shrink * np.einsum('ni,ni->n', s, values))[:, None]) / ray_sigma
+    jacobian = (jacobian - s[:, :, None] * (
+        shrink[:, None] * np.einsum('ni,nij->nj', s, jacobian))[:, None]) / ray_sigma
+    weights = geman_mcclure(np.einsum('ni,ni->n', values, values), width)
+    return Residuals(values.T.ravel(), jacobian.transpose(1, 0, 2).reshape(-1, 6),
+                     np.tile(weights, 2))
+
+
+def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSettings,
+                width: float) -> Residuals:
+    """
+    The depth the target measures at the tracks, against that of the moved points.
+
+    Corners lie on edges, where a depth is off by far more than its noise.
+    """
+    measured = np.flatnonzero(np.isfinite(tracks.depths))
+    arms = tracks.points[measured] @ T_target_source[:3, :3].T
+    z = arms[:, 2] + T_target_source[2, 3]
+    sigma = _CORNER * inverse_depth_sigma(z, sensor)
+    values = (1 / tracks.depths[measured] - 1 / z) / sigma
+    jacobian = np.zeros((len(measured), 6))
+    jacobian[:, 2] = 1.0
+    jacobian[:, 3], jacobian[:, 4] = arms[:, 1], -arms[:, 0]
+    jacobian /= (sigma * z ** 2)[:, None]
+    return Residuals(values, jacobian, geman_mcclure(values ** 2, width))
+
+
+def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,
+                   sensor: SensorSettings, width: float, reach: float) -> Residuals:
+    """
+    The distances of the source's chosen points from the planes the target sees there.
+
+    The partner of a point is the cell it falls on (Blais and Levine 1995). What a cell averages
+    has much of its noise in common with its neighbours: the noise is taken as that of one pixel.
+
+    :param reach: partners farther apart are left out [m].
+    """
+    points = source.points[source.chosen].astype(np.float64)
+    rotation = T_target_source[:3, :3]
+    arms = points @ rotation.T
+    moved = arms + T_target_source[:3, 3]
+    seen, cells = target.cells_at(moved)
+    normals = target.normals[cells].astype(np.float64)
+    distances = np.einsum('ij,ij->i', moved[seen] - target.points[cells], normals)
+    turned = source.normals[source.chosen][seen] @ rotation.T
+    fits = ((np.abs(distances) < reach)
+            & (np.einsum('ij,ij->i', turned, normals) > _ALIKE))
+    seen, normals, distances = seen[fits], normals[fits], distances[fits]
+    # a change of the inverse depth by sigma moves the point along its ray by sigma z^2
+    z = moved[seen, 2]
+    sigmas = np.sqrt(2) * inverse_depth_sigma(z, sensor) * z * np.einsum(
+        'ij,ij->i', moved[seen], normals)
+    values = distances / sigmas
+    jacobian = np.concatenate([normals, np.cross(arms[seen], normals)], axis=1) / sigmas[:, None]
+    return Residuals(values, jacobian, geman_mcclure(values ** 2, width))

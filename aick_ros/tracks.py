@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Keypoints of one view found again in another, to a fraction of a pixel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from aick_ros import depth, rigid
+from aick_ros.settings import RefinementSettings, SensorSettings
+from aick_ros.view import View
+
+_LEVELS = 2  # of the pyramid above the image: reaches 4 * window / 2 pixels
+_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.03)
+_RETURNED_WITHIN = 0.5  # px; tracked back, a keypoint must come to where it was
+_NEAREST = 0.05  # m; what the first pose puts nearer is not looked for
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks:
+    """
+    Keypoints of the source seen in the target.
+
+    :param keypoints: K indices of keypoints of the source.
+    :param points: Kx3 float64, their positions in the source [m].
+    :param rays: Kx2 float64, where the target sees them on the plane z = 1.
+    :param depths: K float64, what the target measures there [m]; NaN where it has no depth.
+    """
+
+    keypoints: np.ndarray
+    points: np.ndarray
+    rays: np.ndarray
+    depths: np.ndarray
+
+    def __len__(self) -> int:
+        """Return the number of tracks."""
+        return len(self.keypoints)
+
+
+class Tracker:
+    """
+    Follows the image around keypoints from where a first pose puts them.
+
+    A detector places a keypoint to about a pixel of its pyramid level, in each image for itself.
+    Aligning the two images around it (Lucas and Kanade 1981, pyramids after Bouguet 2001) places
+    one against the other to a tenth of that, and finds keypoints the target did not detect.
+    """
+
+    def __init__(self, settings: RefinementSettings, sensor: SensorSettings) -> None:
+        self._settings = settings
+        self._sensor = sensor
+
+    def track(self, source: View, target: View, T_target_source: np.ndarray) -> Tracks:
+        """
+        Find the keypoints of the source in the target.
+
+        :param T_target_source: about where the source was; the tracks reach some ten pixels.
+        """
+        camera = target.frame.camera
+        points = source.keypoints.positions[:self._settings.max_tracks].astype(np.float64)
+        moved = rigid.transform(T_target_source, points)
+        ahead = np.flatnonzero(moved[:, 2] > _NEAREST)
+        expected = camera.project(moved[ahead])
+        inside = ((expected >= 0) & (expected <= (camera.width - 1, camera.height - 1))).all(axis=1)
+        kept, expected = ahead[inside], expected[inside].astype(np.float32)
+        if len(kept) == 0:
+            return Tracks(kept, points[kept], np.empty((0, 2)), np.empty(0))
+        pixels = source.keypoints.pixels[kept]
+        seen, found = self._follow(source.grey, target.grey, pixels, expected)
+        again, returned = self._follow(target.grey, source.grey, seen, pixels)
+        found &= returned & (np.abs(again - pixels).max(axis=1) < _RETURNED_WITHIN)
+        kept, seen = kept[found], seen[found]
+        rays = camera.normalize(seen)
+        valid = np.isfinite(rays).all(axis=1)
+        kept, seen, rays = kept[valid], seen[valid], rays[valid]
+        return Tracks(kept, points[kept], rays,
+                      depth.sample(target.frame.depth, seen, self._sensor))
+
+    def _follow(self, before: np.ndarray, now: np.ndarray, pixels: np.ndarray,
+                expected: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the new pixels, Nx2, and which were found, N bool."""
+        side = self._settings.track_window
+        seen, status, _ = cv2.calcOpticalFlowPyrLK(
+            before, now, pixels.reshape(-1, 1, 2), expected.reshape(-1, 1, 2).copy(),
+            winSize=(side, side), maxLevel=_LEVELS, criteria=_CRITERIA,
+            flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
+        return seen.reshape(-1, 2), status.ravel() > 0
