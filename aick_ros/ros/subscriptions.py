@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable
 from functools import partial
@@ -35,17 +36,19 @@ class AdaptiveSubscription:
     :param reliability: ``auto`` asks for reliable messages where every publisher offers them,
         ``reliable`` and ``best_effort`` stay as they are.
     :param latched: whether to ask for the last message that was published before.
+    :ivar received_at: when the last message came, or this was made, by the steady clock [s].
     """
 
     def __init__(self, node: Node, kind: Any, name: str, take: Callable[[Any], None],
                  depth: int, reliability: str = 'auto', suffix: str = '',
                  latched: bool = False) -> None:
         self.name = name
-        self._topic = node.resolve_topic_name(name) + suffix
+        self._topic, self._suffix = node.resolve_topic_name(name) + suffix, suffix
         self._node, self._kind, self._take = node, kind, take
         self._reliability, self._latched, self._depth = reliability, latched, depth
         self._taken_by_old: deque[int] = deque(maxlen=depth)
         self._old: Subscription | None = None
+        self.received_at = time.monotonic()
         self._new = self._subscribe(QoSProfile(
             depth=depth, reliability=ReliabilityPolicy.RELIABLE if reliability == 'reliable'
             else ReliabilityPolicy.BEST_EFFORT))
@@ -63,6 +66,15 @@ class AdaptiveSubscription:
     def publishers(self) -> list[TopicEndpointInfo]:
         """Return who publishes the topic."""
         return self._node.get_publishers_info_by_topic(self.topic_name)
+
+    def published_instead(self) -> tuple[str, str]:
+        """Return the topic of another transport that is published, and that; '' where none is."""
+        base = self._topic.removesuffix(self._suffix)
+        for transport in ('raw', 'compressed', 'compressedDepth'):
+            topic = base if transport == 'raw' else f'{base}/{transport}'
+            if topic != self._topic and self._node.count_publishers(topic):
+                return topic, transport
+        return '', ''
 
     def adapt(self) -> None:
         """Look at the publishers; to be called now and then on the executor's thread."""
@@ -93,7 +105,7 @@ class AdaptiveSubscription:
             self._kind, self._topic, partial(self._receive, generation), qos)
 
     def _receive(self, generation: object, message: Any) -> None:
-        stamp = to_stamp(message.header.stamp)
+        stamp, self.received_at = to_stamp(message.header.stamp), time.monotonic()
         if generation is not self._generation:
             self._taken_by_old.append(stamp)
         else:

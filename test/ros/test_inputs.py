@@ -306,3 +306,94 @@ def test_no_frame_is_missed_or_taken_twice_when_the_subscription_changes(rig, st
 
 def values(rig):
     return {value.key: value.value for value in rig.diagnostics[-1].status[0].values}
+
+
+# Time, silence and losses.
+
+def test_lost_images_name_the_cure(rig, start_node, frames):
+    """Every other image does not arrive, as where Fast DDS loses them."""
+    node = start_node()
+    rig.send_camera_info(frames[0].camera)
+    arriving = np.flatnonzero(np.random.default_rng(0).random(120) < 0.5)
+    for i in arriving:
+        rig.send(dataclasses.replace(frames[i % 2], depth_stamp=None,
+                                     stamp=frames[0].stamp + int(i) * 33_333_333))
+        time.sleep(0.01)
+    node.wait_for_log('start the driver with config/fastdds.xml')
+    rig.wait_until(lambda: 40 < int(values(rig).get(
+        'colour images that did not arrive', 0)) < 80, 'the count in /diagnostics')
+
+
+def test_one_stamp_in_the_future_is_left_out(rig, start_node, frames):
+    """Published on /tf it would have tf2 refuse the transforms of all others."""
+    node = start_node()
+    rig.send_camera_info(frames[0].camera)
+    for i, frame in enumerate(frames):
+        rig.send(frame if i != 3 else dataclasses.replace(
+            frame, stamp=frame.stamp + 3600 * 10 ** 9, depth_stamp=None))
+    good = [frame for i, frame in enumerate(frames) if i != 3]
+    assert_answers(rig, good)
+    assert rig.stamps() == [frame.stamp for frame in good]
+    node.wait_for_log('is far ahead of those before')
+
+
+def test_a_clock_set_forward_goes_on(rig, start_node, frames):
+    start_node()
+    rig.send_camera_info(frames[0].camera)
+    later = [dataclasses.replace(frame, stamp=frame.stamp + 3600 * 10 ** 9, depth_stamp=None)
+             for frame in frames[3:]]
+    for frame in (*frames[:3], *later):
+        rig.send(frame)
+    assert_answers(rig, [*frames[:3], *later[1:]])  # one is needed to know that it is no stray
+
+
+def test_stamps_ahead_of_the_nodes_clock_are_explained(rig, start_node, frames):
+    node = start_node()
+    ahead = time.time_ns() + 60 * 10 ** 9
+    rig.send_camera_info(frames[0].camera)
+    for i in range(2):
+        rig.send(dataclasses.replace(frames[i], stamp=ahead + i * 10 ** 8, depth_stamp=None))
+    node.wait_for_log("s ahead of this node's clock: let the clocks of both computers be")
+
+
+def test_without_clock_simulated_time_is_explained_and_nothing_stops(rig, start_node, frames):
+    node = start_node(use_sim_time='true')
+    rig.send_camera_info(frames[0].camera)
+    for frame in frames:
+        rig.send(frame)
+    assert_answers(rig, frames)
+    node.wait_for_log('use_sim_time is true, and nobody publishes /clock')
+
+
+def test_a_bag_that_loops_goes_on_with_its_clock(rig, start_node, frames):
+    """The clock goes back with the images; the pose stays where it was."""
+    from rosgraph_msgs.msg import Clock
+    clock = rig.node.create_publisher(Clock, '/clock', 10)
+    start_node(use_sim_time='true')
+    rig.send_camera_info(frames[0].camera)
+    turns = [[dataclasses.replace(frame, stamp=frame.stamp + turn, depth_stamp=None)
+              for frame in frames] for turn in (10 ** 10, 0)]
+    for turn in turns:
+        for frame in turn:
+            clock.publish(Clock(clock=to_time(frame.stamp)))
+            rig.send(frame)
+    first, second = ([from_pose(rig.answer(frame.stamp).pose.pose) for frame in turn]
+                     for turn in turns)
+    np.testing.assert_allclose(second[0], first[-1], atol=1e-9)
+    np.testing.assert_allclose(rigid.inverse(second[0]) @ second[-1], first[-1], atol=1e-6)
+
+
+def test_a_topic_of_another_transport_is_named(rig, start_node, frames):
+    rig.node.destroy_publisher(rig.colour)
+    rig.node.create_publisher(CompressedImage, 'rgb/image/compressed', 10)
+    node = start_node(wait=False)
+    node.wait_for_log('there is /rgb/image/compressed: set image_transport to compressed')
+
+
+def test_depth_of_another_frame_is_pointed_out_once(rig, start_node, frames):
+    node = start_node()
+    rig.send_camera_info(frames[0].camera)
+    for frame in frames:
+        rig.send(frame, depth=rig.image_message(frame.stamp, '32FC1', frame.depth, INFRARED))
+    rig.answer(frames[-1].stamp)
+    assert node.log.count('set register_depth to true') == 1
