@@ -6,9 +6,13 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 
+_ENDINGS = (signal.SIGINT, signal.SIGTERM)
 
 _PACKAGES = {'rosbags': 'pip install rosbags', 'cv2': 'apt install python3-opencv',
              'numpy': 'apt install python3-numpy'}
@@ -29,7 +33,10 @@ def _run(name: str) -> None:
     # on two busy cores costs half the frame rate. NumPy reads this when it is first imported.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     try:
-        program = import_module(f'aick_ros.ros.{name}')
+        with _ending_waits():
+            program = import_module(f'aick_ros.ros.{name}')
+    except KeyboardInterrupt:
+        return  # told to end before it began
     except ModuleNotFoundError as error:
         if (error.name or '').startswith('aick_ros'):
             raise
@@ -39,3 +46,14 @@ def _run(name: str) -> None:
         print(f'{name}: {error.name} is not installed: {remedy}', file=sys.stderr)
         sys.exit(2)
     program.main()
+
+
+@contextmanager
+def _ending_waits() -> Iterator[None]:
+    """Hold back Ctrl-C and SIGTERM: an import that is interrupted fails in odd ways."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # until rclpy has its own
+    signal.pthread_sigmask(signal.SIG_BLOCK, _ENDINGS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDINGS)

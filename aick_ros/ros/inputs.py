@@ -14,6 +14,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
 
+from aick_ros.base_pose import Mount
 from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
@@ -107,6 +108,14 @@ class Inputs:
         """
         pair = arrival.pair
         return self._extrinsics.camera_in_base(pair.colour.header.frame_id, pair.colour_stamp)
+
+    def camera_mount(self, arrival: Arrival) -> Mount:
+        """Return whether the camera of a pair moves on the base."""
+        return self._extrinsics.camera_mount(arrival.pair.colour.header.frame_id)
+
+    def find(self, target: str, source: str, stamp: int, wait: float = 0.0) -> np.ndarray | None:
+        """Return ``T_target_source`` as TF tells it, as :meth:`Transforms.find` does."""
+        return self._extrinsics.find(target, source, stamp, wait)
 
     def _subscribe(self, node: Node) -> dict[str, AdaptiveSubscription]:
         settings, pairing = self._settings, self._pairing

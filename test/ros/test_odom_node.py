@@ -5,8 +5,6 @@
 
 import dataclasses
 import itertools
-import signal
-import subprocess
 import time
 from pathlib import Path
 
@@ -345,25 +343,6 @@ def test_silence_names_the_topics(rig, start_node, frames):
     assert 'nothing on /rgb/camera_info' in node.log
 
 
-def test_ends_cleanly_in_the_middle_of_work(rig, start_node, frames):
-    node = start_node(preset='paper-full')
-    rig.send_camera_info(frames[0].camera)
-    for frame in frames:
-        rig.send(frame)
-    rig.answer(frames[1].stamp)
-    assert node.stop() == 0
-    assert len(rig.odom) < len(frames)
-    assert 'Traceback' not in node.log
-
-
-@pytest.mark.parametrize('how', [signal.SIGINT, signal.SIGTERM])
-def test_ends_cleanly(rig, start_node, frames, how):
-    node = start_node()
-    send_all(rig, frames[:3])
-    assert node.stop(how) == 0
-    assert 'Traceback' not in node.log
-
-
 def test_the_parameter_file_of_the_package_is_taken_and_leaves_the_preset_alone(
         rig, start_node, frames):
     file = Path(__file__).parents[2] / 'config' / 'odom_node.yaml'
@@ -374,22 +353,3 @@ def test_the_parameter_file_of_the_package_is_taken_and_leaves_the_preset_alone(
     for frame, answer in zip(frames, answers):
         np.testing.assert_allclose(pose_of(answer), odometry.register_frame(frame).T_odom_camera,
                                    atol=1e-6)
-
-
-def test_a_parameter_out_of_range_is_refused_in_one_line(ros_domain):
-    run = subprocess.run(
-        [*NODE_COMMAND, '--ros-args', '-p', 'aick.alpha:=1.5'],
-        capture_output=True, text=True, timeout=30)
-    assert run.returncode == 2
-    assert run.stderr.startswith('odom_node: aick.alpha = 1.5 is outside 0 to 1')
-    assert run.stderr.count('\n') == 1
-
-
-def test_arguments_that_ros_refuses_are_one_line(ros_domain, tmp_path):
-    file = tmp_path / 'parameters.yaml'
-    file.write_text('odom_node: [')
-    run = subprocess.run([*NODE_COMMAND, '--ros-args', '--params-file', str(file)],
-                         capture_output=True, text=True, timeout=30)
-    assert run.returncode == 2
-    assert 'odom_node: ROS does not take these arguments' in run.stderr
-    assert 'Traceback' not in run.stderr

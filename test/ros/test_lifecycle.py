@@ -1,0 +1,142 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The node's process: started in any order, ended at any time, not stopped by one bad frame."""
+
+import dataclasses
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.odometry import Odometry
+from aick_ros.ros.live_run import NODE_COMMAND
+from aick_ros.ros.messages import from_pose
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+COUNT = 12
+ENDINGS = [signal.SIGINT, signal.SIGTERM]
+
+# A defect of ours: the third frame fails in the middle of its registration.
+DEFECTIVE = '''
+from aick_ros import aick
+from aick_ros.ros import odom_node
+register, frames = aick.Aick.register, []
+def fail_once(self, source, target):
+    frames.append(source)
+    if len(frames) == 3:
+        raise ZeroDivisionError('a defect')
+    return register(self, source, target)
+aick.Aick.register = fail_once
+odom_node.main()
+'''
+
+
+@pytest.fixture(scope='module')
+def frames():
+    source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
+    return [source.frame(i) for i in range(COUNT)]
+
+
+def send_all(rig, frames):
+    rig.send_camera_info(frames[0].camera)
+    for frame in frames:
+        rig.send(frame)
+
+
+def test_a_defect_in_one_frame_is_logged_counted_and_does_not_stop_the_next(
+        rig, start_node, frames):
+    node = start_node(command=(sys.executable, '-c', DEFECTIVE))
+    send_all(rig, frames[:8])
+    odometry = Odometry()
+    for i, frame in enumerate(frames[:8]):
+        if i == 3:
+            continue
+        expected = odometry.register_frame(frame).T_odom_camera
+        found = from_pose(rig.answer(frame.stamp).pose.pose)
+        if i > 3:
+            np.testing.assert_allclose(rigid.inverse(expected) @ found, np.eye(4), atol=0.01)
+    assert frames[3].stamp not in rig.stamps()
+    assert f'frame {frames[3].stamp} ns failed, please report this' in node.log
+    assert node.log.count('ZeroDivisionError: a defect') == 1
+    rig.wait_until(lambda: rig.diagnostics[-1].status[0].level == b'\x02', 'the level ERROR')
+    assert 'see the log and report it' in rig.diagnostics[-1].status[0].message
+    assert node.stop() == 0
+
+
+def test_a_camera_that_runs_already_is_answered_from_the_first_frames_on(
+        rig, start_node, frames):
+    """The node comes last: nothing but the camera's next messages is needed."""
+    start_node(wait=False)
+    sent = 0
+    while not rig.odom:
+        assert sent < 1000
+        frame = frames[sent % 2]
+        rig.send_camera_info(frame.camera)
+        rig.send(dataclasses.replace(frame, stamp=frames[0].stamp + sent * 33_333_333,
+                                     depth_stamp=None))
+        sent += 1
+        time.sleep(0.03)
+
+
+@pytest.mark.parametrize('how', ENDINGS)
+def test_ends_cleanly_without_a_camera(rig, start_node, how):
+    node = start_node()
+    assert node.stop(how) == 0
+    assert node.log == ''
+
+
+@pytest.mark.parametrize('how', ENDINGS)
+def test_ends_cleanly(rig, start_node, frames, how):
+    node = start_node()
+    send_all(rig, frames[:3])
+    rig.answer(frames[2].stamp)
+    assert node.stop(how) == 0
+    assert 'Traceback' not in node.log
+
+
+@pytest.mark.parametrize('how', ENDINGS)
+def test_ends_cleanly_in_the_middle_of_work(rig, start_node, frames, how):
+    node = start_node(preset='paper-full')
+    send_all(rig, frames)
+    rig.answer(frames[1].stamp)
+    assert node.stop(how) == 0
+    assert len(rig.odom) < len(frames)
+    assert 'Traceback' not in node.log
+
+
+@pytest.mark.parametrize('how', ENDINGS)
+def test_ends_cleanly_while_it_starts(ros_domain, how):
+    """From the moment its own code runs: importing, initialising, subscribing."""
+    begin = 'from aick_ros.ros.entry_points import odom_node as run; print(flush=True); run()'
+    for delay in (0.02, 0.1, 0.15, 0.2, 0.25, 0.3):
+        process = subprocess.Popen([sys.executable, '-c', begin], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        process.stdout.readline()
+        time.sleep(delay)
+        process.send_signal(how)
+        _, complaints = process.communicate(timeout=20)
+        assert (process.returncode, complaints) == (0, ''), f'after {delay} s'
+
+
+def test_a_parameter_out_of_range_is_refused_in_one_line(ros_domain):
+    run = subprocess.run(
+        [*NODE_COMMAND, '--ros-args', '-p', 'aick.alpha:=1.5'],
+        capture_output=True, text=True, timeout=30)
+    assert run.returncode == 2
+    assert run.stderr.startswith('odom_node: aick.alpha = 1.5 is outside 0 to 1')
+    assert run.stderr.count('\n') == 1
+
+
+def test_arguments_that_ros_refuses_are_one_line(ros_domain, tmp_path):
+    file = tmp_path / 'parameters.yaml'
+    file.write_text('odom_node: [')
+    run = subprocess.run([*NODE_COMMAND, '--ros-args', '--params-file', str(file)],
+                         capture_output=True, text=True, timeout=30)
+    assert run.returncode == 2
+    assert 'odom_node: ROS does not take these arguments' in run.stderr
+    assert 'Traceback' not in run.stderr
