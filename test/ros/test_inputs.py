@@ -223,6 +223,32 @@ def test_a_latched_camera_info_is_received(rig, start_node, frames):
     assert_answers(rig, frames)
 
 
+def test_a_camera_on_a_moving_arm_leaves_the_base_where_it_is(rig, start_node, source, frames):
+    """The arm's transform comes on /tf, at other times than the images and after them."""
+    tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
+    from aick_ros.ros.messages import transform_stamped
+    arm = rig.node.create_publisher(tf2_msgs.TFMessage, '/tf', 100)
+    start_node(frame_id='base_link', wait_for_transform=5.0)
+    rig.send_camera_info(frames[0].camera)
+    rig.send(frames[0])
+    rig.wait_until(arm.get_subscription_count, 'the node to listen to /tf')
+
+    def tell(stamp):
+        arm.publish(tf2_msgs.TFMessage(transforms=[
+            transform_stamped(stamp, 'base_link', OPTICAL, source.pose(stamp))]))
+
+    tell(frames[0].stamp - 7_000_000)
+    for frame in frames[1:]:
+        rig.send(frame)
+    for stamp in range(frames[0].stamp + 3_000_000, frames[-1].stamp + 20_000_000, 10_000_000):
+        tell(stamp)
+    for frame in frames:
+        np.testing.assert_allclose(from_pose(rig.answer(frame.stamp).pose.pose), np.eye(4),
+                                   atol=0.02)
+    assert np.linalg.norm((rigid.inverse(source.pose(frames[0].stamp)) @ source.pose(
+        frames[-1].stamp))[:3, 3]) > 0.02
+
+
 # Depth of a camera beside the colour camera.
 
 T_COLOUR_DEPTH = rigid.exp([0.05, 0.0, 0.0, 0.0, 0.01, 0.0])
