@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import rclpy
@@ -141,16 +141,24 @@ class OdomNode(Node):
             self._publisher.reset()
             self._views.reset()
             self.get_logger().info('odometry reset')
-        self._worker.run(reset)
+        self._between_frames(reset)
 
     def _set_pose(self, T_odom_base: np.ndarray, covariance: np.ndarray) -> None:
         def set_pose() -> None:
             self._publisher.set_pose(T_odom_base, covariance)
             self.get_logger().info('pose set')
-        self._worker.run(set_pose)
+        self._between_frames(set_pose)
 
     def _change(self, core: Settings) -> None:
-        self._worker.run(lambda: self._odometry.change_settings(core))
+        self._between_frames(lambda: self._odometry.change_settings(core))
+
+    def _between_frames(self, errand: Callable[[], None]) -> None:
+        def run() -> None:
+            try:
+                errand()
+            except Exception:  # as little as a frame must it end the odometry
+                self.get_logger().error(f'failed, please report this:\n{traceback.format_exc()}')
+        self._worker.run(run)
 
 
 def _size(arrival: Arrival) -> int:
