@@ -1,13 +1,22 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The pose of a robot's base from that of the camera fixed to it."""
+"""The pose of a robot's base from that of the camera on it."""
 
 from __future__ import annotations
+
+from enum import Enum
 
 import numpy as np
 
 from aick_ros import rigid
+
+
+class Mount(Enum):
+    """How a camera sits on the base, and so what it means that its extrinsic changes."""
+
+    FIXED = 'the extrinsic has been corrected'
+    MOVING = 'the camera has been moved'
 
 
 class BasePose:
@@ -15,17 +24,17 @@ class BasePose:
     Follows the base by the motion of the camera.
 
     The camera's own odometry has the frame *visual*. Where it lies in the base's odometry is
-    found anew whenever the base is put somewhere or the camera sits elsewhere on it, such that
-    the base stays where it was: from there on only motion is added.
+    found anew whenever the base is put somewhere or the extrinsic of a fixed camera is corrected,
+    such that the base stays where it was: from there on only motion is added.
 
     :param T_odom_base: where it starts, 4x4.
     :param covariance: 6x6 of that.
     """
 
     def __init__(self, T_odom_base: np.ndarray, covariance: np.ndarray) -> None:
+        self._T_base_camera: np.ndarray | None = None
         self.put(T_odom_base, covariance)
         self.restart()
-        self._T_base_camera: np.ndarray | None = None
 
     @property
     def T_odom_base(self) -> np.ndarray:
@@ -43,27 +52,34 @@ class BasePose:
         self._anchored = False
 
     def follow(self, T_visual_camera: np.ndarray, covariance: np.ndarray,
-               T_base_camera: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+               T_base_camera: np.ndarray, mount: Mount = Mount.FIXED
+               ) -> tuple[np.ndarray, np.ndarray]:
         """
         Return where the base is for a camera, and its 6x6 covariance.
 
         :param covariance: 6x6 of ``T_visual_camera``, accumulated.
         :param T_base_camera: the extrinsic.
+        :param mount: what it means if that is another one than before.
         """
-        if not self._anchored or not np.array_equal(T_base_camera, self._T_base_camera):
-            self._anchor(T_base_camera)
+        corrected = mount is Mount.FIXED and not np.array_equal(
+            T_base_camera, self._T_base_camera)
+        if self._T_base_camera is None or corrected:
+            self._T_base_camera = T_base_camera
+            self._anchored = False
+        if not self._anchored:
+            self._anchor()
         self._T_visual_camera, self._visual_covariance = T_visual_camera, covariance
+        self._T_base_camera = T_base_camera
         T_camera_base = rigid.inverse(T_base_camera)
         self._T_odom_base = self._T_odom_visual @ T_visual_camera @ T_camera_base
         self._covariance = self._start_covariance(self._T_odom_base) + self._way_covariance(
             T_visual_camera, covariance, T_camera_base)
         return self._T_odom_base, self._covariance
 
-    def _anchor(self, T_base_camera: np.ndarray) -> None:
+    def _anchor(self) -> None:
         """Find the visual frame such that the base did not move; from here on motion counts."""
-        self._T_odom_visual = (self._T_odom_base @ T_base_camera
+        self._T_odom_visual = (self._T_odom_base @ self._T_base_camera
                                @ rigid.inverse(self._T_visual_camera))
-        self._T_base_camera = T_base_camera
         self._start = self._T_odom_base, self._covariance
         self._visual_start = self._T_visual_camera, self._visual_covariance
         self._anchored = True

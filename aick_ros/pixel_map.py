@@ -28,7 +28,7 @@ class PixelMap:
         if not camera.distortion:
             return
         self._low, extent = _extent(camera)
-        rows, columns = camera.height // _CELL, camera.width // _CELL
+        rows, columns = 2 + camera.height // _CELL, 2 + camera.width // _CELL
         self._scale = np.array([columns - 1, rows - 1]) / extent
         row, column = np.mgrid[:rows, :columns]
         nodes = self._low + np.column_stack([column.ravel(), row.ravel()]) / self._scale

@@ -216,6 +216,9 @@ class NodeSettings:
         (), "Pose of the camera's optical frame in frame_id: x y z qx qy qz qw; empty: from TF.")
     initial_pose: tuple = parameter(
         (), 'Where frame_id is at the start: x y z [m] roll pitch yaw [rad]; empty: the origin.')
+    guess_frame_id: str = parameter(
+        '', "Frame of another odometry, the wheels' for example, whose transform to frame_id goes "
+        'on where the camera is lost; TF is then published to it. Empty: none.')
     lost_policy: str = parameter(
         'hold', 'What is published while the camera is lost: the last pose without weight, a null '
         'pose, or nothing.', choices=('hold', 'null', 'silent'))

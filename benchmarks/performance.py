@@ -22,7 +22,6 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 _ONE_THREAD = {'OPENBLAS_NUM_THREADS': '1', 'OMP_NUM_THREADS': '1', 'MKL_NUM_THREADS': '1'}
@@ -32,6 +31,7 @@ if __name__ == '__main__' and not os.environ.items() >= _ONE_THREAD.items():
 import cv2  # noqa: E402: only now do the libraries read how many threads they may have
 import numpy as np  # noqa: E402
 from naive_aick import register as register_naively  # noqa: E402
+from row import HEAD, Row  # noqa: E402
 
 from aick_ros import rigid  # noqa: E402
 from aick_ros.aick import Aick  # noqa: E402
@@ -47,36 +47,6 @@ ALL_KEYPOINTS = ('--set', 'aick.alpha=0.6', '--set', 'aick.iterations=10',
                  '--set', 'features.max_keypoints=0')
 PAIRS_TIMED = 60
 NAIVE_PAIRS_TIMED = 15
-
-
-@dataclass(frozen=True)
-class Row:
-    """
-    One measured figure.
-
-    :param must: the bound; figures at least or at most as large are good.
-    """
-
-    measure: str
-    must: float
-    at_least: bool
-    measured: float
-    unit: str
-    command: str
-    remark: str = ''
-
-    @property
-    def met(self) -> bool:
-        """Whether the figure is as good as it must be."""
-        return self.measured >= self.must if self.at_least else self.measured <= self.must
-
-    def __str__(self) -> str:
-        """Return the row of a Markdown table."""
-        must = f'{">=" if self.at_least else "<="} {self.must:g} {self.unit}'.strip()
-        measured = f'{self.measured:.3g} {self.unit}'.strip()
-        remark = f', {self.remark}' if self.remark else ''
-        return (f'| {self.measure} | {must} | {measured}{remark} | '
-                f'{"yes" if self.met else "NO"} | `{self.command}` |')
 
 
 def accuracy_on_real_cameras() -> Iterator[Row]:
@@ -203,7 +173,7 @@ def main() -> None:
     print(', '.join(f'{name} {value}' for name, value in machine_facts().items()))
     if not data_folder(XYZ):
         print('no real recordings: AICK_DATA names no folder with', XYZ)
-    print('\n| measure | must | measured | met | command |\n|---|---|---|---|---|')
+    print(f'\n{HEAD}')
     for measure in MEASURES:
         for row in measure():
             print(row, flush=True)

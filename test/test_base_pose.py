@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from aick_ros import rigid
-from aick_ros.base_pose import BasePose
+from aick_ros.base_pose import BasePose, Mount
 
 T_BASE_CAMERA = rigid.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.3, -0.2, 0.5))
 CORRECTED = T_BASE_CAMERA @ rigid.exp([0.05, 0.02, -0.03, 0.1, -0.2, 0.05])
@@ -60,6 +60,22 @@ def test_a_corrected_extrinsic_does_not_move_the_base(way):
         way[1:11], T_BASE_CAMERA, ORIGIN, CERTAIN))
     np.testing.assert_allclose(found[0], expected[0], atol=1e-12)
     np.testing.assert_allclose(found[1], expected[1], atol=1e-12)
+
+
+def test_a_camera_that_moves_on_the_base_does_not_move_the_base():
+    """The camera pans and sways on a base that drives: of both only the driving is seen."""
+    told, start = rigid.exp([4, -2, 1, 0.3, 0.2, 1.5]), rigid.exp([0, 0, 0, 0, 0, 0.05])
+    base, T_base, T_told_base = BasePose(ORIGIN, CERTAIN), np.eye(4), np.eye(4)
+    for i in range(10):
+        sway = rigid.exp([0.01 * i, 0.0, 0.02 * i, 0.0, 0.1 * i, 0.0])
+        T_base_camera = T_BASE_CAMERA @ sway @ start
+        T_visual_camera = rigid.inverse(T_BASE_CAMERA @ start) @ T_base @ T_base_camera
+        found, _ = base.follow(T_visual_camera, CERTAIN, T_base_camera, Mount.MOVING)
+        np.testing.assert_allclose(found, T_told_base @ T_base, atol=1e-9)
+        if i == 4:  # it is put elsewhere while the camera moves
+            base.put(told, CERTAIN)
+            T_told_base = told @ rigid.inverse(T_base)
+        T_base = T_base @ rigid.exp([0.1, 0.02, 0.0, 0.0, 0.0, 0.1])
 
 
 def test_put_somewhere_it_goes_on_from_there_as_sure_as_it_was_told(way):

@@ -29,10 +29,11 @@ class Calibration:
 
     def __init__(self, node: Node, name: str, image: str, settings: NodeSettings,
                  on_change: Callable[[], None]) -> None:
-        self._logger, self._name, self._on_change = node.get_logger(), name, on_change
+        self._logger, self._on_change = node.get_logger(), on_change
+        self._topic, self._image = node.resolve_topic_name(name), node.resolve_topic_name(image)
         self._rectified = settings.image_rectification == 'rectified' or (
             settings.image_rectification == 'auto'
-            and is_rectified(node.resolve_topic_name(image)))
+            and is_rectified(self._image))
         self.camera: Camera | None = None
 
     def take(self, message: CameraInfo) -> bool:
@@ -40,12 +41,12 @@ class Calibration:
         try:
             camera = to_camera(message, self._rectified)
         except InputError as error:
-            self._logger.warning(f'{self._name} refused: {error}',
+            self._logger.warning(f'camera_info on {self._topic} refused: {error}',
                                  throttle_duration_sec=_THROTTLE)
             return False
         if camera != self.camera:
             self.camera = camera
-            self._logger.info(f'{self._name}, of {"rectified" if self._rectified else "raw"} '
-                              f'images: {camera}')
+            self._logger.info(f'camera of {self._image}, '
+                              f'{"rectified" if self._rectified else "raw"} images: {camera}')
             self._on_change()
         return True

@@ -11,6 +11,7 @@ import numpy as np
 from rclpy.node import Node
 
 from aick_ros import rigid
+from aick_ros.base_pose import Mount
 from aick_ros.errors import InputError
 from aick_ros.ros import transforms
 from aick_ros.settings import NodeSettings
@@ -30,8 +31,10 @@ class Extrinsics:
         self._T_base_camera = _pose('camera_in_base', settings.camera_in_base)
         self._T_colour_depth = _pose('depth_in_colour', settings.depth_in_colour)
         self._transforms = transforms.Transforms(
-            node, (settings.odom_frame_id, settings.frame_id), on_change)
+            node, (settings.odom_frame_id, settings.guess_frame_id or settings.frame_id),
+            on_change)
         self.tend = self._transforms.tend
+        self.find = self._transforms.find
 
     def camera_in_base(self, camera_frame: str, stamp: int, wait: bool = True) -> np.ndarray:
         """
@@ -50,6 +53,13 @@ class Extrinsics:
                 f'(frame_id) yet: {_remedy()}, or set camera_in_base, or set frame_id to '
                 f'{camera_frame!r}')
         return found
+
+    def camera_mount(self, camera_frame: str) -> Mount:
+        """Return whether links between the camera and the base move."""
+        if self._T_base_camera is not None or self._transforms.is_fixed(
+                self._base_frame, camera_frame):
+            return Mount.FIXED
+        return Mount.MOVING
 
     def depth_in_colour(self, colour_frame: str, depth_frame: str, stamp: int,
                         wait: bool = True) -> np.ndarray:

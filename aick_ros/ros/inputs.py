@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
 
+from aick_ros.base_pose import Mount
 from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
@@ -21,12 +22,12 @@ from aick_ros.frame_decoder import FrameDecoder
 from aick_ros.ros.calibrations import Calibration
 from aick_ros.ros.diagnostics import Diagnostics
 from aick_ros.ros.extrinsics import Extrinsics
-from aick_ros.ros.messages import to_stamp
+from aick_ros.ros.pairing import Pairing
 from aick_ros.ros.subscriptions import (
     AdaptiveSubscription, camera_info_subscription, image_subscription)
 from aick_ros.ros.watchdog import Watchdog
 from aick_ros.settings import NodeSettings
-from aick_ros.synchronizer import Pair, Synchronizer
+from aick_ros.synchronizer import Pair
 
 _SILENCE = 0.5  # seconds after which no better partner is expected
 _THROTTLE = 5.0  # seconds between two log lines of the same kind
@@ -57,9 +58,7 @@ class Inputs:
         self._diagnostics = diagnostics
         self._on_arrival = on_arrival
         self._newest: Pair | None = None
-        self._synchronizer = Synchronizer(
-            settings.approx_sync_max_interval if settings.approx_sync else 0.0,
-            settings.sync_queue_size)
+        self._pairing = Pairing(settings, self._hand_on, self._refuse)
         self._decoder = FrameDecoder(settings.image_transport, settings.depth_transport)
         self._extrinsics = Extrinsics(node, settings, on_change)
         self._colour_info = Calibration(
@@ -74,9 +73,7 @@ class Inputs:
     @property
     def counts(self) -> dict[str, int]:
         """How many images were left out, by cause."""
-        unpaired = self._synchronizer.unpaired
-        return {'colour_images_without_depth': unpaired['colour'],
-                'depth_images_without_colour': unpaired['depth']}
+        return self._pairing.counts
 
     def is_ready(self, arrival: Arrival) -> bool:
         """Whether an arrival can be answered, or must not block the newest one, which can."""
@@ -84,10 +81,10 @@ class Inputs:
 
     def complaint(self) -> str:
         """Return what is missing, '' where nothing is."""
-        complaint = self._watchdog.complaint()
-        if not complaint and self._newest is not None:
-            complaint = self._missing_for(self._newest)
-        return complaint
+        return (self._watchdog.complaint()
+                or (self._newest is not None and self._missing_for(self._newest))
+                or self._watchdog.complaint_of_clocks(self._pairing.newest_stamp)
+                or self._watchdog.complaint_of_losses(self._pairing.missing_shares))
 
     def frame(self, arrival: Arrival) -> RgbdFrame:
         """
@@ -112,26 +109,26 @@ class Inputs:
         pair = arrival.pair
         return self._extrinsics.camera_in_base(pair.colour.header.frame_id, pair.colour_stamp)
 
+    def camera_mount(self, arrival: Arrival) -> Mount:
+        """Return whether the camera of a pair moves on the base."""
+        return self._extrinsics.camera_mount(arrival.pair.colour.header.frame_id)
+
+    def find(self, target: str, source: str, stamp: int, wait: float = 0.0) -> np.ndarray | None:
+        """Return ``T_target_source`` as TF tells it, as :meth:`Transforms.find` does."""
+        return self._extrinsics.find(target, source, stamp, wait)
+
     def _subscribe(self, node: Node) -> dict[str, AdaptiveSubscription]:
-        settings = self._settings
+        settings, pairing = self._settings, self._pairing
         subscriptions = [
-            image_subscription(node, 'rgb/image', settings.image_transport, self._take_colour,
+            image_subscription(node, 'rgb/image', settings.image_transport, pairing.take_colour,
                                settings),
-            image_subscription(node, 'depth/image', settings.depth_transport, self._take_depth,
+            image_subscription(node, 'depth/image', settings.depth_transport, pairing.take_depth,
                                settings),
             camera_info_subscription(node, 'rgb/camera_info', self._take_colour_info)]
         if settings.register_depth:
             subscriptions.append(camera_info_subscription(
                 node, 'depth/camera_info', self._take_depth_info))
         return {subscription.name: subscription for subscription in subscriptions}
-
-    def _take_colour(self, message: Any) -> None:
-        self._watchdog.saw('rgb/image')
-        self._take(self._synchronizer.add_colour, message)
-
-    def _take_depth(self, message: Any) -> None:
-        self._watchdog.saw('depth/image')
-        self._take(self._synchronizer.add_depth, message)
 
     def _take_colour_info(self, message: CameraInfo) -> None:
         if self._colour_info.take(message):
@@ -141,33 +138,27 @@ class Inputs:
         if self._depth_info.take(message):
             self._watchdog.wants_no_more('depth/camera_info')
 
-    def _take(self, add: Callable[[int, Any], list[Pair]], image: Any) -> None:
-        stamp, late = to_stamp(image.header.stamp), self._synchronizer.late
-        if stamp <= 0:
-            self._refuse(f'image left out: its stamp is {stamp} ns; the driver must stamp its '
-                         'images')
-            return
-        self._hand_on(add(stamp, image))
-        if self._synchronizer.late > late:
-            self._refuse(f'image of {stamp} ns left out: its stamp repeats or goes back; is the '
-                         'driver publishing twice?')
-
     def _refuse(self, sentence: str) -> None:
         self._diagnostics.count('images refused')
         self._watchdog.refused(sentence)
         self._logger.warning(sentence, throttle_duration_sec=_THROTTLE)
 
-    def _hand_on(self, pairs: list[Pair]) -> None:
-        for pair in pairs:
-            self._diagnostics.count('frames received')
-            self._newest = pair
-            self._watchdog.saw_pair()
-            self._on_arrival(Arrival(
-                pair, self._colour_info.camera, self._depth_info.camera, time.monotonic()))
+    def _hand_on(self, pair: Pair) -> None:
+        self._diagnostics.count('frames received')
+        self._newest = pair
+        self._watchdog.saw_pair()
+        colour_frame, depth_frame = pair.colour.header.frame_id, pair.depth.header.frame_id
+        if depth_frame != colour_frame and not self._settings.register_depth:
+            self._logger.warning(
+                f'depth images are of frame {depth_frame!r}, colour images of {colour_frame!r}: '
+                'if the driver does not register depth to colour, set register_depth to true',
+                once=True)
+        self._on_arrival(Arrival(
+            pair, self._colour_info.camera, self._depth_info.camera, time.monotonic()))
 
     def _tend(self) -> None:
         if self._watchdog.quiet_for() > _SILENCE:
-            self._hand_on(self._synchronizer.flush())
+            self._pairing.flush()
         for subscription in self._subscriptions.values():
             subscription.adapt()
         self._extrinsics.tend()

@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import rclpy
@@ -18,11 +18,13 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from aick_ros import rigid
 from aick_ros.errors import InputError
 from aick_ros.odometry import Odometry
 from aick_ros.ros.control import Control
 from aick_ros.ros.diagnostics import Diagnostics
 from aick_ros.ros.frame_statistics import FAILED, UNDER_LOAD
+from aick_ros.ros.guess import Guess
 from aick_ros.ros.inputs import Arrival, Inputs
 from aick_ros.ros.parameters import LiveSettings, declare_settings
 from aick_ros.ros.publisher import OdometryPublisher
@@ -50,14 +52,15 @@ class OdomNode(Node):
         super().__init__('odom_node', automatically_declare_parameters_from_overrides=True)
         settings, core = declare_settings(self)
         self._live_settings = LiveSettings(core, self._change)
-        self._odometry = Odometry(core)
+        self._odometry = Odometry(core, predict=self._predict)
         self._diagnostics = Diagnostics(self)
-        self._publisher = OdometryPublisher(self, settings)
         self._views = Views(self, settings.odom_frame_id)
         self._worker = self._make_worker(settings)
         self._rate_limit = RateLimit(settings.max_update_rate)
         self._inputs = Inputs(
             self, settings, self._diagnostics, self._take, self._worker.nudge)
+        self._guess = Guess(self._inputs, settings) if settings.guess_frame_id else None
+        self._publisher = OdometryPublisher(self, settings, self._guess)
         self._control = Control(self, settings.odom_frame_id, self._reset, self._set_pose)
         # a steady timer: a /clock that stands still must not stop the report
         self.create_timer(1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -102,9 +105,10 @@ class OdomNode(Node):
                                     f'{traceback.format_exc()}')
 
     def _register(self, arrival: Arrival) -> None:
-        frame, T_base_camera = self._inputs.frame(arrival), self._inputs.camera_in_base(arrival)
+        frame = self._inputs.frame(arrival)
+        T_base_camera = self._T_base_camera = self._inputs.camera_in_base(arrival)
         update = self._odometry.register_frame(frame)
-        self._publisher.publish(update, T_base_camera)
+        self._publisher.publish(update, T_base_camera, self._inputs.camera_mount(arrival))
         self._diagnostics.answered(update, 1e3 * (time.monotonic() - arrival.paired_at))
         if not update.status.ok:
             self.get_logger().warning(
@@ -112,6 +116,13 @@ class OdomNode(Node):
                 throttle_duration_sec=_THROTTLE)
         self._views.show(frame, update, self._publisher.T_odom_base, T_base_camera,
                          arrival.pair.colour.header.frame_id)
+
+    def _predict(self, before: int, now: int) -> np.ndarray | None:
+        """Return ``T_camera0_camera1`` between two stamps [ns] by the guess, None without."""
+        moved = self._guess.motion(before, now) if self._guess else None
+        if moved is None:
+            return None
+        return rigid.inverse(self._T_base_camera) @ moved @ self._T_base_camera
 
     def _report(self) -> None:
         complaint = self._inputs.complaint()
@@ -130,16 +141,24 @@ class OdomNode(Node):
             self._publisher.reset()
             self._views.reset()
             self.get_logger().info('odometry reset')
-        self._worker.run(reset)
+        self._between_frames(reset)
 
     def _set_pose(self, T_odom_base: np.ndarray, covariance: np.ndarray) -> None:
         def set_pose() -> None:
             self._publisher.set_pose(T_odom_base, covariance)
             self.get_logger().info('pose set')
-        self._worker.run(set_pose)
+        self._between_frames(set_pose)
 
     def _change(self, core: Settings) -> None:
-        self._worker.run(lambda: self._odometry.change_settings(core))
+        self._between_frames(lambda: self._odometry.change_settings(core))
+
+    def _between_frames(self, errand: Callable[[], None]) -> None:
+        def run() -> None:
+            try:
+                errand()
+            except Exception:  # as little as a frame must it end the odometry
+                self.get_logger().error(f'failed, please report this:\n{traceback.format_exc()}')
+        self._worker.run(run)
 
 
 def _size(arrival: Arrival) -> int:

@@ -105,9 +105,12 @@ def _chosen(group: Any, given: Mapping[str, Any]) -> Any:
 
 def _checked(own: NodeSettings) -> NodeSettings:
     """Refuse frames between which there can be no transform."""
-    if not own.frame_id or not own.odom_frame_id or own.frame_id == own.odom_frame_id:
-        raise InputError(f'frame_id = {own.frame_id!r} and odom_frame_id = {own.odom_frame_id!r}: '
-                         'they must be two different frames')
+    names = [name for name in ('frame_id', 'odom_frame_id', 'guess_frame_id')
+             if name != 'guess_frame_id' or own.guess_frame_id]
+    frames = [getattr(own, name) for name in names]
+    if '' in frames or len(set(frames)) < len(frames):
+        raise InputError(' and '.join(f'{name} = {frame!r}' for name, frame in zip(names, frames))
+                         + ': they must be different frames')
     return own
 
 

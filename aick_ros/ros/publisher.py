@@ -13,10 +13,11 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
 from aick_ros import rigid
-from aick_ros.base_pose import BasePose
+from aick_ros.base_pose import BasePose, Mount
 from aick_ros.errors import InputError
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.ros import messages
+from aick_ros.ros.guess import Guess
 from aick_ros.ros.transforms import TransformBroadcaster
 from aick_ros.settings import NodeSettings
 from aick_ros.status import Status
@@ -37,22 +38,26 @@ class OdometryPublisher:
     Publishes ``odom``, ``pose`` and TF in the frame of the robot's base.
 
     While the camera is lost ``lost_policy`` counts and TF stops; the first message after a loss
-    has a covariance of 9999.
+    has a covariance of 9999. With a guess, the pose goes on with it while the camera is lost, and
+    TF is that of the guess's frame, which has the base as a child already.
 
+    :param guess: where the base is in ``guess_frame_id``; None: there is none.
     :raises InputError: where ``initial_pose`` is none.
     """
 
-    def __init__(self, node: Node, settings: NodeSettings) -> None:
+    def __init__(self, node: Node, settings: NodeSettings, guess: Guess | None = None) -> None:
         self._settings = settings
+        self._guess = guess
         self._odom_frame, self._base_frame = settings.odom_frame_id, settings.frame_id
         self._base = BasePose(_initial_pose(settings), _CERTAIN)
+        self._T_base_camera: np.ndarray | None = None
         self._odom = node.create_publisher(Odometry, 'odom', _QUEUE)
         self._pose = node.create_publisher(PoseWithCovarianceStamped, 'pose', _QUEUE)
         self._tf = TransformBroadcaster(node) if settings.publish_tf else None
 
     @property
     def T_odom_base(self) -> np.ndarray:
-        """The last pose that was tracked or set, 4x4."""
+        """The last pose that was tracked, guessed or set, 4x4."""
         return self._base.T_odom_base
 
     def reset(self) -> None:
@@ -63,25 +68,42 @@ class OdometryPublisher:
         """Go on from a pose and its 6x6 covariance."""
         self._base.put(T_odom_base, covariance)
 
-    def publish(self, update: OdometryUpdate, T_base_camera: np.ndarray) -> bool:
+    def publish(self, update: OdometryUpdate, T_base_camera: np.ndarray,
+                mount: Mount = Mount.FIXED) -> bool:
         """
         Publish an update; return whether there was anything to say.
 
         :param T_base_camera: the extrinsic, 4x4.
+        :param mount: how the camera sits on the base.
         """
         if update.status is Status.BAD_STAMP:
             return False  # consumers take stamps that repeat or go back for a restart
+        T_base_camera0, self._T_base_camera = self._T_base_camera, T_base_camera
+        if update.status.ok or update.predicted:
+            _, covariance = self._base.follow(
+                update.T_odom_camera, update.covariance, T_base_camera, mount)
+            self._send_tf(update.stamp)
         if not update.status.ok:
             return self._publish_lost(update.stamp)
-        T_odom_base, covariance = self._base.follow(
-            update.T_odom_camera, update.covariance, T_base_camera)
-        covariance = messages.UNKNOWN if update.recovered else _below_unknown(covariance)
-        if self._tf:
-            self._tf.send(update.stamp, self._odom_frame, self._base_frame, T_odom_base)
-        self._send(messages.pose_with_covariance(
-            update.stamp, self._odom_frame, T_odom_base, covariance),
-            self._motion(update, T_base_camera))
+        if mount is Mount.FIXED or T_base_camera0 is None:
+            T_base_camera0 = T_base_camera
+        self._send(
+            messages.pose_with_covariance(
+                update.stamp, self._odom_frame, self._base.T_odom_base,
+                messages.UNKNOWN if update.recovered else _below_unknown(covariance)),
+            self._motion(update, T_base_camera0, T_base_camera))
         return True
+
+    def _send_tf(self, stamp: int) -> None:
+        if self._tf is None:
+            return
+        if self._guess is None:
+            self._tf.send(stamp, self._odom_frame, self._base_frame, self._base.T_odom_base)
+            return
+        T_guess_base = self._guess.T_guess_base(stamp)
+        if T_guess_base is not None:
+            self._tf.send(stamp, self._odom_frame, self._settings.guess_frame_id,
+                          self._base.T_odom_base @ rigid.inverse(T_guess_base))
 
     def _publish_lost(self, stamp: int) -> bool:
         if self._settings.lost_policy == 'silent':
@@ -98,12 +120,18 @@ class OdometryPublisher:
         self._odom.publish(messages.odometry(
             located, self._base_frame, motion.twist, motion.covariance))
 
-    def _motion(self, update: OdometryUpdate, T_base_camera: np.ndarray) -> _Motion:
-        """Return the mean velocity of the base over the increment and its covariance."""
+    def _motion(self, update: OdometryUpdate, T_base_camera0: np.ndarray,
+                T_base_camera: np.ndarray) -> _Motion:
+        """
+        Return the mean velocity of the base over the increment and its covariance.
+
+        :param T_base_camera0: the extrinsic at the last frame; another one if the camera moves.
+        """
         if not update.interval or update.recovered:
             return _Motion()
-        increment, covariance = rigid.change_body(
+        _, covariance = rigid.change_body(
             update.increment, update.increment_covariance, T_base_camera)
+        increment = T_base_camera0 @ update.increment @ rigid.inverse(T_base_camera)
         turn = np.kron(np.eye(2), increment[:3, :3].T)  # to the axes of the base as it is now
         covariance = turn @ covariance @ turn.T
         if self._settings.twist_covariance == 'velocity':

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable
 from functools import partial
@@ -20,14 +21,15 @@ from aick_ros.ros.messages import to_stamp
 from aick_ros.settings import NodeSettings
 
 _CAMERA_INFO_QUEUE = 10
+_OVERLAP = 0.2  # seconds for which both bring messages
 
 
 class AdaptiveSubscription:
     """
     Subscribes anew when the publishers offer more, or less, than was asked of them.
 
-    The old subscription goes when the new one has brought a message, so nothing is missed, and
-    what both bring is taken once.
+    The old subscription goes some time after the new one has begun to bring messages, so nothing
+    is missed, and an image that both bring is taken once.
 
     :param name: of the topic in the node's contract, which is remapped.
     :param suffix: of the topic after remapping, as image_transport names its transports.
@@ -35,17 +37,20 @@ class AdaptiveSubscription:
     :param reliability: ``auto`` asks for reliable messages where every publisher offers them,
         ``reliable`` and ``best_effort`` stay as they are.
     :param latched: whether to ask for the last message that was published before.
+    :ivar received_at: when the last message came, or this was made, by the steady clock [s].
     """
 
     def __init__(self, node: Node, kind: Any, name: str, take: Callable[[Any], None],
                  depth: int, reliability: str = 'auto', suffix: str = '',
                  latched: bool = False) -> None:
         self.name = name
-        self._topic = node.resolve_topic_name(name) + suffix
+        self._topic, self._suffix = node.resolve_topic_name(name) + suffix, suffix
         self._node, self._kind, self._take = node, kind, take
         self._reliability, self._latched, self._depth = reliability, latched, depth
-        self._taken_by_old: deque[int] = deque(maxlen=depth)
+        self._taken: deque[int] = deque(maxlen=2 * depth)
+        self._new_brings_since: float | None = None
         self._old: Subscription | None = None
+        self.received_at = time.monotonic()
         self._new = self._subscribe(QoSProfile(
             depth=depth, reliability=ReliabilityPolicy.RELIABLE if reliability == 'reliable'
             else ReliabilityPolicy.BEST_EFFORT))
@@ -64,8 +69,20 @@ class AdaptiveSubscription:
         """Return who publishes the topic."""
         return self._node.get_publishers_info_by_topic(self.topic_name)
 
+    def published_instead(self) -> tuple[str, str]:
+        """Return the topic of another transport that is published, and that; '' where none is."""
+        base = self._topic.removesuffix(self._suffix)
+        for transport in ('raw', 'compressed', 'compressedDepth'):
+            topic = base if transport == 'raw' else f'{base}/{transport}'
+            if topic != self._topic and self._node.count_publishers(topic):
+                return topic, transport
+        return '', ''
+
     def adapt(self) -> None:
         """Look at the publishers; to be called now and then on the executor's thread."""
+        if (self._new_brings_since is not None
+                and time.monotonic() - self._new_brings_since > _OVERLAP):
+            self._drop_old()
         wanted, present = self._wanted(), self.qos_profile
         if (wanted.reliability, wanted.durability) == (present.reliability, present.durability):
             return
@@ -93,20 +110,22 @@ class AdaptiveSubscription:
             self._kind, self._topic, partial(self._receive, generation), qos)
 
     def _receive(self, generation: object, message: Any) -> None:
-        stamp = to_stamp(message.header.stamp)
-        if generation is not self._generation:
-            self._taken_by_old.append(stamp)
-        else:
-            self._drop_old()
-            if stamp in self._taken_by_old:
+        self.received_at = time.monotonic()
+        if self._old is not None:
+            if generation is self._generation and self._new_brings_since is None:
+                self._new_brings_since = self.received_at
+            # a calibration does no harm twice, and many have no stamp
+            stamp = to_stamp(message.header.stamp)
+            if not self._latched and stamp in self._taken:
                 return
-            self._taken_by_old.clear()
+            self._taken.append(stamp)
         self._take(message)
 
     def _drop_old(self) -> None:
         if self._old is not None:
             self._node.destroy_subscription(self._old)
-            self._old = None
+            self._old, self._new_brings_since = None, None
+            self._taken.clear()
 
 
 def image_subscription(node: Node, name: str, transport: str, take: Callable[[Any], None],

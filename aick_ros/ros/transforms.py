@@ -83,6 +83,11 @@ class Transforms:
                 'that /tf goes on')
         return found.T_target_source
 
+    def is_fixed(self, target: str, source: str) -> bool:
+        """Return whether the transform between two frames was found of fixed links only."""
+        with self._changed:
+            return (_plain(target), _plain(source)) in self._known
+
     def tend(self) -> None:
         """Listen to /tf, or no longer; to be called now and then on the executor's thread."""
         wanted = bool(self._unsettled)

@@ -14,8 +14,11 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from aick_ros.ros.subscriptions import AdaptiveSubscription
 from aick_ros.settings import NodeSettings
+from aick_ros.trajectory import NANOSECONDS
 
 _SILENT_AFTER = 5.0  # seconds
+_TOLERATED_LOSS = 0.2  # share of the images
+_TOLERATED_AHEAD = 1.0  # seconds
 
 
 class Watchdog:
@@ -32,15 +35,11 @@ class Watchdog:
         self._paired = time.monotonic()
         self._refused: tuple[float, str] = (-math.inf, '')
         self._subscriptions = subscriptions
-        self._last = dict.fromkeys(subscriptions, time.monotonic())
-
-    def saw(self, name: str) -> None:
-        """Take note of a message."""
-        self._last[name] = time.monotonic()
+        self._content: set[str] = set()
 
     def wants_no_more(self, name: str) -> None:
         """Take note that a topic may be silent from now on."""
-        self._last[name] = math.inf
+        self._content.add(name)
 
     def refused(self, sentence: str) -> None:
         """Take note of why an image was not even paired."""
@@ -52,25 +51,66 @@ class Watchdog:
 
     def quiet_for(self) -> float:
         """Return for how long no message has come on any topic [s]."""
-        return time.monotonic() - max(last for last in self._last.values() if last < math.inf)
+        return time.monotonic() - max(self._last().values())
 
     def complaint(self) -> str:
         """Return what is wrong with topics that are silent or do not fit, '' where none is."""
         now = time.monotonic()
-        silent = [name for name, last in self._last.items() if now - last > _SILENT_AFTER]
+        silent = [name for name, last in self._last().items() if now - last > _SILENT_AFTER]
         publishers = {name: self._subscriptions[name].publishers() for name in silent}
         unpublished = [name for name in silent if not publishers[name]]
         sentences = [self._explain(name, publishers[name])
                      for name in silent if publishers[name]]
         if unpublished:
-            topics = ', '.join(self._subscriptions[name].topic_name for name in unpublished)
-            sentences.append(f'nobody publishes {topics}: start the camera, or remap '
-                             f'{", ".join(unpublished)} to its topics')
+            sentences.append(self._explain_unpublished(unpublished))
         if now - self._refused[0] < _SILENT_AFTER:
             sentences.append(self._refused[1])
         elif not silent and now - self._paired > _SILENT_AFTER:
             sentences.append(self._explain_unpaired())
         return '; '.join(sentences)
+
+    def complaint_of_losses(self, missing: dict[str, float]) -> str:
+        """
+        Return which images do not arrive, '' where enough do.
+
+        :param missing: share of the images, by topic in the node's contract.
+        """
+        lost = [f'{share:.0%} of the images on {self._subscriptions[name].topic_name}'
+                for name, share in missing.items() if share > _TOLERATED_LOSS]
+        if not lost:
+            return ''
+        return (f'{" and ".join(lost)} do not arrive: if Fast DDS loses them, start the driver '
+                'with config/fastdds.xml of this package (FASTRTPS_DEFAULT_PROFILES_FILE; on this '
+                "node's side it changes nothing)")
+
+    def complaint_of_clocks(self, newest_stamp: int) -> str:
+        """Return how the clocks of camera and node contradict each other, '' where not."""
+        now = self._node.get_clock().now().nanoseconds
+        if now == 0:
+            return ('use_sim_time is true, and nobody publishes /clock: play the bag with '
+                    '--clock, or set use_sim_time to false')
+        ahead = (newest_stamp - now) / NANOSECONDS
+        if ahead > _TOLERATED_AHEAD:
+            return (f"images are stamped {ahead:.1f} s ahead of this node's clock: let the "
+                    'clocks of both computers be synchronized (chrony), or set use_sim_time '
+                    'where a bag is played')
+        return ''
+
+    def _last(self) -> dict[str, float]:
+        return {name: subscription.received_at
+                for name, subscription in self._subscriptions.items()
+                if name not in self._content}
+
+    def _explain_unpublished(self, names: list[str]) -> str:
+        topics = ', '.join(self._subscriptions[name].topic_name for name in names)
+        sentence = (f'nobody publishes {topics}: start the camera, or remap {", ".join(names)} to '
+                    'its topics')
+        for name in names:
+            other, transport = self._subscriptions[name].published_instead()
+            if other:
+                parameter = 'image_transport' if name == 'rgb/image' else 'depth_transport'
+                sentence += f'; there is {other}: set {parameter} to {transport}'
+        return sentence
 
     def _explain_unpaired(self) -> str:
         both = f'colour and depth images come, but for {_SILENT_AFTER:g} s no two of them have '

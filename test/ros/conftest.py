@@ -42,6 +42,7 @@ class Rig:
     """The other side of the node: publishes what a camera does, collects what comes back."""
 
     wait_until = staticmethod(wait_until)
+    camera_info_message = staticmethod(info_message)
 
     @staticmethod
     def image_message(stamp, encoding, pixels, frame_id=OPTICAL):

@@ -72,8 +72,9 @@ def test_single_parameters_change_the_preset(make_node):
     ({'publish_tf': 'maybe'}, "publish_tf = 'maybe' is not true or false"),
     ({'preset': 'paper'}, "no preset is called 'paper'"),
     ({'preset': 5}, 'preset = 5 is not text'),
-    ({'frame_id': ''}, 'they must be two different frames'),
-    ({'frame_id': 'odom'}, 'they must be two different frames'),
+    ({'frame_id': ''}, 'they must be different frames'),
+    ({'frame_id': 'odom'}, 'they must be different frames'),
+    ({'guess_frame_id': 'odom'}, "guess_frame_id = 'odom': they must be different frames"),
     ({'camera_in_base': ['a', 'b']}, 'is not a list of numbers')])
 def test_refusals_say_what_to_do(make_node, overrides, sentence):
     with pytest.raises(InputError, match=sentence):

@@ -1,77 +1,196 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The camera's pose from chains of static transforms."""
+"""Transforms as other nodes publish them: fixed and moving ones, over DDS."""
+
+import threading
+import time
 
 import numpy as np
 import pytest
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from aick_ros import rigid
 from aick_ros.errors import InputError
+from aick_ros.ros.extrinsics import Extrinsics
 from aick_ros.ros.messages import transform_stamped
-from aick_ros.ros.transforms import StaticTransforms
+from aick_ros.settings import NodeSettings
 
 tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+SECOND = 10 ** 9
+IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def pose(seed):
     return rigid.exp(np.random.default_rng(seed).normal(0, 1, 6))
 
 
+class Robot:
+    """A node with extrinsics, which another one tells of the robot's frames."""
+
+    def __init__(self):
+        self.node, self.other = rclpy.create_node('probe'), rclpy.create_node('robot')
+        self._publishers = {
+            '/tf_static': self.other.create_publisher(tf2_msgs.TFMessage, '/tf_static', LATCHED),
+            '/tf': self.other.create_publisher(tf2_msgs.TFMessage, '/tf', 100)}
+        self.heard = 0
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._executor.spin, daemon=True)
+        self._thread.start()
+
+    def extrinsics(self, **settings):
+        self._extrinsics = Extrinsics(self.node, NodeSettings(**settings), self._count)
+        self.node.create_timer(0.05, self._extrinsics.tend)
+        return self._extrinsics
+
+    def tell(self, links, topic='/tf_static', stamp=0):
+        """Publish {(parent, child): T_parent_child} and wait until it is heard."""
+        before = self.heard
+        self._publishers[topic].publish(tf2_msgs.TFMessage(transforms=[
+            transform_stamped(stamp, *frames, T) for frames, T in links.items()]))
+        self.wait_until(lambda: self.heard > before)
+
+    def listeners(self, topic='/tf'):
+        return self._publishers[topic].get_subscription_count()
+
+    @staticmethod
+    def wait_until(condition):
+        deadline = time.monotonic() + 10
+        while not condition():
+            assert time.monotonic() < deadline
+            time.sleep(0.01)
+
+    def close(self):
+        self._executor.shutdown()
+        self._thread.join()
+        self.node.destroy_node()
+        self.other.destroy_node()
+
+    def _count(self):
+        self.heard += 1
+
+
 @pytest.fixture
-def publish(ros_domain):
-    """Publish static transforms {(parent, child): T_parent_child}; return what hears them."""
+def robot(ros_domain):
     rclpy.init(args=[])
-    node = rclpy.create_node('probe')
-
-    def publish(links, given=None):
-        heard = []
-        transforms = StaticTransforms(node, 'base_link', given, lambda: heard.append(True))
-        publisher = node.create_publisher(tf2_msgs.TFMessage, '/tf_static', LATCHED)
-        publisher.publish(tf2_msgs.TFMessage(transforms=[
-            transform_stamped(0, *frames, T) for frames, T in links.items()]))
-        for _ in range(100):
-            if heard or given is not None:
-                break
-            rclpy.spin_once(node, timeout_sec=0.1)
-        return transforms
-
-    yield publish
-    node.destroy_node()
+    robot = Robot()
+    yield robot
+    robot.close()
     rclpy.shutdown()
 
 
-def test_down_a_chain_and_up_another(publish):
-    links = {('map', 'base_link'): pose(1), ('map', 'mast'): pose(2), ('mast', 'head'): pose(3),
-             ('head', 'camera'): pose(4)}
+def test_down_a_chain_and_up_another(robot):
+    extrinsics = robot.extrinsics()
+    robot.tell({('map', 'base_link'): pose(1), ('map', 'mast'): pose(2),
+                ('mast', 'head'): pose(3), ('head', 'camera'): pose(4)})
     T_map_camera = pose(2) @ pose(3) @ pose(4)
-    np.testing.assert_allclose(publish(links).camera_in_base('camera'),
+    np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0),
                                np.linalg.inv(pose(1)) @ T_map_camera, atol=1e-9)
 
 
-def test_a_loop_of_frames_ends(publish):
-    links = {('base_link', 'camera'): pose(1), ('a', 'base_link'): pose(2),
-             ('base_link', 'a'): pose(3)}
-    transforms = publish(links)
-    np.testing.assert_allclose(transforms.camera_in_base('camera'), pose(1), atol=1e-9)
-    with pytest.raises(InputError, match="no transform from 'elsewhere'"):
-        transforms.camera_in_base('elsewhere')
+def test_the_parameters_go_first(robot):
+    extrinsics = robot.extrinsics(camera_in_base=(1.0, *IDENTITY[1:]),
+                                  depth_in_colour=(0.0, 2.0, *IDENTITY[2:]))
+    T = extrinsics.camera_in_base('camera', 0)
+    np.testing.assert_array_equal(T[:3, 3], (1, 0, 0))
+    np.testing.assert_array_equal(extrinsics.depth_in_colour('camera', 'depth', 0)[:3, 3],
+                                  (0, 2, 0))
 
 
-def test_the_parameter_goes_first(publish):
-    transforms = publish({('base_link', 'camera'): pose(1)}, given=pose(2))
-    np.testing.assert_array_equal(transforms.camera_in_base('camera'), pose(2))
+@pytest.mark.parametrize('name', ['camera_in_base', 'depth_in_colour'])
+def test_what_is_no_pose_is_refused(robot, name):
+    with pytest.raises(InputError, match=f'{name} = .* is no pose: it takes x y z qx qy qz qw'):
+        robot.extrinsics(**{name: (1.0, 2.0, 3.0)})
 
 
-def test_a_leading_slash_of_old_drivers_does_not_matter(publish):
-    transforms = publish({('base_link', '/camera'): pose(1)})
+def test_a_leading_slash_of_old_drivers_does_not_matter(robot):
+    extrinsics = robot.extrinsics()
+    robot.tell({('base_link', '/camera'): pose(1)})
     for frame in ('camera', '/camera'):
-        np.testing.assert_allclose(transforms.camera_in_base(frame), pose(1), atol=1e-9)
+        np.testing.assert_allclose(extrinsics.camera_in_base(frame, 0), pose(1), atol=1e-9)
 
 
-def test_the_base_itself_needs_no_transform(publish):
-    transforms = publish({('base_link', 'camera'): pose(1)})
-    np.testing.assert_array_equal(transforms.camera_in_base('base_link'), np.eye(4))
+def test_the_base_itself_needs_no_transform(robot):
+    np.testing.assert_array_equal(robot.extrinsics().camera_in_base('base_link', 0), np.eye(4))
+
+
+def test_without_a_transform_one_sentence_names_both_frames(robot):
+    extrinsics = robot.extrinsics(wait_for_transform=0.0)
+    with pytest.raises(InputError, match=r"no transform from 'camera' \(the colour image\) to "
+                                         r"'base_link' \(frame_id\) yet"):
+        extrinsics.camera_in_base('camera', 0)
+    with pytest.raises(InputError, match=r"from 'ir' \(the depth image\) to 'camera' \(the "
+                                         r"colour image\) yet: .*, or set depth_in_colour"):
+        extrinsics.depth_in_colour('camera', 'ir', 0)
+
+
+def test_a_fixed_transform_sent_again_counts(robot):
+    extrinsics = robot.extrinsics()
+    robot.tell({('base_link', 'camera'): pose(1)})
+    np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0), pose(1), atol=1e-9)
+    robot.tell({('base_link', 'camera'): pose(2)})
+    np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0), pose(2), atol=1e-9)
+
+
+def ask_for_the_camera(robot, extrinsics):
+    """Have the node notice that fixed links do not tell, so that it listens to /tf."""
+    with pytest.raises(InputError):
+        extrinsics.camera_in_base('camera', 0, wait=False)
+    robot.wait_until(robot.listeners)
+
+
+def test_a_moving_transform_is_taken_at_the_stamp(robot):
+    extrinsics = robot.extrinsics(wait_for_transform=0.0)
+    robot.tell({('head', 'camera'): pose(1)})
+    ask_for_the_camera(robot, extrinsics)
+    for i in range(4):
+        robot.tell({('base_link', 'head'): rigid.exp([0, 0, 0, 0, 0, 0.1 * i])}, '/tf',
+                   100 * SECOND + i * SECOND // 10)
+    T_base_head = rigid.exp([0, 0, 0, 0, 0, 0.15])
+    np.testing.assert_allclose(
+        extrinsics.camera_in_base('camera', 100 * SECOND + 15 * SECOND // 100),
+        T_base_head @ pose(1), atol=1e-9)
+
+
+def test_a_frame_waits_for_the_moving_transform_of_its_stamp(robot):
+    """Not on the executor's thread: there nothing would come while it waits."""
+    extrinsics = robot.extrinsics(wait_for_transform=8.0)
+    ask_for_the_camera(robot, extrinsics)
+    robot.tell({('base_link', 'camera'): pose(1)}, '/tf', 100 * SECOND)
+    later = threading.Timer(0.3, robot.tell, (
+        {('base_link', 'camera'): pose(2)}, '/tf', 101 * SECOND))
+    later.start()
+    np.testing.assert_allclose(extrinsics.camera_in_base('camera', 101 * SECOND), pose(2),
+                               atol=1e-9)
+    later.join()
+
+
+def test_a_moving_transform_long_ago_is_refused(robot):
+    extrinsics = robot.extrinsics(wait_for_transform=0.0)
+    ask_for_the_camera(robot, extrinsics)
+    robot.tell({('base_link', 'camera'): pose(1)}, '/tf', 100 * SECOND)
+    extrinsics.camera_in_base('camera', 100 * SECOND + SECOND // 4)
+    with pytest.raises(InputError, match='moves, and is known only 3.0 s off the image'):
+        extrinsics.camera_in_base('camera', 103 * SECOND)
+
+
+def test_the_odometry_itself_tells_nothing_of_the_camera(robot):
+    """Where a camera stands in the room, base_link -> odom -> room must not place it."""
+    extrinsics = robot.extrinsics(wait_for_transform=0.0)
+    robot.tell({('odom', 'camera'): pose(1)})
+    ask_for_the_camera(robot, extrinsics)
+    robot.tell({('odom', 'base_link'): pose(2)}, '/tf', 100 * SECOND)
+    with pytest.raises(InputError, match="no transform from 'camera'"):
+        extrinsics.camera_in_base('camera', 100 * SECOND)
+
+
+def test_tf_is_left_alone_where_fixed_transforms_tell_all(robot):
+    extrinsics = robot.extrinsics()
+    ask_for_the_camera(robot, extrinsics)
+    robot.tell({('base_link', 'camera'): pose(1)})
+    extrinsics.camera_in_base('camera', 0)
+    robot.wait_until(lambda: not robot.listeners())

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Pairs colour and depth messages whose stamps can be believed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from aick_ros.ros.messages import to_stamp
+from aick_ros.settings import NodeSettings
+from aick_ros.stamp_watch import StampWatch
+from aick_ros.synchronizer import Pair, Synchronizer
+
+
+class Pairing:
+    """
+    Takes images on the executor's thread.
+
+    :param on_pair: called with each pair.
+    :param on_refused: called with the sentence that says why an image is left out.
+    """
+
+    def __init__(self, settings: NodeSettings, on_pair: Callable[[Pair], None],
+                 on_refused: Callable[[str], None]) -> None:
+        self._on_pair, self._on_refused = on_pair, on_refused
+        self._synchronizer = Synchronizer(
+            settings.approx_sync_max_interval if settings.approx_sync else 0.0,
+            settings.sync_queue_size)
+        self._streams = {'rgb/image': StampWatch(), 'depth/image': StampWatch()}
+        self.newest_stamp = 0
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many images did not arrive or found no partner, by what they were."""
+        unpaired = self._synchronizer.unpaired
+        return {'colour_images_without_depth': unpaired['colour'],
+                'depth_images_without_colour': unpaired['depth'],
+                'colour_images_that_did_not_arrive': self._streams['rgb/image'].missing,
+                'depth_images_that_did_not_arrive': self._streams['depth/image'].missing}
+
+    @property
+    def missing_shares(self) -> dict[str, float]:
+        """Share of the images that did not arrive lately, by topic in the node's contract."""
+        return {name: stream.missing_share for name, stream in self._streams.items()}
+
+    def take_colour(self, message: Any) -> None:
+        """Take a colour image."""
+        self._take('rgb/image', self._synchronizer.add_colour, message)
+
+    def take_depth(self, message: Any) -> None:
+        """Take a depth image."""
+        self._take('depth/image', self._synchronizer.add_depth, message)
+
+    def flush(self) -> None:
+        """Pair what waits for an image that will not come."""
+        self._hand_on(self._synchronizer.flush())
+
+    def _take(self, name: str, add: Callable[[int, Any], list[Pair]], message: Any) -> None:
+        stamp, late = to_stamp(message.header.stamp), self._synchronizer.late
+        if stamp <= 0:
+            self._on_refused(f'image on {name} left out: its stamp is {stamp} ns; the driver must '
+                             'stamp its images')
+        elif self._streams[name].is_astray(stamp, time.monotonic()):
+            self._on_refused(f'image on {name} left out: its stamp of {stamp} ns is far ahead of '
+                             'those before; if the clock was set, the next one is taken')
+        else:
+            self.newest_stamp = stamp
+            self._hand_on(add(stamp, message))
+        if self._synchronizer.late > late:
+            self._on_refused(f'image on {name} left out: its stamp of {stamp} ns repeats or goes '
+                             'back; is the driver publishing twice?')
+
+    def _hand_on(self, pairs: list[Pair]) -> None:
+        for pair in pairs:
+            self._on_pair(pair)

@@ -1,0 +1,290 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Measures the node from outside, over DDS, and prints what it shows beside what it must.
+
+    python benchmarks/node.py --seconds 60 --minutes 20 --damaged 100000
+
+Camera, node and listener are three processes on this machine; the images are rendered. Single
+rows: ``--only live,large,start,equal,damage,memory``. Nothing else should run meanwhile.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from array import array
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from camera import FRAME, image_message, to_and_fro
+from damage import Damage
+from node_process import Listener, NodeProcess
+from row import HEAD, Row
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+
+from aick_ros import image_codec
+from aick_ros.camera import Camera
+from aick_ros.evaluation.machine import machine_facts
+from aick_ros.frame import RgbdFrame
+from aick_ros.odometry import Odometry
+from aick_ros.ros.messages import from_pose, header
+from aick_ros.ros.resources import use_fastdds_profile
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+CAMERAS = {
+    '640x480': Camera(640, 480, 525.0, 525.0, 319.5, 239.5),
+    '1280x720': Camera(1280, 720, 920.0, 920.0, 639.5, 359.5),
+}
+FRAMES = 60
+CHUNK = 40  # damaged pairs between two good ones; the backlog takes 100
+PERIOD = 33_333_333  # ns
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How long and how much to measure."""
+
+    folder: Path
+    seconds: float
+    minutes: float
+    damaged: int
+
+    def recording(self, size: str) -> Path:
+        """Return a file of rendered frames, as camera.py takes it."""
+        path = self.folder / f'{size}.npz'
+        if not path.exists():
+            source = SyntheticSource(SyntheticOptions(seed=1, frames=FRAMES, camera=CAMERAS[size]))
+            frames = [source.frame(i) for i in range(FRAMES)]
+            np.savez(path, k=CAMERAS[size].matrix,
+                     colour=np.array([frame.colour for frame in frames]),
+                     depth=np.array([np.rint(1000 * np.nan_to_num(frame.depth)).astype('<u2')
+                                     for frame in frames]))
+        return path
+
+
+def live(plan: Plan) -> Iterator[Row]:
+    """Losses, delay and processor at 640x480 and 30 Hz with the default settings."""
+    command = f'python benchmarks/node.py --only live --seconds {plan.seconds:g}'
+    with Listener() as listener, NodeProcess() as node:
+        sent, cpu = _shoot(plan.recording('640x480'), plan.seconds, node)
+    delays = 1e3 * np.array([at - stamp / 1e9 for stamp, (at, _) in listener.received.items()])
+    yield Row(f'640x480 at 30 Hz, {plan.seconds:g} s: frames lost', 0, False,
+              sent - len(delays), f'of {sent}', command)
+    median, slow = np.percentile(delays, (50, 99))
+    yield Row('the same: delay from publish to odometry, median', 40, False, median, 'ms', command)
+    yield Row('the same: delay, 99th percentile', 80, False, slow, 'ms', command)
+    yield Row('the same: processor of the node', 1.2, False, cpu, 'cores', command)
+
+
+def large(plan: Plan) -> Iterator[Row]:
+    """Rate at 1280x720 and 30 Hz where only the newest frame counts."""
+    seconds = min(plan.seconds, 30.0)
+    with Listener() as listener, NodeProcess() as node:
+        _, cpu = _shoot(plan.recording('1280x720'), seconds, node)
+    yield Row('1280x720 at 30 Hz, newest frame: odometry', 12, True,
+              len(listener.received) / seconds, 'Hz', 'python benchmarks/node.py --only large',
+              f'{cpu:.2f} cores')
+
+
+def start(plan: Plan) -> Iterator[Row]:
+    """From the start of the process to its first odometry, with a camera running."""
+    times = []
+    for _ in range(3):
+        with Listener() as listener, NodeProcess():
+            with _camera(plan.recording('640x480'), 20.0):
+                _wait(lambda: listener.received, 20.0)
+                begun, before = time.monotonic(), len(listener.received)
+                with NodeProcess(odom_frame_id='odom2') as node:
+                    _wait(lambda: any(message.header.frame_id == 'odom2' for _, message
+                                      in list(listener.received.values())[before:]), 20.0)
+                    times.append(time.monotonic() - begun)
+                    assert node.alive
+    yield Row('start to first odometry, a camera running', 3.0, False, float(np.median(times)),
+              's', 'python benchmarks/node.py --only start', f'worst of 3: {max(times):.2f} s')
+
+
+def equal(plan: Plan) -> Iterator[Row]:
+    """The path over DDS against the one offline, and both with damaged messages between."""
+    yield from _compare(plan, 0, 'raw', 'equal')
+
+
+def damage(plan: Plan) -> Iterator[Row]:
+    """Damaged messages between good ones, raw and compressed."""
+    for transport in ('raw', 'compressed'):
+        yield from _compare(plan, plan.damaged // 2, transport, 'damage')
+
+
+def memory(plan: Plan) -> Iterator[Row]:
+    """Resident memory at the end against after one minute."""
+    command = f'python benchmarks/node.py --only memory --minutes {plan.minutes:g}'
+    with Listener(), NodeProcess() as node:
+        with _camera(plan.recording('640x480'), 60.0 * plan.minutes) as camera:
+            time.sleep(min(60.0, 20.0 * plan.minutes))
+            early = node.resident_megabytes
+            camera.wait()
+            late = node.resident_megabytes
+    yield Row(f'memory after {plan.minutes:g} min at 30 Hz against after the first', 20, False,
+              late - early, 'MB', command, f'{late:.0f} MB in all')
+
+
+MEASURES: tuple[Callable[[Plan], Iterator[Row]], ...] = (
+    live, large, start, equal, damage, memory)
+"""What is measured, in order; add a function that yields rows."""
+
+
+def _shoot(recording: Path, seconds: float, node: NodeProcess) -> tuple[int, float]:
+    """Have a camera show a recording; return the frames published and the cores used."""
+    with _camera(recording, seconds) as camera:
+        time.sleep(2.5)  # discovery, and the first frames
+        begun, cpu = time.monotonic(), node.cpu_seconds
+        time.sleep(max(seconds - 2.0, 0.5))
+        cores = (node.cpu_seconds - cpu) / (time.monotonic() - begun)
+        return int(camera.communicate()[0]), cores
+
+
+@contextmanager
+def _camera(recording: Path, seconds: float) -> Iterator[subprocess.Popen]:
+    script = Path(__file__).with_name('camera.py')
+    process = subprocess.Popen([sys.executable, str(script), str(recording), '--seconds',
+                                str(seconds)], stdout=subprocess.PIPE, text=True)
+    try:
+        yield process
+    finally:
+        process.terminate()
+        process.wait()
+
+
+def _wait(condition: Callable[[], object], seconds: float) -> None:
+    deadline = time.monotonic() + seconds
+    while not condition():
+        if time.monotonic() > deadline:
+            sys.exit(f'waited {seconds:g} s in vain')
+        time.sleep(0.005)
+
+
+class _Rig:
+    """Publishes good and damaged pairs of a transport, and compares the answers to offline."""
+
+    def __init__(self, listener: Listener, recording: Path, transport: str) -> None:
+        content, node, self._listener = np.load(recording), listener.node, listener
+        suffix, kind = ('', Image) if transport == 'raw' else ('/compressed', CompressedImage)
+        self._publishers = [node.create_publisher(kind, f'{name}{suffix}', 1000)
+                            for name in ('rgb/image', 'depth/image')]
+        self._info_publisher = node.create_publisher(CameraInfo, 'rgb/camera_info', 1000)
+        self._camera = CAMERAS['640x480']
+        self._info = CameraInfo(
+            width=self._camera.width, height=self._camera.height, k=content['k'].ravel(),
+            distortion_model='plumb_bob', d=[0.0] * 5)
+        raw = [(image_message(colour, 'rgb8'), image_message(depth, '16UC1'))
+               for colour, depth in zip(content['colour'], content['depth'])]
+        self._damage = Damage((*raw[0], self._info))
+        self._is_raw = transport == 'raw'
+        self._good = raw if self._is_raw else [
+            (_png(colour[..., ::-1]), _png(depth))
+            for colour, depth in zip(content['colour'], content['depth'])]
+        self._frames = [(image_codec.colour_image(colour), image_codec.depth_image(depth))
+                        for colour, depth in raw]
+        self._odometry = Odometry()
+        self._stamp = time.time_ns() - 10 ** 13  # stamps of the future would be refused
+        self.damaged = 0
+
+    def connect(self) -> None:
+        """Wait until the node listens, and knows the camera."""
+        _wait(lambda: all(publisher.get_subscription_count() for publisher in (
+            *self._publishers, self._info_publisher)), 20.0)
+        time.sleep(1.0)
+        self._publish(self._info_publisher, self._info)
+
+    def good(self, index: int) -> float | None:
+        """Send a good frame; return how far its answer is from offline, None without any."""
+        self._send(self._good[index])
+        expected = self._odometry.register_frame(
+            RgbdFrame(self._stamp, *self._frames[index], self._camera))
+        if not self._listener.wait_for(self._stamp, 10.0):
+            return None
+        _, message = self._listener.received.pop(self._stamp)
+        return float(np.abs(from_pose(message.pose.pose) - expected.T_odom_camera).max())
+
+    def bad(self, count: int) -> None:
+        """Send so many damaged messages."""
+        for _ in range(count // 2):
+            self._send(self._damage.pair() if self._is_raw
+                       else self._damage.compressed_pair(self._good[0]))
+        self._publish(self._info_publisher, self._damage.camera_info())
+        self.damaged += 2 * (count // 2) + 1
+
+    def _send(self, pair: tuple) -> None:
+        self._stamp += PERIOD
+        for publisher, message in zip(self._publishers, pair):
+            self._publish(publisher, message)
+
+    def _publish(self, publisher: object, message: object) -> None:
+        message.header = header(self._stamp, FRAME)
+        publisher.publish(message)
+
+
+def _png(image: np.ndarray) -> CompressedImage:
+    return CompressedImage(format='png', data=array(
+        'B', cv2.imencode('.png', image)[1].tobytes()))
+
+
+def _compare(plan: Plan, damaged: int, transport: str, name: str) -> Iterator[Row]:
+    command = f'python benchmarks/node.py --only {name} --damaged {plan.damaged}'
+    order, apart = to_and_fro(FRAMES), []
+    with Listener() as listener, NodeProcess(
+            process_every_frame='true', qos_reliability='reliable', topic_queue_size=1000,
+            image_transport=transport, depth_transport=transport) as node:
+        rig = _Rig(listener, plan.recording('640x480'), transport)
+        rig.connect()
+        for i in range(max(len(order), damaged // (2 * CHUNK))):
+            apart.append(rig.good(order[i % len(order)]))
+            if damaged:
+                rig.bad(2 * CHUNK)
+        alive, megabytes = node.alive, node.resident_megabytes
+    answered = [distance for distance in apart if distance is not None]
+    what = f'{transport}, {rig.damaged} damaged messages between' if damaged else transport
+    yield Row(f'{what}: good frames without an answer', 0, False,
+              len(apart) - len(answered), f'of {len(apart)}', command,
+              f'the node {"runs on" if alive else "HAS ENDED"}, {megabytes:.0f} MB')
+    yield Row(f'{what}: path over DDS against offline', 1e-6, False,
+              max(answered, default=np.inf), '', command)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--seconds', type=float, default=60.0)
+    parser.add_argument('--minutes', type=float, default=20.0)
+    parser.add_argument('--damaged', type=int, default=100_000)
+    names = [measure.__name__ for measure in MEASURES]
+    parser.add_argument('--only', default=','.join(names))
+    arguments = parser.parse_args()
+    chosen = arguments.only.split(',')
+    if not set(chosen) <= set(names):
+        parser.error(f'--only takes {",".join(names)}')
+    os.environ.setdefault('ROS_DOMAIN_ID', '93')
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    use_fastdds_profile()
+    print(json.dumps(machine_facts()))
+    print(f'\n{HEAD}')
+    with tempfile.TemporaryDirectory() as folder:
+        plan = Plan(Path(folder), arguments.seconds, arguments.minutes, arguments.damaged)
+        for measure in MEASURES:
+            if measure.__name__ in chosen:
+                for row in measure(plan):
+                    print(row, flush=True)
+
+
+if __name__ == '__main__':
+    main()

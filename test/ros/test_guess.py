@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The wheels carry the pose through the dark: over DDS, with wheels that know the truth."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.errors import InputError
+from aick_ros.ros.guess import Guess
+from aick_ros.ros.messages import from_pose, from_transform, to_stamp, transform_stamped
+from aick_ros.settings import NodeSettings
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+T_BASE_CAMERA = rigid.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
+T_WHEELS_START = rigid.exp([2.0, -1.0, 0.0, 0.0, 0.0, 0.7])  # they count from elsewhere
+COUNT, DARK = 24, range(6, 18)
+LOST = 9999.0
+
+
+@pytest.fixture(scope='module')
+def recording():
+    """Frames with a stretch in the dark, and where the base was by the truth."""
+    source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
+    frames = [source.frame(i) for i in range(COUNT)]
+    T_camera0_world = rigid.inverse(source.ground_truth.poses[0])
+    truth = [T_BASE_CAMERA @ T_camera0_world @ pose @ rigid.inverse(T_BASE_CAMERA)
+             for pose in source.ground_truth.poses]
+    return [dataclasses.replace(frame, colour=np.zeros_like(frame.colour)) if i in DARK else frame
+            for i, frame in enumerate(frames)], truth
+
+
+def play(rig, frames, truth, wheels):
+    """Publish frames, each after the wheels' transform of its stamp; return the answers."""
+    rig.send_camera_info(frames[0].camera)
+    for frame, pose in zip(frames, truth):
+        wheels(frame.stamp, T_WHEELS_START @ pose)
+        rig.send(frame)
+        rig.answer(frame.stamp)
+    return [rig.answer(frame.stamp) for frame in frames]
+
+
+@pytest.fixture
+def wheels(rig):
+    """Publish wheel_odom -> base_link on /tf, which is heard by the time this is used."""
+    tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
+    publisher = rig.node.create_publisher(tf2_msgs.TFMessage, '/tf', 100)
+
+    def publish(stamp, T):
+        rig.wait_until(publisher.get_subscription_count, 'the node to listen to /tf')
+        publisher.publish(tf2_msgs.TFMessage(transforms=[
+            transform_stamped(stamp, 'wheel_odom', 'base_link', T)]))
+
+    return publish
+
+
+def test_the_wheels_bridge_a_loss(rig, start_node, recording, wheels):
+    frames, truth = recording
+    start_node(frame_id='base_link', guess_frame_id='wheel_odom', publish_tf='true',
+               wait_for_transform=1.0, camera_in_base='[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]')
+    answers = play(rig, frames, truth, wheels)
+    for i, answer in enumerate(answers):
+        apart = rigid.inverse(truth[i]) @ from_pose(answer.pose.pose)
+        assert np.linalg.norm(apart[:3, 3]) < 0.04, i
+        # the camera vouches for what it saw only, and not for the first frame after a loss
+        assert (answer.pose.covariance[0] == LOST) == (i in DARK or i == DARK.stop)
+    moved = rigid.inverse(truth[DARK.start]) @ truth[DARK.stop]
+    assert np.linalg.norm(moved[:3, 3]) > 0.08  # it would have been missed by more
+
+
+def test_tf_is_that_of_the_guess_frame_and_goes_on(rig, start_node, recording, wheels):
+    """base_link has a parent already: ours is that of wheel_odom, and both agree."""
+    frames, truth = recording
+    rig.listen_to_tf()
+    start_node(frame_id='base_link', guess_frame_id='wheel_odom', wait_for_transform=1.0,
+               camera_in_base='[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]')
+    answers = play(rig, frames, truth, wheels)
+    rig.wait_until(lambda: sum(link.header.frame_id == 'odom' for link in rig.links) == COUNT,
+                   'the transforms')
+    links = {to_stamp(link.header.stamp): link for link in rig.links
+             if link.header.frame_id == 'odom'}
+    assert {link.child_frame_id for link in links.values()} == {'wheel_odom'}
+    for frame, answer, pose in zip(frames, answers, truth):
+        T_odom_base = from_transform(links[frame.stamp].transform) @ T_WHEELS_START @ pose
+        np.testing.assert_allclose(T_odom_base, from_pose(answer.pose.pose), atol=1e-6)
+
+
+def test_without_wheels_the_pose_is_held(rig, start_node, recording):
+    frames, _ = recording
+    start_node(frame_id='base_link', guess_frame_id='wheel_odom',
+               camera_in_base='[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]')
+    answers = play(rig, frames[:8], 8 * [np.eye(4)], lambda stamp, T: None)
+    held, lost = (from_pose(answers[i].pose.pose) for i in (DARK.start - 1, DARK.start))
+    np.testing.assert_array_equal(lost, held)
+
+
+class Wheels:
+    """Transforms of a test's own making; ``T`` is an error where they are too old."""
+
+    def __init__(self, T):
+        self.T, self.waits = T, []
+
+    def find(self, target, source, stamp, wait=0.0):
+        assert (target, source) == ('wheel_odom', 'base_link')
+        self.waits.append(wait)
+        if isinstance(self.T, Exception):
+            raise self.T
+        return None if self.T is None else self.T(stamp)
+
+
+def guess_by(T):
+    wheels = Wheels(T)
+    return Guess(wheels, NodeSettings(guess_frame_id='wheel_odom')), wheels
+
+
+def test_the_motion_is_that_between_the_stamps():
+    guess, _ = guess_by(lambda stamp: T_WHEELS_START @ rigid.exp([stamp, 0, 0, 0, 0, 0]))
+    np.testing.assert_allclose(guess.motion(3, 5), rigid.exp([2, 0, 0, 0, 0, 0]), atol=1e-12)
+
+
+@pytest.mark.parametrize('T', [None, InputError('too old')])
+def test_wheels_that_are_silent_are_not_waited_for_again(T):
+    guess, wheels = guess_by(T)
+    assert guess.motion(3, 5) is None
+    wheels.T = lambda stamp: np.eye(4)
+    assert guess.motion(3, 5) is not None
+    assert guess.motion(3, 5) is not None
+    assert wheels.waits == [0.1, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1]

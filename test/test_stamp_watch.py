@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Stamps astray and images missing, counted by hand."""
+
+import numpy as np
+import pytest
+
+from aick_ros.stamp_watch import StampWatch
+
+SECOND = 10 ** 9
+START = 1_700_000_000 * SECOND
+
+
+def astray(seconds, arrivals=None):
+    """Return which of some stamps, after a start [s], are astray; they arrive when stamped."""
+    watch = StampWatch()
+    return [watch.is_astray(START + round(stamp * SECOND), arrival)
+            for stamp, arrival in zip(seconds, arrivals or seconds)]
+
+
+def test_one_stamp_far_ahead_is_astray():
+    assert astray([0.0, 0.1, 99.0, 0.3, 0.4], [0.0, 0.1, 0.2, 0.3, 0.4]) == [
+        False, False, True, False, False]
+
+
+def test_a_clock_set_forward_costs_one_image():
+    assert astray([0.0, 0.1, 99.2, 99.3, 99.4], [0.0, 0.1, 0.2, 0.3, 0.4]) == [
+        False, False, True, False, False]
+
+
+def test_a_pause_a_loop_and_a_fast_bag_are_not_astray():
+    assert not any(astray([0.0, 0.1, 60.0, 60.1]))
+    assert not any(astray([50.0, 50.1, 0.0, 0.1], [0.0, 0.1, 0.2, 0.3]))
+    assert not any(astray([0.0, 5.0, 10.0, 15.0], [0.0, 0.01, 0.02, 0.03]))
+
+
+@pytest.mark.parametrize('lost', [0.0, 0.2, 0.6, 0.8])
+def test_the_share_of_images_lost_at_random(lost):
+    """A camera of 30 Hz whose stamps jitter by 5 %."""
+    rng = np.random.default_rng(1)
+    stamps = START + np.cumsum(rng.normal(1, 0.05, 600) * SECOND / 30).astype(int)
+    watch = StampWatch()
+    arrived = stamps[rng.random(600) >= lost]
+    for stamp in arrived:
+        watch.is_astray(int(stamp), 0.0)
+    assert watch.missing_share == pytest.approx(lost, abs=0.1)
+    assert watch.missing == pytest.approx(600 - len(arrived), abs=60)
+
+
+def test_of_a_few_images_nothing_is_said():
+    watch = StampWatch()
+    for stamp in (0, 1, 5, 6, 10):
+        watch.is_astray(START + stamp * SECOND // 30, 0.0)
+    assert watch.missing_share == watch.missing == 0
