@@ -20,6 +20,8 @@ from aick_ros.surface import Surface
 from aick_ros.tracks import Tracks
 
 _CORNER = 10.0  # times the noise of a depth on a surface
+_SURFACE = 1.4
+_BLOCK = 0.15  # side of a part of the image, on the plane z = 1
 _ALIKE = 0.8  # cosine between the normals of a point and its plane
 
 
@@ -31,11 +33,13 @@ class Residuals:
     :param values: N.
     :param jacobian: Nx6.
     :param weights: N robust weights, 0 to 1.
+    :param blocks: N, number of the part of the image that each is from.
     """
 
     values: np.ndarray
     jacobian: np.ndarray
     weights: np.ndarray
+    blocks: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +49,9 @@ class NormalEquations:
 
     :param information: 6x6.
     :param gradient: 6, half the derivative of the weighted sum of squares.
-    :param noise: 6x6, the covariance of the gradient: the information of each kind of residual
-        times the variance that its residuals really have.
+    :param noise: 6x6, the covariance of the gradient as the residuals show it. Those of one part
+        of the image may be off together, so each part counts as one sample (Liang and Zeger
+        1986).
     """
 
     information: np.ndarray
@@ -62,15 +67,24 @@ class NormalEquations:
             own = weighted.T @ kind.jacobian
             information += own
             gradient += weighted.T @ kind.values
-            total = float(kind.weights.sum())
-            if total > 0:
-                noise += own * (float(kind.weights @ kind.values ** 2) / total)
+            noise += _scatter(weighted * kind.values[:, None], kind.blocks)
         return cls(information, gradient, noise)
 
     def times(self, rate: float) -> NormalEquations:
         """Return the equations for an error of which only a share acts."""
         return NormalEquations(rate ** 2 * self.information, rate * self.gradient,
                                rate ** 2 * self.noise)
+
+
+def _scatter(gradients: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+    """Return the sum of the squares of the blocks' gradients, 6x6."""
+    sums = np.stack([np.bincount(blocks, column) for column in gradients.T])
+    return sums @ sums.T
+
+
+def _blocks(rays: np.ndarray) -> np.ndarray:
+    """Return the number of the part of the image in which each ray is, N."""
+    return ((np.clip(rays, -2.0, 2.0) + 2.0) / _BLOCK).astype(np.intp) @ (1000, 1)
 
 
 def geman_mcclure(squares: np.ndarray, width: float) -> np.ndarray:
@@ -112,7 +126,7 @@ def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
         shrink[:, None] * np.einsum('ni,nij->nj', s, jacobian))[:, None]) / ray_sigma
     weights = geman_mcclure(np.einsum('ni,ni->n', values, values), width)
     return Residuals(values.T.ravel(), jacobian.transpose(1, 0, 2).reshape(-1, 6),
-                     np.tile(weights, 2))
+                     np.tile(weights, 2), np.tile(_blocks(tracks.rays), 2))
 
 
 def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSettings,
@@ -131,7 +145,8 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
     jacobian[:, 2] = 1.0
     jacobian[:, 3], jacobian[:, 4] = arms[:, 1], -arms[:, 0]
     jacobian /= (sigma * z ** 2)[:, None]
-    return Residuals(values, jacobian, geman_mcclure(values ** 2, width))
+    return Residuals(values, jacobian, geman_mcclure(values ** 2, width),
+                     _blocks(tracks.rays[measured]))
 
 
 def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,
@@ -157,8 +172,9 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     seen, normals, distances = seen[fits], normals[fits], distances[fits]
     # a change of the inverse depth by sigma moves the point along its ray by sigma z^2
     z = moved[seen, 2]
-    sigmas = np.sqrt(2) * inverse_depth_sigma(z, sensor) * z * np.einsum(
+    sigmas = _SURFACE * inverse_depth_sigma(z, sensor) * z * np.einsum(
         'ij,ij->i', moved[seen], normals)
     values = distances / sigmas
     jacobian = np.concatenate([normals, np.cross(arms[seen], normals)], axis=1) / sigmas[:, None]
-    return Residuals(values, jacobian, geman_mcclure(values ** 2, width))
+    return Residuals(values, jacobian, geman_mcclure(values ** 2, width),
+                     _blocks(moved[seen, :2] / z[:, None]))

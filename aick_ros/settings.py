@@ -162,7 +162,7 @@ class RefinementSettings:
         choices=('none', 'keypoints', 'joint'))
     iterations: int = parameter(8, 'Most iterations.', minimum=1, maximum=100)
     max_tracks: int = parameter(
-        300, 'Keypoints that are tracked, the strongest.', minimum=3, maximum=20000)
+        600, 'Keypoints that are tracked, the strongest.', minimum=3, maximum=20000)
     track_window: int = parameter(
         11, 'Side of the window that is tracked.', unit='px', minimum=5, maximum=51)
     track_sigma: float = parameter(

@@ -23,7 +23,7 @@ CELL = 4
 """Side of the cells that are averaged into one point [px]."""
 
 _REACH = 2  # cells to each side that a plane is fitted to
-_ROUGHNESS = 4.0  # standard deviations of the depth by which a fit may be off
+_ROUGHNESS = 8.0  # standard deviations of the depth by which a fit may be off
 _GRAZING = 0.17  # cosine between ray and normal; about 80 degrees
 _BUCKETS = 8  # of the normals, along x and along y
 
