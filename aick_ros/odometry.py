@@ -41,6 +41,8 @@ class OdometryUpdate:
     :param recovered: whether this is the first tracked frame after lost ones, or of a recording
         that started again.
     :param matches: Kx2, rows (keypoint, keypoint of the reference).
+    :param refused: 4x4, the increment to the last tracked frame that was found but not believed;
+        None where there is none. ``refused_interval``: its time [s].
     :param timing: milliseconds of the stages: ``features``, ``registration``, ``total``.
     """
 
@@ -55,6 +57,8 @@ class OdometryUpdate:
     interval: float = 0.0
     recovered: bool = False
     matches: np.ndarray = field(default_factory=lambda: np.empty((0, 2), np.intp))
+    refused: np.ndarray | None = None
+    refused_interval: float = 0.0
     timing: dict[str, float] = field(default_factory=dict)
 
 
@@ -132,7 +136,7 @@ class Odometry:
             status, reason = self._judge(registration, interval)
             if status.ok:
                 return self._track(keypoints, anchor, registration, interval)
-            failure = failure or (status, reason)
+            failure = failure or (status, reason, registration, interval)
         return self._hold(keypoints, *failure)
 
     def _start(self, keypoints: KeypointFrame) -> OdometryUpdate:
@@ -180,7 +184,8 @@ class Odometry:
             increment_covariance=registration.covariance, interval=interval, recovered=recovered,
             matches=registration.matches)
 
-    def _hold(self, keypoints: KeypointFrame, status: Status, reason: str) -> OdometryUpdate:
+    def _hold(self, keypoints: KeypointFrame, status: Status, reason: str, refused: Registration,
+              interval: float) -> OdometryUpdate:
         self._is_lost = True
         anchor = self._tracked
         lost_for = (keypoints.stamp - anchor.keypoints.stamp) / NANOSECONDS
@@ -192,7 +197,10 @@ class Odometry:
             anchor.T_odom_camera, anchor.covariance, motion, np.diag(strayed ** 2))
         if len(keypoints) >= self._settings.min_matches:
             self._lost = _Anchor(keypoints, self._pose, self._covariance)
-        return self._answer(keypoints, status, reason)
+        if not refused.status.ok:
+            return self._answer(keypoints, status, reason)
+        return self._answer(keypoints, status, reason, refused=refused.T_target_source,
+                            refused_interval=interval)
 
     def _answer(self, keypoints: KeypointFrame, status: Status, reason: str,
                 **measured: Any) -> OdometryUpdate:
