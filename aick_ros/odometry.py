@@ -38,11 +38,11 @@ class OdometryUpdate:
     :param increment: 4x4, from the frame it was registered to; the identity where there is none.
     :param increment_covariance: 6x6; infinite on the diagonal where there is no increment.
     :param interval: time of the increment [s]; 0 where there is none.
+    :param refused: 4x4, the increment from the last tracked frame that was found but not
+        believed; None where there is none. ``refused_interval``: its time [s].
     :param recovered: whether this is the first tracked frame after lost ones, or of a recording
         that started again.
     :param matches: Kx2, rows (keypoint, keypoint of the reference).
-    :param refused: 4x4, the increment to the last tracked frame that was found but not believed;
-        None where there is none. ``refused_interval``: its time [s].
     :param timing: milliseconds of the stages: ``features``, ``registration``, ``total``.
     """
 
@@ -55,10 +55,10 @@ class OdometryUpdate:
     increment: np.ndarray = field(default_factory=lambda: np.eye(4))
     increment_covariance: np.ndarray = field(default_factory=lambda: np.diag([np.inf] * 6))
     interval: float = 0.0
-    recovered: bool = False
-    matches: np.ndarray = field(default_factory=lambda: np.empty((0, 2), np.intp))
     refused: np.ndarray | None = None
     refused_interval: float = 0.0
+    recovered: bool = False
+    matches: np.ndarray = field(default_factory=lambda: np.empty((0, 2), np.intp))
     timing: dict[str, float] = field(default_factory=dict)
 
 
@@ -137,7 +137,12 @@ class Odometry:
             if status.ok:
                 return self._track(keypoints, anchor, registration, interval)
             failure = failure or (status, reason, registration, interval)
-        return self._hold(keypoints, *failure)
+        status, reason, refused, interval = failure
+        held = self._hold(keypoints, status, reason)
+        if not refused.status.ok:
+            return held
+        return dataclasses.replace(held, refused=refused.T_target_source,
+                                   refused_interval=interval)
 
     def _start(self, keypoints: KeypointFrame) -> OdometryUpdate:
         fewest = self._settings.min_matches
@@ -184,8 +189,7 @@ class Odometry:
             increment_covariance=registration.covariance, interval=interval, recovered=recovered,
             matches=registration.matches)
 
-    def _hold(self, keypoints: KeypointFrame, status: Status, reason: str, refused: Registration,
-              interval: float) -> OdometryUpdate:
+    def _hold(self, keypoints: KeypointFrame, status: Status, reason: str) -> OdometryUpdate:
         self._is_lost = True
         anchor = self._tracked
         lost_for = (keypoints.stamp - anchor.keypoints.stamp) / NANOSECONDS
@@ -197,10 +201,7 @@ class Odometry:
             anchor.T_odom_camera, anchor.covariance, motion, np.diag(strayed ** 2))
         if len(keypoints) >= self._settings.min_matches:
             self._lost = _Anchor(keypoints, self._pose, self._covariance)
-        if not refused.status.ok:
-            return self._answer(keypoints, status, reason)
-        return self._answer(keypoints, status, reason, refused=refused.T_target_source,
-                            refused_interval=interval)
+        return self._answer(keypoints, status, reason)
 
     def _answer(self, keypoints: KeypointFrame, status: Status, reason: str,
                 **measured: Any) -> OdometryUpdate:
