@@ -48,10 +48,10 @@ def evaluate(source: options.Source, gaps: Gaps = '1,5,10', json: options.JsonFi
     Ctrl-C ends it with the figures up to there.
     """
     settings = options.settings_from(preset, config, assignments)
-    if json is not None:
-        check_target(json)
     if plots is not None:
         check_plots(plots)
+    if json is not None:
+        check_target(json)
     numbers = _numbers(gaps)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
