@@ -44,6 +44,8 @@ class OdometryUpdate:
     :param increment: 4x4, from the frame it was registered to; the identity where there is none.
     :param increment_covariance: 6x6; infinite on the diagonal where there is no increment.
     :param interval: time of the increment [s]; 0 where there is none.
+    :param refused: 4x4, the increment from the last tracked frame that was found but not
+        believed; None where there is none. ``refused_interval``: its time [s].
     :param recovered: whether this is the first tracked frame after lost ones, or of a recording
         that started again.
     :param predicted: whether the pose of a lost frame is that of the motion predicted.
@@ -61,6 +63,8 @@ class OdometryUpdate:
     increment: np.ndarray = field(default_factory=lambda: np.eye(4))
     increment_covariance: np.ndarray = field(default_factory=lambda: np.diag([np.inf] * 6))
     interval: float = 0.0
+    refused: np.ndarray | None = None
+    refused_interval: float = 0.0
     recovered: bool = False
     predicted: bool = False
     reference: KeypointFrame | None = None
@@ -160,8 +164,13 @@ class Odometry:
             status, reason = self._judge(registration, interval)
             if status.ok:
                 return self._track(keypoints, anchor, registration, interval)
-            failure = failure or (status, reason)
-        return self._hold(keypoints, *failure)
+            failure = failure or (status, reason, registration, interval)
+        status, reason, refused, interval = failure
+        held = self._hold(keypoints, status, reason)
+        if not refused.status.ok:
+            return held
+        return dataclasses.replace(held, refused=refused.T_target_source,
+                                   refused_interval=interval)
 
     def _start(self, keypoints: KeypointFrame) -> OdometryUpdate:
         fewest = self._settings.min_matches

@@ -164,6 +164,18 @@ def test_motion_gate(rendered):
     assert 'odometry.max_speed is 0.01' in updates[1].reason
 
 
+def test_what_is_not_believed_can_be_judged(rendered):
+    frames, truth = rendered
+    slow = dataclasses.replace(Settings(), odometry=OdometrySettings(max_speed=0.01))
+    updates = track(Odometry(slow), [frames[0], frames[3], frames[6], black(frames[7])])
+    for update, index in zip(updates[1:3], (3, 6)):
+        motion = rigid.inverse(truth[0]) @ truth[index]
+        np.testing.assert_allclose(update.refused, motion, atol=0.03)
+        assert update.refused_interval == pytest.approx(index / 30)
+        assert update.interval == 0.0
+    assert updates[0].refused is updates[3].refused is None
+
+
 def test_too_few_matches_are_not_believed(rendered):
     frames, _ = rendered
     strict = settings.with_values(Settings(), {'odometry.min_matches': 590})

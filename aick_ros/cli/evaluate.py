@@ -5,28 +5,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from aick_ros.cli import options, outcome
+from aick_ros.cli.consistency_plots import check_plots, write_plots
 from aick_ros.cli.console import figure, progress, say, table
 from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.cli.interruption import Interruption
 from aick_ros.cli.reading import Reading
 from aick_ros.errors import InputError
+from aick_ros.evaluation.consistency import DOF, Consistency
 from aick_ros.evaluation.evaluation import Evaluation
 from aick_ros.evaluation.evaluation import evaluate as evaluate_source
 from aick_ros.evaluation.pairs import PairScore
+from aick_ros.evaluation.run_errors import SilentFailures
 from aick_ros.sources import SourceOptions, open_source
 
 Gaps = Annotated[str, typer.Option(
     '--gaps', metavar='N,N,...', help='Distances of the two frames of a pair.')]
+Plots = Annotated[Path | None, typer.Option(
+    '--plots', metavar='DIR', show_default=False,
+    help='Draw how well the covariances foretell the errors: one PNG for the odometry and one a '
+         'gap.')]
 
 
 def evaluate(source: options.Source, gaps: Gaps = '1,5,10', json: options.JsonFile = None,
-             preset: options.Preset = None, config: options.Config = None,
+             plots: Plots = None, preset: options.Preset = None, config: options.Config = None,
              assignments: options.Assignments = None, camera: options.CameraFile = None,
              colour_topic: options.ColourTopic = None, depth_topic: options.DepthTopic = None,
              info_topic: options.InfoTopic = None,
@@ -34,11 +43,13 @@ def evaluate(source: options.Source, gaps: Gaps = '1,5,10', json: options.JsonFi
              max_interval: options.MaxInterval = SourceOptions.max_interval,
              limit: options.Limit = None) -> int:
     """
-    Compare with ground truth: success ratios pair by pair, RPE over 1 s, ATE, times.
+    Compare with ground truth: success ratios pair by pair, RPE over 1 s, ATE, covariances, times.
 
     Ctrl-C ends it with the figures up to there.
     """
     settings = options.settings_from(preset, config, assignments)
+    if plots is not None:
+        check_plots(plots)
     if json is not None:
         check_target(json)
     numbers = _numbers(gaps)
@@ -55,6 +66,8 @@ def evaluate(source: options.Source, gaps: Gaps = '1,5,10', json: options.JsonFi
         write_json(json, {**evaluation.to_json(), 'ended': reading.ended,
                           'damaged_images': damage.count})
     _show(evaluation, on_stderr=json == STANDARD_OUTPUT)
+    if plots is not None:
+        write_plots(plots, evaluation)
     if recording.ground_truth is not None and evaluation.trajectory.ate_rmse_m is None:
         say(f'the ground truth of {recording.name} covers none of its frames: are both by the '
             'same clock?')
@@ -77,12 +90,18 @@ def _show(evaluation: Evaluation, on_stderr: bool) -> None:
                'median\n[mm]', 'median\n[deg]', 'p50\n[ms]', 'p99\n[ms]')
     table(f'{evaluation.source}: {evaluation.frames} frames',
           (_row(gap, score) for gap, score in evaluation.pairs.items()), columns, on_stderr)
+    rows = [_consistency_row('odometry', evaluation.consistency),
+            *(_consistency_row(f'gap {gap}', score.consistency)
+              for gap, score in evaluation.pairs.items())]
+    table('covariances', rows,
+          ('', f'mean NEES\n(right: {DOF})', 'inside\n95 %', 'inside\n99.7 %'), on_stderr)
     score, times = evaluation.trajectory, evaluation.timing_ms
     table('', [
         ('RPE over 1 s, translation', figure(score.rpe_1s_translation_rmse_m, ' m', 4)),
         ('RPE over 1 s, rotation', figure(score.rpe_1s_rotation_rmse_deg, ' deg', 2)),
         ('ATE', figure(score.ate_rmse_m, ' m', 4)),
         ('tracked', figure(score.tracked_fraction)),
+        *_silent_failures(evaluation.silent_failures),
         ('keypoints a frame', figure(evaluation.keypoints_mean, digits=0)),
         *((f'{stage}, p50 / p99', f'{figure(time.p50, digits=1)} / '
            f'{figure(time.p99, " ms", 1)}') for stage, time in times.items())],
@@ -97,3 +116,16 @@ def _row(gap: int, score: PairScore) -> tuple[str, ...]:
             figure(score.rotation_median_deg, digits=2),
             figure(score.registration_ms.p50, digits=1),
             figure(score.registration_ms.p99, digits=1))
+
+
+def _consistency_row(name: str, score: Consistency) -> tuple[str, ...]:
+    return (name, figure(score.nees_mean, digits=1), figure(score.inside_95),
+            figure(score.inside_997))
+
+
+def _silent_failures(score: SilentFailures) -> Iterator[tuple[str, str]]:
+    """Yield the rows of increments that were not judged right; none without ground truth."""
+    if score.reported_good is not None:
+        yield ('reported good, but off by more than 5 cm or 3 deg',
+               f'{score.reported_good_but_off} of {score.reported_good}')
+        yield 'refused, but good', f'{score.refused_but_good} of {score.refused}'

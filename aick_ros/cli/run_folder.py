@@ -8,28 +8,45 @@ from __future__ import annotations
 import csv
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from datetime import datetime
-from itertools import count
+from itertools import combinations_with_replacement, count
 from pathlib import Path
 from typing import TextIO
+
+import numpy as np
 
 from aick_ros import rigid
 from aick_ros.cli.files import write_json, write_whole
 from aick_ros.errors import InputError
-from aick_ros.evaluation.frame_record import STAGES, FrameRecord
+from aick_ros.evaluation.frame_record import FrameRecord, stages_of
 from aick_ros.evaluation.run_summary import RunSummary
 from aick_ros.parameter_text import config_text
 from aick_ros.settings import Settings
 from aick_ros.trajectory import format_pose, stamp_to_seconds
 
 _AXES = ('x', 'y', 'z', 'rot_x', 'rot_y', 'rot_z')
-COLUMNS = ('stamp', 'status', 'reason', 'keypoints', 'matches',
-           *(f'increment_{axis}' for axis in _AXES),
-           *(f'increment_variance_{axis}' for axis in _AXES),
-           *(f'pose_variance_{axis}' for axis in _AXES),
-           *(f'{stage}_ms' for stage in STAGES))
-"""Of frames.csv; an increment is empty where there is none, its rotation a rotation vector."""
+_TRIANGLE = np.triu_indices(6)
+_NAMES = tuple(f'cov_{a}{b}' for a, b in combinations_with_replacement(
+    ('x', 'y', 'z', 'rx', 'ry', 'rz'), 2))
+"""Of the upper triangle of a covariance, row by row."""
+
+
+def columns(stages: Sequence[str]) -> tuple[str, ...]:
+    """
+    Return the columns of frames.csv.
+
+    An increment is empty where there is none, its rotation a rotation vector. The covariances
+    are upper triangles, row by row [m^2, m rad, rad^2].
+
+    :param stages: of the odometry.
+    """
+    return ('stamp', 'status', 'reason', 'keypoints', 'matches',
+            *(f'increment_{axis}' for axis in _AXES),
+            *(f'increment_variance_{axis}' for axis in _AXES),
+            *(f'pose_variance_{axis}' for axis in _AXES),
+            *(f'{stage}_ms' for stage in stages),
+            *(f'increment_{name}' for name in _NAMES), *(f'pose_{name}' for name in _NAMES))
 
 
 class RunFolder:
@@ -54,8 +71,8 @@ class RunFolder:
         write_whole(self.path / 'settings.yaml', config_text(
             settings, title=f'Settings of the run over {source}, {started:%Y-%m-%d %H:%M}.'))
         self._csv = csv.writer(self._frames, lineterminator='\n')
+        self._stages: list[str] = []
         self._trajectory.write('# stamp tx ty tz qx qy qz qw\n')
-        self._csv.writerow(COLUMNS)
         lead_to(self.path)
 
     def __enter__(self) -> RunFolder:
@@ -68,9 +85,12 @@ class RunFolder:
         self._frames.close()
 
     def add(self, record: FrameRecord) -> None:
-        """Write one frame."""
+        """Write one frame; the stages of the first are those of all."""
+        if not self._stages:
+            self._stages = stages_of([record])
+            self._csv.writerow(columns(self._stages))
         self._trajectory.write(format_pose(record.stamp, record.T_odom_camera) + '\n')
-        self._csv.writerow(_row(record))
+        self._csv.writerow(_row(record, self._stages))
         self._trajectory.flush()
         self._frames.flush()
 
@@ -82,17 +102,23 @@ class RunFolder:
         return open(self.path / name, 'w', encoding='utf-8', newline='')
 
 
-def _row(record: FrameRecord) -> Iterator[str | int]:
+def _row(record: FrameRecord, stages: Sequence[str]) -> Iterator[str | int]:
     yield from (stamp_to_seconds(record.stamp), record.status.name, record.reason,
                 record.keypoints, record.matches)
-    if record.increment is None:
-        yield from [''] * (2 * len(_AXES))
-    else:
+    measured = record.increment is not None
+    if measured:
         yield from (f'{value:.9f}' for value in record.increment[:3, 3])
         yield from (f'{value:.9f}' for value in rigid.log_rotation(record.increment[:3, :3]))
-        yield from (f'{value:.6e}' for value in record.increment_variances)
-    yield from (f'{value:.6e}' for value in record.variances)
-    yield from (f'{record.timing[stage]:.3f}' for stage in STAGES)
+        yield from (f'{value:.6e}' for value in np.diag(record.increment_covariance))
+    else:
+        yield from [''] * (2 * len(_AXES))
+    yield from (f'{value:.6e}' for value in np.diag(record.covariance))
+    yield from (f'{record.timing[stage]:.3f}' if stage in record.timing else ''
+                for stage in stages)
+    # as many digits as it takes for the matrix to stay positive definite
+    yield from (f'{value:.12e}' if measured else ''
+                for value in record.increment_covariance[_TRIANGLE])
+    yield from (f'{value:.12e}' for value in record.covariance[_TRIANGLE])
 
 
 def make_folder(parent: Path, source: str, started: datetime) -> Path:

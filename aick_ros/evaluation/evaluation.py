@@ -6,16 +6,19 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from aick_ros.aick import Aick
 from aick_ros.errors import InputError
+from aick_ros.evaluation.consistency import Consistency
 from aick_ros.evaluation.figures import Percentiles, mean
 from aick_ros.evaluation.frame_record import FrameRecord
+from aick_ros.evaluation.increment_error import IncrementError
 from aick_ros.evaluation.machine import machine_facts
-from aick_ros.evaluation.pairs import PairEvaluation, PairScore
+from aick_ros.evaluation.pairs import PairError, PairEvaluation, PairScore
+from aick_ros.evaluation.run_errors import RunErrors, SilentFailures
 from aick_ros.evaluation.run_summary import stage_times
 from aick_ros.evaluation.trajectory_score import TrajectoryScore
 from aick_ros.odometry import Odometry
@@ -28,11 +31,13 @@ GAPS = (1, 5, 10)
 @dataclass(frozen=True)
 class Evaluation:
     """
-    The figures of a recording; the fields are the keys of the JSON.
+    The figures of a recording; the fields but ``nees`` are the keys of the JSON.
 
     :param pairs: gap -> figures of all frames so far apart in the list.
+    :param consistency: of the covariances of the odometry's increments.
     :param timing_ms: stage of the odometry -> milliseconds a frame.
     :param settings: dotted name -> value.
+    :param nees: 'odometry' or the gap as text -> the NEES of its increments or pairs.
     """
 
     source: str
@@ -40,13 +45,17 @@ class Evaluation:
     keypoints_mean: float | None
     pairs: dict[int, PairScore]
     trajectory: TrajectoryScore
+    consistency: Consistency
+    silent_failures: SilentFailures
     timing_ms: dict[str, Percentiles]
     settings: dict[str, Any]
     machine: dict[str, str | int]
+    nees: dict[str, list[float]]
 
     def to_json(self) -> dict[str, Any]:
         """Return what ``json.dumps`` takes; a figure that does not exist is None."""
         figures = dataclasses.asdict(self)
+        del figures['nees']
         figures['pairs'] = {str(gap): score for gap, score in figures['pairs'].items()}
         return figures
 
@@ -79,9 +88,27 @@ def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence
         on_progress(len(records))
     if not records:
         raise InputError(f'{source.name} has no frame that can be used')
+    return _evaluation(source, settings, records,
+                       {gap: [] for gap in gaps} if pairs is None else pairs.errors())
+
+
+def _evaluation(source: RgbdSource, settings: Settings, records: Sequence[FrameRecord],
+                pair_errors: Mapping[int, Sequence[PairError]]) -> Evaluation:
+    run_errors = None
+    if source.ground_truth is not None:
+        run_errors = RunErrors.of(records, source.ground_truth)
+    nees = {'odometry': _nees(run_errors.believed if run_errors else []),
+            **{str(gap): _nees(errors) for gap, errors in pair_errors.items()}}
     return Evaluation(
         source=source.name, frames=len(records),
         keypoints_mean=mean(record.keypoints for record in records),
-        pairs={gap: PairScore.of([]) for gap in gaps} if pairs is None else pairs.scores(),
+        pairs={gap: PairScore.of(errors) for gap, errors in pair_errors.items()},
         trajectory=TrajectoryScore.of(records, source.ground_truth),
-        timing_ms=stage_times(records), settings=values(settings), machine=machine_facts())
+        consistency=Consistency.of(nees['odometry']),
+        silent_failures=SilentFailures.of(run_errors),
+        timing_ms=stage_times(records), settings=values(settings), machine=machine_facts(),
+        nees=nees)
+
+
+def _nees(errors: Sequence[PairError | IncrementError]) -> list[float]:
+    return [error.nees for error in errors if error.nees is not None]

@@ -18,8 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros import rigid
-from aick_ros.aick import Aick, Registration
+from aick_ros.aick import Aick
+from aick_ros.evaluation.consistency import Consistency
 from aick_ros.evaluation.figures import Percentiles, mean, median
+from aick_ros.evaluation.increment_error import IncrementError
 from aick_ros.frame import KeypointFrame
 from aick_ros.trajectory import NANOSECONDS, Trajectory
 
@@ -42,12 +44,14 @@ class PairError:
     :param translation: [m]; infinite where the registration failed.
     :param rotation: [rad]; infinite where the registration failed.
     :param milliseconds: that the registration took.
+    :param nees: of the error; None where there is no finite covariance.
     """
 
     interval: int
     translation: float
     rotation: float
     milliseconds: float
+    nees: float | None = None
 
     @property
     def failed(self) -> bool:
@@ -62,6 +66,7 @@ class PairScore:
 
     :param success_ratio: threshold [m] as text -> share of all pairs with a smaller error.
     :param translation_median_m: of all pairs, the failed ones counted as infinitely far off.
+    :param consistency: of the covariances of those that did not fail.
     """
 
     count: int
@@ -70,6 +75,7 @@ class PairScore:
     translation_median_m: float | None
     rotation_median_deg: float | None
     registration_ms: Percentiles
+    consistency: Consistency
 
     @classmethod
     def of(cls, errors: Sequence[PairError]) -> PairScore:
@@ -81,7 +87,8 @@ class PairScore:
                            for threshold in THRESHOLDS},
             translation_median_m=median(translations),
             rotation_median_deg=median(np.degrees(error.rotation) for error in errors),
-            registration_ms=Percentiles.of(error.milliseconds for error in errors))
+            registration_ms=Percentiles.of(error.milliseconds for error in errors),
+            consistency=Consistency.of(error.nees for error in errors))
 
 
 class PairEvaluation:
@@ -116,32 +123,30 @@ class PairEvaluation:
                 errors.append(self._measure(
                     keypoints, target, rigid.inverse(T_world_target) @ T_world_source))
 
-    def scores(self) -> dict[int, PairScore]:
+    def errors(self) -> dict[int, list[PairError]]:
         """
-        Return the figures of each gap.
+        Return the errors of the pairs of each gap.
 
         Pairs whose interval is not gap times the median period, because frames are missing
         between them, are left out.
         """
-        if not self._periods:
-            return {gap: PairScore.of([]) for gap in self._errors}
-        period = float(np.median(self._periods))
-        return {gap: PairScore.of([error for error in errors if abs(error.interval - gap * period)
-                                   <= MAX_INTERVAL_ERROR * NANOSECONDS])
+        period = float(np.median(self._periods)) if self._periods else 0.0
+        return {gap: [error for error in errors if abs(error.interval - gap * period)
+                      <= MAX_INTERVAL_ERROR * NANOSECONDS]
                 for gap, errors in self._errors.items()}
+
+    def scores(self) -> dict[int, PairScore]:
+        """Return the figures of each gap, by the pairs of :meth:`errors`."""
+        return {gap: PairScore.of(errors) for gap, errors in self.errors().items()}
 
     def _measure(self, source: KeypointFrame, target: KeypointFrame,
                  true_T_target_source: np.ndarray) -> PairError:
         start = time.perf_counter()
         registration = self._aick.register(source, target)
         milliseconds = 1e3 * (time.perf_counter() - start)
-        return PairError(source.stamp - target.stamp,
-                         *_error(registration, true_T_target_source), milliseconds)
-
-
-def _error(registration: Registration, truth: np.ndarray) -> tuple[float, float]:
-    """Return the translation [m] and the rotation [rad] of Eq. 3."""
-    if not registration.status.ok:
-        return np.inf, np.inf
-    error = rigid.inverse(truth) @ registration.T_target_source
-    return float(np.linalg.norm(error[:3, 3])), rigid.angle(error[:3, :3])
+        interval = source.stamp - target.stamp
+        if not registration.status.ok:
+            return PairError(interval, np.inf, np.inf, milliseconds)
+        error = IncrementError.of(registration.T_target_source, registration.covariance,
+                                  true_T_target_source)
+        return PairError(interval, error.translation, error.rotation, milliseconds, error.nees)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from aick_ros.evaluation.figures import Percentiles, mean
-from aick_ros.evaluation.frame_record import STAGES, FrameRecord, trajectory_of
+from aick_ros.evaluation.frame_record import FrameRecord, stages_of, trajectory_of
 from aick_ros.evaluation.machine import machine_facts
 from aick_ros.evaluation.trajectory_score import TrajectoryScore
 from aick_ros.settings import Settings, values
@@ -83,5 +83,6 @@ def summarize(source: RgbdSource, records: Sequence[FrameRecord], settings: Sett
 
 def stage_times(records: Sequence[FrameRecord]) -> dict[str, Percentiles]:
     """Return the milliseconds a frame of each stage."""
-    return {stage: Percentiles.of(record.timing[stage] for record in records)
-            for stage in STAGES}
+    return {stage: Percentiles.of(record.timing[stage] for record in records
+                                  if stage in record.timing)
+            for stage in stages_of(records)}

@@ -21,6 +21,8 @@ SECOND = '#d9822b'
 TRUTH = '#52606d'
 LOST = '#c62828'
 KEYPOINT = '#39ff6a'
+SERIES = (SECOND, ESTIMATE, '#2f8f6b', '#7b5aa6')
+"""Colours of things side by side, the first ones first."""
 
 MANY = 20000
 """Lines of more points are drawn as pixels in an SVG, which would be too large otherwise."""

@@ -6,12 +6,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from aick_ros.evaluation.frame_record import FrameRecord
+from aick_ros.evaluation.frame_record import FrameRecord, stages_of
 from aick_ros.evaluation.trajectory_errors import TrajectoryErrors
 from aick_ros.reports import canvas
 from aick_ros.trajectory import NANOSECONDS
@@ -58,17 +59,18 @@ def tracking_figure(records: Sequence[FrameRecord]) -> Figure:
 
 def timing_figure(records: Sequence[FrameRecord]) -> Figure:
     """Return the distribution of the time each stage takes."""
-    stages = {'features': canvas.SECOND, 'registration': canvas.ESTIMATE}
-    times = {stage: np.array([record.timing[stage] for record in records]) for stage in stages}
+    times = {stage: np.array([record.timing[stage] for record in records
+                              if stage in record.timing])
+             for stage in stages_of(records) if stage != 'total'}
     longest = max(float(np.percentile(values, 99.5)) for values in times.values())
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
         bins = np.linspace(0.0, 1.05 * longest, 80)
-        for stage, colour in stages.items():
+        for (stage, values), colour in zip(times.items(), cycle(canvas.SERIES)):
             # what is longer than the axis goes into its last bin
-            axes.hist(np.minimum(times[stage], bins[-1]), bins, color=colour, alpha=0.7,
-                      label=f'{stage}, median {np.median(times[stage]):.1f} ms')
+            axes.hist(np.minimum(values, bins[-1]), bins, color=colour, alpha=0.7,
+                      label=f'{stage}, median {np.median(values):.1f} ms')
         axes.set(title='Time a frame', xlabel='ms', ylabel='frames', xlim=(0, bins[-1]))
         canvas.legend_above(axes)
 

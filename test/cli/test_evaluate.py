@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import cv2
 import pytest
 
 from aick_ros.cli import evaluate as evaluate_module
@@ -67,6 +68,50 @@ def test_tables_and_file(evaluate, recording, tmp_path):
     assert f'{figures["pairs"]["1"]["success_ratio"]["0.01"]:.3f}' in outcome.out
     assert f'{figures["trajectory"]["ate_rmse_m"]:.4f} m' in outcome.out
     assert list(tmp_path.iterdir()) == [tmp_path / 'figures.json']
+
+
+def test_covariances_and_silent_failures_are_shown(evaluate, recording, tmp_path):
+    outcome = evaluate(recording, '--gaps', '1,3', '--json', tmp_path / 'figures.json')
+    figures = json.loads((tmp_path / 'figures.json').read_text())
+    lines = outcome.out.splitlines()
+    for name, score in (('odometry', figures['consistency']),
+                        ('gap 3', figures['pairs']['3']['consistency'])):
+        [line] = [line for line in lines if line.startswith(name)]
+        assert line.split()[-3:] == [f'{score["nees_mean"]:.1f}', f'{score["inside_95"]:.3f}',
+                                     f'{score["inside_997"]:.3f}']
+    [line] = [line for line in lines if 'off by more than 5 cm or 3 deg' in line]
+    assert line.endswith(f'{figures["silent_failures"]["reported_good_but_off"]} of '
+                         f'{figures["silent_failures"]["reported_good"]}')
+
+
+def test_plots_are_drawn_for_odometry_and_gaps(evaluate, recording, tmp_path):
+    outcome = evaluate(recording, '--gaps', '1,3,100', '--plots', tmp_path / 'plots')
+    assert outcome.code == 0
+    plots = sorted((tmp_path / 'plots').iterdir())
+    assert [plot.name for plot in plots] == [
+        'nees_gap_1.png', 'nees_gap_3.png', 'nees_odometry.png']
+    assert all(cv2.imread(str(plot)).shape[1] > 1000 for plot in plots)
+
+
+def test_plots_that_cannot_be_drawn_are_told_before_the_run(evaluate, recording, tmp_path,
+                                                            monkeypatch):
+    (tmp_path / 'file').touch()
+    for target, sentence in ((tmp_path / 'file', 'this is a file'),
+                             (tmp_path / 'no' / 'plots', 'there is no folder')):
+        outcome = evaluate(recording, '--plots', target)
+        assert outcome.code == 2
+        assert sentence in outcome.sentence
+    monkeypatch.setitem(sys.modules, 'matplotlib', None)
+    assert "pip install 'aick_ros[eval]'" in evaluate(recording, '--plots', 'p').sentence
+    assert list(tmp_path.iterdir()) == [tmp_path / 'file']
+
+
+def test_without_ground_truth_nothing_is_drawn(evaluate, recording, in_memory, tmp_path):
+    outcome = evaluate(in_memory(list(recording.frames(raise_damage))[:3]), '--plots', 'plots')
+    assert outcome.code == 0
+    assert 'no plots' in outcome.err
+    assert 'off by more than' not in outcome.out
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_without_ground_truth_it_says_so(evaluate, recording, in_memory):

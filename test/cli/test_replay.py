@@ -4,6 +4,7 @@
 """What a replay leaves, whatever happens on the way."""
 
 import csv
+import dataclasses
 import json
 import os
 import signal
@@ -20,7 +21,7 @@ from evo.tools import file_interface
 from aick_ros import settings
 from aick_ros.cli import replay as replay_module
 from aick_ros.cli.options import settings_from
-from aick_ros.cli.run_folder import COLUMNS, RunFolder
+from aick_ros.cli.run_folder import RunFolder, columns
 from aick_ros.errors import InputError
 from aick_ros.evaluation.frame_record import FrameRecord
 from aick_ros.evaluation.trajectory_errors import compare
@@ -79,7 +80,7 @@ def test_files_say_what_the_odometry_says(replay, recording, updates):
     np.testing.assert_allclose(path.poses, [update.T_odom_camera for update in updates],
                                atol=2e-9)
     for row, update in zip(rows(run), updates):
-        assert tuple(row) == COLUMNS
+        assert tuple(row) == columns(['features', 'registration', 'total'])
         assert row['stamp'] == stamp_to_seconds(update.stamp)
         assert row['status'] == update.status.name
         assert (int(row['keypoints']), int(row['matches'])) == (
@@ -95,6 +96,36 @@ def test_files_say_what_the_odometry_says(replay, recording, updates):
     assert summary(run)['trajectory']['ate_rmse_m'] == pytest.approx(
         np.sqrt(np.mean(compare(path, recording.ground_truth).positions() ** 2)), abs=1e-6)
     assert 'ATE' in outcome.out
+
+
+def test_covariances_are_written_whole(replay, recording, updates):
+    def matrix(row, of):
+        values = [float(row[name]) for name in row if name.startswith(f'{of}_cov_')]
+        upper = np.zeros((6, 6))
+        upper[np.triu_indices(6)] = values
+        return upper + np.triu(upper, 1).T
+
+    _, run = replay(recording, '--preset', 'paper-fast')
+    for row, update in zip(rows(run), updates):
+        assert float(row['pose_cov_xz']) == pytest.approx(update.covariance[0, 2], rel=1e-9)
+        assert float(row['pose_cov_yrx']) == pytest.approx(update.covariance[1, 3], rel=1e-9)
+        assert float(row['pose_cov_rxrz']) == pytest.approx(update.covariance[3, 5], rel=1e-9)
+        np.testing.assert_allclose(matrix(row, 'pose'), update.covariance, rtol=1e-6, atol=1e-15)
+        if update.interval:
+            np.testing.assert_allclose(matrix(row, 'increment'), update.increment_covariance,
+                                       rtol=1e-6, atol=1e-15)
+        else:
+            assert {row[name] for name in row if name.startswith('increment_cov_')} == {''}
+
+
+def test_stages_are_columns(tmp_path, updates):
+    timing = {'features': 1.0, 'refinement': 2.0, 'total': 3.0}
+    with RunFolder(tmp_path, 'source', Settings(), datetime.now()) as folder:
+        for update in updates[:2]:
+            folder.add(FrameRecord.of(dataclasses.replace(update, timing=timing)))
+    assert [row['refinement_ms'] for row in rows(folder.path)] == ['2.000', '2.000']
+    assert [name for name in rows(folder.path)[0] if name.endswith('_ms')] == [
+        'features_ms', 'refinement_ms', 'total_ms']
 
 
 def test_evo_reads_the_trajectory(replay, recording, updates):

@@ -7,6 +7,8 @@ import json
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
 
 from aick_ros import settings
 from aick_ros.aick import Aick
@@ -16,6 +18,7 @@ from aick_ros.evaluation.evaluation import evaluate
 from aick_ros.frame import KeypointExtractor
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.trajectory import Trajectory
 
 FRAMES = 20
 RATE = 15.0  # so that there are frames 1 s apart
@@ -64,21 +67,27 @@ def shape(value):
 def test_json_has_the_promised_names(evaluation):
     figures = json.loads(json.dumps(evaluation.to_json(), allow_nan=False))
     times = {'p50': 'number', 'p99': 'number'}
+    consistency = {'nees_mean': 'number', 'dof': 'number', 'inside_95': 'number',
+                   'inside_997': 'number'}
     pair = {'count': 'number', 'failed': 'number',
             'success_ratio': {'0.0033': 'number', '0.01': 'number', '0.05': 'number'},
             'translation_median_m': 'number', 'rotation_median_deg': 'number',
-            'registration_ms': times}
+            'registration_ms': times, 'consistency': consistency}
     promised = {
         'source': 'str', 'frames': 'number', 'keypoints_mean': 'number',
         'pairs': {'1': pair, '5': pair},
         'trajectory': {'rpe_1s_translation_rmse_m': 'number',
                        'rpe_1s_rotation_rmse_deg': 'number', 'ate_rmse_m': 'number',
                        'tracked_fraction': 'number'},
+        'consistency': consistency,
+        'silent_failures': {'reported_good': 'number', 'reported_good_but_off': 'number',
+                            'refused': 'number', 'refused_but_good': 'number'},
         'timing_ms': {'features': times, 'registration': times, 'total': times}}
     found = shape(figures)
     assert {key: found[key] for key in promised} == promised
     assert figures['settings']['aick.iterations'] == 10
     assert figures['machine']['cores'] >= 1
+    assert 'nees' not in figures
 
 
 def test_pairs_agree_with_registrations_one_by_one(source, evaluation):
@@ -106,6 +115,41 @@ def test_tracks_a_rendered_recording(evaluation):
     assert evaluation.trajectory.ate_rmse_m < 0.02
 
 
+def test_consistency_agrees_with_registrations_one_by_one(source, evaluation):
+    truth = source.ground_truth.poses
+    extractor = KeypointExtractor(SETTINGS.features, SETTINGS.sensor)
+    frames = [extractor.extract(frame) for frame in source.frames(ignore)]
+    for gap in GAPS:
+        distances = []
+        for i in range(FRAMES - gap):
+            answer = Aick(SETTINGS.aick).register(frames[i + gap], frames[i])
+            G, T = np.linalg.inv(truth[i]) @ truth[i + gap], answer.T_target_source
+            turn = Rotation.from_matrix(T[:3, :3]) * Rotation.from_matrix(G[:3, :3]).inv()
+            error = np.r_[T[:3, 3] - G[:3, 3], turn.as_rotvec()]
+            distances.append(error @ np.linalg.inv(answer.covariance) @ error)
+        score = evaluation.pairs[gap].consistency
+        assert score.nees_mean == pytest.approx(np.mean(distances), rel=1e-4)
+        assert score.inside_95 == pytest.approx(np.mean(chi2(6).cdf(distances) <= 0.95))
+        assert score.inside_997 == pytest.approx(np.mean(chi2(6).cdf(distances) <= 0.997))
+
+
+def test_good_registrations_behind_the_gate_are_refused_though_good(source):
+    strict = settings.with_values(SETTINGS, {'odometry.max_speed': 0.01})
+    failures = evaluate(source, strict, [1], on_damaged=ignore).silent_failures
+    assert failures.reported_good + failures.refused == FRAMES - 1
+    assert failures.refused_but_good >= FRAMES // 2
+    assert failures.reported_good_but_off == 0
+
+
+def test_a_wrong_path_is_reported_good(source):
+    """The camera jumps aside by 10 cm in the middle, and no image shows it."""
+    poses = source.ground_truth.poses.copy()
+    poses[FRAMES // 2:, :3, 3] += [0, 0, 0.1]
+    odd = InMemory(list(source.frames(ignore)), Trajectory(source.ground_truth.stamps, poses))
+    failures = evaluate(odd, SETTINGS, [1], on_damaged=ignore).silent_failures
+    assert (failures.reported_good_but_off, failures.reported_good) == (1, FRAMES - 1)
+
+
 def test_is_told_of_progress_and_damage(source):
     done, damaged = [], []
     evaluate(source, SETTINGS, [1], done.append, damaged.append)
@@ -118,10 +162,13 @@ def test_is_told_of_progress_and_damage(source):
 def test_without_ground_truth_there_are_times_alone(source):
     blind = InMemory(list(source.frames(ignore))[:4], None)
     figures = evaluate(blind, SETTINGS, [1, 2], on_damaged=ignore).to_json()
+    nothing = {'nees_mean': None, 'dof': 6, 'inside_95': None, 'inside_997': None}
     assert figures['pairs']['2'] == {
         'count': 0, 'failed': 0, 'success_ratio': {'0.0033': None, '0.01': None, '0.05': None},
         'translation_median_m': None, 'rotation_median_deg': None,
-        'registration_ms': {'p50': None, 'p99': None}}
+        'registration_ms': {'p50': None, 'p99': None}, 'consistency': nothing}
+    assert figures['consistency'] == nothing
+    assert set(figures['silent_failures'].values()) == {None}
     assert figures['trajectory'] == {
         'rpe_1s_translation_rmse_m': None, 'rpe_1s_rotation_rmse_deg': None, 'ate_rmse_m': None,
         'tracked_fraction': 1.0}

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of
+from aick_ros.evaluation.frame_record import FrameRecord, stages_of, trajectory_of
 from aick_ros.evaluation.run_summary import summarize
 from aick_ros.settings import Settings
 from aick_ros.status import Status
@@ -21,8 +21,9 @@ def record(index, position, status=Status.OK, matches=100):
     pose[:3, 3] = position
     return FrameRecord(
         stamp=index * NANOSECONDS // 10, status=status, reason='', T_odom_camera=pose,
-        variances=np.zeros(6), keypoints=300 + index, matches=matches,
-        increment=np.eye(4) if status is Status.OK else None, increment_variances=np.zeros(6),
+        covariance=np.zeros((6, 6)), keypoints=300 + index, matches=matches,
+        increment=np.eye(4) if status is Status.OK else None,
+        increment_covariance=np.zeros((6, 6)),
         timing={'features': 4.0 + index, 'registration': 2.0, 'total': 6.0 + index})
 
 
@@ -54,6 +55,16 @@ def test_figures(records):
     assert summary.trajectory.tracked_fraction == pytest.approx((count - 2) / count)
     assert summary.trajectory.ate_rmse_m is None
     assert json.loads(json.dumps(summary.to_json(), allow_nan=False))['frames'] == count
+
+
+def test_stages_are_those_of_the_frames(records):
+    timed = [{'total': 4.0, 'features': 4.0}, {'features': 4.0, 'refinement': 3.0, 'total': 7.0},
+             {'features': 4.0, 'refinement': 5.0, 'total': 9.0}]
+    records = [FrameRecord(**{**vars(r), 'timing': timing}) for r, timing in zip(records, timed)]
+    assert stages_of(records) == ['features', 'refinement', 'total']
+    summary = summarize(SimpleNamespace(name='', ground_truth=None), records, Settings(), 1.0)
+    assert {name: times.p50 for name, times in summary.timing_ms.items()} == {
+        'features': 4.0, 'refinement': 4.0, 'total': 7.0}
 
 
 def test_held_poses_count_in_the_errors(records):

@@ -29,9 +29,9 @@ def records():
             stamp=i * NANOSECONDS // 30,
             status=Status.TOO_FEW_MATCHES if lost else Status.OK,
             reason='5 matches, odometry.min_matches is <12>' if lost else '',
-            T_odom_camera=pose, variances=np.full(6, 1e-4), keypoints=350,
+            T_odom_camera=pose, covariance=1e-4 * np.eye(6), keypoints=350,
             matches=0 if lost else 200 + i, increment=None if lost else np.eye(4),
-            increment_variances=np.full(6, 1e-6),
+            increment_covariance=1e-6 * np.eye(6),
             timing={'features': 4.0, 'registration': 2.0 + i % 7, 'total': 6.0 + i % 7}))
     return records
 

@@ -7,9 +7,12 @@ import dataclasses
 import re
 from datetime import datetime
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import pytest
 
+from aick_ros.evaluation.run_summary import summarize
+from aick_ros.reports.run_plots import timing_figure
 from aick_ros.reports.run_report import report
 from aick_ros.settings import Settings, values
 
@@ -78,6 +81,17 @@ def test_says_why_a_run_is_not_complete(summary, records):
     page = Page(report(torn, records, None, STARTED))
     assert 'not complete: the bag ends in a torn message' in page
     assert page.pictures == 3
+
+
+def test_every_stage_has_its_time(summary, records):
+    timing = {'features': 4.0, 'refinement': 3.25, 'total': 7.25}
+    records = [dataclasses.replace(record, timing=timing) for record in records]
+    source = SimpleNamespace(name='office', ground_truth=None)
+    timed = summarize(source, records, Settings(), wall_time=1.5)
+    text = report(timed, records, None, STARTED)
+    assert 'refinement 3.2 3.2' in Page(text)
+    assert [text.get_text() for text in timing_figure(records).axes[0].get_legend().get_texts()
+            ] == ['features, median 4.0 ms', 'refinement, median 3.2 ms']
 
 
 def test_ids_in_the_pictures_lead_somewhere(summary, records, ground_truth):

@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""How far errors are from what their covariances promise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from aick_ros.evaluation.consistency import (
+    DOF, QUANTILE_95, QUANTILE_997, Consistency, density)
+from aick_ros.reports import canvas
+
+_END = 24.0  # of the axis; 0.05 % of right ones are beyond
+_TICKS = (0, 6, 12, 18, 24)
+_BEYOND = 25.5  # where the bar of the ones beyond stands
+_WIDTH = 1.0  # of a bar
+
+
+def nees_figure(values: Sequence[float], title: str) -> Figure:
+    """
+    Return the histogram of some NEES beside the density that right covariances have.
+
+    :param values: one or more; infinite ones count as beyond the axis.
+    """
+    values = np.asarray(values, np.float64)
+    edges = np.arange(0.0, _END + _WIDTH, _WIDTH)
+    shares = 100 * np.histogram(values, edges)[0] / len(values)
+    beyond = 100 * float(np.mean(values > _END))
+
+    def draw(figure: Figure) -> None:
+        axes = figure.subplots()
+        axes.bar(edges[:-1] + _WIDTH / 2, shares, 0.9 * _WIDTH, color=canvas.ESTIMATE,
+                 alpha=0.75, label='measured')
+        axes.bar(_BEYOND, beyond, 0.9 * _WIDTH, color=canvas.LOST, alpha=0.75)
+        axes.annotate(f'{beyond:.1f} %', (_BEYOND, beyond), (0, 2), textcoords='offset points',
+                      ha='center', va='bottom', fontsize=9, color=canvas.INK)
+        curve = np.linspace(0.0, _END, 300)
+        axes.plot(curve, 100 * _WIDTH * density(curve), color=canvas.SECOND, linewidth=2.2,
+                  label='where the covariances are right')
+        _mark(axes, QUANTILE_95, '95 %')
+        _mark(axes, QUANTILE_997, '99.7 %')
+        axes.set_xticks([*_TICKS, _BEYOND], [*map(str, _TICKS), 'beyond'])
+        axes.set(title=title, xlabel=f'NEES, 6 degrees of freedom\n{_sentence(values)}',
+                 ylabel='% of the increments', xlim=(0.0, _BEYOND + _WIDTH))
+        axes.margins(y=0.08)
+        canvas.legend_above(axes)
+
+    return canvas.figure(10.0, 4.0, draw)
+
+
+def _mark(axes: Axes, quantile: float, share: str) -> None:
+    axes.axvline(quantile, color=canvas.MUTED, linestyle='--', linewidth=1.0)
+    axes.annotate(share, (quantile, 1.0), (4, -2), xycoords=('data', 'axes fraction'),
+                  textcoords='offset points', va='top', fontsize=9, color=canvas.TRUTH)
+
+
+def _sentence(values: np.ndarray) -> str:
+    figures = Consistency.of(values)
+    mean = '-' if figures.nees_mean is None else f'{figures.nees_mean:.1f}'
+    return (f'{len(values)} increments, mean {mean} (right: {DOF}), inside the 95 % ellipsoid '
+            f'{100 * figures.inside_95:.1f} %')

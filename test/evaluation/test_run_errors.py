@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Runs whose increments are off by as much as the test says."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from aick_ros import rigid
+from aick_ros.evaluation.frame_record import FrameRecord
+from aick_ros.evaluation.increment_error import IncrementError
+from aick_ros.evaluation.run_errors import RunErrors, SilentFailures
+from aick_ros.status import Status
+from aick_ros.trajectory import NANOSECONDS, Trajectory
+
+PERIOD = NANOSECONDS // 30
+START = 1_305_031_102 * NANOSECONDS
+SIGMA = 0.01
+
+
+@pytest.fixture
+def ground_truth():
+    """Return 20 poses of a camera that turns and moves."""
+    rng = np.random.default_rng(4)
+    poses = [rigid.exp(rng.normal(0, 1, 6))]
+    for _ in range(19):
+        poses.append(poses[-1] @ rigid.exp(rng.normal(0, 0.05, 6)))
+    return Trajectory(START + PERIOD * np.arange(20), np.array(poses))
+
+
+def record(ground_truth, index, back=1, off=(0, 0, 0, 0, 0, 0), believed=True):
+    """Return the record of a frame registered to one ``back`` frames before, off by a vector."""
+    increment = np.linalg.inv(ground_truth.poses[index - back]) @ ground_truth.poses[index]
+    increment[:3, 3] += off[:3]
+    increment[:3, :3] = Rotation.from_rotvec(off[3:]).as_matrix() @ increment[:3, :3]
+    interval = back * PERIOD / NANOSECONDS
+    measured = {'increment': increment, 'interval': interval} if believed else {
+        'increment': None, 'refused': increment, 'refused_interval': interval}
+    return FrameRecord(
+        stamp=int(ground_truth.stamps[index]), reason='', keypoints=300, matches=100,
+        status=Status.OK if believed else Status.MOTION_GATE, T_odom_camera=np.eye(4),
+        covariance=np.eye(6), increment_covariance=SIGMA ** 2 * np.eye(6), timing={}, **measured)
+
+
+@pytest.mark.parametrize('back', [1, 3])
+def test_errors_are_about_the_targets_axes(ground_truth, back):
+    off = np.array([0.01, -0.02, 0.005, 0.03, 0.01, -0.02])
+    errors = RunErrors.of([record(ground_truth, 7, back, off)], ground_truth)
+    [error] = errors.believed
+    assert error.translation == pytest.approx(np.linalg.norm(off[:3]), rel=1e-6)
+    assert error.rotation == pytest.approx(np.linalg.norm(off[3:]), rel=1e-6)
+    assert error.nees == pytest.approx(np.sum(off ** 2) / SIGMA ** 2, rel=1e-6)
+    assert errors.refused == []
+
+
+def test_silent_failures_are_counted_both_ways(ground_truth):
+    believed = [(0.049, 0), (0.051, 0), (0, 2.9), (0, 3.1), (0.06, 10), (0, 0)]
+    refused = [(0.049, 2.9), (0.051, 0), (0, 3.1)]
+    records = [record(ground_truth, i, 1, (x, 0, 0, 0, 0, np.radians(turn)), i <= len(believed))
+               for i, (x, turn) in enumerate(believed + refused, 1)]
+    failures = SilentFailures.of(RunErrors.of(records, ground_truth))
+    assert failures == SilentFailures(reported_good=6, reported_good_but_off=3, refused=3,
+                                      refused_but_good=1)
+
+
+def test_what_cannot_be_judged_does_not_enter(ground_truth):
+    first = record(ground_truth, 5)
+    first = FrameRecord(**{**vars(first), 'status': Status.FIRST_FRAME, 'increment': None})
+    records = [first, record(ground_truth, 12), record(ground_truth, 12, believed=False)]
+    hole = np.delete(np.arange(20), [10, 11])  # 0.1 s without ground truth
+    with_hole = Trajectory(ground_truth.stamps[hole], ground_truth.poses[hole])
+    assert RunErrors.of(records, with_hole) == RunErrors([], [])
+    assert len(RunErrors.of(records, ground_truth).believed) == 1
+    assert SilentFailures.of(None).reported_good is None
+
+
+def test_half_a_turn_off_is_wrong():
+    """The logarithm must not fail where it is least defined."""
+    error = IncrementError.of(np.diag([1.0, -1, -1, 1]), np.eye(6), np.eye(4))
+    assert error.rotation == pytest.approx(np.pi)
+    assert error.is_wrong
