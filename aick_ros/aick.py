@@ -42,6 +42,7 @@ class Registration:
         [m^2, m rad, rad^2]; infinite on the diagonal where the status is not OK.
     :param matches: Kx2, rows (source keypoint, target keypoint) of the last iteration.
     :param iterations: how many were done.
+    :param support: keypoints that agree with the transform.
     :param disagreement: of the two sensors, where a refinement used both.
     """
 
@@ -51,6 +52,7 @@ class Registration:
     covariance: np.ndarray
     matches: np.ndarray
     iterations: int
+    support: int = 0
     disagreement: Disagreement | None = None
 
 
@@ -81,7 +83,7 @@ class Aick:
             except rigid.DegenerateGeometryError as error:
                 return _failure(Status.DEGENERATE_GEOMETRY, str(error), i + 1)
         return Registration(Status.OK, f'{len(matches)} matches', T_target_source,
-                            _covariance(T_target_source, *matched), matches, i + 1)
+                            _covariance(T_target_source, *matched), matches, i + 1, len(matches))
 
 
 def _covariance(T_target_source: np.ndarray, source: np.ndarray,

@@ -60,7 +60,8 @@ def position_covariances(positions: np.ndarray, pixel_sigmas: np.ndarray, camera
     :returns: Nx3x3 [m^2].
     """
     z = positions[:, 2]
-    along = positions / np.maximum(z, 1e-9)[:, None] * (inverse_depth_sigma(z, sensor) * z ** 2)[:, None]
+    sigmas = inverse_depth_sigma(z, sensor) * z ** 2
+    along = positions / np.maximum(z, 1e-9)[:, None] * sigmas[:, None]
     covariances = along[:, :, None] * along[:, None, :]
     covariances[:, 0, 0] += (pixel_sigmas * z / camera.fx) ** 2
     covariances[:, 1, 1] += (pixel_sigmas * z / camera.fy) ** 2

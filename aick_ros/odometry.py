@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import dataclasses
-import time
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,18 +14,24 @@ from typing import Any
 import numpy as np
 
 from aick_ros import rigid
-from aick_ros.aick import Aick, Registration
-from aick_ros.frame import KeypointExtractor, KeypointFrame, RgbdFrame
+from aick_ros.aick import Registration
+from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.registrar import Registrar
 from aick_ros.settings import OdometrySettings, Settings
+from aick_ros.stage_times import StageTimes
 from aick_ros.status import Status
 from aick_ros.synchronizer import RESTART_AFTER
 from aick_ros.trajectory import NANOSECONDS
+from aick_ros.view import View
 
 _HELD_ACCELERATION = np.array([3.0, 3.0, 3.0, 15.0, 15.0, 15.0])
 """What a hand may do against constant velocity [m/s^2, rad/s^2]: how sure a held pose is."""
 
 _SLIP, _LEAST_SLIP = 0.1, 0.01
 """How sure a predicted motion is: a share of it, and at least so much [m, rad]."""
+
+_EARLIER, _EARLIER_APART = 3, 0.3
+"""How many earlier frames a lost one is tried against, and their least distance [s]."""
 
 Predict = Callable[[int, int], np.ndarray | None]
 """From two stamps [ns] to ``T_camera0_camera1`` as another sensor has it; None: it has none."""
@@ -51,6 +57,7 @@ class OdometryUpdate:
     :param predicted: whether the pose of a lost frame is that of the motion predicted.
     :param reference: the keypoints it was registered to; None where there is no increment.
     :param matches: Kx2, rows (keypoint, keypoint of the reference).
+    :param view: the frame, ready to be registered.
     :param timing: milliseconds of the stages: ``features``, ``registration``, ``total``.
     """
 
@@ -69,6 +76,7 @@ class OdometryUpdate:
     predicted: bool = False
     reference: KeypointFrame | None = None
     matches: np.ndarray = field(default_factory=lambda: np.empty((0, 2), np.intp))
+    view: View | None = None
     timing: dict[str, float] = field(default_factory=dict)
 
 
@@ -76,7 +84,7 @@ class OdometryUpdate:
 class _Anchor:
     """A frame with a pose, which others can be registered to."""
 
-    keypoints: KeypointFrame
+    view: View
     T_odom_camera: np.ndarray
     covariance: np.ndarray
 
@@ -97,6 +105,7 @@ class Odometry:
     def __init__(self, settings: Settings = Settings(), T_odom_camera: np.ndarray | None = None,
                  predict: Predict = lambda before, now: None) -> None:
         self._predict = predict
+        self._times = StageTimes()
         self._detector = settings.features.detector
         self._take(settings)
         self.reset(T_odom_camera)
@@ -115,8 +124,7 @@ class Odometry:
 
     def _take(self, settings: Settings) -> None:
         self._settings: OdometrySettings = settings.odometry
-        self._extractor = KeypointExtractor(settings.features, settings.sensor)
-        self._aick = Aick(settings.aick)
+        self._registrar = Registrar(settings, self._times)
 
     def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
         """Forget everything; the next frame gets the pose given, or the identity."""
@@ -130,68 +138,75 @@ class Odometry:
         A stamp that repeats or goes back a little is answered with BAD_STAMP and changes nothing;
         one that goes back by more than a second starts a new recording at the pose reached.
         """
-        start = time.perf_counter()
-        keypoints = self._extractor.extract(frame)
-        extracted = time.perf_counter()
-        update = self._register(keypoints)
-        end = time.perf_counter()
-        return dataclasses.replace(update, timing={
-            'features': 1e3 * (extracted - start), 'registration': 1e3 * (end - extracted),
-            'total': 1e3 * (end - start)})
+        self._times.take()
+        update = self._register(self._registrar.look(frame))
+        return dataclasses.replace(update, timing=self._times.take())
 
     def _forget(self, pose: np.ndarray, covariance: np.ndarray, is_lost: bool = False) -> None:
         self._pose, self._covariance = pose, covariance
-        self._twist = np.zeros(6)
+        self._twist: np.ndarray | None = None
         self._stamp: int | None = None
         self._tracked: _Anchor | None = None
+        self._earlier: deque[_Anchor] = deque(maxlen=_EARLIER)
         self._lost: _Anchor | None = None
         self._is_lost = is_lost
 
-    def _register(self, keypoints: KeypointFrame) -> OdometryUpdate:
-        if self._stamp is not None and keypoints.stamp <= self._stamp:
-            back = self._stamp - keypoints.stamp
+    def _register(self, view: View) -> OdometryUpdate:
+        if self._stamp is not None and view.stamp <= self._stamp:
+            back = self._stamp - view.stamp
             if back <= RESTART_AFTER:
-                return self._answer(keypoints, Status.BAD_STAMP,
+                return self._answer(view, Status.BAD_STAMP,
                                     f'{back / NANOSECONDS:.6f} s before the last frame')
             self._forget(self._pose, self._covariance, is_lost=True)
-        self._stamp = keypoints.stamp
+        self._stamp = view.stamp
         if self._tracked is None:
-            return self._start(keypoints)
+            return self._start(view)
         failure = None
         for anchor in self._anchors():
-            registration = self._aick.register(keypoints, anchor.keypoints)
-            interval = (keypoints.stamp - anchor.keypoints.stamp) / NANOSECONDS
+            interval = (view.stamp - anchor.view.stamp) / NANOSECONDS
+            registration = self._registrar.register(view, anchor.view,
+                                                    self._expected(view, anchor))
             status, reason = self._judge(registration, interval)
             if status.ok:
-                return self._track(keypoints, anchor, registration, interval)
+                return self._track(view, anchor, registration, interval)
             failure = failure or (status, reason, registration, interval)
         status, reason, refused, interval = failure
-        held = self._hold(keypoints, status, reason)
+        held = self._hold(view, status, reason)
         if not refused.status.ok:
             return held
         return dataclasses.replace(held, refused=refused.T_target_source,
                                    refused_interval=interval)
 
-    def _start(self, keypoints: KeypointFrame) -> OdometryUpdate:
+    def _start(self, view: View) -> OdometryUpdate:
         fewest = self._settings.min_matches
-        if len(keypoints) < fewest:
-            return self._answer(keypoints, Status.TOO_FEW_KEYPOINTS,
-                                f'{len(keypoints)} keypoints with depth, it takes {fewest}')
+        if len(view.keypoints) < fewest:
+            return self._answer(view, Status.TOO_FEW_KEYPOINTS,
+                                f'{len(view.keypoints)} keypoints with depth, it takes {fewest}')
         recovered, self._is_lost = self._is_lost, False
-        self._tracked = _Anchor(keypoints, self._pose, self._covariance)
-        return self._answer(keypoints, Status.FIRST_FRAME, f'{len(keypoints)} keypoints',
+        self._tracked = _Anchor(view, self._pose, self._covariance)
+        return self._answer(view, Status.FIRST_FRAME, f'{len(view.keypoints)} keypoints',
                             recovered=recovered)
 
     def _anchors(self) -> Iterator[_Anchor]:
+        """Yield what a frame is tried against, until one holds."""
         yield self._tracked
+        yield from reversed(self._earlier)
         if self._lost is not None:
             yield self._lost
+
+    def _expected(self, view: View, anchor: _Anchor) -> np.ndarray | None:
+        """Return where the view is seen from an anchor at constant velocity, 4x4."""
+        elapsed = (view.stamp - self._tracked.view.stamp) / NANOSECONDS
+        if self._twist is None or elapsed > self._settings.hold_time:
+            return None
+        moved = self._tracked.T_odom_camera @ rigid.exp(self._twist * elapsed)
+        return rigid.inverse(anchor.T_odom_camera) @ moved
 
     def _judge(self, registration: Registration, interval: float) -> tuple[Status, str]:
         """Return whether to believe a registration, and why not."""
         if not registration.status.ok:
             return registration.status, registration.reason
-        count, fewest = len(registration.matches), self._settings.min_matches
+        count, fewest = registration.support, self._settings.min_matches
         if count < fewest:
             return Status.TOO_FEW_MATCHES, f'{count} matches, odometry.min_matches is {fewest}'
         speed = np.linalg.norm(registration.T_target_source[:3, 3]) / interval
@@ -203,7 +218,7 @@ class Odometry:
                 f'{self._settings.max_turn_rate:g}')
         return Status.OK, registration.reason
 
-    def _track(self, keypoints: KeypointFrame, anchor: _Anchor, registration: Registration,
+    def _track(self, view: View, anchor: _Anchor, registration: Registration,
                interval: float) -> OdometryUpdate:
         recovered, self._is_lost, self._lost = self._is_lost, False, None
         increment = registration.T_target_source
@@ -211,19 +226,28 @@ class Odometry:
             anchor.T_odom_camera, anchor.covariance, increment, registration.covariance)
         self._pose = anchor.T_odom_camera @ increment
         self._twist = rigid.log(increment) / interval
-        self._tracked = _Anchor(keypoints, self._pose, self._covariance)
+        self._remember(self._tracked)
+        self._tracked = _Anchor(view, self._pose, self._covariance)
         return self._answer(
-            keypoints, Status.OK, registration.reason, increment=increment,
+            view, Status.OK, registration.reason, increment=increment,
             increment_covariance=registration.covariance, interval=interval, recovered=recovered,
-            reference=anchor.keypoints, matches=registration.matches)
+            reference=anchor.view.keypoints, matches=registration.matches)
 
-    def _hold(self, keypoints: KeypointFrame, status: Status, reason: str) -> OdometryUpdate:
+    def _remember(self, anchor: _Anchor) -> None:
+        """Keep an anchor for frames that fail against the last one, one every while."""
+        if self._earlier and (anchor.view.stamp - self._earlier[-1].view.stamp
+                              < _EARLIER_APART * NANOSECONDS):
+            return
+        self._earlier.append(anchor)
+
+    def _hold(self, view: View, status: Status, reason: str) -> OdometryUpdate:
         self._is_lost = True
         anchor = self._tracked
-        lost_for = (keypoints.stamp - anchor.keypoints.stamp) / NANOSECONDS
-        predicted = self._predict(anchor.keypoints.stamp, keypoints.stamp)
+        lost_for = (view.stamp - anchor.view.stamp) / NANOSECONDS
+        predicted = self._predict(anchor.view.stamp, view.stamp)
         if predicted is None:
-            motion = rigid.exp(self._twist * min(lost_for, self._settings.hold_time))
+            twist = np.zeros(6) if self._twist is None else self._twist
+            motion = rigid.exp(twist * min(lost_for, self._settings.hold_time))
             strayed = np.minimum(0.5 * _HELD_ACCELERATION * lost_for ** 2,
                                  np.repeat([self._settings.max_speed * lost_for, np.pi], 3))
         else:
@@ -233,11 +257,10 @@ class Odometry:
         self._pose = anchor.T_odom_camera @ motion
         self._covariance = rigid.compose_covariance(
             anchor.T_odom_camera, anchor.covariance, motion, np.diag(strayed ** 2))
-        if len(keypoints) >= self._settings.min_matches:
-            self._lost = _Anchor(keypoints, self._pose, self._covariance)
-        return self._answer(keypoints, status, reason, predicted=predicted is not None)
+        if len(view.keypoints) >= self._settings.min_matches:
+            self._lost = _Anchor(view, self._pose, self._covariance)
+        return self._answer(view, status, reason, predicted=predicted is not None)
 
-    def _answer(self, keypoints: KeypointFrame, status: Status, reason: str,
-                **measured: Any) -> OdometryUpdate:
-        return OdometryUpdate(keypoints.stamp, status, reason, self._pose, self._covariance,
-                              keypoints, **measured)
+    def _answer(self, view: View, status: Status, reason: str, **measured: Any) -> OdometryUpdate:
+        return OdometryUpdate(view.stamp, status, reason, self._pose, self._covariance,
+                              view.keypoints, view=view, **measured)

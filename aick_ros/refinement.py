@@ -10,13 +10,15 @@ iteration on SE(3) with robust weights, each in units of its own noise.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from aick_ros import rigid
 from aick_ros.aick import Disagreement
-from aick_ros.residuals import NormalEquations, point_to_plane, reprojection, track_depth
+from aick_ros.residuals import (NormalEquations, Residuals, gradient_noise, point_to_plane,
+                                reprojection, track_depth)
 from aick_ros.settings import RefinementSettings, SensorSettings
 from aick_ros.tracks import Tracker, Tracks
 from aick_ros.trajectory import NANOSECONDS
@@ -24,7 +26,7 @@ from aick_ros.view import View
 
 _COARSE = 2  # iterations with wide robust weights, by the keypoints alone
 _COARSE_WIDTH = 3.0  # times the final one
-_STILL = 1e-6  # m and rad; a smaller step ends the iteration
+_STILL = 2e-5  # m and rad; a smaller step ends the iteration
 _WEAK = np.eye(6)  # 1 m and 1 rad: keeps finite what nothing tells about
 
 
@@ -35,7 +37,7 @@ class Refined:
 
     :param T_target_source: 4x4 [m].
     :param covariance: 6x6, of the noise alone [m^2, m rad, rad^2].
-    :param tracked: keypoints of the source that were found in the target.
+    :param tracked: keypoints of the source that the target sees where the pose puts them.
     :param disagreement: of the two sensors; None where only one is used.
     """
 
@@ -63,10 +65,7 @@ class Refinement:
                            self._settings, self._sensor)
         pose = T_target_source
         for i in range(self._settings.iterations):
-            tracked = problem.tracked(pose, _COARSE_WIDTH if i < _COARSE else 1.0)
-            ranged = problem.ranged(pose) if i >= _COARSE or not len(problem.tracks) else _NOTHING
-            step = -np.linalg.solve(tracked.information + ranged.information + _WEAK,
-                                    tracked.gradient + ranged.gradient)
+            step = problem.step(pose, coarse=i < _COARSE)
             pose = rigid.perturbed(pose, step)
             if i > _COARSE and np.abs(step).max() < _STILL:
                 break
@@ -74,45 +73,56 @@ class Refinement:
 
 
 class _Problem:
-    """What is known of one pair of views, as normal equations at any pose."""
+    """What is known of one pair of views, at any pose."""
 
     def __init__(self, source: View, target: View, tracks: Tracks, settings: RefinementSettings,
                  sensor: SensorSettings) -> None:
-        self.tracks = tracks
+        self._tracks = tracks
         self._surfaces = source.surface, target.surface
         self._rate = _rate_of_depth(source, target)
         self._ray_sigma = settings.track_sigma / target.frame.camera.fx
         self._settings = settings
         self._sensor = sensor
 
-    def tracked(self, pose: np.ndarray, width: float = 1.0) -> NormalEquations:
-        """Return what the keypoints tell; the robust weights are wider by a factor."""
-        width *= self._settings.robust_width
-        return NormalEquations.of(
-            reprojection(self.tracks, pose, self._ray_sigma, self._sensor, width),
-            track_depth(self.tracks, pose, self._sensor, width))
-
-    def ranged(self, pose: np.ndarray) -> NormalEquations:
-        """Return what the depth images tell."""
-        if None in self._surfaces:
-            return _NOTHING
-        # between the depth images passed more or less time than between the colour images
-        return NormalEquations.of(point_to_plane(
-            *self._surfaces, rigid.scaled(pose, self._rate), self._sensor,
-            self._settings.robust_width, self._settings.reach)).times(self._rate)
+    def step(self, pose: np.ndarray, coarse: bool) -> np.ndarray:
+        """Return the error of a pose by Gauss and Newton, 6; keypoints come first."""
+        kinds = self._by_keypoints(pose, _COARSE_WIDTH if coarse else 1.0)
+        if not coarse or not len(self._tracks):
+            kinds += self._by_depth(pose)
+        equations = NormalEquations.of(kinds)
+        return -np.linalg.solve(equations.information + _WEAK, equations.gradient)
 
     def judged(self, pose: np.ndarray) -> Refined:
         """Return the pose with what can be said of it."""
-        tracked, ranged = self.tracked(pose), self.ranged(pose)
-        covariance = np.linalg.inv(tracked.information + ranged.information + _WEAK)
-        noise = tracked.noise + ranged.noise + _WEAK
-        pulls = None
-        if ranged.information.any():
-            own = [np.linalg.inv(terms.information + _WEAK) for terms in (tracked, ranged)]
-            pulls = Disagreement(
-                own[1] @ ranged.gradient - own[0] @ tracked.gradient,
-                sum(c @ (terms.noise + _WEAK) @ c for c, terms in zip(own, (tracked, ranged))))
-        return Refined(pose, covariance @ noise @ covariance, self.tracks.keypoints, pulls)
+        kinds = self._by_keypoints(pose), self._by_depth(pose)
+        equations = [NormalEquations.of(kind) for kind in kinds]
+        noises = [gradient_noise(kind) + _WEAK for kind in kinds]
+        covariance = np.linalg.inv(sum(part.information for part in equations) + _WEAK)
+        good = kinds[0][0].weights[:len(self._tracks)] > 0.25
+        return Refined(pose, covariance @ sum(noises) @ covariance, self._tracks.keypoints[good],
+                       _disagreement(equations, noises) if kinds[1] else None)
+
+    def _by_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
+        width = widen * self._settings.robust_width
+        return [reprojection(self._tracks, pose, self._ray_sigma, self._sensor, width),
+                track_depth(self._tracks, pose, self._sensor, width)]
+
+    def _by_depth(self, pose: np.ndarray) -> list[Residuals]:
+        if None in self._surfaces:
+            return []
+        # between the depth images passed more or less time than between the colour images
+        return [point_to_plane(*self._surfaces, rigid.scaled(pose, self._rate), self._sensor,
+                               self._settings.robust_width, self._settings.reach
+                               ).times(self._rate)]
+
+
+def _disagreement(equations: Sequence[NormalEquations],
+                  noises: Sequence[np.ndarray]) -> Disagreement:
+    """Return where keypoints and depth images pull a pose that suits both."""
+    own = [np.linalg.inv(part.information + _WEAK) for part in equations]
+    pulls = [inverse @ part.gradient for inverse, part in zip(own, equations)]
+    return Disagreement(pulls[1] - pulls[0],
+                        sum(inverse @ noise @ inverse for inverse, noise in zip(own, noises)))
 
 
 def _rate_of_depth(source: View, target: View) -> float:
@@ -122,6 +132,3 @@ def _rate_of_depth(source: View, target: View) -> float:
         return 1.0
     rate = 1.0 + (source.depth_lag - target.depth_lag) / interval
     return rate if 0.0 < rate < 2.0 else 1.0
-
-
-_NOTHING = NormalEquations.of()

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A registration from two frames to one pose: keypoints, AICK, refinement."""
+"""A registration from two frames to one pose: keypoints, AICK, refinement, covariance."""
 
 from __future__ import annotations
 
@@ -13,60 +13,92 @@ from aick_ros.aick import Aick, Registration
 from aick_ros.frame import KeypointExtractor, RgbdFrame
 from aick_ros.refinement import Refinement
 from aick_ros.settings import Settings
+from aick_ros.stage_times import StageTimes
 from aick_ros.status import Status
 from aick_ros.steady_clock import SteadyClock
 from aick_ros.surface import Surface
 from aick_ros.trajectory import NANOSECONDS
+from aick_ros.uncertainty import Uncertainty
 from aick_ros.view import View
 
 _PATIENT = {'alpha': 0.8, 'iterations': 25}  # the paper's full schedule (V-A)
+_FEWEST_TRACKS = 12  # fewer do not check a pose
+_SHARE_OF_TRACKS = 0.5  # of the keypoints must be found for a guess to be believed
 
 
 class Registrar:
     """
-    Registers views, without an initial guess.
+    Registers the views of one camera.
 
-    Where AICK with the schedule of the settings finds nothing, it is given the paper's longer
-    one.
+    AICK needs no initial guess. Where its schedule finds nothing it is given the paper's longer
+    one, and where that fails too a guess is tried, which the images must confirm.
+
+    :param times: told how long each stage takes.
     """
 
-    def __init__(self, settings: Settings = Settings()) -> None:
+    def __init__(self, settings: Settings = Settings(),
+                 times: StageTimes | None = None) -> None:
         self._settings = settings
+        self._times = times or StageTimes()
         self._extractor = KeypointExtractor(settings.features, settings.sensor)
-        self._aick = Aick(settings.aick)
+        self._schedules = [Aick(settings.aick)]
         self._refinement = None
         if settings.refinement.mode != 'none':
             self._refinement = Refinement(settings.refinement, settings.sensor)
-            self._patient_aick = Aick(dataclasses.replace(settings.aick, **_PATIENT))
+            self._schedules.append(Aick(dataclasses.replace(settings.aick, **_PATIENT)))
+        self._uncertainty = Uncertainty()
         self._colour_clock, self._depth_clock = SteadyClock(), SteadyClock()
 
     def look(self, frame: RgbdFrame) -> View:
         """Return what registrations need of a frame; frames come in the order of their stamps."""
-        keypoints = self._extractor.extract(frame)
+        with self._times.stage('features'):
+            keypoints, grey = self._extractor.extract(frame), frame.grey
         surface = None
         if self._settings.refinement.mode == 'joint':
-            surface = Surface.of(frame.depth, frame.camera, self._settings.sensor,
-                                 self._settings.refinement.surface_points)
+            with self._times.stage('surface'):
+                surface = Surface.of(frame.depth, frame.camera, self._settings.sensor,
+                                     self._settings.refinement.surface_points)
         depth_stamp = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
         lag = ((depth_stamp - frame.stamp) / NANOSECONDS + self._depth_clock.correct(depth_stamp)
                - self._colour_clock.correct(frame.stamp))
-        return View(frame, keypoints, frame.grey, surface, lag, self._colour_clock.jitter)
+        return View(frame, keypoints, grey, surface, lag, self._colour_clock.jitter)
 
     def register(self, source: View, target: View,
-                 guess: np.ndarray | None = None) -> Registration:
+                 expected: np.ndarray | None = None) -> Registration:
         """
         Return where the source was, seen from the target.
 
-        :param guess: ``T_target_source`` to begin from where AICK finds none.
+        :param expected: ``T_target_source`` at constant velocity; None where none is known.
         """
-        registration = self._aick.register(source.keypoints, target.keypoints)
+        with self._times.stage('registration'):
+            for aick in self._schedules:
+                registration = aick.register(source.keypoints, target.keypoints)
+                if registration.status.ok:
+                    break
         if self._refinement is None:
             return registration
-        if not registration.status.ok:
-            registration = self._patient_aick.register(source.keypoints, target.keypoints)
-        if not registration.status.ok:
-            return registration
+        with self._times.stage('refinement'):
+            if registration.status.ok:
+                refined = self._refined(source, target, registration)
+            elif expected is not None:
+                refined = self._confirmed(source, target, expected, registration)
+            else:
+                return registration
+            return self._uncertainty.complete(refined, source, target, expected)
+
+    def _refined(self, source: View, target: View, registration: Registration) -> Registration:
         refined = self._refinement.refine(source, target, registration.T_target_source)
+        if len(refined.tracked) < _FEWEST_TRACKS:
+            return registration
         return dataclasses.replace(
             registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
-            disagreement=refined.disagreement, reason=f'{len(refined.tracked)} tracked')
+            disagreement=refined.disagreement, support=len(refined.tracked),
+            reason=f'{registration.reason}, {len(refined.tracked)} keypoints tracked')
+
+    def _confirmed(self, source: View, target: View, guess: np.ndarray,
+                   failure: Registration) -> Registration:
+        """Return what a guess comes to, or the failure where the images do not confirm it."""
+        registration = self._refined(source, target, dataclasses.replace(
+            failure, status=Status.OK, T_target_source=guess, reason='by constant velocity'))
+        enough = max(_FEWEST_TRACKS, _SHARE_OF_TRACKS * len(source.keypoints))
+        return registration if registration.support >= enough else failure

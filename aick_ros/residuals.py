@@ -10,7 +10,8 @@ The derivatives are by the error of rigid.py: [R p] becomes [exp(theta) R, p + d
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,7 +22,8 @@ from aick_ros.tracks import Tracks
 
 _CORNER = 10.0  # times the noise of a depth on a surface
 _SURFACE = 1.4
-_BLOCK = 0.15  # side of a part of the image, on the plane z = 1
+_BLOCK = 0.25  # side of a part of the image, on the plane z = 1
+_BLOCKS_ACROSS = 100  # more than there are between the bounds of the rays
 _ALIKE = 0.8  # cosine between the normals of a point and its plane
 
 
@@ -41,6 +43,10 @@ class Residuals:
     weights: np.ndarray
     blocks: np.ndarray
 
+    def times(self, rate: float) -> Residuals:
+        """Return the residuals for an error of which only a share acts."""
+        return replace(self, jacobian=rate * self.jacobian)
+
 
 @dataclass(frozen=True, eq=False)
 class NormalEquations:
@@ -49,42 +55,42 @@ class NormalEquations:
 
     :param information: 6x6.
     :param gradient: 6, half the derivative of the weighted sum of squares.
-    :param noise: 6x6, the covariance of the gradient as the residuals show it. Those of one part
-        of the image may be off together, so each part counts as one sample (Liang and Zeger
-        1986).
     """
 
     information: np.ndarray
     gradient: np.ndarray
-    noise: np.ndarray
 
     @classmethod
-    def of(cls, *kinds: Residuals) -> NormalEquations:
+    def of(cls, kinds: Iterable[Residuals]) -> NormalEquations:
         """Sum up residuals of several kinds."""
-        information, gradient, noise = np.zeros((6, 6)), np.zeros(6), np.zeros((6, 6))
+        information, gradient = np.zeros((6, 6)), np.zeros(6)
         for kind in kinds:
             weighted = kind.jacobian * kind.weights[:, None]
-            own = weighted.T @ kind.jacobian
-            information += own
+            information += weighted.T @ kind.jacobian
             gradient += weighted.T @ kind.values
-            noise += _scatter(weighted * kind.values[:, None], kind.blocks)
-        return cls(information, gradient, noise)
-
-    def times(self, rate: float) -> NormalEquations:
-        """Return the equations for an error of which only a share acts."""
-        return NormalEquations(rate ** 2 * self.information, rate * self.gradient,
-                               rate ** 2 * self.noise)
+        return cls(information, gradient)
 
 
-def _scatter(gradients: np.ndarray, blocks: np.ndarray) -> np.ndarray:
-    """Return the sum of the squares of the blocks' gradients, 6x6."""
-    sums = np.stack([np.bincount(blocks, column) for column in gradients.T])
-    return sums @ sums.T
+def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
+    """
+    Return the covariance of the gradient as the residuals show it, 6x6.
+
+    Residuals of one part of the image may be off together, so each part counts as one sample
+    (Liang and Zeger 1986), with the usual correction for few of them.
+    """
+    noise = np.zeros((6, 6))
+    for kind in kinds:
+        gradients = kind.jacobian * (kind.weights * kind.values)[:, None]
+        sums = np.stack([np.bincount(kind.blocks, column) for column in gradients.T])
+        parts = np.count_nonzero(np.bincount(kind.blocks))
+        noise += sums @ sums.T * (parts / max(parts - 6, 1))
+    return noise
 
 
 def _blocks(rays: np.ndarray) -> np.ndarray:
     """Return the number of the part of the image in which each ray is, N."""
-    return ((np.clip(rays, -2.0, 2.0) + 2.0) / _BLOCK).astype(np.intp) @ (1000, 1)
+    u, v = ((np.clip(rays, -2.0, 2.0) + 2.0) / _BLOCK).astype(np.intp).T
+    return u * _BLOCKS_ACROSS + v
 
 
 def geman_mcclure(squares: np.ndarray, width: float) -> np.ndarray:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from aick_ros.synchronizer import RESTART_AFTER
 from aick_ros.trajectory import NANOSECONDS
 
 _GAIN = 0.1  # of the phase
@@ -37,12 +38,17 @@ class SteadyClock:
         """
         Take the next stamp and return what to add to it for the time of the image [s].
 
-        :param stamp: [ns], later than the last one.
+        :param stamp: [ns]; one that repeats or goes back a little tells nothing.
         """
-        interval = 0.0 if self._last is None else (stamp - self._last) / NANOSECONDS
+        if self._last is None or stamp < self._last - RESTART_AFTER:
+            self._last, self._steady, self._period = stamp, 0.0, 0.0
+            return 0.0
+        interval = (stamp - self._last) / NANOSECONDS
+        if interval <= 0.0:
+            return 0.0
         self._last = stamp
-        if interval <= 0.0 or self._period == 0.0:
-            self._steady, self._period = 0.0, max(interval, 0.0)
+        if self._period == 0.0:
+            self._period = interval
             return 0.0
         due = self._steady - interval  # the last beat, seen from this stamp
         beats = max(1.0, round(-due / self._period))

@@ -65,7 +65,8 @@ class Tracker:
         moved = rigid.transform(T_target_source, points)
         ahead = np.flatnonzero(moved[:, 2] > _NEAREST)
         expected = camera.project(moved[ahead])
-        inside = ((expected >= 0) & (expected <= (camera.width - 1, camera.height - 1))).all(axis=1)
+        corner = camera.width - 1, camera.height - 1
+        inside = ((expected >= 0) & (expected <= corner)).all(axis=1)
         kept, expected = ahead[inside], expected[inside].astype(np.float32)
         if len(kept) == 0:
             return Tracks(kept, points[kept], np.empty((0, 2)), np.empty(0))

@@ -10,7 +10,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from aick_ros.aick import Aick
 from aick_ros.errors import InputError
 from aick_ros.evaluation.consistency import Consistency
 from aick_ros.evaluation.figures import Percentiles, mean
@@ -66,8 +65,8 @@ def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence
     """
     Run the odometry over a recording, register its pairs, and compare with the ground truth.
 
-    Keypoints are extracted once a frame. Without ground truth no pair can be judged and none is
-    registered.
+    What registrations need of a frame is made once. Without ground truth no pair can be judged
+    and none is registered.
 
     :param gaps: distances of the two frames of a pair.
     :param on_progress: told the number of frames done, after each.
@@ -78,13 +77,13 @@ def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence
     odometry = Odometry(settings)
     pairs = None
     if source.ground_truth is not None:
-        pairs = PairEvaluation(Aick(settings.aick), source.ground_truth, gaps)
+        pairs = PairEvaluation(settings, source.ground_truth, gaps)
     records = []
     for frame in source.frames(on_damaged):
         update = odometry.register_frame(frame)
         records.append(FrameRecord.of(update))
         if pairs is not None:
-            pairs.add(update.keypoints)
+            pairs.add(update.view)
         on_progress(len(records))
     if not records:
         raise InputError(f'{source.name} has no frame that can be used')

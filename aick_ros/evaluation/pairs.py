@@ -18,12 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros import rigid
-from aick_ros.aick import Aick
 from aick_ros.evaluation.consistency import Consistency
 from aick_ros.evaluation.figures import Percentiles, mean, median
 from aick_ros.evaluation.increment_error import IncrementError
-from aick_ros.frame import KeypointFrame
+from aick_ros.registrar import Registrar
+from aick_ros.settings import Settings
 from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.view import View
 
 THRESHOLDS = (0.0033, 0.01, 0.05)
 """Translation errors below which a registration is a success in the paper's Table I [m]."""
@@ -100,19 +101,20 @@ class PairEvaluation:
     :param gaps: distances of two frames in the list of frames, each 1 or more.
     """
 
-    def __init__(self, aick: Aick, ground_truth: Trajectory, gaps: Sequence[int]) -> None:
-        self._aick = aick
+    def __init__(self, settings: Settings, ground_truth: Trajectory,
+                 gaps: Sequence[int]) -> None:
+        self._registrars = {gap: Registrar(settings) for gap in gaps}
         self._ground_truth = ground_truth
-        self._frames: deque[tuple[KeypointFrame, np.ndarray | None]] = deque(maxlen=max(gaps) + 1)
+        self._frames: deque[tuple[View, np.ndarray | None]] = deque(maxlen=max(gaps) + 1)
         self._periods: list[int] = []
         self._errors: dict[int, list[PairError]] = {gap: [] for gap in gaps}
 
-    def add(self, keypoints: KeypointFrame) -> None:
+    def add(self, view: View) -> None:
         """Take the next frame."""
         if self._frames:
-            self._periods.append(keypoints.stamp - self._frames[-1][0].stamp)
-        T_world_source = self._ground_truth.at(keypoints.stamp, MAX_HOLE)
-        self._frames.append((keypoints, T_world_source))
+            self._periods.append(view.stamp - self._frames[-1][0].stamp)
+        T_world_source = self._ground_truth.at(view.stamp, MAX_HOLE)
+        self._frames.append((view, T_world_source))
         if T_world_source is None:
             return
         for gap, errors in self._errors.items():
@@ -120,8 +122,8 @@ class PairEvaluation:
                 continue
             target, T_world_target = self._frames[-1 - gap]
             if T_world_target is not None:
-                errors.append(self._measure(
-                    keypoints, target, rigid.inverse(T_world_target) @ T_world_source))
+                errors.append(_measure(self._registrars[gap], view, target,
+                                       rigid.inverse(T_world_target) @ T_world_source))
 
     def errors(self) -> dict[int, list[PairError]]:
         """
@@ -139,14 +141,15 @@ class PairEvaluation:
         """Return the figures of each gap, by the pairs of :meth:`errors`."""
         return {gap: PairScore.of(errors) for gap, errors in self.errors().items()}
 
-    def _measure(self, source: KeypointFrame, target: KeypointFrame,
-                 true_T_target_source: np.ndarray) -> PairError:
-        start = time.perf_counter()
-        registration = self._aick.register(source, target)
-        milliseconds = 1e3 * (time.perf_counter() - start)
-        interval = source.stamp - target.stamp
-        if not registration.status.ok:
-            return PairError(interval, np.inf, np.inf, milliseconds)
-        error = IncrementError.of(registration.T_target_source, registration.covariance,
-                                  true_T_target_source)
-        return PairError(interval, error.translation, error.rotation, milliseconds, error.nees)
+
+def _measure(registrar: Registrar, source: View, target: View,
+             true_T_target_source: np.ndarray) -> PairError:
+    start = time.perf_counter()
+    registration = registrar.register(source, target)
+    milliseconds = 1e3 * (time.perf_counter() - start)
+    interval = source.stamp - target.stamp
+    if not registration.status.ok:
+        return PairError(interval, np.inf, np.inf, milliseconds)
+    error = IncrementError.of(registration.T_target_source, registration.covariance,
+                              true_T_target_source)
+    return PairError(interval, error.translation, error.rotation, milliseconds, error.nees)
