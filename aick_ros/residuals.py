@@ -22,7 +22,7 @@ from aick_ros.tracks import Tracks
 
 _CORNER = 10.0  # times the noise of a depth on a surface
 _SURFACE = 1.4
-_BLOCK = 0.25  # side of a part of the image, on the plane z = 1
+_BLOCK = 0.2  # side of a part of the image, on the plane z = 1
 _BLOCKS_ACROSS = 100  # more than there are between the bounds of the rays
 _ALIKE = 0.8  # cosine between the normals of a point and its plane
 
@@ -83,7 +83,7 @@ def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
         gradients = kind.jacobian * (kind.weights * kind.values)[:, None]
         sums = np.stack([np.bincount(kind.blocks, column) for column in gradients.T])
         parts = np.count_nonzero(np.bincount(kind.blocks))
-        noise += sums @ sums.T * (parts / max(parts - 6, 1))
+        noise += sums @ sums.T * (parts / max(parts - 6, 1)) * (parts / max(parts - 7, 1))
     return noise
 
 

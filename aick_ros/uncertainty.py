@@ -24,10 +24,10 @@ _MEMORY = 30  # registrations
 _EXPLAINED = 1.2, 1.7
 """Squared disagreement by its covariance that noise may come to, and that it never comes to."""
 
-_LAG = 8.0
+_LAG = 6.0
 """Unknown delay of stamps that jitter, as a multiple of the jitter: stamps given on arrival.
 
-Measured on a Kinect: 20 to 30 ms where they jitter by 5 ms.
+Measured on a Kinect: about 30 ms where they jitter by 5 ms.
 """
 
 
