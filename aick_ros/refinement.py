@@ -24,7 +24,7 @@ from aick_ros.tracks import Tracker, Tracks
 from aick_ros.trajectory import NANOSECONDS
 from aick_ros.view import View
 
-_COARSE = 2  # iterations with wide robust weights, by the keypoints alone
+_COARSE = 1  # iterations with wide robust weights, by the keypoints alone
 _COARSE_WIDTH = 3.0  # times the final one
 _STILL = 2e-5  # m and rad; a smaller step ends the iteration
 _WEAK = np.eye(6)  # 1 m and 1 rad: keeps finite what nothing tells about
