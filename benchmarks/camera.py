@@ -57,6 +57,9 @@ def main() -> None:
         print(play(frames, recording['k'], arguments.rate, arguments.seconds))
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except Exception:
+        if rclpy.ok():
+            raise  # else it was told to end in the middle of a message
     finally:
         rclpy.try_shutdown()
 

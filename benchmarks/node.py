@@ -46,7 +46,7 @@ CAMERAS = {
     '640x480': Camera(640, 480, 525.0, 525.0, 319.5, 239.5),
     '1280x720': Camera(1280, 720, 920.0, 920.0, 639.5, 359.5),
 }
-FRAMES = 60
+FRAMES = 30
 CHUNK = 40  # damaged pairs between two good ones; the backlog takes 100
 PERIOD = 33_333_333  # ns
 

@@ -109,7 +109,9 @@ class OdomNode(Node):
         T_base_camera = self._T_base_camera = self._inputs.camera_in_base(arrival)
         update = self._odometry.register_frame(frame)
         self._publisher.publish(update, T_base_camera, self._inputs.camera_mount(arrival))
-        self._diagnostics.answered(update, 1e3 * (time.monotonic() - arrival.paired_at))
+        self._diagnostics.answered(
+            update, 1e3 * (time.monotonic() - arrival.paired_at),
+            1e-6 * (self.get_clock().now().nanoseconds - update.stamp))
         if not update.status.ok:
             self.get_logger().warning(
                 f'frame {update.stamp} ns: {update.status.value}: {update.reason}',
