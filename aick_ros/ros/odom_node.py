@@ -30,6 +30,7 @@ from aick_ros.ros.parameters import LiveSettings, declare_settings
 from aick_ros.ros.publisher import OdometryPublisher
 from aick_ros.ros.rate_limit import RateLimit
 from aick_ros.ros.views import Views
+from aick_ros.ros.warm_up import warm_up
 from aick_ros.ros.worker import Worker
 from aick_ros.settings import NodeSettings, Settings
 
@@ -62,6 +63,7 @@ class OdomNode(Node):
         self._guess = Guess(self._inputs, settings) if settings.guess_frame_id else None
         self._publisher = OdometryPublisher(self, settings, self._guess)
         self._control = Control(self, settings.odom_frame_id, self._reset, self._set_pose)
+        self._between_frames(lambda: warm_up(core))
         # a steady timer: a /clock that stands still must not stop the report
         self.create_timer(1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
