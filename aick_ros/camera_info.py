@@ -57,7 +57,8 @@ def to_camera(message: CameraInfoMessage, rectified: bool = False) -> Camera:
                                          message.distortion_model)
     if rectified and camera.distortion:
         raise InputError('the images are rectified, and camera_info has no p for them: calibrate '
-                         'the camera, or set image_rectification to raw')
+                         'the camera, or take its raw images (image_rectification says which '
+                         'they are)')
     return _binned(_cut_out(camera, message.roi), message.binning_x or 1, message.binning_y or 1)
 
 

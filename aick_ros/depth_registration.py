@@ -10,10 +10,10 @@ import itertools
 import numpy as np
 
 from aick_ros.camera import Camera
-from aick_ros.errors import InputError
 from aick_ros.pixel_map import PixelMap
 
 _OVERLAP = 1.1  # of the footprints of two neighbours, so that slanted surfaces have no cracks
+_LONGEST_REACH = np.float32(8.0)  # px to each side; a damaged camera_info must not ask for more
 _JUMP = 0.05  # relative difference of depth to a neighbour that counts as an edge
 
 
@@ -32,13 +32,13 @@ class DepthRegistration:
 
     def __init__(self, depth_camera: Camera, colour_camera: Camera,
                  T_colour_depth: np.ndarray) -> None:
-        self._size = depth_camera.height, depth_camera.width
         self._colour_camera, self._map = colour_camera, PixelMap(colour_camera)
-        v, u = np.mgrid[:depth_camera.height, :depth_camera.width]
+        height, width = depth_camera.height, depth_camera.width
+        v, u = np.mgrid[:height, :width]
         rays = np.column_stack([
             depth_camera.normalize(np.column_stack([u.ravel(), v.ravel()])), np.ones(u.size)])
         self._rays = np.ascontiguousarray(
-            (rays @ T_colour_depth[:3, :3].T).T, np.float32).reshape(3, *self._size)
+            (rays @ T_colour_depth[:3, :3].T).T, np.float32).reshape(3, height, width)
         self._origin = T_colour_depth[:3, 3].astype(np.float32).reshape(3, 1, 1)
         # how far a step of one depth pixel goes in the colour image; parallax is little beside it
         self._step = (np.diag((colour_camera.fx, colour_camera.fy)) @ T_colour_depth[:2, :2]
@@ -48,15 +48,9 @@ class DepthRegistration:
         """
         Return a depth image as seen by the colour camera.
 
-        :param depth: hxw float32, z in the depth camera [m]; NaN where there is none.
+        :param depth: hxw float32 as the depth camera has it, z [m]; NaN where there is none.
         :returns: HxW float32, z in the colour camera [m]; NaN where none is measured.
-        :raises InputError: where the size is not that of the depth camera.
         """
-        if depth.shape != self._size:
-            raise InputError(
-                f'depth is {depth.shape[1]} x {depth.shape[0]} pixels and its camera calibrated '
-                f'for {self._size[1]} x {self._size[0]}: remap depth/camera_info to the '
-                'calibration of this image')
         with np.errstate(divide='ignore', invalid='ignore'):
             x, y, z = self._rays * depth + self._origin
             inverse = np.where(z > 0.0, 1.0 / z, np.float32(0.0))
@@ -67,6 +61,7 @@ class DepthRegistration:
         """Return the greatest of the inverse depths that cover each pixel, as depth."""
         width, height = self._colour_camera.width, self._colour_camera.height
         reach = (0.5 * _OVERLAP * np.abs(self._step).sum(axis=1)).astype(np.float32)
+        reach = np.minimum(reach, _LONGEST_REACH)
         margin = int(2 * reach.max()) + 1
         left, top = np.ceil(u - reach[0]), np.ceil(v - reach[1])
         seen = np.flatnonzero((inverse > 0.0) & (left >= -margin) & (left < width)

@@ -32,8 +32,8 @@ def enlarge(depth: np.ndarray, width: int, height: int) -> np.ndarray:
     if factor < 1 or (factor * rows, factor * columns) != (height, width):
         raise InputError(
             f'colour is {width} x {height} and depth {columns} x {rows} pixels, which is no whole '
-            'factor: take the depth registered to the colour camera, or set register_depth to '
-            'true')
+            'factor: take the depth registered to the colour camera, or have the node register '
+            'it (register_depth)')
     inverse = np.nan_to_num(1.0 / depth, nan=0.0)
     square = np.ones((3, 3), np.uint8)
     nearest, farthest = cv2.dilate(inverse, square), cv2.erode(inverse, square)

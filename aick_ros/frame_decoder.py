@@ -54,6 +54,8 @@ class FrameDecoder:
         :raises InputError: where they cannot be used.
         """
         colour, depth = self._images(pair)
+        _require_size('colour', colour, camera)
+        _require_size('depth', depth, depth_camera)
         cameras = depth_camera, camera, T_colour_depth.tobytes()
         if cameras != self._registered_by:
             self._registration = DepthRegistration(depth_camera, camera, T_colour_depth)
@@ -64,6 +66,13 @@ class FrameDecoder:
     def _images(self, pair: Pair) -> tuple[np.ndarray, np.ndarray]:
         return (_decoded('colour', self._colour, pair.colour),
                 _decoded('depth', self._depth, pair.depth))
+
+
+def _require_size(kind: str, image: np.ndarray, camera: Camera) -> None:
+    height, width = image.shape[:2]
+    if (width, height) != (camera.width, camera.height):
+        raise InputError(f'{kind} is {width} x {height} pixels and its camera calibrated for '
+                         f'{camera.width} x {camera.height}: take the camera_info of this image')
 
 
 def _decoded(kind: str, decode: Callable[[Any], np.ndarray], message: Any) -> np.ndarray:

@@ -10,7 +10,7 @@ import numpy as np
 
 from aick_ros.camera import Camera
 
-_CELL = 4  # px between two nodes of the table
+_CELL = 2  # px between two nodes of the table, roughly
 _WIDEST = 4.0  # of the tangent: what a camera sees beyond 76 degrees off its axis is left out
 _RETURNS_WITHIN = 1e-3  # on the plane z = 1; what returns elsewhere was folded into the image
 
@@ -28,7 +28,7 @@ class PixelMap:
         if not camera.distortion:
             return
         self._low, extent = _extent(camera)
-        rows, columns = camera.height // _CELL, camera.width // _CELL
+        rows, columns = 2 + camera.height // _CELL, 2 + camera.width // _CELL
         self._scale = np.array([columns - 1, rows - 1]) / extent
         row, column = np.mgrid[:rows, :columns]
         nodes = self._low + np.column_stack([column.ravel(), row.ravel()]) / self._scale

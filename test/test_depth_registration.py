@@ -11,7 +11,6 @@ import pytest
 from aick_ros import rigid
 from aick_ros.camera import Camera
 from aick_ros.depth_registration import DepthRegistration
-from aick_ros.errors import InputError
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
 
@@ -99,10 +98,3 @@ def test_a_distorted_colour_camera(room):
     error = np.abs(found[v.ravel(), u.ravel()] / expected - 1)
     assert np.nanmedian(error) < 5e-4
     assert np.nanmean(error < 0.01) > 0.9
-
-
-def test_a_depth_image_of_another_size_is_refused():
-    registration = DepthRegistration(DEPTH, COLOUR, np.eye(4))
-    with pytest.raises(InputError, match='320 x 240 pixels and its camera calibrated for '
-                                         '256 x 212: remap depth/camera_info'):
-        registration.register(np.ones((240, 320), np.float32))

@@ -21,14 +21,15 @@ from aick_ros.ros.messages import to_stamp
 from aick_ros.settings import NodeSettings
 
 _CAMERA_INFO_QUEUE = 10
+_OVERLAP = 0.2  # seconds for which both bring messages
 
 
 class AdaptiveSubscription:
     """
     Subscribes anew when the publishers offer more, or less, than was asked of them.
 
-    The old subscription goes when the new one has brought a message, so nothing is missed, and
-    what both bring is taken once.
+    The old subscription goes some time after the new one has begun to bring messages, so nothing
+    is missed, and an image that both bring is taken once.
 
     :param name: of the topic in the node's contract, which is remapped.
     :param suffix: of the topic after remapping, as image_transport names its transports.
@@ -46,7 +47,8 @@ class AdaptiveSubscription:
         self._topic, self._suffix = node.resolve_topic_name(name) + suffix, suffix
         self._node, self._kind, self._take = node, kind, take
         self._reliability, self._latched, self._depth = reliability, latched, depth
-        self._taken_by_old: deque[int] = deque(maxlen=depth)
+        self._taken: deque[int] = deque(maxlen=2 * depth)
+        self._new_brings_since: float | None = None
         self._old: Subscription | None = None
         self.received_at = time.monotonic()
         self._new = self._subscribe(QoSProfile(
@@ -78,6 +80,9 @@ class AdaptiveSubscription:
 
     def adapt(self) -> None:
         """Look at the publishers; to be called now and then on the executor's thread."""
+        if (self._new_brings_since is not None
+                and time.monotonic() - self._new_brings_since > _OVERLAP):
+            self._drop_old()
         wanted, present = self._wanted(), self.qos_profile
         if (wanted.reliability, wanted.durability) == (present.reliability, present.durability):
             return
@@ -105,20 +110,22 @@ class AdaptiveSubscription:
             self._kind, self._topic, partial(self._receive, generation), qos)
 
     def _receive(self, generation: object, message: Any) -> None:
-        stamp, self.received_at = to_stamp(message.header.stamp), time.monotonic()
-        if generation is not self._generation:
-            self._taken_by_old.append(stamp)
-        else:
-            self._drop_old()
-            if stamp in self._taken_by_old:
+        self.received_at = time.monotonic()
+        if self._old is not None:
+            if generation is self._generation and self._new_brings_since is None:
+                self._new_brings_since = self.received_at
+            # a calibration does no harm twice, and many have no stamp
+            stamp = to_stamp(message.header.stamp)
+            if not self._latched and stamp in self._taken:
                 return
-            self._taken_by_old.clear()
+            self._taken.append(stamp)
         self._take(message)
 
     def _drop_old(self) -> None:
         if self._old is not None:
             self._node.destroy_subscription(self._old)
-            self._old = None
+            self._old, self._new_brings_since = None, None
+            self._taken.clear()
 
 
 def image_subscription(node: Node, name: str, transport: str, take: Callable[[Any], None],

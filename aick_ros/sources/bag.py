@@ -13,12 +13,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from aick_ros import image_codec, rigid
 from aick_ros.camera import Camera
+from aick_ros.camera_info import is_rectified, to_camera
+from aick_ros.depth_scaling import enlarge
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
@@ -128,6 +131,7 @@ class BagSource:
         depth = self._image(self._depth, pair.depth_stamp, pair.depth,
                             image_codec.depth_image, image_codec.compressed_depth)
         try:
+            depth = enlarge(depth, *colour.shape[1::-1])
             return RgbdFrame(pair.colour_stamp, colour, depth, self._camera, pair.depth_stamp)
         except InputError as error:
             raise InputError(f'{self._where(self._colour, pair.colour_stamp)}: {error}') from None
@@ -150,11 +154,8 @@ class BagSource:
         except InputError as error:
             raise InputError(f'{error}; {remedy}') from None
         for _, info in self._bag.messages([topic], raise_damage):
-            # ROS 1 has these two in capitals
-            k, d = (info.k, info.d) if hasattr(info, 'k') else (info.K, info.D)
             try:
-                return Camera.from_camera_info(info.width, info.height, k, d,
-                                               info.distortion_model)
+                return to_camera(_as_in_ros2(info), is_rectified(self._colour))
             except InputError as error:
                 raise InputError(f'{self._path}, {topic}: {error}; {remedy}') from None
         raise InputError(f'{self._path} has no message on {topic}: record it again, {remedy}')
@@ -180,6 +181,13 @@ class _IncreasingStamps:
             return f'the stamp is far ahead of {stamp_to_seconds(self._last)}'
         self._last = stamp
         return ''
+
+
+def _as_in_ros2(info: Any) -> Any:
+    """Return a camera_info with the matrices in small letters; ROS 1 has them in capitals."""
+    if hasattr(info, 'k'):
+        return info
+    return SimpleNamespace(**vars(info), k=info.K, d=info.D, p=info.P)
 
 
 def _stamp(message: Any) -> int:

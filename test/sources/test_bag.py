@@ -302,11 +302,35 @@ def test_a_message_that_is_cut_is_reported(tmp_path, recording, assert_same_fram
 def test_depth_of_another_size_is_reported(tmp_path, recording):
     messages = Messages()
     rows = list(messages.recording(recording))
-    small = np.ones((12, 16), np.float32)
+    small = np.ones((15, 20), np.float32)
     rows[2] = (DEPTH, messages.image(recording.recorded[0].depth_stamp, small, '32FC1'))
     frames, damage = read(BagSource(write(tmp_path / 'bag', rows)))
     assert len(frames) == 5
-    assert 'colour is 32 x 24 and depth 16 x 12 pixels' in damage[0]
+    assert 'colour is 32 x 24 and depth 20 x 15 pixels' in damage[0]
+
+
+def test_depth_of_half_the_size_is_enlarged(tmp_path, recording):
+    messages = Messages()
+    rows = list(messages.recording(recording))
+    small = np.full((12, 16), 1.5, np.float32)
+    rows[2] = (DEPTH, messages.image(recording.recorded[0].depth_stamp, small, '32FC1'))
+    frames, _ = read(BagSource(write(tmp_path / 'bag', rows)))
+    np.testing.assert_allclose(frames[0].depth, np.full((24, 32), 1.5), rtol=1e-6)
+
+
+@pytest.mark.parametrize('version', [1, 2])
+def test_rectified_images_take_p(tmp_path, recording, version):
+    """As the topic's name says that they are."""
+    messages = Messages(version)
+    rows = list(messages.recording(recording))
+    info = rows[0][1]
+    (info.P if version == 1 else info.p)[[0, 2, 5, 6]] = 20.0, 15.0, 21.0, 11.0
+    renamed = [('/rgb/image_rect_color' if topic == COLOUR else topic, message)
+               for topic, message in rows]
+    path = write(tmp_path / NAMES[version], renamed, version)
+    camera = next(BagSource(path).frames(raise_damage)).camera
+    assert (camera.fx, camera.cx, camera.fy, camera.cy) == (20, 15, 21, 11)
+    assert camera.distortion == ()
 
 
 def test_stamps_that_repeat_or_go_back_are_left_out_and_reported(

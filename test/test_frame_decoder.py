@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Messages to frames: which image is damaged, and cameras that are not those of the images."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.camera import Camera
+from aick_ros.depth_registration import DepthRegistration
+from aick_ros.errors import InputError
+from aick_ros.frame_decoder import FrameDecoder
+from aick_ros.image_codec import encode_colour, encode_depth
+from aick_ros.synchronizer import Pair
+
+CAMERA = Camera(64, 48, 52, 52, 31.5, 23.5)
+DEPTH_CAMERA = Camera(32, 24, 26, 26, 15.5, 11.5)
+COLOUR = np.random.default_rng(0).integers(0, 256, (48, 64, 3), np.uint8)
+DEPTH = np.random.default_rng(1).uniform(1.0, 1.02, (24, 32)).astype(np.float32)
+T_COLOUR_DEPTH = rigid.exp([0.02, 0, 0, 0, 0, 0])
+
+
+@pytest.fixture
+def pair():
+    return Pair(100, encode_colour(COLOUR), 101, encode_depth(DEPTH))
+
+
+def test_registered_depth_is_brought_to_the_size_of_colour(pair):
+    frame = FrameDecoder().decode(pair, CAMERA)
+    assert (frame.stamp, frame.depth_stamp) == (100, 101)
+    assert frame.depth.shape == (48, 64)
+    np.testing.assert_array_equal(frame.colour, COLOUR)
+
+
+def test_depth_of_another_camera_is_registered_with_the_latest_extrinsic(pair):
+    decoder = FrameDecoder()
+    for T in (np.eye(4), T_COLOUR_DEPTH):
+        frame = decoder.decode_and_register(pair, CAMERA, DEPTH_CAMERA, T)
+        np.testing.assert_array_equal(
+            frame.depth, DepthRegistration(DEPTH_CAMERA, CAMERA, T).register(DEPTH))
+
+
+def test_compressed_images_are_decoded(pair):
+    def png(image):
+        return cv2.imencode('.png', image)[1].tobytes()
+
+    colour = SimpleNamespace(format='rgb8; png compressed bgr8', data=png(COLOUR[..., ::-1]))
+    millimetres = np.rint(1000 * DEPTH).astype(np.uint16)
+    depth = SimpleNamespace(format='16UC1; compressedDepth png',
+                            data=bytes(12) + png(millimetres))
+    compressed = FrameDecoder('compressed', 'compressedDepth').decode(
+        pair._replace(colour=colour, depth=depth), CAMERA)
+    np.testing.assert_array_equal(compressed.colour, COLOUR)
+    rounded = pair._replace(depth=encode_depth(DEPTH, '16UC1'))
+    np.testing.assert_array_equal(compressed.depth,
+                                  FrameDecoder().decode(rounded, CAMERA).depth)
+
+
+@pytest.mark.parametrize('kind', ['colour', 'depth'])
+def test_the_damaged_image_is_named(pair, kind):
+    damaged = dataclasses.replace(getattr(pair, kind), data=np.zeros(9, np.uint8))
+    with pytest.raises(InputError, match=f'{kind}: the image has 9 bytes'):
+        FrameDecoder().decode(pair._replace(**{kind: damaged}), CAMERA)
+
+
+@pytest.mark.parametrize('cameras, reason', [
+    ((DEPTH_CAMERA, DEPTH_CAMERA), 'colour is 64 x 48 pixels and its camera calibrated for 32 x'),
+    ((CAMERA, dataclasses.replace(DEPTH_CAMERA, width=4_000_000_000)),
+     'depth is 32 x 24 pixels and its camera calibrated for 4000000000 x 24'),
+])
+def test_cameras_of_other_sizes_are_refused_before_any_work(pair, cameras, reason):
+    with pytest.raises(InputError, match=reason):
+        FrameDecoder().decode_and_register(pair, *cameras, np.eye(4))
