@@ -161,7 +161,8 @@ class OdomNode(Node):
             try:
                 errand()
             except Exception:  # as little as a frame must it end the odometry
-                self.get_logger().error(f'failed, please report this:\n{traceback.format_exc()}')
+                self.get_logger().error('failed between two frames, please report this:\n'
+                                        f'{traceback.format_exc()}')
         self._worker.run(run)
 
 
