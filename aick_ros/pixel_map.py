@@ -10,7 +10,7 @@ import numpy as np
 
 from aick_ros.camera import Camera
 
-_CELL = 4  # px between two nodes of the table
+_CELL = 2  # px between two nodes of the table, roughly
 _WIDEST = 4.0  # of the tangent: what a camera sees beyond 76 degrees off its axis is left out
 _RETURNS_WITHIN = 1e-3  # on the plane z = 1; what returns elsewhere was folded into the image
 

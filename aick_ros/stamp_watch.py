@@ -70,4 +70,5 @@ class StampWatch:
         if len(gaps) < _FEWEST_GAPS:
             return np.ones(len(gaps), int)
         # most images may be lost, but some follow each other
-        return np.maximum(np.rint(gaps / np.quantile(gaps, 0.1)), 1).astype(int)
+        period = np.sort(gaps)[len(gaps) // 10]
+        return np.maximum(np.rint(gaps / period), 1).astype(int)

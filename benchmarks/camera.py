@@ -47,6 +47,7 @@ def main() -> None:
     parser.add_argument('frames')
     parser.add_argument('--rate', type=float, default=30.0)
     parser.add_argument('--seconds', type=float, default=60.0)
+    parser.add_argument('--at-once', action='store_true', help='do not wait for a listener')
     arguments = parser.parse_args()
     recording = np.load(arguments.frames)
     frames = [(image_message(colour, 'rgb8'), image_message(depth, '16UC1'))
@@ -54,15 +55,19 @@ def main() -> None:
     use_fastdds_profile()
     rclpy.init(args=[])
     try:
-        print(play(frames, recording['k'], arguments.rate, arguments.seconds))
+        print(play(frames, recording['k'], arguments.rate, arguments.seconds, arguments.at_once))
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except Exception:
+        if rclpy.ok():
+            raise  # else it was told to end in the middle of a message
     finally:
         rclpy.try_shutdown()
 
 
-def play(frames: list[tuple[Image, Image]], k: np.ndarray, rate: float, seconds: float) -> int:
-    """Publish frames once somebody listens to all topics; return how many."""
+def play(frames: list[tuple[Image, Image]], k: np.ndarray, rate: float, seconds: float,
+         at_once: bool) -> int:
+    """Publish frames, at once or when somebody listens to all topics; return how many."""
     node = rclpy.create_node('camera')
     reliable = QoSProfile(depth=10)
     colour, depth, info = (node.create_publisher(kind, topic, reliable) for kind, topic in (
@@ -71,7 +76,8 @@ def play(frames: list[tuple[Image, Image]], k: np.ndarray, rate: float, seconds:
         width=frames[0][0].width, height=frames[0][0].height, k=k.ravel(),
         distortion_model='plumb_bob', d=[0.0] * 5)
     deadline = time.monotonic() + 20.0
-    while not all(publisher.get_subscription_count() for publisher in (colour, depth, info)):
+    while not (at_once or all(
+            publisher.get_subscription_count() for publisher in (colour, depth, info))):
         if time.monotonic() > deadline:
             sys.exit('camera: nobody listens')
         time.sleep(0.01)

@@ -13,7 +13,7 @@ from launch_ros.actions import Node
 import yaml
 
 SHARE = Path(get_package_share_directory('aick_ros'))
-TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info')
+TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info', 'depth/camera_info')
 
 
 def generate_launch_description():
@@ -28,6 +28,8 @@ def generate_launch_description():
                               description="Registered depth images; '': as the camera has it"),
         DeclareLaunchArgument('camera_info_topic', default_value='',
                               description="Calibration of the colour images; '': as above"),
+        DeclareLaunchArgument('depth_camera_info_topic', default_value='',
+                              description='Calibration of depth images, for register_depth'),
         DeclareLaunchArgument('frame_id', default_value='',
                               description="Frame whose motion is published; '': as in the file"),
         DeclareLaunchArgument('odom_frame_id', default_value='',
@@ -50,7 +52,8 @@ def start_node(context):
     def argument(name):
         return LaunchConfiguration(name).perform(context)
 
-    given = dict(zip(TOPICS, map(argument, ('rgb_topic', 'depth_topic', 'camera_info_topic'))))
+    given = dict(zip(TOPICS, map(argument, (
+        'rgb_topic', 'depth_topic', 'camera_info_topic', 'depth_camera_info_topic'))))
     topics = dict.fromkeys(TOPICS, '')
     if argument('camera'):
         file = SHARE / 'config' / 'cameras' / f'{argument("camera")}.yaml'

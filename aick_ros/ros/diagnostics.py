@@ -55,7 +55,8 @@ def _values(frames: Snapshot) -> dict[str, str]:
               'matches': f'{frames.matches:.0f}'}
     if len(frames.delays):
         median, worst = np.percentile(frames.delays, (50, 99))
-        values.update({'delay [ms]': f'{median:.1f}', 'delay, 99 % [ms]': f'{worst:.1f}'})
+        values.update({'delay [ms]': f'{median:.1f}', 'delay, 99 % [ms]': f'{worst:.1f}',
+                       'delay since the stamp [ms]': f'{np.median(frames.ages):.1f}'})
     values.update((f'{stage} [ms]', f'{time:.2f}') for stage, time in frames.timing.items())
     values.update((name, str(total)) for name, total in frames.totals.items())
     return values

@@ -33,8 +33,11 @@ class Extrinsics:
         self._transforms = transforms.Transforms(
             node, (settings.odom_frame_id, settings.guess_frame_id or settings.frame_id),
             on_change)
-        self.tend = self._transforms.tend
         self.find = self._transforms.find
+
+    def tend(self) -> None:
+        """Listen to what is needed; to be called now and then on the executor's thread."""
+        self._transforms.tend()
 
     def camera_in_base(self, camera_frame: str, stamp: int, wait: bool = True) -> np.ndarray:
         """

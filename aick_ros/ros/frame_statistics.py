@@ -37,7 +37,8 @@ class Snapshot:
     :param status: of the last frame, with ``reason``.
     :param lost_for: since the camera was last tracked, 0 where it is [s].
     :param silent_for: since a frame was last answered, or since the start [s].
-    :param delays: of the answers lately, from pairing to publishing [ms].
+    :param delays: of the answers lately, from pairing to publishing [ms]; ``ages`` from the
+        stamp of the image, by the clock of ROS.
     :param matches: median lately.
     :param timing: median milliseconds of each stage lately.
     """
@@ -50,6 +51,7 @@ class Snapshot:
     lost_for: float
     silent_for: float
     delays: np.ndarray
+    ages: np.ndarray
     matches: float
     timing: Mapping[str, float]
 
@@ -65,6 +67,7 @@ class Snapshot:
 class _Answer(NamedTuple):
     at: float
     delay_ms: float
+    age_ms: float
     matches: int
     timing: dict[str, float]
 
@@ -95,8 +98,8 @@ class FrameStatistics:
         with self._lock:
             self._count(name, total - self._totals[name])
 
-    def answered(self, update: OdometryUpdate, delay_ms: float) -> None:
-        """Take note of an answer and the time since its images were paired."""
+    def answered(self, update: OdometryUpdate, delay_ms: float, age_ms: float) -> None:
+        """Take note of an answer and the time since its images were paired, and were taken."""
         with self._lock:
             now = self._clock()
             if update.status is Status.BAD_STAMP:
@@ -104,7 +107,8 @@ class FrameStatistics:
                 return
             self._count(ANSWERED, 1)
             self._count(LOST, int(not update.status.ok))
-            self._answers.append(_Answer(now, delay_ms, len(update.matches), update.timing))
+            self._answers.append(_Answer(
+                now, delay_ms, age_ms, len(update.matches), update.timing))
             self._status, self._reason = update.status, update.reason
             self._answered_at = now
             if update.status.ok:
@@ -131,6 +135,7 @@ class FrameStatistics:
                 Counter(self._totals), recent, min(WINDOW, max(now - self._start, 1e-3)),
                 self._status, self._reason, now - self._tracked_at if lost else 0.0,
                 now - self._answered_at, np.array([answer.delay_ms for answer in self._answers]),
+                np.array([answer.age_ms for answer in self._answers]),
                 float(np.median([answer.matches for answer in self._answers] or [0])),
                 _medians([answer.timing for answer in self._answers]))
 

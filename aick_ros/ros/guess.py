@@ -31,8 +31,9 @@ class Guess:
     def __init__(self, transforms: Finder, settings: NodeSettings) -> None:
         self._transforms = transforms
         self._guess_frame, self._base_frame = settings.guess_frame_id, settings.frame_id
-        self._patience = self._wait = settings.wait_for_transform
+        self._patience, self._wait = settings.wait_for_transform, 0.0
         self.T_guess_base(0)  # so that TF is listened to from the start
+        self._wait = self._patience
 
     def T_guess_base(self, stamp: int) -> np.ndarray | None:
         """Return the pose by the wheels at a stamp [ns], 4x4; None: they tell none."""

@@ -30,6 +30,7 @@ from aick_ros.ros.parameters import LiveSettings, declare_settings
 from aick_ros.ros.publisher import OdometryPublisher
 from aick_ros.ros.rate_limit import RateLimit
 from aick_ros.ros.views import Views
+from aick_ros.ros.warm_up import warm_up
 from aick_ros.ros.worker import Worker
 from aick_ros.settings import NodeSettings, Settings
 
@@ -62,6 +63,7 @@ class OdomNode(Node):
         self._guess = Guess(self._inputs, settings) if settings.guess_frame_id else None
         self._publisher = OdometryPublisher(self, settings, self._guess)
         self._control = Control(self, settings.odom_frame_id, self._reset, self._set_pose)
+        self._between_frames(lambda: warm_up(core))
         # a steady timer: a /clock that stands still must not stop the report
         self.create_timer(1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
@@ -109,7 +111,9 @@ class OdomNode(Node):
         T_base_camera = self._T_base_camera = self._inputs.camera_in_base(arrival)
         update = self._odometry.register_frame(frame)
         self._publisher.publish(update, T_base_camera, self._inputs.camera_mount(arrival))
-        self._diagnostics.answered(update, 1e3 * (time.monotonic() - arrival.paired_at))
+        self._diagnostics.answered(
+            update, 1e3 * (time.monotonic() - arrival.paired_at),
+            1e-6 * (self.get_clock().now().nanoseconds - update.stamp))
         if not update.status.ok:
             self.get_logger().warning(
                 f'frame {update.stamp} ns: {update.status.value}: {update.reason}',
@@ -157,7 +161,8 @@ class OdomNode(Node):
             try:
                 errand()
             except Exception:  # as little as a frame must it end the odometry
-                self.get_logger().error(f'failed, please report this:\n{traceback.format_exc()}')
+                self.get_logger().error('failed between two frames, please report this:\n'
+                                        f'{traceback.format_exc()}')
         self._worker.run(run)
 
 

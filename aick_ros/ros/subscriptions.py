@@ -11,6 +11,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.subscription import Subscription
@@ -51,8 +52,10 @@ class AdaptiveSubscription:
         self._new_brings_since: float | None = None
         self._old: Subscription | None = None
         self.received_at = time.monotonic()
+        # what is sent once must not be lost while the two sides discover each other
+        reliable = reliability == 'reliable' or latched
         self._new = self._subscribe(QoSProfile(
-            depth=depth, reliability=ReliabilityPolicy.RELIABLE if reliability == 'reliable'
+            depth=depth, reliability=ReliabilityPolicy.RELIABLE if reliable
             else ReliabilityPolicy.BEST_EFFORT))
 
     @property
@@ -107,7 +110,9 @@ class AdaptiveSubscription:
     def _subscribe(self, qos: QoSProfile) -> Subscription:
         self._generation = generation = object()
         return self._node.create_subscription(
-            self._kind, self._topic, partial(self._receive, generation), qos)
+            self._kind, self._topic, partial(self._receive, generation), qos,
+            # a mismatch is cured, or explained by the watchdog
+            event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False))
 
     def _receive(self, generation: object, message: Any) -> None:
         self.received_at = time.monotonic()

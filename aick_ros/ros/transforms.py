@@ -59,8 +59,8 @@ class Transforms:
         Return ``T_target_source`` at a stamp, 4x4; None where nothing connects the two yet.
 
         :param stamp: [ns].
-        :param wait: how long to wait for moving links to be told up to the stamp [s]. Never wait
-            on the executor's thread: nothing would come.
+        :param wait: how long to wait until something connects them, and moving links are told up
+            to the stamp [s]. Never wait on the executor's thread: nothing would come.
         :raises InputError: where a moving link is known only for other times.
         """
         target, source = _plain(target), _plain(source)
@@ -102,7 +102,7 @@ class Transforms:
 
     def _is_told(self, target: str, source: str, stamp: int) -> bool:
         found = self._tree.find(target, source, stamp)
-        return found is None or found.gap == 0
+        return found is not None and found.gap == 0
 
     def _take_fixed(self, message: 'TFMessage') -> None:
         with self._changed:

@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.qos import ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros.ros.live_run import NODE_COMMAND
@@ -83,6 +84,11 @@ class Rig:
     def wait_for_node(self):
         wait_until(lambda: all(publisher.get_subscription_count() for publisher in (
             self.colour, self.depth, self.info)), 'the node to subscribe')
+        # it looks what we offer and subscribes anew; a camera_info sent meanwhile may be missed
+        wait_until(lambda: any(
+            endpoint.qos_profile.reliability == ReliabilityPolicy.RELIABLE for endpoint in
+            self.node.get_subscriptions_info_by_topic(self.info.topic_name)),
+            'a reliable subscription of camera_info')
         # once one of its messages has come, the node knows all subscriptions of this side
         wait_until(lambda: self.diagnostics, 'the node to publish')
 

@@ -34,7 +34,8 @@ class Frames(FrameStatistics):
             self.now += 1 / 30
             self.count(RECEIVED)
             if answered:
-                self.answered(update(status, **values), delay_ms=10.0 + i % 2)
+                self.answered(update(status, **values), delay_ms=10.0 + i % 2,
+                              age_ms=50.0 + i % 2)
 
     def judged(self, complaint='', paused=False):
         return judge(self.snapshot(), complaint, paused)
@@ -53,6 +54,7 @@ def test_rates_shares_and_medians_are_those_of_lately(frames):
     assert lately.share(LOST, ANSWERED) < 0.01
     assert (lately.matches, lately.timing) == (100, {'total': 20.0})
     assert np.median(lately.delays) == pytest.approx(10.5, abs=0.5)
+    assert np.median(lately.ages) == pytest.approx(50.5, abs=0.5)
     assert lately.totals[LOST] == 900
     assert lately.totals[ANSWERED] == 1201
 
@@ -72,7 +74,7 @@ def test_counts_from_elsewhere_are_counted_as_they_grow(frames):
 
 def test_a_stamp_that_repeats_is_no_answer(frames):
     frames.pass_by(3)
-    frames.answered(update(Status.BAD_STAMP), 1.0)
+    frames.answered(update(Status.BAD_STAMP), 1.0, 1.0)
     snapshot = frames.snapshot()
     assert (snapshot.totals[ANSWERED], snapshot.totals[LATE]) == (3, 1)
     assert snapshot.status is Status.OK

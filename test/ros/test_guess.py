@@ -128,4 +128,4 @@ def test_wheels_that_are_silent_are_not_waited_for_again(T):
     wheels.T = lambda stamp: np.eye(4)
     assert guess.motion(3, 5) is not None
     assert guess.motion(3, 5) is not None
-    assert wheels.waits == [0.1, 0.0, 0.0, 0.0, 0.1, 0.1, 0.1]
+    assert wheels.waits == [0.0, 0.1, 0.0, 0.0, 0.1, 0.1, 0.1]

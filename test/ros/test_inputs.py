@@ -255,10 +255,15 @@ T_COLOUR_DEPTH = rigid.exp([0.05, 0.0, 0.0, 0.0, 0.01, 0.0])
 DEPTH_CAMERA = Camera(320, 240, 240, 240, 160.3, 118.7)
 
 
-def send_from_two_cameras(rig, source, frames):
-    info = rig.node.create_publisher(CameraInfo, 'depth/camera_info', 10)
-    rig.wait_until(info.get_subscription_count, 'the node to want depth/camera_info')
-    info.publish(camera_info(DEPTH_CAMERA))
+@pytest.fixture
+def depth_info(rig):
+    """The depth camera's own calibration, published from before the node starts."""
+    return rig.node.create_publisher(CameraInfo, 'depth/camera_info', 10)
+
+
+def send_from_two_cameras(rig, depth_info, source, frames):
+    rig.wait_until(depth_info.get_subscription_count, 'the node to want depth/camera_info')
+    depth_info.publish(camera_info(DEPTH_CAMERA))
     rig.send_camera_info(frames[0].camera)
     renderer = Renderer(source.scene.surfaces, DEPTH_CAMERA)
     for frame in frames:
@@ -266,19 +271,21 @@ def send_from_two_cameras(rig, source, frames):
         rig.send(frame, depth=rig.image_message(frame.stamp, '32FC1', depth, INFRARED))
 
 
-def test_depth_is_registered_with_the_extrinsic_of_a_parameter(rig, start_node, source, frames):
+def test_depth_is_registered_with_the_extrinsic_of_a_parameter(rig, start_node, depth_info,
+                                                               source, frames):
     x, y, z = T_COLOUR_DEPTH[:3, 3]
     numbers = [x, y, z, *rigid.to_quaternion(T_COLOUR_DEPTH[:3, :3])]
     start_node(register_depth='true', depth_in_colour=str([float(n) for n in numbers]))
-    send_from_two_cameras(rig, source, frames)
+    send_from_two_cameras(rig, depth_info, source, frames)
     assert_follows(rig, source, frames)
 
 
-def test_depth_is_registered_with_the_extrinsic_of_tf(rig, start_node, source, frames):
+def test_depth_is_registered_with_the_extrinsic_of_tf(rig, start_node, depth_info, source,
+                                                      frames):
     tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
     from aick_ros.ros.messages import transform_stamped
     node = start_node(register_depth='true')
-    send_from_two_cameras(rig, source, frames)
+    send_from_two_cameras(rig, depth_info, source, frames)
     node.wait_for_log(f"no transform from '{INFRARED}' (the depth image) to '{OPTICAL}'")
     latched = rig.node.create_publisher(tf2_msgs.TFMessage, '/tf_static', QoSProfile(
         depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))

@@ -257,6 +257,11 @@ def test_diagnostics_tell_the_status(rig, start_node, frames):
     assert status.level == b'\x01'
     assert values['frames answered'] == '5'
     assert values['frames lost'] == '1'
+    assert values['lost share'] == '0.200'
+    assert float(values['matches']) > 100
+    assert float(values['delay [ms]']) > float(values['total [ms]']) > 0
+    assert float(values['input rate [Hz]']) >= float(values['output rate [Hz]']) > 0
+    assert (values['backlog'], values['frames dropped under load']) == ('0', '0')
 
 
 def test_a_publisher_whose_qos_does_not_match_is_explained(rig, start_node, frames):

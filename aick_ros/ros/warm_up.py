@@ -1,0 +1,31 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the first frame would otherwise wait for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aick_ros.camera import Camera
+from aick_ros.frame import RgbdFrame
+from aick_ros.odometry import Odometry
+from aick_ros.settings import Settings
+from aick_ros.trajectory import NANOSECONDS
+
+
+def warm_up(settings: Settings) -> None:
+    """
+    Register two frames of noise.
+
+    The libraries load and allocate at their first use, which takes as long as several frames.
+    """
+    tiles = np.random.default_rng(0).integers(0, 256, (48, 64), np.uint8)
+    grey = np.kron(tiles, np.ones((10, 10), np.uint8))
+    colour = np.repeat(grey[..., None], 3, axis=2)
+    depth = np.full(grey.shape, 0.5 * (settings.sensor.min_depth + settings.sensor.max_depth),
+                    np.float32)
+    camera = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
+    odometry = Odometry(settings)
+    for stamp in (NANOSECONDS, 2 * NANOSECONDS):
+        odometry.register_frame(RgbdFrame(stamp, colour, depth, camera))

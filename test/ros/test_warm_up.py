@@ -1,0 +1,22 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The warm-up does all that a frame takes."""
+
+import pytest
+
+from aick_ros.odometry import Odometry
+from aick_ros.ros.warm_up import warm_up
+from aick_ros.settings import PRESETS, Settings, preset
+from aick_ros.status import Status
+
+
+@pytest.mark.parametrize('settings', [Settings(), *map(preset, PRESETS)])
+def test_its_frames_are_registered(settings, monkeypatch):
+    found, register = [], Odometry.register_frame
+
+    def watch(self, frame):
+        found.append(register(self, frame).status)
+    monkeypatch.setattr(Odometry, 'register_frame', watch)
+    warm_up(settings)
+    assert found == [Status.FIRST_FRAME, Status.OK]
