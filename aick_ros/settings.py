@@ -102,7 +102,7 @@ class FeatureSettings:
 
     detector: str = parameter('orb', 'Keypoint detector and descriptor.', choices=('orb',))
     max_keypoints: int = parameter(
-        600, 'Keypoints with depth kept; 0 keeps all.', minimum=0, maximum=20000)
+        400, 'Keypoints with depth kept; 0 keeps all.', minimum=0, maximum=20000)
     cell_size: float = parameter(
         60.0, 'Side of the cells from which keypoints are taken evenly, the strongest of each '
         'first; 0 takes the strongest of the image.', unit='px', minimum=0.0, maximum=10000.0)
