@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -20,6 +20,7 @@ from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.cli.interruption import Interruption
 from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines.registry import METHODS, Method, methods_of
+from aick_ros.evaluation.benchmark.figures import figure_data, variants
 from aick_ros.evaluation.benchmark.journal import Journal
 from aick_ros.evaluation.benchmark.recording import Recording, Request
 from aick_ros.evaluation.benchmark.results import MethodScore, Results
@@ -37,6 +38,9 @@ Jobs = Annotated[int, typer.Option(
 TimeLimit = Annotated[float, typer.Option(
     '--time-limit', metavar='SECONDS', min=0.1,
     help='What takes a method longer, on a frame or a pair, counts as failed.')]
+Plots = Annotated[Path | None, typer.Option(
+    '--plots', metavar='DIR', show_default=False,
+    help="Draw the paper's figures as PNG files; some take runs of their own.")]
 Pairs = Annotated[int | None, typer.Option(
     '--pairs', metavar='N', min=1, show_default=False,
     help='At most so many pairs of each gap and source, taken evenly.')]
@@ -45,11 +49,11 @@ _TROUBLE = ('crashed', 'took longer', 'given up', 'raised', 'a frame could not b
 
 
 def benchmark(sources: Sources, methods: Methods = 'all', gaps: Gaps = '1,2,3,5,8,10,15',
-              json: options.JsonFile = None, jobs: Jobs = 1, time_limit: TimeLimit = 300.0,
-              pairs: Pairs = None, limit: options.Limit = None,
+              json: options.JsonFile = None, plots: Plots = None, jobs: Jobs = 1,
+              time_limit: TimeLimit = 300.0, pairs: Pairs = None, limit: options.Limit = None,
               max_interval: options.MaxInterval = Request.max_interval) -> int:
     """
-    Register the same pairs by AICK and its rivals: success ratios and times.
+    Register the same pairs by AICK and its rivals: success ratios, times, the paper's figures.
 
     Each method runs in a process of its own, in one thread. One that crashes or hangs stops none
     of the others. Interrupted, the same command with --json FILE goes on where it was.
@@ -57,10 +61,11 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: Gaps = '1,2,3,5,
     chosen, numbers = methods_of(methods), numbers_of(gaps)
     if json is not None:
         check_target(json)
+    draw = None if plots is None else _prepare_plots(plots)
     damage = DamageLog()
     recordings = _scan([Request(source, limit, max_interval) for source in sources], damage)
     installed = _installed(chosen)
-    plan = Plan(installed, recordings, numbers, pairs)
+    plan = Plan(installed, recordings, numbers, pairs, [] if draw is None else variants())
     missing = {method.name: method.missing for method in chosen if method not in installed}
     journal = Journal(_journal_path(json), recordings)
     with Interruption() as interruption:
@@ -68,13 +73,30 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: Gaps = '1,2,3,5,
     if interruption.requested:
         return _interrupted(journal, json)
     results = Results.of(plan, journal, {**missing, **unusable})
+    figures = figure_data(plan, journal)
     if json is not None:
         write_json(json, {'date': datetime.date.today().isoformat(), 'jobs': jobs,
-                          'time_limit_s': time_limit, **results.to_json()})
+                          'time_limit_s': time_limit, **results.to_json(), 'figures': figures})
+    if draw is not None:
+        draw(figures, results.recordings, plots)
     journal.delete()
     _show(results, on_stderr=json == STANDARD_OUTPUT)
     damage.close()
     return outcome.UNUSABLE_INPUT if damage.count else outcome.DONE
+
+
+def _prepare_plots(folder: Path) -> Callable[..., list[Path]]:
+    """Find out before a long run whether its figures can be drawn; return what draws them."""
+    try:
+        from aick_ros.reports.benchmark_plots import write_figures
+    except ModuleNotFoundError as error:
+        package = (error.name or '').partition('.')[0]
+        raise InputError(f"--plots needs {package}: pip install 'aick_ros[eval]'") from None
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f'cannot make the folder {folder}: {error.strerror}') from None
+    return write_figures
 
 
 def _scan(requests: Sequence[Request], damage: DamageLog) -> list[Recording]:
@@ -141,7 +163,7 @@ def _show(results: Results, on_stderr: bool) -> None:
         say(f'{method} was not run: {reason}')
 
 
-def _rows(method: str, score: MethodScore, gaps: Sequence[str]):
+def _rows(method: str, score: MethodScore, gaps: Sequence[str]) -> Iterator[tuple[str, ...]]:
     for gap in gaps:
         pair = score.pairs[gap]
         first = gap == gaps[0]

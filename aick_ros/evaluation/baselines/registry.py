@@ -103,6 +103,17 @@ def _extra(module: str) -> Need:
     return Need(partial(_is_importable, module), "pip install 'aick_ros[baselines]'")
 
 
+def _pcl(name: str, title: str, settings: str, max_depth: float, *arguments: str) -> Method:
+    return Method(name, title, settings, f'{_HERE}.pcl:Pcl',
+                  {'arguments': [name.partition('-')[0], *arguments], 'max_depth': max_depth},
+                  (_PCL,))
+
+
+def _has_pcl() -> bool:
+    return import_module(f'{_HERE}.pcl').find_program() is not None
+
+
+_PCL = Need(_has_pcl, 'apt install libpcl-dev cmake g++ && make pcl')
 _OPENCV_5 = Need(lambda: hasattr(cv2, 'Odometry'), "pip install 'opencv-python-headless>=5'")
 
 METHODS: Mapping[str, Method] = {method.name: method for method in (
@@ -114,6 +125,17 @@ METHODS: Mapping[str, Method] = {method.name: method for method in (
     Method('ransac3', '3-point RANSAC',
            'paper: 400 models, inliers within 0.02 m, pairs within 0.2; all ORB keypoints',
            f'{_HERE}.ransac3:ThreePointRansac', needs=(_extra('scipy'),)),
+    _pcl('gicp', 'GICP (PCL)', 'paper: 25 iterations, pairs within 0.004 m; all points', 10.0,
+         '0', '0.004', '25', '0'),
+    _pcl('ndt', '3D-NDT (PCL)',
+         'paper: voxels of 0.02 m, resolution 0.1, step size 0.09, 25 iterations', 10.0,
+         '0.02', '0.1', '0.09', '25', '0'),
+    _pcl('gicp-tuned', 'GICP (PCL), tuned',
+         'voxels of 0.02 m, pairs within 0.05 m, at most 50 iterations, depth to 4 m', 4.0,
+         '0.02', '0.05', '50', '1e-5'),
+    _pcl('ndt-tuned', '3D-NDT (PCL), tuned',
+         'voxels of 0.03 m, resolution 0.1, step size 0.02, at most 35 iterations, depth to 4 m',
+         4.0, '0.03', '0.1', '0.02', '35', '1e-5'),
     Method('pnp', 'PnP RANSAC',
            'all ORB keypoints, cross-checked, at most 500 models, inliers within 2 px, refined',
            f'{_HERE}.pnp:Pnp'),

@@ -24,12 +24,14 @@ class Plan:
     :param methods: those that are installed.
     :param gaps: distances of the two frames of a pair.
     :param most_pairs: of each gap and recording; None: all.
+    :param variants: methods that only figures need.
     """
 
     methods: Sequence[Method]
     recordings: Sequence[Recording]
     gaps: Sequence[int]
     most_pairs: int | None = None
+    variants: Sequence[Method] = ()
 
     @cached_property
     def pairs(self) -> dict[str, list[Pair]]:
@@ -40,12 +42,13 @@ class Plan:
     @property
     def registrations(self) -> int:
         """How many pairs there are in all."""
-        return len(self.methods) * sum(map(len, self.pairs.values()))
+        runs = len(self.methods) + len(self.variants)
+        return runs * sum(map(len, self.pairs.values()))
 
     def jobs(self, journal: Journal) -> list[Job]:
         """Return what the journal has not yet."""
         jobs = []
-        for method in self.methods:
+        for method in (*self.methods, *self.variants):
             for recording in self.recordings:
                 done = journal.pairs.get((method.identity, recording.name), {})
                 pairs = [pair for pair in self.pairs[recording.name] if pair not in done]

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import queue
@@ -14,10 +15,10 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -89,14 +90,15 @@ class _Watch:
         self._step: dict[str, Any] = {}
         self._is_ready = False
 
-    def lines(self):
+    def lines(self) -> Iterator[Line]:
         """Yield what the process measures, until it ends or is stopped."""
         with tempfile.TemporaryFile() as errors:
             process = self._start(errors)
             try:
                 yield from self._follow(process, errors)
             finally:
-                process.kill()
+                with contextlib.suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)  # with what it has started itself
                 process.wait()
                 process.stdout.close()
 
@@ -108,14 +110,14 @@ class _Watch:
             return [pair for pair in remaining if self._step['frame'] in pair]
         return list(remaining)
 
-    def _start(self, errors) -> subprocess.Popen:
+    def _start(self, errors: IO[bytes]) -> subprocess.Popen:
         here = str(Path(aick_ros.__file__).parents[1])
         path = os.pathsep.join(filter(None, (here, os.environ.get('PYTHONPATH'))))
         process = subprocess.Popen(
             [sys.executable, '-m', 'aick_ros.evaluation.benchmark.worker'],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors,
             env={**os.environ, **ONE_THREAD, 'PYTHONPATH': path},
-            start_new_session=True)  # Ctrl-C is for us
+            start_new_session=True)  # Ctrl-C is for us; and a group of its own
         method = self._job.method
         with process.stdin as stream:
             stream.write(json.dumps({
@@ -124,7 +126,7 @@ class _Watch:
                 'pairs': self._pairs}).encode() + b'\n')
         return process
 
-    def _follow(self, process: subprocess.Popen, errors):
+    def _follow(self, process: subprocess.Popen, errors: IO[bytes]) -> Iterator[Line]:
         messages: queue.Queue[bytes | None] = queue.Queue()
         threading.Thread(target=_pump, args=(process.stdout, messages), daemon=True).start()
         while True:
@@ -158,7 +160,7 @@ class _Watch:
             return None if line is None else json.loads(line)
         return None
 
-    def _death(self, process: subprocess.Popen, errors) -> Exception:
+    def _death(self, process: subprocess.Popen, errors: IO[bytes]) -> Exception:
         code = process.wait()
         errors.seek(0)
         last = errors.read().decode(errors='replace').strip().rpartition('\n')[2]
@@ -190,7 +192,7 @@ def _failed(job: Job, pair: Pair, failure: str, milliseconds: float | None = Non
                     failure)
 
 
-def _pump(stream, messages: queue.Queue) -> None:
+def _pump(stream: IO[bytes], messages: queue.Queue) -> None:
     """Put the lines of a stream into a queue, and None after the last."""
     try:
         for line in stream:

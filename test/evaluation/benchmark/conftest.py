@@ -16,7 +16,7 @@ FRAMES = 8
 
 # It stands still, and does as it is told at the pair (or the frame) whose later stamp is `when`.
 METHOD_THAT_MISBEHAVES = '''
-import os, sys, time
+import os, pathlib, subprocess, sys, time
 import numpy as np
 from aick_ros.evaluation.baselines import Estimate
 
@@ -29,6 +29,7 @@ class Still:
         if self.deed == 'crash':
             os.abort()
         if self.deed == 'hang':
+            pathlib.Path('helper').write_text(str(subprocess.Popen(['sleep', '3600']).pid))
             time.sleep(3600)
         if self.deed == 'exit':
             sys.exit('no licence found')
@@ -71,6 +72,7 @@ def method(tmp_path, monkeypatch):
     """Return a function that makes a method that misbehaves in a process of its own."""
     (tmp_path / 'misbehaving.py').write_text(METHOD_THAT_MISBEHAVES)
     monkeypatch.setenv('PYTHONPATH', str(tmp_path))
+    monkeypatch.chdir(tmp_path)
 
     def make(deed='', when=(), at='pair', factory='misbehaving:Still'):
         options = {} if factory != 'misbehaving:Still' else {

@@ -3,6 +3,8 @@
 
 """Methods that crash, hang, raise and chatter: what counts as failed, and that all goes on."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -54,6 +56,8 @@ def test_a_hang_is_ended(method, recording):
     lines, _ = measure(method('hang', [recording.stamps[2]]), recording, time_limit=0.5)
     assert failures(lines) == {2: 'took longer than 0.5 s'}
     assert len(lines) == 7
+    state = Path('/proc', Path('helper').read_text(), 'stat')  # of what it had started itself
+    assert not state.exists() or state.read_text().split()[2] == 'Z'
 
 
 def test_a_frame_that_kills_costs_its_pairs(method, recording):
