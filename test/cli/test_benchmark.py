@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from aick_ros.cli import benchmark as benchmark_module
 from aick_ros.evaluation.baselines import registry
 from aick_ros.sources.writers.tum_writer import write_tum
 
@@ -64,12 +65,24 @@ def test_what_is_not_installed_is_named(aick, folder, without_rivals):
     assert 'small-gicp is left out, it is not installed: pip install small_gicp' in outcome.err
 
 
+def test_figures_come_with_the_walk_along_shelves(aick, folder, without_rivals, monkeypatch):
+    monkeypatch.setattr(benchmark_module, 'variants', list)
+    outcome = aick('benchmark', folder, '--methods', 'aick-orb-350', '--gaps', '1', '--limit', '3',
+                   '--plots', 'made/plots', '--corridor', '3', '--json', '-')
+    figures = json.loads(outcome.out)
+    assert outcome.code == 0
+    assert figures['corridor']['frames'] == 3
+    assert list(figures['figures']) == ['9']
+    assert sorted(os.listdir('made/plots')) == ['figure-10.png', 'figure-9.png']
+
+
 @pytest.mark.parametrize(('arguments', 'sentence'), [
     (['--methods', 'icp'], "no method is called 'icp'"),
     (['--methods', 'small-gicp'], 'none of the methods is installed'),
     (['--gaps', '0'], '--gaps 0'),
     (['--json', 'nowhere/figures.json'], 'no folder nowhere'),
     (['--limit', '1'], 'a pair takes two'),
+    (['--plots', '/dev/null/plots'], 'cannot make the folder /dev/null/plots'),
     (['again'], 'again does not exist')])
 def test_refuses_what_cannot_be_run(aick, folder, without_rivals, arguments, sentence):
     outcome = aick('benchmark', folder, *arguments)
