@@ -20,13 +20,17 @@ from aick_ros.settings import preset
 _FEWEST = 6  # what OpenCV's refinement takes
 _MODELS = 500
 _CONFIDENCE = 0.999
-_REPROJECTION = 2.0  # [px]
 
 
 class Pnp:
-    """Perspective-n-point on the ORB keypoints of the paper's full mode."""
+    """
+    Perspective-n-point on the ORB keypoints of the paper's full mode.
 
-    def __init__(self) -> None:
+    :param reprojection: largest error of an inlier [px].
+    """
+
+    def __init__(self, reprojection: float) -> None:
+        self._reprojection = reprojection
         settings = preset('paper-full')
         self._extractor = KeypointExtractor(settings.features, settings.sensor)
         self._matcher = cv2.BFMatcher(cv2.NORM_HAMMING, crossCheck=True)
@@ -47,7 +51,7 @@ class Pnp:
         rays = rays[:, :2] / rays[:, 2:]
         found, rotation, translation, inliers = cv2.solvePnPRansac(
             points, rays, np.eye(3), None, iterationsCount=_MODELS, confidence=_CONFIDENCE,
-            reprojectionError=_REPROJECTION / focal_length, flags=cv2.SOLVEPNP_EPNP)
+            reprojectionError=self._reprojection / focal_length, flags=cv2.SOLVEPNP_EPNP)
         if not found or inliers is None or len(inliers) < _FEWEST:
             return Estimate(None, 'too few inliers')
         kept = inliers.ravel()
