@@ -6,8 +6,7 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Sequence
-from itertools import takewhile
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +14,7 @@ import typer
 
 from aick_ros.cli import options, outcome
 from aick_ros.cli.benchmark_figures import FigureFolder
-from aick_ros.cli.benchmark_table import show
+from aick_ros.cli.benchmark_table import show_results
 from aick_ros.cli.console import progress, say
 from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.evaluate import numbers_of
@@ -29,7 +28,8 @@ from aick_ros.evaluation.benchmark.journal import Journal
 from aick_ros.evaluation.benchmark.recording import Recording, Request
 from aick_ros.evaluation.benchmark.results import Results
 from aick_ros.evaluation.benchmark.runner import Plan, run
-from aick_ros.sources import raise_damage
+from aick_ros.frame import RgbdFrame
+from aick_ros.sources import RgbdSource, raise_damage
 
 Sources = Annotated[list[str], typer.Argument(
     metavar='SOURCE...', show_default=False, help='Recordings with ground truth, of any kind.')]
@@ -77,9 +77,8 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: Gaps = '1,2,3,5,
     journal = Journal(_journal_path(json), recordings)
     with Interruption() as interruption:
         unusable = _run(plan, journal, jobs, time_limit, interruption)
-        reckoning = None
-        if folder is not None and corridor:
-            reckoning = _reckon(corridor, interruption)
+        wanted = folder is not None and corridor and not interruption.requested
+        reckoning = _reckon(corridor, interruption) if wanted else None
     if interruption.requested:
         return _interrupted(json)
     results = Results.of(plan, journal, {**missing, **unusable})
@@ -92,7 +91,7 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: Gaps = '1,2,3,5,
     if folder is not None:
         folder.write(figures, results.recordings, reckoning)
     journal.delete()
-    show(results, on_stderr=json == STANDARD_OUTPUT)
+    show_results(results, on_stderr=json == STANDARD_OUTPUT)
     damage.close()
     return outcome.UNUSABLE_INPUT if damage.count else outcome.DONE
 
@@ -136,15 +135,20 @@ def _run(plan: Plan, journal: Journal, jobs: int, time_limit: float,
         journal.close()
 
 
-def _reckon(frames: int, interruption: Interruption) -> Reckoning | None:
-    """Walk along the shelves; None where the user wants no more."""
-    if interruption.requested:
-        return None
+def _reckon(frames: int, interruption: Interruption) -> Reckoning:
+    """Walk along the shelves, until the user wants no more."""
     source, method = walk(frames), METHODS['aick']
-    rendered = takewhile(lambda _: not interruption.requested, source.frames(raise_damage))
-    with progress('walking along shelves', frames) as show_progress:
-        return reckon(make(method.factory, method.options), rendered, source.ground_truth,
-                      show_progress)
+    with progress('walking along shelves', frames) as show:
+        return reckon(make(method.factory, method.options), _frames(source, interruption),
+                      source.ground_truth, show)
+
+
+def _frames(source: RgbdSource, interruption: Interruption) -> Iterator[RgbdFrame]:
+    """Yield frames, at least one, until the user wants no more."""
+    for frame in source.frames(raise_damage):
+        yield frame
+        if interruption.requested:
+            return
 
 
 def _interrupted(json: str | None) -> int:

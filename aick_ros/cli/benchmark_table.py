@@ -13,7 +13,7 @@ from aick_ros.evaluation.benchmark.results import MethodScore, Results
 _TROUBLE = ('crashed', 'took longer', 'given up', 'raised', 'a frame could not be prepared')
 
 
-def show(results: Results, on_stderr: bool) -> None:
+def show_results(results: Results, on_stderr: bool) -> None:
     """
     Print a table for each recording, and a line for each method that was in trouble.
 

@@ -16,6 +16,7 @@ import pytest
 
 from aick_ros.cli import benchmark as benchmark_module
 from aick_ros.evaluation.baselines import registry
+from aick_ros.evaluation.benchmark.dead_reckoning import walk
 from aick_ros.sources.writers.tum_writer import write_tum
 
 ROOT = Path(__file__).parents[2]
@@ -74,6 +75,25 @@ def test_figures_come_with_the_walk_along_shelves(aick, folder, without_rivals, 
     assert figures['corridor']['frames'] == 3
     assert list(figures['figures']) == ['9']
     assert sorted(os.listdir('made/plots')) == ['figure-10.png', 'figure-9.png']
+
+
+def test_interrupted_on_the_walk_it_goes_on_there(aick, folder, without_rivals, monkeypatch):
+    command = ['benchmark', folder, '--gaps', '1', '--limit', '3', '--plots', 'plots',
+               '--corridor', '2', '--json', 'figures.json']
+    monkeypatch.setattr(benchmark_module, 'variants', list)
+
+    def interrupted(frames):
+        signal.raise_signal(signal.SIGINT)
+        return walk(frames)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(benchmark_module, 'walk', interrupted)
+        outcome = aick(*command)
+    assert outcome.code == 130
+    assert os.listdir('plots') == []
+    assert aick(*command).code == 0
+    assert json.loads(Path('figures.json').read_text())['corridor']['frames'] == 2
+    assert not Path('figures.json.partial').exists()
 
 
 @pytest.mark.parametrize(('arguments', 'sentence'), [
