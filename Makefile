@@ -21,7 +21,7 @@ ifneq ($(RECORDINGS),)
 export AICK_DATA ?= $(abspath $(RECORDINGS))
 endif
 
-.PHONY: help setup run test lint clean
+.PHONY: help setup run test lint baselines pcl clean
 
 help:
 	@echo 'make run              render a sequence, or take BAG=path, and run the node on it'
@@ -29,6 +29,8 @@ help:
 	@echo 'make lint             check the style'
 	@echo 'make setup            make .venv, which run, test and lint do by themselves'
 	@echo '                      (PYTHON=python3.12 chooses the interpreter, 3.11 or newer)'
+	@echo 'make baselines        install the rivals of aick benchmark into .venv too (1 GB)'
+	@echo 'make pcl              build those of PCL (takes libpcl-dev, cmake, g++)'
 	@echo 'make clean            remove .venv and what was built'
 
 setup: $(READY) $(TF2_MSGS)
@@ -42,6 +44,14 @@ test: setup
 
 lint: setup
 	$(BIN)/python -m flake8
+
+baselines: setup
+	$(BIN)/python -m pip install --quiet --constraint $(PINS) --no-build-isolation \
+	    --editable '.[baselines]'
+
+pcl:
+	cmake -S benchmarks/pcl -B build/pcl
+	cmake --build build/pcl
 
 clean:
 	rm -rf $(VENV) build install log dist *.egg-info .pytest_cache

@@ -13,6 +13,7 @@ SHARE = f'share/{PACKAGE}'
 
 CLI = ['typer>=0.12', 'rich>=13.8', 'pyyaml>=6.0']
 EVAL = [*CLI, 'evo>=1.31', 'matplotlib>=3.6']
+BASELINES = ['small_gicp>=1.0', 'open3d>=0.18', 'scipy>=1.11']
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces', 'pyyaml>=6.0']
 TEST = [*EVAL, 'pytest>=7.4', 'scipy>=1.11', 'flake8>=7.0',
         # colcon calls commands of setup.py that setuptools 80 no longer has
@@ -41,7 +42,8 @@ setup(
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     python_requires='>=3.11',
     install_requires=['numpy>=1.26', 'opencv-python-headless>=4.6', 'rosbags>=0.11.1'],
-    extras_require={'ros': ROS, 'cli': CLI, 'eval': EVAL, 'test': TEST},
+    extras_require={'ros': ROS, 'cli': CLI, 'eval': EVAL, 'baselines': BASELINES,
+                    'test': TEST},
     data_files=DATA_FILES,
     entry_points={'console_scripts': [
         'aick = aick_ros.cli:main',

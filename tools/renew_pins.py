@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Pin every package that `make setup` installs, at the newest versions that go together.
+Pin all that `make setup` and `make baselines` install, at the newest versions that go together.
 
 Run it with the oldest Python that is supported: what has wheels for that one has them for the
 newer ones too, seldom the other way round.
@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PINS = ROOT / 'requirements' / 'constraints.txt'
 HEADER = """\
-# Every package that `make setup` installs, for Python 3.11 and newer on Linux.
+# Every package that `make setup` and `make baselines` install, for Python 3.11 and newer on Linux.
 # Made by tools/renew_pins.py.
 """
 
@@ -34,7 +34,7 @@ def resolve(requirement: str) -> list[str]:
 
 def main() -> None:
     """Write the pins."""
-    PINS.write_text(HEADER + '\n'.join(resolve(f'{ROOT}[ros,eval,test]')) + '\n')
+    PINS.write_text(HEADER + '\n'.join(resolve(f'{ROOT}[ros,eval,baselines,test]')) + '\n')
 
 
 if __name__ == '__main__':

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 import aick_ros
+from aick_ros.cli.benchmark import benchmark
 from aick_ros.cli.convert import convert
 from aick_ros.cli.demo import demo
 from aick_ros.cli.evaluate import evaluate
@@ -17,7 +18,7 @@ from aick_ros.cli.parameters import parameters
 from aick_ros.cli.replay import replay
 from aick_ros.cli.simulate import simulate
 
-COMMANDS = (replay, evaluate, simulate, convert, parameters, demo)
+COMMANDS = (replay, evaluate, benchmark, simulate, convert, parameters, demo)
 
 app = typer.Typer(
     add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,

@@ -52,7 +52,7 @@ def evaluate(source: options.Source, gaps: Gaps = '1,5,10', json: options.JsonFi
         check_plots(plots)
     if json is not None:
         check_target(json)
-    numbers = _numbers(gaps)
+    numbers = numbers_of(gaps)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
     if recording.ground_truth is None:
@@ -74,7 +74,12 @@ def evaluate(source: options.Source, gaps: Gaps = '1,5,10', json: options.JsonFi
     return outcome.of_reading(reading, damage)
 
 
-def _numbers(gaps: str) -> list[int]:
+def numbers_of(gaps: str) -> list[int]:
+    """
+    Return the gaps of ``--gaps``, sorted.
+
+    :raises InputError: where they are no whole numbers from 1 up.
+    """
     try:
         numbers = sorted({int(gap) for gap in gaps.split(',')})
     except ValueError:

@@ -44,14 +44,14 @@ class HandheldPath:
         """Return ``T_world_camera`` of the optical frame at a time [s]."""
         yaw, pitch, roll = (wander.at(time) for wander in self._attitude)
         pose = np.eye(4)
-        pose[:3, :3] = _attitude(self._heading + yaw, _MEAN_PITCH + pitch, roll)
+        pose[:3, :3] = attitude(self._heading + yaw, _MEAN_PITCH + pitch, roll)
         pose[:3, :3] = pose[:3, :3] @ rigid.exp_rotation([w.at(time) for w in self._turn])
         pose[:3, 3] = self._zone.centre + [
             walk.at(time) + shake.at(time) for walk, shake in zip(self._position, self._shake)]
         return pose
 
 
-def _attitude(yaw: float, pitch: float, roll: float) -> np.ndarray:
+def attitude(yaw: float, pitch: float, roll: float) -> np.ndarray:
     """Return the rotation of an optical frame that looks along yaw, upwards by pitch."""
     forward = np.array([np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), np.sin(pitch)])
     right = np.array([np.sin(yaw), -np.cos(yaw), 0.0])

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -74,6 +74,13 @@ class SyntheticOptions:
                       **options})
 
 
+class CameraPath(Protocol):
+    """Where the camera is at any time."""
+
+    def pose(self, time: float) -> np.ndarray:
+        """Return ``T_world_camera`` of the optical frame at a time [s]."""
+
+
 class SyntheticSource:
     """
     A sequence rendered as it is read.
@@ -82,15 +89,16 @@ class SyntheticSource:
 
     :param options: what to render.
     :param scene: what to see; None: the furnished room of the seed.
+    :param path: of the camera; None: handheld, through the scene's free zone.
     """
 
     def __init__(self, options: SyntheticOptions = SyntheticOptions(),
-                 scene: Scene | None = None) -> None:
+                 scene: Scene | None = None, path: CameraPath | None = None) -> None:
         self.name = f'synthetic room, seed {options.seed}'
         self.scene = furnished_room(options.seed) if scene is None else scene
         self._options = options
         self._renderer = Renderer(self.scene.surfaces, options.camera)
-        self._path = HandheldPath(self._rng(_PATH_STREAM), self.scene.free)
+        self._path = path or HandheldPath(self._rng(_PATH_STREAM), self.scene.free)
         self._exposure = Wander(self._rng(_EXPOSURE_STREAM), options.colour.exposure_swing,
                                 _EXPOSURE)
         stamps = [self._stamp(i) for i in range(options.frames)]

@@ -1,0 +1,159 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""``aick benchmark``: methods side by side on the same pairs of frames."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from aick_ros.cli import options, outcome
+from aick_ros.cli.benchmark_figures import FigureFolder
+from aick_ros.cli.benchmark_table import show_results
+from aick_ros.cli.console import progress, say
+from aick_ros.cli.damage import DamageLog
+from aick_ros.cli.evaluate import numbers_of
+from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
+from aick_ros.cli.interruption import Interruption
+from aick_ros.errors import InputError
+from aick_ros.evaluation.baselines.registry import METHODS, Method, make, methods_of
+from aick_ros.evaluation.benchmark.dead_reckoning import Reckoning, reckon, walk
+from aick_ros.evaluation.benchmark.figures import figure_data, variants
+from aick_ros.evaluation.benchmark.journal import Journal
+from aick_ros.evaluation.benchmark.recording import Recording, Request
+from aick_ros.evaluation.benchmark.results import Results
+from aick_ros.evaluation.benchmark.runner import Plan, run
+from aick_ros.frame import RgbdFrame
+from aick_ros.sources import RgbdSource, raise_damage
+
+Sources = Annotated[list[str], typer.Argument(
+    metavar='SOURCE...', show_default=False, help='Recordings with ground truth, of any kind.')]
+Methods = Annotated[str, typer.Option(
+    '--methods', metavar='NAME,NAME,...', help=f'all, or some of {", ".join(METHODS)}.')]
+Gaps = Annotated[str, typer.Option(
+    '--gaps', metavar='N,N,...', help='Distances of the two frames of a pair.')]
+Jobs = Annotated[int, typer.Option(
+    '--jobs', metavar='N', min=1,
+    help='Methods that run at a time. With more than one they disturb each other\'s times.')]
+TimeLimit = Annotated[float, typer.Option(
+    '--time-limit', metavar='SECONDS', min=0.1,
+    help='What takes a method longer, on a frame or a pair, counts as failed.')]
+Plots = Annotated[Path | None, typer.Option(
+    '--plots', metavar='DIR', show_default=False,
+    help="Draw the paper's figures as PNG files; some take runs of their own.")]
+Corridor = Annotated[int, typer.Option(
+    '--corridor', metavar='N', min=0,
+    help='Frames of the walk along rendered shelves that --plots draws too; 0: no walk.')]
+Pairs = Annotated[int | None, typer.Option(
+    '--pairs', metavar='N', min=1, show_default=False,
+    help='At most so many pairs of each gap and source, taken evenly.')]
+
+
+def benchmark(sources: Sources, methods: Methods = 'all', gaps: Gaps = '1,2,3,5,8,10,15',
+              json: options.JsonFile = None, plots: Plots = None, corridor: Corridor = 1000,
+              jobs: Jobs = 1, time_limit: TimeLimit = 300.0, pairs: Pairs = None,
+              limit: options.Limit = None,
+              max_interval: options.MaxInterval = Request.max_interval) -> int:
+    """
+    Register the same pairs by AICK and its rivals: success ratios, times, the paper's figures.
+
+    Each method runs in a process of its own, in one thread. One that crashes or hangs stops none
+    of the others. Interrupted, the same command with --json FILE goes on where it was.
+    """
+    chosen, numbers = methods_of(methods), numbers_of(gaps)
+    if json is not None:
+        check_target(json)
+    folder = None if plots is None else FigureFolder(plots)
+    damage = DamageLog()
+    recordings = _scan([Request(source, limit, max_interval) for source in sources], damage)
+    installed = _installed(chosen)
+    plan = Plan(installed, recordings, numbers, pairs, [] if folder is None else variants())
+    missing = {method.name: method.missing for method in chosen if method not in installed}
+    journal = Journal(_journal_path(json), recordings)
+    with Interruption() as interruption:
+        unusable = _run(plan, journal, jobs, time_limit, interruption)
+        wanted = folder is not None and corridor and not interruption.requested
+        reckoning = _reckon(corridor, interruption) if wanted else None
+    if interruption.requested:
+        return _interrupted(json)
+    results = Results.of(plan, journal, {**missing, **unusable})
+    figures = figure_data(plan, journal)
+    if json is not None:
+        write_json(json, {
+            'date': datetime.date.today().isoformat(), 'jobs': jobs, 'time_limit_s': time_limit,
+            **results.to_json(), 'figures': figures,
+            'corridor': None if reckoning is None else reckoning.end.to_json()})
+    if folder is not None:
+        folder.write(figures, results.recordings, reckoning)
+    journal.delete()
+    show_results(results, on_stderr=json == STANDARD_OUTPUT)
+    damage.close()
+    return outcome.UNUSABLE_INPUT if damage.count else outcome.DONE
+
+
+def _scan(requests: Sequence[Request], damage: DamageLog) -> list[Recording]:
+    recordings: dict[str, Recording] = {}
+    for request in requests:
+        with progress(f'reading {request.path}', request.limit or len(request.open())) as show:
+            recording = Recording.scan(request, show, damage)
+        if recording.name in recordings:
+            raise InputError(f'two sources are called {recording.name}: rename one, or name it '
+                             'only once')
+        recordings[recording.name] = recording
+    return list(recordings.values())
+
+
+def _installed(methods: Sequence[Method]) -> list[Method]:
+    for method in methods:
+        if method.missing:
+            say(f'{method.name} is left out, it is not installed: {method.missing}')
+    installed = [method for method in methods if not method.missing]
+    if not installed:
+        raise InputError('none of the methods is installed: see the lines above')
+    return installed
+
+
+def _journal_path(json: str | None) -> Path | None:
+    if json in (None, STANDARD_OUTPUT):
+        return None
+    return Path(f'{json}.partial')
+
+
+def _run(plan: Plan, journal: Journal, jobs: int, time_limit: float,
+         interruption: Interruption) -> dict[str, str]:
+    if journal.lines_found:
+        say('going on where the last run was interrupted')
+    try:
+        with progress('registering', plan.registrations, 'pairs') as show:
+            return run(plan, journal, jobs, time_limit, show, lambda: interruption.requested)
+    finally:
+        journal.close()
+
+
+def _reckon(frames: int, interruption: Interruption) -> Reckoning:
+    """Walk along the shelves, until the user wants no more."""
+    source, method = walk(frames), METHODS['aick']
+    with progress('walking along shelves', frames) as show:
+        return reckon(make(method.factory, method.options), _frames(source, interruption),
+                      source.ground_truth, show)
+
+
+def _frames(source: RgbdSource, interruption: Interruption) -> Iterator[RgbdFrame]:
+    """Yield frames, at least one, until the user wants no more."""
+    for frame in source.frames(raise_damage):
+        yield frame
+        if interruption.requested:
+            return
+
+
+def _interrupted(json: str | None) -> int:
+    if _journal_path(json) is None:
+        say('interrupted; nothing is kept: name a file with --json for that')
+    else:
+        say(f'interrupted; the same command goes on from {_journal_path(json)}')
+    return outcome.INTERRUPTED_BY_USER

@@ -1,0 +1,38 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""AICK itself, as one method among others."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from aick_ros.evaluation.baselines import Estimate
+from aick_ros.frame import RgbdFrame
+from aick_ros.registrar import Registrar
+from aick_ros.settings import Settings, preset, with_values
+from aick_ros.view import View
+
+
+class AickMethod:
+    """
+    AICK with the settings of a preset, some of them changed.
+
+    :param preset_name: '' for the defaults.
+    :param changes: dotted name -> value.
+    """
+
+    def __init__(self, preset_name: str = '', changes: dict[str, Any] | None = None) -> None:
+        settings = with_values(preset(preset_name) if preset_name else Settings(), changes or {})
+        self._registrar = Registrar(settings)
+
+    def prepare(self, frame: RgbdFrame) -> View:
+        """Return the keypoints and surfaces."""
+        return self._registrar.look(frame)
+
+    def register(self, source: View, target: View) -> Estimate:
+        """Return the transform."""
+        registration = self._registrar.register(source, target)
+        if not registration.status.ok:
+            return Estimate(None, registration.status.value)
+        return Estimate(registration.T_target_source)

@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+small_gicp (Koide 2024): generalized ICP on downsampled point clouds.
+
+Measured on handheld Kinect sequences: lens distortion is worth removing, 20 neighbours for the
+covariances are better than 10, and finer thresholds for convergence than the library's own (0.1
+deg, 1 mm) gain some accuracy for little time.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import small_gicp
+
+from aick_ros.evaluation.baselines import Estimate
+from aick_ros.evaluation.baselines.dense import point_cloud
+from aick_ros.frame import RgbdFrame
+
+_FEWEST = 100  # points; fewer have no neighbourhoods to speak of
+
+
+class SmallGicp:
+    """
+    GICP from the identity, one thread.
+
+    :param voxel: side of the voxels that are reduced to one point [m].
+    :param neighbours: from which the covariance of a point is made.
+    :param max_distance: of corresponding points [m].
+    :param max_depth: farther points are left out [m].
+    :param iterations: at most.
+    :param epsilon: a step below this, in rad and in m, is the last.
+    """
+
+    def __init__(self, voxel: float, neighbours: int, max_distance: float, max_depth: float,
+                 iterations: int, epsilon: float) -> None:
+        self._voxel, self._neighbours, self._max_depth = voxel, neighbours, max_depth
+        self._options = {
+            'registration_type': 'GICP', 'max_correspondence_distance': max_distance,
+            'max_iterations': iterations, 'rotation_epsilon': epsilon,
+            'translation_epsilon': epsilon, 'num_threads': 1}
+
+    def prepare(self, frame: RgbdFrame) -> tuple[Any, Any]:
+        """Return the downsampled points with their covariances, and a tree of them."""
+        points = point_cloud(frame, self._max_depth)
+        return small_gicp.preprocess_points(points, self._voxel, self._neighbours, 1)
+
+    def register(self, source: tuple[Any, Any], target: tuple[Any, Any]) -> Estimate:
+        """Return the transform."""
+        (source_points, _), (target_points, target_tree) = source, target
+        if min(source_points.size(), target_points.size()) < _FEWEST:
+            return Estimate(None, 'too few points')
+        result = small_gicp.align(target_points, source_points, target_tree, **self._options)
+        return Estimate(result.T_target_source)

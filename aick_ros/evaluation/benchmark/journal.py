@@ -1,0 +1,146 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+What a benchmark has measured so far, kept in a file so that an interrupted run can go on.
+
+The file has a line of JSON for each frame prepared and each pair registered. Its first line tells
+of which run it is: what was measured on other data or another machine must not mix with ours.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import threading
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, TextIO
+
+from aick_ros.errors import InputError
+from aick_ros.evaluation.benchmark.recording import Pair, Recording
+from aick_ros.evaluation.machine import machine_facts
+
+
+@dataclass(frozen=True)
+class FrameLine:
+    """How long a method took to prepare a frame."""
+
+    method: str
+    recording: str
+    frame: int
+    milliseconds: float
+
+
+@dataclass(frozen=True)
+class PairLine:
+    """
+    What came of one registration.
+
+    :param method: the identity of the method.
+    :param translation: [m]; rotation: [rad]; both None where it failed.
+    :param milliseconds: None where the method did not end, or was not asked.
+    :param failure: '' where there is a transform.
+    """
+
+    method: str
+    recording: str
+    pair: Pair
+    translation: float | None
+    rotation: float | None
+    milliseconds: float | None
+    failure: str
+
+
+Line = FrameLine | PairLine
+
+
+class Journal:
+    """
+    The lines of a run, in memory and, where there is one, in a file.
+
+    :param path: None: in memory alone.
+    :param recordings: what is measured.
+    :raises InputError: where the file is of another run or cannot be written.
+    """
+
+    def __init__(self, path: Path | None, recordings: Sequence[Recording]) -> None:
+        self.pairs: dict[tuple[str, str], dict[Pair, PairLine]] = {}
+        self.frames: dict[tuple[str, str], dict[int, float]] = {}
+        self.lines_found = 0
+        self._path, self._lock = path, threading.Lock()
+        self._file: TextIO | None = None
+        if path is None:
+            return
+        header = json.dumps(_header(recordings))
+        try:
+            if path.exists():
+                self._read(path, header)
+            self._file = path.open('a', encoding='utf-8')
+            if not self._file.tell():
+                self._write(header)
+        except OSError as error:
+            raise InputError(f'cannot write {path}: {error.strerror}') from None
+
+    def add(self, line: Line) -> None:
+        """Keep a line; may be called from any thread."""
+        with self._lock:
+            self._keep(line)
+            self._write(json.dumps(asdict(line)))
+
+    def close(self) -> None:
+        """Leave the file for the next run."""
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def delete(self) -> None:
+        """Remove the file: the run is complete and its figures are written."""
+        self.close()
+        if self._path is not None:
+            self._path.unlink(missing_ok=True)
+
+    def _keep(self, line: Line) -> None:
+        key = line.method, line.recording
+        if isinstance(line, PairLine):
+            self.pairs.setdefault(key, {})[line.pair] = line
+        else:
+            self.frames.setdefault(key, {})[line.frame] = line.milliseconds
+
+    def _write(self, text: str) -> None:
+        if self._file is not None:
+            self._file.write(text + '\n')
+            self._file.flush()
+
+    def _read(self, path: Path, header: str) -> None:
+        """Take up what is there; a last line that was cut off is cut away."""
+        content = path.read_text(encoding='utf-8')
+        whole = content[:content.rfind('\n') + 1]
+        lines = whole.splitlines()
+        if lines and lines[0] != header:
+            raise InputError(
+                f'{path} is of a run on other recordings, another machine or other versions: '
+                'delete it to start anew, or name another --json file')
+        for number, text in enumerate(lines[1:], 2):
+            self._keep(_parse(path, number, text))
+        self.lines_found = max(len(lines) - 1, 0)
+        if whole != content:
+            path.write_text(whole, encoding='utf-8')
+
+
+def _header(recordings: Sequence[Recording]) -> dict[str, Any]:
+    stamps = {recording.name: hashlib.sha256(repr(recording.stamps).encode()).hexdigest()[:16]
+              for recording in recordings}
+    return {'recordings': stamps, 'machine': machine_facts()}
+
+
+def _parse(path: Path, number: int, text: str) -> Line:
+    try:
+        content = json.loads(text)
+        if 'pair' in content:
+            return PairLine(**{**content, 'pair': Pair(*content['pair'])})
+        return FrameLine(**content)
+    except (ValueError, TypeError):
+        raise InputError(f'{path}, line {number} is no result: delete the file to start '
+                         'anew') from None

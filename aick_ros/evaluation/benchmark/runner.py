@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Runs the methods of a benchmark over its recordings, several processes at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import cached_property
+
+from aick_ros.evaluation.baselines.registry import Method
+from aick_ros.evaluation.benchmark.journal import Journal, Line, PairLine
+from aick_ros.evaluation.benchmark.recording import Pair, Recording
+from aick_ros.evaluation.benchmark.supervisor import Job, UnusableMethodError, supervise
+
+
+@dataclass(frozen=True)
+class Plan:
+    """
+    What is to be run.
+
+    :param methods: those that are installed.
+    :param gaps: distances of the two frames of a pair.
+    :param most_pairs: of each gap and recording; None: all.
+    :param variants: methods that only figures need.
+    """
+
+    methods: Sequence[Method]
+    recordings: Sequence[Recording]
+    gaps: Sequence[int]
+    most_pairs: int | None = None
+    variants: Sequence[Method] = ()
+
+    @cached_property
+    def pairs(self) -> dict[str, list[Pair]]:
+        """Name of the recording -> its pairs."""
+        return {recording.name: recording.pairs(self.gaps, self.most_pairs)
+                for recording in self.recordings}
+
+    @property
+    def registrations(self) -> int:
+        """How many pairs there are in all."""
+        runs = len(self.methods) + len(self.variants)
+        return runs * sum(map(len, self.pairs.values()))
+
+    def jobs(self, journal: Journal) -> list[Job]:
+        """Return what the journal has not yet."""
+        jobs = []
+        for method in (*self.methods, *self.variants):
+            for recording in self.recordings:
+                done = journal.pairs.get((method.identity, recording.name), {})
+                pairs = [pair for pair in self.pairs[recording.name] if pair not in done]
+                if pairs:
+                    jobs.append(Job(method, recording, pairs))
+        return jobs
+
+
+def run(plan: Plan, journal: Journal, processes: int, time_limit: float,
+        on_progress: Callable[[int], None], is_stopped: Callable[[], bool]) -> dict[str, str]:
+    """
+    Register all pairs that the journal does not have.
+
+    :param processes: how many methods run at a time; beyond one they disturb each other's times.
+    :param time_limit: longest time for a frame or a pair [s].
+    :param on_progress: told how many pairs are done.
+    :param is_stopped: asked several times a second; the rest is left for the next run.
+    :returns: name -> why it did not start, of the methods of which nothing can be had.
+    """
+    jobs = plan.jobs(journal)
+    done = plan.registrations - sum(len(job.pairs) for job in jobs)
+    unusable: dict[str, str] = {}
+
+    def record(line: Line) -> None:
+        nonlocal done
+        journal.add(line)
+        if isinstance(line, PairLine):
+            done += 1
+            on_progress(done)
+
+    def do(job: Job) -> None:
+        if is_stopped() or job.method.name in unusable:
+            return
+        try:
+            supervise(job, time_limit, record, is_stopped)
+        except UnusableMethodError as error:
+            unusable[job.method.name] = str(error)
+
+    on_progress(done)
+    with ThreadPoolExecutor(processes) as pool:
+        for future in [pool.submit(do, job) for job in jobs]:
+            future.result()
+    return unusable

@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The benchmark on the terminal, as JSON, and what it says of what it cannot run."""
+
+import dataclasses
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from aick_ros.cli import benchmark as benchmark_module
+from aick_ros.evaluation.baselines import registry
+from aick_ros.evaluation.benchmark.dead_reckoning import walk
+from aick_ros.sources.writers.tum_writer import write_tum
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope='module')
+def folder(recording, tmp_path_factory):
+    path = tmp_path_factory.mktemp('recordings') / 'rendered'
+    write_tum(path, recording)
+    return path
+
+
+@pytest.fixture
+def without_rivals(monkeypatch):
+    """Let small_gicp be the only rival, and let it be missing."""
+    gicp = dataclasses.replace(registry.METHODS['small-gicp'], needs=(
+        registry.Need(lambda: False, 'pip install small_gicp'),))
+    fast = registry.METHODS['aick-orb-350']
+    monkeypatch.setattr(registry, 'METHODS', {m.name: m for m in (fast, gicp)})
+
+
+def test_json_has_the_promised_names(aick, folder, tmp_path):
+    outcome = aick('benchmark', folder, '--methods', 'aick,aick-orb-350', '--gaps', '1,20',
+                   '--limit', '4', '--json', 'figures.json')
+    figures = json.loads((tmp_path / 'figures.json').read_text())
+    assert outcome.code == 0
+    assert list(figures['methods']) == ['aick', 'aick-orb-350']
+    pair = figures['methods']['aick']['rendered']['pairs']['1']
+    assert pair['count'] == 3
+    assert set(pair) == {'count', 'failed', 'success_ratio', 'translation_median_m',
+                         'rotation_median_deg', 'registration_ms'}
+    assert figures['methods']['aick']['rendered']['pairs']['20']['count'] == 0
+    assert figures['recordings']['rendered']['frames'] == 4
+    assert figures['not_run'] == {}
+    assert figures['threads'] == 1
+    assert figures['machine']['cores'] >= 1
+    assert os.listdir() == ['figures.json']
+    assert f'{pair["success_ratio"]["0.01"]:.3f}' in outcome.out
+
+
+def test_what_is_not_installed_is_named(aick, folder, without_rivals):
+    outcome = aick('benchmark', folder, '--gaps', '1', '--limit', '3', '--json', '-')
+    figures = json.loads(outcome.out)
+    assert outcome.code == 0
+    assert list(figures['methods']) == ['aick-orb-350']
+    assert figures['not_run'] == {'small-gicp': 'pip install small_gicp'}
+    assert 'small-gicp is left out, it is not installed: pip install small_gicp' in outcome.err
+
+
+def test_figures_come_with_the_walk_along_shelves(aick, folder, without_rivals, monkeypatch):
+    monkeypatch.setattr(benchmark_module, 'variants', list)
+    outcome = aick('benchmark', folder, '--methods', 'aick-orb-350', '--gaps', '1', '--limit', '3',
+                   '--plots', 'made/plots', '--corridor', '3', '--json', '-')
+    figures = json.loads(outcome.out)
+    assert outcome.code == 0
+    assert figures['corridor']['frames'] == 3
+    assert list(figures['figures']) == ['9']
+    assert sorted(os.listdir('made/plots')) == ['figure-10.png', 'figure-9.png']
+
+
+def test_interrupted_on_the_walk_it_goes_on_there(aick, folder, without_rivals, monkeypatch):
+    command = ['benchmark', folder, '--gaps', '1', '--limit', '3', '--plots', 'plots',
+               '--corridor', '2', '--json', 'figures.json']
+    monkeypatch.setattr(benchmark_module, 'variants', list)
+
+    def interrupted(frames):
+        signal.raise_signal(signal.SIGINT)
+        return walk(frames)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(benchmark_module, 'walk', interrupted)
+        outcome = aick(*command)
+    assert outcome.code == 130
+    assert os.listdir('plots') == []
+    assert aick(*command).code == 0
+    assert json.loads(Path('figures.json').read_text())['corridor']['frames'] == 2
+    assert not Path('figures.json.partial').exists()
+
+
+@pytest.mark.parametrize(('arguments', 'sentence'), [
+    (['--methods', 'icp'], "no method is called 'icp'"),
+    (['--methods', 'small-gicp'], 'none of the methods is installed'),
+    (['--gaps', '0'], '--gaps 0'),
+    (['--json', 'nowhere/figures.json'], 'no folder nowhere'),
+    (['--limit', '1'], 'a pair takes two'),
+    (['--plots', '/dev/null/plots'], 'cannot make the folder /dev/null/plots'),
+    (['again'], 'again does not exist')])
+def test_refuses_what_cannot_be_run(aick, folder, without_rivals, arguments, sentence):
+    outcome = aick('benchmark', folder, *arguments)
+    assert outcome.code == 2
+    assert sentence in outcome.err.splitlines()[-1]
+    assert os.listdir() == []
+
+
+def test_refuses_a_source_twice_and_one_without_ground_truth(aick, folder, tmp_path, in_memory,
+                                                             recording):
+    assert 'two sources are called rendered' in aick('benchmark', folder, folder).sentence
+    write_tum(tmp_path / 'blind', in_memory(list(recording.frames(None))[:3]))
+    assert 'blind has no ground truth' in aick('benchmark', 'blind').sentence
+
+
+def test_interrupted_it_goes_on(folder, tmp_path):
+    command = [sys.executable, '-m', 'aick_ros', 'benchmark', str(folder), '--methods',
+               'aick,aick-orb,aick-orb-350', '--gaps', '1,2,3', '--json', 'figures.json']
+    options = {'cwd': tmp_path, 'env': {**os.environ, 'PYTHONPATH': str(ROOT)}, 'text': True,
+               'stderr': subprocess.PIPE}
+    with subprocess.Popen(command, **options) as process:
+        partial, end = tmp_path / 'figures.json.partial', time.monotonic() + 60
+        while not (partial.exists() and partial.read_text().count('"pair"') >= 3):
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        _, told = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert told.splitlines()[-1] == \
+        'aick: interrupted; the same command goes on from figures.json.partial'
+    first = partial.read_text()
+    again = subprocess.run(command, **options, stdout=subprocess.DEVNULL, check=True)
+    assert 'going on where the last run was interrupted' in again.stderr
+    figures = json.loads((tmp_path / 'figures.json').read_text())
+    assert [scores['rendered']['pairs']['3']['count']
+            for scores in figures['methods'].values()] == [11, 11, 11]
+    assert first.count('"pair"') < 3 * (13 + 12 + 11)
+    assert [path.name for path in tmp_path.iterdir()] == ['figures.json']

@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Each method against the exact motion of a rendered camera, and against frames of nothing."""
+
+import dataclasses
+import importlib
+
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.camera import Camera
+from aick_ros.errors import InputError
+from aick_ros.evaluation.baselines import registry
+from aick_ros.evaluation.baselines.registry import METHODS, make, methods_of
+from aick_ros.frame import RgbdFrame
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+APART = 2  # frames
+SLOW = ('gicp', 'ndt')  # seconds a pair; gicp-tuned and ndt-tuned are the same code
+
+
+@pytest.fixture(scope='module')
+def source():
+    return SyntheticSource(SyntheticOptions.perfect(seed=4, frames=APART + 1))
+
+
+@pytest.fixture(scope='module')
+def pair(source):
+    """Return the later and the earlier frame, and the true transform between them."""
+    truth = source.ground_truth.poses
+    return source.frame(APART), source.frame(0), rigid.inverse(truth[0]) @ truth[APART]
+
+
+@pytest.fixture(params=[name for name in METHODS if name not in SLOW])
+def baseline(request):
+    method = METHODS[request.param]
+    if method.missing:
+        pytest.skip(f'{method.name} is not installed: {method.missing}')
+    return make(method.factory, method.options)
+
+
+def test_finds_the_motion_of_a_rendered_camera(baseline, pair):
+    source, target, truth = pair
+    estimate = baseline.register(baseline.prepare(source), baseline.prepare(target))
+    error = rigid.inverse(truth) @ estimate.T_target_source
+    motion = np.linalg.norm(truth[:3, 3])
+    assert np.linalg.norm(error[:3, 3]) < 0.3 * motion > 0.01
+    assert rigid.angle(error[:3, :3]) < 0.3 * rigid.angle(truth[:3, :3])
+    assert estimate.failure == ''
+
+
+def test_says_that_there_is_nothing_in_frames_of_nothing(baseline, pair):
+    camera = pair[0].camera
+    shape = camera.height, camera.width
+    nothing = RgbdFrame(1, np.full(shape, 128, np.uint8), np.full(shape, np.nan, np.float32),
+                        camera)
+    estimate = baseline.register(baseline.prepare(nothing), baseline.prepare(nothing))
+    assert estimate.T_target_source is None
+    assert estimate.failure
+
+
+def test_the_same_pair_gives_the_same_answer(baseline, pair):
+    answers = [baseline.register(*map(baseline.prepare, pair[:2])) for _ in range(2)]
+    np.testing.assert_allclose(answers[0].T_target_source, answers[1].T_target_source, atol=1e-5)
+
+
+def test_takes_out_the_distortion_of_the_lens(baseline, pair, distort):
+    """A lens bends the images; who knows its coefficients finds the same motion."""
+    source, target, truth = pair
+    bent = [distort(frame) for frame in (source, target)]
+    estimate = baseline.register(*map(baseline.prepare, bent))
+    error = rigid.inverse(truth) @ estimate.T_target_source
+    assert np.linalg.norm(error[:3, 3]) < 0.3 * np.linalg.norm(truth[:3, 3])
+
+
+@pytest.fixture(scope='module')
+def distort():
+    """Return a function that shows a frame through a lens with the distortion of a Kinect."""
+    cv2 = importlib.import_module('cv2')
+
+    def bend(frame):
+        camera = dataclasses.replace(frame.camera, distortion_model='plumb_bob',
+                                     distortion=(0.2624, -0.9531, -0.0054, 0.0026, 1.1633))
+        v, u = np.mgrid[:camera.height, :camera.width]
+        rays = camera.normalize(np.column_stack([u.ravel(), v.ravel()]))
+        seen = Camera(camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy)
+        maps = seen.project(np.column_stack([rays, np.ones(len(rays))])).astype(np.float32)
+        columns, rows = maps.T.reshape(2, camera.height, camera.width).copy()
+        return RgbdFrame(frame.stamp, cv2.remap(frame.colour, columns, rows, cv2.INTER_LINEAR),
+                         cv2.remap(frame.depth, columns, rows, cv2.INTER_NEAREST,
+                                   borderValue=float('nan')), camera)
+    return bend
+
+
+def test_names_of_methods():
+    assert [method.name for method in methods_of('pnp, aick,pnp')] == ['pnp', 'aick']
+    assert [method.name for method in methods_of('all')] == list(METHODS)
+    with pytest.raises(InputError, match="'icp': there are all, aick, aick-orb"):
+        methods_of('aick,icp')
+
+
+def test_a_method_says_what_it_takes(monkeypatch):
+    monkeypatch.setattr(registry.importlib.util, 'find_spec', lambda name: None)
+    assert METHODS['small-gicp'].missing == "pip install 'aick_ros[baselines]'"
+    assert METHODS['aick-orb'].missing == ''
+
+
+def test_methods_differ_in_what_decides_about_their_results():
+    identities = [method.identity for method in METHODS.values()]
+    assert len(set(identities)) == len(METHODS)

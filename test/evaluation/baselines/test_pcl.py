@@ -1,0 +1,54 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The program for PCL: wrong arguments, clouds of nothing, and its end with ours."""
+
+import struct
+import subprocess
+
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.evaluation.baselines.pcl import Pcl, find_program
+
+GICP = ('gicp', '0.02', '0.05', '50', '1e-5')
+
+pytestmark = pytest.mark.skipif(find_program() is None, reason='PCL is not there: make pcl')
+
+
+def surface(count=6000):
+    """Return points of a wavy surface, which no motion maps onto itself."""
+    x, y = np.random.default_rng(1).uniform(-1, 1, (2, count))
+    z = 2 + 0.2 * np.sin(3 * x) * np.cos(2 * y) + 0.3 * x * y
+    return np.column_stack([x, y, z]).astype(np.float32)
+
+
+def test_finds_a_known_motion():
+    T_target_source = rigid.exp([0.01, -0.02, 0.015, 0.01, 0.02, -0.01])
+    source = surface()
+    estimate = Pcl(GICP, 4.0).register(source, rigid.transform(T_target_source, source))
+    error = rigid.inverse(T_target_source) @ estimate.T_target_source
+    assert np.linalg.norm(error[:3, 3]) < 0.002
+    assert rigid.angle(error[:3, :3]) < 0.002
+
+
+def test_one_program_serves_all_pairs():
+    pcl = Pcl(GICP, 4.0)
+    nothing = np.empty((0, 3), np.float32)
+    assert pcl.register(nothing, nothing).failure == 'PCL found none'
+    assert np.allclose(pcl.register(surface(), surface()).T_target_source, np.eye(4), atol=1e-4)
+
+
+def test_a_program_that_is_gone_is_an_error():
+    pcl = Pcl(('icp',), 4.0)
+    with pytest.raises(OSError):
+        pcl.register(surface(), surface())
+
+
+@pytest.mark.parametrize('arguments', [[], ['gicp'], ['gicp', 'a', '1', '1', '1']])
+def test_says_how_it_is_used(arguments):
+    process = subprocess.run([find_program(), *arguments], input=struct.pack('=2I', 0, 0),
+                             capture_output=True, check=False)
+    assert process.returncode == 1
+    assert process.stderr.startswith(b'usage: pcl_register gicp VOXEL')

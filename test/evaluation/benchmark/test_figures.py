@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The data of the paper's figures against the same ratios counted by hand."""
+
+import pytest
+
+from aick_ros.evaluation.baselines.registry import METHODS, make
+from aick_ros.evaluation.benchmark.figures import FIGURES, figure_data, variants
+from aick_ros.evaluation.benchmark.journal import Journal, PairLine
+from aick_ros.evaluation.benchmark.runner import Plan
+
+
+@pytest.fixture
+def data(recording, aick):
+    """Return the data of a run in which pair (i, i + gap) is i mm off, the first ones failed."""
+    orb = METHODS['aick-orb']
+    plan, journal = Plan([orb, aick], [recording], (1, 4)), Journal(None, [recording])
+    for pair in plan.pairs['rendered']:
+        off = None if pair.target == 0 else 0.004 * pair.target
+        journal.add(PairLine(orb.identity, 'rendered', pair, off, off, 1.0, ''))
+    return figure_data(plan, journal)
+
+
+def test_success_over_threshold(data):
+    curve = data['3']['curves']['aick-orb']['recordings']['rendered']
+    assert data['3']['axis'] == 'threshold_m'
+    assert (curve['x'][0], curve['x'][-1], len(curve['x'])) == (0.0, 0.05, 51)
+    ratios = dict(zip(curve['x'], curve['success_ratio']))
+    # errors of 4, 8, .. 24 mm, and one failure, of 7 pairs
+    assert [ratios[x] for x in (0.004, 0.005, 0.013, 0.05)] == \
+        pytest.approx([0, 1 / 7, 3 / 7, 6 / 7], abs=1e-4)
+
+
+def test_success_over_gap(data):
+    curve = data['4']['curves']['aick-orb']['recordings']['rendered']
+    assert curve == {'x': [1, 4], 'success_ratio': [pytest.approx(2 / 7, abs=1e-4), 0.5]}
+
+
+def test_what_was_not_measured_is_left_out(data):
+    assert '7' not in data
+    assert list(data['9']['curves']) == ['aick-orb']
+
+
+def test_variants_are_the_paper_with_one_setting_changed():
+    found = variants()
+    assert len({method.identity for method in found}) == len(found)
+    assert {'aick-orb, aick.iterations=1', 'aick-orb, features.max_keypoints=50'} <= \
+        {method.name for method in found}
+    for method in found:
+        make(method.factory, method.options)  # refuses settings that there are not
+    assert len({figure.number for figure in FIGURES}) == len(FIGURES)
