@@ -14,7 +14,7 @@ SHARE = f'share/{PACKAGE}'
 CLI = ['typer>=0.12', 'rich>=13.8', 'pyyaml>=6.0']
 EVAL = [*CLI, 'evo>=1.31', 'matplotlib>=3.6']
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces', 'pyyaml>=6.0']
-TEST = [*EVAL, 'pytest>=7.4', 'scipy>=1.11', 'flake8>=7.0',
+TEST = [*EVAL, 'pytest>=7.4', 'scipy>=1.11', 'flake8>=7.0', 'mahotas>=1.4',
         # colcon calls commands of setup.py that setuptools 80 no longer has
         'colcon-common-extensions', 'setuptools<80']
 

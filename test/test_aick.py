@@ -198,4 +198,16 @@ def test_presets_are_the_papers():
         assert settings.features.detector == 'orb'
         assert settings.features.cell_size == 0.0  # the strongest, wherever they are
         assert settings.features.orb == Settings().features.orb
-    assert set(PRESETS) == {'paper-full', 'paper-fast'}
+
+
+def test_presets_of_surf_are_the_papers():
+    full, fast = preset('paper-full-surf'), preset('paper-fast-surf')
+    assert (full.aick.alpha, full.aick.iterations, full.features.max_keypoints) == (0.8, 25, 0)
+    assert (fast.aick.alpha, fast.aick.iterations, fast.features.max_keypoints) == (0.3, 5, 200)
+    for settings in (full, fast):
+        assert (settings.aick.lambda_e, settings.aick.lambda_f) == (0.01, 0.2)
+        assert settings.features.detector == 'surf'
+        assert settings.features.cell_size == 0.0
+        surf = settings.features.surf
+        assert (surf.octaves, surf.intervals, surf.init_sample, surf.threshold) == (5, 5, 2, 1e-5)
+    assert set(PRESETS) == {'paper-full', 'paper-fast', 'paper-full-surf', 'paper-fast-surf'}
