@@ -20,6 +20,7 @@ from aick_ros.settings import OdometrySettings, Settings
 from aick_ros.status import Status
 from aick_ros.synchronizer import RESTART_AFTER
 from aick_ros.trajectory import NANOSECONDS
+from aick_ros.vocabulary import vocabulary_of
 
 _HELD_ACCELERATION = np.array([3.0, 3.0, 3.0, 15.0, 15.0, 15.0])
 """What a hand may do against constant velocity [m/s^2, rad/s^2]: how sure a held pose is."""
@@ -82,7 +83,8 @@ class Odometry:
     def __init__(self, settings: Settings = Settings(),
                  T_odom_camera: np.ndarray | None = None) -> None:
         self._settings: OdometrySettings = settings.odometry
-        self._extractor = KeypointExtractor(settings.features, settings.sensor)
+        self._extractor = KeypointExtractor(settings.features, settings.sensor,
+                                            vocabulary_of(settings), settings.aick.word_radius)
         self._aick = Aick(settings.aick)
         self.reset(T_odom_camera)
 

@@ -25,19 +25,22 @@ def say(text: str) -> None:
 
 
 @contextmanager
-def progress(title: str, total: int) -> Iterator[Callable[[int], None]]:
+def progress(title: str, total: int,
+             unit: str = 'frames') -> Iterator[Callable[[int], None]]:
     """
     Show a progress bar on a terminal while the block runs.
 
-    :returns: what is to be told the number of frames done; it costs next to nothing.
+    :param unit: of what is counted, in the plural.
+    :returns: what is to be told the number done; it costs next to nothing.
     """
     if not _ERRORS.is_terminal:
         yield lambda done: None
         return
     columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
-               TextColumn('{task.fields[rate]:.0f} frames/s'), TimeRemainingColumn())
+               TextColumn('{task.fields[rate]:.0f} {task.fields[unit]}/s'),
+               TimeRemainingColumn())
     with Progress(*columns, console=_ERRORS, transient=True, refresh_per_second=5) as bar:
-        task = bar.add_task(title, total=total, rate=0.0)
+        task = bar.add_task(title, total=total, rate=0.0, unit=unit)
         start = shown = time.monotonic()
 
         def show(done: int) -> None:
