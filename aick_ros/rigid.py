@@ -38,8 +38,8 @@ def fit(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     target = np.asarray(target, np.float64)
     if len(source) < 3:
         raise DegenerateGeometryError(f'{len(source)} matched points: a fit takes three')
-    source_mean = source.sum(axis=0) / len(source)
-    target_mean = target.sum(axis=0) / len(target)
+    source_mean = np.add.reduce(source) / len(source)
+    target_mean = np.add.reduce(target) / len(target)
     u, singular, vt = np.linalg.svd((source - source_mean).T @ (target - target_mean))
     if singular[1] <= _COLLINEAR * singular[0]:
         raise DegenerateGeometryError(f'{len(source)} matched points lie on a line or in a point')

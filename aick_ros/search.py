@@ -190,4 +190,4 @@ def _squared_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     squares *= -2.0
     squares += np.einsum('ij,ij->i', source, source)[:, None]
     squares += np.einsum('ij,ij->i', target, target)
-    return squares
+    return np.maximum(squares, 0.0, out=squares)

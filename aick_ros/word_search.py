@@ -11,7 +11,7 @@ from aick_ros.frame import KeypointFrame
 from aick_ros.search import Candidates, Search
 from aick_ros.settings import AickSettings
 
-_BITS = np.array([number.bit_count() for number in range(1 << 16)], np.uint8)
+_BITS = np.array([number.bit_count() for number in range(1 << 16)], np.float32)
 
 
 class WordSearch(Search):
@@ -42,7 +42,13 @@ def _pair_distances(source: np.ndarray, target: np.ndarray, source_rows: np.ndar
     """Return what :func:`aick_ros.search.descriptor_distances` has for some pairs, K float32."""
     if source.dtype == np.uint8:
         bits, chunk = 8 * source.shape[1], np.uint16 if source.shape[1] % 2 == 0 else np.uint8
-        differing = source.view(chunk)[source_rows] ^ target.view(chunk)[target_rows]
-        return _BITS[differing].sum(axis=1, dtype=np.float32) / np.float32(bits)
-    difference = source[source_rows] - target[target_rows]
-    return np.einsum('ij,ij->i', difference, difference)
+        differing = source.view(chunk).take(source_rows, axis=0)
+        differing ^= target.view(chunk).take(target_rows, axis=0)
+        ones = np.full(differing.shape[1], 1.0 / bits, np.float32)
+        return _BITS.take(differing) @ ones
+    squares = np.einsum('ij,ij->i', source.take(source_rows, axis=0),
+                        target.take(target_rows, axis=0))
+    squares *= -2.0
+    squares += np.einsum('ij,ij->i', source, source).take(source_rows)
+    squares += np.einsum('ij,ij->i', target, target).take(target_rows)
+    return np.maximum(squares, 0.0, out=squares)
