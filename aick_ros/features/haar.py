@@ -13,6 +13,7 @@ _SUBREGIONS = 4  # in each direction, of 9 samples, 5 apart: neighbours overlap
 _NODES = _SAMPLES + 2
 _SAMPLE_SIGMA = 2.5  # of the samples of a subregion around its middle, in scales
 _SUBREGION_SIGMA = 1.5  # of the subregions around the keypoint, in subregions
+_CHUNK = 128  # keypoints described at once: what they need fits into the cache
 
 
 def describe(grey: np.ndarray, pixels: np.ndarray, scales: np.ndarray) -> np.ndarray:
@@ -27,7 +28,43 @@ def describe(grey: np.ndarray, pixels: np.ndarray, scales: np.ndarray) -> np.nda
     :param scales: N, standard deviation of the Gaussian at which the keypoint was found [px].
     :returns: Nx64 float32 of length 1.
     """
-    nodes = _integral_at_nodes(grey, pixels, np.maximum(np.rint(scales).astype(np.intp), 1))
+    scales = np.maximum(np.rint(scales).astype(np.intp), 1)
+    # from the middle of the keypoint's pixel, in corners of pixels, to the first node
+    first = np.rint(pixels + 0.5 - (_NODES - 1) / 2 * scales[:, None]).astype(np.intp)
+    integral, origin = _integral_around(grey, first, first + (_NODES - 1) * scales[:, None])
+    descriptors = np.empty((len(pixels), 4 * _SUBREGIONS ** 2), np.float32)
+    for start in range(0, len(pixels), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        way = np.arange(_NODES) * scales[part, None]
+        column, row = (first[part, axis, None] + origin[axis] + way for axis in (0, 1))
+        descriptors[part] = _haar_sums(integral.ravel().take(
+            row[:, :, None] * integral.shape[1] + column[:, None, :]))
+    length = np.linalg.norm(descriptors, axis=1, keepdims=True)
+    return descriptors / np.maximum(length, np.finfo(np.float32).tiny)
+
+
+def _integral_around(grey: np.ndarray, first: np.ndarray,
+                     last: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return the integral of the image, continued as far as needed, int32, and its origin.
+
+    :param first: Nx2 (u, v), the uppermost left corners of pixels needed; last: the lowest right.
+    :returns: the integral, and (u, v) in it of the image's first corner.
+    """
+    height, width = grey.shape
+    left, top = origin = np.maximum(-first.min(axis=0, initial=0), 0)
+    right, bottom = np.maximum(last.max(axis=0, initial=0) - (width, height), 0)
+    return cv2.integral(cv2.copyMakeBorder(grey, int(top), int(bottom), int(left), int(right),
+                                           cv2.BORDER_REPLICATE)), origin
+
+
+def _haar_sums(nodes: np.ndarray) -> np.ndarray:
+    """
+    Return the weighted sums of the responses.
+
+    :param nodes: Nx26x26, the integral at the corners of the wavelets' halves.
+    :returns: Nx64: of each subregion dx, dy, |dx|, |dy|.
+    """
     across = nodes[:, 2:] - nodes[:, :-2]
     down = nodes[:, :, 2:] - nodes[:, :, :-2]
     dx = across[:, :, 2:] - 2 * across[:, :, 1:-1] + across[:, :, :-2]
@@ -37,28 +74,7 @@ def describe(grey: np.ndarray, pixels: np.ndarray, scales: np.ndarray) -> np.nda
         responses = responses.reshape(len(nodes), _SAMPLES ** 2).astype(np.float32)
         sums[:, :, part] = responses @ _WEIGHTS
         sums[:, :, part + 2] = np.abs(responses) @ _WEIGHTS
-    descriptors = sums.reshape(len(nodes), _SUBREGIONS ** 2 * 4)
-    length = np.linalg.norm(descriptors, axis=1, keepdims=True)
-    return descriptors / np.maximum(length, np.finfo(np.float32).tiny)
-
-
-def _integral_at_nodes(grey: np.ndarray, pixels: np.ndarray, scales: np.ndarray) -> np.ndarray:
-    """
-    Return the integral image at the corners of the wavelets' halves, Nx26x26 int32.
-
-    Nodes are a scale apart; that of a sample is the middle of its wavelet.
-    """
-    # from the middle of the keypoint's pixel, in corners of pixels, to the first node
-    first = np.rint(pixels + 0.5 - (_NODES - 1) / 2 * scales[:, None]).astype(np.intp)
-    last = first + (_NODES - 1) * scales[:, None]
-    height, width = grey.shape
-    left, top = np.maximum(-first.min(axis=0, initial=0), 0)
-    right, bottom = np.maximum(last.max(axis=0, initial=0) - (width, height), 0)
-    integral = cv2.integral(cv2.copyMakeBorder(
-        grey, int(top), int(bottom), int(left), int(right), cv2.BORDER_REPLICATE))
-    way = np.arange(_NODES) * scales[:, None]
-    row, column = first[:, 1, None] + top + way, first[:, 0, None] + left + way
-    return integral.ravel()[row[:, :, None] * integral.shape[1] + column[:, None, :]]
+    return sums.reshape(len(nodes), 4 * _SUBREGIONS ** 2)
 
 
 def _subregion_weights() -> np.ndarray:
