@@ -11,9 +11,10 @@ import numpy as np
 
 from aick_ros import rigid
 from aick_ros.frame import KeypointFrame
-from aick_ros.search import FullSearch, descriptor_distances
+from aick_ros.search import FullSearch, Search, descriptor_distances
 from aick_ros.settings import AickSettings
 from aick_ros.status import Status
+from aick_ros.word_search import WordSearch
 
 _FEWEST = 3  # points that determine a rigid transform
 
@@ -67,9 +68,7 @@ class Aick:
         if min(len(source), len(target)) < _FEWEST:
             return _failure(Status.TOO_FEW_KEYPOINTS, f'{len(source)} and {len(target)} keypoints '
                             f'with depth, it takes {_FEWEST}', 0)
-        search = FullSearch(source.positions, target.positions,
-                            descriptor_distances(source.descriptors, target.descriptors),
-                            self._settings)
+        search = self._search(source, target)
         T_target_source = np.eye(4)
         for i in range(self._settings.iterations):
             w = self._settings.alpha ** i
@@ -85,6 +84,15 @@ class Aick:
         return Registration(Status.OK, f'{len(matches)} matches', T_target_source,
                             _covariance(T_target_source, *matched), matches, i + 1, len(matches))
 
+    def _search(self, source: KeypointFrame, target: KeypointFrame) -> Search:
+        """Return the search by words where both frames have them of one vocabulary (III-B)."""
+        words = source.words, target.words
+        if None not in words and words[0].vocabulary is words[1].vocabulary:
+            return WordSearch(source, target, self._settings)
+        return FullSearch(source.positions, target.positions,
+                          descriptor_distances(source.descriptors, target.descriptors),
+                          self._settings)
+
 
 def _covariance(T_target_source: np.ndarray, source: np.ndarray,
                 target: np.ndarray) -> np.ndarray:
@@ -98,7 +106,7 @@ def _covariance(T_target_source: np.ndarray, source: np.ndarray,
     information[3:, :3] = rigid.skew(total)
     information[3:, 3:] = np.sum(arms ** 2) * np.eye(3) - arms.T @ arms
     variance = np.sum(residuals ** 2) / max(3 * count - 6, 1)
-    return variance * np.linalg.pinv(information, hermitian=True)
+    return variance * np.linalg.inv(information)  # a fit there is, so it has full rank
 
 
 def _failure(status: Status, reason: str, iterations: int) -> Registration:

@@ -16,6 +16,7 @@ from aick_ros.errors import InputError
 from aick_ros.features import make_detector
 from aick_ros.features.selection import spread
 from aick_ros.settings import FeatureSettings, SensorSettings
+from aick_ros.vocabulary import FrameWords, Vocabulary
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +74,7 @@ class KeypointFrame:
     :param descriptors: NxD, uint8 for binary ones (8 bits a column), float32 for others.
     :param covariances: Nx3x3 float32 of the positions [m^2].
     :param pixels: Nx2 float32 (u, v) in the image as it was taken [px].
+    :param words: of the keypoints; None without a vocabulary.
     """
 
     stamp: int
@@ -80,6 +82,7 @@ class KeypointFrame:
     descriptors: np.ndarray
     covariances: np.ndarray
     pixels: np.ndarray
+    words: FrameWords | None = None
 
     def __len__(self) -> int:
         """Return the number of keypoints."""
@@ -87,10 +90,18 @@ class KeypointFrame:
 
 
 class KeypointExtractor:
-    """Turns RGB-D frames into keypoint frames."""
+    """
+    Turns RGB-D frames into keypoint frames.
 
-    def __init__(self, features: FeatureSettings, sensor: SensorSettings) -> None:
+    :param vocabulary: whose words the keypoints get; None: none.
+    :param word_radius: R_w, how near a word must be to be one of a keypoint's.
+    """
+
+    def __init__(self, features: FeatureSettings, sensor: SensorSettings,
+                 vocabulary: Vocabulary | None = None, word_radius: float = np.inf) -> None:
         self._features = features
+        self._vocabulary = vocabulary
+        self._word_radius = word_radius
         self._sensor = sensor
         self._detector = make_detector(features)
 
@@ -106,8 +117,11 @@ class KeypointExtractor:
         covariances = depth.position_covariances(
             positions, self._features.pixel_sigma * found.scales[kept], frame.camera,
             self._sensor)
-        return KeypointFrame(frame.stamp, positions.astype(np.float32), found.descriptors[kept],
-                             covariances.astype(np.float32), pixels)
+        descriptors = found.descriptors[kept]
+        words = None if self._vocabulary is None else self._vocabulary.words_of(
+            descriptors, self._word_radius)
+        return KeypointFrame(frame.stamp, positions.astype(np.float32), descriptors,
+                             covariances.astype(np.float32), pixels, words)
 
     def _select(self, keypoints: np.ndarray, pixels: np.ndarray) -> np.ndarray:
         wanted, cell_size = self._features.max_keypoints, self._features.cell_size

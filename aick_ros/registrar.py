@@ -20,6 +20,7 @@ from aick_ros.surface import Surface
 from aick_ros.trajectory import NANOSECONDS
 from aick_ros.uncertainty import Uncertainty
 from aick_ros.view import View
+from aick_ros.vocabulary import vocabulary_of
 
 _PATIENT = {'alpha': 0.8, 'iterations': 25}  # the paper's full schedule (V-A)
 _FEWEST_TRACKS = 12  # fewer do not check a pose
@@ -40,7 +41,8 @@ class Registrar:
                  times: StageTimes | None = None) -> None:
         self._settings = settings
         self._times = times or StageTimes()
-        self._extractor = KeypointExtractor(settings.features, settings.sensor)
+        self._extractor = KeypointExtractor(settings.features, settings.sensor,
+                                            vocabulary_of(settings), settings.aick.word_radius)
         self._schedules = [Aick(settings.aick)]
         self._refinement = None
         if settings.refinement.mode != 'none':

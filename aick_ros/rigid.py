@@ -38,15 +38,18 @@ def fit(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     target = np.asarray(target, np.float64)
     if len(source) < 3:
         raise DegenerateGeometryError(f'{len(source)} matched points: a fit takes three')
-    source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)
+    source_mean = np.add.reduce(source) / len(source)
+    target_mean = np.add.reduce(target) / len(target)
     u, singular, vt = np.linalg.svd((source - source_mean).T @ (target - target_mean))
     if singular[1] <= _COLLINEAR * singular[0]:
         raise DegenerateGeometryError(f'{len(source)} matched points lie on a line or in a point')
-    if np.linalg.det(u @ vt) < 0:
+    rotation = (u @ vt).T
+    if _reflects(rotation):
         u[:, 2] = -u[:, 2]
+        rotation = (u @ vt).T
     pose = np.eye(4)
-    pose[:3, :3] = (u @ vt).T
-    pose[:3, 3] = target_mean - pose[:3, :3] @ source_mean
+    pose[:3, :3] = rotation
+    pose[:3, 3] = target_mean - rotation @ source_mean
     return pose
 
 
@@ -209,6 +212,12 @@ def change_body(increment: np.ndarray, covariance: np.ndarray,
     adjoint = np.kron(np.eye(2), rotation)
     adjoint[:3, 3:] = -rotation @ skew(lever)
     return (T_base_camera @ increment @ T_camera_base, adjoint @ covariance @ adjoint.T)
+
+
+def _reflects(matrix: np.ndarray) -> bool:
+    """Return whether the determinant of a 3x3 matrix is negative; np.linalg.det takes longer."""
+    (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
+    return a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) < 0
 
 
 def _left_jacobian(theta: np.ndarray) -> np.ndarray:

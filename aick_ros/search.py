@@ -5,12 +5,15 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 
 from aick_ros.settings import AickSettings
 
 _APPEARANCE_REACH = 1.4
 _POSITION_REACH = 2.0
+_ONES = np.ones(3, np.float32)
 
 
 def descriptor_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:
@@ -33,9 +36,9 @@ def descriptor_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     return _squared_distances(source, target)
 
 
-class FullSearch:
+class Search(ABC):
     """
-    Compares every source keypoint with every target keypoint, but looks only where it can pay.
+    Finds the closest target keypoints, but looks only where it can pay.
 
     A match must have d = (1-w) d_e + w d_d below the threshold of Eq. 2. Both terms are positive,
     so each of them alone must be, which bounds d_d while w is large and d_e when it is small:
@@ -45,16 +48,14 @@ class FullSearch:
 
     :param source_positions: Nx3 float32 [m].
     :param target_positions: Mx3 float32 [m].
-    :param distances: NxM float32, :func:`descriptor_distances`.
     """
 
     def __init__(self, source_positions: np.ndarray, target_positions: np.ndarray,
-                 distances: np.ndarray, settings: AickSettings) -> None:
+                 settings: AickSettings) -> None:
         self._target = target_positions
-        self._distances = distances
         self._settings = settings
-        self._by_appearance = self._pairs(distances < _APPEARANCE_REACH * settings.lambda_f)
-        self._by_position: _Candidates | None = None
+        self._by_appearance: Candidates | None = None
+        self._by_position: Candidates | None = None
         self._listed_at = source_positions  # where the source was when _by_position was made
         self._listed_radius = 0.0
 
@@ -69,13 +70,23 @@ class FullSearch:
         """
         threshold = (1.0 - w) * self._settings.lambda_e + w * self._settings.lambda_f
         candidates = self._candidates(moved, w, threshold)
-        difference = moved[candidates.source] - self._target[candidates.target]
-        d_e = np.sqrt(np.einsum('ij,ij->i', difference, difference))
-        d = np.float32(1.0 - w) * d_e + np.float32(w) * candidates.distances
+        d = np.sqrt(candidates.squared_away(moved))  # d_e, made d in place
+        d *= np.float32(1.0 - w)
+        d += np.float32(w) * candidates.distances
         return candidates.least(d, threshold)
 
-    def _candidates(self, moved: np.ndarray, w: float, threshold: float) -> _Candidates:
+    @abstractmethod
+    def _alike(self, bound: float) -> Candidates:
+        """Return the pairs whose descriptors are nearer than a bound."""
+
+    @abstractmethod
+    def _near(self, moved: np.ndarray, radius: float) -> Candidates:
+        """Return the pairs whose positions are nearer than a radius [m]; some more do no harm."""
+
+    def _candidates(self, moved: np.ndarray, w: float, threshold: float) -> Candidates:
         if threshold <= w * _APPEARANCE_REACH * self._settings.lambda_f:
+            if self._by_appearance is None:
+                self._by_appearance = self._alike(_APPEARANCE_REACH * self._settings.lambda_f)
             return self._by_appearance
         radius = threshold / (1.0 - w)
         way = np.sqrt(np.max(np.sum((moved - self._listed_at) ** 2, axis=1)))
@@ -84,7 +95,23 @@ class FullSearch:
             self._listed_at, self._listed_radius = moved, _POSITION_REACH * radius
         return self._by_position
 
-    def _near(self, moved: np.ndarray, radius: float) -> _Candidates:
+
+class FullSearch(Search):
+    """
+    Compares every source keypoint with every target keypoint.
+
+    :param distances: NxM float32, :func:`descriptor_distances`.
+    """
+
+    def __init__(self, source_positions: np.ndarray, target_positions: np.ndarray,
+                 distances: np.ndarray, settings: AickSettings) -> None:
+        super().__init__(source_positions, target_positions, settings)
+        self._distances = distances
+
+    def _alike(self, bound: float) -> Candidates:
+        return self._pairs(self._distances < bound)
+
+    def _near(self, moved: np.ndarray, radius: float) -> Candidates:
         centre = self._target.mean(axis=0)
         source, target = moved - centre, self._target - centre
         squares = _squared_distances(source, target)
@@ -92,37 +119,64 @@ class FullSearch:
         slack = 1e-5 * (np.max(np.abs(source)) + np.max(np.abs(target))) ** 2
         return self._pairs(squares < radius ** 2 + slack)
 
-    def _pairs(self, mask: np.ndarray) -> _Candidates:
+    def _pairs(self, mask: np.ndarray) -> Candidates:
         flat = np.flatnonzero(mask)
         source, target = np.divmod(flat, mask.shape[1])
-        return _Candidates(source, target, self._distances.ravel()[flat])
+        return Candidates(source, target, self._distances.ravel()[flat], self._target)
 
 
-class _Candidates:
-    """Pairs that may match, sorted by source, then target."""
+class Candidates:
+    """
+    Pairs that may match, sorted by source, then target.
 
-    def __init__(self, source: np.ndarray, target: np.ndarray, distances: np.ndarray) -> None:
+    :param target_positions: Mx3, of all target keypoints.
+    """
+
+    def __init__(self, source: np.ndarray, target: np.ndarray, distances: np.ndarray,
+                 target_positions: np.ndarray) -> None:
         self.source = source
         self.target = target
         self.distances = distances
+        self._target_positions = target_positions
+        self._places = target_positions.take(target, axis=0)
+        self._order = np.arange(len(source), dtype=np.int64)
+        self._starts = np.flatnonzero(_begins_run(source))
+
+    def where(self, mask: np.ndarray) -> Candidates:
+        """Return those of a mask."""
+        kept = np.flatnonzero(mask)
+        return Candidates(self.source[kept], self.target[kept], self.distances[kept],
+                          self._target_positions)
+
+    def squared_away(self, moved: np.ndarray) -> np.ndarray:
+        """Return the squared distances of the positions, K float32 [m^2]."""
+        difference = moved.take(self.source, axis=0)
+        difference -= self._places
+        difference *= difference
+        return difference @ _ONES
 
     def least(self, d: np.ndarray, threshold: float) -> np.ndarray:
         """Return the pair of the least d of each source, Kx2, where it is below the threshold."""
-        below = np.flatnonzero(d < threshold)
-        if len(below) == 0:
+        if len(d) == 0:
             return np.empty((0, 2), np.intp)
-        source, d = self.source[below], d[below]
-        starts = np.flatnonzero(_begins_run(source))
-        lengths = np.diff(starts, append=len(source))
-        least = np.flatnonzero(d == np.repeat(np.minimum.reduceat(d, starts), lengths))
-        least = least[_begins_run(source[least])]  # the first of equals
-        return np.column_stack([source[least], self.target[below[least]]])
+        # Bits of floats from 0 up are ordered as they are. With its own number behind them, the
+        # least of each source also says which pair it is, of equals the first.
+        keys = d.view(np.int32).astype(np.int64)
+        keys <<= 32
+        keys |= self._order
+        least = np.minimum.reduceat(keys, self._starts)
+        bound = int(np.float32(threshold).view(np.int32)) << 32
+        best = least[least < bound]
+        best &= 0xffffffff
+        matches = np.empty((len(best), 2), np.intp)
+        matches[:, 0] = self.source.take(best)
+        matches[:, 1] = self.target.take(best)
+        return matches
 
 
 def _begins_run(values: np.ndarray) -> np.ndarray:
-    """Return which of sorted values, at least one, differ from the one before them."""
-    begins = np.empty(len(values), bool)
-    begins[0] = True
+    """Return which of sorted values differ from the one before them."""
+    begins = np.ones(len(values), bool)
     np.not_equal(values[1:], values[:-1], out=begins[1:])
     return begins
 
@@ -136,4 +190,4 @@ def _squared_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     squares *= -2.0
     squares += np.einsum('ij,ij->i', source, source)[:, None]
     squares += np.einsum('ij,ij->i', target, target)
-    return squares
+    return np.maximum(squares, 0.0, out=squares)

@@ -36,9 +36,10 @@ def progress(title: str, total: int, unit: str = 'frames') -> Iterator[Callable[
         yield lambda done: None
         return
     columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
-               TextColumn(f'{{task.fields[rate]:.0f}} {unit}/s'), TimeRemainingColumn())
+               TextColumn('{task.fields[rate]:.0f} {task.fields[unit]}/s'),
+               TimeRemainingColumn())
     with Progress(*columns, console=_ERRORS, transient=True, refresh_per_second=5) as bar:
-        task = bar.add_task(title, total=total, rate=0.0)
+        task = bar.add_task(title, total=total, rate=0.0, unit=unit)
         start = shown = time.monotonic()
 
         def show(done: int) -> None:

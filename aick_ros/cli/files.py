@@ -16,7 +16,7 @@ from aick_ros.errors import InputError
 STANDARD_OUTPUT = '-'
 
 
-def write_whole(path: Path, text: str) -> None:
+def write_whole(path: Path, content: str | bytes) -> None:
     """
     Write a file in one step, so that nobody ever finds half of it; links are followed.
 
@@ -24,13 +24,14 @@ def write_whole(path: Path, text: str) -> None:
 
     :raises InputError: where it cannot be written.
     """
+    content = content.encode('utf-8') if isinstance(content, str) else content
     path = path.resolve()
     draft = path.with_name(f'.{path.name}.{os.getpid()}')
     try:
         if path.exists() and not path.is_file():
-            path.write_text(text, encoding='utf-8')
+            path.write_bytes(content)
             return
-        draft.write_text(text, encoding='utf-8')
+        draft.write_bytes(content)
         draft.replace(path)
     except OSError as error:
         draft.unlink(missing_ok=True)

@@ -43,5 +43,11 @@ class Detector(Protocol):
 
 def make_detector(settings: FeatureSettings) -> Detector:
     """Return the detector that the settings name."""
+    if settings.detector == 'surf':
+        from aick_ros.features.surf import SurfDetector
+        return SurfDetector(settings)
+    if settings.detector == 'sift':
+        from aick_ros.features.sift import SiftDetector
+        return SiftDetector(settings)
     from aick_ros.features.orb import OrbDetector
-    return {'orb': OrbDetector}[settings.detector](settings)
+    return OrbDetector(settings)

@@ -102,7 +102,7 @@ def test_refuses_a_file_that_is_not_there_or_no_text(tmp_path):
     ('aick.alpha=', "aick.alpha = '' is not a number"),
     ('aick.alpha=2', 'outside 0 to 1'),
     ('aick.apha=0.5', 'did you mean aick.alpha'),
-    ('features.detector=sift', "is none of 'orb'")])
+    ('features.detector=brisk', "is none of 'orb', 'surf', 'sift'")])
 def test_refuses_an_assignment(assignment, sentence):
     with pytest.raises(InputError) as error:
         settings_from(None, None, [assignment])

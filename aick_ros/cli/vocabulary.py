@@ -1,0 +1,79 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""``aick vocabulary``: words for the fast search, learned from recordings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from aick_ros.cli import options, outcome
+from aick_ros.cli.console import progress
+from aick_ros.cli.damage import DamageLog
+from aick_ros.cli.files import check_target, write_whole
+from aick_ros.cli.reading import COMPLETE, Reading
+from aick_ros.clustering import ROUNDS, learn_words
+from aick_ros.errors import InputError
+from aick_ros.frame import KeypointExtractor
+from aick_ros.settings import Settings
+from aick_ros.sources import open_source
+from aick_ros.vocabulary import Vocabulary
+
+Sources = Annotated[list[str], typer.Argument(
+    metavar='SOURCE...', show_default=False,
+    help='Recordings to learn from, of any kind that is known: others than those it is used on.')]
+Out = Annotated[Path, typer.Option(
+    '--out', metavar='FILE', show_default=False, help='The file of the vocabulary.')]
+Words = Annotated[int, typer.Option(
+    '--words', metavar='N', min=1, max=100000, help='How many.')]
+Every = Annotated[int, typer.Option(
+    '--every', metavar='N', min=1, help='Take each so many-th frame; neighbours are much alike.')]
+Seed = Annotated[int, typer.Option(
+    '--seed', metavar='N', min=0, help='Another one begins with other words.')]
+
+
+def vocabulary(sources: Sources, out: Out, words: Words = 1000, every: Every = 10,
+               seed: Seed = 0, preset: options.Preset = None, config: options.Config = None,
+               assignments: options.Assignments = None, limit: options.Limit = None) -> int:
+    """
+    Learn a vocabulary for the fast search: of the keypoints that the parameters choose.
+
+    It takes them as the odometry would; --set features.detector=surf learns one of SURF. The
+    file appears when it is complete; Ctrl-C leaves nothing behind.
+    """
+    settings = options.settings_from(preset, config, assignments)
+    check_target(str(out))
+    damage, descriptors = DamageLog(), []
+    for source in sources:
+        reading = Reading(open_source(source), limit)
+        descriptors += _descriptors(reading, every, settings, damage)
+        if reading.ended != COMPLETE:
+            raise InputError(f'{source}: {reading.ended}')
+    if not descriptors:
+        raise InputError(f'{", ".join(sources)} has no frame that can be used')
+    with progress('clustering', ROUNDS, 'rounds') as show:
+        centres = learn_words(np.concatenate(descriptors), words, seed, ROUNDS, show)
+    learned = Vocabulary(settings.features.detector, centres,
+                         f'{len(descriptors)} frames of {", ".join(sources)}')
+    write_whole(out, learned.to_bytes())
+    count = sum(map(len, descriptors))
+    typer.echo(f'{words} words of {count} {settings.features.detector} keypoints, '
+               f'{len(descriptors)} frames, in {out}')
+    return outcome.of_reading(reading, damage)
+
+
+def _descriptors(reading: Reading, every: int, settings: Settings,
+                 damage: DamageLog) -> list[np.ndarray]:
+    """Return the descriptors of each frame taken."""
+    extractor = KeypointExtractor(settings.features, settings.sensor)
+    found = []
+    with progress(reading.name, len(reading)) as show:
+        for index, frame in enumerate(reading.frames(damage)):
+            if index % every == 0:
+                found.append(extractor.extract(frame).descriptors)
+            show(index + 1)
+    return found

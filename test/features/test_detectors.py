@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What all detectors have in common, and how well they find and tell apart what they saw."""
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros.features import make_detector
+from aick_ros.search import descriptor_distances
+from aick_ros.settings import FeatureSettings, Settings, parameters
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+DETECTORS = next(p for p in parameters(Settings) if p.name == 'features.detector').choices
+STRONGEST = 300
+
+
+@pytest.fixture(scope='module')
+def grey():
+    return SyntheticSource(SyntheticOptions(seed=3, frames=1)).frame(0).grey
+
+
+def detector(name):
+    return make_detector(FeatureSettings(detector=name))
+
+
+def share_matched(name, before, after, scale=1.0, shift=(0, 0)):
+    """Share of the strongest keypoints whose nearest descriptor lies within 2 pixels."""
+    views = [detector(name).detect(view) for view in (before, after)]
+    pixels, descriptors = zip(*(
+        (view.pixels[best], view.descriptors[best]) for view in views
+        for best in [np.argsort(-view.responses)[:STRONGEST]]))
+    moved = scale * pixels[0] + np.float32(shift)
+    seen = ((moved > 20) & (moved < np.float32(after.shape[::-1]) - 20)).all(axis=1)
+    nearest = descriptor_distances(*descriptors).argmin(axis=1)
+    return np.mean(np.linalg.norm(moved - pixels[1][nearest], axis=1)[seen] < 2.0)
+
+
+@pytest.mark.parametrize('name', DETECTORS)
+def test_features_have_the_types_they_say(name, grey):
+    features = detector(name).detect(grey)
+    count = len(features.pixels)
+    assert count > 300
+    assert features.pixels.shape == (count, 2)
+    assert features.responses.shape == features.scales.shape == (count,)
+    assert len(features.descriptors) == count
+    assert features.descriptors.dtype in (np.uint8, np.float32)
+    assert features.pixels.dtype == features.responses.dtype == features.scales.dtype == np.float32
+    assert features.scales.min() < 1.1
+    assert np.all(features.pixels >= 0)
+    assert np.all(features.pixels <= np.float32(grey.shape[::-1]) - 1)
+    if features.descriptors.dtype == np.float32:
+        np.testing.assert_allclose(np.linalg.norm(features.descriptors, axis=1), 1.0, atol=1e-5)
+
+
+@pytest.mark.parametrize('name', DETECTORS)
+def test_nothing_to_see_is_a_valid_answer(name, grey):
+    nothing, something = (detector(name).detect(view) for view in (np.zeros_like(grey), grey))
+    assert nothing.pixels.shape == (0, 2)
+    assert nothing.descriptors.shape == (0, something.descriptors.shape[1])
+    assert nothing.descriptors.dtype == something.descriptors.dtype
+    assert nothing.responses.shape == nothing.scales.shape == (0,)
+
+
+@pytest.mark.parametrize('name', DETECTORS)
+def test_the_same_image_gives_the_same_features(name, grey):
+    first, second = detector(name).detect(grey), detector(name).detect(grey.copy())
+    np.testing.assert_array_equal(first.pixels, second.pixels)
+    np.testing.assert_array_equal(first.descriptors, second.descriptors)
+
+
+@pytest.mark.parametrize('alpha, beta', [(0.7, 10), (0.5, 0), (0.8, 50)])
+def test_surf_knows_dimmed_keypoints_again_as_well_as_orb(grey, alpha, beta):
+    dimmed = cv2.convertScaleAbs(grey, alpha=alpha, beta=beta)
+    surf, orb = (share_matched(name, grey, dimmed) for name in ('surf', 'orb'))
+    assert surf > 0.95
+    assert surf >= orb - 0.01
+
+
+@pytest.mark.parametrize('shift', [(8, -6), (-16, 4), (7.5, -5.3)])
+def test_surf_knows_shifted_keypoints_again_as_well_as_orb(grey, shift):
+    moved = cv2.warpAffine(grey, np.float32([[1, 0, shift[0]], [0, 1, shift[1]]]),
+                           grey.shape[::-1])
+    surf, orb = (share_matched(name, grey, moved, shift=shift) for name in ('surf', 'orb'))
+    assert surf > 0.7
+    assert surf >= orb
+
+
+@pytest.mark.parametrize('scale', [0.8, 0.9, 1.1, 1.25])
+def test_surf_knows_scaled_keypoints_again_nearly_as_well_as_orb(grey, scale):
+    scaled = cv2.resize(grey, None, fx=scale, fy=scale,
+                        interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
+    middle = 0.5 * (scale - 1)  # pixels are counted from the middle of the first
+    surf, orb = (share_matched(name, grey, scaled, scale, (middle, middle))
+                 for name in ('surf', 'orb'))
+    assert surf > 0.5
+    assert surf > orb - 0.1

@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Clusters against clusters that are there, and against what defines them."""
+
+import numpy as np
+import pytest
+
+from aick_ros.clustering import learn_words
+from aick_ros.errors import InputError
+from aick_ros.search import descriptor_distances
+
+
+def clusters(binary, count=12, size=60, seed=0):
+    """Return centres and descriptors scattered around them."""
+    rng = np.random.default_rng(seed)
+    if binary:
+        centres = rng.integers(0, 256, (count, 32), dtype=np.uint8)
+        bits = np.unpackbits(np.repeat(centres, size, axis=0), axis=1)
+        members = np.packbits(bits ^ (rng.random(bits.shape) < 0.05), axis=1)
+    else:
+        centres = rng.normal(0, 1, (count, 64)).astype(np.float32)
+        members = np.repeat(centres, size, axis=0)
+        members = members + rng.normal(0, 0.05, members.shape).astype(np.float32)
+    return centres, members[rng.permutation(len(members))]
+
+
+@pytest.mark.parametrize('binary', [True, False], ids=['binary', 'float'])
+@pytest.mark.parametrize('seed', range(3))
+def test_finds_the_clusters_that_are_there(binary, seed):
+    """With words to spare: k-means only ever finds a local optimum."""
+    centres, descriptors = clusters(binary, seed=seed)
+    away = descriptor_distances(centres, learn_words(descriptors, 2 * len(centres), seed))
+    assert away.min(axis=1).max() < 0.02
+
+
+@pytest.mark.parametrize('binary', [True, False], ids=['binary', 'float'])
+def test_words_are_the_centres_of_what_is_closest_to_them(binary):
+    """What k-means and k-majority converge to, checked with plain loops."""
+    _, descriptors = clusters(binary, count=5, size=40)
+    words = learn_words(descriptors, 8, rounds=200)
+    members = descriptor_distances(descriptors, words).argmin(axis=1)
+    for word, centre in enumerate(words):
+        mine = descriptors[members == word]
+        assert len(mine) > 0
+        if binary:
+            bits = np.unpackbits(mine, axis=1)
+            expected = [int(2 * sum(column) > len(mine)) for column in bits.T.tolist()]
+            assert np.unpackbits(centre).tolist() == expected
+        else:
+            np.testing.assert_allclose(centre, mine.mean(axis=0), atol=1e-5)
+
+
+@pytest.mark.parametrize('binary', [True, False], ids=['binary', 'float'])
+def test_the_seed_decides(binary):
+    _, descriptors = clusters(binary)
+    words = [learn_words(descriptors, 30, seed, rounds=3) for seed in (1, 1, 2)]
+    np.testing.assert_array_equal(words[0], words[1])
+    assert not np.array_equal(words[0], words[2])
+
+
+def test_progress_is_told_after_each_round():
+    told = []
+    learn_words(clusters(True)[1], 100, rounds=4, progress=told.append)
+    assert told == list(range(1, len(told) + 1))
+    assert 1 <= len(told) <= 4
+
+
+def test_as_many_words_as_descriptors_are_the_descriptors():
+    descriptors = clusters(True, count=4, size=5)[1]
+    words = learn_words(np.concatenate([descriptors, descriptors]), len(descriptors))
+    assert set(map(bytes, words)) == set(map(bytes, descriptors))
+
+
+def test_too_few_descriptors_are_refused():
+    same = np.zeros((50, 32), np.uint8)
+    with pytest.raises(InputError, match='50 descriptors, 1 of them different, are too few for 2 '
+                                         'words: take more frames or fewer words'):
+        learn_words(same, 2)
+    with pytest.raises(InputError, match='0 descriptors'):
+        learn_words(same[:0], 2)

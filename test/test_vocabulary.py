@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Vocabularies: their files, what is refused, and which words a keypoint has."""
+
+import io
+
+import numpy as np
+import pytest
+
+from aick_ros.errors import InputError
+from aick_ros.frame import KeypointExtractor
+from aick_ros.search import descriptor_distances
+from aick_ros.settings import Settings, with_values
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.vocabulary import Vocabulary, load, shipped, vocabulary_of
+
+RNG = np.random.default_rng(0)
+BINARY = RNG.integers(0, 256, (20, 32), dtype=np.uint8)
+FLOAT = RNG.normal(0, 1, (20, 64)).astype(np.float32)
+
+
+def settings(**changes):
+    return with_values(Settings(), {name.replace('__', '.'): value
+                                    for name, value in changes.items()})
+
+
+def altered(tmp_path, **fields):
+    """Write a vocabulary with some fields replaced, or left out where None."""
+    with np.load(io.BytesIO(Vocabulary('orb', BINARY, 'a test').to_bytes())) as file:
+        content = {**{name: file[name] for name in file.files}, **fields}
+    path = tmp_path / 'altered.npz'
+    np.savez(path, **{name: value for name, value in content.items() if value is not None})
+    return path
+
+
+@pytest.mark.parametrize('words', [BINARY, FLOAT], ids=['binary', 'float'])
+def test_a_file_is_read_as_it_was_written(tmp_path, words):
+    path = tmp_path / 'words'
+    path.write_bytes(Vocabulary('orb', words, 'a test').to_bytes())
+    read = load(path)
+    assert (read.detector, read.learned_from, len(read)) == ('orb', 'a test', 20)
+    np.testing.assert_array_equal(read.words, words)
+    assert read.words.dtype == words.dtype
+    assert read.to_bytes() == path.read_bytes()
+
+
+@pytest.mark.parametrize('share', [0.0, 0.1, 0.5, 0.98])
+def test_a_truncated_file_is_refused(tmp_path, share):
+    content = Vocabulary('orb', BINARY).to_bytes()
+    path = tmp_path / 'cut.npz'
+    path.write_bytes(content[:int(share * len(content))])
+    with pytest.raises(InputError, match='cut.npz is no vocabulary, or a truncated one'):
+        load(path)
+
+
+@pytest.mark.parametrize('content', [b'hello', b'\x93NUMPY\x01\x00v\x00', bytes(1000)])
+def test_another_kind_of_file_is_refused(tmp_path, content):
+    (tmp_path / 'file').write_bytes(content)
+    with pytest.raises(InputError, match='file is no vocabulary'):
+        load(tmp_path / 'file')
+
+
+def test_an_array_alone_is_refused(tmp_path):
+    np.save(tmp_path / 'array.npy', BINARY)
+    with pytest.raises(InputError, match='array.npy is no vocabulary'):
+        load(tmp_path / 'array.npy')
+
+
+@pytest.mark.parametrize('fields, sentence', [
+    ({'version': 2}, 'is of version 2, and version 1 is needed: learn it again'),
+    ({'count': 21}, r'says 21 words and has uint8 of shape \(20, 32\)'),
+    ({'words': BINARY[:0], 'count': 0}, 'says 0 words'),
+    ({'words': BINARY.ravel()}, r'uint8 of shape \(640,\)'),
+    ({'words': BINARY.astype(np.int64)}, 'has int64'),
+    ({'words': None}, 'is no vocabulary'),
+    ({'version': None}, 'is no vocabulary'),
+    ({'version': 'first'}, 'is no vocabulary')])
+def test_what_does_not_fit_is_refused(tmp_path, fields, sentence):
+    with pytest.raises(InputError, match=sentence):
+        load(altered(tmp_path, **fields))
+
+
+def test_what_is_not_there_is_named_with_what_is():
+    with pytest.raises(InputError, match='no vocabulary nowhere: .* orb-1000, surf-1000'):
+        vocabulary_of(settings(aick__vocabulary='nowhere'))
+
+
+def test_a_folder_is_refused(tmp_path):
+    with pytest.raises(InputError, match='cannot read the vocabulary'):
+        load(tmp_path)
+
+
+def test_another_detector_is_refused():
+    with pytest.raises(InputError, match='surf-1000 is of surf keypoints and features.detector is '
+                                         'orb: choose another'):
+        vocabulary_of(settings(aick__vocabulary='surf-1000'))
+
+
+@pytest.mark.parametrize('detector', ['orb', 'surf'])
+def test_shipped_vocabularies_fit_their_detector(detector):
+    chosen = settings(aick__vocabulary=f'{detector}-1000', features__detector=detector)
+    vocabulary = vocabulary_of(chosen)
+    assert f'{detector}-1000' in shipped()
+    assert len(np.unique(vocabulary.words, axis=0)) == len(vocabulary) == 1000
+    assert 'rendered' in vocabulary.learned_from
+    frame = SyntheticSource(SyntheticOptions(seed=3, frames=1)).frame(0)
+    keypoints = KeypointExtractor(chosen.features, chosen.sensor, vocabulary, 0.25).extract(frame)
+    closest = descriptor_distances(keypoints.descriptors, vocabulary.words).min(axis=1)
+    other = np.random.default_rng(0).permutation(len(keypoints))
+    strangers = descriptor_distances(keypoints.descriptors, keypoints.descriptors[other])
+    assert np.median(closest) < 0.7 * np.median(strangers)  # they stand for what is seen
+
+
+def test_no_vocabulary_no_words():
+    assert vocabulary_of(Settings()) is None
+
+
+@pytest.mark.parametrize('descriptors, words, radius', [
+    (BINARY, BINARY[::2], 0.48), (FLOAT, FLOAT[1::3], 110.0), (BINARY, BINARY[:1], 0.0),
+    (BINARY, BINARY[5:9], np.inf), (BINARY[:0], BINARY, 0.5)])
+def test_words_are_those_of_the_paper(descriptors, words, radius):
+    """III-B: Psi has the words nearer than R_w; the index has the keypoints of each word."""
+    found = Vocabulary('test', words).words_of(descriptors, radius)
+    near = descriptor_distances(descriptors, words)
+    assert found.starts.shape == (len(words) + 1,)
+    for word in range(len(words)):
+        index = found.keypoints[found.starts[word]:found.starts[word + 1]]
+        assert list(index) == [k for k in range(len(descriptors)) if near[k, word] < radius]
+    assert list(found.closest) == [min(range(len(words)), key=lambda word: near[k, word])
+                                   for k in range(len(descriptors))]
