@@ -204,7 +204,7 @@ class RefinementSettings:
         'joint', 'none: the pose as AICK found it (the paper); keypoints: keypoints tracked to a '
         'fraction of a pixel; joint: these and the depth image.',
         choices=('none', 'keypoints', 'joint'))
-    iterations: int = parameter(5, 'Most iterations.', minimum=1, maximum=100)
+    iterations: int = parameter(4, 'Most iterations.', minimum=1, maximum=100)
     max_tracks: int = parameter(
         400, 'Keypoints that are tracked, the strongest.', minimum=3, maximum=20000)
     track_window: int = parameter(
