@@ -13,11 +13,12 @@ import aick_ros
 from aick_ros.cli.convert import convert
 from aick_ros.cli.demo import demo
 from aick_ros.cli.evaluate import evaluate
+from aick_ros.cli.noise import noise
 from aick_ros.cli.parameters import parameters
 from aick_ros.cli.replay import replay
 from aick_ros.cli.simulate import simulate
 
-COMMANDS = (replay, evaluate, simulate, convert, parameters, demo)
+COMMANDS = (replay, evaluate, simulate, convert, noise, parameters, demo)
 
 app = typer.Typer(
     add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
