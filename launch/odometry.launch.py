@@ -21,7 +21,7 @@ def generate_launch_description():
     cameras = sorted(file.stem for file in (SHARE / 'config' / 'cameras').glob('*.yaml'))
     return LaunchDescription([
         DeclareLaunchArgument('camera', default_value='', choices=['', *cameras],
-                              description='Topics of a known camera driver'),
+                              description='Topics and noise of a known camera'),
         DeclareLaunchArgument('rgb_topic', default_value='',
                               description="Colour images; '': as the camera has it"),
         DeclareLaunchArgument('depth_topic', default_value='',
@@ -46,15 +46,18 @@ def generate_launch_description():
 
 
 def start_node(context):
-    """Start the node: a topic given by hand goes before the camera's."""
+    """Start the node: the camera's values give way to the file's, and both to those by hand."""
     def argument(name):
         return LaunchConfiguration(name).perform(context)
 
     given = dict(zip(TOPICS, map(argument, ('rgb_topic', 'depth_topic', 'camera_info_topic'))))
-    topics = dict.fromkeys(TOPICS, '')
+    topics, parameters = dict.fromkeys(TOPICS, ''), [argument('params_file')]
     if argument('camera'):
         file = SHARE / 'config' / 'cameras' / f'{argument("camera")}.yaml'
-        topics.update(yaml.safe_load(file.read_text())['remappings'])
+        camera = yaml.safe_load(file.read_text())
+        topics.update(camera['remappings'])
+        if '/**' in camera:
+            parameters.insert(0, camera['/**']['ros__parameters'])
     topics.update({name: topic for name, topic in given.items() if topic})
     given_parameters = {name: argument(name) for name in (
         'frame_id', 'odom_frame_id', 'camera_in_base') if argument(name)}
@@ -63,5 +66,5 @@ def start_node(context):
     return [Node(
         package='aick_ros', executable='odom_node', output='screen',
         remappings=[(name, topic) for name, topic in topics.items() if topic],
-        parameters=[argument('params_file'), {
+        parameters=[*parameters, {
             'use_sim_time': argument('use_sim_time').lower() == 'true', **given_parameters}])]

@@ -18,7 +18,7 @@ from aick_ros.cli.parameters import parameters
 from aick_ros.cli.replay import replay
 from aick_ros.cli.simulate import simulate
 
-COMMANDS = (replay, evaluate, simulate, convert, noise, parameters, demo)
+COMMANDS = (replay, evaluate, noise, simulate, convert, parameters, demo)
 
 app = typer.Typer(
     add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
