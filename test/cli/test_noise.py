@@ -12,6 +12,7 @@ import yaml
 
 from aick_ros.cli import noise as noise_module
 from aick_ros.cli.settings_file import read_settings_file
+from aick_ros.errors import InputError
 from aick_ros.settings import Settings
 from aick_ros.sources import raise_damage
 
@@ -73,3 +74,17 @@ def test_what_cannot_be_used_is_refused_in_one_sentence(noise, recording, in_mem
     assert outcome.sentence.startswith('in memory: 0 patches of smooth surface')
     assert noise(recording, '--json', tmp_path / 'no' / 'noise.json').code == 2
     assert list(tmp_path.iterdir()) == []
+
+
+def test_damage_and_a_broken_end_are_said(noise, recording, in_memory):
+    def broken(index, on_damaged):
+        on_damaged(InputError(f'torn before {index}'))
+        if index == 10:
+            raise InputError('the index is broken')
+
+    source = in_memory(list(recording.frames(raise_damage)), on_frame=broken)
+    outcome = noise(source, '--json', '-')
+    figures = json.loads(outcome.out)
+    assert outcome.code == 2
+    assert (figures['frames'], figures['damaged_images']) == (10, 11)
+    assert figures['ended'] == 'the index is broken'

@@ -82,3 +82,8 @@ def test_surfaces_that_bend_are_left_out():
 
 def test_steep_surfaces_are_left_out():
     assert len(measure(noisy(plane(1.5, np.radians(75.0)), 0.001)).sigmas) < 0.5 * PATCHES
+
+
+def test_images_smaller_than_a_patch_tell_nothing():
+    camera = Camera(16, 12, 13.0, 13.0, 7.5, 5.5)
+    assert len(PatchNoise.of(np.ones((12, 16), np.float32), camera, SensorSettings()).sigmas) == 0
