@@ -60,10 +60,8 @@ class Registrar:
             with self._times.stage('surface'):
                 surface = Surface.of(frame.depth, frame.camera, self._settings.sensor,
                                      self._settings.refinement.surface_points)
-        depth_stamp = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
-        lag = ((depth_stamp - frame.stamp) / NANOSECONDS + self._depth_clock.correct(depth_stamp)
-               - self._colour_clock.correct(frame.stamp))
-        return View(frame, keypoints, grey, surface, lag, self._colour_clock.jitter)
+        return View(frame, keypoints, grey, surface, self._depth_lag(frame),
+                    self._colour_clock.jitter)
 
     def register(self, source: View, target: View,
                  expected: np.ndarray | None = None) -> Registration:
@@ -87,6 +85,15 @@ class Registrar:
             else:
                 return registration
             return self._uncertainty.complete(refined, source, target, expected)
+
+    def _depth_lag(self, frame: RgbdFrame) -> float:
+        """Return how much later than the colour image the depth image was taken [s]."""
+        depth_stamp = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
+        lag = (depth_stamp - frame.stamp) / NANOSECONDS
+        if self._colour_clock.is_behind(frame.stamp):
+            return lag  # whatever its depth image, such a frame is not the next one
+        return (lag + self._depth_clock.correct(depth_stamp)
+                - self._colour_clock.correct(frame.stamp))
 
     def _refined(self, source: View, target: View, registration: Registration) -> Registration:
         refined = self._refinement.refine(source, target, registration.T_target_source)

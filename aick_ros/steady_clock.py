@@ -34,18 +34,22 @@ class SteadyClock:
         """Standard deviation of the stamps about the beat [s]; 0 before there is one."""
         return self._square ** 0.5
 
+    def is_behind(self, stamp: int) -> bool:
+        """Return whether a stamp repeats or goes back a little, and so tells nothing."""
+        return self._last is not None and self._last - RESTART_AFTER <= stamp <= self._last
+
     def correct(self, stamp: int) -> float:
         """
         Take the next stamp and return what to add to it for the time of the image [s].
 
-        :param stamp: [ns]; one that repeats or goes back a little tells nothing.
+        :param stamp: [ns]; nothing is learnt from one that :meth:`is_behind`.
         """
-        if self._last is None or stamp < self._last - RESTART_AFTER:
+        if self.is_behind(stamp):
+            return 0.0
+        if self._last is None or stamp < self._last:
             self._last, self._steady, self._period = stamp, 0.0, 0.0
             return 0.0
         interval = (stamp - self._last) / NANOSECONDS
-        if interval <= 0.0:
-            return 0.0
         self._last = stamp
         if self._period == 0.0:
             self._period = interval

@@ -72,6 +72,8 @@ def _timing(T_target_source: np.ndarray, source: View, target: View,
             expected: np.ndarray | None) -> np.ndarray:
     """Return the covariance of a motion between two moments that are not quite known, 6x6."""
     interval = (source.stamp - target.stamp) / NANOSECONDS
+    if interval == 0.0:
+        return np.zeros((6, 6))  # of one moment: no speed is known
     jitter = max(source.stamp_jitter, target.stamp_jitter)
     variances = 2 * jitter ** 2 * _squared_rates(T_target_source, interval)
     if expected is not None:

@@ -178,10 +178,10 @@ def test_what_is_not_believed_can_be_judged(rendered):
 
 def test_too_few_matches_are_not_believed(rendered):
     frames, _ = rendered
-    strict = settings.with_values(Settings(), {'odometry.min_matches': 590})
+    strict = settings.with_values(Settings(), {'odometry.min_matches': 600})
     updates = track(Odometry(strict), frames[:2])
     assert updates[1].status is Status.TOO_FEW_MATCHES
-    assert 'odometry.min_matches is 590' in updates[1].reason
+    assert 'odometry.min_matches is 600' in updates[1].reason
 
 
 @pytest.mark.parametrize('step', [0, -1, -500_000_000])
