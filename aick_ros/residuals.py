@@ -25,7 +25,9 @@ _SURFACE = 1.4
 _BLOCK = 0.2  # side of a part of the image, on the plane z = 1
 _BLOCKS_ACROSS = 100  # more than there are between the bounds of the rays
 _ALIKE = 0.8  # cosine between the normals of a point and its plane
-_NO_NOISE, _ALL_NOISE = 0.25, 0.75  # share of noise up to, from which a direction is kept, left out
+_NO_NOISE, _ALL_NOISE = 0.25, 0.75
+"""Share of noise up to which a direction is kept, and from which it is left out."""
+
 _TINY = 1e-3 * np.eye(6)  # 30 m and 30 rad: makes any information invertible
 
 
