@@ -83,18 +83,18 @@ def test_what_is_over_is_forgotten():
 
 
 def test_jitter_adds_the_way_made_in_it():
-    """Both stamps are off by it, so the interval is by its root of two."""
+    """Both stamps are off, by 3.3 jitters, so the interval is by the root of two of that."""
     velocity, turn_rate, jitter = np.array([0.3, -0.4, 1.2]), np.array([0.0, 0.0, 2.0]), 0.004
     motion = np.eye(4)
     motion[:3, 3] = velocity * PERIOD
     source, target = view(1 + PERIOD, jitter), view(1, jitter / 2)
     moved = Uncertainty().complete(registration(motion), source, target).covariance - OWN
-    np.testing.assert_allclose(moved, np.diag(3 * [2 * (jitter * 1.3) ** 2] + 3 * [0]),
+    np.testing.assert_allclose(moved, np.diag(3 * [2 * (3.3 * jitter * 1.3) ** 2] + 3 * [0]),
                                atol=1e-15)
     motion = np.eye(4)
     motion[:3, :3] = Rotation.from_rotvec(turn_rate * PERIOD).as_matrix()
     turned = Uncertainty().complete(registration(motion), source, target).covariance - OWN
-    np.testing.assert_allclose(turned, np.diag(3 * [0] + 3 * [2 * (jitter * 2.0) ** 2]),
+    np.testing.assert_allclose(turned, np.diag(3 * [0] + 3 * [2 * (3.3 * jitter * 2.0) ** 2]),
                                atol=1e-15)
 
 
@@ -107,14 +107,14 @@ def test_a_lagging_clock_adds_the_change_of_the_motion():
         motion[:3, 3] = 0.02, change, 0.0
         complete = Uncertainty().complete(registration(motion), view(1 + PERIOD, jitter),
                                           view(1, jitter), known)
-        return (complete.covariance - OWN)[0, 0] - 2 * (jitter * np.hypot(0.02, change)
-                                                        / PERIOD) ** 2
+        speed = np.hypot(0.02, change) / PERIOD
+        return (complete.covariance - OWN)[0, 0] - 2 * (3.3 * jitter * speed) ** 2
 
     assert variance(0.0, 0.004) == pytest.approx(0.0, abs=1e-15)
     assert variance(0.01, 0.004, None) == pytest.approx(0.0, abs=1e-15)
     one = variance(0.01, 0.004)
-    # along each of three axes a third of (delay * change of speed)^2, the delay being six jitters
-    assert one == pytest.approx((6 * 0.004 * 0.01 / PERIOD) ** 2 / 3)
+    # along each of three axes a third of (delay * change of speed)^2, the delay being 20 jitters
+    assert one == pytest.approx((20 * 0.004 * 0.01 / PERIOD) ** 2 / 3)
     assert variance(0.02, 0.004) == pytest.approx(4 * one)
     assert variance(0.01, 0.002) == pytest.approx(one / 4)
 
