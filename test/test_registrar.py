@@ -76,7 +76,7 @@ def test_refined_it_is_nearer_to_the_truth(source, frames, mode):
         for i in range(3, COUNT):
             found, _ = register(frames[i - 3:i + 1], {'refinement.mode': name})
             errors.append(error(found.T_target_source, motion(source, i - 3, i)))
-    assert (np.median(refined, axis=0) < 0.6 * np.median(unrefined, axis=0)).all()
+    assert (np.median(refined, axis=0) < 0.7 * np.median(unrefined, axis=0)).all()
 
 
 def test_a_wrong_guess_changes_nothing_where_aick_finds_the_pose(frames):
@@ -131,12 +131,22 @@ def test_the_papers_schedule_is_tried_where_a_short_one_fails(source, frames, mo
     assert error(found.T_target_source, motion(source, 0, 3))[0] < 0.003
 
 
-def test_with_too_few_tracks_the_pose_is_that_of_aick(frames):
+def test_with_too_few_tracks_the_pose_is_that_of_aick_and_doubted(frames):
     """One image goes blank after its keypoints were found: nothing can be followed into it."""
     found, views = register(frames[:4], blank=True)
     alone = Aick(Settings().aick).register(views[-1].keypoints, views[0].keypoints)
-    for field in dataclasses.fields(alone):
-        np.testing.assert_array_equal(getattr(found, field.name), getattr(alone, field.name))
+    np.testing.assert_array_equal(found.T_target_source, alone.T_target_source)
+    np.testing.assert_array_equal(found.matches, alone.matches)
+    np.testing.assert_allclose(found.covariance, 100 * alone.covariance)
+    assert found.reason == f'{alone.reason}, 0 keypoints tracked'
+
+
+def test_of_few_matches_and_too_few_tracks_nothing_is_believed(frames):
+    found, views = register(frames[:4], {'features.max_keypoints': 29}, blank=True)
+    alone = Aick(Settings().aick).register(views[-1].keypoints, views[0].keypoints)
+    assert alone.status is Status.OK
+    assert found.status is Status.TOO_FEW_MATCHES
+    assert found.reason == f'{alone.reason}, 0 keypoints tracked'
 
 
 def test_stages_are_timed(frames):

@@ -160,6 +160,15 @@ def test_compose_covariance_is_first_order_propagation(rng):
                                F @ S @ F.T + G @ Q @ G.T, atol=1e-8)
 
 
+def test_relative_covariance_is_first_order_propagation(rng):
+    start, end = random_pose(rng), random_pose(rng)
+    S, Q = (np.cov(rng.normal(0, 0.01, (6, 50))) for _ in range(2))
+    F = numeric_jacobian(lambda T: np.linalg.inv(T) @ end, start)
+    G = numeric_jacobian(lambda T: np.linalg.inv(start) @ T, end)
+    np.testing.assert_allclose(rigid.relative_covariance(start, S, end, Q),
+                               F @ S @ F.T + G @ Q @ G.T, atol=1e-8)
+
+
 def test_change_body_is_first_order_propagation(rng):
     increment, T_base_camera = random_pose(rng, 0.3), random_pose(rng)
     Q = np.cov(rng.normal(0, 0.01, (6, 50)))
