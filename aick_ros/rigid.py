@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 
 _COLLINEAR = 1e-6  # second to first singular value: below it a turn is not determined
@@ -40,23 +41,27 @@ def fit(source: np.ndarray, target: np.ndarray) -> np.ndarray:
         raise DegenerateGeometryError(f'{len(source)} matched points: a fit takes three')
     source_mean = np.add.reduce(source) / len(source)
     target_mean = np.add.reduce(target) / len(target)
-    u, singular, vt = np.linalg.svd((source - source_mean).T @ (target - target_mean))
-    if singular[1] <= _COLLINEAR * singular[0]:
+    # of a matrix as small as this OpenCV's takes a quarter of the time of NumPy's
+    singular, u, vt = cv2.SVDecomp((source - source_mean).T @ (target - target_mean))
+    if singular[1, 0] <= _COLLINEAR * singular[0, 0]:
         raise DegenerateGeometryError(f'{len(source)} matched points lie on a line or in a point')
     rotation = (u @ vt).T
     if _reflects(rotation):
         u[:, 2] = -u[:, 2]
         rotation = (u @ vt).T
-    pose = np.eye(4)
+    pose = np.zeros((4, 4))  # np.eye takes longer
     pose[:3, :3] = rotation
     pose[:3, 3] = target_mean - rotation @ source_mean
+    pose[3, 3] = 1.0
     return pose
 
 
 def transform(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return the points moved by a pose; Nx3, of the points' own type."""
-    rotation = pose[:3, :3].astype(points.dtype)
-    return points @ rotation.T + pose[:3, 3].astype(points.dtype)
+    pose = pose.astype(points.dtype)
+    moved = points @ pose[:3, :3].T
+    moved += pose[:3, 3]
+    return moved
 
 
 def inverse(pose: np.ndarray) -> np.ndarray:
