@@ -3,6 +3,7 @@
 
 """Visual odometry of one RGB-D camera: ros2 launch aick_ros odometry.launch.py camera:=...."""
 
+import os
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
@@ -13,6 +14,7 @@ from launch_ros.actions import Node
 import yaml
 
 SHARE = Path(get_package_share_directory('aick_ros'))
+PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info', 'depth/camera_info')
 
 
@@ -21,7 +23,9 @@ def generate_launch_description():
     cameras = sorted(file.stem for file in (SHARE / 'config' / 'cameras').glob('*.yaml'))
     return LaunchDescription([
         DeclareLaunchArgument('camera', default_value='', choices=['', *cameras],
-                              description='Topics of a known camera driver'),
+                              description='Topics and settings of a known camera'),
+        DeclareLaunchArgument('namespace', default_value='',
+                              description='Of the node, where several run'),
         DeclareLaunchArgument('rgb_topic', default_value='',
                               description="Colour images; '': as the camera has it"),
         DeclareLaunchArgument('depth_topic', default_value='',
@@ -43,28 +47,47 @@ def generate_launch_description():
         DeclareLaunchArgument('params_file',
                               default_value=str(SHARE / 'config' / 'odom_node.yaml'),
                               description='Parameters of the node'),
-        OpaqueFunction(function=start_node),
+        DeclareLaunchArgument('rviz', default_value='false', choices=['true', 'false'],
+                              description='Whether to show path, keypoints and matches'),
+        OpaqueFunction(function=start_nodes),
     ])
 
 
-def start_node(context):
-    """Start the node: a topic given by hand goes before the camera's."""
+def start_nodes(context):
+    """Start what was asked for: the camera's values give way to the file's, both to arguments."""
     def argument(name):
         return LaunchConfiguration(name).perform(context)
 
     given = dict(zip(TOPICS, map(argument, (
         'rgb_topic', 'depth_topic', 'camera_info_topic', 'depth_camera_info_topic'))))
-    topics = dict.fromkeys(TOPICS, '')
+    topics, parameters = dict.fromkeys(TOPICS, ''), [argument('params_file')]
     if argument('camera'):
         file = SHARE / 'config' / 'cameras' / f'{argument("camera")}.yaml'
-        topics.update(yaml.safe_load(file.read_text())['remappings'])
+        camera = yaml.safe_load(file.read_text())
+        topics.update(camera['remappings'])
+        if '/**' in camera:
+            parameters.insert(0, camera['/**']['ros__parameters'])
     topics.update({name: topic for name, topic in given.items() if topic})
     given_parameters = {name: argument(name) for name in (
         'frame_id', 'odom_frame_id', 'camera_in_base') if argument(name)}
     if argument('publish_tf'):
         given_parameters['publish_tf'] = argument('publish_tf').lower() == 'true'
-    return [Node(
+    clock = {'use_sim_time': argument('use_sim_time').lower() == 'true'}
+    nodes = [Node(
         package='aick_ros', executable='odom_node', output='screen',
+        namespace=argument('namespace'),
         remappings=[(name, topic) for name, topic in topics.items() if topic],
-        parameters=[argument('params_file'), {
-            'use_sim_time': argument('use_sim_time').lower() == 'true', **given_parameters}])]
+        additional_env=_profile(),
+        parameters=[*parameters, {**clock, **given_parameters}])]
+    if argument('rviz') == 'true':
+        nodes.append(Node(
+            package='rviz2', executable='rviz2', namespace=argument('namespace'),
+            arguments=['-d', str(SHARE / 'config' / 'odometry.rviz'),
+                       '-f', argument('odom_frame_id') or 'odom'],
+            parameters=[clock]))
+    return nodes
+
+
+def _profile():
+    """Return the shared memory that debug images need, unless the user chose another."""
+    return {} if PROFILES in os.environ else {PROFILES: str(SHARE / 'config' / 'fastdds.xml')}
