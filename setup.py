@@ -24,6 +24,7 @@ DATA_FILES = [
     (SHARE, ['package.xml']),
     (f'{SHARE}/config', glob('config/*.*')),
     (f'{SHARE}/config/cameras', glob('config/cameras/*.yaml')),
+    (f'{SHARE}/config/sros2', glob('config/sros2/*.xml')),
     (f'{SHARE}/launch', glob('launch/*.launch.py')),
 ]
 # `ros2 run` looks for executables in lib/aick_ros. colcon puts the entry points themselves there

@@ -46,11 +46,13 @@ class Uncertainty:
 
         :param expected: ``T_target_source`` at constant velocity; None where none is known.
         """
-        if registration.disagreement is None:
+        if not registration.status.ok:
             return registration
-        self._learn(registration.disagreement)
-        covariance = (registration.covariance + self._systematic()
-                      + _timing(registration.T_target_source, source, target, expected))
+        covariance = registration.covariance + _timing(
+            registration.T_target_source, source, target, expected)
+        if registration.disagreement is not None:
+            self._learn(registration.disagreement)
+            covariance += self._systematic()
         return dataclasses.replace(registration, covariance=covariance)
 
     def _learn(self, disagreement: Disagreement) -> None:

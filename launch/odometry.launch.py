@@ -3,6 +3,7 @@
 
 """Visual odometry of one RGB-D camera: ros2 launch aick_ros odometry.launch.py camera:=...."""
 
+import os
 from pathlib import Path
 
 from ament_index_python.packages import get_package_share_directory
@@ -13,6 +14,7 @@ from launch_ros.actions import Node
 import yaml
 
 SHARE = Path(get_package_share_directory('aick_ros'))
+PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info', 'depth/camera_info')
 
 
@@ -22,6 +24,8 @@ def generate_launch_description():
     return LaunchDescription([
         DeclareLaunchArgument('camera', default_value='', choices=['', *cameras],
                               description='Topics and noise of a known camera'),
+        DeclareLaunchArgument('namespace', default_value='',
+                              description='Of the node, where several run'),
         DeclareLaunchArgument('rgb_topic', default_value='',
                               description="Colour images; '': as the camera has it"),
         DeclareLaunchArgument('depth_topic', default_value='',
@@ -42,12 +46,14 @@ def generate_launch_description():
                               description='Whether time comes from /clock'),
         DeclareLaunchArgument('params_file', default_value='',
                               description="Parameters of the node; '': the defaults"),
-        OpaqueFunction(function=start_node),
+        DeclareLaunchArgument('rviz', default_value='false', choices=['true', 'false'],
+                              description='Whether to show path, keypoints and matches'),
+        OpaqueFunction(function=start_nodes),
     ])
 
 
-def start_node(context):
-    """Start the node: the camera's values replace the defaults, the file's and yours these."""
+def start_nodes(context):
+    """Start what was asked for: camera over defaults, file over both, arguments over all."""
     def argument(name):
         return LaunchConfiguration(name).perform(context)
 
@@ -67,8 +73,22 @@ def start_node(context):
         'frame_id', 'odom_frame_id', 'camera_in_base') if argument(name)}
     if argument('publish_tf'):
         given_parameters['publish_tf'] = argument('publish_tf').lower() == 'true'
-    return [Node(
+    clock = {'use_sim_time': argument('use_sim_time').lower() == 'true'}
+    nodes = [Node(
         package='aick_ros', executable='odom_node', output='screen',
+        namespace=argument('namespace'),
         remappings=[(name, topic) for name, topic in topics.items() if topic],
-        parameters=[*parameters, {
-            'use_sim_time': argument('use_sim_time').lower() == 'true', **given_parameters}])]
+        additional_env=_profile(),
+        parameters=[*parameters, {**clock, **given_parameters}])]
+    if argument('rviz') == 'true':
+        nodes.append(Node(
+            package='rviz2', executable='rviz2', namespace=argument('namespace'),
+            arguments=['-d', str(SHARE / 'config' / 'odometry.rviz'),
+                       '-f', argument('odom_frame_id') or 'odom'],
+            parameters=[clock]))
+    return nodes
+
+
+def _profile():
+    """Return the shared memory that debug images need, unless the user chose another."""
+    return {} if PROFILES in os.environ else {PROFILES: str(SHARE / 'config' / 'fastdds.xml')}

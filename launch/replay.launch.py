@@ -33,6 +33,8 @@ def generate_launch_description():
             'camera_info_topic': LaunchConfiguration('camera_info_topic'),
             'frame_id': LaunchConfiguration('frame_id'),
             'camera_in_base': LaunchConfiguration('camera_in_base'),
+            'params_file': LaunchConfiguration('params_file'),
+            'rviz': LaunchConfiguration('rviz'),
             'use_sim_time': 'true'}.items())
     return LaunchDescription([
         DeclareLaunchArgument('bag', description='Folder of a ROS 2 bag'),
@@ -47,6 +49,11 @@ def generate_launch_description():
                               description="Frame whose motion is published; '': base_link"),
         DeclareLaunchArgument('camera_in_base', default_value='',
                               description='Extrinsic x y z qx qy qz qw, for a bag without TF'),
+        DeclareLaunchArgument('params_file',
+                              default_value=str(SHARE / 'config' / 'odom_node.yaml'),
+                              description='Parameters of the node'),
+        DeclareLaunchArgument('rviz', default_value='false', choices=['true', 'false'],
+                              description='Whether to show path, keypoints and matches'),
         odometry, player,
         RegisterEventHandler(OnProcessExit(target_action=player, on_exit=[
             TimerAction(period=2.0, actions=[  # for the last frames to be answered

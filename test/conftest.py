@@ -3,8 +3,13 @@
 
 """Fixtures for all tests: recordings of real cameras, and ROS without neighbours."""
 
+import fcntl
 import itertools
 import os
+import socket
+import tempfile
+import time
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -12,7 +17,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 DOMAINS = 101  # the ports of higher ones are those the system hands out to clients
 
-_turns = itertools.count(7 * os.getpid())  # so that test runs side by side seldom meet
+_turns = itertools.count(7 * os.getpid())
 
 
 @pytest.fixture
@@ -35,8 +40,39 @@ def ros_domain(monkeypatch):
 
     It returns the domain. Nothing leaves this machine, and images are not lost.
     """
-    domain = 1 + next(_turns) % DOMAINS
-    monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
-    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE', str(ROOT / 'config' / 'fastdds.xml'))
-    return domain
+    with own_domain() as domain:
+        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+        monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE', str(ROOT / 'config' / 'fastdds.xml'))
+        yield domain
+
+
+@contextmanager
+def own_domain():
+    """
+    Hold a domain that no other test run on this machine has, and nobody else listens in.
+
+    Cameras of two tests in one domain would take each other's nodes for their own.
+    """
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline:
+        domain = 1 + next(_turns) % DOMAINS
+        with (Path(tempfile.gettempdir()) / f'aick_ros_domain_{domain}').open('a') as claim:
+            try:
+                fcntl.flock(claim, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            if is_free(domain):
+                yield domain
+                return
+    pytest.fail(f'all {DOMAINS} domains of ROS are in use')
+
+
+def is_free(domain):
+    """Return whether the port of the first participant in a domain is free."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.bind(('', 7410 + 250 * domain))  # as the DDS interoperability protocol says
+        except OSError:
+            return False
+    return True

@@ -30,7 +30,8 @@ PATIENCE = 20.0  # seconds that nothing should take; a test that waits so long h
 def wait_until(condition, what):
     deadline = time.monotonic() + PATIENCE
     while not condition():
-        assert time.monotonic() < deadline, f'waited {PATIENCE:g} s in vain for {what}'
+        assert time.monotonic() < deadline, (
+            f'waited {PATIENCE:g} s in vain for {what() if callable(what) else what}')
         time.sleep(0.005)
 
 
@@ -103,8 +104,11 @@ class Rig:
             frame.depth))
 
     def answer(self, stamp):
-        """Wait for the odometry of a stamp [ns] and return it."""
-        wait_until(lambda: stamp in self.stamps(), f'odometry of {stamp} ns')
+        """Wait for the odometry of a stamp [ns], as long as any comes, and return it."""
+        while stamp not in self.stamps():
+            seen = len(self.odom)
+            wait_until(lambda: len(self.odom) > seen, lambda: (
+                f'odometry of {stamp} ns, there is {self.stamps()}, and {self.values()}'))
         return self.odom[self.stamps().index(stamp)]
 
     def call(self, kind, name, request=None):
@@ -112,6 +116,10 @@ class Rig:
         client = self.node.create_client(kind, name)
         assert client.wait_for_service(PATIENCE), f'no service {name}'
         return client.call(request or kind.Request())
+
+    def values(self):
+        """What the node last said in /diagnostics, by name."""
+        return {value.key: value.value for value in self.diagnostics[-1].status[0].values}
 
     def stamps(self):
         return [to_stamp(message.header.stamp) for message in self.odom]
@@ -172,7 +180,8 @@ def start_node(rig, tmp_path):
     def start(wait=True, bare=False, command=NODE_COMMAND, remappings=(), **parameters):
         suitable = {} if bare else {
             'process_every_frame': 'true', 'qos_reliability': 'reliable',
-            'topic_queue_size': 100, 'frame_id': OPTICAL}
+            # frames come in bursts here: their images must not push each other out
+            'topic_queue_size': 100, 'sync_queue_size': 100, 'frame_id': OPTICAL}
         parameters = {**suitable, **{name.replace('__', '.'): value
                                      for name, value in parameters.items()}}
         node = NodeProcess(tmp_path / f'odom_node_{len(started)}.log', parameters, remappings,

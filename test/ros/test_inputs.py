@@ -57,7 +57,7 @@ def millimetres(frame):
 
 def of_millimetres(frame):
     units = millimetres(frame)
-    depth = np.where(units > 0, units * np.float32(0.001), np.nan).astype(np.float32)
+    depth = np.where(units > 0, units / 1000.0, np.nan).astype(np.float32)
     return dataclasses.replace(frame, depth=depth)
 
 

@@ -232,7 +232,7 @@ def test_padded_rows_and_millimetres_of_either_byte_order(rig, start_node, frame
         colour = rig.image_message(frame.stamp, 'rgb8', padded)
         colour.width = 640
         rig.send(frame, colour, rig.image_message(frame.stamp, '16UC1', millimetres))
-        metres = millimetres.astype(np.float32) * np.float32(0.001)
+        metres = (millimetres / 1000.0).astype(np.float32)
         expected.append(dataclasses.replace(frame, depth=np.where(metres > 0, metres, np.nan)))
     for stamp, update in offline(expected).items():
         np.testing.assert_allclose(pose_of(rig.answer(stamp)), update.T_odom_camera, atol=1e-6)

@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Files beside the code name what the node has, and are all installed."""
+
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[1]
+CAMERAS = sorted((ROOT / 'config' / 'cameras').glob('*.yaml'))
+POLICY = ROOT / 'config' / 'sros2' / 'odom_node.policy.xml'
+
+
+@pytest.mark.parametrize('file', CAMERAS, ids=lambda file: file.stem)
+def test_each_camera_gives_all_topics_by_their_full_names(file):
+    remappings = yaml.safe_load(file.read_text())['remappings']
+    assert {'rgb/image', 'depth/image', 'rgb/camera_info'} <= set(remappings)
+    assert all(topic.startswith('/') for topic in remappings.values())
+    assert len(set(remappings.values())) == len(remappings)
+
+
+def test_the_readme_names_each_camera():
+    text = (ROOT / 'README.md').read_text()
+    assert [file.stem for file in CAMERAS if not re.search(rf'\b{file.stem}\b', text)] == []
+
+
+def test_rviz_shows_what_the_node_publishes():
+    displays = yaml.safe_load(
+        (ROOT / 'config' / 'odometry.rviz').read_text())['Visualization Manager']['Displays']
+    topics = {display['Topic']['Value'] for display in displays if 'Topic' in display}
+    assert topics == {'path', 'odom', 'keypoints', 'debug_image'}
+
+
+def test_links_between_documents_lead_somewhere():
+    for page in (ROOT / 'README.md', *(ROOT / 'docs').glob('*.md')):
+        for target in re.findall(r'\]\(([^)#:]+)(?:#[^)]*)?\)', page.read_text()):
+            assert (page.parent / target).exists(), f'{page.name}: {target}'
+
+
+def test_the_policy_denies_nothing_and_has_no_wildcards():
+    text = ElementTree.tostring(ElementTree.parse(POLICY).getroot(), encoding='unicode')
+    assert 'DENY' not in text
+    assert '*' not in text
