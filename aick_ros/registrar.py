@@ -24,6 +24,8 @@ from aick_ros.vocabulary import vocabulary_of
 
 _PATIENT = {'alpha': 0.8, 'iterations': 25}  # the paper's full schedule (V-A)
 _FEWEST_TRACKS = 12  # fewer do not check a pose
+_FEWEST_UNCHECKED = 30  # matches of a pose that is believed without
+_DOUBT = 100.0  # times the covariance of AICK's residuals, which knows no systematic error
 _SHARE_OF_TRACKS = 0.5  # of the keypoints must be found for a guess to be believed
 
 
@@ -60,10 +62,8 @@ class Registrar:
             with self._times.stage('surface'):
                 surface = Surface.of(frame.depth, frame.camera, self._settings.sensor,
                                      self._settings.refinement.surface_points)
-        depth_stamp = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
-        lag = ((depth_stamp - frame.stamp) / NANOSECONDS + self._depth_clock.correct(depth_stamp)
-               - self._colour_clock.correct(frame.stamp))
-        return View(frame, keypoints, grey, surface, lag, self._colour_clock.jitter)
+        return View(frame, keypoints, grey, surface, self._depth_lag(frame),
+                    self._colour_clock.jitter)
 
     def register(self, source: View, target: View,
                  expected: np.ndarray | None = None) -> Registration:
@@ -88,10 +88,19 @@ class Registrar:
                 return registration
             return self._uncertainty.complete(refined, source, target, expected)
 
+    def _depth_lag(self, frame: RgbdFrame) -> float:
+        """Return how much later than the colour image the depth image was taken [s]."""
+        depth_stamp = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
+        lag = (depth_stamp - frame.stamp) / NANOSECONDS
+        if self._colour_clock.is_behind(frame.stamp):
+            return lag  # whatever its depth image, such a frame is not the next one
+        return (lag + self._depth_clock.correct(depth_stamp)
+                - self._colour_clock.correct(frame.stamp))
+
     def _refined(self, source: View, target: View, registration: Registration) -> Registration:
         refined = self._refinement.refine(source, target, registration.T_target_source)
         if len(refined.tracked) < _FEWEST_TRACKS:
-            return registration
+            return _unchecked(registration, len(refined.tracked))
         return dataclasses.replace(
             registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
             disagreement=refined.disagreement, support=len(refined.tracked),
@@ -104,3 +113,12 @@ class Registrar:
             failure, status=Status.OK, T_target_source=guess, reason='by constant velocity'))
         enough = max(_FEWEST_TRACKS, _SHARE_OF_TRACKS * len(source.keypoints))
         return registration if registration.support >= enough else failure
+
+
+def _unchecked(registration: Registration, tracked: int) -> Registration:
+    """Return what is left of a pose that the images do not confirm: nothing, of few matches."""
+    reason = f'{registration.reason}, {tracked} keypoints tracked'
+    if len(registration.matches) < _FEWEST_UNCHECKED:
+        return dataclasses.replace(registration, status=Status.TOO_FEW_MATCHES, reason=reason)
+    return dataclasses.replace(registration, reason=reason,
+                               covariance=_DOUBT * registration.covariance)

@@ -202,6 +202,19 @@ def compose_covariance(pose: np.ndarray, covariance: np.ndarray, increment: np.n
     return carry @ covariance @ carry.T + turn @ increment_covariance @ turn.T
 
 
+def relative_covariance(start: np.ndarray, start_covariance: np.ndarray, end: np.ndarray,
+                        end_covariance: np.ndarray) -> np.ndarray:
+    """
+    Return the covariance of ``inverse(start) @ end``, both errors independent, 6x6.
+
+    :param start: a pose, with its 6x6 covariance; end likewise, in the same frame.
+    """
+    back = np.kron(np.eye(2), start[:3, :3].T)
+    carry = np.eye(6)
+    carry[:3, 3:] = -skew(end[:3, 3] - start[:3, 3])  # a turn of the start swings the end
+    return back @ (end_covariance + carry @ start_covariance @ carry.T) @ back.T
+
+
 def change_body(increment: np.ndarray, covariance: np.ndarray,
                 T_base_camera: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """

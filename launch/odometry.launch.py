@@ -21,7 +21,7 @@ def generate_launch_description():
     cameras = sorted(file.stem for file in (SHARE / 'config' / 'cameras').glob('*.yaml'))
     return LaunchDescription([
         DeclareLaunchArgument('camera', default_value='', choices=['', *cameras],
-                              description='Topics of a known camera driver'),
+                              description='Topics and noise of a known camera'),
         DeclareLaunchArgument('rgb_topic', default_value='',
                               description="Colour images; '': as the camera has it"),
         DeclareLaunchArgument('depth_topic', default_value='',
@@ -40,24 +40,28 @@ def generate_launch_description():
                               description="Extrinsic x y z qx qy qz qw; '': as in the file"),
         DeclareLaunchArgument('use_sim_time', default_value='false',
                               description='Whether time comes from /clock'),
-        DeclareLaunchArgument('params_file',
-                              default_value=str(SHARE / 'config' / 'odom_node.yaml'),
-                              description='Parameters of the node'),
+        DeclareLaunchArgument('params_file', default_value='',
+                              description="Parameters of the node; '': the defaults"),
         OpaqueFunction(function=start_node),
     ])
 
 
 def start_node(context):
-    """Start the node: a topic given by hand goes before the camera's."""
+    """Start the node: the camera's values replace the defaults, the file's and yours these."""
     def argument(name):
         return LaunchConfiguration(name).perform(context)
 
     given = dict(zip(TOPICS, map(argument, (
         'rgb_topic', 'depth_topic', 'camera_info_topic', 'depth_camera_info_topic'))))
-    topics = dict.fromkeys(TOPICS, '')
+    topics, parameters = dict.fromkeys(TOPICS, ''), [str(SHARE / 'config' / 'odom_node.yaml')]
     if argument('camera'):
         file = SHARE / 'config' / 'cameras' / f'{argument("camera")}.yaml'
-        topics.update(yaml.safe_load(file.read_text())['remappings'])
+        camera = yaml.safe_load(file.read_text())
+        topics.update(camera['remappings'])
+        if '/**' in camera:
+            parameters.append(camera['/**']['ros__parameters'])
+    if argument('params_file'):
+        parameters.append(argument('params_file'))
     topics.update({name: topic for name, topic in given.items() if topic})
     given_parameters = {name: argument(name) for name in (
         'frame_id', 'odom_frame_id', 'camera_in_base') if argument(name)}
@@ -66,5 +70,5 @@ def start_node(context):
     return [Node(
         package='aick_ros', executable='odom_node', output='screen',
         remappings=[(name, topic) for name, topic in topics.items() if topic],
-        parameters=[argument('params_file'), {
+        parameters=[*parameters, {
             'use_sim_time': argument('use_sim_time').lower() == 'true', **given_parameters}])]

@@ -47,7 +47,7 @@ def test_json_has_the_promised_names(aick, folder, tmp_path):
     pair = figures['methods']['aick']['rendered']['pairs']['1']
     assert pair['count'] == 3
     assert set(pair) == {'count', 'failed', 'success_ratio', 'translation_median_m',
-                         'rotation_median_deg', 'registration_ms'}
+                         'rotation_median_deg', 'registration_ms', 'consistency'}
     assert figures['methods']['aick']['rendered']['pairs']['20']['count'] == 0
     assert figures['recordings']['rendered']['frames'] == 4
     assert figures['not_run'] == {}
