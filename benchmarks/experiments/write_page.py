@@ -14,16 +14,15 @@ tables by name, and single figures as {{ratio METHOD GAP THRESHOLD}}, {{ms METHO
 from __future__ import annotations
 
 import json
-import re
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from paper import TABLE_1
 
-from aick_ros.errors import InputError
 from aick_ros.reports.benchmark_plots import write_figures
+from aick_ros.reports.markdown import fill, joined, machine, number, ratio, table
 
 HERE = Path(__file__).resolve().parent
 DOCS = HERE.parents[1] / 'docs'
@@ -42,10 +41,10 @@ class Page:
     def __init__(self, results: dict[str, Any], slow: dict[str, Any],
                  walk: dict[str, Any]) -> None:
         self._results, self._slow, self._walk = results, slow, walk
-        self._tables: dict[str, Callable[[], str]] = {
+        self._contents: dict[str, Callable[..., str]] = {
             'table 1': self._table_1, 'table slow': self._table_slow,
             'table gaps': self._table_gaps, 'table settings': self._table_settings,
-            'machine': self._machine, 'pictures': self._pictures,
+            'machine': lambda: machine(self._results), 'pictures': self._pictures,
             'recordings': self._recordings,
             'pairs': lambda: str(self._most_pairs(self._results)),
             'pairs slow': lambda: str(self._most_pairs(self._slow)),
@@ -53,8 +52,7 @@ class Page:
             'methods': lambda: ','.join(self._results['methods']),
             'methods slow': lambda: ','.join(self._slow['methods']),
             'gaps': lambda: ','.join(self._gaps(self._results)),
-            'gaps slow': lambda: ','.join(self._gaps(self._slow))}
-        self._figures: dict[str, Callable[..., str]] = {
+            'gaps slow': lambda: ','.join(self._gaps(self._slow)),
             'ratio': self._ratio, 'ms': self._milliseconds, 'times': self._times}
 
     def fill(self, text: str) -> str:
@@ -63,16 +61,7 @@ class Page:
 
         :raises InputError: for braces that stand for nothing.
         """
-        return re.sub(r'\{\{(.+?)\}\}', lambda match: self._content(match[1]), text)
-
-    def _content(self, name: str) -> str:
-        if name in self._tables:
-            return self._tables[name]()
-        kind, *arguments = name.split()
-        try:
-            return self._figures[kind](*arguments)
-        except (KeyError, TypeError):
-            raise InputError(f'{{{{{name}}}}} stands for nothing that was measured') from None
+        return fill(text, self._contents)
 
     def _table_1(self) -> str:
         """Return the rows of methods, ours beside the paper's."""
@@ -83,12 +72,12 @@ class Page:
             paper = TABLE_1.get(method)
             ours = self._p50(self._results, method)
             rows.append((
-                f'`{method}`', _number(ours),
+                f'`{method}`', number(ours),
                 *(_triple(self._pair(self._results, method, name, 1)) for name in names),
-                _number(1e3 * paper.seconds) if paper else '',
-                ' / '.join(_ratio(ratio) for ratio in paper.success) if paper else '',
+                number(1e3 * paper.seconds) if paper else '',
+                ' / '.join(ratio(share) for share in paper.success) if paper else '',
                 _factor(1e3 * paper.seconds / ours) if paper else ''))
-        return _table(rows)
+        return table(rows)
 
     def _table_slow(self) -> str:
         names, gaps = list(self._slow['recordings']), self._gaps(self._slow)
@@ -98,11 +87,11 @@ class Page:
         for method in self._in_order(self._slow):
             ours, paper = self._p50(self._slow, method), TABLE_1[method]
             rows.append((
-                f'`{method}`', _number(ours),
-                *(_ratio(self._pair(self._slow, method, name, gap)['success_ratio']['0.01'])
+                f'`{method}`', number(ours),
+                *(ratio(self._pair(self._slow, method, name, gap)['success_ratio']['0.01'])
                   for name in names for gap in gaps),
-                _number(1e3 * paper.seconds), _factor(1e3 * paper.seconds / ours)))
-        return _table(rows)
+                number(1e3 * paper.seconds), _factor(1e3 * paper.seconds / ours)))
+        return table(rows)
 
     def _table_gaps(self) -> str:
         """Return success within 0.01 m over the gap, and times, for each recording."""
@@ -114,23 +103,17 @@ class Page:
                 score = self._results['methods'][method][name]
                 pairs = [score['pairs'][gap] for gap in gaps]
                 rows.append((
-                    f'`{method}`', *(_ratio(pair['success_ratio']['0.01']) for pair in pairs),
+                    f'`{method}`', *(ratio(pair['success_ratio']['0.01']) for pair in pairs),
                     str(sum(pair['failed'] for pair in pairs)),
-                    _number(pairs[0]['registration_ms']['p50']),
-                    _number(score['preparation_ms']['p50'])))
-            parts.append(_table(rows))
+                    number(pairs[0]['registration_ms']['p50']),
+                    number(score['preparation_ms']['p50'])))
+            parts.append(table(rows))
         return '\n\n'.join(parts)
 
     def _table_settings(self) -> str:
         settings = {**self._results['settings'], **self._slow['settings']}
-        return _table([('method', 'settings'), *((f'`{method}`', text)
-                                                 for method, text in settings.items())])
-
-    def _machine(self) -> str:
-        facts = self._results['machine']
-        return (f'{self._results["date"]}, {facts["cpu"]}, {facts["cores"]} cores, '
-                f'{facts["system"]}, Python {facts["python"]}, NumPy {facts["numpy"]}, OpenCV '
-                f'{facts["opencv"]}, aick_ros {facts["aick_ros"]}')
+        return table([('method', 'settings'), *((f'`{method}`', text)
+                                                for method, text in settings.items())])
 
     def _recordings(self) -> str:
         return ' and '.join(
@@ -154,13 +137,13 @@ class Page:
 
     def _ratio(self, method: str, gap: str, threshold: str) -> str:
         results = self._of(method)
-        return _joined(_ratio(self._pair(results, method, name, gap)['success_ratio'][threshold])
-                       for name in results['recordings'])
+        return joined(ratio(self._pair(results, method, name, gap)['success_ratio'][threshold])
+                      for name in results['recordings'])
 
     def _milliseconds(self, method: str) -> str:
         results = self._of(method)
-        return _joined(_number(self._pair(results, method, name, 1)['registration_ms']['p50'])
-                       for name in results['recordings'])
+        return joined(number(self._pair(results, method, name, 1)['registration_ms']['p50'])
+                      for name in results['recordings'])
 
     def _times(self, method: str, other: str) -> str:
         """Return how many times as long another method takes, in the same run."""
@@ -196,32 +179,12 @@ class Page:
         return list(next(iter(results['recordings'].values()))['pairs'])
 
 
-def _table(rows: Sequence[Sequence[str]]) -> str:
-    lines = [f'| {" | ".join(row)} |' for row in rows]
-    return '\n'.join([lines[0], '|' + '---|' * len(rows[0]), *lines[1:]])
-
-
-def _joined(figures: Iterator[str]) -> str:
-    return ' / '.join(figures)
-
-
 def _triple(pair: dict[str, Any]) -> str:
-    return _joined(_ratio(ratio) for ratio in pair['success_ratio'].values())
-
-
-def _ratio(ratio: float | None) -> str:
-    return '-' if ratio is None else f'{ratio:.2f}'
-
-
-def _number(value: float | None) -> str:
-    """Return three significant digits."""
-    if value is None:
-        return '-'
-    return f'{value:,.0f}' if value >= 100 else f'{value:.3g}'
+    return joined(ratio(share) for share in pair['success_ratio'].values())
 
 
 def _factor(value: float) -> str:
-    return f'{_number(value)} x'
+    return f'{number(value)} x'
 
 
 def read_results() -> list[dict[str, Any]]:

@@ -3,9 +3,7 @@
 
 """docs/experiments.md: what is on it is what was measured, and it is the page of its results."""
 
-import importlib.util
 import re
-import sys
 from pathlib import Path
 
 import pytest
@@ -17,16 +15,9 @@ FOLDER = ROOT / 'benchmarks' / 'experiments'
 
 
 @pytest.fixture(scope='module')
-def write_page():
+def write_page(load):
     """Return the script as a module."""
-    sys.path.insert(0, str(FOLDER))
-    try:
-        spec = importlib.util.spec_from_file_location('write_page', FOLDER / 'write_page.py')
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-    finally:
-        sys.path.remove(str(FOLDER))
-    return module
+    return load(FOLDER / 'write_page.py')
 
 
 def pair(ratio, milliseconds, failed=0):
