@@ -142,11 +142,11 @@ def test_with_too_few_tracks_the_pose_is_that_of_aick_and_doubted(frames):
 
 
 def test_of_few_matches_and_too_few_tracks_nothing_is_believed(frames):
-    found, views = register(frames[:4], {'features.max_keypoints': 29}, blank=True)
+    found, views = register(frames[:4], {'features.orb.nfeatures': 29}, blank=True)
     alone = Aick(Settings().aick).register(views[-1].keypoints, views[0].keypoints)
     assert alone.status is Status.OK
     assert found.status is Status.TOO_FEW_MATCHES
-    assert found.reason == f'{alone.reason}, 0 keypoints tracked'
+    assert found.reason.endswith('0 keypoints tracked')
 
 
 def test_stages_are_timed(frames):

@@ -129,10 +129,10 @@ class Page:
 
     def _pictures(self) -> str:
         parts = []
-        for number, figure in self._results['figures'].items():
-            paper, _, ours = number.partition('-')
+        for name, figure in self._results['figures'].items():
+            paper, _, ours = name.partition('-')
             title = f'{"Beside figure" if ours else "Figure"} {paper}: {figure["title"]}'
-            parts.append(f'![{title}]({IMAGES}/figure-{number}.png)')
+            parts.append(f'![{title}]({IMAGES}/figure-{name}.png)')
         return '\n\n'.join(parts)
 
     def _ratio(self, method: str, gap: str, threshold: str) -> str:
