@@ -57,8 +57,9 @@ class OdometryUpdate:
     :param predicted: whether the pose of a lost frame is that of the motion predicted.
     :param reference: the keypoints it was registered to; None where there is no increment.
     :param matches: Kx2, rows (keypoint, keypoint of the reference).
+    :param support: keypoints that agree with the increment; 0 where there is none.
     :param view: the frame, ready to be registered.
-    :param timing: milliseconds of the stages: ``features``, ``registration``, ``total``.
+    :param timing: milliseconds of each of :data:`aick_ros.stage_times.STAGES`, and ``total``.
     """
 
     stamp: int
@@ -76,6 +77,7 @@ class OdometryUpdate:
     predicted: bool = False
     reference: KeypointFrame | None = None
     matches: np.ndarray = field(default_factory=lambda: np.empty((0, 2), np.intp))
+    support: int = 0
     view: View | None = None
     timing: dict[str, float] = field(default_factory=dict)
 
@@ -231,7 +233,8 @@ class Odometry:
         return self._answer(
             view, Status.OK, registration.reason, increment=increment,
             increment_covariance=registration.covariance, interval=interval, recovered=recovered,
-            reference=anchor.view.keypoints, matches=registration.matches)
+            reference=anchor.view.keypoints, matches=registration.matches,
+            support=registration.support)
 
     def _remember(self, anchor: _Anchor) -> None:
         """Keep an anchor for frames that fail against the last one, one every while."""
