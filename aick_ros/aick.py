@@ -17,6 +17,7 @@ from aick_ros.status import Status
 from aick_ros.word_search import WordSearch
 
 _FEWEST = 3  # points that determine a rigid transform
+_IDENTITY = np.eye(3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +70,7 @@ class Aick:
             return _failure(Status.TOO_FEW_KEYPOINTS, f'{len(source)} and {len(target)} keypoints '
                             f'with depth, it takes {_FEWEST}', 0)
         search = self._search(source, target)
+        positions = source.positions.astype(np.float64), target.positions.astype(np.float64)
         T_target_source = np.eye(4)
         for i in range(self._settings.iterations):
             w = self._settings.alpha ** i
@@ -76,7 +78,8 @@ class Aick:
             if len(matches) < _FEWEST:
                 return _failure(Status.TOO_FEW_MATCHES, f'{len(matches)} matches in iteration {i} '
                                 f'of {len(source)} and {len(target)} keypoints', i + 1)
-            matched = source.positions[matches[:, 0]], target.positions[matches[:, 1]]
+            matched = (positions[0].take(matches[:, 0], axis=0),
+                       positions[1].take(matches[:, 1], axis=0))
             try:
                 T_target_source = rigid.fit(*matched)
             except rigid.DegenerateGeometryError as error:
@@ -97,15 +100,15 @@ class Aick:
 def _covariance(T_target_source: np.ndarray, source: np.ndarray,
                 target: np.ndarray) -> np.ndarray:
     """Return the covariance of a least-squares fit from the residuals of its matches."""
-    arms = source.astype(np.float64) @ T_target_source[:3, :3].T
+    arms = source @ T_target_source[:3, :3].T
     residuals = arms + T_target_source[:3, 3] - target
-    count, total = len(arms), arms.sum(axis=0)
+    count, cross = len(arms), rigid.skew(np.add.reduce(arms))
     information = np.empty((6, 6))
-    information[:3, :3] = count * np.eye(3)
-    information[:3, 3:] = -rigid.skew(total)
-    information[3:, :3] = rigid.skew(total)
-    information[3:, 3:] = np.sum(arms ** 2) * np.eye(3) - arms.T @ arms
-    variance = np.sum(residuals ** 2) / max(3 * count - 6, 1)
+    information[:3, :3] = count * _IDENTITY
+    information[:3, 3:] = -cross
+    information[3:, :3] = cross
+    information[3:, 3:] = np.vdot(arms, arms) * _IDENTITY - arms.T @ arms
+    variance = np.vdot(residuals, residuals) / max(3 * count - 6, 1)
     return variance * np.linalg.inv(information)  # a fit there is, so it has full rank
 
 

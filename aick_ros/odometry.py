@@ -16,6 +16,7 @@ import numpy as np
 from aick_ros import rigid
 from aick_ros.aick import Registration
 from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.keyframe import Anchor, KeyframePolicy
 from aick_ros.registrar import Registrar
 from aick_ros.settings import OdometrySettings, Settings
 from aick_ros.stage_times import StageTimes
@@ -47,7 +48,7 @@ class OdometryUpdate:
     :param T_odom_camera: 4x4 float64 [m]; held at constant velocity where the frame was lost.
     :param covariance: 6x6 of the pose, accumulated since the start [m^2, m rad, rad^2].
     :param keypoints: of this frame.
-    :param increment: 4x4, from the frame it was registered to; the identity where there is none.
+    :param increment: 4x4, from the last tracked frame; the identity where there is none.
     :param increment_covariance: 6x6; infinite on the diagonal where there is no increment.
     :param interval: time of the increment [s]; 0 where there is none.
     :param refused: 4x4, the increment from the last tracked frame that was found but not
@@ -82,23 +83,14 @@ class OdometryUpdate:
     timing: dict[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, eq=False)
-class _Anchor:
-    """A frame with a pose, which others can be registered to."""
-
-    view: View
-    T_odom_camera: np.ndarray
-    covariance: np.ndarray
-
-
 class Odometry:
     """
-    Frame-to-frame odometry.
+    Odometry by registering each frame to the keyframe, or to the last tracked frame.
 
-    A frame is registered to the last tracked one. Where that fails its pose is the one predicted,
-    or held at constant velocity, and the next frame is tried against the last tracked frame
-    first, then against the lost one before it: so one bad pair is bridged, and after a long loss
-    the pose goes on from where it was held, without a jump.
+    Where both fail the frame is tried against earlier ones, then its pose is the one predicted,
+    or held at constant velocity, and the next frame is tried against the lost one, too: so one
+    bad pair is bridged, a camera that was covered finds back to where it was, and after a long
+    loss the pose goes on from where it was held.
 
     :param T_odom_camera: pose of the first frame; None: the identity.
     :param predict: the motion between two stamps by another sensor, asked where a frame is lost.
@@ -127,6 +119,7 @@ class Odometry:
     def _take(self, settings: Settings) -> None:
         self._settings: OdometrySettings = settings.odometry
         self._registrar = Registrar(settings, self._times)
+        self._policy = KeyframePolicy(settings.odometry)
 
     def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
         """Forget everything; the next frame gets the pose given, or the identity."""
@@ -148,9 +141,10 @@ class Odometry:
         self._pose, self._covariance = pose, covariance
         self._twist: np.ndarray | None = None
         self._stamp: int | None = None
-        self._tracked: _Anchor | None = None
-        self._earlier: deque[_Anchor] = deque(maxlen=_EARLIER)
-        self._lost: _Anchor | None = None
+        self._tracked: Anchor | None = None
+        self._keyframe: Anchor | None = None
+        self._earlier: deque[Anchor] = deque(maxlen=_EARLIER)
+        self._lost: Anchor | None = None
         self._is_lost = is_lost
 
     def _register(self, view: View) -> OdometryUpdate:
@@ -170,7 +164,7 @@ class Odometry:
                                                     self._expected(view, anchor))
             status, reason = self._judge(registration, interval)
             if status.ok:
-                return self._track(view, anchor, registration, interval)
+                return self._track(view, anchor, registration)
             failure = failure or (status, reason, registration, interval)
         status, reason, refused, interval = failure
         held = self._hold(view, status, reason)
@@ -185,18 +179,20 @@ class Odometry:
             return self._answer(view, Status.TOO_FEW_KEYPOINTS,
                                 f'{len(view.keypoints)} keypoints with depth, it takes {fewest}')
         recovered, self._is_lost = self._is_lost, False
-        self._tracked = _Anchor(view, self._pose, self._covariance)
+        self._tracked = self._keyframe = Anchor(view, self._pose, self._covariance)
         return self._answer(view, Status.FIRST_FRAME, f'{len(view.keypoints)} keypoints',
                             recovered=recovered)
 
-    def _anchors(self) -> Iterator[_Anchor]:
+    def _anchors(self) -> Iterator[Anchor]:
         """Yield what a frame is tried against, until one holds."""
-        yield self._tracked
+        yield self._keyframe
+        if self._tracked is not self._keyframe:
+            yield self._tracked
         yield from reversed(self._earlier)
         if self._lost is not None:
             yield self._lost
 
-    def _expected(self, view: View, anchor: _Anchor) -> np.ndarray | None:
+    def _expected(self, view: View, anchor: Anchor) -> np.ndarray | None:
         """Return where the view is seen from an anchor at constant velocity, 4x4."""
         elapsed = (view.stamp - self._tracked.view.stamp) / NANOSECONDS
         if self._twist is None or elapsed > self._settings.hold_time:
@@ -220,23 +216,36 @@ class Odometry:
                 f'{self._settings.max_turn_rate:g}')
         return Status.OK, registration.reason
 
-    def _track(self, view: View, anchor: _Anchor, registration: Registration,
-               interval: float) -> OdometryUpdate:
-        recovered, self._is_lost, self._lost = self._is_lost, False, None
-        increment = registration.T_target_source
+    def _track(self, view: View, anchor: Anchor, registration: Registration) -> OdometryUpdate:
+        recovered, self._is_lost = self._is_lost, False
+        T_anchor_camera, covariance = registration.T_target_source, registration.covariance
+        since, motion = anchor, (T_anchor_camera, covariance)
+        if anchor is self._keyframe:
+            since, motion = self._tracked, self._tracked.motion_to(T_anchor_camera, covariance)
+        interval = (view.stamp - since.view.stamp) / NANOSECONDS
+        self._twist = rigid.log(motion[0]) / interval
+        self._pose = anchor.T_odom_camera @ T_anchor_camera
         self._covariance = rigid.compose_covariance(
-            anchor.T_odom_camera, anchor.covariance, increment, registration.covariance)
-        self._pose = anchor.T_odom_camera @ increment
-        self._twist = rigid.log(increment) / interval
+            anchor.T_odom_camera, anchor.covariance, T_anchor_camera, covariance)
         self._remember(self._tracked)
-        self._tracked = _Anchor(view, self._pose, self._covariance)
+        self._take_over(view, anchor, registration)
         return self._answer(
-            view, Status.OK, registration.reason, increment=increment,
-            increment_covariance=registration.covariance, interval=interval, recovered=recovered,
+            view, Status.OK, registration.reason, increment=motion[0],
+            increment_covariance=motion[1], interval=interval, recovered=recovered,
             reference=anchor.view.keypoints, matches=registration.matches,
             support=registration.support)
 
-    def _remember(self, anchor: _Anchor) -> None:
+    def _take_over(self, view: View, anchor: Anchor, registration: Registration) -> None:
+        """Make a view the last tracked one, and choose what the next one is registered to."""
+        self._lost = None
+        if self._policy.keeps(view, registration):
+            self._keyframe = anchor
+            self._tracked = Anchor(view, self._pose, self._covariance,
+                                   registration.T_target_source, registration.covariance)
+        else:
+            self._tracked = self._keyframe = Anchor(view, self._pose, self._covariance)
+
+    def _remember(self, anchor: Anchor) -> None:
         """Keep an anchor for frames that fail against the last one, one every while."""
         if self._earlier and (anchor.view.stamp - self._earlier[-1].view.stamp
                               < _EARLIER_APART * NANOSECONDS):
@@ -261,7 +270,7 @@ class Odometry:
         self._covariance = rigid.compose_covariance(
             anchor.T_odom_camera, anchor.covariance, motion, np.diag(strayed ** 2))
         if len(view.keypoints) >= self._settings.min_matches:
-            self._lost = _Anchor(view, self._pose, self._covariance)
+            self._lost = Anchor(view, self._pose, self._covariance)
         return self._answer(view, status, reason, predicted=predicted is not None)
 
     def _answer(self, view: View, status: Status, reason: str, **measured: Any) -> OdometryUpdate:

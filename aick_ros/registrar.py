@@ -24,6 +24,8 @@ from aick_ros.vocabulary import vocabulary_of
 
 _PATIENT = {'alpha': 0.8, 'iterations': 25}  # the paper's full schedule (V-A)
 _FEWEST_TRACKS = 12  # fewer do not check a pose
+_FEWEST_UNCHECKED = 30  # matches of a pose that is believed without
+_DOUBT = 100.0  # times the covariance of AICK's residuals, which knows no systematic error
 _SHARE_OF_TRACKS = 0.5  # of the keypoints must be found for a guess to be believed
 
 
@@ -31,8 +33,9 @@ class Registrar:
     """
     Registers the views of one camera.
 
-    AICK needs no initial guess. Where its schedule finds nothing it is given the paper's longer
-    one, and where that fails too a guess is tried, which the images must confirm.
+    AICK needs no initial guess. Where it finds nothing, or what it finds is not what the images
+    show, it is given all keypoints and the paper's longer schedule; where that fails too a guess
+    is tried. Both must be confirmed by the images.
 
     :param times: told how long each stage takes.
     """
@@ -43,11 +46,13 @@ class Registrar:
         self._times = times or StageTimes()
         self._extractor = KeypointExtractor(settings.features, settings.sensor,
                                             vocabulary_of(settings), settings.aick.word_radius)
-        self._schedules = [Aick(settings.aick)]
+        self._aick = Aick(settings.aick)
         self._refinement = None
         if settings.refinement.mode != 'none':
             self._refinement = Refinement(settings.refinement, settings.sensor)
-            self._schedules.append(Aick(dataclasses.replace(settings.aick, **_PATIENT)))
+            self._patient_aick = Aick(dataclasses.replace(settings.aick, **_PATIENT))
+            self._patient_extractor = KeypointExtractor(
+                dataclasses.replace(settings.features, max_keypoints=0), settings.sensor)
         self._uncertainty = Uncertainty()
         self._colour_clock, self._depth_clock = SteadyClock(), SteadyClock()
 
@@ -60,10 +65,8 @@ class Registrar:
             with self._times.stage('surface'):
                 surface = Surface.of(frame.depth, frame.camera, self._settings.sensor,
                                      self._settings.refinement.surface_points)
-        depth_stamp = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
-        lag = ((depth_stamp - frame.stamp) / NANOSECONDS + self._depth_clock.correct(depth_stamp)
-               - self._colour_clock.correct(frame.stamp))
-        return View(frame, keypoints, grey, surface, lag, self._colour_clock.jitter)
+        return View(frame, keypoints, grey, surface, self._depth_lag(frame),
+                    self._colour_clock.jitter)
 
     def register(self, source: View, target: View,
                  expected: np.ndarray | None = None) -> Registration:
@@ -73,25 +76,42 @@ class Registrar:
         :param expected: ``T_target_source`` at constant velocity; None where none is known.
         """
         with self._times.stage('registration'):
-            for aick in self._schedules:
-                registration = aick.register(source.keypoints, target.keypoints)
-                if registration.status.ok:
-                    break
+            found = self._aick.register(source.keypoints, target.keypoints)
         if self._refinement is None:
-            return registration
-        with self._times.stage('refinement'):
-            if registration.status.ok:
-                refined = self._refined(source, target, registration)
-            elif expected is not None:
-                refined = self._confirmed(source, target, expected, registration)
-            else:
-                return registration
-            return self._uncertainty.complete(refined, source, target, expected)
+            return found
+        found = self._refined(source, target, found)
+        if not found.status.ok:
+            with self._times.stage('registration'):
+                patient = self._patiently(source.frame, target.frame)
+            found = self._refined(source, target, patient)
+        if not found.status.ok and expected is not None:
+            found = self._confirmed(source, target, expected, found)
+        return self._uncertainty.complete(found, source, target, expected)
+
+    def _patiently(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
+        """Return what AICK finds with all keypoints and the longer schedule."""
+        found = self._patient_aick.register(*map(self._patient_extractor.extract,
+                                                 (source, target)))
+        # the numbers of these keypoints mean nothing to anybody else
+        return dataclasses.replace(found, matches=found.matches[:0])
+
+    def _depth_lag(self, frame: RgbdFrame) -> float:
+        """Return how much later than the colour image the depth image was taken [s]."""
+        depth_stamp = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
+        lag = (depth_stamp - frame.stamp) / NANOSECONDS
+        if self._colour_clock.is_behind(frame.stamp):
+            return lag  # whatever its depth image, such a frame is not the next one
+        return (lag + self._depth_clock.correct(depth_stamp)
+                - self._colour_clock.correct(frame.stamp))
 
     def _refined(self, source: View, target: View, registration: Registration) -> Registration:
-        refined = self._refinement.refine(source, target, registration.T_target_source)
-        if len(refined.tracked) < _FEWEST_TRACKS:
+        """Return a registration improved; one that failed, or that is not confirmed, fails."""
+        if not registration.status.ok:
             return registration
+        with self._times.stage('refinement'):
+            refined = self._refinement.refine(source, target, registration.T_target_source)
+        if len(refined.tracked) < _FEWEST_TRACKS:
+            return _unchecked(registration, len(refined.tracked))
         return dataclasses.replace(
             registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
             disagreement=refined.disagreement, support=len(refined.tracked),
@@ -104,3 +124,12 @@ class Registrar:
             failure, status=Status.OK, T_target_source=guess, reason='by constant velocity'))
         enough = max(_FEWEST_TRACKS, _SHARE_OF_TRACKS * len(source.keypoints))
         return registration if registration.support >= enough else failure
+
+
+def _unchecked(registration: Registration, tracked: int) -> Registration:
+    """Return what is left of a pose that the images do not confirm: nothing, of few matches."""
+    reason = f'{registration.reason}, {tracked} keypoints tracked'
+    if registration.support < _FEWEST_UNCHECKED:
+        return dataclasses.replace(registration, status=Status.TOO_FEW_MATCHES, reason=reason)
+    return dataclasses.replace(registration, reason=reason,
+                               covariance=_DOUBT * registration.covariance)

@@ -25,6 +25,10 @@ _SURFACE = 1.4
 _BLOCK = 0.2  # side of a part of the image, on the plane z = 1
 _BLOCKS_ACROSS = 100  # more than there are between the bounds of the rays
 _ALIKE = 0.8  # cosine between the normals of a point and its plane
+_NO_NOISE, _ALL_NOISE = 0.25, 0.75
+"""Share of noise up to which a direction is kept, and from which it is left out."""
+
+_TINY = 1e-3 * np.eye(6)  # 30 m and 30 rad: makes any information invertible
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,22 +175,50 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
 
     :param reach: partners farther apart are left out [m].
     """
-    points = source.points[source.chosen].astype(np.float64)
+    # take() gathers rows several times as fast as indexing does
     rotation = T_target_source[:3, :3]
-    arms = points @ rotation.T
+    arms = source.points.take(source.chosen, 0) @ rotation.T
     moved = arms + T_target_source[:3, 3]
     seen, cells = target.cells_at(moved)
-    normals = target.normals[cells].astype(np.float64)
-    distances = np.einsum('ij,ij->i', moved[seen] - target.points[cells], normals)
-    turned = source.normals[source.chosen][seen] @ rotation.T
-    fits = ((np.abs(distances) < reach)
-            & (np.einsum('ij,ij->i', turned, normals) > _ALIKE))
-    seen, normals, distances = seen[fits], normals[fits], distances[fits]
+    normals = target.normals.take(cells, 0).astype(np.float64)
+    turned = source.normals.take(source.chosen.take(seen), 0) @ rotation.T
+    distances = np.einsum('ij,ij->i', moved.take(seen, 0) - target.points.take(cells, 0), normals)
+    fits = np.flatnonzero((np.abs(distances) < reach)
+                          & (np.einsum('ij,ij->i', turned, normals) > _ALIKE))
+    arms, moved = (rows.take(seen.take(fits), 0) for rows in (arms, moved))
+    normals, turned, distances = (rows.take(fits, 0) for rows in (normals, turned, distances))
     # a change of the inverse depth by sigma moves the point along its ray by sigma z^2
-    z = moved[seen, 2]
+    z = moved[:, 2]
     sigmas = _SURFACE * inverse_depth_sigma(z, sensor) * z * np.einsum(
-        'ij,ij->i', moved[seen], normals)
+        'ij,ij->i', moved, normals)
     values = distances / sigmas
-    jacobian = np.concatenate([normals, _cross(arms[seen], normals)], axis=1) / sigmas[:, None]
-    return Residuals(values, jacobian, geman_mcclure(values ** 2, width),
-                     _blocks(moved[seen, :2] / z[:, None]))
+    jacobian, other = (_of_planes(n, arms, sigmas) for n in (normals, turned))
+    return Residuals(values, jacobian @ _common(jacobian, other),
+                     geman_mcclure(values ** 2, width), _blocks(moved[:, :2] / z[:, None]))
+
+
+def _of_planes(normals: np.ndarray, arms: np.ndarray, sigmas: np.ndarray) -> np.ndarray:
+    """Return the derivatives (n, arm x n) of the distances from planes, whitened, Nx6."""
+    jacobian = np.empty((6, len(normals)))
+    (x, y, z), (a, b, c) = arms.T, (normals / sigmas[:, None]).T
+    jacobian[0], jacobian[1], jacobian[2] = a, b, c
+    jacobian[3], jacobian[4], jacobian[5] = y * c - z * b, z * a - x * c, x * b - y * a
+    return jacobian.T
+
+
+def _common(jacobian: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """
+    Return the projection of errors on the directions of which a Jacobian tells beyond its noise.
+
+    The noise of normals makes a wall seem rough, as if it could not be moved along itself. Two
+    measurements of the Jacobian have their noise for themselves, so half the square of their
+    difference is the noise in the square of one.
+
+    :returns: 6x6; the identity where all directions are told.
+    """
+    difference = jacobian - other
+    root = np.linalg.cholesky(jacobian.T @ jacobian + _TINY)
+    noise = np.linalg.solve(root, difference.T @ difference / 2)
+    shares, directions = np.linalg.eigh(np.linalg.solve(root, noise.T))
+    kept = np.sqrt(np.clip((_ALL_NOISE - shares) / (_ALL_NOISE - _NO_NOISE), 0.0, 1.0))
+    return np.linalg.solve(root.T, directions * kept) @ directions.T @ root.T

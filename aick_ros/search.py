@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+import sys
 from abc import ABC, abstractmethod
 
 import numpy as np
@@ -14,6 +16,7 @@ from aick_ros.settings import AickSettings
 _APPEARANCE_REACH = 1.4
 _POSITION_REACH = 2.0
 _ONES = np.ones(3, np.float32)
+_HIGH_HALF = 1 if sys.byteorder == 'little' else 0  # of an int64, seen as two int32
 
 
 def descriptor_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:
@@ -70,7 +73,8 @@ class Search(ABC):
         """
         threshold = (1.0 - w) * self._settings.lambda_e + w * self._settings.lambda_f
         candidates = self._candidates(moved, w, threshold)
-        d = np.sqrt(candidates.squared_away(moved))  # d_e, made d in place
+        d = candidates.squared_away(moved)  # made d_e, then d, in place
+        np.sqrt(d, out=d)
         d *= np.float32(1.0 - w)
         d += np.float32(w) * candidates.distances
         return candidates.least(d, threshold)
@@ -89,7 +93,7 @@ class Search(ABC):
                 self._by_appearance = self._alike(_APPEARANCE_REACH * self._settings.lambda_f)
             return self._by_appearance
         radius = threshold / (1.0 - w)
-        way = np.sqrt(np.max(np.sum((moved - self._listed_at) ** 2, axis=1)))
+        way = math.sqrt(_squares(moved - self._listed_at).max())
         if self._by_position is None or radius + way > self._listed_radius:
             self._by_position = self._near(moved, _POSITION_REACH * radius)
             self._listed_at, self._listed_radius = moved, _POSITION_REACH * radius
@@ -139,7 +143,7 @@ class Candidates:
         self.distances = distances
         self._target_positions = target_positions
         self._places = target_positions.take(target, axis=0)
-        self._order = np.arange(len(source), dtype=np.int64)
+        self._keys = np.arange(len(source), dtype=np.int64)  # d comes into the high half
         self._starts = np.flatnonzero(_begins_run(source))
 
     def where(self, mask: np.ndarray) -> Candidates:
@@ -152,19 +156,16 @@ class Candidates:
         """Return the squared distances of the positions, K float32 [m^2]."""
         difference = moved.take(self.source, axis=0)
         difference -= self._places
-        difference *= difference
-        return difference @ _ONES
+        return _squares(difference)
 
     def least(self, d: np.ndarray, threshold: float) -> np.ndarray:
         """Return the pair of the least d of each source, Kx2, where it is below the threshold."""
         if len(d) == 0:
             return np.empty((0, 2), np.intp)
-        # Bits of floats from 0 up are ordered as they are. With its own number behind them, the
-        # least of each source also says which pair it is, of equals the first.
-        keys = d.view(np.int32).astype(np.int64)
-        keys <<= 32
-        keys |= self._order
-        least = np.minimum.reduceat(keys, self._starts)
+        # Bits of floats from 0 up are ordered as they are. With its own number behind them, in
+        # the low half, the least of each source also says which pair it is, of equals the first.
+        self._keys.view(np.float32)[_HIGH_HALF::2] = d
+        least = np.minimum.reduceat(self._keys, self._starts)
         bound = int(np.float32(threshold).view(np.int32)) << 32
         best = least[least < bound]
         best &= 0xffffffff
@@ -183,6 +184,12 @@ def _begins_run(values: np.ndarray) -> np.ndarray:
 
 def _signs(descriptors: np.ndarray) -> np.ndarray:
     return np.unpackbits(descriptors, axis=1).astype(np.float32) * 2 - 1
+
+
+def _squares(vectors: np.ndarray) -> np.ndarray:
+    """Return the squared lengths of vectors, Nx3 float32, in whose place it works."""
+    vectors *= vectors
+    return vectors @ _ONES
 
 
 def _squared_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:

@@ -204,7 +204,7 @@ class RefinementSettings:
         'joint', 'none: the pose as AICK found it (the paper); keypoints: keypoints tracked to a '
         'fraction of a pixel; joint: these and the depth image.',
         choices=('none', 'keypoints', 'joint'))
-    iterations: int = parameter(5, 'Most iterations.', minimum=1, maximum=100)
+    iterations: int = parameter(4, 'Most iterations.', minimum=1, maximum=100)
     max_tracks: int = parameter(
         400, 'Keypoints that are tracked, the strongest.', minimum=3, maximum=20000)
     track_window: int = parameter(
@@ -225,6 +225,12 @@ class RefinementSettings:
 class OdometrySettings:
     """Which registrations the odometry believes, and what it does without one."""
 
+    reference: str = parameter(
+        'keyframe', 'What a frame is registered to: the previous frame, or one that is kept '
+        'while it serves.', choices=('previous', 'keyframe'))
+    min_overlap: float = parameter(
+        0.7, 'Share of the keypoints that must be found in the keyframe for it to be kept.',
+        minimum=0.0, maximum=1.0)
     min_matches: int = parameter(
         12, 'Fewer matches are not believed.', minimum=3, maximum=10000)
     max_speed: float = parameter(
@@ -308,7 +314,7 @@ class NodeSettings:
 
 
 _ALL_PAPER = {'features.cell_size': 0.0, 'aick.lambda_e': 0.01, 'aick.lambda_f': 0.2,
-              'refinement.mode': 'none'}
+              'refinement.mode': 'none', 'odometry.reference': 'previous'}
 _FULL = {**_ALL_PAPER, 'features.max_keypoints': 0, 'aick.alpha': 0.8, 'aick.iterations': 25}
 _FAST_ORB = {**_ALL_PAPER, 'features.detector': 'orb', 'features.max_keypoints': 350,
              'aick.alpha': 0.6, 'aick.iterations': 10}

@@ -24,10 +24,10 @@ _MEMORY = 30  # registrations
 _EXPLAINED = 1.2, 1.7
 """Squared disagreement by its covariance that noise may come to, and that it never comes to."""
 
-_LAG = 6.0
-"""Unknown delay of stamps that jitter, as a multiple of the jitter: stamps given on arrival.
+_SHAKEN, _LAG = 3.3, 20.0
+"""Error of each stamp, and delay of them all, by the jitter, of stamps given on arrival.
 
-Measured on a Kinect: about 30 ms where they jitter by 5 ms.
+Measured on a Kinect: about 5 ms and 30 ms where they jitter by 1.5 ms about their beat.
 """
 
 
@@ -46,11 +46,13 @@ class Uncertainty:
 
         :param expected: ``T_target_source`` at constant velocity; None where none is known.
         """
-        if registration.disagreement is None:
+        if not registration.status.ok:
             return registration
-        self._learn(registration.disagreement)
-        covariance = (registration.covariance + self._systematic()
-                      + _timing(registration.T_target_source, source, target, expected))
+        covariance = registration.covariance + _timing(
+            registration.T_target_source, source, target, expected)
+        if registration.disagreement is not None:
+            self._learn(registration.disagreement)
+            covariance += self._systematic()
         return dataclasses.replace(registration, covariance=covariance)
 
     def _learn(self, disagreement: Disagreement) -> None:
@@ -72,8 +74,10 @@ def _timing(T_target_source: np.ndarray, source: View, target: View,
             expected: np.ndarray | None) -> np.ndarray:
     """Return the covariance of a motion between two moments that are not quite known, 6x6."""
     interval = (source.stamp - target.stamp) / NANOSECONDS
+    if interval == 0.0:
+        return np.zeros((6, 6))  # of one moment: no speed is known
     jitter = max(source.stamp_jitter, target.stamp_jitter)
-    variances = 2 * jitter ** 2 * _squared_rates(T_target_source, interval)
+    variances = 2 * (_SHAKEN * jitter) ** 2 * _squared_rates(T_target_source, interval)
     if expected is not None:
         change = rigid.inverse(expected) @ T_target_source
         variances += (_LAG * jitter) ** 2 * _squared_rates(change, interval) / 3

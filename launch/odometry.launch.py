@@ -23,7 +23,7 @@ def generate_launch_description():
     cameras = sorted(file.stem for file in (SHARE / 'config' / 'cameras').glob('*.yaml'))
     return LaunchDescription([
         DeclareLaunchArgument('camera', default_value='', choices=['', *cameras],
-                              description='Topics and settings of a known camera'),
+                              description='Topics and noise of a known camera'),
         DeclareLaunchArgument('namespace', default_value='',
                               description='Of the node, where several run'),
         DeclareLaunchArgument('rgb_topic', default_value='',
@@ -44,9 +44,8 @@ def generate_launch_description():
                               description="Extrinsic x y z qx qy qz qw; '': as in the file"),
         DeclareLaunchArgument('use_sim_time', default_value='false',
                               description='Whether time comes from /clock'),
-        DeclareLaunchArgument('params_file',
-                              default_value=str(SHARE / 'config' / 'odom_node.yaml'),
-                              description='Parameters of the node'),
+        DeclareLaunchArgument('params_file', default_value='',
+                              description="Parameters of the node; '': the defaults"),
         DeclareLaunchArgument('rviz', default_value='false', choices=['true', 'false'],
                               description='Whether to show path, keypoints and matches'),
         OpaqueFunction(function=start_nodes),
@@ -54,19 +53,21 @@ def generate_launch_description():
 
 
 def start_nodes(context):
-    """Start what was asked for: the camera's values give way to the file's, both to arguments."""
+    """Start what was asked for: camera over defaults, file over both, arguments over all."""
     def argument(name):
         return LaunchConfiguration(name).perform(context)
 
     given = dict(zip(TOPICS, map(argument, (
         'rgb_topic', 'depth_topic', 'camera_info_topic', 'depth_camera_info_topic'))))
-    topics, parameters = dict.fromkeys(TOPICS, ''), [argument('params_file')]
+    topics, parameters = dict.fromkeys(TOPICS, ''), [str(SHARE / 'config' / 'odom_node.yaml')]
     if argument('camera'):
         file = SHARE / 'config' / 'cameras' / f'{argument("camera")}.yaml'
         camera = yaml.safe_load(file.read_text())
         topics.update(camera['remappings'])
         if '/**' in camera:
-            parameters.insert(0, camera['/**']['ros__parameters'])
+            parameters.append(camera['/**']['ros__parameters'])
+    if argument('params_file'):
+        parameters.append(argument('params_file'))
     topics.update({name: topic for name, topic in given.items() if topic})
     given_parameters = {name: argument(name) for name in (
         'frame_id', 'odom_frame_id', 'camera_in_base') if argument(name)}

@@ -76,3 +76,13 @@ def test_covariance_is_that_of_noisy_pixels_and_depths():
     claimed = depth.position_covariances(
         CAMERA.back_project(pixels, [z]), np.array([sigma]), CAMERA, SENSOR)[0]
     np.testing.assert_allclose(np.cov(sample.T), claimed, rtol=0.03, atol=0.02 * claimed.max())
+
+
+@pytest.mark.parametrize('exponent', [0.0, 1.0, 2.0])
+def test_inverse_depth_sigma_is_that_of_noisy_depths(exponent):
+    """Monte Carlo: scatter of the inverse of depths drawn from the noise model."""
+    sensor = dataclasses.replace(SENSOR, depth_exponent=exponent)
+    rng = np.random.default_rng(2)
+    for z in (0.5, 1.0, 4.0):
+        inverse = 1 / (z + rng.normal(0, sensor.depth_sigma * z ** exponent, 100_000))
+        assert depth.inverse_depth_sigma(z, sensor) == pytest.approx(np.std(inverse), rel=0.02)

@@ -123,12 +123,21 @@ def test_interpolate(rng):
     np.testing.assert_allclose(middle[:3, 3], (start[:3, 3] + end[:3, 3]) / 2)
 
 
-def perturb(T, error):
-    """Apply an error of geometry_msgs' model: about fixed axes of the target frame."""
-    moved = T.copy()
-    moved[:3, :3] = rigid.exp_rotation(error[3:]) @ T[:3, :3]
-    moved[:3, 3] += error[:3]
-    return moved
+def test_perturbed_turns_about_the_fixed_axes_of_the_target(rng):
+    pose, error = random_pose(rng), rng.normal(0, 0.5, 6)
+    moved = rigid.perturbed(pose, error)
+    turn = Rotation.from_rotvec(error[3:]) * Rotation.from_matrix(pose[:3, :3])
+    np.testing.assert_allclose(moved[:3, :3], turn.as_matrix(), atol=1e-12)
+    np.testing.assert_allclose(moved[:3, 3], pose[:3, 3] + error[:3], atol=1e-12)
+    np.testing.assert_array_equal(rigid.perturbed(pose, np.zeros(6)), pose)
+
+
+def test_scaled_is_the_matrix_power(rng):
+    motion = random_pose(rng, 0.5)
+    np.testing.assert_array_equal(rigid.scaled(motion, 1.0), motion)
+    for share in (0.0, 0.3, 0.9, 1.2, 2.0):
+        np.testing.assert_allclose(rigid.scaled(motion, share),
+                                   expm(share * logm(motion).real), atol=1e-9)
 
 
 def error_between(T, moved):
@@ -138,7 +147,7 @@ def error_between(T, moved):
 def numeric_jacobian(function, T):
     step = 1e-6
     return np.column_stack([
-        error_between(function(T), function(perturb(T, step * axis))) / step
+        error_between(function(T), function(rigid.perturbed(T, step * axis))) / step
         for axis in np.eye(6)])
 
 
@@ -148,6 +157,15 @@ def test_compose_covariance_is_first_order_propagation(rng):
     F = numeric_jacobian(lambda T: T @ increment, pose)
     G = numeric_jacobian(lambda T: pose @ T, increment)
     np.testing.assert_allclose(rigid.compose_covariance(pose, S, increment, Q),
+                               F @ S @ F.T + G @ Q @ G.T, atol=1e-8)
+
+
+def test_relative_covariance_is_first_order_propagation(rng):
+    start, end = random_pose(rng), random_pose(rng)
+    S, Q = (np.cov(rng.normal(0, 0.01, (6, 50))) for _ in range(2))
+    F = numeric_jacobian(lambda T: np.linalg.inv(T) @ end, start)
+    G = numeric_jacobian(lambda T: np.linalg.inv(start) @ T, end)
+    np.testing.assert_allclose(rigid.relative_covariance(start, S, end, Q),
                                F @ S @ F.T + G @ Q @ G.T, atol=1e-8)
 
 

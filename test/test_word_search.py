@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros import rigid
+from aick_ros import rigid, word_search
 from aick_ros.aick import Aick
 from aick_ros.frame import KeypointFrame
 from aick_ros.search import descriptor_distances
@@ -96,12 +96,18 @@ def test_agrees_with_the_paper_match_for_match(binary, radius, seed):
         moved = moved + np.float32((0.01, -0.01, 0.02))
 
 
-def test_binary_descriptors_of_an_odd_number_of_bytes():
+@pytest.mark.parametrize('width', [32, 61, 64])
+@pytest.mark.parametrize('count', [word_search._look_up_bit_counts, word_search._bit_counts])
+def test_binary_descriptors_of_any_width(width, count, monkeypatch):
+    """NumPy 1 cannot count bits; both ways give the distances of the full search."""
+    monkeypatch.setattr(word_search, '_bit_counts', count)
     rng = np.random.default_rng(0)
-    views = [frame(rng.normal(0, 1, (30, 3)), rng.integers(0, 256, (30, 61), dtype=np.uint8))
-             for _ in range(2)]
-    views[1] = views[0]
-    found = Aick(AickSettings()).register(*with_words(views, 5, np.inf))
+    source, target = rng.integers(0, 256, (2, 30, width), dtype=np.uint8)
+    rows = np.divmod(np.arange(900), 30)
+    np.testing.assert_allclose(word_search._pair_distances(source, target, *rows),
+                               descriptor_distances(source, target).ravel(), atol=1e-6)
+    view = frame(rng.normal(0, 1, (30, 3)), source)
+    found = Aick(AickSettings()).register(*with_words([view, view], 5, np.inf))
     np.testing.assert_allclose(found.T_target_source, np.eye(4), atol=1e-6)
 
 

@@ -14,12 +14,13 @@ from aick_ros.cli.benchmark import benchmark
 from aick_ros.cli.convert import convert
 from aick_ros.cli.demo import demo
 from aick_ros.cli.evaluate import evaluate
+from aick_ros.cli.noise import noise
 from aick_ros.cli.parameters import parameters
 from aick_ros.cli.replay import replay
 from aick_ros.cli.simulate import simulate
 from aick_ros.cli.vocabulary import vocabulary
 
-COMMANDS = (replay, evaluate, benchmark, simulate, convert, vocabulary, parameters, demo)
+COMMANDS = (replay, evaluate, benchmark, simulate, convert, vocabulary, noise, parameters, demo)
 
 app = typer.Typer(
     add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,

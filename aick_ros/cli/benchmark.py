@@ -18,16 +18,18 @@ from aick_ros.cli.benchmark_table import show_results
 from aick_ros.cli.console import progress, say
 from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.evaluate import numbers_of
-from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
+from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json, write_whole
 from aick_ros.cli.interruption import Interruption
 from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines.registry import METHODS, Method, make, methods_of
 from aick_ros.evaluation.benchmark.dead_reckoning import Reckoning, reckon, walk
-from aick_ros.evaluation.benchmark.figures import figure_data, variants
+from aick_ros.evaluation.benchmark.figures import figure_data, paper_figures, variants
 from aick_ros.evaluation.benchmark.journal import Journal
 from aick_ros.evaluation.benchmark.recording import Recording, Request
 from aick_ros.evaluation.benchmark.results import Results
 from aick_ros.evaluation.benchmark.runner import Plan, run
+from aick_ros.evaluation.benchmark.vocabularies import (
+    TRAINING_FRAMES, file_name, learn, missing_from, training_frames)
 from aick_ros.frame import RgbdFrame
 from aick_ros.sources import RgbdSource, raise_damage
 
@@ -72,9 +74,13 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: Gaps = '1,2,3,5,
     damage = DamageLog()
     recordings = _scan([Request(source, limit, max_interval) for source in sources], damage)
     installed = _installed(chosen)
-    plan = Plan(installed, recordings, numbers, pairs, [] if folder is None else variants())
+    figures = paper_figures(None if folder is None else folder.vocabularies)
+    plan = Plan(installed, recordings, numbers, pairs,
+                [] if folder is None else variants(figures))
     missing = {method.name: method.missing for method in chosen if method not in installed}
     journal = Journal(_journal_path(json), recordings)
+    if plan.variants:
+        _learn_vocabularies(folder.vocabularies)
     with Interruption() as interruption:
         unusable = _run(plan, journal, jobs, time_limit, interruption)
         wanted = folder is not None and corridor and not interruption.requested
@@ -82,14 +88,14 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: Gaps = '1,2,3,5,
     if interruption.requested:
         return _interrupted(json)
     results = Results.of(plan, journal, {**missing, **unusable})
-    figures = figure_data(plan, journal)
+    curves = figure_data(figures, plan, journal)
     if json is not None:
         write_json(json, {
             'date': datetime.date.today().isoformat(), 'jobs': jobs, 'time_limit_s': time_limit,
-            **results.to_json(), 'figures': figures,
+            **results.to_json(), 'figures': curves,
             'corridor': None if reckoning is None else reckoning.end.to_json()})
     if folder is not None:
-        folder.write(figures, results.recordings, reckoning)
+        folder.write(curves, results.recordings, reckoning)
     journal.delete()
     show_results(results, on_stderr=json == STANDARD_OUTPUT)
     damage.close()
@@ -116,6 +122,17 @@ def _installed(methods: Sequence[Method]) -> list[Method]:
     if not installed:
         raise InputError('none of the methods is installed: see the lines above')
     return installed
+
+
+def _learn_vocabularies(folder: Path) -> None:
+    """Learn those that are not there yet; the next run with the same --plots has them."""
+    wanted = missing_from(folder)
+    if not wanted:
+        return
+    folder.mkdir(exist_ok=True)
+    with progress('learning vocabularies', TRAINING_FRAMES + len(wanted), 'steps') as show:
+        for which, vocabulary in learn(wanted, training_frames(), show):
+            write_whole(folder / file_name(which), vocabulary.to_bytes())
 
 
 def _journal_path(json: str | None) -> Path | None:

@@ -34,6 +34,11 @@ class FigureFolder:
         self._path = path
         self._write_figures, self._write_reckoning = write_figures, write_reckoning
 
+    @property
+    def vocabularies(self) -> Path:
+        """The folder of the vocabularies that a figure compares; made when they are learned."""
+        return self._path / 'vocabularies'
+
     def write(self, figures: Mapping[str, Any], recordings: Mapping[str, Any],
               reckoning: Reckoning | None) -> None:
         """Draw the figures, and figure 10 where there was a walk."""

@@ -148,7 +148,7 @@ class Page:
         parts = []
         for number, figure in self._results['figures'].items():
             paper, _, ours = number.partition('-')
-            title = f'Figure {paper}{f" ({ours})" if ours else ""}: {figure["title"]}'
+            title = f'{"Beside figure" if ours else "Figure"} {paper}: {figure["title"]}'
             parts.append(f'![{title}]({IMAGES}/figure-{number}.png)')
         return '\n\n'.join(parts)
 

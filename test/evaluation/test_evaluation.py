@@ -82,7 +82,8 @@ def test_json_has_the_promised_names(evaluation):
         'consistency': consistency,
         'silent_failures': {'reported_good': 'number', 'reported_good_but_off': 'number',
                             'refused': 'number', 'refused_but_good': 'number'},
-        'timing_ms': {'features': times, 'registration': times, 'total': times}}
+        'timing_ms': {'features': times, 'surface': times, 'registration': times,
+                      'refinement': times, 'total': times}}
     found = shape(figures)
     assert {key: found[key] for key in promised} == promised
     assert figures['settings']['aick.iterations'] == 10

@@ -12,20 +12,23 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from aick_ros import rigid
-from aick_ros.aick import Aick, Registration
+from aick_ros.aick import Registration
+from aick_ros.camera import Camera
 from aick_ros.evaluation.pairs import PairEvaluation
-from aick_ros.frame import KeypointExtractor, KeypointFrame
-from aick_ros.settings import AickSettings, preset
+from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.registrar import Registrar
+from aick_ros.settings import Settings, preset, with_values
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.status import Status
 from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.view import View
 
 GAPS = (1, 3, 5)
 PERIOD = NANOSECONDS // 30
 
 
 class Guess:
-    """Stands in for AICK: answers each pair with a transform of its own, or with a failure."""
+    """Stands in for a registrar: answers each pair with a pose of its own, or with a failure."""
 
     def __init__(self):
         self.answers = {}
@@ -39,9 +42,21 @@ class Guess:
                             np.eye(4) if failed else pose, np.eye(6), np.empty((0, 2), int), 1)
 
 
-def keypoint_frame(stamp):
-    return KeypointFrame(int(stamp), np.empty((0, 3)), np.empty((0, 32), np.uint8),
-                         np.empty((0, 3, 3)), np.empty((0, 2)))
+def view(stamp):
+    frame = RgbdFrame(int(stamp), np.zeros((3, 4), np.uint8), np.ones((3, 4), np.float32),
+                      Camera(4, 3, 4.0, 4.0, 1.5, 1.0))
+    keypoints = KeypointFrame(int(stamp), np.empty((0, 3)), np.empty((0, 32), np.uint8),
+                              np.empty((0, 3, 3)), np.empty((0, 2)))
+    return View(frame, keypoints, frame.grey)
+
+
+@pytest.fixture
+def evaluation_by(monkeypatch):
+    """Return a function that makes a PairEvaluation whose registrar is a stand-in."""
+    def make(registrar, ground_truth, gaps):
+        monkeypatch.setattr('aick_ros.evaluation.pairs.Registrar', lambda settings: registrar)
+        return PairEvaluation(Settings(), ground_truth, gaps)
+    return make
 
 
 @pytest.fixture
@@ -70,12 +85,16 @@ def ground_truth(stamps):
     return Trajectory(times[inside], np.array(poses)[inside])
 
 
-def run(stamps, ground_truth, gaps=GAPS):
-    guess = Guess()
-    pairs = PairEvaluation(guess, ground_truth, gaps)
-    for stamp in stamps:
-        pairs.add(keypoint_frame(stamp))
-    return pairs.scores(), guess.answers
+@pytest.fixture
+def run(evaluation_by):
+    """Return a function from stamps to the scores of guesses, and to the guesses."""
+    def score(stamps, ground_truth, gaps=GAPS):
+        guess = Guess()
+        pairs = evaluation_by(guess, ground_truth, gaps)
+        for stamp in stamps:
+            pairs.add(view(stamp))
+        return pairs.scores(), guess.answers
+    return score
 
 
 def slow_truth(ground_truth, stamp):
@@ -115,7 +134,7 @@ def slow_errors(stamps, ground_truth, answers, gap):
 
 
 @pytest.mark.parametrize('gap', GAPS)
-def test_scores_follow_the_rules(stamps, ground_truth, gap):
+def test_scores_follow_the_rules(run, stamps, ground_truth, gap):
     scores, answers = run(stamps, ground_truth)
     errors = list(slow_errors(stamps, ground_truth, answers, gap))
     translations = [np.inf if error is None else error[0] for error in errors]
@@ -135,34 +154,34 @@ def test_scores_follow_the_rules(stamps, ground_truth, gap):
     assert 0 < score.registration_ms.p50 <= score.registration_ms.p99
 
 
-def test_a_right_answer_has_no_error(stamps, ground_truth):
+def test_a_right_answer_has_no_error(evaluation_by, stamps, ground_truth):
     class Truth:
         def register(self, source, target):
             poses = [ground_truth.at(frame.stamp) for frame in (target, source)]
             return Registration(Status.OK, '', np.linalg.inv(poses[0]) @ poses[1], np.eye(6),
                                 np.empty((0, 2), int), 1)
 
-    pairs = PairEvaluation(Truth(), ground_truth, [2])
+    pairs = evaluation_by(Truth(), ground_truth, [2])
     for stamp in stamps:
-        pairs.add(keypoint_frame(stamp))
+        pairs.add(view(stamp))
     score = pairs.scores()[2]
     assert score.success_ratio == {'0.0033': 1.0, '0.01': 1.0, '0.05': 1.0}
     assert score.translation_median_m < 1e-12
 
 
 @pytest.mark.parametrize('count', [0, 1, 3])
-def test_too_few_frames_for_a_pair(stamps, ground_truth, count):
+def test_too_few_frames_for_a_pair(run, stamps, ground_truth, count):
     score = run(stamps[:count], ground_truth, [3])[0][3]
     assert (score.count, score.failed) == (0, 0)
     assert set(score.success_ratio.values()) == {None}
     assert score.translation_median_m is None
 
 
-def test_memory_does_not_grow_with_the_recording(stamps, ground_truth):
-    pairs = PairEvaluation(Guess(), ground_truth, GAPS)
+def test_memory_does_not_grow_with_the_recording(evaluation_by, stamps, ground_truth):
+    pairs = evaluation_by(Guess(), ground_truth, GAPS)
     seen = []
     for stamp in stamps:
-        frame = keypoint_frame(stamp)
+        frame = view(stamp)
         seen.append(weakref.ref(frame))
         pairs.add(frame)
     del frame
@@ -174,13 +193,14 @@ def test_memory_does_not_grow_with_the_recording(stamps, ground_truth):
 def test_the_papers_accuracy_on_a_real_camera(tum_folder, name):
     source = open_source(tum_folder(name))
     full = preset('paper-full')
-    extractor = KeypointExtractor(full.features, full.sensor)
-    near = PairEvaluation(Aick(full.aick), source.ground_truth, [1])
-    far = PairEvaluation(Aick(AickSettings(alpha=0.6, iterations=10)), source.ground_truth, [5])
+    short = with_values(full, {'aick.alpha': 0.6, 'aick.iterations': 10})
+    registrar = Registrar(full)
+    near = PairEvaluation(full, source.ground_truth, [1])
+    far = PairEvaluation(short, source.ground_truth, [5])
     for frame in source.frames(raise_damage):
-        keypoints = extractor.extract(frame)
-        near.add(keypoints)
-        far.add(keypoints)
+        seen = registrar.look(frame)
+        near.add(seen)
+        far.add(seen)
     assert near.scores()[1].success_ratio['0.01'] >= 0.84
     assert near.scores()[1].success_ratio['0.05'] >= 0.99
     assert far.scores()[5].success_ratio['0.01'] >= 0.28

@@ -35,7 +35,7 @@ class ThreePointRansac:
     :param lambda_f: largest descriptor distance of a pair.
     """
 
-    def __init__(self, preset_name: str = 'paper-full', changes: dict[str, Any] | None = None,
+    def __init__(self, preset_name: str, changes: dict[str, Any] | None = None,
                  models: int = 400, lambda_e: float = 0.02, lambda_f: float = 0.2) -> None:
         settings = with_values(preset(preset_name), changes or {})
         self._extractor = KeypointExtractor(settings.features, settings.sensor)

@@ -9,9 +9,10 @@ A further figure is one entry. A method of which nothing was measured is left ou
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from aick_ros.evaluation.baselines.registry import METHODS, Method
 from aick_ros.evaluation.benchmark.journal import Journal
 from aick_ros.evaluation.benchmark.recording import Recording
 from aick_ros.evaluation.benchmark.runner import Plan
+from aick_ros.evaluation.benchmark.vocabularies import SIZES, file_name
 
 THRESHOLDS = tuple(round(0.001 * i, 3) for i in range(51))
 """Of the translation error [m], where it is the axis."""
@@ -59,52 +61,86 @@ def _named(*names: str) -> tuple[Method, ...]:
     return tuple(METHODS[name] for name in names if name in METHODS)
 
 
-def _sweep(name: str, parameter: str, values: Sequence[Any], label: str) -> tuple[Method, ...]:
-    """Return a method once for each value of a parameter; in the label {} stands for it."""
-    base = METHODS[name]
+def _sweep(name: str, parameter: str, labels: Mapping[Any, str]) -> tuple[Method, ...]:
+    """Return a method once for each value of a parameter, with the label of the value."""
+    base = METHODS.get(name)
+    if base is None:
+        return ()
     return tuple(replace(
-        base, name=f'{name}, {parameter}={value}', title=label.format(value or 'all'),
+        base, name=f'{name}, {parameter}={value}', title=label,
         options={**base.options, 'changes': {**base.options['changes'], parameter: value}})
-        for value in values)
+        for value, label in labels.items())
 
 
-_PAPERS = _named('aick-orb', 'aick-surf', 'ransac3', 'gicp', 'ndt', 'gicp-tuned', 'ndt-tuned')
-_TODAYS = _named('aick', 'aick-orb', 'pnp', 'small-gicp', 'open3d-hybrid', 'open3d-plane',
-                 'opencv-depth', 'opencv-rgbd')
-_FAST = _named('aick-orb', 'aick-orb-350', 'aick-orb-fast', 'aick-surf', 'aick-surf-200',
-               'aick-surf-fast', 'ransac3', 'gicp-tuned', 'ndt-tuned')
-_KEYPOINTS = _sweep('aick-orb', 'features.max_keypoints', (50, 100, 200, 350, 600, 0),
-                    '{} keypoints')
-_ITERATIONS = _sweep('aick-orb', 'aick.iterations', (1, 2, 5, 10, 15, 25), '{} iterations')
-
-FIGURES = (
-    Figure('3', "Consecutive frames, the paper's methods", Axis.THRESHOLD, _PAPERS),
-    Figure('3-today', "Consecutive frames, today's methods", Axis.THRESHOLD, _TODAYS),
-    Figure('4', "Frames farther apart, the paper's methods", Axis.GAP, _PAPERS),
-    Figure('4-today', "Frames farther apart, today's methods", Axis.GAP, _TODAYS),
-    Figure('5', 'Number of keypoints, consecutive frames', Axis.THRESHOLD, _KEYPOINTS),
-    Figure('6', 'Number of keypoints, frames farther apart', Axis.GAP, _KEYPOINTS),
-    Figure('7', 'Number of iterations', Axis.GAP, _ITERATIONS),
-    Figure('9', 'What speed costs', Axis.GAP, _FAST),
-)
-"""In the order of the paper."""
+def _keypoints(name: str, counts: Sequence[int]) -> tuple[Method, ...]:
+    return _sweep(name, 'features.max_keypoints',
+                  {**{count: f'{count} keypoints' for count in counts}, 0: 'all keypoints'})
 
 
-def variants() -> list[Method]:
+def _radii(name: str, radii: Sequence[float]) -> tuple[Method, ...]:
+    return _sweep(name, 'aick.word_radius',
+                  {**{radius: f'R_w {radius:g}' for radius in radii}, 10.0: 'R_w infinite'})
+
+
+def _sizes(name: str, detector: str, folder: Path) -> tuple[Method, ...]:
+    return _sweep(name, 'aick.vocabulary', {
+        str(folder / file_name((detector, size))): f'{size:,} words' for size in SIZES})
+
+
+def paper_figures(vocabularies: Path | None = None) -> tuple[Figure, ...]:
+    """
+    Return the figures in the order of the paper, those of ours after the one they belong to.
+
+    :param vocabularies: folder with those of :mod:`.vocabularies`; None: no figure of sizes.
+    """
+    papers = _named('aick-orb', 'aick-surf', 'ransac3', 'gicp', 'ndt', 'gicp-tuned', 'ndt-tuned')
+    todays = _named('aick', 'aick-orb', 'aick-surf', 'pnp', 'small-gicp', 'open3d-hybrid',
+                    'open3d-plane', 'opencv-depth', 'opencv-rgbd')
+    fast = _named('aick-orb', 'aick-orb-350', 'aick-orb-fast', 'aick-surf', 'aick-surf-200',
+                  'aick-surf-fast', 'ransac3', 'gicp-tuned', 'ndt-tuned')
+    surf = _keypoints('aick-surf', (50, 100, 200, 400))
+    orb = _keypoints('aick-orb', (50, 100, 200, 350, 600))
+    iterations = _sweep('aick-orb', 'aick.iterations', {
+        1: '1 iteration', **{count: f'{count} iterations' for count in (2, 5, 10, 15, 25)}})
+    figures = (
+        Figure('3', "Consecutive frames, the paper's methods", Axis.THRESHOLD, papers),
+        Figure('3-today', "Consecutive frames, today's methods", Axis.THRESHOLD, todays),
+        Figure('4', "Frames farther apart, the paper's methods", Axis.GAP, papers),
+        Figure('4-today', "Frames farther apart, today's methods", Axis.GAP, todays),
+        Figure('5', 'Number of SURF keypoints, consecutive frames', Axis.THRESHOLD, surf),
+        Figure('6', 'Number of SURF keypoints, frames farther apart', Axis.GAP, surf),
+        Figure('6-orb', 'Number of ORB keypoints, frames farther apart', Axis.GAP, orb),
+        Figure('7', 'Number of iterations, ORB', Axis.GAP, iterations),
+        Figure('8', 'Radius R_w of the words, SURF', Axis.GAP,
+               _radii('aick-surf-fast', (0.1, 0.18, 0.26, 0.4))),
+        Figure('8-orb', 'Radius R_w of the words, ORB', Axis.GAP,
+               _radii('aick-orb-fast', (0.165, 0.2, 0.23, 0.26, 0.31))),
+        Figure('9', 'What speed costs', Axis.GAP, fast))
+    if vocabularies is None:
+        return figures
+    return (*figures[:-1],
+            Figure('8-words-surf', 'Size of the vocabulary, SURF', Axis.GAP,
+                   _sizes('aick-surf-fast', 'surf', vocabularies)),
+            Figure('8-words-orb', 'Size of the vocabulary, ORB', Axis.GAP,
+                   _sizes('aick-orb-fast', 'orb', vocabularies)),
+            figures[-1])
+
+
+def variants(figures: Sequence[Figure]) -> list[Method]:
     """Return the methods that only figures need, each once."""
     return list({method.identity: method
-                 for figure in FIGURES for method in figure.variants}.values())
+                 for figure in figures for method in figure.variants}.values())
 
 
-def figure_data(plan: Plan, journal: Journal) -> dict[str, Any]:
+def figure_data(figures: Sequence[Figure], plan: Plan, journal: Journal) -> dict[str, Any]:
     """
-    Return the data of all figures as JSON takes it.
+    Return the data of figures as JSON takes it.
 
     :returns: number -> title, axis and, by the name of the method, its curve: a label, and for
         each recording x and success ratios.
     """
     data = {}
-    for figure in FIGURES:
+    for figure in figures:
         curves = {}
         for method in figure.curves:
             by_recording = {recording.name: _curve(figure.axis, method, recording, plan, journal)

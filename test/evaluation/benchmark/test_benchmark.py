@@ -8,13 +8,12 @@ import json
 import pytest
 
 from aick_ros import settings
-from aick_ros.aick import Aick
 from aick_ros.errors import InputError
 from aick_ros.evaluation.benchmark.journal import Journal
 from aick_ros.evaluation.benchmark.results import Results
 from aick_ros.evaluation.benchmark.runner import Plan, run
 from aick_ros.evaluation.pairs import PairEvaluation
-from aick_ros.frame import KeypointExtractor
+from aick_ros.registrar import Registrar
 from aick_ros.sources import open_source, raise_damage
 
 GAPS = (1, 3)
@@ -41,10 +40,9 @@ def test_figures_are_those_of_the_evaluation(recording, aick, tum_path):
     execute(plan, journal)
     scores = Results.of(plan, journal, {}).methods['aick-orb-350']['rendered'].pairs
     fast = settings.preset('paper-fast')
-    extractor = KeypointExtractor(fast.features, fast.sensor)
-    evaluation = PairEvaluation(Aick(fast.aick), recording.ground_truth, GAPS)
+    registrar, evaluation = Registrar(fast), PairEvaluation(fast, recording.ground_truth, GAPS)
     for frame in open_source(tum_path).frames(raise_damage):
-        evaluation.add(extractor.extract(frame))
+        evaluation.add(registrar.look(frame))
     for gap, expected in evaluation.scores().items():
         found = scores[str(gap)]
         assert expected.count == found.count == 8 - gap

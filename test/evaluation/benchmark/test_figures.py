@@ -6,7 +6,7 @@
 import pytest
 
 from aick_ros.evaluation.baselines.registry import METHODS, make
-from aick_ros.evaluation.benchmark.figures import FIGURES, figure_data, variants
+from aick_ros.evaluation.benchmark.figures import figure_data, paper_figures, variants
 from aick_ros.evaluation.benchmark.journal import Journal, PairLine
 from aick_ros.evaluation.benchmark.runner import Plan
 
@@ -19,7 +19,7 @@ def data(recording, aick):
     for pair in plan.pairs['rendered']:
         off = None if pair.target == 0 else 0.004 * pair.target
         journal.add(PairLine(orb.identity, 'rendered', pair, off, off, 1.0, ''))
-    return figure_data(plan, journal)
+    return figure_data(paper_figures(), plan, journal)
 
 
 def test_success_over_threshold(data):
@@ -43,10 +43,11 @@ def test_what_was_not_measured_is_left_out(data):
 
 
 def test_variants_are_the_paper_with_one_setting_changed():
-    found = variants()
+    figures = paper_figures()
+    found = variants(figures)
     assert len({method.identity for method in found}) == len(found)
-    assert {'aick-orb, aick.iterations=1', 'aick-orb, features.max_keypoints=50'} <= \
-        {method.name for method in found}
+    assert {'aick-orb, aick.iterations=1', 'aick-surf, features.max_keypoints=50',
+            'aick-surf-fast, aick.word_radius=0.1'} <= {method.name for method in found}
     for method in found:
         make(method.factory, method.options)  # refuses settings that there are not
-    assert len({figure.number for figure in FIGURES}) == len(FIGURES)
+    assert len({figure.number for figure in figures}) == len(figures)

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Vocabularies of many sizes, for the figure that compares them: learned from rendered rooms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from aick_ros.clustering import learn_words
+from aick_ros.frame import KeypointExtractor, RgbdFrame
+from aick_ros.settings import preset
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.vocabulary import Vocabulary
+
+SIZES = (10, 30, 100, 300, 1000, 5000)
+"""How many words; the paper went from 10 to 5,000."""
+
+DETECTORS = {'orb': 'paper-full', 'surf': 'paper-full-surf'}
+"""Detector -> the preset whose keypoints are learned from."""
+
+ROOMS = range(1000, 1012)
+"""Seeds of the rooms."""
+
+_FRAMES_A_ROOM, _RATE = 5, 0.7  # [Hz]; neighbours in time are much alike
+_ROUNDS = 5  # of clustering; with so few descriptors a word more change nothing
+
+Wanted = tuple[str, int]
+"""A detector and a number of words."""
+
+TRAINING_FRAMES = len(ROOMS) * _FRAMES_A_ROOM
+
+
+def file_name(wanted: Wanted) -> str:
+    """Return what a vocabulary is called in its folder."""
+    detector, size = wanted
+    return f'{detector}-{size}.npz'
+
+
+def missing_from(folder: Path) -> list[Wanted]:
+    """Return the vocabularies that a folder does not have."""
+    every = ((detector, size) for detector in DETECTORS for size in SIZES)
+    return [wanted for wanted in every if not (folder / file_name(wanted)).is_file()]
+
+
+def training_frames() -> Iterator[RgbdFrame]:
+    """Yield the frames that are learned from."""
+    for seed in ROOMS:
+        room = SyntheticSource(SyntheticOptions(seed, _FRAMES_A_ROOM, _RATE))
+        for index in range(_FRAMES_A_ROOM):
+            yield room.frame(index)
+
+
+def learn(wanted: Sequence[Wanted], frames: Iterator[RgbdFrame],
+          on_progress: Callable[[int], None]) -> Iterator[tuple[Wanted, Vocabulary]]:
+    """
+    Yield each vocabulary as soon as it is learned.
+
+    :param frames: to learn from; all keypoints with depth are taken.
+    :param on_progress: told how many frames and then vocabularies are done.
+    """
+    extractors = {detector: _extractor(detector) for detector, _ in wanted}
+    found: dict[str, list[np.ndarray]] = {detector: [] for detector in extractors}
+    done = 0
+    for frame in frames:
+        for detector, extractor in extractors.items():
+            found[detector].append(extractor.extract(frame).descriptors)
+        done += 1
+        on_progress(done)
+    for detector, size in wanted:
+        words = learn_words(np.concatenate(found[detector]), size, rounds=_ROUNDS)
+        done += 1
+        on_progress(done)
+        yield (detector, size), Vocabulary(detector, words, f'{len(ROOMS)} rendered rooms')
+
+
+def _extractor(detector: str) -> KeypointExtractor:
+    settings = preset(DETECTORS[detector])
+    return KeypointExtractor(settings.features, settings.sensor)

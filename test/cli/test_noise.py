@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The noise model on the terminal: a file of parameters, a table, JSON."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+import yaml
+
+from aick_ros.cli import noise as noise_module
+from aick_ros.cli.settings_file import read_settings_file
+from aick_ros.errors import InputError
+from aick_ros.settings import Settings
+from aick_ros.sources import raise_damage
+
+NARROW = ('--set', 'sensor.min_depth=1.2', '--set', 'sensor.max_depth=1.6')
+
+
+@pytest.fixture
+def noise(aick, monkeypatch):
+    """Return a function that estimates the noise of a source in memory."""
+    def run(source, *arguments):
+        monkeypatch.setattr(noise_module, 'open_source', lambda path, options: source)
+        return aick('noise', 'a source', *arguments)
+    return run
+
+
+def test_the_lines_are_a_file_of_parameters(noise, recording, tmp_path):
+    outcome = noise(recording, '--json', tmp_path / 'noise.json')
+    figures = json.loads((tmp_path / 'noise.json').read_text())
+    assert outcome.code == 0
+    file = tmp_path / 'camera.yaml'
+    file.write_text(outcome.out[outcome.out.index('/**:'):])
+    sensor = read_settings_file(file).applied_to(Settings()).sensor
+    assert sensor.depth_sigma == pytest.approx(figures['depth_sigma'], abs=5e-6)
+    assert sensor.depth_exponent == pytest.approx(figures['depth_exponent'], abs=5e-3)
+    assert f'depths from {figures["nearest"]:.2f} to {figures["farthest"]:.2f} m' in outcome.out
+
+
+def test_the_table_has_the_model_beside_the_measured(noise, recording, tmp_path):
+    outcome = noise(recording, '--json', tmp_path / 'noise.json')
+    figures = json.loads((tmp_path / 'noise.json').read_text())
+    table = outcome.out[:outcome.out.index('/**:')]
+    for bin_ in figures['bins']:
+        assert [f'{bin_["depth"]:.2f}', str(bin_['patches']), f'{1e3 * bin_["sigma"]:.2f}',
+                f'{1e3 * bin_["model"]:.2f}'] in [line.split() for line in table.splitlines()]
+
+
+def test_json_has_standard_output_for_itself(noise, recording):
+    outcome = noise(recording, '--json', '-', '--limit', '6')
+    figures = json.loads(outcome.out)
+    assert (figures['frames'], figures['ended'], figures['damaged_images']) == (6, 'complete', 0)
+    assert 'sensor.depth_sigma' in outcome.err
+
+
+def test_depths_that_span_too_little_are_said(noise, recording):
+    outcome = noise(recording, *NARROW)
+    assert outcome.code == 0
+    assert 'too little to tell how the noise grows with the depth' in outcome.sentence
+    parameters = yaml.safe_load(outcome.out[outcome.out.index('/**:'):])['/**']['ros__parameters']
+    assert parameters['sensor.depth_exponent'] == 2.0
+    outcome = noise(recording, *NARROW, '--set', 'sensor.depth_exponent=0.5')
+    assert 'sensor.depth_exponent: 0.50  # kept, not measured' in outcome.out
+
+
+def test_what_cannot_be_used_is_refused_in_one_sentence(noise, recording, in_memory, tmp_path):
+    blind = in_memory([dataclasses.replace(frame, depth=np.full_like(frame.depth, np.nan))
+                       for frame in recording.frames(raise_damage)])
+    outcome = noise(blind, '--json', tmp_path / 'noise.json')
+    assert outcome.code == 2
+    assert outcome.sentence.startswith('in memory: 0 patches of smooth surface')
+    assert noise(recording, '--json', tmp_path / 'no' / 'noise.json').code == 2
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_damage_and_a_broken_end_are_said(noise, recording, in_memory):
+    def broken(index, on_damaged):
+        on_damaged(InputError(f'torn before {index}'))
+        if index == 10:
+            raise InputError('the index is broken')
+
+    source = in_memory(list(recording.frames(raise_damage)), on_frame=broken)
+    outcome = noise(source, '--json', '-')
+    figures = json.loads(outcome.out)
+    assert outcome.code == 2
+    assert (figures['frames'], figures['damaged_images']) == (10, 11)
+    assert figures['ended'] == 'the index is broken'

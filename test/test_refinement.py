@@ -1,0 +1,366 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The joint problem against a general solver, Monte Carlo and scenes that leave motions free."""
+
+import dataclasses
+import functools
+
+import cv2
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from aick_ros import rigid
+from aick_ros.aick import Aick
+from aick_ros.camera import Camera
+from aick_ros.frame import RgbdFrame
+from aick_ros.refinement import Refinement
+from aick_ros.registrar import Registrar
+from aick_ros.residuals import point_to_plane, track_depth
+from aick_ros.settings import Settings, with_values
+from aick_ros.sources.synthetic import (ColourSensor, DepthSensor, SyntheticOptions,
+                                        SyntheticSource)
+from aick_ros.sources.synthetic.renderer import Renderer
+from aick_ros.sources.synthetic.room import furnished_room
+from aick_ros.sources.synthetic.surfaces import Rectangle
+from aick_ros.tracks import Tracker
+
+SETTINGS = Settings()
+CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)
+INTERVAL = 33_000_000
+OFF = np.array([0.008, -0.005, 0.01, 0.006, -0.004, 0.008])
+room = functools.cache(furnished_room)
+
+
+def look(settings, frames):
+    registrar = Registrar(settings)
+    return [registrar.look(frame) for frame in frames]
+
+
+def refine(settings, source, target, first):
+    return Refinement(settings.refinement, settings.sensor).refine(source, target, first)
+
+
+def error_of(found, truth):
+    """Return the error of a pose, by the error model of rigid.py."""
+    return np.r_[truth[:3, 3] - found[:3, 3],
+                 rigid.log_rotation(truth[:3, :3] @ found[:3, :3].T)]
+
+
+def rendered(seed, first, second, **options):
+    """Return two frames of a room, the second first, and where it was seen from the other."""
+    source = SyntheticSource(SyntheticOptions(seed=seed, **options), room(seed))
+    poses = source.ground_truth.poses
+    return (source.frame(second), source.frame(first),
+            rigid.inverse(poses[first]) @ poses[second])
+
+
+def noisy(frame, seed):
+    """Return what a Kinect makes of a perfect frame; another seed is other noise."""
+    rng = np.random.default_rng(seed)
+    return RgbdFrame(frame.stamp, ColourSensor().measure(frame.colour, 1.0, rng),
+                     DepthSensor().measure(frame.depth, frame.camera, rng), frame.camera)
+
+
+class FrozenProblem:
+    """
+    The joint problem written out once more, around a pose that is taken for its solution.
+
+    Covariances and the partners of points are those at that pose, as Gauss and Newton see them
+    there. The least-squares problem has its minimum where Gauss and Newton stop.
+    """
+
+    def __init__(self, settings, source, target, first, pose):
+        sensor, refinement = settings.sensor, settings.refinement
+        self.pose = pose
+        self.width = refinement.robust_width
+        self.tracks = Tracker(refinement, sensor).track(source, target, first)
+        self._whiten_rays(refinement.track_sigma / target.frame.camera.fx, sensor)
+        self.measured = np.isfinite(self.tracks.depths)
+        self.planes = None
+        depths = track_depth(self.tracks, pose, sensor, self.width)
+        z = rigid.transform(pose, self.tracks.points)[self.measured, 2]
+        self.depth_sigmas = 1 / (depths.jacobian[:, 2] * z ** 2)
+        if target.surface is not None:
+            self._pair(source.surface, target.surface, refinement, sensor)
+
+    def _whiten_rays(self, ray_sigma, sensor):
+        points = self.tracks.points
+        nearer = points / (1 + 1e-6 * points[:, 2:])
+        s = sensor.depth_sigma * (self._rays(self.pose, nearer)
+                                  - self._rays(self.pose, points)) / 1e-6
+        covariances = ray_sigma ** 2 * np.eye(2) + s[:, :, None] * s[:, None, :]
+        self.whitening = np.linalg.inv(np.linalg.cholesky(covariances))
+
+    def _pair(self, source, target, refinement, sensor):
+        points = source.points[source.chosen].astype(float)
+        seen, cells = target.cells_at(rigid.transform(self.pose, points))
+        planes = target.normals[cells].astype(float), target.points[cells].astype(float)
+        moved = rigid.transform(self.pose, points[seen])
+        turned = source.normals[source.chosen][seen] @ self.pose[:3, :3].T
+        fits = ((np.abs(np.sum((moved - planes[1]) * planes[0], axis=1)) < refinement.reach)
+                & (np.sum(turned * planes[0], axis=1) > 0.8))
+        self.planes = points[seen][fits], planes[0][fits], planes[1][fits]
+        found = point_to_plane(source, target, self.pose, sensor, self.width, refinement.reach)
+        self.plane_sigmas = 1 / np.linalg.norm(found.jacobian[:, :3], axis=1)
+
+    @staticmethod
+    def _rays(pose, points):
+        moved = rigid.transform(pose, points)
+        return moved[:, :2] / moved[:, 2:]
+
+    def groups(self, error):
+        """Return the residuals of a pose with an error; rows belong together."""
+        pose = rigid.perturbed(self.pose, error)
+        off = self._rays(pose, self.tracks.points) - self.tracks.rays
+        yield np.einsum('nij,nj->ni', self.whitening, off)
+        z = rigid.transform(pose, self.tracks.points)[self.measured, 2]
+        yield ((1 / self.tracks.depths[self.measured] - 1 / z) / self.depth_sigmas)[:, None]
+        if self.planes:
+            points, normals, places = self.planes
+            off = np.sum((rigid.transform(pose, points) - places) * normals, axis=1)
+            yield (off / self.plane_sigmas)[:, None]
+
+    def residuals(self, error):
+        return np.concatenate([group.ravel() for group in self.groups(error)])
+
+    def robust_cost(self, error):
+        """Return half the sum of Geman and McClure's costs."""
+        squares = np.concatenate([np.sum(group ** 2, axis=1) for group in self.groups(error)])
+        return 0.5 * np.sum(squares / (1 + squares / self.width ** 2))
+
+
+@pytest.fixture(scope='module')
+def small_pair():
+    """Return a settings of small problems, and frames of a room with noise."""
+    settings = with_values(SETTINGS, {
+        'refinement.max_tracks': 80, 'refinement.surface_points': 250,
+        'refinement.iterations': 60})
+    return settings, rendered(2, 0, 4)
+
+
+def problem_of(small_pair, **changes):
+    settings, (source, target, truth) = small_pair
+    settings = with_values(settings, {f'refinement.{k}': v for k, v in changes.items()})
+    views = look(settings, (source, target))
+    first = rigid.perturbed(truth, OFF)
+    refined = refine(settings, *views, first)
+    return refined, FrozenProblem(settings, *views, first, refined.T_target_source)
+
+
+@pytest.mark.parametrize('mode', ['keypoints', 'joint'])
+def test_gauss_newton_finds_what_a_general_solver_finds(small_pair, mode):
+    refined, problem = problem_of(small_pair, mode=mode, robust_width=100.0)
+    sigmas = np.sqrt(np.diag(refined.covariance))
+    best = least_squares(problem.residuals, 3 * sigmas, x_scale=sigmas, xtol=1e-12)
+    assert best.success
+    assert np.abs(best.x / sigmas).max() < 0.05
+
+
+@pytest.mark.parametrize('mode', ['keypoints', 'joint'])
+def test_the_robust_cost_is_stationary(small_pair, mode):
+    refined, problem = problem_of(small_pair, mode=mode)
+    sigmas = np.sqrt(np.diag(refined.covariance))
+
+    def slope(error):
+        """Return the gradient, in the deviations by which it would move the pose."""
+        steps = 1e-4 * np.diag(sigmas)
+        rises = [problem.robust_cost(error + step) - problem.robust_cost(error - step)
+                 for step in steps]
+        gradient = np.array(rises) / (2 * np.diag(steps))
+        return np.linalg.norm(refined.covariance @ gradient / sigmas)
+
+    assert slope(np.zeros(6)) < 0.02
+    for axis in np.diag(sigmas):
+        assert slope(axis) > 0.3
+
+
+def test_keypoints_alone_leave_the_depth_image_out(small_pair):
+    refined, _ = problem_of(small_pair, mode='keypoints')
+    joint, _ = problem_of(small_pair, mode='joint')
+    assert refined.disagreement is None
+    assert joint.disagreement.difference.shape == (6,)
+    assert np.linalg.eigvalsh(joint.disagreement.covariance).min() > 0
+
+
+def plane(normal, distance):
+    """Return the function from rays to the lengths at which they meet a plane."""
+    def meet(origin, rays):
+        with np.errstate(divide='ignore', invalid='ignore'):
+            length = (distance - normal @ origin) / (rays @ normal)
+        return np.where(length > 0, length, np.inf)
+    return meet
+
+
+def cylinder(x, z, radius):
+    """Return the same of a cylinder whose axis is along y."""
+    def meet(origin, rays):
+        start, along = origin[[0, 2]] - (x, z), rays[..., [0, 2]]
+        a, b = np.sum(along ** 2, axis=-1), along @ start
+        with np.errstate(invalid='ignore'):
+            length = (-b - np.sqrt(b * b - a * (start @ start - radius ** 2))) / a
+        return np.where(length > 0, length, np.inf)
+    return meet
+
+
+X, Y, Z = np.eye(3)
+NO_MOVE = np.zeros(3)
+BARE = {
+    'wall': ([plane(Z, 1.8)], [(X, NO_MOVE), (Y, NO_MOVE), (NO_MOVE, Z)]),
+    'corridor': ([plane(X, 0.8), plane(-X, 0.8)],
+                 [(Y, NO_MOVE), (Z, NO_MOVE), (NO_MOVE, X)]),
+    'cylinder': ([cylinder(0.1, 1.6, 0.6)],
+                 [(Y, NO_MOVE), (-np.cross(Y, (0.1, 0, 1.6)), Y)]),
+    'wall and floor': ([plane(Z, 1.8), plane(Y, 0.6)], [(X, NO_MOVE)]),
+    'corner': ([plane(Z, 1.8), plane(Y, 0.6), plane(X, 0.5)], []),
+}
+"""Surfaces of one colour, and the motions along which they stay what they are."""
+
+
+def bare_view(surfaces, T_target_camera, seed, stamp):
+    """Return the view of surfaces without a single keypoint."""
+    v, u = np.indices((CAMERA.height, CAMERA.width))
+    rays = np.stack([(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy,
+                     np.ones(u.shape)], axis=-1) @ T_target_camera[:3, :3].T
+    depth = np.min([meet(T_target_camera[:3, 3], rays) for meet in surfaces], axis=0)
+    depth = np.where(np.isfinite(depth), depth, np.nan).astype(np.float32)
+    frame = RgbdFrame(stamp, np.full(depth.shape, 120, np.uint8),
+                      DepthSensor().measure(depth, CAMERA, np.random.default_rng(seed)), CAMERA)
+    return look(SETTINGS, [frame])[0]
+
+
+def refine_bare(name):
+    truth = rigid.exp(np.array([0.004, -0.003, 0.01, 0.006, 0.012, -0.004]))
+    surfaces, free = BARE[name]
+    free = np.array([np.concatenate(motion) for motion in free]).reshape(-1, 6)
+    refined = refine(SETTINGS, bare_view(surfaces, truth, 0, INTERVAL),
+                     bare_view(surfaces, np.eye(4), 1, 0), np.eye(4))
+    return refined, truth, free
+
+
+@pytest.mark.parametrize('name', BARE)
+def test_the_covariance_is_large_where_nothing_holds_and_small_elsewhere(name):
+    refined, _, free = refine_bare(name)
+    variances, directions = np.linalg.eigh(refined.covariance)
+    assert np.count_nonzero(variances > 0.3 ** 2) == len(free)
+    assert np.count_nonzero(variances < 0.03 ** 2) == 6 - len(free)
+    held = directions[:, :6 - len(free)]
+    for motion in free:
+        assert np.linalg.norm(held.T @ motion) < 0.03 * np.linalg.norm(motion)
+
+
+@pytest.mark.parametrize('name', BARE)
+def test_what_is_held_is_found_and_what_is_free_stays(name):
+    refined, truth, free = refine_bare(name)
+    error = error_of(refined.T_target_source, truth)
+    start = error_of(np.eye(4), truth)
+    if len(free):
+        basis = np.linalg.qr(free.T)[0]
+        kept = basis.T @ (error - start)
+        assert np.abs(kept).max() < 0.002
+        error = error - basis @ (basis.T @ error)
+    assert np.abs(error).max() < 0.002
+
+
+@pytest.mark.parametrize('mode', ['keypoints', 'joint'])
+def test_a_picture_on_the_wall_holds_what_the_wall_leaves_free(mode):
+    settings = with_values(SETTINGS, {'refinement.mode': mode})
+    texels = np.random.default_rng(0).integers(20, 235, (75, 100, 3), np.uint8)
+    picture = Rectangle(rigid.from_quaternion((0, 0, 0, 1), (-1.5, -1.1, 1.8)), 3.0, 2.2,
+                        cv2.resize(texels, (800, 600), interpolation=cv2.INTER_CUBIC))
+    renderer = Renderer([picture], CAMERA)
+    truth = rigid.exp(np.array([0.01, -0.005, 0.01, 0.006, 0.012, -0.004]))
+    frames = [RgbdFrame(stamp, *renderer.render(pose), CAMERA)
+              for stamp, pose in ((INTERVAL, truth), (0, np.eye(4)))]
+    views = look(settings, [noisy(frame, seed) for seed, frame in enumerate(frames)])
+    refined = refine(settings, *views, rigid.perturbed(truth, OFF))
+    error = error_of(refined.T_target_source, truth)
+    assert np.sqrt(np.linalg.eigvalsh(refined.covariance).max()) < 0.01
+    assert np.abs(error).max() < 0.01
+    assert error @ np.linalg.solve(refined.covariance, error) < 30
+
+
+def test_nothing_to_see_is_not_sure_of_anything():
+    nothing = np.full((480, 640), np.nan, np.float32)
+    views = look(SETTINGS, [RgbdFrame(stamp, np.zeros((480, 640), np.uint8), nothing, CAMERA)
+                            for stamp in (0, INTERVAL)])
+    first = rigid.exp(OFF)
+    refined = refine(SETTINGS, *views, first)
+    np.testing.assert_array_equal(refined.T_target_source, first)
+    assert np.linalg.eigvalsh(refined.covariance).min() >= 1
+    assert len(refined.tracked) == 0
+
+
+def test_the_covariance_is_that_of_monte_carlo():
+    """Other noise on the same images: the error by its covariance, on average 6."""
+    squares, ratios, disagreements = [], [], []
+    for seed, first, second in ((1, 0, 3), (2, 40, 45), (3, 10, 12)):
+        source, target, truth = rendered(seed, first, second, colour=ColourSensor.perfect(),
+                                         depth=DepthSensor.perfect())
+        errors, covariances = [], []
+        for draw in range(6):
+            views = look(SETTINGS, [noisy(source, 2 * draw), noisy(target, 2 * draw + 1)])
+            refined = refine(SETTINGS, *views, truth)
+            errors.append(error_of(refined.T_target_source, truth))
+            covariances.append(refined.covariance)
+            squares.append(errors[-1] @ np.linalg.solve(covariances[-1], errors[-1]))
+            off = refined.disagreement
+            disagreements.append(off.difference @ np.linalg.solve(off.covariance,
+                                                                  off.difference))
+        ratios.append(np.mean(np.square(errors), axis=0)
+                      / np.diag(np.mean(covariances, axis=0)))
+    assert 3 < np.mean(squares) < 10
+    assert 0.3 < np.mean(ratios) < 2
+    assert 2 < np.mean(disagreements) < 10
+
+
+def test_joint_is_nearer_to_the_truth_than_aick():
+    nearer = []
+    for seed, first, second in ((1, 0, 5), (1, 60, 62), (1, 100, 108), (2, 0, 5), (2, 30, 32),
+                                (2, 80, 88), (3, 0, 5), (3, 120, 128)):
+        source, target, truth = rendered(seed, first, second)
+        source, target = look(SETTINGS, (source, target))
+        found = Aick(SETTINGS.aick).register(source.keypoints, target.keypoints).T_target_source
+        refined = refine(SETTINGS, source, target, found).T_target_source
+        off = [np.linalg.norm(error_of(pose, truth).reshape(2, 3), axis=1)
+               for pose in (found, refined)]
+        nearer.append(off[1] < off[0])
+    assert np.mean(nearer, axis=0).min() > 0.8
+
+
+def test_depth_images_of_other_moments_are_placed_at_their_own():
+    """The depth of the target is late; who is told so is nearer to the truth."""
+    lag, errors = 0.02, []
+    for seed, first in ((1, 0), (2, 30), (3, 60)):
+        source, _, truth = rendered(seed, first, first + 2)
+        late = SyntheticSource(SyntheticOptions(seed=seed, depth_delay=lag), room(seed))
+        views = look(SETTINGS, (source, late.frame(first)))
+        known = [dataclasses.replace(view, depth_lag=delay)
+                 for view, delay in zip(views, (0.0, lag))]
+        ignored = [dataclasses.replace(view, depth_lag=0.0) for view in views]
+        errors.append([np.linalg.norm(error_of(
+            refine(SETTINGS, *pair, truth).T_target_source, truth)[:3])
+            for pair in (known, ignored)])
+    told, untold = np.transpose(errors)
+    assert (told < 0.5 * untold).all()
+
+
+def test_the_tracked_keypoints_are_those_the_pose_explains():
+    """A picture that is carried along before the camera belongs to another motion."""
+    source, target, truth = rendered(3, 0, 8)
+    carried = np.zeros((480, 640), bool)
+    carried[300:, 400:] = True
+    colour, depth = target.colour.copy(), target.depth.copy()
+    colour[carried], depth[carried] = source.colour[carried], source.depth[carried]
+    target = dataclasses.replace(target, colour=colour, depth=depth)
+    source, target = look(SETTINGS, (source, target))
+    refined = refine(SETTINGS, source, target, truth)
+    tracks = Tracker(SETTINGS.refinement, SETTINGS.sensor).track(source, target, truth)
+    rays = rigid.transform(truth, tracks.points)
+    off = CAMERA.fx * np.linalg.norm(rays[:, :2] / rays[:, 2:] - tracks.rays, axis=1)
+    near, far = tracks.keypoints[off < 0.3], tracks.keypoints[off > 3]
+    assert min(len(near), len(far)) > 10
+    assert np.isin(near, refined.tracked).mean() > 0.95
+    assert np.isin(far, refined.tracked).mean() < 0.1
+    assert np.abs(error_of(refined.T_target_source, truth)).max() < 0.003

@@ -1,0 +1,197 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Registrations of rendered views: what is done without refinement, and what guesses may do."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros import rigid, settings
+from aick_ros.aick import Aick
+from aick_ros.camera import Camera
+from aick_ros.frame import KeypointExtractor
+from aick_ros.registrar import Registrar
+from aick_ros.settings import Settings, preset
+from aick_ros.sources.synthetic import DepthSensor, SyntheticOptions, SyntheticSource
+from aick_ros.stage_times import StageTimes
+from aick_ros.status import Status
+
+COUNT = 10
+RATE = 30
+CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+BLIND = {'aick.lambda_e': 1e-4, 'aick.lambda_f': 1e-3}  # thresholds that nothing passes
+TURNED = rigid.exp([0, 0, 0, 0, np.radians(30), 0])
+
+
+@pytest.fixture(scope='module')
+def source():
+    return SyntheticSource(SyntheticOptions(seed=5, frames=COUNT, camera=CAMERA))
+
+
+@pytest.fixture(scope='module')
+def frames(source):
+    return [source.frame(i) for i in range(COUNT)]
+
+
+def motion(source, target, index):
+    """Return the true pose of one frame seen from another."""
+    poses = source.ground_truth.poses
+    return rigid.inverse(poses[target]) @ poses[index]
+
+
+def register(frames, changes=None, expected=None, blank=False):
+    """Return how a new registrar puts the last of some frames in the first, and its views."""
+    registrar = Registrar(settings.with_values(Settings(), changes or {}))
+    views = [registrar.look(frame) for frame in frames]
+    if blank:
+        views[0] = dataclasses.replace(views[0], grey=np.zeros_like(views[0].grey))
+    return registrar.register(views[-1], views[0], expected), views
+
+
+def error(pose, truth):
+    """Return translation [m] and rotation [rad] between two poses."""
+    difference = rigid.inverse(truth) @ pose
+    return np.linalg.norm(difference[:3, 3]), rigid.angle(difference[:3, :3])
+
+
+@pytest.mark.parametrize('name', ['paper-fast', 'paper-full'])
+def test_without_refinement_it_is_aick_bit_for_bit(frames, name):
+    paper = preset(name)
+    registrar = Registrar(paper)
+    views = [registrar.look(frame) for frame in frames[:4]]
+    extractor = KeypointExtractor(paper.features, paper.sensor)
+    alone = Aick(paper.aick).register(extractor.extract(frames[3]), extractor.extract(frames[0]))
+    found = registrar.register(views[3], views[0], TURNED)
+    for field in dataclasses.fields(alone):
+        np.testing.assert_array_equal(getattr(found, field.name), getattr(alone, field.name))
+    assert views[0].surface is None
+
+
+@pytest.mark.parametrize('mode', ['keypoints', 'joint'])
+def test_refined_it_is_nearer_to_the_truth(source, frames, mode):
+    refined, unrefined = ([], [])
+    for errors, name in ((refined, mode), (unrefined, 'none')):
+        for i in range(3, COUNT):
+            found, _ = register(frames[i - 3:i + 1], {'refinement.mode': name})
+            errors.append(error(found.T_target_source, motion(source, i - 3, i)))
+    assert (np.median(refined, axis=0) < 0.7 * np.median(unrefined, axis=0)).all()
+
+
+def test_a_wrong_guess_changes_nothing_where_aick_finds_the_pose(frames):
+    plain, _ = register(frames[:4])
+    guessed, _ = register(frames[:4], expected=TURNED)
+    for name in ('status', 'reason', 'T_target_source', 'matches', 'support'):
+        np.testing.assert_array_equal(getattr(guessed, name), getattr(plain, name))
+    # stamps are whole nanoseconds, which is jitter enough to tell of a speed that changed
+    np.testing.assert_allclose(guessed.covariance, plain.covariance, rtol=1e-6)
+
+
+def test_a_wrong_guess_is_not_believed_where_it_does_not(source, frames):
+    for wrong in (TURNED, TURNED @ motion(source, 0, 3)):
+        found, _ = register(frames[:4], BLIND, expected=wrong)
+        assert found.status is Status.TOO_FEW_MATCHES
+        np.testing.assert_array_equal(found.T_target_source, np.eye(4))
+        assert np.isinf(np.diag(found.covariance)).all()
+
+
+def test_a_guess_about_right_is_refined(source, frames):
+    truth = motion(source, 0, 3)
+    about = truth @ rigid.exp([0.01, -0.01, 0.01, 0.005, 0.005, -0.005])
+    assert register(frames[:4], BLIND)[0].status is Status.TOO_FEW_MATCHES
+    found, _ = register(frames[:4], BLIND, expected=about)
+    assert found.status is Status.OK
+    assert 'by constant velocity' in found.reason
+    translation, rotation = error(found.T_target_source, truth)
+    assert translation < 0.003
+    assert rotation < np.radians(0.15)
+
+
+def test_the_papers_schedule_is_tried_where_a_short_one_fails(source, frames, monkeypatch):
+    class Short(Aick):
+        """Finds nothing with few iterations."""
+
+        def __init__(self, given):
+            super().__init__(given)
+            tried.append((given.alpha, given.iterations, given.lambda_f))
+            self._blind = given.iterations < 20
+
+        def register(self, source, target):
+            found = super().register(source, target)
+            return dataclasses.replace(found, status=Status.TOO_FEW_MATCHES) if (
+                self._blind) else found
+
+    tried = []
+    monkeypatch.setattr('aick_ros.registrar.Aick', Short)
+    found, _ = register(frames[:4], {'aick.lambda_f': 0.21})
+    assert tried == [(0.6, 10, 0.21), (0.8, 25, 0.21)]
+    assert found.status is Status.OK
+    assert found.iterations == 25
+    assert error(found.T_target_source, motion(source, 0, 3))[0] < 0.003
+
+
+def test_with_too_few_tracks_the_pose_is_that_of_aick_and_doubted(frames):
+    """One image goes blank after its keypoints were found: nothing can be followed into it."""
+    found, views = register(frames[:4], blank=True)
+    alone = Aick(Settings().aick).register(views[-1].keypoints, views[0].keypoints)
+    np.testing.assert_array_equal(found.T_target_source, alone.T_target_source)
+    np.testing.assert_array_equal(found.matches, alone.matches)
+    np.testing.assert_allclose(found.covariance, 100 * alone.covariance)
+    assert found.reason == f'{alone.reason}, 0 keypoints tracked'
+
+
+def test_of_few_matches_and_too_few_tracks_nothing_is_believed(frames):
+    found, views = register(frames[:4], {'features.max_keypoints': 29}, blank=True)
+    alone = Aick(Settings().aick).register(views[-1].keypoints, views[0].keypoints)
+    assert alone.status is Status.OK
+    assert found.status is Status.TOO_FEW_MATCHES
+    assert found.reason == f'{alone.reason}, 0 keypoints tracked'
+
+
+def test_stages_are_timed(frames):
+    times = StageTimes()
+    registrar = Registrar(Settings(), times)
+    views = [registrar.look(frame) for frame in frames[:2]]
+    seen = times.take()
+    assert seen['features'] > 0
+    assert seen['surface'] > 0
+    assert seen['registration'] == seen['refinement'] == 0.0
+    registrar.register(*views[::-1])
+    registered = times.take()
+    assert registered['features'] == registered['surface'] == 0.0
+    assert registered['registration'] > 0
+    assert registered['refinement'] > 0
+
+
+@pytest.fixture(scope='module')
+def two_clocks():
+    """
+    Return frames whose depth camera is twice as fast, and of which every other image is missing.
+
+    So each second depth image is late by half a period, and between two of them passes half or
+    one and a half times what passes between the colour images.
+    """
+    options = SyntheticOptions(seed=5, frames=12, camera=CAMERA, depth=DepthSensor.perfect())
+    prompt = SyntheticSource(options)
+    late = SyntheticSource(dataclasses.replace(options, depth_delay=0.5 / RATE))
+    return prompt, [(late if i % 2 else prompt).frame(i) for i in range(12)]
+
+
+def test_the_lag_of_the_depth_is_known(two_clocks):
+    registrar = Registrar()
+    lags = [registrar.look(frame).depth_lag for frame in two_clocks[1]]
+    np.testing.assert_allclose(lags, 6 * [0.0, 0.5 / RATE], atol=1e-7)
+
+
+def test_each_sensor_is_taken_at_its_own_time(two_clocks):
+    source, frames = two_clocks
+    medians = []
+    for seen in (frames, [dataclasses.replace(frame, depth_stamp=None) for frame in frames]):
+        registrar = Registrar()
+        views = [registrar.look(frame) for frame in seen]
+        errors = [error(registrar.register(views[i], views[i - 1]).T_target_source,
+                        motion(source, i - 1, i)) for i in range(1, len(views))]
+        medians.append(np.median(errors, axis=0))
+    known, ignored = medians
+    assert (known < 0.5 * ignored).all(), medians

@@ -1,0 +1,245 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Residuals against numerical differentiation, explicit covariances and Monte Carlo."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.camera import Camera
+from aick_ros.residuals import (NormalEquations, Residuals, geman_mcclure, gradient_noise,
+                                point_to_plane, reprojection, track_depth)
+from aick_ros.settings import SensorSettings
+from aick_ros.sources.synthetic import DepthSensor
+from aick_ros.surface import Surface
+from aick_ros.tracks import Tracks
+
+SENSOR = SensorSettings()
+CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)
+RAY_SIGMA = 0.6 / 525
+POSE = rigid.exp(np.array([0.05, -0.03, 0.04, 0.03, -0.05, 0.08]))
+WIDTH, REACH = 1.7, 0.1
+CORNER = np.array([(0.8, 0, 0.6), (-0.6, 0, 0.8), (0, 0.8, 0.6)])  # normals of three walls
+
+
+def tracks_of(noise=0.0, count=50):
+    """Return random tracks as POSE makes them, noise on rays in rad and on depths relative."""
+    rng = np.random.default_rng(0)
+    points = rng.uniform((-1, -0.7, 1), (1, 0.7, 4), (count, 3))
+    moved = rigid.transform(POSE, points)
+    rays = moved[:, :2] / moved[:, 2:] + rng.normal(0, noise, (count, 2))
+    return Tracks(np.arange(count), points, rays,
+                  moved[:, 2] * (1 + rng.normal(0, noise, count)))
+
+
+def corner_depth(T_corner_camera, normals=CORNER):
+    """Return the depth image of planes that meet 2 m before the origin of the corner's frame."""
+    v, u = np.indices((480, 640))
+    rays = np.stack([(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy,
+                     np.ones(u.shape)], axis=-1)
+    rays = rays @ T_corner_camera[:3, :3].T
+    with np.errstate(divide='ignore'):
+        depths = ((normals @ (0, 0, 2.0)) - normals @ T_corner_camera[:3, 3]) / (
+            rays @ normals.T)
+    return np.where(depths > 0, depths, np.inf).min(axis=2).astype(np.float32)
+
+
+def corner(T_corner_camera=np.eye(4), normals=CORNER):
+    return Surface.of(corner_depth(T_corner_camera, normals), CAMERA, SENSOR, 5000)
+
+
+def numeric_jacobian(function, step=1e-6):
+    """Differentiate a function of the pose at POSE by the error of the pose."""
+    return np.column_stack([
+        (function(rigid.perturbed(POSE, step * axis))
+         - function(rigid.perturbed(POSE, -step * axis))) / (2 * step) for axis in np.eye(6)])
+
+
+def assert_jacobian(function, where=slice(None), step=1e-6):
+    found = function(POSE).jacobian[where]
+    numeric = numeric_jacobian(lambda pose: function(pose).values, step)[where]
+    np.testing.assert_allclose(found, numeric, rtol=1e-4, atol=1e-5 * np.abs(found).max())
+
+
+def test_jacobian_of_reprojection():
+    # the whitening moves with the pose too: at the true pose that has no effect
+    tracks = tracks_of()
+    assert_jacobian(lambda pose: reprojection(tracks, pose, RAY_SIGMA, SENSOR, WIDTH))
+
+
+def test_jacobian_of_reprojection_far_from_its_minimum():
+    # with depths without noise the whitening is that of the image alone, the same everywhere
+    exact = dataclasses.replace(SENSOR, depth_sigma=1e-9)
+    tracks = tracks_of(noise=0.01)
+    assert_jacobian(lambda pose: reprojection(tracks, pose, RAY_SIGMA, exact, WIDTH))
+
+
+def test_jacobian_of_track_depth():
+    tracks = tracks_of()
+    assert_jacobian(lambda pose: track_depth(tracks, pose, SENSOR, WIDTH))
+
+
+def test_jacobian_of_point_to_plane():
+    source, target = corner(POSE), corner()
+    values = point_to_plane(source, target, POSE, SENSOR, WIDTH, REACH).values
+    flat = np.abs(values) < 1e-3  # not in the creases, which cells make round
+    assert np.count_nonzero(flat) > 1000
+    # a step so small that no point falls on another cell
+    assert_jacobian(lambda pose: point_to_plane(source, target, pose, SENSOR, WIDTH, REACH), flat,
+                    step=1e-8)
+
+
+def test_reprojection_is_whitened_by_the_covariance_of_each_track():
+    """S = ray_sigma^2 I + s s^T, s by numerical differentiation in the source's inverse depth."""
+    tracks = tracks_of(noise=0.005)
+    found = reprojection(tracks, POSE, RAY_SIGMA, SENSOR, WIDTH)
+    count = len(tracks)
+
+    def predicted(pose, points):
+        moved = rigid.transform(pose, points)
+        return moved[:, :2] / moved[:, 2:]
+
+    def pushed(step):
+        return tracks.points / (1 + step * tracks.points[:, 2:])  # 1 / z grows by the step
+
+    s = SENSOR.depth_sigma * (predicted(POSE, pushed(1e-6))
+                              - predicted(POSE, pushed(-1e-6))) / 2e-6
+    jacobians = numeric_jacobian(
+        lambda pose: predicted(pose, tracks.points).ravel()).reshape(count, 2, 6)
+    off = predicted(POSE, tracks.points) - tracks.rays
+    for i in range(count):
+        inverse = np.linalg.inv(RAY_SIGMA ** 2 * np.eye(2) + np.outer(s[i], s[i]))
+        values, jacobian = found.values[[i, count + i]], found.jacobian[[i, count + i]]
+        square = off[i] @ inverse @ off[i]
+        assert values @ values == pytest.approx(square, rel=1e-4)
+        np.testing.assert_allclose(jacobian.T @ values, jacobians[i].T @ inverse @ off[i],
+                                   rtol=1e-3, atol=1e-4 * np.abs(jacobian.T @ values).max())
+        np.testing.assert_allclose(jacobian.T @ jacobian, jacobians[i].T @ inverse @ jacobians[i],
+                                   rtol=1e-3, atol=1e-5 * np.abs(jacobian.T @ jacobian).max())
+        assert found.weights[[i, count + i]] == pytest.approx(geman_mcclure(square, WIDTH))
+
+
+def test_reprojection_of_noise_as_modelled_is_standard_normal():
+    rng = np.random.default_rng(3)
+    exact = tracks_of(count=4000)
+    z = exact.points[:, 2:]
+    sources = exact.points / (1 + SENSOR.depth_sigma * rng.normal(size=z.shape) * z)
+    seen = exact.rays + rng.normal(0, RAY_SIGMA, exact.rays.shape)
+    noisy = dataclasses.replace(exact, points=sources, rays=seen)
+    values = reprojection(noisy, POSE, RAY_SIGMA, SENSOR, WIDTH).values.reshape(2, -1)
+    np.testing.assert_allclose(np.cov(values), np.eye(2), atol=0.08)
+
+
+def test_track_depth_without_depths_is_left_out():
+    tracks = tracks_of()
+    depths = tracks.depths.copy()
+    depths[::2] = np.nan
+    half = track_depth(dataclasses.replace(tracks, depths=depths), POSE, SENSOR, WIDTH)
+    whole = track_depth(tracks, POSE, SENSOR, WIDTH)
+    np.testing.assert_array_equal(half.values, whole.values[1::2])
+    np.testing.assert_array_equal(half.jacobian, whole.jacobian[1::2])
+    np.testing.assert_array_equal(half.blocks, whole.blocks[1::2])
+
+
+def test_point_to_plane_at_the_true_pose_is_zero():
+    found = point_to_plane(corner(POSE), corner(), POSE, SENSOR, WIDTH, REACH)
+    assert np.abs(found.values).max() < 0.5  # in the creases, which cells make round
+    assert np.median(np.abs(found.values)) < 0.02
+    assert np.linalg.cond(found.jacobian) < 100  # three walls tell all
+
+
+def test_point_to_plane_of_a_noisy_wall_tells_nothing_along_it():
+    """Noise of the normals must not count as roughness that holds the wall."""
+    def noisy(pose, seed):
+        depth = DepthSensor().measure(corner_depth(pose, np.array([[0.0, 0, 1]])), CAMERA,
+                                      np.random.default_rng(seed))
+        return Surface.of(depth, CAMERA, SENSOR, 3000)
+
+    found = point_to_plane(noisy(POSE, 0), noisy(np.eye(4), 1), POSE, SENSOR, WIDTH, REACH)
+    information = found.jacobian.T @ found.jacobian
+    assert np.linalg.eigvalsh(information)[:3].max() < 100  # 0.1 m and rad
+    assert np.linalg.eigvalsh(information)[3:].min() > 1e5
+    for axis in (0, 1, 5):
+        assert information[axis, axis] < 300
+
+
+@pytest.mark.parametrize('normal', CORNER, ids=['left', 'right', 'floor'])
+def test_point_to_plane_counts_in_units_of_the_noise_along_the_ray(normal):
+    """What an inverse depth that is off by 1.4 deviations moves a point off its plane."""
+    source, target = corner(POSE, normal[None]), corner(normals=normal[None])
+    found = point_to_plane(source, target, POSE, SENSOR, WIDTH, REACH)
+    moved = rigid.transform(POSE, source.points[source.chosen].astype(float))
+    moved = moved[target.cells_at(moved)[0]]
+    pushed = moved / (1 - 1.4 * SENSOR.depth_sigma * moved[:, 2:])
+    np.testing.assert_allclose(1 / np.linalg.norm(found.jacobian[:, :3], axis=1),
+                               (pushed - moved) @ normal, rtol=0.02)
+
+
+def test_point_to_plane_leaves_out_what_is_far_or_of_another_direction():
+    target = corner()
+    behind = rigid.perturbed(np.eye(4), np.array([0, 0, 0.3, 0, 0, 0]))
+    assert len(point_to_plane(corner(), target, behind, SENSOR, WIDTH, 0.1).values) == 0
+    assert len(point_to_plane(corner(), target, behind, SENSOR, WIDTH, 1.0).values) > 300
+    wall = corner(normals=CORNER[:1])
+    turned = corner(normals=np.array([[-0.8, 0, 0.6]]))
+    found = point_to_plane(wall, turned, np.eye(4), SENSOR, WIDTH, 100.0)
+    assert found.values.shape == (0,)
+    assert found.jacobian.shape == (0, 6)
+
+
+@pytest.mark.parametrize('width', [0.5, 1.7, 10.0])
+def test_weights_are_those_of_geman_mcclures_cost(width):
+    def cost(square):
+        return square / (1 + square / width ** 2)
+
+    squares = np.linspace(0.01, 30, 50)
+    slope = (cost(squares + 1e-5) - cost(squares - 1e-5)) / 2e-5
+    np.testing.assert_allclose(geman_mcclure(squares, width), slope, rtol=1e-6)
+    assert geman_mcclure(width ** 2, width) == pytest.approx(0.25)
+
+
+def random_residuals(rng, count):
+    return Residuals(rng.normal(size=count), rng.normal(size=(count, 6)),
+                     rng.uniform(0, 1, count), rng.integers(0, 10, count))
+
+
+def test_normal_equations_solve_the_weighted_least_squares():
+    rng = np.random.default_rng(4)
+    kinds = [random_residuals(rng, count) for count in (30, 50)]
+    equations = NormalEquations.of(kinds)
+    roots = [np.sqrt(kind.weights) for kind in kinds]
+    rows = np.concatenate([kind.jacobian * root[:, None] for kind, root in zip(kinds, roots)])
+    values = np.concatenate([kind.values * root for kind, root in zip(kinds, roots)])
+    expected = np.linalg.lstsq(rows, -values, rcond=None)[0]
+    np.testing.assert_allclose(-np.linalg.solve(equations.information, equations.gradient),
+                               expected, rtol=1e-9)
+
+
+def test_times_is_the_chain_rule():
+    residuals = random_residuals(np.random.default_rng(5), 10)
+    half = residuals.times(0.5)
+    np.testing.assert_array_equal(half.jacobian, residuals.jacobian / 2)
+    np.testing.assert_array_equal(half.values, residuals.values)
+
+
+@pytest.mark.parametrize('common', [0.0, 1.0, 3.0])
+@pytest.mark.parametrize('parts, most', [(40, 8.5), (100, 7.0)])
+def test_gradient_noise_makes_estimates_consistent(parts, most, common):
+    """Monte Carlo: residuals of a block have a part in common; NEES of least-squares fits."""
+    rng = np.random.default_rng(6)
+    size = 15
+    blocks = np.repeat(np.arange(parts), size) * 3
+    jacobian = np.repeat(rng.normal(size=(parts, 6)), size, axis=0)
+    jacobian += 0.3 * rng.normal(size=jacobian.shape)
+    inverse = np.linalg.inv(jacobian.T @ jacobian)
+    squares = []
+    for _ in range(400):
+        noise = rng.normal(size=len(blocks)) + common * np.repeat(rng.normal(size=parts), size)
+        error = inverse @ jacobian.T @ noise
+        left = Residuals(noise - jacobian @ error, jacobian, np.ones(len(blocks)), blocks)
+        covariance = inverse @ gradient_noise([left]) @ inverse
+        squares.append(error @ np.linalg.solve(covariance, error))
+    assert 5.0 < np.mean(squares) < most

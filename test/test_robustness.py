@@ -1,0 +1,192 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Rendered frames with what goes wrong in front of a real camera, against the exact path.
+
+However bad a frame is, nothing that is far off may be reported as good.
+"""
+
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.odometry import Odometry
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.status import Status
+from aick_ros.trajectory import NANOSECONDS
+
+FAR, TURNED = 0.05, np.radians(3.0)  # what is off by more must not be reported as good
+PERIOD = 1 / 30
+
+
+@pytest.fixture(scope='module')
+def frame():
+    """Return a function from a number to a rendered frame, which is rendered once."""
+    source, seen = SyntheticSource(SyntheticOptions(seed=5, frames=60)), {}
+
+    def render(index):
+        if index not in seen:
+            seen[index] = source.frame(index)
+        return seen[index]
+    render.pose = source.pose
+    return render
+
+
+@pytest.fixture(scope='module')
+def patch():
+    """Return a picture of another room, 330x310, as a camera that moves along sees it."""
+    picture = SyntheticSource(SyntheticOptions(seed=77, frames=1)).frame(0).colour
+    return cv2.GaussianBlur(picture, (0, 0), 1.5)[75:405, 165:475]
+
+
+def off(pose, truth):
+    """Return translation [m] and rotation [rad] between two poses."""
+    E = rigid.inverse(truth) @ pose
+    return np.linalg.norm(E[:3, 3]), rigid.angle(E[:3, :3])
+
+
+def follow(frames, true_pose):
+    """Return the updates of frames, none of which is good and far off, and the last's errors."""
+    odometry, stamps = Odometry(), np.array([frame.stamp for frame in frames])
+    updates = [odometry.register_frame(frame) for frame in frames]
+    for update in updates:
+        if update.status is Status.OK:
+            before = stamps[np.abs(stamps - update.stamp + update.interval * NANOSECONDS).argmin()]
+            motion = rigid.inverse(true_pose(before)) @ true_pose(update.stamp)
+            translation, rotation = off(update.increment, motion)
+            assert translation < FAR
+            assert rotation < TURNED
+    way = rigid.inverse(true_pose(stamps[0])) @ true_pose(stamps[-1])
+    return updates, off(updates[-1].T_odom_camera, way)
+
+
+def statuses(updates):
+    return [update.status for update in updates]
+
+
+def cover(frame, columns):
+    """Return a frame with something black and near in front of some columns."""
+    colour, depth = frame.colour.copy(), frame.depth.copy()
+    colour[:, columns], depth[:, columns] = 0, np.nan
+    return dataclasses.replace(frame, colour=colour, depth=depth)
+
+
+def late(frame, seconds):
+    """Return a frame some time later, covered."""
+    stamp = frame.stamp + round(seconds * NANOSECONDS)
+    return dataclasses.replace(cover(frame, slice(None)), stamp=stamp, depth_stamp=None)
+
+
+@pytest.mark.parametrize('width, lost', [(15, False), (31, True)])
+def test_blurred_frames_are_followed_or_bridged(frame, width, lost):
+    smear = np.full((1, width), 1 / width, np.float32)
+    shown = [frame(i) for i in range(8)]
+    for i in (3, 4):
+        shown[i] = dataclasses.replace(shown[i], colour=cv2.filter2D(shown[i].colour, -1, smear))
+    updates, (translation, rotation) = follow(shown, frame.pose)
+    assert [update.status.ok for update in updates] == 3 * [True] + 2 * [not lost] + 3 * [True]
+    assert updates[5].interval == pytest.approx((3 if lost else 1) * PERIOD)
+    assert translation < 0.003
+    assert rotation < np.radians(0.1)
+
+
+@pytest.mark.parametrize('columns', [slice(320), slice(320, 640)], ids=['left', 'right'])
+def test_half_the_image_covered(frame, columns):
+    shown = [frame(i) for i in range(12)]
+    shown[3:9] = [cover(frame, columns) for frame in shown[3:9]]
+    updates, (translation, rotation) = follow(shown, frame.pose)
+    assert statuses(updates) == [Status.FIRST_FRAME] + 11 * [Status.OK]
+    assert translation < 0.01
+    assert rotation < np.radians(0.3)
+
+
+def in_front(frames, patch, speed):
+    """Paste a board one metre away that moves to the right [px a frame], over a third of all."""
+    shown = []
+    height, width = patch.shape[:2]
+    for i, frame in enumerate(frames):
+        colour, depth = frame.colour.copy(), frame.depth.copy()
+        place = slice(75, 75 + height), slice(10 + speed * i, 10 + speed * i + width)
+        colour[place], depth[place] = patch, 1.0
+        shown.append(dataclasses.replace(frame, colour=colour, depth=depth))
+    return shown
+
+
+@pytest.mark.parametrize('speed', [8, 20])
+def test_an_object_that_moves_over_a_third_of_the_image(frame, patch, speed):
+    shown = in_front([frame(i) for i in range(8)], patch, speed)
+    updates, (translation, rotation) = follow(shown, frame.pose)
+    share = np.mean([np.mean(np.abs(update.view.frame.depth[
+        tuple(np.rint(update.keypoints.pixels[:, ::-1]).astype(int).T)] - 1.0) < 1e-6)
+        for update in updates])
+    assert 0.2 < share < 0.4  # of the keypoints are on it
+    assert statuses(updates) == [Status.FIRST_FRAME] + 7 * [Status.OK]
+    assert translation < 0.01
+    assert rotation < np.radians(0.3)
+
+
+def test_an_object_that_moves_before_a_wall(frame, patch):
+    """Turning and shifting look alike there, and the object decides between them."""
+    follow(in_front([frame(i) for i in range(38, 43)], patch, 8), frame.pose)
+
+
+HOLES = {
+    'pixels': lambda rng: rng.random((480, 640)) < 0.82,
+    'patches': lambda rng: np.kron(rng.random((30, 40)) < 0.82, np.ones((16, 16))) > 0,
+    'all but a strip': lambda rng: np.tile(np.arange(640) < 530, (480, 1)),
+}
+
+
+@pytest.mark.parametrize('holes', HOLES.values(), ids=HOLES)
+def test_depth_with_holes(frame, holes):
+    rng = np.random.default_rng(0)
+    shown = []
+    for i in range(8):
+        missing = holes(rng)
+        assert missing.mean() > 0.8
+        depth = np.where(missing, np.float32(np.nan), frame(i).depth)
+        shown.append(dataclasses.replace(frame(i), depth=depth))
+    updates, (translation, rotation) = follow(shown, frame.pose)
+    assert statuses(updates) == [Status.FIRST_FRAME] + 7 * [Status.OK]
+    assert translation < 0.015
+    assert rotation < np.radians(0.4)
+
+
+def test_three_of_four_frames_missing(frame):
+    updates, (translation, rotation) = follow([frame(i) for i in range(0, 24, 4)], frame.pose)
+    assert statuses(updates) == [Status.FIRST_FRAME] + 5 * [Status.OK]
+    assert translation < 0.01
+    assert rotation < np.radians(0.3)
+
+
+def test_covered_for_a_second(frame):
+    """The camera has gone on by half a metre, and is found again without a jump."""
+    dark = [late(frame(8), i * PERIOD) for i in range(1, 31)]
+    updates, (translation, rotation) = follow(
+        [*[frame(i) for i in range(9)], *dark, frame(39), frame(40)], frame.pose)
+    assert statuses(updates)[9:39] == 30 * [Status.TOO_FEW_KEYPOINTS]
+    assert statuses(updates)[39:] == 2 * [Status.OK]
+    assert [update.recovered for update in updates[-2:]] == [True, False]
+    assert updates[-2].interval == pytest.approx(31 * PERIOD)
+    assert translation < 0.01
+    assert rotation < np.radians(0.3)
+
+
+def test_a_camera_lifted_while_a_hand_goes_over_it_is_found_by_an_earlier_frame(frame):
+    """The last frame before the dark and the first after it show nothing in common."""
+    before = [*[frame(i) for i in range(0, 20, 4)], cover(frame(20), slice(200, 640))]
+    dark = [late(frame(20), i * PERIOD) for i in range(1, 19)]
+    updates, (translation, rotation) = follow(
+        [*before, *dark, cover(frame(39), slice(320)), frame(40)], frame.pose)
+    assert statuses(updates)[1:6] == 5 * [Status.OK]
+    found = updates[-2]
+    assert found.status is Status.OK
+    assert found.recovered
+    assert found.interval > 18 * PERIOD
+    assert any(found.reference is update.keypoints for update in updates[:5])
+    assert translation < 0.01
+    assert rotation < np.radians(0.3)

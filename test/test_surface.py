@@ -1,0 +1,173 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Surfaces of depth images of planes, whose points and normals are known in closed form."""
+
+import numpy as np
+import pytest
+
+from aick_ros.camera import Camera
+from aick_ros.settings import SensorSettings
+from aick_ros.surface import CELL, Surface
+
+SENSOR = SensorSettings()
+PINHOLE = Camera(640, 480, 525, 520, 319.5, 239.5)
+BARREL = Camera(640, 480, 517.3, 516.5, 318.6, 255.3, 'plumb_bob',
+                (0.2624, -0.9531, -0.0054, 0.0026, 1.1633))  # a Kinect
+FISHEYE = Camera(640, 480, 300, 300, 319.5, 239.5, 'equidistant', (0.02, -0.01, 0.002, 0.0))
+AROUND = 2  # cells to each side that a plane is fitted to
+
+
+def rays_of(camera):
+    """Return what each pixel sees on the plane z = 1, HxWx3."""
+    v, u = np.indices((camera.height, camera.width))
+    rays = camera.normalize(np.column_stack([u.ravel(), v.ravel()]))
+    return np.column_stack([rays, np.ones(len(rays))]).reshape(camera.height, camera.width, 3)
+
+
+def plane_depth(camera, normal, distance):
+    """Return the depth image of the plane normal . p = distance."""
+    with np.errstate(divide='ignore'):
+        z = distance / (rays_of(camera) @ normal)
+    return np.where(z > 0, z, np.nan).astype(np.float32)
+
+
+def surface_of(depth, camera=PINHOLE, count=1000):
+    return Surface.of(depth, camera, SENSOR, count)
+
+
+def in_image(cells):
+    """Return a row of cells as the image of cells that it is."""
+    return cells.reshape(PINHOLE.height // CELL, PINHOLE.width // CELL)
+
+
+def smallest_around(mask):
+    """Return whether all cells around each are true, by brute force; the border is not."""
+    rows, columns = mask.shape
+    result = np.zeros_like(mask)
+    for row in range(AROUND, rows - AROUND):
+        for column in range(AROUND, columns - AROUND):
+            result[row, column] = mask[row - AROUND:row + AROUND + 1,
+                                       column - AROUND:column + AROUND + 1].all()
+    return result
+
+
+@pytest.mark.parametrize('camera', [PINHOLE, BARREL, FISHEYE], ids=['pinhole', 'barrel', 'fish'])
+@pytest.mark.parametrize('normal', [(0, 0, 1), (0.5, 0.2, 0.8), (-0.1, 0.6, 0.6)])
+def test_points_and_normals_of_a_plane(camera, normal):
+    normal = np.array(normal) / np.linalg.norm(normal)
+    surface = surface_of(plane_depth(camera, normal, 1.5), camera)
+    assert np.mean(surface.usable) > 0.6
+    points, normals = surface.points[surface.usable], surface.normals[surface.usable]
+    np.testing.assert_allclose(points @ normal, 1.5, atol=0.001)
+    cosines = normals @ normal
+    assert np.degrees(np.arccos(np.clip(cosines, -1, 1))).max() < 1
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-5)
+
+
+@pytest.mark.parametrize('camera', [PINHOLE, BARREL], ids=['pinhole', 'barrel'])
+def test_cells_lie_where_a_camera_without_distortion_has_them(camera):
+    surface = surface_of(plane_depth(camera, (0.2, 0.1, 1.0), 1.5), camera)
+    v, u = np.indices((surface.grid.height, surface.grid.width)) * CELL + (CELL - 1) / 2
+    rays = np.column_stack([(u.ravel() - camera.cx) / camera.fx,
+                            (v.ravel() - camera.cy) / camera.fy])[surface.usable]
+    points = surface.points[surface.usable]
+    np.testing.assert_allclose(points[:, :2] / points[:, 2:], rays, atol=1e-6)
+
+
+def test_nothing_at_edges_and_at_the_border():
+    depth = np.full((480, 640), 2.0, np.float32)
+    depth[:, 320:] = 1.0
+    usable = in_image(surface_of(depth).usable)
+    left = np.zeros_like(usable)
+    left[:, :320 // CELL] = True
+    np.testing.assert_array_equal(usable, smallest_around(left) | smallest_around(~left))
+
+
+def test_nothing_at_holes_and_out_of_range():
+    depth = np.full((480, 640), 2.0, np.float32)
+    holes = np.random.default_rng(0).integers((0, 0), (480, 640), (60, 2))
+    depth[tuple(holes[:20].T)] = np.nan
+    for (v, u), value in zip(holes[20:], [0.01, 40.0] * 20):
+        depth[v // CELL * CELL:, u // CELL * CELL:][:CELL, :CELL] = value
+    whole = np.ones((120, 160), bool)
+    whole[tuple(holes.T // CELL)] = False
+    np.testing.assert_array_equal(in_image(surface_of(depth).usable), smallest_around(whole))
+
+
+def test_nothing_at_grazing_angles():
+    normal = np.array([0.0, 1.0, 0.0])  # the floor
+    surface = surface_of(plane_depth(PINHOLE, normal, 0.15))
+    rays = rays_of(PINHOLE)[1::CELL, 1::CELL]
+    angles = np.degrees(np.arccos(rays @ normal / np.linalg.norm(rays, axis=2)))
+    usable = in_image(surface.usable)
+    assert not usable[angles > 81].any()
+    assert usable[AROUND:-AROUND, AROUND:-AROUND][
+        (angles < 78)[AROUND:-AROUND, AROUND:-AROUND]].all()
+
+
+def test_of_an_empty_image_nothing():
+    surface = surface_of(np.full((480, 640), np.nan, np.float32))
+    assert not surface.usable.any()
+    assert len(surface.chosen) == 0
+
+
+def test_a_small_box_is_chosen_with_a_large_wall():
+    depth = plane_depth(PINHOLE, (0, 0, 1.0), 2.0)
+    left, right = plane_depth(PINHOLE, (0.6, 0, 0.8), 1.3), plane_depth(
+        PINHOLE, (-0.6, 0, 0.8), 1.3)
+    box = np.zeros(depth.shape, bool)
+    box[200:280, 280:360] = True
+    depth = np.where(box, np.maximum(left, right), depth)
+    surface = surface_of(depth, count=300)
+    tilted = np.abs(surface.normals[:, 0]) > 0.3
+    assert np.mean(tilted[surface.usable]) < 0.02
+    chosen = tilted[surface.chosen]
+    assert np.mean(chosen) > 0.3
+    assert {-1, 1} == set(np.sign(surface.normals[surface.chosen][chosen, 0]))
+
+
+@pytest.mark.parametrize('count', [10, 300, 3000, 100_000])
+def test_as_many_as_wanted_and_spread_over_the_image(count):
+    surface = surface_of(plane_depth(PINHOLE, (0.2, 0.1, 1.0), 2.0), count=count)
+    assert surface.usable[surface.chosen].all()
+    assert len(set(surface.chosen)) == len(surface.chosen)
+    assert len(surface.chosen) == min(count, np.count_nonzero(surface.usable))
+    if count >= 300:
+        row, column = np.divmod(surface.chosen, surface.grid.width)
+        parts = np.bincount(row // 40 * 4 + column // 40, minlength=12)
+        assert parts.min() > 0.5 * len(surface.chosen) / 12
+
+
+def test_the_count_is_kept_on_surfaces_of_all_directions():
+    rays = rays_of(PINHOLE)
+    across = np.linalg.norm(np.cross(rays, (0, 0, 2.0)), axis=2) / np.linalg.norm(rays, axis=2)
+    with np.errstate(invalid='ignore'):  # a ball of 0.7 m radius, 2 m away
+        length = (2 * rays[..., 2] / np.linalg.norm(rays, axis=2) - np.sqrt(0.49 - across ** 2))
+    depth = (length / np.linalg.norm(rays, axis=2)).astype(np.float32)
+    surface = surface_of(depth, count=1000)
+    assert np.count_nonzero(surface.usable) > 3000
+    assert 900 < len(surface.chosen) <= 1000
+    outwards = surface.points - (0, 0, 2.0)
+    outwards /= -np.linalg.norm(outwards, axis=1, keepdims=True)
+    cosines = np.einsum('ij,ij->i', outwards, surface.normals)[surface.usable]
+    assert np.degrees(np.arccos(np.clip(cosines, -1, 1))).max() < 3
+
+
+def test_cells_at_is_projection_by_brute_force():
+    depth = np.full((480, 640), 2.0, np.float32)
+    depth[100:300, 200:400] = np.nan
+    surface = surface_of(depth)
+    rng = np.random.default_rng(1)
+    points = rng.uniform((-3, -3, -1), (3, 3, 3), (3000, 3))
+    points[:3] = (0, 0, 0), (1, 1, 0), (np.nan, 0, 1)
+    expected = []
+    for index, (x, y, z) in enumerate(points):
+        if not z > 0:
+            continue
+        u, v = x / z * PINHOLE.fx + PINHOLE.cx, y / z * PINHOLE.fy + PINHOLE.cy
+        column, row = np.floor((u + 0.5) / CELL), np.floor((v + 0.5) / CELL)
+        if 0 <= column < 160 and 0 <= row < 120 and surface.usable[int(row * 160 + column)]:
+            expected.append((index, int(row * 160 + column)))
+    assert len(expected) > 100
+    np.testing.assert_array_equal(np.column_stack(surface.cells_at(points)), expected)

@@ -1,0 +1,140 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Keypoints tracked from one rendered image to another, against their true projections."""
+
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.frame import KeypointExtractor, RgbdFrame
+from aick_ros.settings import Settings
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.tracks import Tracker
+from aick_ros.view import View
+
+SETTINGS = Settings()
+TRACKER = Tracker(SETTINGS.refinement, SETTINGS.sensor)
+
+
+def view_of(frame):
+    extractor = KeypointExtractor(SETTINGS.features, SETTINGS.sensor)
+    return View(frame, extractor.extract(frame), frame.grey)
+
+
+@pytest.fixture(scope='module')
+def pair():
+    """Return a view, one two frames earlier, and the true pose between them."""
+    source = SyntheticSource(SyntheticOptions.perfect(seed=5, frames=3))
+    poses = source.ground_truth.poses
+    return (view_of(source.frame(2)), view_of(source.frame(0)),
+            rigid.inverse(poses[0]) @ poses[2])
+
+
+def projected(view, points, T_target_source):
+    """Return the true pixels of points and their true depths."""
+    moved = rigid.transform(T_target_source, points)
+    return view.frame.camera.project(moved), moved[:, 2]
+
+
+def errors_of(tracks, target, T_target_source):
+    """Return how far each track is from the true projection [px]."""
+    true, _ = projected(target, tracks.points, T_target_source)
+    rays = np.column_stack([tracks.rays, np.ones(len(tracks))])
+    return np.linalg.norm(target.frame.camera.project(rays) - true, axis=1)
+
+
+def with_picture(view, change):
+    """Return the view with a changed colour image."""
+    colour = view.frame.colour.copy()
+    change(colour)
+    frame = RgbdFrame(view.stamp, colour, view.frame.depth, view.frame.camera)
+    return dataclasses.replace(view, frame=frame, grey=frame.grey)
+
+
+def test_to_a_tenth_of_a_pixel(pair):
+    source, target, T_target_source = pair
+    shift, _ = projected(target, source.keypoints.positions.astype(float), T_target_source)
+    assert np.median(np.linalg.norm(shift - source.keypoints.pixels, axis=1)) > 5
+    tracks = TRACKER.track(source, target, T_target_source)
+    errors = errors_of(tracks, target, T_target_source)
+    assert len(tracks) > 0.6 * len(source.keypoints)
+    assert np.median(errors) < 0.1
+    assert np.mean(errors < 0.5) > 0.9
+
+
+def test_from_a_first_pose_that_is_pixels_off(pair):
+    source, target, T_target_source = pair
+    off = rigid.perturbed(T_target_source, np.array([0.01, -0.005, 0.01, 0.008, -0.01, 0.01]))
+    tracks = TRACKER.track(source, target, off)
+    assert np.median(errors_of(tracks, target, off)) > 3
+    errors = errors_of(tracks, target, T_target_source)
+    assert len(tracks) > 0.6 * len(source.keypoints)
+    assert np.median(errors) < 0.1
+
+
+def test_points_and_depths_are_those_of_the_keypoints(pair):
+    source, target, T_target_source = pair
+    tracks = TRACKER.track(source, target, T_target_source)
+    np.testing.assert_array_equal(tracks.points, source.keypoints.positions[tracks.keypoints])
+    _, depths = projected(target, tracks.points, T_target_source)
+    off = np.abs(tracks.depths / depths - 1)
+    assert np.nanmedian(off) < 0.002
+    assert np.mean(np.isfinite(off)) > 0.9
+
+
+def test_what_leaves_the_image_is_dropped(pair):
+    source, target, T_target_source = pair
+    away = rigid.perturbed(T_target_source, np.array([0, 0, 0, 0, 0.5, 0]))
+    tracks = TRACKER.track(source, target, away)
+    pixels, _ = projected(target, source.keypoints.positions.astype(float), away)
+    outside = np.flatnonzero(((pixels < 0) | (pixels > (639, 479))).any(axis=1))
+    assert len(outside) > 0.3 * len(source.keypoints)
+    assert not set(outside) & set(tracks.keypoints)
+
+
+def test_what_is_covered_is_dropped(pair):
+    source, target, T_target_source = pair
+    pixels, _ = projected(target, source.keypoints.positions.astype(float), T_target_source)
+    other = cv2.resize(np.random.default_rng(0).integers(0, 256, (60, 40, 3), np.uint8),
+                       (320, 480))
+
+    def cover(colour):
+        colour[:, 320:] = other
+
+    tracks = TRACKER.track(source, with_picture(target, cover), T_target_source)
+    covered = np.flatnonzero((pixels[:, 0] > 332) & (pixels[:, 0] < 628))
+    free = np.flatnonzero((pixels[:, 0] > 12) & (pixels[:, 0] < 308))
+    assert min(len(covered), len(free)) > 50
+    assert np.isin(covered, tracks.keypoints).mean() < 0.03
+    assert np.isin(free, tracks.keypoints).mean() > 0.6
+
+
+def test_nothing_behind_the_camera(pair):
+    source, target, T_target_source = pair
+    turned = rigid.perturbed(T_target_source, np.array([0, 0, 0, 0, np.pi, 0]))
+    tracks = TRACKER.track(source, target, turned)
+    assert len(tracks) == 0
+    assert tracks.points.shape == (0, 3)
+    assert tracks.rays.shape == (0, 2)
+    assert tracks.depths.shape == (0,)
+
+
+def test_a_blank_image_has_no_tracks(pair):
+    source, target, T_target_source = pair
+
+    def blank(colour):
+        colour[:] = 90
+
+    assert len(TRACKER.track(source, with_picture(target, blank), T_target_source)) == 0
+
+
+def test_the_strongest_keypoints_only(pair):
+    source, target, T_target_source = pair
+    few = Tracker(dataclasses.replace(SETTINGS.refinement, max_tracks=50), SETTINGS.sensor)
+    tracks = few.track(source, target, T_target_source)
+    every = TRACKER.track(source, target, T_target_source)
+    np.testing.assert_array_equal(tracks.keypoints, every.keypoints[every.keypoints < 50])

@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What is added to a covariance, against closed forms and draws from what noise may do."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from aick_ros import rigid
+from aick_ros.aick import Disagreement, Registration
+from aick_ros.camera import Camera
+from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.status import Status
+from aick_ros.trajectory import NANOSECONDS
+from aick_ros.uncertainty import Uncertainty
+from aick_ros.view import View
+
+NOISE = np.diag([2e-6, 1e-6, 4e-6, 1e-6, 2e-6, 3e-6])  # of the disagreement
+OWN = rigid.skew([0.1, 0.2, 0.3]) @ rigid.skew([0.1, 0.2, 0.3]).T
+OWN = 1e-6 * np.block([[OWN + np.eye(3), 0.1 * OWN], [0.1 * OWN, np.eye(3)]])
+PERIOD = 0.04
+
+
+def view(seconds, jitter=0.0):
+    stamp = round(seconds * NANOSECONDS)
+    frame = RgbdFrame(stamp, np.zeros((3, 4), np.uint8), np.ones((3, 4), np.float32),
+                      Camera(4, 3, 4.0, 4.0, 1.5, 1.0))
+    keypoints = KeypointFrame(stamp, np.empty((0, 3)), np.empty((0, 32), np.uint8),
+                              np.empty((0, 3, 3)), np.empty((0, 2)))
+    return View(frame, keypoints, frame.grey, stamp_jitter=jitter)
+
+
+def registration(motion=np.eye(4), difference=np.zeros(6), covariance=OWN):
+    return Registration(Status.OK, '', motion, covariance, np.empty((0, 2), np.intp), 1,
+                        disagreement=Disagreement(difference, NOISE))
+
+
+def added(uncertainty, difference):
+    """Return what steady stamps and a disagreement add, 6x6."""
+    complete = uncertainty.complete(registration(difference=difference), view(1 + PERIOD),
+                                    view(1))
+    return complete.covariance - OWN
+
+
+def test_a_disagreement_of_the_size_of_its_noise_adds_nothing():
+    uncertainty = Uncertainty()
+    for _ in range(40):
+        np.testing.assert_array_equal(added(uncertainty, np.sqrt(np.diag(NOISE))), 0.0)
+
+
+def test_noise_adds_next_to_nothing():
+    rng = np.random.default_rng(3)
+    uncertainty = Uncertainty()
+    sums = [added(uncertainty, difference) for difference in rng.multivariate_normal(
+        np.zeros(6), NOISE, 2000)]
+    share = np.diag(np.mean(sums[30:], axis=0)) / np.diag(NOISE)
+    assert share.max() < 0.05
+
+
+@pytest.mark.parametrize('sigmas', [3, 10])
+def test_a_systematic_disagreement_adds_its_size(sigmas):
+    """The mean square along an axis, and about one, whatever the axes in which it shows."""
+    rng = np.random.default_rng(4)
+    systematic = sigmas * np.sqrt(np.diag(NOISE))
+    uncertainty, drawn, sums = Uncertainty(), [], []
+    for noise in rng.multivariate_normal(np.zeros(6), NOISE, 300):
+        drawn.append(systematic + noise)
+        sums.append(np.diag(added(uncertainty, drawn[-1])))
+    for part in (slice(0, 3), slice(3, 6)):
+        expected = np.mean(np.array(drawn[30:])[:, part] ** 2)
+        np.testing.assert_allclose(np.mean(sums[30:], axis=0)[part], expected, rtol=0.05)
+
+
+def test_what_is_over_is_forgotten():
+    uncertainty = Uncertainty()
+    for _ in range(50):
+        bad = added(uncertainty, 20 * np.sqrt(np.diag(NOISE)))
+    assert bad[0, 0] > 100 * NOISE[0, 0]
+    for _ in range(250):
+        good = added(uncertainty, np.zeros(6))
+    np.testing.assert_array_equal(good, 0.0)
+
+
+def test_jitter_adds_the_way_made_in_it():
+    """Both stamps are off, by 3.3 jitters, so the interval is by the root of two of that."""
+    velocity, turn_rate, jitter = np.array([0.3, -0.4, 1.2]), np.array([0.0, 0.0, 2.0]), 0.004
+    motion = np.eye(4)
+    motion[:3, 3] = velocity * PERIOD
+    source, target = view(1 + PERIOD, jitter), view(1, jitter / 2)
+    moved = Uncertainty().complete(registration(motion), source, target).covariance - OWN
+    np.testing.assert_allclose(moved, np.diag(3 * [2 * (3.3 * jitter * 1.3) ** 2] + 3 * [0]),
+                               atol=1e-15)
+    motion = np.eye(4)
+    motion[:3, :3] = Rotation.from_rotvec(turn_rate * PERIOD).as_matrix()
+    turned = Uncertainty().complete(registration(motion), source, target).covariance - OWN
+    np.testing.assert_allclose(turned, np.diag(3 * [0] + 3 * [2 * (3.3 * jitter * 2.0) ** 2]),
+                               atol=1e-15)
+
+
+def test_a_lagging_clock_adds_the_change_of_the_motion():
+    """Quadratic in the jitter and in the change of speed; nothing where the speed holds."""
+    expected, motion = np.eye(4), np.eye(4)
+    expected[:3, 3] = 0.02, 0.0, 0.0
+
+    def variance(change, jitter, known=expected):
+        motion[:3, 3] = 0.02, change, 0.0
+        complete = Uncertainty().complete(registration(motion), view(1 + PERIOD, jitter),
+                                          view(1, jitter), known)
+        speed = np.hypot(0.02, change) / PERIOD
+        return (complete.covariance - OWN)[0, 0] - 2 * (3.3 * jitter * speed) ** 2
+
+    assert variance(0.0, 0.004) == pytest.approx(0.0, abs=1e-15)
+    assert variance(0.01, 0.004, None) == pytest.approx(0.0, abs=1e-15)
+    one = variance(0.01, 0.004)
+    # along each of three axes a third of (delay * change of speed)^2, the delay being 20 jitters
+    assert one == pytest.approx((20 * 0.004 * 0.01 / PERIOD) ** 2 / 3)
+    assert variance(0.02, 0.004) == pytest.approx(4 * one)
+    assert variance(0.01, 0.002) == pytest.approx(one / 4)
+
+
+def test_one_sensor_alone_tells_nothing():
+    alone = Registration(Status.TOO_FEW_MATCHES, '', np.eye(4), np.diag(6 * [np.inf]),
+                         np.empty((0, 2), np.intp), 1)
+    assert Uncertainty().complete(alone, view(1.04), view(1)) is alone
+
+
+def test_infinite_stays_infinite():
+    endless = registration(rigid.exp([0.01, 0, 0, 0.01, 0, 0]), covariance=np.diag(6 * [np.inf]))
+    covariance = Uncertainty().complete(endless, view(1.04, 0.001), view(1)).covariance
+    assert np.isinf(np.diag(covariance)).all()
+    np.testing.assert_array_equal(covariance[~np.eye(6, dtype=bool)], 0.0)
+
+
+def test_two_images_of_one_moment_have_no_speed():
+    moved = registration(rigid.exp([0.01, 0, 0, 0.01, 0, 0]))
+    covariance = Uncertainty().complete(moved, view(1, 0.001), view(1), np.eye(4)).covariance
+    np.testing.assert_array_equal(covariance, OWN)
