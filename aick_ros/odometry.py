@@ -58,8 +58,9 @@ class OdometryUpdate:
     :param predicted: whether the pose of a lost frame is that of the motion predicted.
     :param reference: the keypoints it was registered to; None where there is no increment.
     :param matches: Kx2, rows (keypoint, keypoint of the reference).
+    :param support: keypoints that agree with the increment; 0 where there is none.
     :param view: the frame, ready to be registered.
-    :param timing: milliseconds of the stages: ``features``, ``registration``, ``total``.
+    :param timing: milliseconds of each of :data:`aick_ros.stage_times.STAGES`, and ``total``.
     """
 
     stamp: int
@@ -77,6 +78,7 @@ class OdometryUpdate:
     predicted: bool = False
     reference: KeypointFrame | None = None
     matches: np.ndarray = field(default_factory=lambda: np.empty((0, 2), np.intp))
+    support: int = 0
     view: View | None = None
     timing: dict[str, float] = field(default_factory=dict)
 
@@ -230,7 +232,8 @@ class Odometry:
         return self._answer(
             view, Status.OK, registration.reason, increment=motion[0],
             increment_covariance=motion[1], interval=interval, recovered=recovered,
-            reference=anchor.view.keypoints, matches=registration.matches)
+            reference=anchor.view.keypoints, matches=registration.matches,
+            support=registration.support)
 
     def _take_over(self, view: View, anchor: Anchor, registration: Registration) -> None:
         """Make a view the last tracked one, and choose what the next one is registered to."""

@@ -52,7 +52,7 @@ def _values(frames: Snapshot) -> dict[str, str]:
               'input rate [Hz]': f'{frames.rate(RECEIVED):.1f}',
               'output rate [Hz]': f'{frames.rate(ANSWERED):.1f}',
               'lost share': f'{frames.share(LOST, ANSWERED):.3f}',
-              'matches': f'{frames.matches:.0f}'}
+              'inliers': f'{frames.inliers:.0f}'}
     if len(frames.delays):
         median, worst = np.percentile(frames.delays, (50, 99))
         values.update({'delay [ms]': f'{median:.1f}', 'delay, 99 % [ms]': f'{worst:.1f}',

@@ -39,7 +39,7 @@ class Snapshot:
     :param silent_for: since a frame was last answered, or since the start [s].
     :param delays: of the answers lately, from pairing to publishing [ms]; ``ages`` from the
         stamp of the image, by the clock of ROS.
-    :param matches: median lately.
+    :param inliers: keypoints that agree with the motion, median lately.
     :param timing: median milliseconds of each stage lately.
     """
 
@@ -52,7 +52,7 @@ class Snapshot:
     silent_for: float
     delays: np.ndarray
     ages: np.ndarray
-    matches: float
+    inliers: float
     timing: Mapping[str, float]
 
     def rate(self, name: str) -> float:
@@ -68,7 +68,7 @@ class _Answer(NamedTuple):
     at: float
     delay_ms: float
     age_ms: float
-    matches: int
+    inliers: int
     timing: dict[str, float]
 
 
@@ -108,7 +108,7 @@ class FrameStatistics:
             self._count(ANSWERED, 1)
             self._count(LOST, int(not update.status.ok))
             self._answers.append(_Answer(
-                now, delay_ms, age_ms, len(update.matches), update.timing))
+                now, delay_ms, age_ms, update.support, update.timing))
             self._status, self._reason = update.status, update.reason
             self._answered_at = now
             if update.status.ok:
@@ -136,7 +136,7 @@ class FrameStatistics:
                 self._status, self._reason, now - self._tracked_at if lost else 0.0,
                 now - self._answered_at, np.array([answer.delay_ms for answer in self._answers]),
                 np.array([answer.age_ms for answer in self._answers]),
-                float(np.median([answer.matches for answer in self._answers] or [0])),
+                float(np.median([answer.inliers for answer in self._answers] or [0])),
                 _medians([answer.timing for answer in self._answers]))
 
     def _count(self, name: str, number: int) -> None:

@@ -19,7 +19,7 @@ NO_KEYPOINTS = KeypointFrame(0, *(np.empty((0, n), np.float32) for n in (3, 32, 
 def update(status=Status.OK, matches=100, total=20.0):
     return OdometryUpdate(
         1, status, f'{matches} matches', np.eye(4), np.eye(6), NO_KEYPOINTS,
-        matches=np.zeros((matches, 2), np.intp), timing={'total': total})
+        support=matches, timing={'total': total})
 
 
 class Frames(FrameStatistics):
@@ -52,7 +52,7 @@ def test_rates_shares_and_medians_are_those_of_lately(frames):
     lately = frames.snapshot()
     assert lately.rate(RECEIVED) == pytest.approx(30, rel=0.01)
     assert lately.share(LOST, ANSWERED) < 0.01
-    assert (lately.matches, lately.timing) == (100, {'total': 20.0})
+    assert (lately.inliers, lately.timing) == (100, {'total': 20.0})
     assert np.median(lately.delays) == pytest.approx(10.5, abs=0.5)
     assert np.median(lately.ages) == pytest.approx(50.5, abs=0.5)
     assert lately.totals[LOST] == 900

@@ -18,6 +18,7 @@ from aick_ros.ros.live_run import NODE_COMMAND
 from aick_ros.ros.messages import from_pose, from_transform, to_stamp
 from aick_ros.settings import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.stage_times import STAGES
 
 OPTICAL = 'camera_rgb_optical_frame'
 T_BASE_CAMERA = rigid.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
@@ -258,7 +259,11 @@ def test_diagnostics_tell_the_status(rig, start_node, frames):
     assert values['frames answered'] == '5'
     assert values['frames lost'] == '1'
     assert values['lost share'] == '0.200'
-    assert float(values['matches']) > 100
+    # of the frames after the first; that of the dark one is none
+    support = [update.support for update in offline([*frames[:4], black(frames[4])]).values()]
+    assert float(values['inliers']) == np.median(support) > 100
+    stages = [float(values[f'{stage} [ms]']) for stage in STAGES]
+    assert all(stage > 0 for stage in stages)
     assert float(values['delay [ms]']) > float(values['total [ms]']) > 0
     assert float(values['input rate [Hz]']) >= float(values['output rate [Hz]']) > 0
     assert (values['backlog'], values['frames dropped under load']) == ('0', '0')
