@@ -48,6 +48,7 @@ SKIPS = (2, 4, 8)
 MODES = ('none', 'keypoints', 'joint')
 DEFAULT = 'joint'
 ONE_CLOCK = 'one-clock'
+PREVIOUS = 'previous'
 _KEPT = ('pairs', 'trajectory', 'consistency', 'silent_failures', 'keypoints_mean')
 
 
@@ -58,6 +59,7 @@ def measure(path: str, jobs: int | None = None) -> dict[str, Any]:
         frame_times, registered = pool.submit(_timed, path), pool.submit(_registered, path)
         growths = {mode: pool.submit(_growth, path, mode) for mode in MODES}
         variants = {mode: pool.submit(_evaluated, path, mode) for mode in MODES}
+        variants[PREVIOUS] = pool.submit(_evaluated, path, DEFAULT, reference=PREVIOUS)
         if _has_two_clocks(path):
             variants[ONE_CLOCK] = pool.submit(_evaluated, path, DEFAULT, one_clock=True)
         skips = {str(skip): pool.submit(_skipped, path, skip) for skip in SKIPS}
@@ -81,10 +83,12 @@ def _with_mode(mode: str) -> Settings:
     return with_values(Settings(), {'refinement.mode': mode})
 
 
-def _evaluated(path: str, mode: str, one_clock: bool = False) -> dict[str, Any]:
+def _evaluated(path: str, mode: str, one_clock: bool = False,
+               reference: str = 'keyframe') -> dict[str, Any]:
     """Return the figures of ``aick evaluate --json``, and the NEES of each increment."""
     source = Altered(open_source(path), FRAMES, one_clock=one_clock)
-    evaluation = evaluate(source, _with_mode(mode), GAPS)
+    settings = with_values(_with_mode(mode), {'odometry.reference': reference})
+    evaluation = evaluate(source, settings, GAPS)
     figures = evaluation.to_json()
     return {**{key: figures[key] for key in _KEPT},
             'nees': [round(nees, 3) for nees in evaluation.nees['odometry']]}
