@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from aick_ros.view import View
 from aick_ros.vocabulary import vocabulary_of
 
 _PATIENT = {'alpha': 0.8, 'iterations': 25}  # the paper's full schedule (V-A)
+_REMEMBERED = 8  # frames of which all keypoints are kept
 _FEWEST_TRACKS = 12  # fewer do not check a pose
 _FEWEST_UNCHECKED = 30  # matches of a pose that is believed without
 _DOUBT = 100.0  # times the covariance of AICK's residuals, which knows no systematic error
@@ -51,8 +53,10 @@ class Registrar:
         if settings.refinement.mode != 'none':
             self._refinement = Refinement(settings.refinement, settings.sensor)
             self._patient_aick = Aick(dataclasses.replace(settings.aick, **_PATIENT))
-            self._patient_extractor = KeypointExtractor(
+            patient = KeypointExtractor(
                 dataclasses.replace(settings.features, max_keypoints=0), settings.sensor)
+            # a lost frame is tried against several others, one after another
+            self._all_keypoints = functools.lru_cache(_REMEMBERED)(patient.extract)
         self._uncertainty = Uncertainty()
         self._colour_clock, self._depth_clock = SteadyClock(), SteadyClock()
 
@@ -90,8 +94,7 @@ class Registrar:
 
     def _patiently(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
         """Return what AICK finds with all keypoints and the longer schedule."""
-        found = self._patient_aick.register(*map(self._patient_extractor.extract,
-                                                 (source, target)))
+        found = self._patient_aick.register(*map(self._all_keypoints, (source, target)))
         # the numbers of these keypoints mean nothing to anybody else
         return dataclasses.replace(found, matches=found.matches[:0])
 

@@ -17,7 +17,6 @@ from aick_ros.cli.benchmark_figures import FigureFolder
 from aick_ros.cli.benchmark_table import show_results
 from aick_ros.cli.console import progress, say
 from aick_ros.cli.damage import DamageLog
-from aick_ros.cli.evaluate import numbers_of
 from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json, write_whole
 from aick_ros.cli.interruption import Interruption
 from aick_ros.errors import InputError
@@ -37,8 +36,6 @@ Sources = Annotated[list[str], typer.Argument(
     metavar='SOURCE...', show_default=False, help='Recordings with ground truth, of any kind.')]
 Methods = Annotated[str, typer.Option(
     '--methods', metavar='NAME,NAME,...', help=f'all, or some of {", ".join(METHODS)}.')]
-Gaps = Annotated[str, typer.Option(
-    '--gaps', metavar='N,N,...', help='Distances of the two frames of a pair.')]
 Jobs = Annotated[int, typer.Option(
     '--jobs', metavar='N', min=1,
     help='Methods that run at a time. With more than one they disturb each other\'s times.')]
@@ -56,7 +53,7 @@ Pairs = Annotated[int | None, typer.Option(
     help='At most so many pairs of each gap and source, taken evenly.')]
 
 
-def benchmark(sources: Sources, methods: Methods = 'all', gaps: Gaps = '1,2,3,5,8,10,15',
+def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '1,2,3,5,8,10,15',
               json: options.JsonFile = None, plots: Plots = None, corridor: Corridor = 1000,
               jobs: Jobs = 1, time_limit: TimeLimit = 300.0, pairs: Pairs = None,
               limit: options.Limit = None,
@@ -67,7 +64,7 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: Gaps = '1,2,3,5,
     Each method runs in a process of its own, in one thread. One that crashes or hangs stops none
     of the others. Interrupted, the same command with --json FILE goes on where it was.
     """
-    chosen, numbers = methods_of(methods), numbers_of(gaps)
+    chosen, numbers = methods_of(methods), options.gaps_from(gaps)
     if json is not None:
         check_target(json)
     folder = None if plots is None else FigureFolder(plots)

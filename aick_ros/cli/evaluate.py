@@ -18,7 +18,6 @@ from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.cli.interruption import Interruption
 from aick_ros.cli.reading import Reading
-from aick_ros.errors import InputError
 from aick_ros.evaluation.consistency import DOF, Consistency
 from aick_ros.evaluation.evaluation import Evaluation
 from aick_ros.evaluation.evaluation import evaluate as evaluate_source
@@ -26,15 +25,13 @@ from aick_ros.evaluation.pairs import PairScore
 from aick_ros.evaluation.run_errors import SilentFailures
 from aick_ros.sources import SourceOptions, open_source
 
-Gaps = Annotated[str, typer.Option(
-    '--gaps', metavar='N,N,...', help='Distances of the two frames of a pair.')]
 Plots = Annotated[Path | None, typer.Option(
     '--plots', metavar='DIR', show_default=False,
     help='Draw how well the covariances foretell the errors: one PNG for the odometry and one a '
          'gap.')]
 
 
-def evaluate(source: options.Source, gaps: Gaps = '1,5,10', json: options.JsonFile = None,
+def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: options.JsonFile = None,
              plots: Plots = None, preset: options.Preset = None, config: options.Config = None,
              assignments: options.Assignments = None, camera: options.CameraFile = None,
              colour_topic: options.ColourTopic = None, depth_topic: options.DepthTopic = None,
@@ -52,7 +49,7 @@ def evaluate(source: options.Source, gaps: Gaps = '1,5,10', json: options.JsonFi
         check_plots(plots)
     if json is not None:
         check_target(json)
-    numbers = numbers_of(gaps)
+    numbers = options.gaps_from(gaps)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
     if recording.ground_truth is None:
@@ -72,21 +69,6 @@ def evaluate(source: options.Source, gaps: Gaps = '1,5,10', json: options.JsonFi
         say(f'the ground truth of {recording.name} covers none of its frames: are both by the '
             'same clock?')
     return outcome.of_reading(reading, damage)
-
-
-def numbers_of(gaps: str) -> list[int]:
-    """
-    Return the gaps of ``--gaps``, sorted.
-
-    :raises InputError: where they are no whole numbers from 1 up.
-    """
-    try:
-        numbers = sorted({int(gap) for gap in gaps.split(',')})
-    except ValueError:
-        numbers = [0]
-    if numbers[0] < 1:
-        raise InputError(f'--gaps {gaps}: it takes whole numbers from 1 up, for example 1,5,10')
-    return numbers
 
 
 def _show(evaluation: Evaluation, on_stderr: bool) -> None:

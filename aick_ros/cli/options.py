@@ -52,6 +52,8 @@ MaxInterval = Annotated[float, typer.Option(
 Limit = Annotated[int | None, typer.Option(
     '--limit', metavar='N', min=1, show_default=False, help='Stop after so many frames.')]
 
+Gaps = Annotated[str, typer.Option(
+    '--gaps', metavar='N,N,...', help='Distances of the two frames of a pair.')]
 JsonFile = Annotated[str | None, typer.Option(
     '--json', metavar='FILE', show_default=False,
     help='Write the figures as JSON; - for standard output, and nothing else there.')]
@@ -70,6 +72,21 @@ def settings_from(preset_name: str | None, config: Path | None,
     if file is not None:
         settings = file.applied_to(settings)
     return with_values(settings, dict(map(_assignment, assignments or ())))
+
+
+def gaps_from(gaps: str) -> list[int]:
+    """
+    Return the gaps of ``--gaps``, sorted.
+
+    :raises InputError: where they are no whole numbers from 1 up.
+    """
+    try:
+        numbers = sorted({int(gap) for gap in gaps.split(',')})
+    except ValueError:
+        numbers = [0]
+    if numbers[0] < 1:
+        raise InputError(f'--gaps {gaps}: it takes whole numbers from 1 up, for example 1,5,10')
+    return numbers
 
 
 def _assignment(text: str) -> tuple[str, str]:
