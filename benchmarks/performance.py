@@ -43,8 +43,8 @@ from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource  # noqa
 from aick_ros.sources.writers.bag_writer import write_bag  # noqa: E402
 
 XYZ, RPY = 'freiburg1_xyz_150', 'freiburg1_rpy_100'
-ALL_KEYPOINTS = ('--set', 'aick.alpha=0.6', '--set', 'aick.iterations=10',
-                 '--set', 'features.max_keypoints=0')
+ALL_KEYPOINTS = ('--set', 'refinement.mode=none', '--set', 'aick.alpha=0.6',
+                 '--set', 'aick.iterations=10', '--set', 'features.max_keypoints=0')
 PAIRS_TIMED = 60
 NAIVE_PAIRS_TIMED = 15
 
