@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The parameters of settings.py as text: a table for people, a YAML file for the node."""
+"""Parameters as text: a table for people, a YAML file for the node."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Iterator
 from typing import Any
 
-from aick_ros.settings import Parameter, parameters
+from aick_ros.parameter import Parameter, parameters
 
 _WIDTH = 99
 

@@ -12,8 +12,10 @@ import pytest
 from aick_ros import rigid
 from aick_ros.aick import Aick
 from aick_ros.frame import KeypointFrame
+from aick_ros.parameter import with_values
+from aick_ros.presets import PRESETS, preset
 from aick_ros.search import FullSearch, descriptor_distances
-from aick_ros.settings import PRESETS, AickSettings, Settings, preset, with_values
+from aick_ros.settings import AickSettings, Settings
 from aick_ros.status import Status
 
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from aick_ros import rigid
 from aick_ros.odometry import Odometry
-from aick_ros.settings import Settings, with_values
+from aick_ros.parameter import with_values
+from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.status import Status
 

@@ -8,9 +8,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros import rigid, settings
+from aick_ros import rigid
 from aick_ros.features import make_detector
 from aick_ros.odometry import Odometry
+from aick_ros.parameter import with_values
 from aick_ros.settings import FeatureSettings, OdometrySettings, Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.status import Status
@@ -79,7 +80,7 @@ def test_matches_are_of_the_frame_and_its_reference(rendered):
 
 
 def test_uncertainty_grows_along_the_way(rendered):
-    frame_by_frame = settings.with_values(Settings(), {'odometry.reference': 'previous'})
+    frame_by_frame = with_values(Settings(), {'odometry.reference': 'previous'})
     updates = track(Odometry(frame_by_frame), rendered[0])
     traces = [np.trace(update.covariance) for update in updates]
     assert traces[0] == 0.0
@@ -90,7 +91,7 @@ def test_a_keyframe_adds_its_error_once(rendered):
     frames, truth = rendered
     sums, ends = [], []
     for reference in ('previous', 'keyframe'):
-        chosen = settings.with_values(Settings(), {'odometry.reference': reference})
+        chosen = with_values(Settings(), {'odometry.reference': reference})
         updates = track(Odometry(chosen), frames)
         sums.append(np.trace(updates[-1].covariance))
         ends.append(rigid.inverse(rigid.inverse(truth[0]) @ truth[-1]) @ updates[-1].T_odom_camera)
@@ -194,7 +195,7 @@ def test_what_is_not_believed_can_be_judged(rendered):
 
 def test_too_few_matches_are_not_believed(rendered):
     frames, _ = rendered
-    strict = settings.with_values(Settings(), {'odometry.min_matches': 400})
+    strict = with_values(Settings(), {'odometry.min_matches': 400})
     updates = track(Odometry(strict), frames[:2])
     assert updates[1].status is Status.TOO_FEW_MATCHES
     assert 'odometry.min_matches is 400' in updates[1].reason
@@ -279,7 +280,7 @@ def test_settings_change_between_two_frames_without_losing_the_pose(rendered):
     frames, truth = rendered
     odometry = Odometry()
     track(odometry, frames[:6])
-    fewer = settings.with_values(Settings(), {'features.max_keypoints': 200})
+    fewer = with_values(Settings(), {'features.max_keypoints': 200})
     odometry.change_settings(fewer)
     updates = track(odometry, frames[6:])
     assert {update.status for update in updates} == {Status.OK}

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The parameters as text say what settings.py says."""
+"""The parameters as text say what the settings say."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ from dataclasses import dataclass
 import pytest
 import yaml
 
+from aick_ros.node_settings import NodeSettings
+from aick_ros.parameter import parameter, parameters, values, with_values
 from aick_ros.parameter_text import config_text, parameter_table
-from aick_ros.settings import (NodeSettings, Settings, parameter, parameters, preset, values,
-                               with_values)
+from aick_ros.presets import preset
+from aick_ros.settings import Settings
 
 
 def read(text):

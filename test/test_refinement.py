@@ -15,10 +15,11 @@ from aick_ros import rigid
 from aick_ros.aick import Aick
 from aick_ros.camera import Camera
 from aick_ros.frame import RgbdFrame
+from aick_ros.parameter import with_values
 from aick_ros.refinement import Refinement
 from aick_ros.registrar import Registrar
 from aick_ros.residuals import point_to_plane, track_depth
-from aick_ros.settings import Settings, with_values
+from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import (ColourSensor, DepthSensor, SyntheticOptions,
                                         SyntheticSource)
 from aick_ros.sources.synthetic.renderer import Renderer

@@ -8,12 +8,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros import rigid, settings
+from aick_ros import rigid
 from aick_ros.aick import Aick
 from aick_ros.camera import Camera
 from aick_ros.frame import KeypointExtractor
+from aick_ros.parameter import with_values
+from aick_ros.presets import preset
 from aick_ros.registrar import Registrar
-from aick_ros.settings import Settings, preset
+from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import DepthSensor, SyntheticOptions, SyntheticSource
 from aick_ros.stage_times import StageTimes
 from aick_ros.status import Status
@@ -43,7 +45,7 @@ def motion(source, target, index):
 
 def register(frames, changes=None, expected=None, blank=False):
     """Return how a new registrar puts the last of some frames in the first, and its views."""
-    registrar = Registrar(settings.with_values(Settings(), changes or {}))
+    registrar = Registrar(with_values(Settings(), changes or {}))
     views = [registrar.look(frame) for frame in frames]
     if blank:
         views[0] = dataclasses.replace(views[0], grey=np.zeros_like(views[0].grey))

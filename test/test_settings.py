@@ -7,11 +7,13 @@ import dataclasses
 
 import pytest
 
-from aick_ros import settings
 from aick_ros.errors import InputError
-from aick_ros.settings import NodeSettings, Settings
+from aick_ros.node_settings import NodeSettings
+from aick_ros.parameter import parameters, values, with_values
+from aick_ros.presets import preset
+from aick_ros.settings import Settings
 
-ALL = [*settings.parameters(Settings), *settings.parameters(NodeSettings)]
+ALL = [*parameters(Settings), *parameters(NodeSettings)]
 
 
 @pytest.mark.parametrize('parameter', ALL, ids=lambda parameter: parameter.name)
@@ -30,22 +32,22 @@ def test_names_are_unique():
 
 
 def test_text_and_numbers_are_taken():
-    changed = settings.with_values(Settings(), {
+    changed = with_values(Settings(), {
         'aick.alpha': '0.3', 'aick.iterations': 5, 'features.orb.nfeatures': '500',
         'odometry.max_speed': 2})
     assert changed.aick == dataclasses.replace(Settings().aick, alpha=0.3, iterations=5)
     assert changed.features.orb.nfeatures == 500
     assert changed.odometry.max_speed == 2.0
     assert isinstance(changed.odometry.max_speed, float)
-    node = settings.with_values(NodeSettings(), {
+    node = with_values(NodeSettings(), {
         'publish_tf': 'false', 'camera_in_base': '0 0 1, 0 0 0 1', 'frame_id': 'camera'})
     assert node.publish_tf is False
     assert node.camera_in_base == (0, 0, 1, 0, 0, 0, 1)
 
 
 def test_values_and_with_values_are_inverse():
-    changed = settings.with_values(Settings(), {'aick.alpha': 0.25, 'sensor.max_depth': 4.0})
-    assert settings.with_values(Settings(), settings.values(changed)) == changed
+    changed = with_values(Settings(), {'aick.alpha': 0.25, 'sensor.max_depth': 4.0})
+    assert with_values(Settings(), values(changed)) == changed
 
 
 @pytest.mark.parametrize('name, value, sentence', [
@@ -62,27 +64,27 @@ def test_values_and_with_values_are_inverse():
 ])
 def test_refusals_name_parameter_range_and_unit(name, value, sentence):
     with pytest.raises(InputError, match=sentence):
-        settings.with_values(Settings(), {name: value})
+        with_values(Settings(), {name: value})
 
 
 @pytest.mark.parametrize('value', [1, 'yes', None])
 def test_truth_is_true_or_false(value):
     with pytest.raises(InputError, match='is not true or false'):
-        settings.with_values(NodeSettings(), {'publish_tf': value})
+        with_values(NodeSettings(), {'publish_tf': value})
 
 
 def test_nothing_is_changed_where_one_value_is_refused():
     with pytest.raises(InputError):
-        settings.with_values(Settings(), {'aick.alpha': 0.3, 'aick.iterations': 1000})
+        with_values(Settings(), {'aick.alpha': 0.3, 'aick.iterations': 1000})
 
 
 def test_unknown_preset_is_named_with_those_there_are():
     with pytest.raises(InputError, match='paper-full, paper-fast'):
-        settings.preset('paper')
+        preset('paper')
 
 
 def test_a_depth_range_without_depths_is_refused():
     with pytest.raises(InputError, match='min_depth = 5 m and sensor.max_depth = 2 m'):
-        settings.with_values(Settings(), {'sensor.min_depth': 5, 'sensor.max_depth': 2})
+        with_values(Settings(), {'sensor.min_depth': 5, 'sensor.max_depth': 2})
     both = {'sensor.min_depth': 15, 'sensor.max_depth': 20}
-    assert settings.with_values(Settings(), both).sensor.min_depth == 15
+    assert with_values(Settings(), both).sensor.min_depth == 15

@@ -15,7 +15,8 @@ import numpy as np
 from aick_ros.errors import InputError
 from aick_ros.evaluation.patch_noise import PatchNoise
 from aick_ros.evaluation.power_law import fit_exponent, fit_scale
-from aick_ros.settings import Parameter, SensorSettings, parameters
+from aick_ros.parameter import Parameter, parameters
+from aick_ros.settings import SensorSettings
 from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
 
 _BINS = 4  # each time the depth doubles

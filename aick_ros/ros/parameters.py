@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""ROS parameters made from settings.py: read at the start, changed while the node runs."""
+"""ROS parameters made from the settings: read at the start, changed while the node runs."""
 
 from __future__ import annotations
 
@@ -13,20 +13,22 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from aick_ros import settings
 from aick_ros.errors import InputError
-from aick_ros.settings import NodeSettings, Parameter, Settings
+from aick_ros.node_settings import NodeSettings
+from aick_ros.parameter import Parameter, hint, parameters, values, with_values
+from aick_ros.presets import PRESETS, preset
+from aick_ros.settings import Settings
 
 _PRESET = Parameter(
     'preset', str, '', 'Start from the parameters of the paper, '
-    + ' or '.join(settings.PRESETS) + "; '': from the defaults.")
+    + ' or '.join(PRESETS) + "; '': from the defaults.")
 
 _OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides.')
 
 
 def declare_settings(node: Node) -> tuple[NodeSettings, Settings]:
     """
-    Declare every parameter of settings.py and return what the user has set.
+    Declare every parameter and return what the user has set.
 
     The preset is taken first, single parameters change it.
 
@@ -37,12 +39,12 @@ def declare_settings(node: Node) -> tuple[NodeSettings, Settings]:
     given = {name: parameter.value
              for name, parameter in node.get_parameters_by_prefix('').items()}
     _warn_of_unknown(node, given)
-    preset = given.get(_PRESET.name, '')
-    core = settings.preset(_PRESET.convert(preset)) if preset else Settings()
+    chosen = given.get(_PRESET.name, '')
+    core = preset(_PRESET.convert(chosen)) if chosen else Settings()
     own, core = _checked(_chosen(NodeSettings(), given)), _chosen(core, given)
-    _declare(node, _PRESET, preset, read_only=True)
+    _declare(node, _PRESET, chosen, read_only=True)
     for group, read_only in ((own, True), (core, False)):
-        for parameter in settings.parameters(group):
+        for parameter in parameters(group):
             _declare(node, parameter, parameter.default, read_only)
     return own, core
 
@@ -70,8 +72,8 @@ class LiveSettings:
             core = self._changed(changes)
         except InputError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        values = settings.values(core)
-        result = store([RosParameter(name, value=_ros_value(values[name])) if name in values
+        now = values(core)
+        result = store([RosParameter(name, value=_ros_value(now[name])) if name in now
                         else parameter for name, parameter in zip(changes, asked)])
         if result.successful and core != self._core:
             self._core = core
@@ -79,27 +81,27 @@ class LiveSettings:
         return result
 
     def _changed(self, changes: Mapping[str, Any]) -> Settings:
-        own = [_PRESET.name, *settings.values(NodeSettings)]
+        own = [_PRESET.name, *values(NodeSettings)]
         for name in changes:
             if name in own:
                 raise InputError(f'{name} is read at the start only: give it to the node when it '
                                  'is started, in its parameter file or with -p')
-        return settings.with_values(self._core, {
+        return with_values(self._core, {
             name: value for name, value in changes.items() if not name.startswith(_OF_ROS)})
 
 
 def _warn_of_unknown(node: Node, given: Mapping[str, Any]) -> None:
-    known = [_PRESET.name, *settings.values(NodeSettings), *settings.values(Settings)]
+    known = [_PRESET.name, *values(NodeSettings), *values(Settings)]
     for name in given:
         if name not in known and not name.startswith(_OF_ROS):
             node.get_logger().warning(
                 f'parameter {name!r} is not one of this node and changes nothing: '
-                f'{settings.hint(name, known)}')
+                f'{hint(name, known)}')
 
 
 def _chosen(group: Any, given: Mapping[str, Any]) -> Any:
-    known = settings.values(group)
-    return settings.with_values(group, {  # an empty list comes as None
+    known = values(group)
+    return with_values(group, {  # an empty list comes as None
         name: value for name, value in given.items() if name in known and value is not None})
 
 

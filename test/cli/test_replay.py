@@ -18,7 +18,6 @@ import numpy as np
 import pytest
 from evo.tools import file_interface
 
-from aick_ros import settings
 from aick_ros.cli import replay as replay_module
 from aick_ros.cli.options import settings_from
 from aick_ros.cli.run_folder import RunFolder, columns
@@ -26,6 +25,8 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.frame_record import FrameRecord
 from aick_ros.evaluation.trajectory_errors import compare
 from aick_ros.odometry import Odometry
+from aick_ros.parameter import values
+from aick_ros.presets import preset
 from aick_ros.settings import Settings
 from aick_ros.sources import raise_damage
 from aick_ros.sources.writers.tum_writer import write_tum
@@ -67,7 +68,7 @@ def assert_whole(run, frames):
 
 @pytest.fixture(scope='module')
 def updates(recording):
-    odometry = Odometry(settings.preset('paper-fast'))
+    odometry = Odometry(preset('paper-fast'))
     return [odometry.register_frame(frame) for frame in recording.frames(raise_damage)]
 
 
@@ -144,7 +145,7 @@ def test_settings_can_be_used_again(replay, recording):
                     '--limit', '2')
     expected = settings_from('paper-full', None, ['sensor.depth_sigma=1e-5'])
     assert settings_from(None, run / 'settings.yaml', None) == expected
-    assert summary(run)['settings'] == settings.values(expected)
+    assert summary(run)['settings'] == values(expected)
 
 
 def test_same_source_same_files(replay, recording):

@@ -10,12 +10,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from aick_ros import settings
 from aick_ros.aick import Aick
 from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.evaluation.evaluation import evaluate
 from aick_ros.frame import KeypointExtractor
+from aick_ros.parameter import with_values
+from aick_ros.presets import preset
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.trajectory import Trajectory
@@ -23,7 +24,7 @@ from aick_ros.trajectory import Trajectory
 FRAMES = 20
 RATE = 15.0  # so that there are frames 1 s apart
 GAPS = (1, 5)
-SETTINGS = settings.preset('paper-fast')
+SETTINGS = preset('paper-fast')
 
 
 class InMemory:
@@ -135,7 +136,7 @@ def test_consistency_agrees_with_registrations_one_by_one(source, evaluation):
 
 
 def test_good_registrations_behind_the_gate_are_refused_though_good(source):
-    strict = settings.with_values(SETTINGS, {'odometry.max_speed': 0.01})
+    strict = with_values(SETTINGS, {'odometry.max_speed': 0.01})
     failures = evaluate(source, strict, [1], on_damaged=ignore).silent_failures
     assert failures.reported_good + failures.refused == FRAMES - 1
     assert failures.refused_but_good >= FRAMES // 2

@@ -16,8 +16,10 @@ from aick_ros.aick import Registration
 from aick_ros.camera import Camera
 from aick_ros.evaluation.pairs import PairEvaluation
 from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.parameter import with_values
+from aick_ros.presets import preset
 from aick_ros.registrar import Registrar
-from aick_ros.settings import Settings, preset, with_values
+from aick_ros.settings import Settings
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.status import Status
 from aick_ros.trajectory import NANOSECONDS, Trajectory

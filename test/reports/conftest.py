@@ -11,7 +11,7 @@ import pytest
 from aick_ros import rigid
 from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of
 from aick_ros.evaluation.run_summary import summarize
-from aick_ros.settings import preset
+from aick_ros.presets import preset
 from aick_ros.status import Status
 from aick_ros.trajectory import NANOSECONDS, Trajectory
 

@@ -12,9 +12,10 @@ from types import SimpleNamespace
 import pytest
 
 from aick_ros.evaluation.run_summary import summarize
+from aick_ros.parameter import values
 from aick_ros.reports.run_plots import timing_figure
 from aick_ros.reports.run_report import report
-from aick_ros.settings import Settings, values
+from aick_ros.settings import Settings
 
 STARTED = datetime(2026, 3, 4, 5, 6)
 EMPTY_ELEMENTS = {'meta', 'br', 'link', 'img'}

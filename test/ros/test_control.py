@@ -11,8 +11,9 @@ from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import Empty
 
-from aick_ros import rigid, settings
+from aick_ros import rigid
 from aick_ros.odometry import Odometry
+from aick_ros.parameter import with_values
 from aick_ros.ros.live_run import NODE_COMMAND
 from aick_ros.ros.messages import from_pose, pose_with_covariance
 from aick_ros.settings import Settings
@@ -116,7 +117,7 @@ def test_parameters_change_between_two_frames(rig, start_node, frames):
     assert taken.successful
     odometry = Odometry()
     expected = [odometry.register_frame(frame).T_odom_camera for frame in frames[:4]]
-    odometry.change_settings(settings.with_values(Settings(), {'features.max_keypoints': 150}))
+    odometry.change_settings(with_values(Settings(), {'features.max_keypoints': 150}))
     expected += [odometry.register_frame(frame).T_odom_camera for frame in frames[4:]]
     np.testing.assert_allclose(before + answers(rig, frames[4:]), expected, atol=1e-6)
     assert np.abs(expected[-1] - offline(frames)[-1]).max() > 1e-6  # the change was one

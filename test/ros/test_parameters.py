@@ -1,16 +1,18 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""ROS parameters are those of settings.py, with their descriptions and ranges."""
+"""ROS parameters are those of the settings, with their descriptions and ranges."""
 
 import pytest
 import rclpy
 from rclpy.parameter import Parameter as RosParameter
 
-from aick_ros import settings
 from aick_ros.errors import InputError
+from aick_ros.node_settings import NodeSettings
+from aick_ros.parameter import parameters, with_values
+from aick_ros.presets import preset
 from aick_ros.ros.parameters import LiveSettings, declare_settings
-from aick_ros.settings import NodeSettings, Settings
+from aick_ros.settings import Settings
 
 
 @pytest.fixture
@@ -35,7 +37,7 @@ def test_every_parameter_is_declared_with_description_range_and_unit(make_node):
     node = make_node()
     assert declare_settings(node) == (NodeSettings(), Settings())
     for group in (NodeSettings, Settings):
-        for parameter in settings.parameters(group):
+        for parameter in parameters(group):
             descriptor = node.describe_parameter(parameter.name)
             assert descriptor.description.startswith(parameter.description)
             assert parameter.unit in descriptor.description
@@ -63,7 +65,7 @@ def test_an_empty_list_is_the_default(make_node):
 
 def test_single_parameters_change_the_preset(make_node):
     _, core = declare_settings(make_node(preset='paper-full', aick__iterations=3))
-    assert core == settings.with_values(settings.preset('paper-full'), {'aick.iterations': 3})
+    assert core == with_values(preset('paper-full'), {'aick.iterations': 3})
 
 
 @pytest.mark.parametrize('overrides, sentence', [
@@ -101,7 +103,7 @@ def live(make_node):
 def test_good_changes_are_stored_and_told_as_one(live):
     assert live.set(aick__alpha=0.3, features__max_keypoints=200).successful
     assert live.node.get_parameter('aick.alpha').value == 0.3
-    assert live.told == [settings.with_values(
+    assert live.told == [with_values(
         Settings(), {'aick.alpha': 0.3, 'features.max_keypoints': 200})]
 
 

@@ -7,12 +7,12 @@ import json
 
 import pytest
 
-from aick_ros import settings
 from aick_ros.errors import InputError
 from aick_ros.evaluation.benchmark.journal import Journal
 from aick_ros.evaluation.benchmark.results import Results
 from aick_ros.evaluation.benchmark.runner import Plan, run
 from aick_ros.evaluation.pairs import PairEvaluation
+from aick_ros.presets import preset
 from aick_ros.registrar import Registrar
 from aick_ros.sources import open_source, raise_damage
 
@@ -39,7 +39,7 @@ def test_figures_are_those_of_the_evaluation(recording, aick, tum_path):
     plan, journal = Plan([aick], [recording], GAPS), Journal(None, [recording])
     execute(plan, journal)
     scores = Results.of(plan, journal, {}).methods['aick-orb-350']['rendered'].pairs
-    fast = settings.preset('paper-fast')
+    fast = preset('paper-fast')
     registrar, evaluation = Registrar(fast), PairEvaluation(fast, recording.ground_truth, GAPS)
     for frame in open_source(tum_path).frames(raise_damage):
         evaluation.add(registrar.look(frame))
