@@ -114,9 +114,10 @@ class KeypointExtractor:
         kept = kept[np.argsort(-found.responses[kept], kind='stable')]
         kept = self._select(kept, found.pixels[kept])
         pixels, positions = found.pixels[kept], positions[kept]
+        noise = self._features.chosen
         covariances = depth.position_covariances(
-            positions, self._features.pixel_sigma * found.scales[kept], frame.camera,
-            self._sensor)
+            positions, noise.pixel_sigma * found.scales[kept] ** noise.pixel_exponent,
+            frame.camera, self._sensor)
         descriptors = found.descriptors[kept]
         words = None if self._vocabulary is None else self._vocabulary.words_of(
             descriptors, self._word_radius)

@@ -31,6 +31,12 @@ class OrbSettings:
         31, 'Side of the patch a descriptor is taken from.', unit='px', minimum=5, maximum=101)
     fast_threshold: int = parameter(
         20, 'Least contrast of a FAST corner.', unit='grey levels', minimum=1, maximum=255)
+    pixel_sigma: float = parameter(
+        0.45, 'Standard deviation of the place of a keypoint at the finest scale.',
+        unit='px', minimum=0.01, maximum=10.0)
+    pixel_exponent: float = parameter(
+        0.75, 'Power of the scale of a keypoint that the standard deviation of its place grows '
+        'with.', minimum=0.0, maximum=2.0)
 
 
 @dataclass(frozen=True)
@@ -47,6 +53,12 @@ class SurfSettings:
     threshold: float = parameter(
         0.00001, 'Least determinant of the Hessian, of an image of grey levels 0 to 1.',
         minimum=0.0, maximum=1.0)
+    pixel_sigma: float = parameter(
+        0.25, 'Standard deviation of the place of a keypoint at the finest scale.',
+        unit='px', minimum=0.01, maximum=10.0)
+    pixel_exponent: float = parameter(
+        0.75, 'Power of the scale of a keypoint that the standard deviation of its place grows '
+        'with.', minimum=0.0, maximum=2.0)
 
 
 @dataclass(frozen=True)
@@ -66,6 +78,12 @@ class SiftSettings:
     sigma: float = parameter(
         1.6, 'Standard deviation of the Gaussian at the first scale.',
         unit='px', minimum=0.6, maximum=10.0)
+    pixel_sigma: float = parameter(
+        0.15, 'Standard deviation of the place of a keypoint at the finest scale.',
+        unit='px', minimum=0.01, maximum=10.0)
+    pixel_exponent: float = parameter(
+        0.4, 'Power of the scale of a keypoint that the standard deviation of its place grows '
+        'with.', minimum=0.0, maximum=2.0)
 
 
 @dataclass(frozen=True)
@@ -79,12 +97,14 @@ class FeatureSettings:
     cell_size: float = parameter(
         60.0, 'Side of the cells from which keypoints are taken evenly, the strongest of each '
         'first; 0 takes the strongest of the image.', unit='px', minimum=0.0, maximum=10000.0)
-    pixel_sigma: float = parameter(
-        0.8, 'Standard deviation of a keypoint at the finest pyramid level.',
-        unit='px', minimum=0.01, maximum=10.0)
     orb: OrbSettings = OrbSettings()
     surf: SurfSettings = SurfSettings()
     sift: SiftSettings = SiftSettings()
+
+    @property
+    def chosen(self) -> OrbSettings | SurfSettings | SiftSettings:
+        """The parameters of the detector."""
+        return getattr(self, self.detector)
 
 
 @dataclass(frozen=True)
