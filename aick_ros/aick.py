@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros import rigid
+from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frame import KeypointFrame
 from aick_ros.search import FullSearch, Search, descriptor_distances
 from aick_ros.settings import AickSettings
@@ -17,7 +18,6 @@ from aick_ros.status import Status
 from aick_ros.word_search import WordSearch
 
 _FEWEST = 3  # points that determine a rigid transform
-_IDENTITY = np.eye(3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +85,8 @@ class Aick:
             except rigid.DegenerateGeometryError as error:
                 return _failure(Status.DEGENERATE_GEOMETRY, str(error), i + 1)
         return Registration(Status.OK, f'{len(matches)} matches', T_target_source,
-                            _covariance(T_target_source, *matched), matches, i + 1, len(matches))
+                            fit_covariance(T_target_source, source, target, matches), matches,
+                            i + 1, len(matches))
 
     def _search(self, source: KeypointFrame, target: KeypointFrame) -> Search:
         """Return the search by words where both frames have them of one vocabulary (III-B)."""
@@ -95,21 +96,6 @@ class Aick:
         return FullSearch(source.positions, target.positions,
                           descriptor_distances(source.descriptors, target.descriptors),
                           self._settings)
-
-
-def _covariance(T_target_source: np.ndarray, source: np.ndarray,
-                target: np.ndarray) -> np.ndarray:
-    """Return the covariance of a least-squares fit from the residuals of its matches."""
-    arms = source @ T_target_source[:3, :3].T
-    residuals = arms + T_target_source[:3, 3] - target
-    count, cross = len(arms), rigid.skew(np.add.reduce(arms))
-    information = np.empty((6, 6))
-    information[:3, :3] = count * _IDENTITY
-    information[:3, 3:] = -cross
-    information[3:, :3] = cross
-    information[3:, 3:] = np.vdot(arms, arms) * _IDENTITY - arms.T @ arms
-    variance = np.vdot(residuals, residuals) / max(3 * count - 6, 1)
-    return variance * np.linalg.inv(information)  # a fit there is, so it has full rank
 
 
 def _failure(status: Status, reason: str, iterations: int) -> Registration:

@@ -19,11 +19,12 @@ from aick_ros.settings import AickSettings, Settings
 from aick_ros.status import Status
 
 
-def keypoint_frame(positions, descriptors, stamp=0):
+def keypoint_frame(positions, descriptors, sigma=0.01):
     count = len(positions)
-    return KeypointFrame(stamp, np.asarray(positions, np.float32), descriptors,
-                         np.tile(np.eye(3, dtype=np.float32) * 1e-4, (count, 1, 1)),
-                         np.zeros((count, 2), np.float32))
+    pixels = 10.0 * np.column_stack([np.arange(count), np.zeros(count)])
+    return KeypointFrame(0, np.asarray(positions, np.float32), descriptors,
+                         np.tile(np.eye(3, dtype=np.float32) * sigma ** 2, (count, 1, 1)),
+                         pixels.astype(np.float32))
 
 
 def random_pair(seed, count=60, binary=True, noise=0.002, strangers=0.1, turn=0.2):
@@ -149,10 +150,11 @@ def test_covariance_is_that_of_many_repetitions():
     positions = rng.uniform((-1, -1, 1), (1, 1, 3), (80, 3))
     descriptors = rng.integers(0, 256, (80, 32), dtype=np.uint8)
     T = rigid.exp([0.1, -0.05, 0.2, 0.1, 0.2, -0.1])
-    target = keypoint_frame(rigid.transform(T, positions), descriptors)
+    target = keypoint_frame(rigid.transform(T, positions), descriptors, sigma=1e-6)
     aick, errors, claimed = Aick(AickSettings(lambda_e=0.05)), [], []
     for _ in range(400):
-        noisy = keypoint_frame(positions + rng.normal(0, 0.003, positions.shape), descriptors)
+        noisy = keypoint_frame(positions + rng.normal(0, 0.003, positions.shape), descriptors,
+                               sigma=0.003)
         result = aick.register(noisy, target)
         errors.append(np.r_[
             result.T_target_source[:3, 3] - T[:3, 3],
