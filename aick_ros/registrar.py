@@ -27,7 +27,7 @@ _PATIENT = {'alpha': 0.8, 'iterations': 25}  # the paper's full schedule (V-A)
 _REMEMBERED = 8  # frames of which all keypoints are kept
 _FEWEST_TRACKS = 12  # fewer do not check a pose
 _FEWEST_UNCHECKED = 30  # matches of a pose that is believed without
-_DOUBT = 100.0  # times the covariance of AICK's residuals, which knows no systematic error
+_DOUBT = 100.0  # times the covariance of AICK's fit, which knows no systematic error
 _SHARE_OF_TRACKS = 0.5  # of the keypoints must be found for a guess to be believed
 
 

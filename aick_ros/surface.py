@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 
 from aick_ros.camera import Camera
+from aick_ros.depth import inverse_depth_sigma
 from aick_ros.settings import SensorSettings
 
 CELL = 4
@@ -86,7 +87,8 @@ class Surface:
             z = 1.0 / mean
             points = np.stack([x * z, y * z, z], axis=-1)
             slant = np.einsum('ijk,ijk->ij', points, normals) / np.linalg.norm(points, axis=-1)
-            usable = (roughness < _ROUGHNESS * sensor.depth_sigma) & (slant > _GRAZING)
+            smooth = roughness < _ROUGHNESS * inverse_depth_sigma(z, sensor)
+            usable = smooth & (slant > _GRAZING)
         return cls(grid, points.reshape(-1, 3), normals.reshape(-1, 3), usable.ravel(),
                    _choose(normals.reshape(-1, 3), np.flatnonzero(usable), count))
 

@@ -171,3 +171,23 @@ def test_cells_at_is_projection_by_brute_force():
             expected.append((index, int(row * 160 + column)))
     assert len(expected) > 100
     np.testing.assert_array_equal(np.column_stack(surface.cells_at(points)), expected)
+
+
+@pytest.mark.parametrize('exponent', [0.0, 0.5, 1.0])
+def test_what_is_rough_goes_by_the_noise_at_that_depth(exponent):
+    """The inverse depth of time of flight is far noisier near by than far away."""
+    def usable(distance, step=0.0):
+        sensor = SensorSettings(depth_sigma=0.01, depth_exponent=exponent)
+        depth = np.full((480, 640), distance)
+        depth[:, 320:] += step
+        noise = np.random.default_rng(3).normal(size=depth.shape)
+        depth += sensor.depth_sigma * depth ** exponent * noise
+        return in_image(Surface.of(np.float32(depth), PINHOLE, sensor, 1000).usable)
+
+    whole = slice(AROUND, -AROUND)
+    assert usable(0.15)[whole, whole].all()
+    beside = 320 // CELL
+    # a fit is off by a fifth of a step, and may be by eight standard deviations
+    stepped = usable(4.0, step=60 * 0.01 * 4.0 ** exponent)[whole]
+    assert not stepped[:, beside - 1:beside + 1].any()
+    assert stepped[:, AROUND:beside - AROUND].all()
