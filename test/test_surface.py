@@ -8,6 +8,7 @@ import pytest
 
 from aick_ros.camera import Camera
 from aick_ros.settings import SensorSettings
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.surface import CELL, Surface
 
 SENSOR = SensorSettings()
@@ -191,3 +192,17 @@ def test_what_is_rough_goes_by_the_noise_at_that_depth(exponent):
     stepped = usable(4.0, step=60 * 0.01 * 4.0 ** exponent)[whole]
     assert not stepped[:, beside - 1:beside + 1].any()
     assert stepped[:, AROUND:beside - AROUND].all()
+
+
+@pytest.mark.parametrize('index', [0, 50])
+def test_time_of_flight_depth_across_edges_is_left_out(index):
+    """A rendered room whose edges all have depth: what cells average over them is no surface."""
+    room = SyntheticSource(SyntheticOptions.perfect(seed=6, frames=100, camera=PINHOLE))
+    sensor = SensorSettings(depth_sigma=0.005, depth_exponent=0.5)
+    depth = room.frame(index).depth
+    sigma = sensor.depth_sigma * depth ** sensor.depth_exponent
+    noise = np.random.default_rng(index).normal(size=depth.shape)
+    surface = Surface.of(np.float32(depth + sigma * noise), PINHOLE, sensor, 1000)
+    off = np.abs(surface.points[:, 2] - depth[2::CELL, 2::CELL].ravel())
+    assert np.mean(surface.usable) > 0.6
+    assert np.mean((off > 8 * sigma[2::CELL, 2::CELL].ravel())[surface.usable]) < 0.04
