@@ -292,7 +292,7 @@ def test_after_a_change_of_detector_nothing_is_compared_with_what_the_other_one_
         rendered, monkeypatch):
     monkeypatch.setattr('aick_ros.frame.make_detector', lambda features: HalfOrb())
     frames, _ = rendered
-    odometry = Odometry(dataclasses.replace(Settings(), features=FeatureSettings('half')))
+    odometry = Odometry(dataclasses.replace(Settings(), features=FeatureSettings('sift')))
     before = track(odometry, frames[:4])[-1]
     monkeypatch.undo()
     odometry.change_settings(Settings())

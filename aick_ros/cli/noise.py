@@ -73,7 +73,8 @@ def _lines(found: CameraNoise) -> Iterator[str]:
     depth, pixels = found.depth, found.pixels
     yield '/**:'
     yield '  ros__parameters:'
-    yield f'    # measured with aick noise: {depth.source}, {depth.frames} frames'
+    frames = '1 frame' if depth.frames == 1 else f'{depth.frames} frames'
+    yield f'    # measured with aick noise: {depth.source}, {frames}'
     yield f'    # depths from {depth.nearest:.2f} to {depth.farthest:.2f} m, {_surfaces(depth)}'
     yield f'    sensor.depth_sigma: {depth.depth_sigma:.5f}'
     yield f'    sensor.depth_exponent: {depth.depth_exponent:.2f}{_kept(depth)}'

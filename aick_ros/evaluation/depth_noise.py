@@ -94,9 +94,11 @@ class DepthNoiseSamples:
         bins = bins_of(depths, np.concatenate([noise.sigmas for noise in self._noises]))
         if not bins:
             raise InputError(
-                f'{name}: {len(depths)} patches of smooth surface in {len(self._noises)} frames '
-                f'are too few to tell the depth noise ({LEAST_SAMPLES} at about the same depth): '
-                'record walls, floors and tables, slowly, from near and from far')
+                f'{name}: {len(depths)} patches of smooth surface between '
+                f'{self._sensor.min_depth:g} and {self._sensor.max_depth:g} m, in '
+                f'{len(self._noises)} frames, are too few to tell the depth noise '
+                f'({LEAST_SAMPLES} at about the same depth): record walls, floors and tables, '
+                'slowly, from near and from far')
         declared = {p.name: p for p in parameters(self._sensor)}
         if min(bin_.sigma for bin_ in bins) < declared['depth_sigma'].minimum:
             raise InputError(f'{name}: its depth has no noise; was it rendered without?')

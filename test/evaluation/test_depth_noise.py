@@ -119,7 +119,8 @@ def test_recordings_that_tell_nothing_are_refused(room):
         estimate(Recorded([], None))
     with pytest.raises(InputError, match='a room: its depth has no noise'):
         estimate(Recorded(room, lambda frame, rng: frame.depth))
-    with pytest.raises(InputError, match='a room: 0 patches of smooth surface in 12 frames'):
+    with pytest.raises(InputError, match='a room: 0 patches of smooth surface between 0.1 '
+                       'and 10 m, in 12 frames'):
         estimate(Recorded(room, lambda frame, rng: np.nan * frame.depth))
 
 
