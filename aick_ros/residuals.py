@@ -28,6 +28,8 @@ _ALIKE = 0.8  # cosine between the normals of a point and its plane
 _NO_NOISE, _ALL_NOISE = 0.25, 0.75
 """Share of noise up to which a direction is kept, and from which it is left out."""
 
+_WORST_SCALE = 4.0  # of residuals of a right pose by their noise
+_MEDIAN_1, _MEDIAN_2 = 0.455, 1.386  # of chi squared with one and two degrees of freedom
 _TINY = 1e-3 * np.eye(6)  # 30 m and 30 rad: makes any information invertible
 
 
@@ -112,6 +114,23 @@ def geman_mcclure(squares: np.ndarray, width: float) -> np.ndarray:
     return 1.0 / (1.0 + squares / width ** 2) ** 2
 
 
+def robust_weights(squares: np.ndarray, width: float, median: float = _MEDIAN_1) -> np.ndarray:
+    """
+    Return the weights of residuals among which at most half do not belong.
+
+    Calibration and shutter, which the noise does not know, make all residuals of some pairs
+    larger: the weights widen with them, so that no consistent few outvote the rest.
+
+    :param squares: of the whitened residuals.
+    :param width: in standard deviations, as the noise or the residuals have it, the larger one.
+    :param median: of the squares where the noise explains them.
+    """
+    if len(squares) == 0:
+        return squares
+    scale = np.clip(np.median(squares) / median, 1.0, _WORST_SCALE ** 2)
+    return geman_mcclure(squares, width * np.sqrt(scale))
+
+
 def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
                  sensor: SensorSettings, width: float) -> Residuals:
     """
@@ -140,7 +159,7 @@ def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     values = (values - s * (shrink * np.einsum('ni,ni->n', s, values))[:, None]) / ray_sigma
     jacobian = (jacobian - s[:, :, None] * (
         shrink[:, None] * np.einsum('ni,nij->nj', s, jacobian))[:, None]) / ray_sigma
-    weights = geman_mcclure(np.einsum('ni,ni->n', values, values), width)
+    weights = robust_weights(np.einsum('ni,ni->n', values, values), width, _MEDIAN_2)
     return Residuals(values.T.ravel(), jacobian.transpose(1, 0, 2).reshape(-1, 6),
                      np.tile(weights, 2), np.tile(_blocks(tracks.rays), 2))
 
@@ -161,7 +180,7 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
     jacobian[:, 2] = 1.0
     jacobian[:, 3], jacobian[:, 4] = arms[:, 1], -arms[:, 0]
     jacobian /= (sigma * z ** 2)[:, None]
-    return Residuals(values, jacobian, geman_mcclure(values ** 2, width),
+    return Residuals(values, jacobian, robust_weights(values ** 2, width),
                      _blocks(tracks.rays[measured]))
 
 
@@ -194,7 +213,7 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     values = distances / sigmas
     jacobian, other = (_of_planes(n, arms, sigmas) for n in (normals, turned))
     return Residuals(values, jacobian @ _common(jacobian, other),
-                     geman_mcclure(values ** 2, width), _blocks(moved[:, :2] / z[:, None]))
+                     robust_weights(values ** 2, width), _blocks(moved[:, :2] / z[:, None]))
 
 
 def _of_planes(normals: np.ndarray, arms: np.ndarray, sigmas: np.ndarray) -> np.ndarray:

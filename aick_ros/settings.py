@@ -154,7 +154,7 @@ class RefinementSettings:
         0.1, 'Farthest distance of a point from its plane.', unit='m', minimum=0.001,
         maximum=10.0)
     robust_width: float = parameter(
-        1.7, 'Residual whose weight is a quarter, in standard deviations.', minimum=0.5,
+        2.0, 'Residual whose weight is a quarter, in standard deviations.', minimum=0.5,
         maximum=100.0)
 
 
