@@ -74,8 +74,8 @@ class Tracker:
             return Tracks(kept, points[kept], np.empty((0, 2)), np.empty(0))
         grey, pixels = _turned(source.grey, source.keypoints.pixels[kept], camera,
                                T_target_source[:3, :3])
-        seen, found = self._follow(grey, target.grey, pixels, expected)
-        again, returned = self._follow(target.grey, grey, seen, pixels)
+        seen, found = self._follow(grey, target.grey, pixels, expected, _LEVELS)
+        again, returned = self._follow(target.grey, grey, seen, pixels, 0)
         found &= returned & (np.abs(again - pixels).max(axis=1) < _RETURNED_WITHIN)
         kept, seen = kept[found], seen[found]
         rays = camera.normalize(seen)
@@ -85,12 +85,12 @@ class Tracker:
                       depth.sample(target.frame.depth, seen, self._sensor))
 
     def _follow(self, before: np.ndarray, now: np.ndarray, pixels: np.ndarray,
-                expected: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+                expected: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the new pixels, Nx2, and which were found, N bool."""
         side = self._settings.track_window
         seen, status, _ = cv2.calcOpticalFlowPyrLK(
             before, now, pixels.reshape(-1, 1, 2), expected.reshape(-1, 1, 2).copy(),
-            winSize=(side, side), maxLevel=_LEVELS, criteria=_CRITERIA,
+            winSize=(side, side), maxLevel=levels, criteria=_CRITERIA,
             flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
         return seen.reshape(-1, 2), status.ravel() > 0
 
