@@ -27,6 +27,9 @@ from aick_ros.view import View
 _COARSE = 1  # iterations with wide robust weights, by the keypoints alone
 _COARSE_WIDTH = 3.0  # times the final one
 _STILL = 2e-5  # m and rad; a smaller step ends the iteration
+_FEWEST, _FEW = 6, 0.5
+"""Tracks that make a pose better, and share up to which they are sought again from there."""
+
 _WEAK = np.eye(6)  # 1 m and 1 rad: keeps finite what nothing tells about
 
 
@@ -61,9 +64,15 @@ class Refinement:
 
         :param T_target_source: from where to begin, within some ten pixels.
         """
-        problem = _Problem(source, target, self._tracker.track(source, target, T_target_source),
+        refined = self._once(source, target, T_target_source)
+        sought = min(len(source.keypoints), self._settings.max_tracks)
+        if _FEWEST < len(refined.tracked) < _FEW * sought:
+            refined = self._once(source, target, refined.T_target_source)
+        return refined
+
+    def _once(self, source: View, target: View, pose: np.ndarray) -> Refined:
+        problem = _Problem(source, target, self._tracker.track(source, target, pose),
                            self._settings, self._sensor)
-        pose = T_target_source
         for i in range(self._settings.iterations):
             step = problem.step(pose, coarse=i < _COARSE)
             pose = rigid.perturbed(pose, step)

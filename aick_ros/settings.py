@@ -161,11 +161,11 @@ class RefinementSettings:
         'joint', 'none: the pose as AICK found it (the paper); keypoints: keypoints tracked to a '
         'fraction of a pixel; joint: these and the depth image.',
         choices=('none', 'keypoints', 'joint'))
-    iterations: int = parameter(4, 'Most iterations.', minimum=1, maximum=100)
+    iterations: int = parameter(3, 'Most iterations.', minimum=1, maximum=100)
     max_tracks: int = parameter(
         400, 'Keypoints that are tracked, the strongest.', minimum=3, maximum=20000)
     track_window: int = parameter(
-        11, 'Side of the window that is tracked.', unit='px', minimum=5, maximum=51)
+        9, 'Side of the window that is tracked.', unit='px', minimum=5, maximum=51)
     track_sigma: float = parameter(
         0.6, 'Standard deviation of a tracked keypoint.', unit='px', minimum=0.01, maximum=10.0)
     surface_points: int = parameter(
@@ -174,7 +174,7 @@ class RefinementSettings:
         0.1, 'Farthest distance of a point from its plane.', unit='m', minimum=0.001,
         maximum=10.0)
     robust_width: float = parameter(
-        1.7, 'Residual whose weight is a quarter, in standard deviations.', minimum=0.5,
+        2.0, 'Residual whose weight is a quarter, in standard deviations.', minimum=0.5,
         maximum=100.0)
 
 

@@ -90,12 +90,24 @@ def test_a_wrong_guess_changes_nothing_where_aick_finds_the_pose(frames):
     np.testing.assert_allclose(guessed.covariance, plain.covariance, rtol=1e-6)
 
 
-def test_a_wrong_guess_is_not_believed_where_it_does_not(source, frames):
-    for wrong in (TURNED, TURNED @ motion(source, 0, 3)):
-        found, _ = register(frames[:4], BLIND, expected=wrong)
+@pytest.mark.parametrize('axis', range(3))
+@pytest.mark.parametrize('degrees', [30, -30, 60])
+def test_a_wrong_guess_is_put_right_or_not_believed(source, frames, axis, degrees):
+    turned = rigid.exp(np.radians(degrees) * np.eye(6)[3 + axis])
+    found, _ = register(frames[:4], BLIND, expected=turned @ motion(source, 0, 3))
+    if found.status is Status.OK:
+        translation, rotation = error(found.T_target_source, motion(source, 0, 3))
+        assert translation < 0.003
+        assert rotation < np.radians(0.15)
+    else:
         assert found.status is Status.TOO_FEW_MATCHES
         np.testing.assert_array_equal(found.T_target_source, np.eye(4))
         assert np.isinf(np.diag(found.covariance)).all()
+
+
+def test_a_guess_that_shows_nothing_is_not_believed(source, frames):
+    behind = rigid.exp([0, 0, 0, 0, np.radians(60), 0]) @ motion(source, 0, 3)
+    assert register(frames[:4], BLIND, expected=behind)[0].status is Status.TOO_FEW_MATCHES
 
 
 def test_a_guess_about_right_is_refined(source, frames):
