@@ -15,6 +15,7 @@ from aick_ros.frame import KeypointFrame
 from aick_ros.search import FullSearch, Search, descriptor_distances
 from aick_ros.settings import AickSettings
 from aick_ros.status import Status
+from aick_ros.tracks import Tracks
 from aick_ros.word_search import WordSearch
 
 _FEWEST = 3  # points that determine a rigid transform
@@ -46,6 +47,7 @@ class Registration:
     :param iterations: how many were done.
     :param support: keypoints that agree with the transform.
     :param disagreement: of the two sensors, where a refinement used both.
+    :param tracks: keypoints of the source that a refinement found in the target.
     """
 
     status: Status
@@ -56,6 +58,7 @@ class Registration:
     iterations: int
     support: int = 0
     disagreement: Disagreement | None = None
+    tracks: Tracks | None = None
 
 
 class Aick:

@@ -16,7 +16,8 @@ import numpy as np
 from aick_ros import rigid
 from aick_ros.aick import Registration
 from aick_ros.frame import KeypointFrame, RgbdFrame
-from aick_ros.keyframe import Anchor, KeyframePolicy
+from aick_ros.keyframe import Anchor, KeyframePolicy, OneFrame
+from aick_ros.local_map import LocalMap
 from aick_ros.registrar import Registrar
 from aick_ros.settings import OdometrySettings, Settings
 from aick_ros.stage_times import StageTimes
@@ -120,6 +121,8 @@ class Odometry:
         self._settings: OdometrySettings = settings.odometry
         self._registrar = Registrar(settings, self._times)
         self._policy = KeyframePolicy(settings.odometry)
+        fused = settings.odometry.reference == 'map'
+        self._reference = LocalMap(settings) if fused else OneFrame()
 
     def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
         """Forget everything; the next frame gets the pose given, or the identity."""
@@ -160,7 +163,7 @@ class Odometry:
         failure = None
         for anchor in self._anchors():
             interval = (view.stamp - anchor.view.stamp) / NANOSECONDS
-            registration = self._registrar.register(view, anchor.view,
+            registration = self._reference.register(self._registrar, view, anchor.view,
                                                     self._expected(view, anchor))
             status, reason = self._judge(registration, interval)
             if status.ok:
@@ -179,7 +182,8 @@ class Odometry:
             return self._answer(view, Status.TOO_FEW_KEYPOINTS,
                                 f'{len(view.keypoints)} keypoints with depth, it takes {fewest}')
         recovered, self._is_lost = self._is_lost, False
-        self._tracked = self._keyframe = Anchor(view, self._pose, self._covariance)
+        self._tracked = self._keyframe = Anchor(self._reference.begun(view), self._pose,
+                                                self._covariance)
         return self._answer(view, Status.FIRST_FRAME, f'{len(view.keypoints)} keypoints',
                             recovered=recovered)
 
@@ -239,11 +243,13 @@ class Odometry:
         """Make a view the last tracked one, and choose what the next one is registered to."""
         self._lost = None
         if self._policy.keeps(view, registration):
-            self._keyframe = anchor
+            self._keyframe = dataclasses.replace(
+                anchor, view=self._reference.told(anchor.view, registration))
             self._tracked = Anchor(view, self._pose, self._covariance,
                                    registration.T_target_source, registration.covariance)
         else:
-            self._tracked = self._keyframe = Anchor(view, self._pose, self._covariance)
+            carried = self._reference.carried(anchor.view, view, registration)
+            self._tracked = self._keyframe = Anchor(carried, self._pose, self._covariance)
 
     def _remember(self, anchor: Anchor) -> None:
         """Keep an anchor for frames that fail against the last one, one every while."""

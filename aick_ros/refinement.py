@@ -46,7 +46,7 @@ class Refined:
 
     T_target_source: np.ndarray
     covariance: np.ndarray
-    tracked: np.ndarray
+    tracked: Tracks
     disagreement: Disagreement | None
 
 
@@ -108,12 +108,12 @@ class _Problem:
         noises = [gradient_noise(kind) + _WEAK for kind in kinds]
         covariance = np.linalg.inv(sum(part.information for part in equations) + _WEAK)
         good = kinds[0][0].weights[:len(self._tracks)] > 0.25
-        return Refined(pose, covariance @ sum(noises) @ covariance, self._tracks.keypoints[good],
+        return Refined(pose, covariance @ sum(noises) @ covariance, self._tracks[good],
                        _disagreement(equations, noises) if kinds[1] else None)
 
     def _by_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
         width = widen * self._settings.robust_width
-        return [reprojection(self._tracks, pose, self._ray_sigma, self._sensor, width),
+        return [reprojection(self._tracks, pose, self._ray_sigma, width),
                 track_depth(self._tracks, pose, self._sensor, width)]
 
     def _by_depth(self, pose: np.ndarray) -> list[Residuals]:

@@ -10,6 +10,7 @@ import functools
 
 import numpy as np
 
+from aick_ros import rigid
 from aick_ros.aick import Aick, Registration
 from aick_ros.frame import KeypointExtractor, RgbdFrame
 from aick_ros.refinement import Refinement
@@ -92,6 +93,27 @@ class Registrar:
             found = self._confirmed(source, target, expected, found)
         return self._uncertainty.complete(found, source, target, expected)
 
+    def place(self, source: View, target: View,
+              expected: np.ndarray | None = None) -> Registration:
+        """
+        Return where the source was, seen from the target, by the keypoints of the target.
+
+        They are found in the source: that is the better way where they are known better than
+        those of one frame. The tracks of what is returned are those of the target.
+
+        :param expected: as in :meth:`register`.
+        """
+        if expected is not None:
+            expected = rigid.inverse(expected)
+        found = self.register(target, source, expected)
+        if not found.status.ok:
+            return found
+        covariance = rigid.relative_covariance(found.T_target_source, found.covariance,
+                                               np.eye(4), np.zeros((6, 6)))
+        return dataclasses.replace(
+            found, T_target_source=rigid.inverse(found.T_target_source), covariance=covariance,
+            matches=found.matches[:, ::-1], disagreement=None)
+
     def _patiently(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
         """Return what AICK finds with all keypoints and the longer schedule."""
         found = self._patient_aick.register(*map(self._all_keypoints, (source, target)))
@@ -118,6 +140,7 @@ class Registrar:
         return dataclasses.replace(
             registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
             disagreement=refined.disagreement, support=len(refined.tracked),
+            tracks=refined.tracked,
             reason=f'{registration.reason}, {len(refined.tracked)} keypoints tracked')
 
     def _confirmed(self, source: View, target: View, guess: np.ndarray,

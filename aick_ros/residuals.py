@@ -126,7 +126,7 @@ def robust_weights(squares: np.ndarray, width: float, median: float = _MEDIAN_1)
 
 
 def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
-                 sensor: SensorSettings, width: float) -> Residuals:
+                 width: float) -> Residuals:
     """
     Where the target sees the points of the source, against where the pose puts them.
 
@@ -143,8 +143,7 @@ def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     by_error = np.array([[1 / z, zero, -x / z, -b * x / z, (c + a * x) / z, -b / z],
                          [zero, 1 / z, -y / z, -(c + b * y) / z, a * y / z, a / z]])
     # whiten by the inverse root of S = ray_sigma^2 I + s s^T, s by the noise of the depth
-    depths = tracks.points[:, 2]
-    s = np.stack([a - c * x, b - c * y]) * (inverse_depth_sigma(depths, sensor) * depths / z)
+    s = np.stack([a - c * x, b - c * y]) * (tracks.sigmas * tracks.points[:, 2] / z)
     length = (s * s).sum(axis=0)
     shrink = (1.0 - ray_sigma / np.sqrt(ray_sigma ** 2 + length)) / np.maximum(length, 1e-30)
     values = (off - s * (shrink * (s * off).sum(axis=0))) / ray_sigma

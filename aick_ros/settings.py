@@ -183,8 +183,9 @@ class OdometrySettings:
     """Which registrations the odometry believes, and what it does without one."""
 
     reference: str = parameter(
-        'keyframe', 'What a frame is registered to: the previous frame, or one that is kept '
-        'while it serves.', choices=('previous', 'keyframe'))
+        'keyframe', 'What a frame is registered to: the previous frame, one that is kept while it '
+        'serves, or a map of keypoints fused over the last keyframes.',
+        choices=('previous', 'keyframe', 'map'))
     min_overlap: float = parameter(
         0.7, 'Share of the keypoints that must be found in the keyframe for it to be kept.',
         minimum=0.0, maximum=1.0)

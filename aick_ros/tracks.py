@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import cv2
 import numpy as np
@@ -31,16 +31,22 @@ class Tracks:
     :param points: Kx3 float64, their positions in the source [m].
     :param rays: Kx2 float64, where the target sees them on the plane z = 1.
     :param depths: K float64, what the target measures there [m]; NaN where it has no depth.
+    :param sigmas: K float64, standard deviation of the inverse of the points' depths [1/m].
     """
 
     keypoints: np.ndarray
     points: np.ndarray
     rays: np.ndarray
     depths: np.ndarray
+    sigmas: np.ndarray
 
     def __len__(self) -> int:
         """Return the number of tracks."""
         return len(self.keypoints)
+
+    def __getitem__(self, chosen: np.ndarray) -> Tracks:
+        """Return some of the tracks, by their indices or by a mask."""
+        return Tracks(*(getattr(self, f.name)[chosen] for f in fields(self)))
 
 
 class Tracker:
@@ -71,7 +77,7 @@ class Tracker:
         inside = ((expected >= 0) & (expected <= corner)).all(axis=1)
         kept, expected = ahead[inside], expected[inside].astype(np.float32)
         if len(kept) == 0:
-            return Tracks(kept, points[kept], np.empty((0, 2)), np.empty(0))
+            return Tracks(kept, points[kept], np.empty((0, 2)), np.empty(0), np.empty(0))
         grey, pixels = _turned(source.grey, source.keypoints.pixels[kept], camera,
                                T_target_source[:3, :3])
         seen, found = self._follow(grey, target.grey, pixels, expected, _LEVELS)
@@ -81,8 +87,10 @@ class Tracker:
         rays = camera.normalize(seen)
         valid = np.isfinite(rays).all(axis=1)
         kept, seen, rays = kept[valid], seen[valid], rays[valid]
+        variances = source.keypoints.covariances[kept, 2, 2].astype(np.float64)
         return Tracks(kept, points[kept], rays,
-                      depth.sample(target.frame.depth, seen, self._sensor))
+                      depth.sample(target.frame.depth, seen, self._sensor),
+                      np.sqrt(variances) / points[kept, 2] ** 2)
 
     def _follow(self, before: np.ndarray, now: np.ndarray, pixels: np.ndarray,
                 expected: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray]:

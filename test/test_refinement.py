@@ -362,8 +362,8 @@ def test_the_tracked_keypoints_are_those_the_pose_explains():
     off = CAMERA.fx * np.linalg.norm(rays[:, :2] / rays[:, 2:] - tracks.rays, axis=1)
     near, far = tracks.keypoints[off < 0.3], tracks.keypoints[off > 3]
     assert min(len(near), len(far)) > 10
-    assert np.isin(near, refined.tracked).mean() > 0.95
-    assert np.isin(far, refined.tracked).mean() < 0.1
+    assert np.isin(near, refined.tracked.keypoints).mean() > 0.95
+    assert np.isin(far, refined.tracked.keypoints).mean() < 0.1
     assert np.abs(error_of(refined.T_target_source, truth)).max() < 0.003
 
 

@@ -33,7 +33,8 @@ def tracks_of(noise=0.0, count=50):
     moved = rigid.transform(POSE, points)
     rays = moved[:, :2] / moved[:, 2:] + rng.normal(0, noise, (count, 2))
     return Tracks(np.arange(count), points, rays,
-                  moved[:, 2] * (1 + rng.normal(0, noise, count)))
+                  moved[:, 2] * (1 + rng.normal(0, noise, count)),
+                  np.full(count, SENSOR.depth_sigma))
 
 
 def corner_depth(T_corner_camera, normals=CORNER):
@@ -68,14 +69,13 @@ def assert_jacobian(function, where=slice(None), step=1e-6):
 def test_jacobian_of_reprojection():
     # the whitening moves with the pose too: at the true pose that has no effect
     tracks = tracks_of()
-    assert_jacobian(lambda pose: reprojection(tracks, pose, RAY_SIGMA, SENSOR, WIDTH))
+    assert_jacobian(lambda pose: reprojection(tracks, pose, RAY_SIGMA, WIDTH))
 
 
 def test_jacobian_of_reprojection_far_from_its_minimum():
     # with depths without noise the whitening is that of the image alone, the same everywhere
-    exact = dataclasses.replace(SENSOR, depth_sigma=1e-9)
-    tracks = tracks_of(noise=0.01)
-    assert_jacobian(lambda pose: reprojection(tracks, pose, RAY_SIGMA, exact, WIDTH))
+    tracks = dataclasses.replace(tracks_of(noise=0.01), sigmas=np.full(50, 1e-9))
+    assert_jacobian(lambda pose: reprojection(tracks, pose, RAY_SIGMA, WIDTH))
 
 
 def test_jacobian_of_track_depth():
@@ -96,7 +96,7 @@ def test_jacobian_of_point_to_plane():
 def test_reprojection_is_whitened_by_the_covariance_of_each_track():
     """S = ray_sigma^2 I + s s^T, s by numerical differentiation in the source's inverse depth."""
     tracks = tracks_of(noise=0.005)
-    found = reprojection(tracks, POSE, RAY_SIGMA, SENSOR, WIDTH)
+    found = reprojection(tracks, POSE, RAY_SIGMA, WIDTH)
     count = len(tracks)
 
     def predicted(pose, points):
@@ -133,7 +133,7 @@ def test_reprojection_of_noise_as_modelled_is_standard_normal():
     sources = exact.points / (1 + SENSOR.depth_sigma * rng.normal(size=z.shape) * z)
     seen = exact.rays + rng.normal(0, RAY_SIGMA, exact.rays.shape)
     noisy = dataclasses.replace(exact, points=sources, rays=seen)
-    values = reprojection(noisy, POSE, RAY_SIGMA, SENSOR, WIDTH).values.reshape(2, -1)
+    values = reprojection(noisy, POSE, RAY_SIGMA, WIDTH).values.reshape(2, -1)
     np.testing.assert_allclose(np.cov(values), np.eye(2), atol=0.08)
 
 
