@@ -55,7 +55,6 @@ def _jacobian(arms: np.ndarray) -> np.ndarray:
 
 def _in_common(pixels: np.ndarray) -> np.ndarray:
     """Return how many of some pixels lie in the same cell as each, N."""
-    column, row = (pixels // _CELL).astype(np.intp).T
-    _, cells, counts = np.unique(row * (column.max() + 1) + column, return_inverse=True,
-                                 return_counts=True)
-    return counts[cells.ravel()]
+    column, row = (np.maximum(pixels, 0) // _CELL).astype(np.intp).T
+    cells = row * (column.max() + 1) + column
+    return np.bincount(cells)[cells]
