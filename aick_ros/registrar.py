@@ -24,10 +24,10 @@ from aick_ros.uncertainty import Uncertainty
 from aick_ros.view import View
 from aick_ros.vocabulary import vocabulary_of
 
-_PATIENT = {'alpha': 0.8, 'iterations': 25}  # the paper's full schedule (V-A)
+_PATIENT = {'alpha': 0.93, 'iterations': 60}  # appearance leads for longer than in the paper
 _REMEMBERED = 8  # frames of which all keypoints are kept
 _FEWEST_TRACKS = 12  # fewer do not check a pose
-_FEWEST_UNCHECKED = 30  # matches of a pose that is believed without
+_FEWEST_UNCHECKED = 60  # matches of a pose that is believed without
 _DOUBT = 100.0  # times the covariance of AICK's fit, which knows no systematic error
 _SHARE_OF_TRACKS = 0.5  # of the keypoints must be found for a guess to be believed
 
@@ -37,7 +37,7 @@ class Registrar:
     Registers the views of one camera.
 
     AICK needs no initial guess. Where it finds nothing, or what it finds is not what the images
-    show, it is given all keypoints and the paper's longer schedule; where that fails too a guess
+    show, it is given all keypoints and a slower schedule; where that fails too a guess
     is tried. Both must be confirmed by the images.
 
     :param times: told how long each stage takes.
@@ -115,7 +115,7 @@ class Registrar:
             matches=found.matches[:, ::-1], disagreement=None)
 
     def _patiently(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
-        """Return what AICK finds with all keypoints and the longer schedule."""
+        """Return what AICK finds with all keypoints and the slower schedule."""
         found = self._patient_aick.register(*map(self._all_keypoints, (source, target)))
         # the numbers of these keypoints mean nothing to anybody else
         return dataclasses.replace(found, matches=found.matches[:0])

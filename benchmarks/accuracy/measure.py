@@ -49,7 +49,7 @@ SKIPS = (2, 4, 8)
 MODES = ('none', 'keypoints', 'joint')
 DEFAULT = 'joint'
 ONE_CLOCK = 'one-clock'
-PREVIOUS = 'previous'
+REFERENCES = ('previous', 'map')  # beside the keyframe, which is the default
 _KEPT = ('pairs', 'trajectory', 'consistency', 'silent_failures', 'keypoints_mean')
 
 
@@ -60,7 +60,8 @@ def measure(path: str, jobs: int | None = None) -> dict[str, Any]:
         frame_times, registered = pool.submit(_timed, path), pool.submit(_registered, path)
         growths = {mode: pool.submit(_growth, path, mode) for mode in MODES}
         variants = {mode: pool.submit(_evaluated, path, mode) for mode in MODES}
-        variants[PREVIOUS] = pool.submit(_evaluated, path, DEFAULT, reference=PREVIOUS)
+        for reference in REFERENCES:
+            variants[reference] = pool.submit(_evaluated, path, DEFAULT, reference=reference)
         if _has_two_clocks(path):
             variants[ONE_CLOCK] = pool.submit(_evaluated, path, DEFAULT, one_clock=True)
         skips = {str(skip): pool.submit(_skipped, path, skip) for skip in SKIPS}
