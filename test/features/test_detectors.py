@@ -9,7 +9,7 @@ import pytest
 
 from aick_ros.features import make_detector
 from aick_ros.parameter import parameters
-from aick_ros.search import descriptor_distances
+from aick_ros.descriptors import descriptor_distances
 from aick_ros.settings import FeatureSettings, Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
