@@ -10,8 +10,8 @@ import pytest
 
 from aick_ros import rigid
 from aick_ros.aick import Aick
-from aick_ros.frame import KeypointFrame
 from aick_ros.descriptors import descriptor_distances
+from aick_ros.frame import KeypointFrame
 from aick_ros.settings import AickSettings
 from aick_ros.status import Status
 from aick_ros.vocabulary import Vocabulary
