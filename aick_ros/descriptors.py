@@ -11,6 +11,7 @@ paper's thresholds hold. Descriptors are NxD uint8 (8 bits a column) or float32.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 
@@ -99,16 +100,24 @@ def _bit_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarray]:
 
 def _products(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     source *= target
-    return source @ np.ones(source.shape[1], np.float32)
+    return source @ _ones(source.shape[1])
 
 
 def _differing_bits(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     counts = _bit_counts(_chunks(source) ^ _chunks(target)).astype(np.float32)
-    return counts @ np.full(counts.shape[1], _share(source), np.float32)
+    return counts @ _ones(counts.shape[1]) * _share(source)
 
 
 def _squared_lengths(vectors: np.ndarray) -> np.ndarray:
-    return (vectors * vectors) @ np.ones(vectors.shape[1], np.float32)
+    return (vectors * vectors) @ _ones(vectors.shape[1])
+
+
+@lru_cache(maxsize=4)
+def _ones(count: int) -> np.ndarray:
+    """Return ones to sum with, which NumPy's sums along short rows are slower than."""
+    ones = np.ones(count, np.float32)
+    ones.flags.writeable = False
+    return ones
 
 
 def _share(descriptors: np.ndarray) -> np.float32:
