@@ -39,9 +39,9 @@ def distance_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarr
         return _float_blocks(source, target)
     if hasattr(np, 'bitwise_count'):
         return _bit_blocks(source, target)
-    bits = (np.unpackbits(descriptors, axis=1).astype(np.float32)
-            for descriptors in (source, target))
-    return _float_blocks(*bits, unit=_share(source))
+    root = np.sqrt(_share(source))
+    return _float_blocks(*(np.unpackbits(descriptors, axis=1).astype(np.float32) * root
+                           for descriptors in (source, target)))
 
 
 def pair_distances(source: np.ndarray, target: np.ndarray, source_rows: np.ndarray,
@@ -67,20 +67,16 @@ def pair_distances(source: np.ndarray, target: np.ndarray, source_rows: np.ndarr
     return distances
 
 
-def _float_blocks(source: np.ndarray, target: np.ndarray,
-                  unit: float = 1.0) -> Iterator[np.ndarray]:
+def _float_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarray]:
     memory = np.empty((_BLOCK, len(target)), np.float32)
     source_squares, target_squares = (_squared_lengths(of)[:, None] for of in (source, target))
     for start in range(0, len(source), _BLOCK):
         rows = slice(start, start + _BLOCK)
         block = memory[:len(source) - start]
-        np.matmul(source[rows], target.T, out=block)
-        block *= -2.0
+        np.matmul(source[rows] * np.float32(-2.0), target.T, out=block)
         block += source_squares[rows]
         block += target_squares.T
-        np.maximum(block, 0.0, out=block)
-        block *= unit
-        yield block
+        yield np.maximum(block, 0.0, out=block)
 
 
 def _bit_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarray]:
