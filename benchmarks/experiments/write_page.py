@@ -129,7 +129,8 @@ class Page:
         return table(rows)
 
     def _table_settings(self) -> str:
-        settings = {**self._results['settings'], **self._slow['settings']}
+        settings = {method: text for results in (self._results, self._every, self._slow)
+                    for method, text in results['settings'].items()}
         return table([('method', 'settings'), *((f'`{method}`', text)
                                                 for method, text in settings.items())])
 
