@@ -134,7 +134,7 @@ METHODS: Mapping[str, Method] = {method.name: method for method in (
            'paper: 400 models, inliers within 0.02 m, pairs within 0.2; all SURF keypoints',
            f'{_HERE}.ransac3:ThreePointRansac', {'preset_name': 'paper-full-surf'},
            (_extra('scipy'),)),
-    Method('ransac3-orb', '3-point RANSAC, ORB', 'the same with all ORB keypoints',
+    Method('ransac3-orb', '3-point RANSAC, ORB', 'ransac3 with all ORB keypoints',
            f'{_HERE}.ransac3:ThreePointRansac', {'preset_name': 'paper-full'},
            (_extra('scipy'),)),
     _pcl('gicp', 'GICP (PCL)', 'paper: 25 iterations, pairs within 0.004 m; all points', 10.0,
