@@ -12,7 +12,7 @@ import numpy as np
 from aick_ros import rigid
 from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frame import KeypointFrame
-from aick_ros.search import FullSearch, Search, descriptor_distances
+from aick_ros.search import FullSearch, Search
 from aick_ros.settings import AickSettings
 from aick_ros.status import Status
 from aick_ros.tracks import Tracks
@@ -73,18 +73,18 @@ class Aick:
             return _failure(Status.TOO_FEW_KEYPOINTS, f'{len(source)} and {len(target)} keypoints '
                             f'with depth, it takes {_FEWEST}', 0)
         search = self._search(source, target)
-        positions = source.positions.astype(np.float64), target.positions.astype(np.float64)
+        points = [rigid.homogeneous(frame.positions.astype(np.float64))
+                  for frame in (source, target)]
         T_target_source = np.eye(4)
         for i in range(self._settings.iterations):
             w = self._settings.alpha ** i
-            matches = search.closest(rigid.transform(T_target_source, source.positions), w)
+            matches = search.closest(T_target_source, w)
             if len(matches) < _FEWEST:
                 return _failure(Status.TOO_FEW_MATCHES, f'{len(matches)} matches in iteration {i} '
                                 f'of {len(source)} and {len(target)} keypoints', i + 1)
-            matched = (positions[0].take(matches[:, 0], axis=0),
-                       positions[1].take(matches[:, 1], axis=0))
+            matched = points[0].take(matches[:, 0], axis=0), points[1].take(matches[:, 1], axis=0)
             try:
-                T_target_source = rigid.fit(*matched)
+                T_target_source = rigid.fit_moments(matched[0].T @ matched[1])
             except rigid.DegenerateGeometryError as error:
                 return _failure(Status.DEGENERATE_GEOMETRY, str(error), i + 1)
         return Registration(Status.OK, f'{len(matches)} matches', T_target_source,
@@ -96,9 +96,7 @@ class Aick:
         words = source.words, target.words
         if None not in words and words[0].vocabulary is words[1].vocabulary:
             return WordSearch(source, target, self._settings)
-        return FullSearch(source.positions, target.positions,
-                          descriptor_distances(source.descriptors, target.descriptors),
-                          self._settings)
+        return FullSearch(source, target, self._settings)
 
 
 def _failure(status: Status, reason: str, iterations: int) -> Registration:

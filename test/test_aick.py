@@ -14,7 +14,7 @@ from aick_ros.aick import Aick
 from aick_ros.frame import KeypointFrame
 from aick_ros.parameter import with_values
 from aick_ros.presets import PRESETS, preset
-from aick_ros.search import FullSearch, descriptor_distances
+from aick_ros.search import FullSearch
 from aick_ros.settings import AickSettings, Settings
 from aick_ros.status import Status
 
@@ -116,32 +116,27 @@ def test_finds_the_motion_without_a_guess(seed):
 
 
 @pytest.mark.parametrize('scale', [1.0, 30.0])
-def test_search_leaves_out_no_pair_that_can_match(scale):
+@pytest.mark.parametrize('count', [100, 200])
+def test_search_leaves_out_no_pair_that_can_match(scale, count):
     """The candidates kept while the source moves give what all pairs give."""
     rng = np.random.default_rng(4)
-    source = (scale * rng.normal(0, 0.3, (200, 3)) + (0, 0, scale)).astype(np.float32)
-    target = (source[rng.permutation(200)] + rng.normal(0, 0.01, (200, 3))).astype(np.float32)
-    distances = rng.uniform(0, 1, (200, 200)).astype(np.float32)
+    positions = scale * rng.normal(0, 0.3, (count, 3)) + (0, 0, scale)
+    descriptors = rng.uniform(0, 0.5, (2, count, 6)).astype(np.float32)
+    order = rng.permutation(count)
+    source = keypoint_frame(positions, descriptors[0])
+    target = keypoint_frame(positions[order] + rng.normal(0, 0.01, (count, 3)), descriptors[1])
+    d_d = ((descriptors[0][:, None].astype(float) - descriptors[1]) ** 2).sum(axis=2)
     settings = AickSettings(lambda_e=0.05)
-    search = FullSearch(source, target, distances, settings)
-    moved = source
+    search, T, found = FullSearch(source, target, settings), np.eye(4), 0
     for w in (1.0, 0.7, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01, 0.0, 0.3):
-        d_e = np.linalg.norm(moved[:, None].astype(float) - target, axis=2)
-        d = (1 - w) * d_e + w * distances
+        moved = rigid.transform(T, source.positions.astype(float))
+        d = (1 - w) * np.linalg.norm(moved[:, None] - target.positions, axis=2) + w * d_d
         threshold = (1 - w) * settings.lambda_e + w * settings.lambda_f
         expected = [(a, b) for a, b in enumerate(d.argmin(axis=1)) if d[a, b] < threshold]
-        assert [tuple(match) for match in search.closest(moved, w)] == expected
-        moved = moved + rng.normal(0, 0.01, 3).astype(np.float32)
-
-
-def test_descriptor_distances():
-    rng = np.random.default_rng(0)
-    a, b = (rng.integers(0, 256, (n, 32), dtype=np.uint8) for n in (7, 9))
-    expected = [[d_descriptor(x, y) for y in b] for x in a]
-    np.testing.assert_array_equal(descriptor_distances(a, b), np.float32(expected))
-    a, b = (rng.normal(0, 1, (n, 64)).astype(np.float32) for n in (7, 9))
-    expected = [[d_descriptor(x, y) for y in b] for x in a]
-    np.testing.assert_allclose(descriptor_distances(a, b), expected, rtol=1e-4)
+        assert [tuple(match) for match in search.closest(T, w)] == expected
+        found += len(expected)
+        T = T @ rigid.exp(rng.normal(0, 0.005, 6) / np.repeat((1, scale), 3))
+    assert found > 3 * count
 
 
 def test_covariance_is_that_of_many_repetitions():

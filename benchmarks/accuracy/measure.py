@@ -15,12 +15,10 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
-import json
 import os
 import sys
 from collections.abc import Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
-from pathlib import Path
 from typing import Any
 
 _ONE_THREAD = {'OPENBLAS_NUM_THREADS': '1', 'OMP_NUM_THREADS': '1', 'MKL_NUM_THREADS': '1'}
@@ -33,6 +31,7 @@ from frame_time import frame_time  # noqa: E402
 from growth import growth  # noqa: E402
 from registered import Registered  # noqa: E402
 
+from aick_ros.cli.files import write_json  # noqa: E402
 from aick_ros.evaluation.evaluation import evaluate  # noqa: E402
 from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of  # noqa: E402
 from aick_ros.evaluation.machine import machine_facts  # noqa: E402
@@ -130,7 +129,7 @@ def main() -> None:
         sys.exit(__doc__)
     path, target, *jobs = sys.argv[1:]
     figures = measure(path, int(jobs[0]) if jobs else None)
-    Path(target).write_text(json.dumps(figures, indent=1) + '\n')
+    write_json(target, figures)
 
 
 if __name__ == '__main__':
