@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -46,6 +46,7 @@ class Registration:
     :param iterations: how many were done.
     :param support: keypoints that agree with the transform.
     :param disagreement: of the two sensors, where a refinement used both.
+    :param supporters: which keypoints of the source agree, where a refinement tells.
     """
 
     status: Status
@@ -56,6 +57,7 @@ class Registration:
     iterations: int
     support: int = 0
     disagreement: Disagreement | None = None
+    supporters: np.ndarray = field(default_factory=lambda: np.empty(0, np.intp))
 
 
 class Aick:

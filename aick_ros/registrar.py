@@ -13,6 +13,7 @@ import numpy as np
 from aick_ros.aick import Aick, Registration
 from aick_ros.frame import KeypointExtractor, RgbdFrame
 from aick_ros.refinement import Refinement
+from aick_ros.second_opinion import SecondOpinion
 from aick_ros.settings import Settings
 from aick_ros.stage_times import StageTimes
 from aick_ros.status import Status
@@ -52,6 +53,7 @@ class Registrar:
         self._refinement = None
         if settings.refinement.mode != 'none':
             self._refinement = Refinement(settings.refinement, settings.sensor)
+            self._second_opinion = SecondOpinion(self._refinement, settings.sensor)
             self._patient_aick = Aick(dataclasses.replace(settings.aick, **_PATIENT))
             patient = KeypointExtractor(
                 dataclasses.replace(settings.features, max_keypoints=0), settings.sensor)
@@ -73,11 +75,12 @@ class Registrar:
                     self._colour_clock.jitter)
 
     def register(self, source: View, target: View,
-                 expected: np.ndarray | None = None) -> Registration:
+                 expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
         """
         Return where the source was, seen from the target.
 
         :param expected: ``T_target_source`` at constant velocity; None where none is known.
+        :param elapsed: how long ago that velocity was seen [s].
         """
         with self._times.stage('registration'):
             found = self._aick.register(source.keypoints, target.keypoints)
@@ -90,6 +93,9 @@ class Registrar:
             found = self._refined(source, target, patient)
         if not found.status.ok and expected is not None:
             found = self._confirmed(source, target, expected, found)
+        elif found.status.ok and expected is not None:
+            with self._times.stage('refinement'):
+                found = self._second_opinion.on(found, source, target, expected, elapsed)
         return self._uncertainty.complete(found, source, target, expected)
 
     def _patiently(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
@@ -118,6 +124,7 @@ class Registrar:
         return dataclasses.replace(
             registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
             disagreement=refined.disagreement, support=len(refined.tracked),
+            supporters=refined.tracked,
             reason=f'{registration.reason}, {len(refined.tracked)} keypoints tracked')
 
     def _confirmed(self, source: View, target: View, guess: np.ndarray,

@@ -16,6 +16,8 @@ import pytest
 from aick_ros import rigid
 from aick_ros.odometry import Odometry
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.sources.synthetic.renderer import Renderer
+from aick_ros.sources.synthetic.surfaces import Rectangle
 from aick_ros.status import Status
 from aick_ros.trajectory import NANOSECONDS
 
@@ -125,6 +127,47 @@ def test_an_object_that_moves_over_a_third_of_the_image(frame, patch, speed):
         for update in updates])
     assert 0.2 < share < 0.4  # of the keypoints are on it
     assert statuses(updates) == [Status.FIRST_FRAME] + 7 * [Status.OK]
+    assert translation < 0.01
+    assert rotation < np.radians(0.3)
+
+
+def starting(frames, true_pose, picture, contrast):
+    """Put a board of 0.75 x 0.68 m a metre away that rests, then leaves to the right at 2 m/s."""
+    shown = []
+    for i, frame in enumerate(frames):
+        gone = 2.0 * PERIOD * max(i - 5, 0)
+        corner = rigid.exp([-0.45 + gone, -0.34, 1.0, 0, 0, 0])
+        board = Renderer([Rectangle(true_pose(frames[5].stamp) @ corner, 0.75, 0.68, picture)],
+                         frame.camera).render(true_pose(frame.stamp))
+        seen = np.isfinite(board.depth)
+        colour = cv2.convertScaleAbs(frame.colour, alpha=contrast, beta=128 * (1 - contrast))
+        shown.append(dataclasses.replace(
+            frame, colour=np.where(seen[..., None], board.colour, colour),
+            depth=np.where(seen, board.depth, frame.depth)))
+    return shown
+
+
+@pytest.mark.parametrize('contrast', [1.0, 0.25], ids=['in the room', 'before faint walls'])
+def test_an_object_with_most_of_the_keypoints_that_starts_to_move(frame, patch, contrast):
+    shown = starting([frame(i) for i in range(10)], frame.pose, patch, contrast)
+    updates, (translation, rotation) = follow(shown, frame.pose)
+    assert statuses(updates) == [Status.FIRST_FRAME] + 9 * [Status.OK]
+    assert any('move by themselves' in update.reason for update in updates[6:])
+    assert translation < 0.01
+    assert rotation < np.radians(0.3)
+
+
+def test_a_camera_that_is_knocked(frame):
+    """Frames that show four times the motion their stamps allow for: all of the view moved."""
+    steps = [*range(8), 24, 40, 41, 42]
+    stamps = {frame(0).stamp + round(i * PERIOD * NANOSECONDS): frame(step).stamp
+              for i, step in enumerate(steps)}
+    shown = [dataclasses.replace(frame(step), stamp=stamp, depth_stamp=None)
+             for step, stamp in zip(steps, stamps)]
+    updates, (translation, rotation) = follow(
+        shown, lambda stamp: frame.pose(stamps[min(stamps, key=lambda x: abs(x - stamp))]))
+    assert statuses(updates) == [Status.FIRST_FRAME] + 11 * [Status.OK]
+    assert not any('move by themselves' in update.reason for update in updates)
     assert translation < 0.01
     assert rotation < np.radians(0.3)
 
