@@ -96,7 +96,7 @@ class Registrar:
         elif found.status.ok and expected is not None:
             with self._times.stage('refinement'):
                 found = self._second_opinion.on(found, source, target, expected, elapsed)
-        return self._uncertainty.complete(found, source, target, expected)
+        return self._uncertainty.complete(found, source, target, expected, elapsed)
 
     def _patiently(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
         """Return what AICK finds with all keypoints and the longer schedule."""

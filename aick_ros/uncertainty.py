@@ -28,10 +28,10 @@ _EXPLAINED = 1.2, 1.7
 _UNUSUAL = 1.7, 2.3
 """The same of a single registration, by what is usual, which is at least the noise."""
 
-_SHAKEN, _LAG = 3.3, 20.0
+_SHAKEN, _LAG = 3.3, 12.0
 """Error of each stamp, and delay of them all, by the jitter, of stamps given on arrival.
 
-Measured on a Kinect: about 5 ms and 30 ms where they jitter by 1.5 ms about their beat.
+Measured on a Kinect: about 5 ms and 15 to 25 ms where they jitter by 1.2 to 3.3 ms.
 """
 
 
@@ -44,16 +44,17 @@ class Uncertainty:
         self._ratio = 0.0  # mean of their squares by their covariances, 1 where noise explains it
 
     def complete(self, registration: Registration, source: View, target: View,
-                 expected: np.ndarray | None = None) -> Registration:
+                 expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
         """
         Return a registration with the covariance of all that is known to make it wrong.
 
         :param expected: ``T_target_source`` at constant velocity; None where none is known.
+        :param elapsed: since that velocity was seen [s], at most the time between the views.
         """
         if not registration.status.ok:
             return registration
         covariance = registration.covariance + _timing(
-            registration.T_target_source, source, target, expected)
+            registration.T_target_source, source, target, expected, elapsed)
         if registration.disagreement is not None:
             ratio, squares = _measured(registration.disagreement)
             covariance += _unexplained(ratio / max(self._ratio, 1.0), squares, _UNUSUAL)
@@ -82,7 +83,7 @@ def _unexplained(ratio: float, squares: np.ndarray, bounds: tuple[float, float])
 
 
 def _timing(T_target_source: np.ndarray, source: View, target: View,
-            expected: np.ndarray | None) -> np.ndarray:
+            expected: np.ndarray | None, elapsed: float) -> np.ndarray:
     """Return the covariance of a motion between two moments that are not quite known, 6x6."""
     interval = (source.stamp - target.stamp) / NANOSECONDS
     if interval == 0.0:
@@ -91,7 +92,7 @@ def _timing(T_target_source: np.ndarray, source: View, target: View,
     variances = 2 * (_SHAKEN * jitter) ** 2 * _squared_rates(T_target_source, interval)
     if expected is not None:
         change = rigid.inverse(expected) @ T_target_source
-        variances += (_LAG * jitter) ** 2 * _squared_rates(change, interval) / 3
+        variances += (_LAG * jitter) ** 2 * _squared_rates(change, min(elapsed, interval)) / 3
     return np.diag(np.repeat(variances, 3))
 
 

@@ -142,10 +142,19 @@ def test_a_lagging_clock_adds_the_change_of_the_motion():
     assert variance(0.0, 0.004) == pytest.approx(0.0, abs=1e-15)
     assert variance(0.01, 0.004, None) == pytest.approx(0.0, abs=1e-15)
     one = variance(0.01, 0.004)
-    # along each of three axes a third of (delay * change of speed)^2, the delay being 20 jitters
-    assert one == pytest.approx((20 * 0.004 * 0.01 / PERIOD) ** 2 / 3)
+    # along each of three axes a third of (delay * change of speed)^2, the delay being 12 jitters
+    assert one == pytest.approx((12 * 0.004 * 0.01 / PERIOD) ** 2 / 3)
     assert variance(0.02, 0.004) == pytest.approx(4 * one)
     assert variance(0.01, 0.002) == pytest.approx(one / 4)
+
+
+def test_the_speed_changed_since_it_was_seen_not_since_the_keyframe():
+    """A second after the keyframe, off constant velocity by 1 cm in the last frame."""
+    jitter, motion = 0.004, rigid.exp([0, 0.01, 0, 0, 0, 0])
+    source, target = view(2, jitter), view(1, jitter)
+    complete = Uncertainty().complete(registration(motion), source, target, np.eye(4), PERIOD)
+    added = (complete.covariance - OWN)[0, 0] - 2 * (3.3 * jitter * 0.01) ** 2
+    assert added == pytest.approx((12 * jitter * 0.01 / PERIOD) ** 2 / 3)
 
 
 def test_one_sensor_alone_tells_nothing():
