@@ -15,6 +15,8 @@ import pytest
 
 from aick_ros import rigid
 from aick_ros.odometry import Odometry
+from aick_ros.parameter import with_values
+from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
 from aick_ros.sources.synthetic.surfaces import Rectangle
@@ -51,9 +53,9 @@ def off(pose, truth):
     return np.linalg.norm(E[:3, 3]), rigid.angle(E[:3, :3])
 
 
-def follow(frames, true_pose):
+def follow(frames, true_pose, settings=Settings()):
     """Return the updates of frames, none of which is good and far off, and the last's errors."""
-    odometry, stamps = Odometry(), np.array([frame.stamp for frame in frames])
+    odometry, stamps = Odometry(settings), np.array([frame.stamp for frame in frames])
     updates = [odometry.register_frame(frame) for frame in frames]
     for update in updates:
         if update.status is Status.OK:
@@ -219,12 +221,14 @@ def test_covered_for_a_second(frame):
     assert rotation < np.radians(0.3)
 
 
-def test_a_camera_lifted_while_a_hand_goes_over_it_is_found_by_an_earlier_frame(frame):
+@pytest.mark.parametrize('reference', ['previous', 'keyframe'])
+def test_a_camera_lifted_while_a_hand_goes_over_it_is_found_by_an_earlier_frame(frame, reference):
     """The last frame before the dark and the first after it show nothing in common."""
     before = [*[frame(i) for i in range(0, 20, 4)], cover(frame(20), slice(200, 640))]
     dark = [late(frame(20), i * PERIOD) for i in range(1, 19)]
     updates, (translation, rotation) = follow(
-        [*before, *dark, cover(frame(39), slice(320)), frame(40)], frame.pose)
+        [*before, *dark, cover(frame(39), slice(320)), frame(40)], frame.pose,
+        with_values(Settings(), {'odometry.reference': reference}))
     assert statuses(updates)[1:6] == 5 * [Status.OK]
     found = updates[-2]
     assert found.status is Status.OK
