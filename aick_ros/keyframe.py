@@ -53,9 +53,9 @@ class OneFrame:
     """A reference that is one frame as it is; compare LocalMap."""
 
     def register(self, registrar: Registrar, view: View, target: View,
-                 expected: np.ndarray | None) -> Registration:
+                 expected: np.ndarray | None, elapsed: float) -> Registration:
         """Return where a view was, seen from the frame."""
-        return registrar.register(view, target, expected)
+        return registrar.register(view, target, expected, elapsed)
 
     def begun(self, view: View) -> View:
         """Return what others are registered to."""

@@ -37,9 +37,9 @@ class LocalMap:
         self._track_sigma = settings.refinement.track_sigma
 
     def register(self, registrar: Registrar, view: View, target: View,
-                 expected: np.ndarray | None) -> Registration:
+                 expected: np.ndarray | None, elapsed: float) -> Registration:
         """Return where a view was, seen from the map, by the points of the map."""
-        return registrar.place(view, target, expected)
+        return registrar.place(view, target, expected, elapsed)
 
     def begun(self, view: View) -> View:
         """

@@ -163,8 +163,9 @@ class Odometry:
         failure = None
         for anchor in self._anchors():
             interval = (view.stamp - anchor.view.stamp) / NANOSECONDS
-            registration = self._reference.register(self._registrar, view, anchor.view,
-                                                    self._expected(view, anchor))
+            registration = self._reference.register(
+                self._registrar, view, anchor.view, self._expected(view, anchor),
+                self._elapsed(view))
             status, reason = self._judge(registration, interval)
             if status.ok:
                 return self._track(view, anchor, registration)
@@ -198,11 +199,15 @@ class Odometry:
 
     def _expected(self, view: View, anchor: Anchor) -> np.ndarray | None:
         """Return where the view is seen from an anchor at constant velocity, 4x4."""
-        elapsed = (view.stamp - self._tracked.view.stamp) / NANOSECONDS
+        elapsed = self._elapsed(view)
         if self._twist is None or elapsed > self._settings.hold_time:
             return None
         moved = self._tracked.T_odom_camera @ rigid.exp(self._twist * elapsed)
         return rigid.inverse(anchor.T_odom_camera) @ moved
+
+    def _elapsed(self, view: View) -> float:
+        """Return how long ago the camera was last tracked [s]."""
+        return (view.stamp - self._tracked.view.stamp) / NANOSECONDS
 
     def _judge(self, registration: Registration, interval: float) -> tuple[Status, str]:
         """Return whether to believe a registration, and why not."""

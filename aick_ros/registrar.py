@@ -14,6 +14,7 @@ from aick_ros import rigid
 from aick_ros.aick import Aick, Registration
 from aick_ros.frame import KeypointExtractor, RgbdFrame
 from aick_ros.refinement import Refinement
+from aick_ros.second_opinion import SecondOpinion
 from aick_ros.settings import Settings
 from aick_ros.stage_times import StageTimes
 from aick_ros.status import Status
@@ -53,6 +54,7 @@ class Registrar:
         self._refinement = None
         if settings.refinement.mode != 'none':
             self._refinement = Refinement(settings.refinement, settings.sensor)
+            self._second_opinion = SecondOpinion(self._refinement, settings.sensor)
             self._patient_aick = Aick(dataclasses.replace(settings.aick, **_PATIENT))
             patient = KeypointExtractor(
                 dataclasses.replace(settings.features, max_keypoints=0), settings.sensor)
@@ -74,11 +76,12 @@ class Registrar:
                     self._colour_clock.jitter)
 
     def register(self, source: View, target: View,
-                 expected: np.ndarray | None = None) -> Registration:
+                 expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
         """
         Return where the source was, seen from the target.
 
         :param expected: ``T_target_source`` at constant velocity; None where none is known.
+        :param elapsed: how long ago that velocity was seen [s].
         """
         with self._times.stage('registration'):
             found = self._aick.register(source.keypoints, target.keypoints)
@@ -91,21 +94,24 @@ class Registrar:
             found = self._refined(source, target, patient)
         if not found.status.ok and expected is not None:
             found = self._confirmed(source, target, expected, found)
-        return self._uncertainty.complete(found, source, target, expected)
+        elif found.status.ok and expected is not None:
+            with self._times.stage('refinement'):
+                found = self._second_opinion.on(found, source, target, expected, elapsed)
+        return self._uncertainty.complete(found, source, target, expected, elapsed)
 
-    def place(self, source: View, target: View,
-              expected: np.ndarray | None = None) -> Registration:
+    def place(self, source: View, target: View, expected: np.ndarray | None = None,
+              elapsed: float = np.inf) -> Registration:
         """
         Return where the source was, seen from the target, by the keypoints of the target.
 
         They are found in the source: that is the better way where they are known better than
         those of one frame. The tracks of what is returned are those of the target.
 
-        :param expected: as in :meth:`register`.
+        :param expected: as in :meth:`register`; ``elapsed`` likewise.
         """
         if expected is not None:
             expected = rigid.inverse(expected)
-        found = self.register(target, source, expected)
+        found = self.register(target, source, expected, elapsed)
         if not found.status.ok:
             return found
         covariance = rigid.relative_covariance(found.T_target_source, found.covariance,

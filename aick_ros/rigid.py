@@ -217,6 +217,12 @@ def perturbed(pose: np.ndarray, error: np.ndarray) -> np.ndarray:
     return moved
 
 
+def difference(pose: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """Return the error that makes a pose of a reference, 6: the inverse of ``perturbed``."""
+    return np.concatenate([pose[:3, 3] - reference[:3, 3],
+                           log_rotation(pose[:3, :3] @ reference[:3, :3].T)])
+
+
 def scaled(motion: np.ndarray, share: float) -> np.ndarray:
     """Return the pose that a constant body twist reaches after a share of the time."""
     return motion if share == 1.0 else exp(share * log(motion))

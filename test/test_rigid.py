@@ -144,6 +144,7 @@ def test_perturbed_turns_about_the_fixed_axes_of_the_target(rng):
     np.testing.assert_allclose(moved[:3, :3], turn.as_matrix(), atol=1e-12)
     np.testing.assert_allclose(moved[:3, 3], pose[:3, 3] + error[:3], atol=1e-12)
     np.testing.assert_array_equal(rigid.perturbed(pose, np.zeros(6)), pose)
+    np.testing.assert_allclose(rigid.difference(moved, pose), error, atol=1e-12)
 
 
 def test_scaled_is_the_matrix_power(rng):
