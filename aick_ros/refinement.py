@@ -27,7 +27,7 @@ from aick_ros.view import View
 _COARSE = 1  # iterations with wide robust weights, by the keypoints alone
 _COARSE_WIDTH = 3.0  # times the final one
 _STILL = 2e-5  # m and rad; a smaller step ends the iteration
-_FEWEST, _FEW = 6, 0.5
+_FEWEST, _FEW = 7, 0.5
 """Tracks that make a pose better, and share up to which they are sought again from there."""
 
 _WEAK = np.eye(6)  # 1 m and 1 rad: keeps finite what nothing tells about
@@ -64,21 +64,22 @@ class Refinement:
 
         :param T_target_source: from where to begin, within some ten pixels.
         """
-        refined = self._once(source, target, T_target_source)
+        tracks = self._tracker.track(source, target, T_target_source)
+        refined = self._solved(source, target, tracks, T_target_source)
         sought = min(len(source.keypoints), self._settings.max_tracks)
-        if _FEWEST < len(refined.tracked) < _FEW * sought:
-            refined = self._once(source, target, refined.T_target_source)
+        if _FEWEST <= len(tracks) and len(refined.tracked) < _FEW * sought:
+            tracks = self._tracker.track(source, target, refined.T_target_source)
+            refined = self._solved(source, target, tracks, refined.T_target_source)
         return refined
 
-    def _once(self, source: View, target: View, pose: np.ndarray) -> Refined:
-        problem = _Problem(source, target, self._tracker.track(source, target, pose),
-                           self._settings, self._sensor)
-        for i in range(self._settings.iterations):
+    def _solved(self, source: View, target: View, tracks: Tracks, pose: np.ndarray) -> Refined:
+        problem = _Problem(source, target, tracks, self._settings, self._sensor)
+        for i in range(self._settings.iterations - 1):
             step = problem.step(pose, coarse=i < _COARSE)
             pose = rigid.perturbed(pose, step)
             if i > _COARSE and np.abs(step).max() < _STILL:
                 break
-        return problem.judged(pose)
+        return problem.finished(pose)
 
 
 class _Problem:
@@ -101,15 +102,16 @@ class _Problem:
         equations = NormalEquations.of(kinds)
         return -np.linalg.solve(equations.information + _WEAK, equations.gradient)
 
-    def judged(self, pose: np.ndarray) -> Refined:
-        """Return the pose with what can be said of it."""
+    def finished(self, pose: np.ndarray) -> Refined:
+        """Return the pose after a last step, with what can be said of it."""
         kinds = self._by_keypoints(pose), self._by_depth(pose)
         equations = [NormalEquations.of(kind) for kind in kinds]
         noises = [gradient_noise(kind) + _WEAK for kind in kinds]
         covariance = np.linalg.inv(sum(part.information for part in equations) + _WEAK)
+        step = -covariance @ sum(part.gradient for part in equations)
         good = kinds[0][0].weights[:len(self._tracks)] > 0.25
-        return Refined(pose, covariance @ sum(noises) @ covariance, self._tracks[good],
-                       _disagreement(equations, noises) if kinds[1] else None)
+        return Refined(rigid.perturbed(pose, step), covariance @ sum(noises) @ covariance,
+                       self._tracks[good], _disagreement(equations, noises) if kinds[1] else None)
 
     def _by_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
         width = widen * self._settings.robust_width
