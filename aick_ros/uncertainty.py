@@ -25,6 +25,12 @@ _MEMORY = 30  # registrations
 _EXPLAINED = 1.2, 1.7
 """Squared disagreement by its covariance that noise may come to, and that it never comes to."""
 
+_UNSEEN, _UNSEEN_DISAGREEMENT = 3, (0.003, np.radians(0.15))
+"""What a camera not seen yet is taken for, and for how many registrations that counts [m, rad].
+
+A Kinect's sensors disagree by 3 to 10 mm and 0.1 to 0.3 deg.
+"""
+
 _UNUSUAL = 1.7, 2.3
 """The same of a single registration, by what is usual, which is at least the noise."""
 
@@ -39,9 +45,11 @@ class Uncertainty:
     """Completes the covariances of the registrations of one camera, in the order of time."""
 
     def __init__(self) -> None:
-        self._count = 0
-        self._squares = np.zeros(2)  # mean disagreement along an axis, about an axis, squared
-        self._ratio = 0.0  # mean of their squares by their covariances, 1 where noise explains it
+        self._count = _UNSEEN
+        # mean disagreement along an axis, about an axis, squared
+        self._squares = np.square(_UNSEEN_DISAGREEMENT)
+        # mean of their squares by their covariances, 1 where noise explains it
+        self._ratio = _EXPLAINED[1]
 
     def complete(self, registration: Registration, source: View, target: View,
                  expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:

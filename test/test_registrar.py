@@ -151,7 +151,9 @@ def test_with_too_few_tracks_the_pose_is_that_of_aick_and_doubted(frames):
     alone = Aick(Settings().aick).register(views[-1].keypoints, views[0].keypoints)
     np.testing.assert_array_equal(found.T_target_source, alone.T_target_source)
     np.testing.assert_array_equal(found.matches, alone.matches)
-    np.testing.assert_allclose(found.covariance, 100 * alone.covariance)
+    more = found.covariance - 100 * alone.covariance  # what a camera not seen yet may be off by
+    np.testing.assert_allclose(more, np.diag(np.diag(more)), atol=1e-12)
+    assert (np.diag(more) >= 0).all()
     assert found.reason == f'{alone.reason}, 0 keypoints tracked'
 
 

@@ -43,8 +43,27 @@ def added(uncertainty, difference):
     return complete.covariance - OWN
 
 
-def test_a_disagreement_of_the_size_of_its_noise_adds_nothing():
+def used():
+    """Return the uncertainty of a camera whose sensors have agreed for a while."""
     uncertainty = Uncertainty()
+    for _ in range(60):
+        added(uncertainty, np.sqrt(np.diag(NOISE)))
+    return uncertainty
+
+
+def test_a_camera_not_seen_yet_is_not_trusted():
+    """As much as a Kinect's sensors disagree by; a few registrations that agree are enough."""
+    uncertainty, agreed = Uncertainty(), np.sqrt(np.diag(NOISE))
+    first = np.sqrt(np.diag(added(uncertainty, agreed)))
+    assert 0.001 < first[0] < 0.01
+    assert 0.05 < np.degrees(first[3]) < 0.3
+    for _ in range(10):
+        last = added(uncertainty, agreed)
+    np.testing.assert_array_equal(last, 0.0)
+
+
+def test_a_disagreement_of_the_size_of_its_noise_adds_nothing():
+    uncertainty = used()
     for _ in range(40):
         np.testing.assert_array_equal(added(uncertainty, np.sqrt(np.diag(NOISE))), 0.0)
 
@@ -74,7 +93,7 @@ def test_a_systematic_disagreement_adds_its_size(sigmas):
 
 
 def test_an_unusual_disagreement_adds_its_size_at_once():
-    uncertainty = Uncertainty()
+    uncertainty = used()
     sigmas = np.sqrt(np.diag(NOISE))
     for _ in range(30):
         np.testing.assert_array_equal(added(uncertainty, 0.6 * sigmas), 0.0)
@@ -87,7 +106,7 @@ def test_an_unusual_disagreement_adds_its_size_at_once():
 def test_where_the_sensors_never_agree_it_is_not_unusual():
     """What they are always off by is added once, not twice."""
     uncertainty, sigmas = Uncertainty(), np.sqrt(np.diag(NOISE))
-    for _ in range(40):
+    for _ in range(400):
         usual = added(uncertainty, 3 * sigmas)
     np.testing.assert_allclose(np.diag(usual)[:3], np.mean(9 * np.diag(NOISE)[:3]))
 
@@ -117,12 +136,12 @@ def test_jitter_adds_the_way_made_in_it():
     motion = np.eye(4)
     motion[:3, 3] = velocity * PERIOD
     source, target = view(1 + PERIOD, jitter), view(1, jitter / 2)
-    moved = Uncertainty().complete(registration(motion), source, target).covariance - OWN
+    moved = used().complete(registration(motion), source, target).covariance - OWN
     np.testing.assert_allclose(moved, np.diag(3 * [2 * (3.3 * jitter * 1.3) ** 2] + 3 * [0]),
                                atol=1e-15)
     motion = np.eye(4)
     motion[:3, :3] = Rotation.from_rotvec(turn_rate * PERIOD).as_matrix()
-    turned = Uncertainty().complete(registration(motion), source, target).covariance - OWN
+    turned = used().complete(registration(motion), source, target).covariance - OWN
     np.testing.assert_allclose(turned, np.diag(3 * [0] + 3 * [2 * (3.3 * jitter * 2.0) ** 2]),
                                atol=1e-15)
 
@@ -134,8 +153,8 @@ def test_a_lagging_clock_adds_the_change_of_the_motion():
 
     def variance(change, jitter, known=expected):
         motion[:3, 3] = 0.02, change, 0.0
-        complete = Uncertainty().complete(registration(motion), view(1 + PERIOD, jitter),
-                                          view(1, jitter), known)
+        complete = used().complete(registration(motion), view(1 + PERIOD, jitter),
+                                   view(1, jitter), known)
         speed = np.hypot(0.02, change) / PERIOD
         return (complete.covariance - OWN)[0, 0] - 2 * (3.3 * jitter * speed) ** 2
 
@@ -152,7 +171,7 @@ def test_the_speed_changed_since_it_was_seen_not_since_the_keyframe():
     """A second after the keyframe, off constant velocity by 1 cm in the last frame."""
     jitter, motion = 0.004, rigid.exp([0, 0.01, 0, 0, 0, 0])
     source, target = view(2, jitter), view(1, jitter)
-    complete = Uncertainty().complete(registration(motion), source, target, np.eye(4), PERIOD)
+    complete = used().complete(registration(motion), source, target, np.eye(4), PERIOD)
     added = (complete.covariance - OWN)[0, 0] - 2 * (3.3 * jitter * 0.01) ** 2
     assert added == pytest.approx((12 * jitter * 0.01 / PERIOD) ** 2 / 3)
 
@@ -172,5 +191,5 @@ def test_infinite_stays_infinite():
 
 def test_two_images_of_one_moment_have_no_speed():
     moved = registration(rigid.exp([0.01, 0, 0, 0.01, 0, 0]))
-    covariance = Uncertainty().complete(moved, view(1, 0.001), view(1), np.eye(4)).covariance
+    covariance = used().complete(moved, view(1, 0.001), view(1), np.eye(4)).covariance
     np.testing.assert_array_equal(covariance, OWN)
