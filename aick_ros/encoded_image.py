@@ -99,6 +99,17 @@ def to_metres(units: np.ndarray, units_per_metre: float) -> np.ndarray:
     return depth
 
 
+def valid_metres(depth: np.ndarray) -> np.ndarray:
+    """
+    Return depth of whatever byte order as a native copy, with NaN for 0, negative and infinite.
+
+    :param depth: HxW float32 [m].
+    """
+    depth = depth.astype(np.float32)
+    np.copyto(depth, np.nan, where=~((depth > 0.0) & (depth < np.inf)))
+    return depth
+
+
 def to_units(depth: np.ndarray, units_per_metre: float) -> np.ndarray:
     """
     Return depth rounded to whole units, the inverse of :func:`to_metres`.

@@ -153,13 +153,24 @@ def test_compressed_images(rig, start_node, frames, depth_transport, kind):
         assert_answers(rig, frames, atol=0.03)
 
 
-def test_rvl_is_explained(rig, start_node, frames):
+def test_depth_compressed_by_rvl(rig, start_node, frames):
+    rvl = pytest.importorskip('rvl')
     rig.depth = rig.node.create_publisher(CompressedImage, 'depth/image/compressedDepth', 100)
     node = start_node(depth_transport='compressedDepth')
     rig.send_camera_info(frames[0].camera)
-    rig.colour.publish(rig.image_message(frames[0].stamp, 'rgb8', frames[0].colour))
-    rig.depth.publish(compressed(frames[0].stamp, '16UC1; compressedDepth rvl', bytes(100)))
-    node.wait_for_log("set the parameter compressedDepth.format of its publisher to 'png'")
+
+    def send(frame, size=None):
+        rig.colour.publish(rig.image_message(frame.stamp, 'rgb8', frame.colour))
+        # the package puts the number of pixels before the data, image_transport the size
+        data = rvl.compress(millimetres(frame).tobytes())[4:size]
+        rig.depth.publish(compressed(frame.stamp, '16UC1; compressedDepth rvl',
+                                     bytes(12) + np.int32([640, 480]).tobytes() + data))
+
+    for frame in frames[:-1]:
+        send(frame)
+    assert_answers(rig, [of_millimetres(frame) for frame in frames[:-1]])
+    send(frames[-1], size=1000)
+    node.wait_for_log('skipped: depth: its RVL data is truncated')
 
 
 # Cameras.
