@@ -149,7 +149,7 @@ class OdomNode(Node):
 
     def _set_pose(self, T_odom_base: np.ndarray, covariance: np.ndarray) -> None:
         def set_pose() -> None:
-            self._publisher.set_pose(T_odom_base, covariance)
+            self._publisher.set_pose(T_odom_base, covariance, self._control.paused)
             self.get_logger().info('pose set')
         self._between_frames(set_pose)
 
