@@ -173,9 +173,15 @@ def _play(player: BagPlayer, arguments: argparse.Namespace) -> None:
     deadline = time.monotonic() + arguments.wait
     while not player.has_subscribers(images):
         if time.monotonic() > deadline:
-            player.get_logger().warning(f'nobody listens to all of {", ".join(images)}')
+            player.get_logger().warning(
+                f'nobody listens to all of {", ".join(images)}: remap them, or those of the node, '
+                'to each other')
             break
         time.sleep(0.01)
     pace = StepByStep() if arguments.step else RealTime(arguments.rate)
     count = sum(1 for _ in player.play(pace))
     player.get_logger().info(f'played {count} messages of {arguments.bag}')
+
+
+if __name__ == '__main__':
+    main()

@@ -104,7 +104,8 @@ class OdomNode(Node):
                 return  # told to end while at work: nobody can be answered any more
             self._diagnostics.damaged('internal error, see the log', FAILED)
             self.get_logger().error(f'frame {stamp} ns failed, please report this:\n'
-                                    f'{traceback.format_exc()}')
+                                    f'{traceback.format_exc()}',
+                                    throttle_duration_sec=_THROTTLE)
 
     def _register(self, arrival: Arrival) -> None:
         frame = self._inputs.frame(arrival)
@@ -179,3 +180,7 @@ def main() -> None:
         finally:
             node.close()
             node.destroy_node()
+
+
+if __name__ == '__main__':
+    main()

@@ -19,6 +19,8 @@ from aick_ros.trajectory import NANOSECONDS
 _SILENT_AFTER = 5.0  # seconds
 _TOLERATED_LOSS = 0.2  # share of the images
 _TOLERATED_AHEAD = 1.0  # seconds
+_IMAGE = 'sensor_msgs/msg/Image'
+_MOST_NAMED = 6  # topics
 
 
 class Watchdog:
@@ -110,7 +112,17 @@ class Watchdog:
             if other:
                 parameter = 'image_transport' if name == 'rgb/image' else 'depth_transport'
                 sentence += f'; there is {other}: set {parameter} to {transport}'
-        return sentence
+        images = self._topics_of_images() if any('image' in name for name in names) else ()
+        return sentence + (f'; there are images on {", ".join(images)}' if images else '')
+
+    def _topics_of_images(self) -> list[str]:
+        """Return the first few topics on which others publish images."""
+        me = self._node.get_namespace(), self._node.get_name()
+        topics = [topic for topic, kinds in self._node.get_topic_names_and_types()
+                  if _IMAGE in kinds and any(
+                      (publisher.node_namespace, publisher.node_name) != me
+                      for publisher in self._node.get_publishers_info_by_topic(topic))]
+        return sorted(topics)[:_MOST_NAMED]
 
     def _explain_unpaired(self) -> str:
         both = f'colour and depth images come, but for {_SILENT_AFTER:g} s no two of them have '

@@ -353,6 +353,12 @@ def test_silence_names_the_topics(rig, start_node, frames):
     assert 'nothing on /rgb/camera_info' in node.log
 
 
+def test_where_nobody_publishes_the_topics_that_have_images_are_named(rig, start_node):
+    node = start_node(wait=False, remappings=['rgb/image:=/nowhere'])
+    node.wait_for_log('nobody publishes /nowhere: start the camera, or remap rgb/image to its '
+                      'topics; there are images on /depth/image, /rgb/image')
+
+
 def test_the_parameter_file_of_the_package_is_taken_and_leaves_the_preset_alone(
         rig, start_node, frames):
     file = Path(__file__).parents[2] / 'config' / 'odom_node.yaml'
