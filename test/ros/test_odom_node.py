@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros import rigid
 from aick_ros.odometry import Odometry
@@ -354,9 +354,10 @@ def test_silence_names_the_topics(rig, start_node, frames):
 
 
 def test_where_nobody_publishes_the_topics_that_have_images_are_named(rig, start_node):
+    rig.node.create_publisher(Image, '/camera/image_raw', 1)
     node = start_node(wait=False, remappings=['rgb/image:=/nowhere'])
     node.wait_for_log('nobody publishes /nowhere: start the camera, or remap rgb/image to its '
-                      'topics; there are images on /depth/image, /rgb/image')
+                      'topics; there are images on /camera/image_raw, /depth/image')
 
 
 def test_the_parameter_file_of_the_package_is_taken_and_leaves_the_preset_alone(
