@@ -28,6 +28,8 @@ def decode(data: Any) -> np.ndarray:
     :raises InputError: where the data is truncated, damaged or something else.
     """
     content = bytes(data)
+    if not content:
+        raise InputError('it is empty: copy or record it again')
     for name, (begin, end) in _MARKS.items():
         if content.startswith(begin):
             break

@@ -132,7 +132,7 @@ def test_compressed_depth_in_place_of_colour_is_told(format_):
 @pytest.mark.parametrize('decode', [
     compressed_codec.compressed_colour, compressed_codec.compressed_depth])
 @pytest.mark.parametrize('data, reason', [
-    (b'', 'neither PNG nor JPEG'), (b'\x01' * 11, 'neither PNG nor JPEG'),
+    (b'', 'it is empty: copy or record it again'), (b'\x01' * 11, 'neither PNG nor JPEG'),
     (b'\x01' * 500, 'neither PNG nor JPEG'),
     (cv2.imencode('.png', MILLIMETRES)[1].tobytes()[:900], '900 bytes of PNG data are truncated')])
 def test_damaged_compressed_data_is_refused(decode, data, reason):

@@ -117,11 +117,9 @@ class Watchdog:
 
     def _topics_of_images(self) -> list[str]:
         """Return the first few topics on which others publish images."""
-        me = self._node.get_namespace(), self._node.get_name()
         topics = [topic for topic, kinds in self._node.get_topic_names_and_types()
-                  if _IMAGE in kinds and any(
-                      (publisher.node_namespace, publisher.node_name) != me
-                      for publisher in self._node.get_publishers_info_by_topic(topic))]
+                  if _IMAGE in kinds and self._node.count_publishers(topic)
+                  and not topic.endswith('/debug_image')]  # ours, or that of a node like this
         return sorted(topics)[:_MOST_NAMED]
 
     def _explain_unpaired(self) -> str:
