@@ -208,6 +208,25 @@ def test_rectified_images_take_p(rig, start_node, frames):
     assert_answers(rig, frames)
 
 
+def test_a_camera_that_changes_its_resolution(rig, start_node, frames):
+    camera = frames[0].camera
+    half = Camera(320, 240, camera.fx / 2, camera.fy / 2, (camera.cx + 0.5) / 2 - 0.5,
+                  (camera.cy + 0.5) / 2 - 0.5)
+    smaller = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT, camera=half))
+    mixed = [*frames[:2], smaller.frame(2), smaller.frame(3), *frames[4:]]
+    node = start_node()
+    for i, frame in enumerate(mixed):
+        if i in (0, 2, 4):
+            rig.send_camera_info(frame.camera)
+            rig.wait_until(lambda: node.log.count('camera of /rgb/image') == 1 + i // 2,
+                           'the camera to be known')
+        rig.send(frame)
+        rig.answer(frame.stamp)
+    assert_answers(rig, mixed)
+    assert all(message.pose.covariance[0] < 9999.0 for message in rig.odom)
+    assert 'Traceback' not in node.log
+
+
 def test_binning_and_roi(rig, start_node, frames):
     """The whole sensor has twice the pixels, and its middle was read out."""
     start_node()
