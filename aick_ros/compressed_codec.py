@@ -76,7 +76,8 @@ def _header_and_units(message: CompressedImageMessage) -> tuple[bytes, np.ndarra
     """Return the header of compressedDepth, empty where there is none, and HxW uint16."""
     content = bytes(message.data)
     if 'rvl' not in message.format.lower():
-        size = 0 if content.startswith(b'\x89PNG') else _HEADER.size
+        has_header = len(content) >= _HEADER.size and not content.startswith(b'\x89PNG')
+        size = _HEADER.size if has_header else 0
         return content[:size], decode_units(content[size:])
     start = _HEADER.size + _RVL_SIZE.size
     if len(content) < start:
