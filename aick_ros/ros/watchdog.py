@@ -107,13 +107,16 @@ class Watchdog:
         topics = ', '.join(self._subscriptions[name].topic_name for name in names)
         sentence = (f'nobody publishes {topics}: start the camera, or remap {", ".join(names)} to '
                     'its topics')
+        others = ''
         for name in names:
             other, transport = self._subscriptions[name].published_instead()
             if other:
                 parameter = 'image_transport' if name == 'rgb/image' else 'depth_transport'
-                sentence += f'; there is {other}: set {parameter} to {transport}'
-        images = self._topics_of_images() if any('image' in name for name in names) else ()
-        return sentence + (f'; there are images on {", ".join(images)}' if images else '')
+                others += f'; there is {other}: set {parameter} to {transport}'
+        if not others and any('image' in name for name in names):
+            images = ', '.join(self._topics_of_images())
+            others = images and f'; there are images on {images}'
+        return sentence + others
 
     def _topics_of_images(self) -> list[str]:
         """Return the first few topics on which others publish images."""
