@@ -440,6 +440,7 @@ def test_a_bag_that_loops_goes_on_with_its_clock(rig, start_node, frames):
         for frame in turn:
             clock.publish(Clock(clock=to_time(frame.stamp)))
             rig.send(frame)
+        rig.answer(turn[-1].stamp)  # or a late depth image falls into the next turn
     first, second = ([from_pose(rig.answer(frame.stamp).pose.pose) for frame in turn]
                      for turn in turns)
     np.testing.assert_allclose(second[0], first[-1], atol=1e-9)
