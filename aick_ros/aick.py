@@ -10,14 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros import rigid
+from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frame import KeypointFrame
-from aick_ros.search import FullSearch, Search, descriptor_distances
+from aick_ros.search import FullSearch, Search
 from aick_ros.settings import AickSettings
 from aick_ros.status import Status
+from aick_ros.tracks import Tracks
 from aick_ros.word_search import WordSearch
 
 _FEWEST = 3  # points that determine a rigid transform
-_IDENTITY = np.eye(3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +47,7 @@ class Registration:
     :param iterations: how many were done.
     :param support: keypoints that agree with the transform.
     :param disagreement: of the two sensors, where a refinement used both.
+    :param tracks: keypoints of the source that a refinement found in the target.
     """
 
     status: Status
@@ -56,6 +58,7 @@ class Registration:
     iterations: int
     support: int = 0
     disagreement: Disagreement | None = None
+    tracks: Tracks | None = None
 
 
 class Aick:
@@ -70,46 +73,30 @@ class Aick:
             return _failure(Status.TOO_FEW_KEYPOINTS, f'{len(source)} and {len(target)} keypoints '
                             f'with depth, it takes {_FEWEST}', 0)
         search = self._search(source, target)
-        positions = source.positions.astype(np.float64), target.positions.astype(np.float64)
+        points = [rigid.homogeneous(frame.positions.astype(np.float64))
+                  for frame in (source, target)]
         T_target_source = np.eye(4)
         for i in range(self._settings.iterations):
             w = self._settings.alpha ** i
-            matches = search.closest(rigid.transform(T_target_source, source.positions), w)
+            matches = search.closest(T_target_source, w)
             if len(matches) < _FEWEST:
                 return _failure(Status.TOO_FEW_MATCHES, f'{len(matches)} matches in iteration {i} '
                                 f'of {len(source)} and {len(target)} keypoints', i + 1)
-            matched = (positions[0].take(matches[:, 0], axis=0),
-                       positions[1].take(matches[:, 1], axis=0))
+            matched = points[0].take(matches[:, 0], axis=0), points[1].take(matches[:, 1], axis=0)
             try:
-                T_target_source = rigid.fit(*matched)
+                T_target_source = rigid.fit_moments(matched[0].T @ matched[1])
             except rigid.DegenerateGeometryError as error:
                 return _failure(Status.DEGENERATE_GEOMETRY, str(error), i + 1)
         return Registration(Status.OK, f'{len(matches)} matches', T_target_source,
-                            _covariance(T_target_source, *matched), matches, i + 1, len(matches))
+                            fit_covariance(T_target_source, source, target, matches), matches,
+                            i + 1, len(matches))
 
     def _search(self, source: KeypointFrame, target: KeypointFrame) -> Search:
         """Return the search by words where both frames have them of one vocabulary (III-B)."""
         words = source.words, target.words
         if None not in words and words[0].vocabulary is words[1].vocabulary:
             return WordSearch(source, target, self._settings)
-        return FullSearch(source.positions, target.positions,
-                          descriptor_distances(source.descriptors, target.descriptors),
-                          self._settings)
-
-
-def _covariance(T_target_source: np.ndarray, source: np.ndarray,
-                target: np.ndarray) -> np.ndarray:
-    """Return the covariance of a least-squares fit from the residuals of its matches."""
-    arms = source @ T_target_source[:3, :3].T
-    residuals = arms + T_target_source[:3, 3] - target
-    count, cross = len(arms), rigid.skew(np.add.reduce(arms))
-    information = np.empty((6, 6))
-    information[:3, :3] = count * _IDENTITY
-    information[:3, 3:] = -cross
-    information[3:, :3] = cross
-    information[3:, 3:] = np.vdot(arms, arms) * _IDENTITY - arms.T @ arms
-    variance = np.vdot(residuals, residuals) / max(3 * count - 6, 1)
-    return variance * np.linalg.inv(information)  # a fit there is, so it has full rank
+        return FullSearch(source, target, self._settings)
 
 
 def _failure(status: Status, reason: str, iterations: int) -> Registration:

@@ -42,8 +42,10 @@ def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.
     return np.where(usable, depths, np.nan)
 
 
-def inverse_depth_sigma(z: np.ndarray, sensor: SensorSettings) -> np.ndarray:
-    """Return the standard deviation of the inverse of some depths [1/m]."""
+def inverse_depth_sigma(z: np.ndarray, sensor: SensorSettings) -> np.ndarray | float:
+    """Return the standard deviation of the inverse of some depths [1/m], or the one of all."""
+    if sensor.depth_exponent == 2.0:
+        return sensor.depth_sigma
     return sensor.depth_sigma * z ** (sensor.depth_exponent - 2.0)
 
 

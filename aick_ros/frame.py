@@ -109,14 +109,17 @@ class KeypointExtractor:
         """Return the keypoints of a frame; none where the image shows none."""
         found = self._detector.detect(frame.grey)
         depths = depth.sample(frame.depth, found.pixels, self._sensor)
-        positions = frame.camera.back_project(found.pixels, depths)
-        kept = np.flatnonzero(np.isfinite(positions).all(axis=1))
+        kept = np.flatnonzero(np.isfinite(depths))
         kept = kept[np.argsort(-found.responses[kept], kind='stable')]
         kept = self._select(kept, found.pixels[kept])
-        pixels, positions = found.pixels[kept], positions[kept]
+        positions = frame.camera.back_project(found.pixels[kept], depths[kept])
+        seen = np.isfinite(positions).all(axis=1)  # some pixels of a wide lens have no ray
+        kept, positions = kept[seen], positions[seen]
+        pixels = found.pixels[kept]
+        noise = self._features.chosen
         covariances = depth.position_covariances(
-            positions, self._features.pixel_sigma * found.scales[kept], frame.camera,
-            self._sensor)
+            positions, noise.pixel_sigma * found.scales[kept] ** noise.pixel_exponent,
+            frame.camera, self._sensor)
         descriptors = found.descriptors[kept]
         words = None if self._vocabulary is None else self._vocabulary.words_of(
             descriptors, self._word_radius)

@@ -11,6 +11,7 @@ import numpy as np
 
 from aick_ros import rigid
 from aick_ros.aick import Registration
+from aick_ros.registrar import Registrar
 from aick_ros.settings import OdometrySettings
 from aick_ros.view import View
 
@@ -46,6 +47,27 @@ class Anchor:
             return motion, covariance
         return motion, 0.5 * rigid.relative_covariance(
             self.T_keyframe_camera, self.keyframe_covariance, T_keyframe_camera, covariance)
+
+
+class OneFrame:
+    """A reference that is one frame as it is; compare LocalMap."""
+
+    def register(self, registrar: Registrar, view: View, target: View,
+                 expected: np.ndarray | None, elapsed: float) -> Registration:
+        """Return where a view was, seen from the frame."""
+        return registrar.register(view, target, expected, elapsed)
+
+    def begun(self, view: View) -> View:
+        """Return what others are registered to."""
+        return view
+
+    def told(self, view: View, registration: Registration) -> View:
+        """Return the frame after another one was registered to it."""
+        return view
+
+    def carried(self, view: View, new: View, registration: Registration) -> View:
+        """Return the frame that follows."""
+        return new
 
 
 class KeyframePolicy:

@@ -16,7 +16,8 @@ import numpy as np
 from aick_ros import rigid
 from aick_ros.aick import Registration
 from aick_ros.frame import KeypointFrame, RgbdFrame
-from aick_ros.keyframe import Anchor, KeyframePolicy
+from aick_ros.keyframe import Anchor, KeyframePolicy, OneFrame
+from aick_ros.local_map import LocalMap
 from aick_ros.registrar import Registrar
 from aick_ros.settings import OdometrySettings, Settings
 from aick_ros.stage_times import StageTimes
@@ -120,6 +121,8 @@ class Odometry:
         self._settings: OdometrySettings = settings.odometry
         self._registrar = Registrar(settings, self._times)
         self._policy = KeyframePolicy(settings.odometry)
+        fused = settings.odometry.reference == 'map'
+        self._reference = LocalMap(settings) if fused else OneFrame()
 
     def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
         """Forget everything; the next frame gets the pose given, or the identity."""
@@ -160,8 +163,9 @@ class Odometry:
         failure = None
         for anchor in self._anchors():
             interval = (view.stamp - anchor.view.stamp) / NANOSECONDS
-            registration = self._registrar.register(view, anchor.view,
-                                                    self._expected(view, anchor))
+            registration = self._reference.register(
+                self._registrar, view, anchor.view, self._expected(view, anchor),
+                self._elapsed(view))
             status, reason = self._judge(registration, interval)
             if status.ok:
                 return self._track(view, anchor, registration)
@@ -179,7 +183,8 @@ class Odometry:
             return self._answer(view, Status.TOO_FEW_KEYPOINTS,
                                 f'{len(view.keypoints)} keypoints with depth, it takes {fewest}')
         recovered, self._is_lost = self._is_lost, False
-        self._tracked = self._keyframe = Anchor(view, self._pose, self._covariance)
+        self._tracked = self._keyframe = Anchor(self._reference.begun(view), self._pose,
+                                                self._covariance)
         return self._answer(view, Status.FIRST_FRAME, f'{len(view.keypoints)} keypoints',
                             recovered=recovered)
 
@@ -194,11 +199,15 @@ class Odometry:
 
     def _expected(self, view: View, anchor: Anchor) -> np.ndarray | None:
         """Return where the view is seen from an anchor at constant velocity, 4x4."""
-        elapsed = (view.stamp - self._tracked.view.stamp) / NANOSECONDS
+        elapsed = self._elapsed(view)
         if self._twist is None or elapsed > self._settings.hold_time:
             return None
         moved = self._tracked.T_odom_camera @ rigid.exp(self._twist * elapsed)
         return rigid.inverse(anchor.T_odom_camera) @ moved
+
+    def _elapsed(self, view: View) -> float:
+        """Return how long ago the camera was last tracked [s]."""
+        return (view.stamp - self._tracked.view.stamp) / NANOSECONDS
 
     def _judge(self, registration: Registration, interval: float) -> tuple[Status, str]:
         """Return whether to believe a registration, and why not."""
@@ -239,11 +248,13 @@ class Odometry:
         """Make a view the last tracked one, and choose what the next one is registered to."""
         self._lost = None
         if self._policy.keeps(view, registration):
-            self._keyframe = anchor
+            self._keyframe = dataclasses.replace(
+                anchor, view=self._reference.told(anchor.view, registration))
             self._tracked = Anchor(view, self._pose, self._covariance,
                                    registration.T_target_source, registration.covariance)
         else:
-            self._tracked = self._keyframe = Anchor(view, self._pose, self._covariance)
+            carried = self._reference.carried(anchor.view, view, registration)
+            self._tracked = self._keyframe = Anchor(carried, self._pose, self._covariance)
 
     def _remember(self, anchor: Anchor) -> None:
         """Keep an anchor for frames that fail against the last one, one every while."""

@@ -31,7 +31,7 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {
         **_FAST_SURF, 'aick.vocabulary': 'surf-1000', 'aick.word_radius': 0.26},
 }
 """The paper's parameters (IV, V-A), whatever the defaults are; but R_w of ORB, which is 0.165
-there, is that at which our words lose nothing."""
+there, is where our words lose little: vocabularies/README.md."""
 
 
 def preset(name: str) -> Settings:

@@ -27,6 +27,9 @@ from aick_ros.view import View
 _COARSE = 1  # iterations with wide robust weights, by the keypoints alone
 _COARSE_WIDTH = 3.0  # times the final one
 _STILL = 2e-5  # m and rad; a smaller step ends the iteration
+_FEWEST, _FEW = 6, 0.5
+"""Tracks that make a pose better, and share up to which they are sought again from there."""
+
 _WEAK = np.eye(6)  # 1 m and 1 rad: keeps finite what nothing tells about
 
 
@@ -43,7 +46,7 @@ class Refined:
 
     T_target_source: np.ndarray
     covariance: np.ndarray
-    tracked: np.ndarray
+    tracked: Tracks
     disagreement: Disagreement | None
 
 
@@ -61,9 +64,15 @@ class Refinement:
 
         :param T_target_source: from where to begin, within some ten pixels.
         """
-        problem = _Problem(source, target, self._tracker.track(source, target, T_target_source),
+        refined = self._once(source, target, T_target_source)
+        sought = min(len(source.keypoints), self._settings.max_tracks)
+        if _FEWEST < len(refined.tracked) < _FEW * sought:
+            refined = self._once(source, target, refined.T_target_source)
+        return refined
+
+    def _once(self, source: View, target: View, pose: np.ndarray) -> Refined:
+        problem = _Problem(source, target, self._tracker.track(source, target, pose),
                            self._settings, self._sensor)
-        pose = T_target_source
         for i in range(self._settings.iterations):
             step = problem.step(pose, coarse=i < _COARSE)
             pose = rigid.perturbed(pose, step)
@@ -99,12 +108,12 @@ class _Problem:
         noises = [gradient_noise(kind) + _WEAK for kind in kinds]
         covariance = np.linalg.inv(sum(part.information for part in equations) + _WEAK)
         good = kinds[0][0].weights[:len(self._tracks)] > 0.25
-        return Refined(pose, covariance @ sum(noises) @ covariance, self._tracks.keypoints[good],
+        return Refined(pose, covariance @ sum(noises) @ covariance, self._tracks[good],
                        _disagreement(equations, noises) if kinds[1] else None)
 
     def _by_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
         width = widen * self._settings.robust_width
-        return [reprojection(self._tracks, pose, self._ray_sigma, self._sensor, width),
+        return [reprojection(self._tracks, pose, self._ray_sigma, width),
                 track_depth(self._tracks, pose, self._sensor, width)]
 
     def _by_depth(self, pose: np.ndarray) -> list[Residuals]:

@@ -10,9 +10,11 @@ import functools
 
 import numpy as np
 
+from aick_ros import rigid
 from aick_ros.aick import Aick, Registration
 from aick_ros.frame import KeypointExtractor, RgbdFrame
 from aick_ros.refinement import Refinement
+from aick_ros.second_opinion import SecondOpinion
 from aick_ros.settings import Settings
 from aick_ros.stage_times import StageTimes
 from aick_ros.status import Status
@@ -23,11 +25,11 @@ from aick_ros.uncertainty import Uncertainty
 from aick_ros.view import View
 from aick_ros.vocabulary import vocabulary_of
 
-_PATIENT = {'alpha': 0.8, 'iterations': 25}  # the paper's full schedule (V-A)
+_PATIENT = {'alpha': 0.93, 'iterations': 60}  # appearance leads for longer than in the paper
 _REMEMBERED = 8  # frames of which all keypoints are kept
 _FEWEST_TRACKS = 12  # fewer do not check a pose
-_FEWEST_UNCHECKED = 30  # matches of a pose that is believed without
-_DOUBT = 100.0  # times the covariance of AICK's residuals, which knows no systematic error
+_FEWEST_UNCHECKED = 60  # matches of a pose that is believed without
+_DOUBT = 100.0  # times the covariance of AICK's fit, which knows no systematic error
 _SHARE_OF_TRACKS = 0.5  # of the keypoints must be found for a guess to be believed
 
 
@@ -36,7 +38,7 @@ class Registrar:
     Registers the views of one camera.
 
     AICK needs no initial guess. Where it finds nothing, or what it finds is not what the images
-    show, it is given all keypoints and the paper's longer schedule; where that fails too a guess
+    show, it is given all keypoints and a slower schedule; where that fails too a guess
     is tried. Both must be confirmed by the images.
 
     :param times: told how long each stage takes.
@@ -52,6 +54,7 @@ class Registrar:
         self._refinement = None
         if settings.refinement.mode != 'none':
             self._refinement = Refinement(settings.refinement, settings.sensor)
+            self._second_opinion = SecondOpinion(self._refinement, settings.sensor)
             self._patient_aick = Aick(dataclasses.replace(settings.aick, **_PATIENT))
             patient = KeypointExtractor(
                 dataclasses.replace(settings.features, max_keypoints=0), settings.sensor)
@@ -73,11 +76,12 @@ class Registrar:
                     self._colour_clock.jitter)
 
     def register(self, source: View, target: View,
-                 expected: np.ndarray | None = None) -> Registration:
+                 expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
         """
         Return where the source was, seen from the target.
 
         :param expected: ``T_target_source`` at constant velocity; None where none is known.
+        :param elapsed: how long ago that velocity was seen [s].
         """
         with self._times.stage('registration'):
             found = self._aick.register(source.keypoints, target.keypoints)
@@ -90,10 +94,34 @@ class Registrar:
             found = self._refined(source, target, patient)
         if not found.status.ok and expected is not None:
             found = self._confirmed(source, target, expected, found)
-        return self._uncertainty.complete(found, source, target, expected)
+        elif found.status.ok and expected is not None:
+            with self._times.stage('refinement'):
+                found = self._second_opinion.on(found, source, target, expected, elapsed)
+        return self._uncertainty.complete(found, source, target, expected, elapsed)
+
+    def place(self, source: View, target: View, expected: np.ndarray | None = None,
+              elapsed: float = np.inf) -> Registration:
+        """
+        Return where the source was, seen from the target, by the keypoints of the target.
+
+        They are found in the source: that is the better way where they are known better than
+        those of one frame. The tracks of what is returned are those of the target.
+
+        :param expected: as in :meth:`register`; ``elapsed`` likewise.
+        """
+        if expected is not None:
+            expected = rigid.inverse(expected)
+        found = self.register(target, source, expected, elapsed)
+        if not found.status.ok:
+            return found
+        covariance = rigid.relative_covariance(found.T_target_source, found.covariance,
+                                               np.eye(4), np.zeros((6, 6)))
+        return dataclasses.replace(
+            found, T_target_source=rigid.inverse(found.T_target_source), covariance=covariance,
+            matches=found.matches[:, ::-1], disagreement=None)
 
     def _patiently(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
-        """Return what AICK finds with all keypoints and the longer schedule."""
+        """Return what AICK finds with all keypoints and the slower schedule."""
         found = self._patient_aick.register(*map(self._all_keypoints, (source, target)))
         # the numbers of these keypoints mean nothing to anybody else
         return dataclasses.replace(found, matches=found.matches[:0])
@@ -120,6 +148,7 @@ class Registrar:
         return dataclasses.replace(
             registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
             disagreement=refined.disagreement, support=len(refined.tracked),
+            tracks=refined.tracked,
             reason=f'{registration.reason}, {len(refined.tracked)} keypoints tracked')
 
     def _confirmed(self, source: View, target: View, guess: np.ndarray,

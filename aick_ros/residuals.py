@@ -28,6 +28,8 @@ _ALIKE = 0.8  # cosine between the normals of a point and its plane
 _NO_NOISE, _ALL_NOISE = 0.25, 0.75
 """Share of noise up to which a direction is kept, and from which it is left out."""
 
+_WORST_SCALE = 4.0  # of residuals of a right pose by their noise
+_MEDIAN_1, _MEDIAN_2 = 0.455, 1.386  # of chi squared with one and two degrees of freedom
 _TINY = 1e-3 * np.eye(6)  # 30 m and 30 rad: makes any information invertible
 
 
@@ -91,12 +93,6 @@ def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
     return noise
 
 
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the cross products of the last axis, in a fifth of the time of numpy.cross."""
-    (ax, ay, az), (bx, by, bz) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
-
-
 def _blocks(rays: np.ndarray) -> np.ndarray:
     """Return the number of the part of the image in which each ray is, N."""
     u, v = ((np.clip(rays, -2.0, 2.0) + 2.0) / _BLOCK).astype(np.intp).T
@@ -112,8 +108,25 @@ def geman_mcclure(squares: np.ndarray, width: float) -> np.ndarray:
     return 1.0 / (1.0 + squares / width ** 2) ** 2
 
 
+def robust_weights(squares: np.ndarray, width: float, median: float = _MEDIAN_1) -> np.ndarray:
+    """
+    Return the weights of residuals among which at most half do not belong.
+
+    Calibration and shutter, which the noise does not know, make all residuals of some pairs
+    larger: the weights widen with them, so that no consistent few outvote the rest.
+
+    :param squares: of the whitened residuals.
+    :param width: in standard deviations, as the noise or the residuals have it, the larger one.
+    :param median: of the squares where the noise explains them.
+    """
+    if len(squares) == 0:
+        return squares
+    scale = np.clip(np.median(squares) / median, 1.0, _WORST_SCALE ** 2)
+    return geman_mcclure(squares, width * np.sqrt(scale))
+
+
 def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
-                 sensor: SensorSettings, width: float) -> Residuals:
+                 width: float) -> Residuals:
     """
     Where the target sees the points of the source, against where the pose puts them.
 
@@ -122,26 +135,22 @@ def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     :param ray_sigma: of a track on the plane z = 1.
     :returns: two residuals a track, all of the first coordinate, then all of the second.
     """
-    arms = tracks.points @ T_target_source[:3, :3].T
-    moved = arms + T_target_source[:3, 3]
-    z = moved[:, 2]
-    x, y = (moved[:, :2] / z[:, None]).T
-    zero = np.zeros(len(z))
-    by_point = np.stack([np.stack([1 / z, zero, -x / z], axis=1),
-                         np.stack([zero, 1 / z, -y / z], axis=1)], axis=1)
-    values = np.stack([x, y], axis=1) - tracks.rays
-    jacobian = np.concatenate([by_point, _cross(arms[:, None, :], by_point)], axis=2)
-    # whiten by the inverse root of S = ray_sigma^2 I + s s^T
-    depths = tracks.points[:, 2]
-    along = arms * (inverse_depth_sigma(depths, sensor) * depths)[:, None]
-    s = np.einsum('nij,nj->ni', by_point, along)
-    length = np.einsum('ni,ni->n', s, s)
+    a, b, c = arms = (tracks.points @ T_target_source[:3, :3].T).T
+    x, y, z = arms + T_target_source[:3, 3:]
+    x, y, zero = x / z, y / z, np.zeros(len(z))
+    off = np.stack([x, y]) - tracks.rays.T
+    # the derivatives of x and of y, by the six errors
+    by_error = np.array([[1 / z, zero, -x / z, -b * x / z, (c + a * x) / z, -b / z],
+                         [zero, 1 / z, -y / z, -(c + b * y) / z, a * y / z, a / z]])
+    # whiten by the inverse root of S = ray_sigma^2 I + s s^T, s by the noise of the depth
+    s = np.stack([a - c * x, b - c * y]) * (tracks.sigmas * tracks.points[:, 2] / z)
+    length = (s * s).sum(axis=0)
     shrink = (1.0 - ray_sigma / np.sqrt(ray_sigma ** 2 + length)) / np.maximum(length, 1e-30)
-    values = (values - s * (shrink * np.einsum('ni,ni->n', s, values))[:, None]) / ray_sigma
-    jacobian = (jacobian - s[:, :, None] * (
-        shrink[:, None] * np.einsum('ni,nij->nj', s, jacobian))[:, None]) / ray_sigma
-    weights = geman_mcclure(np.einsum('ni,ni->n', values, values), width)
-    return Residuals(values.T.ravel(), jacobian.transpose(1, 0, 2).reshape(-1, 6),
+    values = (off - s * (shrink * (s * off).sum(axis=0))) / ray_sigma
+    shrunk = shrink * (s[:, None] * by_error).sum(axis=0)
+    by_error = (by_error - s[:, None] * shrunk) / ray_sigma
+    weights = robust_weights((values * values).sum(axis=0), width, _MEDIAN_2)
+    return Residuals(values.ravel(), by_error.transpose(0, 2, 1).reshape(-1, 6),
                      np.tile(weights, 2), np.tile(_blocks(tracks.rays), 2))
 
 
@@ -161,7 +170,7 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
     jacobian[:, 2] = 1.0
     jacobian[:, 3], jacobian[:, 4] = arms[:, 1], -arms[:, 0]
     jacobian /= (sigma * z ** 2)[:, None]
-    return Residuals(values, jacobian, geman_mcclure(values ** 2, width),
+    return Residuals(values, jacobian, robust_weights(values ** 2, width),
                      _blocks(tracks.rays[measured]))
 
 
@@ -194,7 +203,7 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     values = distances / sigmas
     jacobian, other = (_of_planes(n, arms, sigmas) for n in (normals, turned))
     return Residuals(values, jacobian @ _common(jacobian, other),
-                     geman_mcclure(values ** 2, width), _blocks(moved[:, :2] / z[:, None]))
+                     robust_weights(values ** 2, width), _blocks(moved[:, :2] / z[:, None]))
 
 
 def _of_planes(normals: np.ndarray, arms: np.ndarray, sigmas: np.ndarray) -> np.ndarray:

@@ -31,6 +31,12 @@ class OrbSettings:
         31, 'Side of the patch a descriptor is taken from.', unit='px', minimum=5, maximum=101)
     fast_threshold: int = parameter(
         20, 'Least contrast of a FAST corner.', unit='grey levels', minimum=1, maximum=255)
+    pixel_sigma: float = parameter(
+        0.45, 'Standard deviation of the place of a keypoint at the finest scale.',
+        unit='px', minimum=0.01, maximum=10.0)
+    pixel_exponent: float = parameter(
+        0.75, 'Power of the scale of a keypoint that the standard deviation of its place grows '
+        'with.', minimum=0.0, maximum=2.0)
 
 
 @dataclass(frozen=True)
@@ -47,6 +53,12 @@ class SurfSettings:
     threshold: float = parameter(
         0.00001, 'Least determinant of the Hessian, of an image of grey levels 0 to 1.',
         minimum=0.0, maximum=1.0)
+    pixel_sigma: float = parameter(
+        0.25, 'Standard deviation of the place of a keypoint at the finest scale.',
+        unit='px', minimum=0.01, maximum=10.0)
+    pixel_exponent: float = parameter(
+        0.75, 'Power of the scale of a keypoint that the standard deviation of its place grows '
+        'with.', minimum=0.0, maximum=2.0)
 
 
 @dataclass(frozen=True)
@@ -66,6 +78,12 @@ class SiftSettings:
     sigma: float = parameter(
         1.6, 'Standard deviation of the Gaussian at the first scale.',
         unit='px', minimum=0.6, maximum=10.0)
+    pixel_sigma: float = parameter(
+        0.15, 'Standard deviation of the place of a keypoint at the finest scale.',
+        unit='px', minimum=0.01, maximum=10.0)
+    pixel_exponent: float = parameter(
+        0.4, 'Power of the scale of a keypoint that the standard deviation of its place grows '
+        'with.', minimum=0.0, maximum=2.0)
 
 
 @dataclass(frozen=True)
@@ -79,12 +97,14 @@ class FeatureSettings:
     cell_size: float = parameter(
         60.0, 'Side of the cells from which keypoints are taken evenly, the strongest of each '
         'first; 0 takes the strongest of the image.', unit='px', minimum=0.0, maximum=10000.0)
-    pixel_sigma: float = parameter(
-        0.8, 'Standard deviation of a keypoint at the finest pyramid level.',
-        unit='px', minimum=0.01, maximum=10.0)
     orb: OrbSettings = OrbSettings()
     surf: SurfSettings = SurfSettings()
     sift: SiftSettings = SiftSettings()
+
+    @property
+    def chosen(self) -> OrbSettings | SurfSettings | SiftSettings:
+        """The parameters of the detector."""
+        return getattr(self, self.detector)
 
 
 @dataclass(frozen=True)
@@ -141,11 +161,11 @@ class RefinementSettings:
         'joint', 'none: the pose as AICK found it (the paper); keypoints: keypoints tracked to a '
         'fraction of a pixel; joint: these and the depth image.',
         choices=('none', 'keypoints', 'joint'))
-    iterations: int = parameter(4, 'Most iterations.', minimum=1, maximum=100)
+    iterations: int = parameter(3, 'Most iterations.', minimum=1, maximum=100)
     max_tracks: int = parameter(
         400, 'Keypoints that are tracked, the strongest.', minimum=3, maximum=20000)
     track_window: int = parameter(
-        11, 'Side of the window that is tracked.', unit='px', minimum=5, maximum=51)
+        9, 'Side of the window that is tracked.', unit='px', minimum=5, maximum=51)
     track_sigma: float = parameter(
         0.6, 'Standard deviation of a tracked keypoint.', unit='px', minimum=0.01, maximum=10.0)
     surface_points: int = parameter(
@@ -154,7 +174,7 @@ class RefinementSettings:
         0.1, 'Farthest distance of a point from its plane.', unit='m', minimum=0.001,
         maximum=10.0)
     robust_width: float = parameter(
-        1.7, 'Residual whose weight is a quarter, in standard deviations.', minimum=0.5,
+        2.0, 'Residual whose weight is a quarter, in standard deviations.', minimum=0.5,
         maximum=100.0)
 
 
@@ -163,8 +183,9 @@ class OdometrySettings:
     """Which registrations the odometry believes, and what it does without one."""
 
     reference: str = parameter(
-        'keyframe', 'What a frame is registered to: the previous frame, or one that is kept '
-        'while it serves.', choices=('previous', 'keyframe'))
+        'keyframe', 'What a frame is registered to: the previous frame, one that is kept while it '
+        'serves, or a map of keypoints fused over the last keyframes.',
+        choices=('previous', 'keyframe', 'map'))
     min_overlap: float = parameter(
         0.7, 'Share of the keypoints that must be found in the keyframe for it to be kept.',
         minimum=0.0, maximum=1.0)

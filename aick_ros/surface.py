@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 
 from aick_ros.camera import Camera
+from aick_ros.depth import inverse_depth_sigma
 from aick_ros.settings import SensorSettings
 
 CELL = 4
@@ -81,14 +82,16 @@ class Surface:
         a, b = a * np.float32(grid.fx), b * np.float32(grid.fy)
         with np.errstate(divide='ignore', invalid='ignore'):
             # the plane (a, b, c) . p = 1 has the inverse depth a x + b y + c
-            normals = np.stack([a, b, mean - a * x - b * y], axis=-1)
-            normals /= np.linalg.norm(normals, axis=-1, keepdims=True)
+            c = mean - a * x - b * y
+            steepness = 1.0 / np.sqrt(a * a + b * b + c * c)
+            normals = np.stack([a * steepness, b * steepness, c * steepness], axis=-1)
             z = 1.0 / mean
             points = np.stack([x * z, y * z, z], axis=-1)
-            slant = np.einsum('ijk,ijk->ij', points, normals) / np.linalg.norm(points, axis=-1)
-            usable = (roughness < _ROUGHNESS * sensor.depth_sigma) & (slant > _GRAZING)
-        return cls(grid, points.reshape(-1, 3), normals.reshape(-1, 3), usable.ravel(),
-                   _choose(normals.reshape(-1, 3), np.flatnonzero(usable), count))
+            slant = steepness * mean / np.sqrt(x * x + y * y + 1)
+            smooth = roughness < _ROUGHNESS * inverse_depth_sigma(z, sensor)
+            usable = smooth & (slant > _GRAZING)
+        normals, usable = normals.reshape(-1, 3), usable.ravel()
+        return cls(grid, points.reshape(-1, 3), normals, usable, _choose(normals, usable, count))
 
     def cells_at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """
@@ -153,8 +156,9 @@ def _fit_planes(inverse: np.ndarray) -> tuple[np.ndarray, ...]:
     side = 2 * _REACH + 1
     ramp = np.arange(-_REACH, _REACH + 1, dtype=np.float32)
     ones, spread = np.ones(side, np.float32), float((ramp ** 2).sum())
-    # without the local mean the squares would cancel in float32
-    level = np.float32(np.nanmedian(inverse)) if np.isfinite(inverse).any() else np.float32(0)
+    finite = inverse[np.isfinite(inverse)]
+    # the squares of values far from zero would cancel in float32
+    level = finite.mean() if len(finite) else np.float32(0)
     centred = inverse - level
     mean = cv2.sepFilter2D(centred, -1, ones / side, ones / side)
     a = cv2.sepFilter2D(centred, -1, ramp / spread, ones / side)
@@ -168,26 +172,27 @@ def _fit_planes(inverse: np.ndarray) -> tuple[np.ndarray, ...]:
     return mean + level, a, b, roughness
 
 
-def _choose(normals: np.ndarray, cells: np.ndarray, count: int) -> np.ndarray:
+def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:
     """
     Choose cells whose normals point in as many directions as there are.
 
     Each bucket of directions gives up to an equal share, spread over the image, so that a small
     box against a large wall is not outvoted in the direction that only it can tell.
     """
+    cells = _shuffled(len(usable))
+    cells = cells[usable[cells]]
     if len(cells) <= count:
-        return cells
-    cells = cells[_shuffle(len(normals))[cells].argsort()]
-    bucket = ((normals[cells, :2] + 1) * (0.5 * _BUCKETS * (1 - 1e-6))).astype(np.intp)
-    bucket = bucket[:, 0] * _BUCKETS + bucket[:, 1]
-    order = np.argsort(bucket, kind='stable')
+        return np.sort(cells)
+    bucket = ((normals.take(cells, 0)[:, :2] + 1) * (0.5 * _BUCKETS * (1 - 1e-6))).astype(np.int16)
+    bucket = bucket[:, 0] * np.int16(_BUCKETS) + bucket[:, 1]
+    order = np.argsort(bucket, kind='stable')  # by digits, as 16 bits hold them
     sizes = np.bincount(bucket, minlength=_BUCKETS ** 2)
     rank = np.arange(len(cells)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
     # the largest share of which all buckets together need no more than the count
-    shares = np.sort(rank)
-    return np.sort(cells[order[rank < shares[count]]])
+    share = np.partition(rank, count)[count]
+    return np.sort(cells[order[rank < share]])
 
 
 @functools.lru_cache(maxsize=8)
-def _shuffle(count: int) -> np.ndarray:
+def _shuffled(count: int) -> np.ndarray:
     return np.random.default_rng(0).permutation(count)

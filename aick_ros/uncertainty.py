@@ -6,7 +6,8 @@ What makes a registration wrong beyond the noise of its residuals.
 
 The two sensors of the camera measure the same motion. Where they disagree by more than their
 noise, calibration, shutters or clocks are not what the model takes them for, and the covariance
-of the noise alone would be a lie. Stamps that jitter tell of a clock that lags.
+of the noise alone would be a lie. Where they disagree far more than they use to, something may
+move before the camera. Stamps that jitter tell of a clock that lags.
 """
 
 from __future__ import annotations
@@ -24,10 +25,13 @@ _MEMORY = 30  # registrations
 _EXPLAINED = 1.2, 1.7
 """Squared disagreement by its covariance that noise may come to, and that it never comes to."""
 
-_SHAKEN, _LAG = 3.3, 20.0
+_UNUSUAL = 1.7, 2.3
+"""The same of a single registration, by what is usual, which is at least the noise."""
+
+_SHAKEN, _LAG = 3.3, 12.0
 """Error of each stamp, and delay of them all, by the jitter, of stamps given on arrival.
 
-Measured on a Kinect: about 5 ms and 30 ms where they jitter by 1.5 ms about their beat.
+Measured on a Kinect: about 5 ms and 15 to 25 ms where they jitter by 1.2 to 3.3 ms.
 """
 
 
@@ -40,38 +44,46 @@ class Uncertainty:
         self._ratio = 0.0  # mean of their squares by their covariances, 1 where noise explains it
 
     def complete(self, registration: Registration, source: View, target: View,
-                 expected: np.ndarray | None = None) -> Registration:
+                 expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
         """
         Return a registration with the covariance of all that is known to make it wrong.
 
         :param expected: ``T_target_source`` at constant velocity; None where none is known.
+        :param elapsed: since that velocity was seen [s], at most the time between the views.
         """
         if not registration.status.ok:
             return registration
         covariance = registration.covariance + _timing(
-            registration.T_target_source, source, target, expected)
+            registration.T_target_source, source, target, expected, elapsed)
         if registration.disagreement is not None:
-            self._learn(registration.disagreement)
-            covariance += self._systematic()
+            ratio, squares = _measured(registration.disagreement)
+            covariance += _unexplained(ratio / max(self._ratio, 1.0), squares, _UNUSUAL)
+            self._learn(ratio, squares)
+        covariance += _unexplained(self._ratio, self._squares, _EXPLAINED)
         return dataclasses.replace(registration, covariance=covariance)
 
-    def _learn(self, disagreement: Disagreement) -> None:
-        difference = disagreement.difference
-        ratio = difference @ np.linalg.solve(disagreement.covariance, difference) / 6
+    def _learn(self, ratio: float, squares: np.ndarray) -> None:
         self._count = min(self._count + 1, _MEMORY)
         self._ratio += (ratio - self._ratio) / self._count
-        squares = np.mean(difference.reshape(2, 3) ** 2, axis=1)
         self._squares += (squares - self._squares) / self._count
 
-    def _systematic(self) -> np.ndarray:
-        """Return the covariance of a disagreement that noise does not explain, 6x6."""
-        noise, surely_more = _EXPLAINED
-        share = np.clip((self._ratio - noise) / (surely_more - noise), 0.0, 1.0)
-        return np.diag(np.repeat(share * self._squares, 3))
+
+def _measured(disagreement: Disagreement) -> tuple[float, np.ndarray]:
+    """Return its square by its covariance, and its squares along an axis and about one."""
+    difference = disagreement.difference
+    ratio = difference @ np.linalg.solve(disagreement.covariance, difference) / 6
+    return float(ratio), np.mean(difference.reshape(2, 3) ** 2, axis=1)
+
+
+def _unexplained(ratio: float, squares: np.ndarray, bounds: tuple[float, float]) -> np.ndarray:
+    """Return the covariance of a disagreement that noise does not explain, 6x6."""
+    noise, surely_more = bounds
+    share = np.clip((ratio - noise) / (surely_more - noise), 0.0, 1.0)
+    return np.diag(np.repeat(share * squares, 3))
 
 
 def _timing(T_target_source: np.ndarray, source: View, target: View,
-            expected: np.ndarray | None) -> np.ndarray:
+            expected: np.ndarray | None, elapsed: float) -> np.ndarray:
     """Return the covariance of a motion between two moments that are not quite known, 6x6."""
     interval = (source.stamp - target.stamp) / NANOSECONDS
     if interval == 0.0:
@@ -80,7 +92,7 @@ def _timing(T_target_source: np.ndarray, source: View, target: View,
     variances = 2 * (_SHAKEN * jitter) ** 2 * _squared_rates(T_target_source, interval)
     if expected is not None:
         change = rigid.inverse(expected) @ T_target_source
-        variances += (_LAG * jitter) ** 2 * _squared_rates(change, interval) / 3
+        variances += (_LAG * jitter) ** 2 * _squared_rates(change, min(elapsed, interval)) / 3
     return np.diag(np.repeat(variances, 3))
 
 

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
+from aick_ros.descriptors import descriptor_distances
 from aick_ros.errors import InputError
-from aick_ros.search import descriptor_distances
 from aick_ros.settings import Settings
 
 VERSION = 1
@@ -82,13 +82,19 @@ class FrameWords:
     keypoints: np.ndarray
     starts: np.ndarray
 
-    def pairs(self, target: FrameWords) -> tuple[np.ndarray, np.ndarray]:
-        """Return the pairs that are compared, sorted by keypoint of this frame, then of that."""
-        first = target.starts[self.closest]
-        lengths = target.starts[self.closest + 1] - first
-        source = np.repeat(np.arange(len(lengths)), lengths)
-        first -= np.cumsum(lengths) - lengths
-        return source, target.keypoints[np.arange(len(source)) + first[source]]
+    def pairs(self, target: FrameWords) -> np.ndarray:
+        """Return the pairs that are compared, 2xK, sorted by keypoint here, then there."""
+        first = target.starts.take(self.closest)
+        lengths = target.starts.take(self.closest + 1) - first
+        ends = lengths.cumsum()
+        count = int(ends[-1]) if len(ends) else 0
+        rows = np.empty((2, count), np.intp)
+        rows[0] = np.arange(len(lengths)).repeat(lengths)
+        # where the keypoints of a word begin there, less where its pairs begin here
+        places = (first - ends + lengths).repeat(lengths)
+        places += np.arange(count)
+        rows[1] = target.keypoints.take(places)
+        return rows
 
 
 def vocabulary_of(settings: Settings) -> Vocabulary | None:

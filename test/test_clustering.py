@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from aick_ros.clustering import learn_words
+from aick_ros.descriptors import descriptor_distances
 from aick_ros.errors import InputError
-from aick_ros.search import descriptor_distances
 
 
 def clusters(binary, count=12, size=60, seed=0):

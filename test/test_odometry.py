@@ -109,7 +109,7 @@ def test_uncertainty_grows_along_the_way(rendered):
 def test_a_keyframe_adds_its_error_once(rendered):
     frames, truth = rendered
     sums, ends = [], []
-    for reference in ('previous', 'keyframe'):
+    for reference in ('previous', 'keyframe', 'map'):
         chosen = with_values(Settings(), {'odometry.reference': reference})
         updates = track(Odometry(chosen), frames)
         sums.append(np.trace(updates[-1].covariance))
@@ -311,7 +311,7 @@ def test_after_a_change_of_detector_nothing_is_compared_with_what_the_other_one_
         rendered, monkeypatch):
     monkeypatch.setattr('aick_ros.frame.make_detector', lambda features: HalfOrb())
     frames, _ = rendered
-    odometry = Odometry(dataclasses.replace(Settings(), features=FeatureSettings('half')))
+    odometry = Odometry(dataclasses.replace(Settings(), features=FeatureSettings('sift')))
     before = track(odometry, frames[:4])[-1]
     monkeypatch.undo()
     odometry.change_settings(Settings())

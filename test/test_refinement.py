@@ -362,6 +362,17 @@ def test_the_tracked_keypoints_are_those_the_pose_explains():
     off = CAMERA.fx * np.linalg.norm(rays[:, :2] / rays[:, 2:] - tracks.rays, axis=1)
     near, far = tracks.keypoints[off < 0.3], tracks.keypoints[off > 3]
     assert min(len(near), len(far)) > 10
-    assert np.isin(near, refined.tracked).mean() > 0.95
-    assert np.isin(far, refined.tracked).mean() < 0.1
+    assert np.isin(near, refined.tracked.keypoints).mean() > 0.95
+    assert np.isin(far, refined.tracked.keypoints).mean() < 0.1
     assert np.abs(error_of(refined.T_target_source, truth)).max() < 0.003
+
+
+def test_where_few_keypoints_are_found_they_are_sought_again_from_the_better_pose():
+    source, target, truth = rendered(3, 0, 8)
+    source, target = look(SETTINGS, (source, target))
+    off = rigid.exp([0, 0, 0, 0, np.radians(3), 0]) @ truth  # 27 pixels
+    found = Tracker(SETTINGS.refinement, SETTINGS.sensor).track(source, target, off)
+    assert len(found) < 0.5 * len(source.keypoints)
+    refined = refine(SETTINGS, source, target, off)
+    assert len(refined.tracked) > 0.8 * len(source.keypoints)
+    assert np.linalg.norm(error_of(refined.T_target_source, truth)[:3]) < 0.001

@@ -7,11 +7,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from aick_ros import rigid
 from aick_ros.camera import Camera
 from aick_ros.residuals import (NormalEquations, Residuals, geman_mcclure, gradient_noise,
-                                point_to_plane, reprojection, track_depth)
+                                point_to_plane, reprojection, robust_weights, track_depth)
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
 from aick_ros.surface import Surface
@@ -32,7 +33,8 @@ def tracks_of(noise=0.0, count=50):
     moved = rigid.transform(POSE, points)
     rays = moved[:, :2] / moved[:, 2:] + rng.normal(0, noise, (count, 2))
     return Tracks(np.arange(count), points, rays,
-                  moved[:, 2] * (1 + rng.normal(0, noise, count)))
+                  moved[:, 2] * (1 + rng.normal(0, noise, count)),
+                  np.full(count, SENSOR.depth_sigma))
 
 
 def corner_depth(T_corner_camera, normals=CORNER):
@@ -67,14 +69,13 @@ def assert_jacobian(function, where=slice(None), step=1e-6):
 def test_jacobian_of_reprojection():
     # the whitening moves with the pose too: at the true pose that has no effect
     tracks = tracks_of()
-    assert_jacobian(lambda pose: reprojection(tracks, pose, RAY_SIGMA, SENSOR, WIDTH))
+    assert_jacobian(lambda pose: reprojection(tracks, pose, RAY_SIGMA, WIDTH))
 
 
 def test_jacobian_of_reprojection_far_from_its_minimum():
     # with depths without noise the whitening is that of the image alone, the same everywhere
-    exact = dataclasses.replace(SENSOR, depth_sigma=1e-9)
-    tracks = tracks_of(noise=0.01)
-    assert_jacobian(lambda pose: reprojection(tracks, pose, RAY_SIGMA, exact, WIDTH))
+    tracks = dataclasses.replace(tracks_of(noise=0.01), sigmas=np.full(50, 1e-9))
+    assert_jacobian(lambda pose: reprojection(tracks, pose, RAY_SIGMA, WIDTH))
 
 
 def test_jacobian_of_track_depth():
@@ -95,7 +96,7 @@ def test_jacobian_of_point_to_plane():
 def test_reprojection_is_whitened_by_the_covariance_of_each_track():
     """S = ray_sigma^2 I + s s^T, s by numerical differentiation in the source's inverse depth."""
     tracks = tracks_of(noise=0.005)
-    found = reprojection(tracks, POSE, RAY_SIGMA, SENSOR, WIDTH)
+    found = reprojection(tracks, POSE, RAY_SIGMA, WIDTH)
     count = len(tracks)
 
     def predicted(pose, points):
@@ -110,6 +111,7 @@ def test_reprojection_is_whitened_by_the_covariance_of_each_track():
     jacobians = numeric_jacobian(
         lambda pose: predicted(pose, tracks.points).ravel()).reshape(count, 2, 6)
     off = predicted(POSE, tracks.points) - tracks.rays
+    squares = []
     for i in range(count):
         inverse = np.linalg.inv(RAY_SIGMA ** 2 * np.eye(2) + np.outer(s[i], s[i]))
         values, jacobian = found.values[[i, count + i]], found.jacobian[[i, count + i]]
@@ -119,7 +121,9 @@ def test_reprojection_is_whitened_by_the_covariance_of_each_track():
                                    rtol=1e-3, atol=1e-4 * np.abs(jacobian.T @ values).max())
         np.testing.assert_allclose(jacobian.T @ jacobian, jacobians[i].T @ inverse @ jacobians[i],
                                    rtol=1e-3, atol=1e-5 * np.abs(jacobian.T @ jacobian).max())
-        assert found.weights[[i, count + i]] == pytest.approx(geman_mcclure(square, WIDTH))
+        squares.append(square)
+    expected = robust_weights(np.array(squares), WIDTH, stats.chi2.median(2))
+    np.testing.assert_allclose(found.weights, np.tile(expected, 2), rtol=1e-3)
 
 
 def test_reprojection_of_noise_as_modelled_is_standard_normal():
@@ -129,7 +133,7 @@ def test_reprojection_of_noise_as_modelled_is_standard_normal():
     sources = exact.points / (1 + SENSOR.depth_sigma * rng.normal(size=z.shape) * z)
     seen = exact.rays + rng.normal(0, RAY_SIGMA, exact.rays.shape)
     noisy = dataclasses.replace(exact, points=sources, rays=seen)
-    values = reprojection(noisy, POSE, RAY_SIGMA, SENSOR, WIDTH).values.reshape(2, -1)
+    values = reprojection(noisy, POSE, RAY_SIGMA, WIDTH).values.reshape(2, -1)
     np.testing.assert_allclose(np.cov(values), np.eye(2), atol=0.08)
 
 
@@ -199,6 +203,29 @@ def test_weights_are_those_of_geman_mcclures_cost(width):
     slope = (cost(squares + 1e-5) - cost(squares - 1e-5)) / 2e-5
     np.testing.assert_allclose(geman_mcclure(squares, width), slope, rtol=1e-6)
     assert geman_mcclure(width ** 2, width) == pytest.approx(0.25)
+
+
+@pytest.mark.parametrize('dimensions', [1, 2])
+def test_weights_are_the_same_whatever_makes_all_residuals_larger(dimensions):
+    squares = np.random.default_rng(0).chisquare(dimensions, 20000)
+    median = stats.chi2.median(dimensions)
+    as_the_noise_is = geman_mcclure(squares, WIDTH)
+    for scale in (0.5, 1.0):  # surer than the noise is no residual
+        np.testing.assert_allclose(robust_weights(scale ** 2 * squares, WIDTH, median),
+                                   geman_mcclure(scale ** 2 * squares, WIDTH), atol=0.01)
+    np.testing.assert_allclose(robust_weights(9 * squares, WIDTH, median), as_the_noise_is,
+                               atol=0.01)
+    assert robust_weights(1e4 * squares, WIDTH, median).mean() < 0.1  # nothing fits such a pose
+    assert robust_weights(squares[:0], WIDTH, median).shape == (0,)
+
+
+def test_a_third_that_moves_by_itself_does_not_widen_the_weights_much():
+    rng = np.random.default_rng(0)
+    squares = rng.chisquare(2, 900)
+    squares[:300] += 20.0 ** 2
+    weights = robust_weights(squares, WIDTH, stats.chi2.median(2))
+    assert weights[:300].max() < 0.01
+    assert weights[300:].mean() > 0.5
 
 
 def random_residuals(rng, count):

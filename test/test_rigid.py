@@ -21,13 +21,24 @@ def rng():
     return np.random.default_rng(3)
 
 
-def test_fit_recovers_an_exact_motion(rng):
+def fit_moments(source, target):
+    """Fit as who has points has to."""
+    source, target = (rigid.homogeneous(np.asarray(points, float)) for points in (source, target))
+    return rigid.fit_moments(source.T @ target)
+
+
+fits = pytest.mark.parametrize('fit', [rigid.fit, fit_moments])
+
+
+@fits
+def test_fit_recovers_an_exact_motion(rng, fit):
     for _ in range(20):
         T, source = random_pose(rng), rng.normal(0, 1, (rng.integers(3, 40), 3))
-        np.testing.assert_allclose(rigid.fit(source, rigid.transform(T, source)), T, atol=1e-9)
+        np.testing.assert_allclose(fit(source, rigid.transform(T, source)), T, atol=1e-9)
 
 
-def test_fit_is_the_least_squares_solution(rng):
+@fits
+def test_fit_is_the_least_squares_solution(rng, fit):
     T, source = random_pose(rng), rng.normal(0, 1, (30, 3))
     target = rigid.transform(T, source) + rng.normal(0, 0.1, source.shape)
 
@@ -36,37 +47,40 @@ def test_fit_is_the_least_squares_solution(rng):
         return (moved - target).ravel()
 
     best = least_squares(residuals, np.r_[T[:3, 3], rigid.log_rotation(T[:3, :3])])
-    found = rigid.fit(source, target)
+    found = fit(source, target)
     moved = rigid.transform(found, source)
     assert np.sum((moved - target) ** 2) == pytest.approx(2 * best.cost, rel=1e-6)
 
 
-def test_fit_never_mirrors(rng):
+@fits
+def test_fit_never_mirrors(rng, fit):
     """Points and their mirror image: the best proper rotation, not the reflection."""
     for _ in range(50):
         source = rng.normal(0, 1, (10, 3))
-        T = rigid.fit(source, source * (-1, 1, 1))
+        T = fit(source, source * (-1, 1, 1))
         assert np.linalg.det(T[:3, :3]) == pytest.approx(1.0)
 
 
-def test_fit_of_coplanar_points(rng):
+@fits
+def test_fit_of_coplanar_points(rng, fit):
     for noise in (0.0, 1e-3):
         source = np.c_[rng.normal(0, 1, (20, 2)), np.zeros(20)]
         T = random_pose(rng)
-        found = rigid.fit(source, rigid.transform(T, source) + rng.normal(0, noise, (20, 3)))
+        found = fit(source, rigid.transform(T, source) + rng.normal(0, noise, (20, 3)))
         assert np.linalg.det(found[:3, :3]) == pytest.approx(1.0)
         np.testing.assert_allclose(found, T, atol=1e-9 + 3 * noise)
 
 
+@fits
 @pytest.mark.parametrize('points', [
-    np.zeros((0, 3)), np.zeros((2, 3)), np.ones((10, 3)),
+    np.zeros((0, 3)), np.zeros((2, 3)), np.full((10, 3), 1.7),
     np.outer(np.arange(10.0), (1, 2, 3)) + 5, [[0, 0, 0], [1, 1, 1], [2, 2, 2]]],
     ids=['none', 'two', 'one point', 'line', 'three on a line'])
-def test_fit_refuses_what_leaves_a_turn_open(points):
+def test_fit_refuses_what_leaves_a_turn_open(points, fit):
     for dtype in (np.float32, np.float64):
         points = np.asarray(points, dtype)
         with pytest.raises(rigid.DegenerateGeometryError, match='point'):
-            rigid.fit(points, points)
+            fit(points, points)
 
 
 def test_exp_and_log_are_those_of_matrices(rng):
@@ -130,6 +144,7 @@ def test_perturbed_turns_about_the_fixed_axes_of_the_target(rng):
     np.testing.assert_allclose(moved[:3, :3], turn.as_matrix(), atol=1e-12)
     np.testing.assert_allclose(moved[:3, 3], pose[:3, 3] + error[:3], atol=1e-12)
     np.testing.assert_array_equal(rigid.perturbed(pose, np.zeros(6)), pose)
+    np.testing.assert_allclose(rigid.difference(moved, pose), error, atol=1e-12)
 
 
 def test_scaled_is_the_matrix_power(rng):

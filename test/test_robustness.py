@@ -15,7 +15,11 @@ import pytest
 
 from aick_ros import rigid
 from aick_ros.odometry import Odometry
+from aick_ros.parameter import with_values
+from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.sources.synthetic.renderer import Renderer
+from aick_ros.sources.synthetic.surfaces import Rectangle
 from aick_ros.status import Status
 from aick_ros.trajectory import NANOSECONDS
 
@@ -49,9 +53,9 @@ def off(pose, truth):
     return np.linalg.norm(E[:3, 3]), rigid.angle(E[:3, :3])
 
 
-def follow(frames, true_pose):
+def follow(frames, true_pose, settings=Settings()):
     """Return the updates of frames, none of which is good and far off, and the last's errors."""
-    odometry, stamps = Odometry(), np.array([frame.stamp for frame in frames])
+    odometry, stamps = Odometry(settings), np.array([frame.stamp for frame in frames])
     updates = [odometry.register_frame(frame) for frame in frames]
     for update in updates:
         if update.status is Status.OK:
@@ -129,6 +133,47 @@ def test_an_object_that_moves_over_a_third_of_the_image(frame, patch, speed):
     assert rotation < np.radians(0.3)
 
 
+def starting(frames, true_pose, picture, contrast):
+    """Put a board of 0.75 x 0.68 m a metre away that rests, then leaves to the right at 2 m/s."""
+    shown = []
+    for i, frame in enumerate(frames):
+        gone = 2.0 * PERIOD * max(i - 5, 0)
+        corner = rigid.exp([-0.45 + gone, -0.34, 1.0, 0, 0, 0])
+        board = Renderer([Rectangle(true_pose(frames[5].stamp) @ corner, 0.75, 0.68, picture)],
+                         frame.camera).render(true_pose(frame.stamp))
+        seen = np.isfinite(board.depth)
+        colour = cv2.convertScaleAbs(frame.colour, alpha=contrast, beta=128 * (1 - contrast))
+        shown.append(dataclasses.replace(
+            frame, colour=np.where(seen[..., None], board.colour, colour),
+            depth=np.where(seen, board.depth, frame.depth)))
+    return shown
+
+
+@pytest.mark.parametrize('contrast', [1.0, 0.25], ids=['in the room', 'before faint walls'])
+def test_an_object_with_most_of_the_keypoints_that_starts_to_move(frame, patch, contrast):
+    shown = starting([frame(i) for i in range(10)], frame.pose, patch, contrast)
+    updates, (translation, rotation) = follow(shown, frame.pose)
+    assert statuses(updates) == [Status.FIRST_FRAME] + 9 * [Status.OK]
+    assert any('move by themselves' in update.reason for update in updates[6:])
+    assert translation < 0.01
+    assert rotation < np.radians(0.3)
+
+
+def test_a_camera_that_is_knocked(frame):
+    """Frames that show four times the motion their stamps allow for: all of the view moved."""
+    steps = [*range(8), 24, 40, 41, 42]
+    stamps = {frame(0).stamp + round(i * PERIOD * NANOSECONDS): frame(step).stamp
+              for i, step in enumerate(steps)}
+    shown = [dataclasses.replace(frame(step), stamp=stamp, depth_stamp=None)
+             for step, stamp in zip(steps, stamps)]
+    updates, (translation, rotation) = follow(
+        shown, lambda stamp: frame.pose(stamps[min(stamps, key=lambda x: abs(x - stamp))]))
+    assert statuses(updates) == [Status.FIRST_FRAME] + 11 * [Status.OK]
+    assert not any('move by themselves' in update.reason for update in updates)
+    assert translation < 0.01
+    assert rotation < np.radians(0.3)
+
+
 def test_an_object_that_moves_before_a_wall(frame, patch):
     """Turning and shifting look alike there, and the object decides between them."""
     follow(in_front([frame(i) for i in range(38, 43)], patch, 8), frame.pose)
@@ -176,12 +221,14 @@ def test_covered_for_a_second(frame):
     assert rotation < np.radians(0.3)
 
 
-def test_a_camera_lifted_while_a_hand_goes_over_it_is_found_by_an_earlier_frame(frame):
+@pytest.mark.parametrize('reference', ['previous', 'keyframe'])
+def test_a_camera_lifted_while_a_hand_goes_over_it_is_found_by_an_earlier_frame(frame, reference):
     """The last frame before the dark and the first after it show nothing in common."""
     before = [*[frame(i) for i in range(0, 20, 4)], cover(frame(20), slice(200, 640))]
     dark = [late(frame(20), i * PERIOD) for i in range(1, 19)]
     updates, (translation, rotation) = follow(
-        [*before, *dark, cover(frame(39), slice(320)), frame(40)], frame.pose)
+        [*before, *dark, cover(frame(39), slice(320)), frame(40)], frame.pose,
+        with_values(Settings(), {'odometry.reference': reference}))
     assert statuses(updates)[1:6] == 5 * [Status.OK]
     found = updates[-2]
     assert found.status is Status.OK

@@ -1,86 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Every parameter once, checked as a whole."""
-
-import dataclasses
+"""What settings must fulfil together."""
 
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.node_settings import NodeSettings
-from aick_ros.parameter import parameters, values, with_values
-from aick_ros.presets import preset
+from aick_ros.parameter import with_values
 from aick_ros.settings import Settings
-
-ALL = [*parameters(Settings), *parameters(NodeSettings)]
-
-
-@pytest.mark.parametrize('parameter', ALL, ids=lambda parameter: parameter.name)
-def test_every_parameter_is_described_and_its_default_allowed(parameter):
-    assert parameter.description.endswith('.')
-    assert len(parameter.description) > 10
-    assert parameter.convert(parameter.default) == parameter.default
-    if parameter.type in (int, float):
-        assert parameter.minimum is not None
-        assert parameter.maximum is not None
-
-
-def test_names_are_unique():
-    names = [parameter.name for parameter in ALL]
-    assert len(set(names)) == len(names)
-
-
-def test_text_and_numbers_are_taken():
-    changed = with_values(Settings(), {
-        'aick.alpha': '0.3', 'aick.iterations': 5, 'features.orb.nfeatures': '500',
-        'odometry.max_speed': 2})
-    assert changed.aick == dataclasses.replace(Settings().aick, alpha=0.3, iterations=5)
-    assert changed.features.orb.nfeatures == 500
-    assert changed.odometry.max_speed == 2.0
-    assert isinstance(changed.odometry.max_speed, float)
-    node = with_values(NodeSettings(), {
-        'publish_tf': 'false', 'camera_in_base': '0 0 1, 0 0 0 1', 'frame_id': 'camera'})
-    assert node.publish_tf is False
-    assert node.camera_in_base == (0, 0, 1, 0, 0, 0, 1)
-
-
-def test_values_and_with_values_are_inverse():
-    changed = with_values(Settings(), {'aick.alpha': 0.25, 'sensor.max_depth': 4.0})
-    assert with_values(Settings(), values(changed)) == changed
-
-
-@pytest.mark.parametrize('name, value, sentence', [
-    ('aick.alpha', 1.5, r'aick\.alpha = 1\.5 is outside 0 to 1'),
-    ('aick.alpha', 'fast', r"aick\.alpha = 'fast' is not a number"),
-    ('aick.alpha', float('nan'), 'is outside 0 to 1'),
-    ('aick.alpha', True, 'is not a number'),
-    ('aick.iterations', 2.5, 'is not a whole number'),
-    ('aick.iterations', 0, 'is outside 1 to 100'),
-    ('aick.lambda_e', 11, 'is outside 0.0001 to 10 m'),
-    ('features.detector', 'surff', "is none of 'orb'"),
-    ('aick.alfa', 0.5, r'did you mean aick\.alpha'),
-    ('quality', 5, 'no parameter is called'),
-])
-def test_refusals_name_parameter_range_and_unit(name, value, sentence):
-    with pytest.raises(InputError, match=sentence):
-        with_values(Settings(), {name: value})
-
-
-@pytest.mark.parametrize('value', [1, 'yes', None])
-def test_truth_is_true_or_false(value):
-    with pytest.raises(InputError, match='is not true or false'):
-        with_values(NodeSettings(), {'publish_tf': value})
-
-
-def test_nothing_is_changed_where_one_value_is_refused():
-    with pytest.raises(InputError):
-        with_values(Settings(), {'aick.alpha': 0.3, 'aick.iterations': 1000})
-
-
-def test_unknown_preset_is_named_with_those_there_are():
-    with pytest.raises(InputError, match='paper-full, paper-fast'):
-        preset('paper')
 
 
 def test_a_depth_range_without_depths_is_refused():

@@ -50,6 +50,17 @@ def test_it_does_no_harm_while_it_looks_for_the_beat(share):
     assert rms(errors) < 1.1 * share / 30
 
 
+@pytest.mark.parametrize('missing', [0.0, 0.1, 0.3])
+@pytest.mark.parametrize('share', [0.15, 0.2, 0.3, 0.4])
+def test_it_does_no_harm_where_stamps_jitter_too_much_for_a_beat(share, missing):
+    ratios = []
+    for seed in range(4):
+        taken, stamps = shaken(30.0, share / 30, missing=missing, seed=seed)
+        error = corrected(SteadyClock(), stamps) - taken
+        ratios.append(rms(error) / rms(stamps / NANOSECONDS - taken))
+    assert np.mean(ratios) < 1.03
+
+
 def test_stamps_far_off_are_put_on_the_beat_and_do_not_move_it():
     """A bus that is busy now and then: some of the stamps are late by two fifths of a period."""
     taken, stamps = shaken(30.0, 0.0005)

@@ -8,6 +8,7 @@ import pytest
 
 from aick_ros.camera import Camera
 from aick_ros.settings import SensorSettings
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.surface import CELL, Surface
 
 SENSOR = SensorSettings()
@@ -171,3 +172,37 @@ def test_cells_at_is_projection_by_brute_force():
             expected.append((index, int(row * 160 + column)))
     assert len(expected) > 100
     np.testing.assert_array_equal(np.column_stack(surface.cells_at(points)), expected)
+
+
+@pytest.mark.parametrize('exponent', [0.0, 0.5, 1.0])
+def test_what_is_rough_goes_by_the_noise_at_that_depth(exponent):
+    """The inverse depth of time of flight is far noisier near by than far away."""
+    def usable(distance, step=0.0):
+        sensor = SensorSettings(depth_sigma=0.01, depth_exponent=exponent)
+        depth = np.full((480, 640), distance)
+        depth[:, 320:] += step
+        noise = np.random.default_rng(3).normal(size=depth.shape)
+        depth += sensor.depth_sigma * depth ** exponent * noise
+        return in_image(Surface.of(np.float32(depth), PINHOLE, sensor, 1000).usable)
+
+    whole = slice(AROUND, -AROUND)
+    assert usable(0.15)[whole, whole].all()
+    beside = 320 // CELL
+    # a fit is off by a fifth of a step, and may be by eight standard deviations
+    stepped = usable(4.0, step=60 * 0.01 * 4.0 ** exponent)[whole]
+    assert not stepped[:, beside - 1:beside + 1].any()
+    assert stepped[:, AROUND:beside - AROUND].all()
+
+
+@pytest.mark.parametrize('index', [0, 50])
+def test_time_of_flight_depth_across_edges_is_left_out(index):
+    """A rendered room whose edges all have depth: what cells average over them is no surface."""
+    room = SyntheticSource(SyntheticOptions.perfect(seed=6, frames=100, camera=PINHOLE))
+    sensor = SensorSettings(depth_sigma=0.005, depth_exponent=0.5)
+    depth = room.frame(index).depth
+    sigma = sensor.depth_sigma * depth ** sensor.depth_exponent
+    noise = np.random.default_rng(index).normal(size=depth.shape)
+    surface = Surface.of(np.float32(depth + sigma * noise), PINHOLE, sensor, 1000)
+    off = np.abs(surface.points[:, 2] - depth[2::CELL, 2::CELL].ravel())
+    assert np.mean(surface.usable) > 0.6
+    assert np.mean((off > 8 * sigma[2::CELL, 2::CELL].ravel())[surface.usable]) < 0.04

@@ -49,13 +49,14 @@ def test_a_disagreement_of_the_size_of_its_noise_adds_nothing():
         np.testing.assert_array_equal(added(uncertainty, np.sqrt(np.diag(NOISE))), 0.0)
 
 
-def test_noise_adds_next_to_nothing():
+def test_noise_adds_little():
     rng = np.random.default_rng(3)
     uncertainty = Uncertainty()
     sums = [added(uncertainty, difference) for difference in rng.multivariate_normal(
         np.zeros(6), NOISE, 2000)]
-    share = np.diag(np.mean(sums[30:], axis=0)) / np.diag(NOISE)
-    assert share.max() < 0.05
+    for part in (slice(0, 3), slice(3, 6)):
+        share = np.diag(np.mean(sums[30:], axis=0))[part].sum() / np.diag(NOISE)[part].sum()
+        assert share < 0.2
 
 
 @pytest.mark.parametrize('sigmas', [3, 10])
@@ -70,6 +71,34 @@ def test_a_systematic_disagreement_adds_its_size(sigmas):
     for part in (slice(0, 3), slice(3, 6)):
         expected = np.mean(np.array(drawn[30:])[:, part] ** 2)
         np.testing.assert_allclose(np.mean(sums[30:], axis=0)[part], expected, rtol=0.05)
+
+
+def test_an_unusual_disagreement_adds_its_size_at_once():
+    uncertainty = Uncertainty()
+    sigmas = np.sqrt(np.diag(NOISE))
+    for _ in range(30):
+        np.testing.assert_array_equal(added(uncertainty, 0.6 * sigmas), 0.0)
+    once = np.diag(added(uncertainty, 3 * sigmas))
+    for part in (slice(0, 3), slice(3, 6)):
+        np.testing.assert_allclose(once[part], np.mean(9 * np.diag(NOISE)[part]))
+    np.testing.assert_array_equal(added(uncertainty, 0.6 * sigmas), 0.0)
+
+
+def test_where_the_sensors_never_agree_it_is_not_unusual():
+    """What they are always off by is added once, not twice."""
+    uncertainty, sigmas = Uncertainty(), np.sqrt(np.diag(NOISE))
+    for _ in range(40):
+        usual = added(uncertainty, 3 * sigmas)
+    np.testing.assert_allclose(np.diag(usual)[:3], np.mean(9 * np.diag(NOISE)[:3]))
+
+
+def test_a_pose_by_one_sensor_has_what_the_two_disagreed_by_before():
+    uncertainty, sigmas = Uncertainty(), np.sqrt(np.diag(NOISE))
+    for _ in range(40):
+        usual = added(uncertainty, 3 * sigmas)
+    alone = Registration(Status.OK, '', np.eye(4), OWN, np.empty((0, 2), np.intp), 1)
+    complete = uncertainty.complete(alone, view(1 + PERIOD), view(1))
+    np.testing.assert_allclose(complete.covariance - OWN, usual)
 
 
 def test_what_is_over_is_forgotten():
@@ -113,10 +142,19 @@ def test_a_lagging_clock_adds_the_change_of_the_motion():
     assert variance(0.0, 0.004) == pytest.approx(0.0, abs=1e-15)
     assert variance(0.01, 0.004, None) == pytest.approx(0.0, abs=1e-15)
     one = variance(0.01, 0.004)
-    # along each of three axes a third of (delay * change of speed)^2, the delay being 20 jitters
-    assert one == pytest.approx((20 * 0.004 * 0.01 / PERIOD) ** 2 / 3)
+    # along each of three axes a third of (delay * change of speed)^2, the delay being 12 jitters
+    assert one == pytest.approx((12 * 0.004 * 0.01 / PERIOD) ** 2 / 3)
     assert variance(0.02, 0.004) == pytest.approx(4 * one)
     assert variance(0.01, 0.002) == pytest.approx(one / 4)
+
+
+def test_the_speed_changed_since_it_was_seen_not_since_the_keyframe():
+    """A second after the keyframe, off constant velocity by 1 cm in the last frame."""
+    jitter, motion = 0.004, rigid.exp([0, 0.01, 0, 0, 0, 0])
+    source, target = view(2, jitter), view(1, jitter)
+    complete = Uncertainty().complete(registration(motion), source, target, np.eye(4), PERIOD)
+    added = (complete.covariance - OWN)[0, 0] - 2 * (3.3 * jitter * 0.01) ** 2
+    assert added == pytest.approx((12 * jitter * 0.01 / PERIOD) ** 2 / 3)
 
 
 def test_one_sensor_alone_tells_nothing():

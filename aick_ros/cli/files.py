@@ -5,12 +5,12 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from pathlib import Path
 from typing import Any
 
+from aick_ros.cli.json_text import json_text
 from aick_ros.errors import InputError
 
 STANDARD_OUTPUT = '-'
@@ -54,7 +54,7 @@ def write_json(target: str | Path, content: Any) -> None:
 
     :param target: a file, or ``-`` for standard output.
     """
-    text = json.dumps(content, indent=2, allow_nan=False) + '\n'
+    text = json_text(content) + '\n'
     if target == STANDARD_OUTPUT:
         sys.stdout.write(text)
     else:

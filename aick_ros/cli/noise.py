@@ -13,7 +13,9 @@ from aick_ros.cli import options, outcome
 from aick_ros.cli.console import figure, progress, say, table
 from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.cli.reading import Reading
-from aick_ros.evaluation.depth_noise import DepthNoise, estimate_depth_noise
+from aick_ros.evaluation.camera_noise import CameraNoise, estimate_noise
+from aick_ros.evaluation.depth_noise import DepthNoise
+from aick_ros.evaluation.pixel_noise import LEAST_FLOW, LEAST_PAIRS, PixelNoise
 from aick_ros.sources import SourceOptions, open_source
 
 
@@ -25,51 +27,78 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
           max_interval: options.MaxInterval = SourceOptions.max_interval,
           limit: options.Limit = None) -> int:
     """
-    Estimate the depth noise of a camera, as the lines to put into the file of parameters.
+    Estimate the noise of a camera, as the lines to put into the file of parameters.
 
-    Record walls, floors and tables, from near and from far. It uses sensor.min_depth and
-    sensor.max_depth, and sensor.depth_exponent where the recording does not tell it.
+    Record walls, floors and tables, from near and from far, with the camera moving slowly. Of
+    the parameters it uses features.detector, whose keypoints it looks at, sensor.min_depth and
+    sensor.max_depth; and the exponents where the recording does not tell them.
     """
-    sensor = options.settings_from(None, config, assignments).sensor
+    settings = options.settings_from(None, config, assignments)
     if json is not None:
         check_target(json)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
     with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as show:
-        found = estimate_depth_noise(reading, sensor, show, reading.damage)
+        found = estimate_noise(reading, settings, show, reading.damage)
     if json is not None:
         write_json(json, {**found.to_json(), 'ended': reading.ended,
                           'damaged_images': reading.damage.count})
     _show(found, on_stderr=json == STANDARD_OUTPUT)
-    if not found.exponent_estimated:
-        say(_why_kept(found))
+    for sentence in _shortcomings(found):
+        say(sentence)
     return outcome.of_reading(reading)
 
 
-def _show(found: DepthNoise, on_stderr: bool) -> None:
+def _show(found: CameraNoise, on_stderr: bool) -> None:
     table('depth noise', (
         (figure(bin_.depth, digits=2), str(bin_.patches), figure(1e3 * bin_.sigma, digits=2),
-         figure(1e3 * bin_.model, digits=2)) for bin_ in found.bins),
+         figure(1e3 * bin_.model, digits=2)) for bin_ in found.depth.bins),
         ('depth\n[m]', 'patches', 'sigma\n[mm]', 'model\n[mm]'), on_stderr)
+    if found.pixels is not None:
+        typer.echo(err=on_stderr)
+        table(f'noise of {found.pixels.detector} keypoints', (
+            (figure(bin_.scale, digits=2), str(bin_.matches), figure(bin_.sigma, digits=2),
+             figure(bin_.model, digits=2)) for bin_ in found.pixels.bins),
+            ('scale', 'matches', 'sigma\n[px]', 'model\n[px]'), on_stderr)
     typer.echo('\n' + '\n'.join(_lines(found)), err=on_stderr)
 
 
-def _lines(found: DepthNoise) -> Iterator[str]:
+def _lines(found: CameraNoise) -> Iterator[str]:
     """Yield a file of parameters for the node and ``--config``."""
+    depth, pixels = found.depth, found.pixels
     yield '/**:'
     yield '  ros__parameters:'
-    yield f'    # measured with aick noise: {found.source}, {found.frames} frames'
-    yield f'    # depths from {found.nearest:.2f} to {found.farthest:.2f} m, {_surfaces(found)}'
-    yield f'    sensor.depth_sigma: {found.depth_sigma:.5f}'
-    kept = '' if found.exponent_estimated else '  # kept, not measured'
-    yield f'    sensor.depth_exponent: {found.depth_exponent:.2f}{kept}'
+    frames = '1 frame' if depth.frames == 1 else f'{depth.frames} frames'
+    yield f'    # measured with aick noise: {depth.source}, {frames}'
+    yield f'    # depths from {depth.nearest:.2f} to {depth.farthest:.2f} m, {_surfaces(depth)}'
+    yield f'    sensor.depth_sigma: {depth.depth_sigma:.5f}'
+    yield f'    sensor.depth_exponent: {depth.depth_exponent:.2f}{_kept(depth)}'
+    if pixels is not None:
+        yield f'    # {sum(bin_.matches for bin_ in pixels.bins)} keypoints found in two images'
+        yield f'    features.{pixels.detector}.pixel_sigma: {pixels.pixel_sigma:.2f}'
+        yield (f'    features.{pixels.detector}.pixel_exponent: {pixels.pixel_exponent:.2f}'
+               f'{_kept(pixels)}')
 
 
-def _why_kept(found: DepthNoise) -> str:
-    return (f'{_surfaces(found)} only: too little to tell how the noise grows with the depth, so '
-            f'the exponent is kept at {found.depth_exponent:g}. 2 is right for structured light '
-            'and stereo; for time of flight record from near and from far, or give --set '
-            'sensor.depth_exponent=0 (to 1)')
+def _kept(found: DepthNoise | PixelNoise) -> str:
+    return '' if found.exponent_estimated else '  # kept, not measured'
+
+
+def _shortcomings(found: CameraNoise) -> Iterator[str]:
+    """Yield a sentence for each thing that the recording does not tell."""
+    depth, pixels = found.depth, found.pixels
+    if not depth.exponent_estimated:
+        yield (f'{_surfaces(depth)} only: too little to tell how the noise grows with the depth, '
+               f'so the exponent is kept at {depth.depth_exponent:g}. 2 is right for structured '
+               'light and stereo; for time of flight record from near and from far, or give '
+               '--set sensor.depth_exponent=0 (to 1)')
+    if pixels is None:
+        yield (f'the noise of the keypoints is not told: it takes {LEAST_PAIRS} pairs of textured '
+               f'images between which things move by {LEAST_FLOW:g} pixels or more, there are '
+               f'{found.pairs}; record with the camera moving slowly')
+    elif not pixels.exponent_estimated:
+        yield (f'keypoints of {pixels.detector} of about one scale only: how their noise grows '
+               f'with the scale is kept at {pixels.pixel_exponent:g}')
 
 
 def _surfaces(found: DepthNoise) -> str:

@@ -40,9 +40,8 @@ class IncrementError:
 
         :param increment: ``T_target_source``, 4x4; covariance: 6x6 about the target's fixed axes.
         """
-        turn = rigid.log_rotation(increment[:3, :3] @ true_increment[:3, :3].T)
-        error = np.concatenate([increment[:3, 3] - true_increment[:3, 3], turn])
-        return cls(float(np.linalg.norm(error[:3])), float(np.linalg.norm(turn)),
+        error = rigid.difference(increment, true_increment)
+        return cls(float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:])),
                    nees(error, covariance))
 
     @property

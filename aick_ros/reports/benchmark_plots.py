@@ -20,10 +20,10 @@ from aick_ros.reports import canvas
 _COLOURS = {
     'aick': '#0b3c5d', 'aick-orb': '#1769aa', 'aick-orb-350': '#4f9bd9',
     'aick-orb-fast': '#8fc3ee', 'aick-surf': '#1b7a43', 'aick-surf-200': '#4fb477',
-    'aick-surf-fast': '#9bd8b0', 'ransac3': '#d9822b', 'pnp': '#8c5a2b', 'gicp': '#c62828',
-    'gicp-tuned': '#ef7070', 'ndt': '#6a3fa0', 'ndt-tuned': '#a987d3', 'small-gicp': '#c62878',
-    'open3d-hybrid': '#7a7f00', 'open3d-plane': '#b5ba3c', 'opencv-depth': '#00897b',
-    'opencv-rgbd': '#63c5ba'}
+    'aick-surf-fast': '#9bd8b0', 'ransac3': '#d9822b', 'ransac3-orb': '#f0b27a',
+    'pnp': '#8c5a2b', 'gicp': '#c62828', 'gicp-tuned': '#ef7070', 'ndt': '#6a3fa0',
+    'ndt-tuned': '#a987d3', 'small-gicp': '#c62878', 'open3d-hybrid': '#7a7f00',
+    'open3d-plane': '#b5ba3c', 'opencv-depth': '#00897b', 'opencv-rgbd': '#63c5ba'}
 """Of each method, the same in all figures."""
 
 _MARKERS = 'osD^vPX*'

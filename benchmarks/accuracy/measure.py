@@ -15,12 +15,10 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
-import json
 import os
 import sys
 from collections.abc import Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
-from pathlib import Path
 from typing import Any
 
 _ONE_THREAD = {'OPENBLAS_NUM_THREADS': '1', 'OMP_NUM_THREADS': '1', 'MKL_NUM_THREADS': '1'}
@@ -33,6 +31,7 @@ from frame_time import frame_time  # noqa: E402
 from growth import growth  # noqa: E402
 from registered import Registered  # noqa: E402
 
+from aick_ros.cli.files import write_json  # noqa: E402
 from aick_ros.evaluation.evaluation import evaluate  # noqa: E402
 from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of  # noqa: E402
 from aick_ros.evaluation.machine import machine_facts  # noqa: E402
@@ -49,7 +48,7 @@ SKIPS = (2, 4, 8)
 MODES = ('none', 'keypoints', 'joint')
 DEFAULT = 'joint'
 ONE_CLOCK = 'one-clock'
-PREVIOUS = 'previous'
+REFERENCES = ('previous', 'map')  # beside the keyframe, which is the default
 _KEPT = ('pairs', 'trajectory', 'consistency', 'silent_failures', 'keypoints_mean')
 
 
@@ -60,7 +59,8 @@ def measure(path: str, jobs: int | None = None) -> dict[str, Any]:
         frame_times, registered = pool.submit(_timed, path), pool.submit(_registered, path)
         growths = {mode: pool.submit(_growth, path, mode) for mode in MODES}
         variants = {mode: pool.submit(_evaluated, path, mode) for mode in MODES}
-        variants[PREVIOUS] = pool.submit(_evaluated, path, DEFAULT, reference=PREVIOUS)
+        for reference in REFERENCES:
+            variants[reference] = pool.submit(_evaluated, path, DEFAULT, reference=reference)
         if _has_two_clocks(path):
             variants[ONE_CLOCK] = pool.submit(_evaluated, path, DEFAULT, one_clock=True)
         skips = {str(skip): pool.submit(_skipped, path, skip) for skip in SKIPS}
@@ -129,7 +129,7 @@ def main() -> None:
         sys.exit(__doc__)
     path, target, *jobs = sys.argv[1:]
     figures = measure(path, int(jobs[0]) if jobs else None)
-    Path(target).write_text(json.dumps(figures, indent=1) + '\n')
+    write_json(target, figures)
 
 
 if __name__ == '__main__':

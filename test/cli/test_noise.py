@@ -34,9 +34,12 @@ def test_the_lines_are_a_file_of_parameters(noise, recording, tmp_path):
     assert outcome.code == 0
     file = tmp_path / 'camera.yaml'
     file.write_text(outcome.out[outcome.out.index('/**:'):])
-    sensor = read_settings_file(file).applied_to(Settings()).sensor
+    settings = read_settings_file(file).applied_to(Settings())
+    sensor, orb, pixels = settings.sensor, settings.features.orb, figures['pixels']
     assert sensor.depth_sigma == pytest.approx(figures['depth_sigma'], abs=5e-6)
     assert sensor.depth_exponent == pytest.approx(figures['depth_exponent'], abs=5e-3)
+    assert orb.pixel_sigma == pytest.approx(pixels['pixel_sigma'], abs=5e-3)
+    assert orb.pixel_exponent == pytest.approx(pixels['pixel_exponent'], abs=5e-3)
     assert f'depths from {figures["nearest"]:.2f} to {figures["farthest"]:.2f} m' in outcome.out
 
 
@@ -47,6 +50,9 @@ def test_the_table_has_the_model_beside_the_measured(noise, recording, tmp_path)
     for bin_ in figures['bins']:
         assert [f'{bin_["depth"]:.2f}', str(bin_['patches']), f'{1e3 * bin_["sigma"]:.2f}',
                 f'{1e3 * bin_["model"]:.2f}'] in [line.split() for line in table.splitlines()]
+    for bin_ in figures['pixels']['bins']:
+        assert [f'{bin_["scale"]:.2f}', str(bin_['matches']), f'{bin_["sigma"]:.2f}',
+                f'{bin_["model"]:.2f}'] in [line.split() for line in table.splitlines()]
 
 
 def test_json_has_standard_output_for_itself(noise, recording):
@@ -64,6 +70,22 @@ def test_depths_that_span_too_little_are_said(noise, recording):
     assert parameters['sensor.depth_exponent'] == 2.0
     outcome = noise(recording, *NARROW, '--set', 'sensor.depth_exponent=0.5')
     assert 'sensor.depth_exponent: 0.50  # kept, not measured' in outcome.out
+
+
+def test_a_camera_at_rest_is_told_that_it_is(noise, recording, in_memory):
+    still = in_memory([next(recording.frames(raise_damage))] * 8)
+    outcome = noise(still)
+    assert outcome.code == 0
+    assert 'between which things move by 8 pixels or more, there are 0' in outcome.err
+    assert 'sensor.depth_sigma' in outcome.out
+    assert 'pixel_sigma' not in outcome.out
+
+
+def test_the_keypoints_are_those_of_the_detector(noise, recording):
+    outcome = noise(recording, '--set', 'features.detector=sift')
+    assert 'noise of sift keypoints' in outcome.out
+    assert 'features.sift.pixel_sigma: 0.' in outcome.out
+    assert 'features.orb' not in outcome.out
 
 
 def test_what_cannot_be_used_is_refused_in_one_sentence(noise, recording, in_memory, tmp_path):

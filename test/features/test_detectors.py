@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
+from aick_ros.descriptors import descriptor_distances
 from aick_ros.features import make_detector
 from aick_ros.parameter import parameters
-from aick_ros.search import descriptor_distances
 from aick_ros.settings import FeatureSettings, Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -97,3 +97,20 @@ def test_surf_knows_scaled_keypoints_again_nearly_as_well_as_orb(grey, scale):
                  for name in ('surf', 'orb'))
     assert surf > 0.5
     assert surf > orb - 0.1
+
+
+@pytest.mark.parametrize('scale', [1.25, 1.5])
+def test_surf_finds_scaled_keypoints_where_they_are_and_as_large(grey, scale):
+    """Smaller images lack the smallest ones; of larger ones the grid is coarse, but not biased."""
+    scaled = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_LINEAR)
+    before, after = (detector('surf').detect(view) for view in (grey, scaled))
+    best = np.argsort(-before.responses)[:STRONGEST]
+    moved = scale * before.pixels[best] + 0.5 * (scale - 1)
+    size = scale * before.scales[best]
+    away = np.linalg.norm(moved[:, None] - after.pixels, axis=2)
+    nearest = away.argmin(axis=1)
+    assert np.mean(away.min(axis=1) < 2.0 * size) > 0.9
+    found = away.min(axis=1) < 1.0
+    np.testing.assert_allclose(
+        np.median((after.pixels[nearest] - moved)[found], axis=0), 0.0, atol=0.1)
+    assert np.median((after.scales[nearest] / size)[found]) == pytest.approx(1.0, abs=0.06)

@@ -16,11 +16,11 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from aick_ros import rigid
+from aick_ros.descriptors import descriptor_distances
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.frame import KeypointExtractor, KeypointFrame, RgbdFrame
 from aick_ros.parameter import with_values
 from aick_ros.presets import preset
-from aick_ros.search import descriptor_distances
 
 _SAMPLE = 3
 

@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Both noises of one reading of a recording, as JSON."""
+
+import json
+
+import pytest
+
+from aick_ros.camera import Camera
+from aick_ros.errors import InputError
+from aick_ros.evaluation.camera_noise import estimate_noise
+from aick_ros.sources import raise_damage
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+
+
+def room(**options):
+    return SyntheticSource(SyntheticOptions(seed=2, rate=12.0, camera=CAMERA, **options))
+
+
+def test_both_noises_are_told():
+    told = []
+    found = estimate_noise(room(frames=14), on_progress=told.append)
+    assert told == list(range(1, 15))
+    assert found.depth.frames == 14
+    content = json.loads(json.dumps(found.to_json()))
+    assert content['depth_sigma'] == found.depth.depth_sigma
+    assert [bin_['sigma'] for bin_ in content['bins']] == [b.sigma for b in found.depth.bins]
+    assert content['pixels']['pixel_sigma'] == found.pixels.pixel_sigma
+    assert content['pixels']['bins'][0]['scale'] == found.pixels.bins[0].scale
+    assert found.pairs == found.pixels.pairs
+
+
+def test_a_camera_at_rest_tells_of_its_depth_alone():
+    class Still:
+        name, ground_truth = 'at rest', None
+
+        def frames(self, on_damaged):
+            yield from [next(room(frames=1).frames(raise_damage))] * 12
+
+    found = estimate_noise(Still())
+    assert found.depth.depth_sigma > 0
+    assert found.pixels is None
+    assert found.to_json()['pixels'] is None
+
+
+def test_nothing_is_an_error():
+    class Empty:
+        name, ground_truth = 'an empty bag', None
+
+        def frames(self, on_damaged):
+            return iter(())
+
+    with pytest.raises(InputError, match='an empty bag has no frame'):
+        estimate_noise(Empty())

@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A law that samples were drawn from is found again."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros.evaluation.noise_law import LEAST_SAMPLES, bins_of, fit_law
+from aick_ros.parameter import Parameter
+
+EXPONENT = Parameter('a.power', float, 1.5, 'A power.', minimum=0.0, maximum=4.0)
+
+
+def samples(x, scale, exponent, count=100):
+    """Return places, and what the median of many is the law's standard deviation of."""
+    x = np.repeat(x, count)
+    factors = np.tile(np.linspace(0.5, 1.5, count), len(x) // count)
+    return x, scale * x ** exponent * factors
+
+
+@pytest.mark.parametrize('scale, exponent', [(0.5, 0.0), (0.002, 2.0), (3.0, 0.7)])
+def test_a_law_is_found(scale, exponent):
+    bins = bins_of(*samples(np.geomspace(0.5, 4.0, 13), scale, exponent))
+    law = fit_law(bins, EXPONENT)
+    assert law.exponent_estimated
+    assert law.exponent == pytest.approx(exponent, abs=1e-6)
+    assert law.scale == pytest.approx(scale, rel=1e-6)
+    assert law.at(2.0) == pytest.approx(scale * 2.0 ** exponent, rel=1e-6)
+    assert [bin_.count for bin_ in bins] == [100] * 13
+
+
+def test_a_bin_is_the_middle_of_its_samples():
+    rng = np.random.default_rng(0)
+    x, sigmas = rng.uniform(0.95, 1.05, 501), rng.uniform(0, 1, 501)
+    (found,) = bins_of(x, sigmas)
+    assert found.at == pytest.approx(np.exp(np.mean(np.log(x))))
+    assert found.sigma == np.sort(sigmas)[250]
+    assert bins_of(x[:LEAST_SAMPLES - 1], sigmas[:LEAST_SAMPLES - 1]) == []
+
+
+def test_of_places_near_each_other_the_exponent_is_kept():
+    law = fit_law(bins_of(*samples(np.geomspace(1.0, 1.6, 4), 0.1, 0.0)), EXPONENT)
+    assert (law.exponent, law.exponent_estimated) == (1.5, False)
+    assert law.at(1.25) == pytest.approx(0.1, rel=0.1)
+
+
+def test_the_exponent_keeps_to_its_range():
+    narrow = dataclasses.replace(EXPONENT, maximum=1.0, default=0.5)
+    law = fit_law(bins_of(*samples(np.geomspace(0.5, 4.0, 13), 0.1, 2.0)), narrow)
+    assert (law.exponent, law.exponent_estimated) == (1.0, True)

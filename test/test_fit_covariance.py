@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The covariance of a fit against Monte Carlo, and against the exact motion of a rendered room."""
+
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.aick import Aick
+from aick_ros.camera import Camera
+from aick_ros.evaluation.consistency import nees
+from aick_ros.fit_covariance import fit_covariance
+from aick_ros.frame import KeypointExtractor, KeypointFrame
+from aick_ros.presets import preset
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+COUNT = 60
+T_TARGET_SOURCE = rigid.exp([0.1, -0.05, 0.2, 0.1, 0.2, -0.1])
+MATCHES = np.column_stack([np.arange(COUNT)] * 2)
+
+
+def keypoints(positions, roots, pixels):
+    """Return keypoints whose noise is ``roots`` times that of a normal distribution."""
+    covariances = roots @ roots.transpose(0, 2, 1)
+    return KeypointFrame(0, positions.astype(np.float32), np.zeros((len(positions), 32), np.uint8),
+                         covariances.astype(np.float32), pixels.astype(np.float32))
+
+
+def error(T, truth):
+    return np.r_[truth[:3, 3] - T[:3, 3], rigid.log_rotation(truth[:3, :3] @ T[:3, :3].T)]
+
+
+@pytest.mark.parametrize('group', [1, 4], ids=['alone', 'four at a place'])
+@pytest.mark.parametrize('larger', [1.0, 3.0], ids=['as said', 'three times'])
+def test_it_is_that_of_many_repetitions(group, larger):
+    """Each keypoint has noise of its own shape; those of one place have it in common."""
+    rng = np.random.default_rng(7)
+    places = rng.uniform((-1, -1, 1), (1, 1, 3), (COUNT // group, 3))
+    roots = rng.normal(0, 0.004, (2, COUNT // group, 3, 3))
+    pixels = 4.0 * np.column_stack([np.arange(COUNT // group), np.full(COUNT // group, 50)]) + 1
+    positions = np.repeat(places, group, axis=0)
+    found = []
+    for _ in range(300):
+        noise = larger * np.einsum('snij,snj->sni', roots, rng.normal(size=(2, *places.shape)))
+        noisy = positions + np.repeat(noise[0], group, axis=0), rigid.transform(
+            T_TARGET_SOURCE, positions) + np.repeat(noise[1], group, axis=0)
+        source, target = (keypoints(points, np.repeat(root, group, axis=0),
+                                    np.repeat(pixels, group, axis=0))
+                          for points, root in zip(noisy, roots))
+        T = rigid.fit(*noisy)
+        found.append(nees(error(T, T_TARGET_SOURCE),
+                          fit_covariance(T, source, target, MATCHES)))
+    assert 5.0 < np.mean(found) < 7.0  # 6 expected, standard deviation of the mean 0.2
+
+
+def test_small_residuals_promise_nothing():
+    """What is left of a match is small because it would not be one otherwise."""
+    rng = np.random.default_rng(1)
+    positions = rng.uniform((-1, -1, 1), (1, 1, 3), (COUNT, 3))
+    roots = np.tile(0.005 * np.eye(3), (COUNT, 1, 1))
+    pixels = 10.0 * np.column_stack([np.arange(COUNT), np.arange(COUNT)])
+    source = keypoints(positions, roots, pixels)
+    target = keypoints(rigid.transform(T_TARGET_SOURCE, positions), roots, pixels)
+    covariance = fit_covariance(T_TARGET_SOURCE, source, target, MATCHES)
+    # of a mean of so many points, each off in both frames; turns about their centre add to it
+    assert np.trace(covariance[:3, :3]) >= 3 * 2 * 0.005 ** 2 / COUNT
+
+
+@pytest.mark.parametrize('name', ['paper-full', 'paper-fast', 'paper-fast-surf'])
+def test_in_a_rendered_room_errors_are_those_it_promises(name):
+    camera = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+    room = SyntheticSource(SyntheticOptions(seed=4, frames=150, camera=camera))
+    settings = preset(name)
+    extractor, aick = KeypointExtractor(settings.features, settings.sensor), Aick(settings.aick)
+    found = []
+    for index in range(0, 150, 10):
+        frames = room.frame(index), room.frame(index + 1)
+        target, source = map(extractor.extract, frames)
+        result = aick.register(source, target)
+        truth = rigid.inverse(room.pose(frames[0].stamp)) @ room.pose(frames[1].stamp)
+        found.append(nees(error(result.T_target_source, truth), result.covariance))
+    assert 2.0 < np.mean(found) < 12.0
+    assert np.mean(np.array(found) < 12.59) > 0.7

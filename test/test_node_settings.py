@@ -1,0 +1,24 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The node's own parameters, of which some are truths and poses."""
+
+import pytest
+
+from aick_ros.errors import InputError
+from aick_ros.node_settings import NodeSettings
+from aick_ros.parameter import with_values
+
+
+def test_truths_poses_and_names_are_taken_as_text():
+    node = with_values(NodeSettings(), {
+        'publish_tf': 'false', 'camera_in_base': '0 0 1, 0 0 0 1', 'frame_id': 'camera'})
+    assert node.publish_tf is False
+    assert node.camera_in_base == (0, 0, 1, 0, 0, 0, 1)
+    assert node.frame_id == 'camera'
+
+
+@pytest.mark.parametrize('value', [1, 'yes', None])
+def test_truth_is_true_or_false(value):
+    with pytest.raises(InputError, match='is not true or false'):
+        with_values(NodeSettings(), {'publish_tf': value})

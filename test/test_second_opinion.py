@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Whom sudden motions are believed of: rendered views with and without something that moves."""
+
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.parameter import with_values
+from aick_ros.refinement import Refinement
+from aick_ros.registrar import Registrar
+from aick_ros.second_opinion import SecondOpinion, suddenness
+from aick_ros.settings import Settings
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+PERIOD = 1 / 30
+LEAP = 35  # px a frame, at one metre 2 m/s
+JOLT = rigid.exp([0.08, -0.03, 0.02, 0, 0, 0])
+"""Off from constant velocity by 79 m/s^2 in one frame."""
+
+
+@pytest.fixture(scope='module')
+def frames():
+    source = SyntheticSource(SyntheticOptions(seed=5, frames=3))
+    return [source.frame(i) for i in range(3)], source.ground_truth.poses
+
+
+@pytest.fixture(scope='module')
+def picture():
+    colour = SyntheticSource(SyntheticOptions(seed=77, frames=1)).frame(0).colour
+    return cv2.GaussianBlur(colour, (0, 0), 1.5)
+
+
+def paste(frame, picture, left, width, top=60):
+    """Return a frame, its colours faint, with a board one metre away."""
+    colour, depth = cv2.convertScaleAbs(frame.colour, alpha=0.25, beta=96), frame.depth.copy()
+    board = slice(top, 480 - top), slice(left, left + width)
+    colour[board], depth[board] = picture[board[0], 60:60 + width], 1.0
+    return dataclasses.replace(frame, colour=colour, depth=depth)
+
+
+def pair(frames, changes=None):
+    """Return the registrar's view of the last two of some frames, and what it makes of them."""
+    registrar = Registrar(with_values(Settings(), changes or {}))
+    target, source = (registrar.look(frame) for frame in frames)
+    return source, target, registrar.register(source, target)
+
+
+def opinion(settings=Settings()):
+    return SecondOpinion(Refinement(settings.refinement, settings.sensor), settings.sensor)
+
+
+def off(pose, truth):
+    E = rigid.inverse(truth) @ pose
+    return np.linalg.norm(E[:3, 3]), rigid.angle(E[:3, :3])
+
+
+def test_suddenness_is_the_change_by_what_a_hand_does():
+    assert suddenness(np.eye(4), 0.1) == 0.0
+    assert suddenness(rigid.exp([0, 0.15, 0, 0, 0, 0]), 0.1) == pytest.approx(1.0)
+    assert suddenness(rigid.exp([0, 0, 0, 0.6, 0, 0]), 0.1) == pytest.approx(2.0)
+    assert suddenness(rigid.exp([0.15, 0, 0, 0, 0, 0]), 0.2) == pytest.approx(0.25)
+    assert suddenness(rigid.exp([9, 0, 0, 0, 0, 0]), np.inf) == 0.0
+
+
+def moving(frames, picture, width, leap=LEAP):
+    """Return views with a board that leaps, what is found, and the truth."""
+    shown, poses = frames
+    shown = [paste(shown[0], picture, 60, width), paste(shown[1], picture, 60 + leap, width)]
+    return *pair(shown), rigid.inverse(poses[0]) @ poses[1]
+
+
+@pytest.mark.parametrize('width', [330, 460])
+def test_a_board_that_has_most_keypoints_is_not_the_world(frames, picture, width):
+    source, target, found, truth = moving(frames, picture, width)
+    assert off(found.T_target_source, truth)[0] > 0.05
+    weighed = opinion().on(found, source, target, truth, PERIOD)
+    translation, rotation = off(weighed.T_target_source, truth)
+    assert translation < 0.004
+    assert rotation < np.radians(0.2)
+    assert np.sqrt(np.linalg.eigvalsh(weighed.covariance).max()) < 0.02
+    error = rigid.difference(weighed.T_target_source, truth)
+    assert error @ np.linalg.solve(weighed.covariance, error) < 30
+    assert not np.isin(weighed.tracks.keypoints, found.tracks.keypoints).any()
+    assert 'keypoints move by themselves' in weighed.reason
+    assert len(weighed.matches) == 0
+
+
+def test_a_board_that_may_be_the_world_is_doubted(frames, picture):
+    """It has most of the view and starts slowly: the difference is the uncertainty."""
+    source, target, found, truth = moving(frames, picture, 460, 11)
+    weighed = opinion().on(found, source, target, truth, PERIOD)
+    np.testing.assert_array_equal(weighed.T_target_source, found.T_target_source)
+    error = rigid.difference(found.T_target_source, truth)
+    before, after = (error @ np.linalg.solve(registration.covariance, error)
+                     for registration in (found, weighed))
+    assert after < 0.1 * before
+
+
+@pytest.mark.parametrize('jolt', [JOLT, rigid.exp([0, 0, 0, 0.05, 0.1, -0.05])])
+def test_a_jolt_of_the_camera_is_believed(frames, jolt):
+    """Nothing but the camera moves: all of the view is for the motion, however sudden."""
+    shown, poses = frames
+    source, target, found = pair(shown[:2])
+    weighed = opinion().on(found, source, target, found.T_target_source @ jolt, PERIOD)
+    np.testing.assert_array_equal(weighed.T_target_source, found.T_target_source)
+    assert weighed.support == found.support
+    sigmas = [np.sqrt(np.trace(r.covariance[:3, :3])) for r in (found, weighed)]
+    assert sigmas[1] < sigmas[0] + 0.01
+
+
+def test_what_a_hand_can_do_is_not_looked_at_twice(frames, picture):
+    source, target, found, truth = moving(frames, picture, 460)
+    near = found.T_target_source @ rigid.exp([0.015, 0, 0, 0, 0.03, 0])
+    assert opinion().on(found, source, target, near, PERIOD) is found
+    # nor what happened while nobody looked
+    assert opinion().on(found, source, target, truth, 0.3) is found
+
+
+def test_without_depth_images_there_is_no_second_opinion(frames, picture):
+    shown, poses = frames
+    settings = {'refinement.mode': 'keypoints'}
+    source, target, found = pair(shown[:2], settings)
+    expected = found.T_target_source @ JOLT
+    assert opinion(with_values(Settings(), settings)).on(
+        found, source, target, expected, PERIOD) is found
+
+
+def test_the_pairwise_registration_knows_no_motion_and_asks_nobody(frames, picture, monkeypatch):
+    monkeypatch.setattr(SecondOpinion, 'on', lambda *_: pytest.fail('asked'))
+    shown, _ = frames
+    pair([paste(shown[0], picture, 60, 460), paste(shown[1], picture, 60 + LEAP, 460)])

@@ -1,0 +1,110 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Votes on two poses of rendered views, of which the true one is known."""
+
+import dataclasses
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros import rigid
+from aick_ros.camera import Camera
+from aick_ros.frame import RgbdFrame
+from aick_ros.registrar import Registrar
+from aick_ros.settings import Settings
+from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
+from aick_ros.votes import poll
+
+SENSOR = Settings().sensor
+SHIFTED = rigid.exp([0.06, 0, 0, 0, 0, 0])
+CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)
+
+
+def look(*frames):
+    registrar = Registrar()
+    return [registrar.look(frame) for frame in frames]
+
+
+@pytest.fixture(scope='module')
+def pair():
+    """Return a frame, an earlier one, and where the first was seen from the second."""
+    source = SyntheticSource(SyntheticOptions(seed=5, frames=5))
+    poses = source.ground_truth.poses
+    return source.frame(4), source.frame(0), rigid.inverse(poses[0]) @ poses[4]
+
+
+def test_the_true_pose_has_the_votes_whatever_the_order(pair):
+    *frames, truth = pair
+    views = look(*frames)
+    for wrong in (SHIFTED, rigid.exp([0, 0, 0.06, 0, 0, 0]), rigid.exp([0, 0, 0, 0, 0.05, 0])):
+        ballot = poll(*views, truth, truth @ wrong, SENSOR)
+        assert ballot.first > 0.7
+        assert ballot.second < 0.02
+        assert ballot.seen > 0.7
+        swapped = poll(*views, truth @ wrong, truth, SENSOR)
+        assert (swapped.second, swapped.first) == (ballot.first, ballot.second)
+        assert ballot.for_second < 0.03 < 0.97 < swapped.for_second
+
+
+def test_a_pose_beside_itself_has_no_votes(pair):
+    *frames, truth = pair
+    ballot = poll(*look(*frames), truth, truth, SENSOR)
+    assert (ballot.first, ballot.second, ballot.for_second) == (0, 0, 0)
+
+
+def test_another_exposure_is_not_another_pose(pair):
+    source, target, truth = pair
+    darker = dataclasses.replace(source, colour=(0.8 * source.colour).astype(np.uint8))
+    ballot = poll(*look(darker, target), truth, truth @ SHIFTED, SENSOR)
+    assert ballot.for_second < 0.05
+
+
+@pytest.mark.parametrize('columns', [160, 320, 480])
+def test_each_part_of_the_view_votes_for_itself(pair, columns):
+    """The left columns are those of the target, as if carried along: there nothing moves."""
+    source, target, truth = pair
+    colour, depth = source.colour.copy(), source.depth.copy()
+    colour[:, :columns], depth[:, :columns] = target.colour[:, :columns], target.depth[:, :columns]
+    ballot = poll(*look(dataclasses.replace(source, colour=colour, depth=depth), target), truth,
+                  np.eye(4), SENSOR)
+    assert ballot.for_second == pytest.approx(columns / 640, abs=0.12)
+
+
+def wall(truth, contrast):
+    """Return two frames of a wall that is flat, so that its depth does not tell of a shift."""
+    stains = np.random.default_rng(0).normal(0, 1, (600, 800)).astype(np.float32)
+    stains = cv2.GaussianBlur(stains, (0, 0), 6)
+    stains *= contrast / stains.std()
+    shift = round(truth[0, 3] / 2.0 * CAMERA.fx)
+    frames = []
+    for i, left in enumerate((60 + shift, 60)):
+        grey = np.clip(150 + stains[60:540, left:left + 640], 0, 255).astype(np.uint8)
+        rng = np.random.default_rng(i)
+        colour = ColourSensor().measure(np.repeat(grey[..., None], 3, 2), 1.0, rng)
+        depth = DepthSensor().measure(np.full(grey.shape, 2.0, np.float32), CAMERA, rng)
+        frames.append(RgbdFrame(i, colour, depth, CAMERA))
+    return look(*frames)
+
+
+def test_faint_stains_on_a_plain_wall_have_a_vote():
+    truth = rigid.exp([40 / CAMERA.fx * 2.0, 0, 0, 0, 0, 0])
+    ballot = poll(*wall(truth, contrast=8.0), truth, np.eye(4), SENSOR)
+    assert ballot.first > 0.5
+    assert ballot.second < 0.05
+
+
+def test_a_wall_without_any_does_not_say_where_it_is():
+    truth = rigid.exp([40 / CAMERA.fx * 2.0, 0, 0, 0, 0, 0])
+    ballot = poll(*wall(truth, contrast=0.0), truth, np.eye(4), SENSOR)
+    assert ballot.first < 0.02
+    assert ballot.second < 0.02
+
+
+def test_nothing_seen_is_no_vote(pair):
+    source, target, truth = pair
+    blind = dataclasses.replace(target, depth=np.full_like(target.depth, np.nan))
+    for views in (look(source, blind), look(blind, source)):
+        ballot = poll(*views, truth, np.eye(4), SENSOR)
+        assert (ballot.first, ballot.second, ballot.seen) == (0, 0, 0)
