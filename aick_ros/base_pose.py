@@ -33,8 +33,9 @@ class BasePose:
 
     def __init__(self, T_odom_base: np.ndarray, covariance: np.ndarray) -> None:
         self._T_base_camera: np.ndarray | None = None
+        self._T_visual_camera: np.ndarray | None = np.eye(4)
+        self._visual_covariance = np.zeros((6, 6))
         self.put(T_odom_base, covariance)
-        self.restart()
 
     @property
     def T_odom_base(self) -> np.ndarray:
@@ -47,8 +48,8 @@ class BasePose:
         self._anchored = False
 
     def restart(self) -> None:
-        """Take note that the camera's odometry begins anew: the base stays."""
-        self._T_visual_camera, self._visual_covariance = np.eye(4), np.zeros((6, 6))
+        """Take note that the way to the camera's next pose tells nothing: the base stays."""
+        self._T_visual_camera = None
         self._anchored = False
 
     def follow(self, T_visual_camera: np.ndarray, covariance: np.ndarray,
@@ -66,6 +67,9 @@ class BasePose:
         if self._T_base_camera is None or corrected:
             self._T_base_camera = T_base_camera
             self._anchored = False
+        if self._T_visual_camera is None:
+            self._T_visual_camera, self._visual_covariance = T_visual_camera, covariance
+            self._T_base_camera = T_base_camera
         if not self._anchored:
             self._anchor()
         self._T_visual_camera, self._visual_covariance = T_visual_camera, covariance

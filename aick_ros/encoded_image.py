@@ -28,6 +28,8 @@ def decode(data: Any) -> np.ndarray:
     :raises InputError: where the data is truncated, damaged or something else.
     """
     content = bytes(data)
+    if not content:
+        raise InputError('it is empty: copy or record it again')
     for name, (begin, end) in _MARKS.items():
         if content.startswith(begin):
             break
@@ -96,6 +98,17 @@ def to_metres(units: np.ndarray, units_per_metre: float) -> np.ndarray:
     depth = units.astype(np.float32)
     depth[depth == 0.0] = np.nan
     depth /= np.float32(units_per_metre)
+    return depth
+
+
+def valid_metres(depth: np.ndarray) -> np.ndarray:
+    """
+    Return depth of whatever byte order as a native copy, with NaN for 0, negative and infinite.
+
+    :param depth: HxW float32 [m].
+    """
+    depth = depth.astype(np.float32)
+    np.copyto(depth, np.nan, where=~((depth > 0.0) & (depth < np.inf)))
     return depth
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from aick_ros import image_codec
+from aick_ros import compressed_codec, image_codec
 from aick_ros.camera import Camera
 from aick_ros.depth_registration import DepthRegistration
 from aick_ros.depth_scaling import enlarge
@@ -29,9 +29,9 @@ class FrameDecoder:
 
     def __init__(self, image_transport: str = 'raw', depth_transport: str = 'raw') -> None:
         self._colour = (image_codec.colour_image if image_transport == 'raw'
-                        else image_codec.compressed_colour)
+                        else compressed_codec.compressed_colour)
         self._depth = (image_codec.depth_image if depth_transport == 'raw'
-                       else image_codec.compressed_depth)
+                       else compressed_codec.compressed_depth)
         self._registration: DepthRegistration | None = None
         self._registered_by: tuple[Camera, Camera, bytes] | None = None
 

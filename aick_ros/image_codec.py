@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The images in sensor_msgs/Image and sensor_msgs/CompressedImage messages.
+The images in sensor_msgs/Image messages.
 
 Only the fields of a message are looked at, so the messages of rclpy and of rosbags both do. Depth
 follows REP 118: 16UC1 in millimetres with 0 for none, 32FC1 in metres with NaN for none.
@@ -10,7 +10,6 @@ follows REP 118: 16UC1 in millimetres with 0 for none, 32FC1 in metres with NaN 
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
@@ -18,8 +17,7 @@ from typing import Any, NamedTuple, Protocol
 import cv2
 import numpy as np
 
-from aick_ros.encoded_image import (
-    decode_colour, decode_units, to_8_bit, to_metres, to_units)
+from aick_ros.encoded_image import to_8_bit, to_metres, to_units, valid_metres
 from aick_ros.errors import InputError
 
 MILLIMETRES = 1000
@@ -33,13 +31,6 @@ class ImageMessage(Protocol):
     encoding: str
     is_bigendian: int
     step: int
-    data: Any
-
-
-class CompressedImageMessage(Protocol):
-    """The fields of a sensor_msgs/CompressedImage that matter here."""
-
-    format: str
     data: Any
 
 
@@ -125,53 +116,7 @@ def depth_image(message: ImageMessage) -> np.ndarray:
     if dtype is None:
         raise _wrong_encoding('depth', message.encoding, _DEPTH, _COLOUR)
     pixels = _pixels(message, _Layout(1, dtype))
-    return to_metres(pixels, MILLIMETRES) if dtype == np.uint16 else _valid(pixels)
-
-
-def compressed_colour(message: CompressedImageMessage) -> np.ndarray:
-    """
-    Return the colour image in a message of the ``compressed`` transport.
-
-    :returns: HxWx3 (red, green, blue) or HxW uint8.
-    :raises InputError: where the data is damaged, or depth.
-    """
-    encoding, _, compression = message.format.partition(';')
-    if 'compressedDepth' in message.format or encoding.strip() in ('16UC1', '32FC1'):
-        raise InputError(f'the colour image has format {message.format!r}, which is depth: take '
-                         'the topic of the colour camera')
-    image = decode_colour(message.data)
-    # image_transport names the order it stored; without a name it is the encoding's own
-    if encoding.startswith('rgb') and 'compressed' in compression and 'bgr' not in compression:
-        return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
-    return image
-
-
-def compressed_depth(message: CompressedImageMessage) -> np.ndarray:
-    """
-    Return the depth image in a message of the ``compressedDepth`` or ``compressed`` transport.
-
-    ``compressedDepth`` has a header of 12 bytes before the PNG data: an int32 that says nothing
-    and two float32 A and B, with which a 32FC1 depth is A / (stored - B).
-
-    :returns: HxW float32 [m]; NaN where there is none.
-    :raises InputError: where the data is damaged, colour, or compressed with RVL.
-    """
-    if 'rvl' in message.format.lower():
-        raise InputError(f'the depth image has format {message.format!r}, which cannot be read: '
-                         "take it raw, or set the parameter compressedDepth.format of its "
-                         "publisher to 'png'")
-    header, png = _split_depth(bytes(message.data))
-    units = decode_units(png)
-    if not message.format.strip().startswith('32FC1'):
-        return to_metres(units, MILLIMETRES)
-    scale, offset = struct.unpack('<4x2f', header) if header else (0.0, 0.0)
-    if not (np.isfinite((scale, offset)).all() and scale > 0.0):
-        raise InputError(f'the depth image has format {message.format!r} and quantisation A '
-                         f'{scale:g}, B {offset:g}: A must be positive; check the publisher')
-    with np.errstate(divide='ignore'):
-        depth = np.float32(scale) / (units - np.float32(offset))
-    depth[units == 0] = np.nan
-    return _valid(depth)
+    return to_metres(pixels, MILLIMETRES) if dtype == np.uint16 else valid_metres(pixels)
 
 
 def encode_colour(image: np.ndarray) -> ImageFields:
@@ -209,19 +154,6 @@ def _pixels(message: ImageMessage, layout: _Layout) -> np.ndarray:
     rows = np.frombuffer(message.data, np.uint8, height * step).reshape(height, step)
     pixels = rows[:, :row].view(dtype)
     return pixels if layout.channels == 1 else pixels.reshape(height, width, layout.channels)
-
-
-def _valid(depth: np.ndarray) -> np.ndarray:
-    """Return float depth as a native copy with NaN for 0, negative and infinite."""
-    depth = depth.astype(np.float32)
-    np.copyto(depth, np.nan, where=~((depth > 0.0) & (depth < np.inf)))
-    return depth
-
-
-def _split_depth(content: bytes) -> tuple[bytes, bytes]:
-    """Return the header of compressedDepth, empty where there is none, and the PNG data."""
-    size = 0 if content.startswith(b'\x89PNG') else 12
-    return content[:size], content[size:]
 
 
 def _fields(image: np.ndarray, encoding: str) -> ImageFields:

@@ -51,7 +51,7 @@ class NodeSettings:
         'raw', 'Transport of the colour images: raw from rgb/image, compressed from '
         'rgb/image/compressed.', choices=('raw', 'compressed'))
     depth_transport: str = parameter(
-        'raw', 'Transport of the depth images, likewise; both compressed ones are PNG.',
+        'raw', 'Transport of the depth images, likewise: PNG, with compressedDepth also RVL.',
         choices=('raw', 'compressed', 'compressedDepth'))
     image_rectification: str = parameter(
         'auto', 'Whether images are raw (k and d of camera_info hold) or rectified (p does); '

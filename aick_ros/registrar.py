@@ -139,6 +139,8 @@ class Registrar:
         """Return a registration improved; one that failed, or that is not confirmed, fails."""
         if not registration.status.ok:
             return registration
+        if source.grey.shape != target.grey.shape:  # the camera has changed its resolution
+            return _unchecked(registration, 0)
         with self._times.stage('refinement'):
             refined = self._refinement.refine(source, target, registration.T_target_source)
         if len(refined.tracked) < _FEWEST_TRACKS:

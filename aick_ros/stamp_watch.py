@@ -5,20 +5,22 @@
 
 from __future__ import annotations
 
-from collections import deque
+from bisect import bisect_left
 
 import numpy as np
 
+from aick_ros.synchronizer import RESTART_AFTER
 from aick_ros.trajectory import NANOSECONDS
 
 _FAR = 10 * NANOSECONDS  # ahead of what the time that has passed explains
 _LONGEST_GAP = NANOSECONDS  # a longer one is a pause, not a loss
-_GAPS_KEPT = 100
+_LATELY = 100  # gaps
+_BLOCK = 50  # gaps that are settled at once
 _FEWEST_GAPS = 20
-_ALIKE = 0.4  # how far gaps of one period may be off it, in periods
+_ALIKE = 0.1  # how far gaps of one period may be apart, as a share
 _OFF, _FEWEST_OFF = 0.25, 0.2  # gaps that are no whole number of periods; from which share on
 _MOST_PERIODS = 10.0  # of a gap on average; if nine of ten images are lost, nothing is told
-_SETTLED_AFTER = 5  # images after which one that comes late has come
+_UNSETTLED = 5  # of the newest gaps, into which late images may still come
 
 
 class StampWatch:
@@ -27,9 +29,8 @@ class StampWatch:
     def __init__(self) -> None:
         self._last: tuple[int, float] | None = None
         self._ahead: int | None = None
-        self._gaps: deque[int] = deque(maxlen=_GAPS_KEPT)
-        self._missed = self._missing = 0
-        self._lately: deque[int] = deque(maxlen=_SETTLED_AFTER)
+        self._stamps: list[int] = []  # of late, increasing
+        self._settled = self._missing = 0
 
     def is_astray(self, stamp: int, now: float) -> bool:
         """
@@ -46,46 +47,59 @@ class StampWatch:
             if stamp - self._last[0] - passed > _FAR and alone:
                 self._ahead = stamp
                 return True
-            if 0 < stamp - self._last[0] <= _LONGEST_GAP:
-                self._gaps.append(stamp - self._last[0])
-                self._count()
         self._last, self._ahead = (stamp, now), None
+        self._remember(stamp)
         return False
 
     @property
     def missing(self) -> int:
-        """How many images left a gap instead, as far as the gaps tell."""
+        """How many images left a gap instead, as far as the gaps tell; it never falls."""
+        settled = self._periods()[:-_UNSETTLED]
+        self._missing = max(self._missing, self._settled + _surplus(settled))
         return self._missing
 
     @property
     def missing_share(self) -> float:
         """Their share in the images lately."""
-        periods = self._periods()
-        return max(0.0, float(1.0 - len(periods) / periods.sum())) if len(periods) else 0.0
+        periods = self._periods()[-_LATELY:]
+        return max(0.0, float(_surplus(periods) / periods.sum())) if periods.any() else 0.0
 
-    def _count(self) -> None:
-        periods = self._periods()
-        # the first gaps can be told only now
-        untold = periods if len(periods) == _FEWEST_GAPS else periods[-1:]
-        self._missed += int((untold - 1).sum())
-        self._lately.append(self._missed)
-        self._missing = max(self._missing, min(self._lately))
+    def _remember(self, stamp: int) -> None:
+        if self._stamps and self._stamps[-1] - stamp > RESTART_AFTER:
+            self._settle(len(self._stamps) - 1)
+            self._stamps.clear()
+        place = bisect_left(self._stamps, stamp)  # an image that comes late fills its gap
+        if place == len(self._stamps) or self._stamps[place] != stamp:
+            self._stamps.insert(place, stamp)
+        if len(self._stamps) > _LATELY + _BLOCK:
+            self._settle(_BLOCK)
+
+    def _settle(self, count: int) -> None:
+        """Count what is missing in the oldest gaps for good."""
+        self._settled += _surplus(self._periods()[:count])
+        del self._stamps[:count]
 
     def _periods(self) -> np.ndarray:
         """
         Return how many periods of the camera each gap lately was; one each where that is unclear.
 
-        An image stamped late leaves a long gap before it and a short one, of no period, behind.
+        An image stamped late leaves a long gap before it and short ones, of no period, behind.
         Stamps that jitter by much of a period do not tell what is missing between them.
         """
-        gaps = np.array(self._gaps)
+        gaps = np.diff(np.array(self._stamps, np.int64))
         if len(gaps) < _FEWEST_GAPS:
             return np.ones(len(gaps), int)
-        # most images may be lost, but some follow each other; fewer come in the wake of a late one
-        shortest = np.sort(gaps)[len(gaps) // 7]
-        ratios = gaps / np.median(gaps[np.abs(gaps - shortest) <= _ALIKE * shortest])
+        # however many images are lost, no number of periods is as frequent as one
+        alike = np.abs(gaps[:, None] - gaps) <= _ALIKE * gaps[:, None]
+        ratios = gaps / np.median(gaps[alike[alike.sum(axis=1).argmax()]])
+        ratios[gaps > _LONGEST_GAP] = 1.0
         periods = np.rint(ratios).astype(int)
         unclear = np.mean(np.abs(ratios - periods) > _OFF) > _FEWEST_OFF
-        if unclear or periods.mean() > _MOST_PERIODS:  # then the shortest is none
+        if unclear or periods.mean() > _MOST_PERIODS:
             return np.ones(len(gaps), int)
         return periods
+
+
+def _surplus(periods: np.ndarray) -> int:
+    """Return how many periods more there are than gaps."""
+    return int((periods - 1).sum())

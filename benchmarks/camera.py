@@ -20,11 +20,11 @@ from array import array
 
 import numpy as np
 import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros.ros.messages import header
+from aick_ros.ros.program import program
 from aick_ros.ros.resources import use_fastdds_profile
 
 FRAME = 'camera_optical_frame'
@@ -52,17 +52,8 @@ def main() -> None:
     recording = np.load(arguments.frames)
     frames = [(image_message(colour, 'rgb8'), image_message(depth, '16UC1'))
               for colour, depth in zip(recording['colour'], recording['depth'])]
-    use_fastdds_profile()
-    rclpy.init(args=[])
-    try:
+    with program('camera', use_fastdds_profile):
         print(play(frames, recording['k'], arguments.rate, arguments.seconds, arguments.at_once))
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except Exception:
-        if rclpy.ok():
-            raise  # else it was told to end in the middle of a message
-    finally:
-        rclpy.try_shutdown()
 
 
 def play(frames: list[tuple[Image, Image]], k: np.ndarray, rate: float, seconds: float,

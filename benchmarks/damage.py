@@ -13,7 +13,8 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 _ENCODINGS = ('rgb8', 'bgr8', 'mono8', 'mono16', '16UC1', '32FC1', 'yuv422', 'bayer_rggb8',
               'bayer_grbg16', '8UC1', '8UC3', 'rgb17', '', 'jpeg', 'utf-\u00fc')
 _FORMATS = ('png', 'jpeg', 'rgb8; jpeg compressed bgr8', '16UC1; compressedDepth',
-            '16UC1; compressedDepth png', '32FC1; compressedDepth rvl', '')
+            '16UC1; compressedDepth png', '16UC1; compressedDepth rvl',
+            '32FC1; compressedDepth rvl', '')
 
 
 class Damage:

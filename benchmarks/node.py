@@ -33,14 +33,16 @@ from node_process import Listener, NodeProcess
 from row import HEAD, Row
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-from aick_ros import image_codec
 from aick_ros.camera import Camera
+from aick_ros.errors import InputError
 from aick_ros.evaluation.machine import machine_facts
 from aick_ros.frame import RgbdFrame
+from aick_ros.frame_decoder import FrameDecoder
 from aick_ros.odometry import Odometry
 from aick_ros.ros.messages import from_pose, header
 from aick_ros.ros.resources import use_fastdds_profile
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.synchronizer import Pair
 
 CAMERAS = {
     '640x480': Camera(640, 480, 525.0, 525.0, 319.5, 239.5),
@@ -191,8 +193,7 @@ class _Rig:
         self._good = raw if self._is_raw else [
             (_png(colour[..., ::-1]), _png(depth))
             for colour, depth in zip(content['colour'], content['depth'])]
-        self._frames = [(image_codec.colour_image(colour), image_codec.depth_image(depth))
-                        for colour, depth in raw]
+        self._decoder = FrameDecoder(transport, transport)
         self._odometry = Odometry()
         self._stamp = time.time_ns() - 10 ** 13  # stamps of the future would be refused
         self.damaged = 0
@@ -207,20 +208,28 @@ class _Rig:
     def good(self, index: int) -> float | None:
         """Send a good frame; return how far its answer is from offline, None without any."""
         self._send(self._good[index])
-        expected = self._odometry.register_frame(
-            RgbdFrame(self._stamp, *self._frames[index], self._camera))
+        expected = self._odometry.register_frame(self._decode(self._good[index]))
         if not self._listener.wait_for(self._stamp, 10.0):
             return None
         _, message = self._listener.received.pop(self._stamp)
         return float(np.abs(from_pose(message.pose.pose) - expected.T_odom_camera).max())
 
     def bad(self, count: int) -> None:
-        """Send so many damaged messages."""
+        """Send so many damaged messages; some are images, without any depth for example."""
         for _ in range(count // 2):
-            self._send(self._damage.pair() if self._is_raw
-                       else self._damage.compressed_pair(self._good[0]))
+            pair = (self._damage.pair() if self._is_raw
+                    else self._damage.compressed_pair(self._good[0]))
+            self._send(pair)
+            try:
+                self._odometry.register_frame(self._decode(pair))
+            except InputError:
+                pass
         self._publish(self._info_publisher, self._damage.camera_info())
         self.damaged += 2 * (count // 2) + 1
+
+    def _decode(self, pair: tuple) -> RgbdFrame:
+        colour, depth = pair
+        return self._decoder.decode(Pair(self._stamp, colour, self._stamp, depth), self._camera)
 
     def _send(self, pair: tuple) -> None:
         self._stamp += PERIOD

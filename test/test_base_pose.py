@@ -111,6 +111,20 @@ def test_when_the_camera_begins_anew_the_base_stays(way):
     np.testing.assert_allclose(after[1], before[1], atol=1e-12)
 
 
+def test_put_somewhere_unseen_it_stays_there_until_the_next_pose_of_the_camera(way):
+    told, sure = rigid.exp([4, -2, 1, 0.3, 0.2, 1.5]), np.diag([1, 2, 3, 4, 5, 6.0])
+    base = BasePose(ORIGIN, CERTAIN)
+    for T, S, *_ in way[:6]:
+        base.follow(T, S, T_BASE_CAMERA)
+    base.put(told, sure)
+    base.restart()
+    for T, S, *_ in way[12:]:
+        found = base.follow(T, S, CORRECTED)
+    expected = accumulate(way[13:], CORRECTED, told, sure)
+    np.testing.assert_allclose(found[0], expected[0], atol=1e-12)
+    np.testing.assert_allclose(found[1], expected[1], atol=1e-12)
+
+
 def test_the_covariance_is_that_of_sampled_errors():
     """Monte Carlo: camera poses with drawn errors, each carried to the base by itself."""
     rng = np.random.default_rng(8)

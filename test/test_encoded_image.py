@@ -69,7 +69,12 @@ def test_png_with_a_flipped_byte_is_refused():
         encoded_image.decode(data)
 
 
-@pytest.mark.parametrize('data', [b'', b'\x00' * 100, b'P5 2 2 255 abcd'])
+def test_no_data_is_refused():
+    with pytest.raises(InputError, match='it is empty: copy or record it again'):
+        encoded_image.decode(b'')
+
+
+@pytest.mark.parametrize('data', [b'\x00' * 100, b'P5 2 2 255 abcd'])
 def test_other_data_is_refused(data):
     with pytest.raises(InputError, match=f'its {len(data)} bytes are neither PNG nor JPEG'):
         encoded_image.decode(data)

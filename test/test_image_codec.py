@@ -7,9 +7,7 @@ import array
 import dataclasses
 import math
 import struct
-from types import SimpleNamespace
 
-import cv2
 import numpy as np
 import pytest
 
@@ -189,95 +187,7 @@ def test_colour_in_place_of_depth_is_told():
 
 
 RNG = np.random.default_rng(5)
-BGR = cv2.GaussianBlur(RNG.integers(0, 256, (48, 64, 3), np.uint8), (0, 0), 3)
-MILLIMETRES = RNG.integers(0, 9000, (48, 64), np.uint16)
-
-
-def compressed(format_, image, kind='.png', header=b'', container=bytes):
-    data = header + cv2.imencode(kind, image)[1].tobytes()
-    return SimpleNamespace(format=format_, data=container(data))
-
-
-@pytest.mark.parametrize('container', [
-    bytes, lambda data: array.array('B', data), lambda data: np.frombuffer(data, np.uint8)])
-@pytest.mark.parametrize('format_, kind', [
-    ('rgb8; png compressed bgr8', '.png'), ('bgr8; png compressed bgr8', '.png'),
-    ('png', '.png'), ('rgb8; jpeg compressed bgr8', '.jpg'), ('jpeg', '.jpg')])
-def test_compressed_colour_comes_back(format_, kind, container):
-    colour = image_codec.compressed_colour(compressed(format_, BGR, kind, container=container))
-    tolerance = 0 if kind == '.png' else 12
-    assert np.abs(colour.astype(int) - BGR[:, :, ::-1]).max() <= tolerance
-
-
-def test_compressed_rgb_that_was_not_turned_to_bgr_is_not_turned_back():
-    colour = image_codec.compressed_colour(compressed('rgb8; png compressed ', BGR))
-    assert np.array_equal(colour, BGR)
-
-
-def test_compressed_grey_comes_back():
-    for format_ in ('mono8; jpeg compressed ', 'rgb8; png compressed '):
-        colour = image_codec.compressed_colour(compressed(format_, BGR[:, :, 0]))
-        assert np.array_equal(colour, BGR[:, :, 0])
-
-
-@pytest.mark.parametrize('format_, header', [
-    ('16UC1; compressedDepth png', bytes(12)), ('16UC1; compressedDepth', bytes(12)),
-    ('16UC1', bytes(12)), ('16UC1; png compressed ', b''), ('png', b'')])
-def test_compressed_millimetres_come_back(format_, header):
-    depth = image_codec.compressed_depth(compressed(format_, MILLIMETRES, header=header))
-    expected = np.where(MILLIMETRES > 0, MILLIMETRES / 1000, np.nan).astype(np.float32)
-    assert np.array_equal(depth, expected, equal_nan=True)
-
-
-def test_compressed_inverse_depth_comes_back_within_its_quantisation():
-    metres = RNG.uniform(0.4, 9.5, (48, 64))
-    metres[0, :3] = np.nan, np.inf, 11.0
-    quantisation, farthest = 100.0, 10.0
-    scale = quantisation * (quantisation + 1)
-    offset = 1 - scale / farthest
-    with np.errstate(invalid='ignore'):
-        stored = np.where(metres < farthest, scale / metres + offset, 0).astype(np.uint16)
-    header = struct.pack('<iff', 0, scale, offset)
-    for format_ in ('32FC1; compressedDepth png', '32FC1; compressedDepth'):
-        depth = image_codec.compressed_depth(compressed(format_, stored, header=header))
-        assert np.isnan(depth[0, :3]).all()
-        # one step of the stored number is depth^2 / A
-        error = np.abs(depth - metres)[np.isfinite(depth)]
-        assert (error <= 1.01 * (metres ** 2 / scale)[np.isfinite(depth)] + 1e-5).all()
-        assert np.isfinite(depth).sum() == depth.size - 3
-
-
-def test_compressed_inverse_depth_without_quantisation_is_refused():
-    for header in (bytes(12), struct.pack('<iff', 0, math.nan, 0.0), b''):
-        with pytest.raises(InputError, match='quantisation A .* must be positive'):
-            image_codec.compressed_depth(
-                compressed('32FC1; compressedDepth png', MILLIMETRES, header=header))
-
-
-@pytest.mark.parametrize('format_, image, reason', [
-    ('16UC1; compressedDepth rvl', MILLIMETRES, "'16UC1; compressedDepth rvl'.* 'png'"),
-    ('rgb8; png compressed bgr8', BGR, '3 channels of uint8'),
-])
-def test_compressed_data_that_is_no_readable_depth_is_refused(format_, image, reason):
-    with pytest.raises(InputError, match=reason):
-        image_codec.compressed_depth(compressed(format_, image, header=bytes(12)))
-
-
-@pytest.mark.parametrize('format_', ['16UC1; compressedDepth png', '32FC1; compressedDepth',
-                                     '16UC1; png compressed '])
-def test_compressed_depth_in_place_of_colour_is_told(format_):
-    with pytest.raises(InputError, match='which is depth'):
-        image_codec.compressed_colour(compressed(format_, MILLIMETRES, header=bytes(12)))
-
-
-@pytest.mark.parametrize('decode', [image_codec.compressed_colour, image_codec.compressed_depth])
-@pytest.mark.parametrize('data, reason', [
-    (b'', 'neither PNG nor JPEG'), (b'\x01' * 11, 'neither PNG nor JPEG'),
-    (b'\x01' * 500, 'neither PNG nor JPEG'),
-    (cv2.imencode('.png', MILLIMETRES)[1].tobytes()[:900], '900 bytes of PNG data are truncated')])
-def test_damaged_compressed_data_is_refused(decode, data, reason):
-    with pytest.raises(InputError, match=reason):
-        decode(SimpleNamespace(format='', data=data))
+BGR = RNG.integers(0, 256, (48, 64, 3), np.uint8)
 
 
 @pytest.mark.parametrize('image', [BGR, BGR[:, :, 0], BGR[::-1, ::2]])

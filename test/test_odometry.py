@@ -59,6 +59,25 @@ def test_follows_the_camera(rendered):
         assert rotation < np.radians(1.0)
 
 
+def test_a_camera_that_changes_its_resolution_is_followed_on(rendered):
+    frames, truth = rendered
+    camera = frames[0].camera
+    half = dataclasses.replace(
+        camera, width=camera.width // 2, height=camera.height // 2, fx=camera.fx / 2,
+        fy=camera.fy / 2, cx=(camera.cx + 0.5) / 2 - 0.5, cy=(camera.cy + 0.5) / 2 - 0.5)
+    smaller = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT, camera=half))
+    mixed = [*frames[:6], *map(smaller.frame, range(6, 12)), *frames[12:18]]
+    updates = track(Odometry(), mixed)
+    assert all(update.status.ok and not update.recovered for update in updates)
+    for i, update in enumerate(updates):
+        translation, rotation = error(update, truth, 0, i)
+        assert translation < 0.04
+        assert rotation < np.radians(1.5)
+    # the images of a change cannot be compared: that increment is less sure, the next ones not
+    spread = [np.trace(update.increment_covariance[:3, :3]) for update in updates]
+    assert min(spread[6], spread[12]) > 3 * np.median(spread[1:])
+
+
 def test_pose_is_the_chain_of_increments(rendered):
     frames, _ = rendered
     pose = np.eye(4)

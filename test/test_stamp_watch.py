@@ -79,6 +79,46 @@ def test_images_that_come_late_are_not_missing():
     assert share == pytest.approx(0.3, abs=0.12)
 
 
+@pytest.mark.parametrize('lost', [0.0, 0.3])
+@pytest.mark.parametrize('seed', range(3))
+def test_images_stamped_some_periods_late_are_not_missing(seed, lost):
+    """One in ten is stamped late by up to four periods, and the next ones in its wake."""
+    rng = np.random.default_rng(seed)
+    late = (rng.random(900) < 0.1) * rng.uniform(0.0, 4.0, 900)
+    stamps = np.maximum.accumulate(np.arange(900) + late) * SECOND / 30 + np.arange(900) * 10 ** 5
+    arrived = rng.random(900) >= lost
+    count, share = missing(START + stamps[arrived])
+    assert count == pytest.approx(900 - arrived.sum(), rel=0.25, abs=4)
+    assert share == pytest.approx(lost, abs=0.12 if lost else 0.04)
+
+
+@pytest.mark.parametrize('lost', [0.0, 0.3])
+@pytest.mark.parametrize('seed', range(3))
+def test_images_that_come_out_of_order_are_not_missing(seed, lost):
+    """One in ten arrives up to four periods late, with the stamp it should have."""
+    rng = np.random.default_rng(seed)
+    ticks = np.arange(900) + rng.normal(0.0, 0.02, 900)
+    arrivals = np.arange(900) + (rng.random(900) < 0.1) * rng.uniform(1.0, 4.0, 900)
+    order = np.argsort(arrivals)
+    order = order[rng.random(900) >= lost]
+    count, share = missing(START + ticks[order] * SECOND / 30)
+    assert count == pytest.approx(900 - len(order), rel=0.05, abs=1)
+    assert share == pytest.approx(lost, abs=0.12 if lost else 0.02)
+
+
+def test_an_image_that_comes_twice_does_not_make_up_for_a_missing_one():
+    stamps = START + np.delete(np.arange(300), np.s_[5::10]) * SECOND // 30
+    count, share = missing(np.repeat(stamps, 2))
+    assert count == pytest.approx(30, abs=1)
+    assert share == pytest.approx(0.1, abs=0.01)
+
+
+def test_a_recording_that_loops_goes_on_counting():
+    stamps = START + np.delete(np.arange(120), np.s_[5::10]) * SECOND // 30
+    count, _ = missing(np.concatenate([stamps, stamps, stamps]))
+    assert count == pytest.approx(36, abs=3)
+
+
 @pytest.mark.parametrize('seed', range(5))
 @pytest.mark.parametrize('jitter', [0.1, 0.2, 0.5])
 def test_of_stamps_that_jitter_nothing_is_said(jitter, seed):

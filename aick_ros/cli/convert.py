@@ -12,7 +12,6 @@ import typer
 
 from aick_ros.cli import options, outcome
 from aick_ros.cli.console import progress
-from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.reading import Reading
 from aick_ros.sources import SourceOptions, open_source
 from aick_ros.sources.writers.bag_writer import STORAGES, write_bag
@@ -40,9 +39,9 @@ def convert(source: options.Source, out: Out, storage: Storage = 'mcap',
     """
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
-    reading, damage = Reading(recording, limit), DamageLog()
+    reading = Reading(recording, limit)
     with progress(reading.name, len(reading)) as show:
-        frames = write_bag(out, reading, storage, depth_encoding, damage,
+        frames = write_bag(out, reading, storage, depth_encoding, reading.damage,
                            lambda written, total: show(written))
     typer.echo(f'{frames} frames in {out}')
-    return outcome.of_reading(reading, damage)
+    return outcome.of_reading(reading)

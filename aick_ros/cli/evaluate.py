@@ -14,9 +14,7 @@ import typer
 from aick_ros.cli import options, outcome
 from aick_ros.cli.consistency_plots import check_plots, write_plots
 from aick_ros.cli.console import figure, progress, say, table
-from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
-from aick_ros.cli.interruption import Interruption
 from aick_ros.cli.reading import Reading
 from aick_ros.evaluation.consistency import DOF, Consistency
 from aick_ros.evaluation.evaluation import Evaluation
@@ -54,21 +52,18 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
     if recording.ground_truth is None:
         say(f'{recording.name} has no ground truth: there are times, but no errors')
-    damage = DamageLog()
-    with Interruption() as interruption:
-        reading = Reading(recording, limit, interruption)
-        with progress(reading.name, len(reading)) as show:
-            evaluation = evaluate_source(reading, settings, numbers, show, damage)
+    with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as show:
+        evaluation = evaluate_source(reading, settings, numbers, show, reading.damage)
     if json is not None:
         write_json(json, {**evaluation.to_json(), 'ended': reading.ended,
-                          'damaged_images': damage.count})
+                          'damaged_images': reading.damage.count})
     _show(evaluation, on_stderr=json == STANDARD_OUTPUT)
     if plots is not None:
         write_plots(plots, evaluation)
     if recording.ground_truth is not None and evaluation.trajectory.ate_rmse_m is None:
         say(f'the ground truth of {recording.name} covers none of its frames: are both by the '
             'same clock?')
-    return outcome.of_reading(reading, damage)
+    return outcome.of_reading(reading)
 
 
 def _show(evaluation: Evaluation, on_stderr: bool) -> None:

@@ -11,9 +11,7 @@ import typer
 
 from aick_ros.cli import options, outcome
 from aick_ros.cli.console import figure, progress, say, table
-from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
-from aick_ros.cli.interruption import Interruption
 from aick_ros.cli.reading import Reading
 from aick_ros.evaluation.camera_noise import CameraNoise, estimate_noise
 from aick_ros.evaluation.depth_noise import DepthNoise
@@ -40,18 +38,15 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
         check_target(json)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
-    damage = DamageLog()
-    with Interruption() as interruption:
-        reading = Reading(recording, limit, interruption)
-        with progress(reading.name, len(reading)) as show:
-            found = estimate_noise(reading, settings, show, damage)
+    with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as show:
+        found = estimate_noise(reading, settings, show, reading.damage)
     if json is not None:
         write_json(json, {**found.to_json(), 'ended': reading.ended,
-                          'damaged_images': damage.count})
+                          'damaged_images': reading.damage.count})
     _show(found, on_stderr=json == STANDARD_OUTPUT)
     for sentence in _shortcomings(found):
         say(sentence)
-    return outcome.of_reading(reading, damage)
+    return outcome.of_reading(reading)
 
 
 def _show(found: CameraNoise, on_stderr: bool) -> None:

@@ -35,7 +35,8 @@ Assignments = Annotated[list[str] | None, typer.Option(
 
 CameraFile = Annotated[Path | None, typer.Option(
     '--camera', metavar='FILE', show_default=False,
-    help="Calibration to use in place of the recording's own.")]
+    help="Calibration to use in place of the recording's own: camera.json, or the YAML of ROS's "
+         'camera_calibration.')]
 ColourTopic = Annotated[str | None, typer.Option(
     '--colour-topic', metavar='TOPIC', show_default=False,
     help='Colour images of a bag; without it they are found by type and name.')]

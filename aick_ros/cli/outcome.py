@@ -4,7 +4,6 @@
 """How a command ends: its last words and its exit code."""
 
 from aick_ros.cli.console import say
-from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.reading import COMPLETE, INTERRUPTED, Reading
 
 DONE = 0
@@ -14,13 +13,13 @@ INTERRUPTED_BY_USER = 130
 PIPE_CLOSED = 141
 
 
-def of_reading(reading: Reading, damage: DamageLog) -> int:
+def of_reading(reading: Reading) -> int:
     """Say what was wrong with a source that has been read; return the exit code."""
-    damage.close()
+    reading.damage.close()
     if reading.ended == INTERRUPTED:
         say('interrupted; what is written is complete up to there')
         return INTERRUPTED_BY_USER
     if reading.ended != COMPLETE:
         say(reading.ended)
         return UNUSABLE_INPUT
-    return UNUSABLE_INPUT if damage.count else DONE
+    return UNUSABLE_INPUT if reading.damage.count else DONE

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import closing
 
+from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.interruption import Interruption
 from aick_ros.cli.read_ahead import read_ahead
 from aick_ros.errors import InputError
@@ -25,17 +26,29 @@ class Reading:
 
     ``ended`` says after reading why there were no more frames: COMPLETE, INTERRUPTED, or the
     sentence of what broke the source after its first frame. What breaks it before is raised.
+    While it is entered, the first Ctrl-C is the user's wish; otherwise it ends the program.
 
     :param limit: most frames; None: all.
+    :param damage: for the images that cannot be used, where several sources have one log.
     """
 
     def __init__(self, source: RgbdSource, limit: int | None,
-                 interruption: Interruption | None = None) -> None:
+                 damage: DamageLog | None = None) -> None:
         self.name = source.name
         self.ended = COMPLETE
+        self.damage = damage or DamageLog()
         self._source = source
         self._limit = limit
-        self._interruption = interruption or Interruption()
+        self._interruption = Interruption()
+
+    def __enter__(self) -> Reading:
+        """Listen to Ctrl-C."""
+        self._interruption.__enter__()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Leave Ctrl-C as it was."""
+        self._interruption.__exit__(*error)
 
     @property
     def ground_truth(self) -> Trajectory | None:

@@ -16,9 +16,7 @@ import typer
 
 from aick_ros.cli import options, outcome
 from aick_ros.cli.console import figure, progress, say, table
-from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json, write_whole
-from aick_ros.cli.interruption import Interruption
 from aick_ros.cli.reading import COMPLETE, Reading
 from aick_ros.cli.run_folder import RunFolder
 from aick_ros.errors import InputError
@@ -52,23 +50,20 @@ def replay(source: options.Source, out: Out = Path('runs'), preset: options.Pres
         check_target(json)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
-    damage = DamageLog()
-    with Interruption() as interruption:
-        reading = Reading(recording, limit, interruption)
-        folder, summary = _run(reading, settings, out, damage)
+    with Reading(recording, limit) as reading:
+        folder, summary = _run(reading, settings, out)
     if json is not None:
         write_json(json, summary.to_json())
     _show(summary, folder, on_stderr=json == STANDARD_OUTPUT)
-    return outcome.of_reading(reading, damage)
+    return outcome.of_reading(reading)
 
 
-def _run(reading: Reading, settings: Settings, out: Path,
-         damage: DamageLog) -> tuple[Path, RunSummary]:
+def _run(reading: Reading, settings: Settings, out: Path) -> tuple[Path, RunSummary]:
     started, records = datetime.now(), []
     ground_truth = reading.ground_truth
     start = time.perf_counter()
     with progress(reading.name, len(reading)) as show:
-        updates = _updates(reading, settings, damage)
+        updates = _updates(reading, settings)
         first = next(updates, None)
         if first is None:
             raise InputError(f'{reading.name} has no frame that can be used')
@@ -78,15 +73,15 @@ def _run(reading: Reading, settings: Settings, out: Path,
                 folder.add(record)
                 show(len(records))
     summary = summarize(reading, records, settings, time.perf_counter() - start, reading.ended,
-                        damage.count)
+                        reading.damage.count)
     folder.write_summary(summary)
     _write_report(folder.path, summary, records, ground_truth, started)
     return folder.path, summary
 
 
-def _updates(reading: Reading, settings: Settings, damage: DamageLog) -> Iterator[FrameRecord]:
+def _updates(reading: Reading, settings: Settings) -> Iterator[FrameRecord]:
     odometry = Odometry(settings)
-    for frame in reading.frames(damage):
+    for frame in reading.frames(reading.damage):
         yield FrameRecord.of(odometry.register_frame(frame))
 
 

@@ -49,8 +49,8 @@ def vocabulary(sources: Sources, out: Out, words: Words = 1000, every: Every = 1
     check_target(str(out))
     damage, descriptors = DamageLog(), []
     for source in sources:
-        reading = Reading(open_source(source), limit)
-        descriptors += _descriptors(reading, every, settings, damage)
+        reading = Reading(open_source(source), limit, damage)
+        descriptors += _descriptors(reading, every, settings)
         if reading.ended != COMPLETE:
             raise InputError(f'{source}: {reading.ended}')
     if not descriptors:
@@ -63,16 +63,15 @@ def vocabulary(sources: Sources, out: Out, words: Words = 1000, every: Every = 1
     count = sum(map(len, descriptors))
     typer.echo(f'{words} words of {count} {settings.features.detector} keypoints, '
                f'{len(descriptors)} frames, in {out}')
-    return outcome.of_reading(reading, damage)
+    return outcome.of_reading(reading)
 
 
-def _descriptors(reading: Reading, every: int, settings: Settings,
-                 damage: DamageLog) -> list[np.ndarray]:
+def _descriptors(reading: Reading, every: int, settings: Settings) -> list[np.ndarray]:
     """Return the descriptors of each frame taken."""
     extractor = KeypointExtractor(settings.features, settings.sensor)
     found = []
     with progress(reading.name, len(reading)) as show:
-        for index, frame in enumerate(reading.frames(damage)):
+        for index, frame in enumerate(reading.frames(reading.damage)):
             if index % every == 0:
                 found.append(extractor.extract(frame).descriptors)
             show(index + 1)

@@ -10,14 +10,12 @@ import struct
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
-import rclpy
 from rclpy.duration import Duration
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -27,6 +25,8 @@ from rosgraph_msgs.msg import Clock
 
 from aick_ros.errors import InputError
 from aick_ros.ros.messages import to_time
+from aick_ros.ros.pace import RealTime, StepByStep
+from aick_ros.ros.program import program
 from aick_ros.ros.resources import use_fastdds_profile
 from aick_ros.trajectory import NANOSECONDS
 
@@ -113,51 +113,6 @@ class BagPlayer(Node):
         return publishers
 
 
-class RealTime:
-    """
-    Due as they were recorded.
-
-    :param rate: times as fast; infinite: as fast as the publishers take them.
-    """
-
-    def __init__(self, rate: float = 1.0) -> None:
-        self._rate = rate
-        self._start: tuple[int, float] | None = None
-
-    def __call__(self, stamp: int) -> None:
-        """Return when a message of this stamp [ns] is due."""
-        now = time.monotonic()
-        if self._start is None:
-            self._start = stamp, now
-        due = self._start[1] + (stamp - self._start[0]) / NANOSECONDS / self._rate
-        if due > now:
-            time.sleep(due - now)
-
-
-class StepByStep:
-    """
-    Due when a person, or a program, says so: one line on standard input a step.
-
-    :param step: messages nearer in time than this belong to one step [s].
-    """
-
-    def __init__(self, step: float = 0.02) -> None:
-        self._step = round(step * NANOSECONDS)
-        self._last: int | None = None
-
-    def __call__(self, stamp: int) -> None:
-        """
-        Return when a message of this stamp [ns] is due.
-
-        :raises EOFError: where standard input has ended.
-        """
-        if self._last is None or stamp - self._last > self._step:
-            print(f'{stamp / NANOSECONDS:.3f} s, Enter plays on', file=sys.stderr, flush=True)
-            if not sys.stdin.readline():
-                raise EOFError
-            self._last = stamp
-
-
 @contextmanager
 def _reading(path: Path) -> Iterator[Reader]:
     try:
@@ -209,20 +164,8 @@ def _arguments() -> argparse.Namespace:
 def main() -> None:
     """Play the bag named on the command line."""
     arguments = _arguments()
-    try:
-        use_fastdds_profile()
-        rclpy.init()
+    with program('bag_player', use_fastdds_profile), suppress(EOFError):  # no more input to --step
         _play(BagPlayer(arguments.bag), arguments)
-    except InputError as error:
-        print(f'bag_player: {error}', file=sys.stderr)
-        sys.exit(2)
-    except (KeyboardInterrupt, EOFError, ExternalShutdownException):
-        pass
-    except Exception:
-        if rclpy.ok():
-            raise  # else it was told to end in the middle of a message
-    finally:
-        rclpy.try_shutdown()
 
 
 def _play(player: BagPlayer, arguments: argparse.Namespace) -> None:
@@ -230,9 +173,15 @@ def _play(player: BagPlayer, arguments: argparse.Namespace) -> None:
     deadline = time.monotonic() + arguments.wait
     while not player.has_subscribers(images):
         if time.monotonic() > deadline:
-            player.get_logger().warning(f'nobody listens to all of {", ".join(images)}')
+            player.get_logger().warning(
+                f'nobody listens to all of {", ".join(images)}: remap them, or those of the node, '
+                'to each other')
             break
         time.sleep(0.01)
     pace = StepByStep() if arguments.step else RealTime(arguments.rate)
     count = sum(1 for _ in player.play(pace))
     player.get_logger().info(f'played {count} messages of {arguments.bag}')
+
+
+if __name__ == '__main__':
+    main()

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 from collections.abc import Iterator
@@ -29,9 +28,6 @@ def bag_player() -> None:
 
 
 def _run(name: str) -> None:
-    # Our matrices are small: more BLAS threads only take the processor from the executor, which
-    # on two busy cores costs half the frame rate. NumPy reads this when it is first imported.
-    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     try:
         with _ending_waits():
             program = import_module(f'aick_ros.ros.{name}')

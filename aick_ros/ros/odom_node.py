@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 import traceback
 from collections.abc import Callable, Sequence
@@ -14,7 +13,6 @@ import numpy as np
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -28,6 +26,7 @@ from aick_ros.ros.frame_statistics import FAILED, UNDER_LOAD
 from aick_ros.ros.guess import Guess
 from aick_ros.ros.inputs import Arrival, Inputs
 from aick_ros.ros.parameters import LiveSettings, declare_settings
+from aick_ros.ros.program import program
 from aick_ros.ros.publisher import OdometryPublisher
 from aick_ros.ros.rate_limit import RateLimit
 from aick_ros.ros.views import Views
@@ -105,7 +104,8 @@ class OdomNode(Node):
                 return  # told to end while at work: nobody can be answered any more
             self._diagnostics.damaged('internal error, see the log', FAILED)
             self.get_logger().error(f'frame {stamp} ns failed, please report this:\n'
-                                    f'{traceback.format_exc()}')
+                                    f'{traceback.format_exc()}',
+                                    throttle_duration_sec=_THROTTLE)
 
     def _register(self, arrival: Arrival) -> None:
         frame = self._inputs.frame(arrival)
@@ -150,7 +150,7 @@ class OdomNode(Node):
 
     def _set_pose(self, T_odom_base: np.ndarray, covariance: np.ndarray) -> None:
         def set_pose() -> None:
-            self._publisher.set_pose(T_odom_base, covariance)
+            self._publisher.set_pose(T_odom_base, covariance, self._control.paused)
             self.get_logger().info('pose set')
         self._between_frames(set_pose)
 
@@ -171,30 +171,16 @@ def _size(arrival: Arrival) -> int:
     return len(arrival.pair.colour.data) + len(arrival.pair.depth.data)
 
 
-def _initialise() -> None:
-    try:
-        rclpy.init()
-    except Exception as error:  # rclpy has its own types for what rcl refuses
-        raise InputError(f'ROS does not take these arguments: {error}') from None
-
-
 def main() -> None:
     """Run the node until it is told to end."""
-    node = None
-    try:
-        _initialise()
+    with program('odom_node'):
         node = OdomNode()
-        rclpy.spin(node)
-    except InputError as error:
-        print(f'odom_node: {error}', file=sys.stderr)
-        sys.exit(2)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    except Exception:
-        if rclpy.ok():
-            raise  # else it was told to end in the middle of something
-    finally:
-        if node is not None:
+        try:
+            rclpy.spin(node)
+        finally:
             node.close()
             node.destroy_node()
-        rclpy.try_shutdown()
+
+
+if __name__ == '__main__':
+    main()

@@ -71,7 +71,8 @@ class Pairing:
             self._hand_on(add(stamp, message))
         if self._synchronizer.late > late:
             self._on_refused(f'image on {name} left out: its stamp of {stamp} ns repeats or goes '
-                             'back; is the driver publishing twice?')
+                             'back; does the driver publish twice, or the network change the '
+                             'order?')
 
     def _hand_on(self, pairs: list[Pair]) -> None:
         for pair in pairs:

@@ -51,6 +51,7 @@ class OdometryPublisher:
         self._odom_frame, self._base_frame = settings.odom_frame_id, settings.frame_id
         self._base = BasePose(_initial_pose(settings), _CERTAIN)
         self._T_base_camera: np.ndarray | None = None
+        self._is_lost = False
         self._odom = node.create_publisher(Odometry, 'odom', _QUEUE)
         self._pose = node.create_publisher(PoseWithCovarianceStamped, 'pose', _QUEUE)
         self._tf = TransformBroadcaster(node) if settings.publish_tf else None
@@ -64,9 +65,19 @@ class OdometryPublisher:
         """Begin at the origin again, with a camera whose odometry has been reset."""
         self._base = BasePose(np.eye(4), _CERTAIN)
 
-    def set_pose(self, T_odom_base: np.ndarray, covariance: np.ndarray) -> None:
-        """Go on from a pose and its 6x6 covariance."""
+    def set_pose(self, T_odom_base: np.ndarray, covariance: np.ndarray,
+                 is_blind: bool = False) -> None:
+        """
+        Go on from a pose and its 6x6 covariance.
+
+        The robot may have been carried there while the camera was lost: what it then finds to
+        have moved since it was last tracked is not added.
+
+        :param is_blind: whether the camera is not looked at either, as it is while paused.
+        """
         self._base.put(T_odom_base, covariance)
+        if is_blind or self._is_lost:
+            self._base.restart()
 
     def publish(self, update: OdometryUpdate, T_base_camera: np.ndarray,
                 mount: Mount = Mount.FIXED) -> bool:
@@ -79,7 +90,8 @@ class OdometryPublisher:
         if update.status is Status.BAD_STAMP:
             return False  # consumers take stamps that repeat or go back for a restart
         T_base_camera0, self._T_base_camera = self._T_base_camera, T_base_camera
-        if update.status.ok or update.predicted:
+        self._is_lost = not (update.status.ok or update.predicted)
+        if not self._is_lost:
             _, covariance = self._base.follow(
                 update.T_odom_camera, update.covariance, T_base_camera, mount)
             self._send_tf(update.stamp)

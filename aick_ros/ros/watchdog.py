@@ -19,6 +19,8 @@ from aick_ros.trajectory import NANOSECONDS
 _SILENT_AFTER = 5.0  # seconds
 _TOLERATED_LOSS = 0.2  # share of the images
 _TOLERATED_AHEAD = 1.0  # seconds
+_IMAGE = 'sensor_msgs/msg/Image'
+_MOST_NAMED = 6  # topics
 
 
 class Watchdog:
@@ -105,12 +107,23 @@ class Watchdog:
         topics = ', '.join(self._subscriptions[name].topic_name for name in names)
         sentence = (f'nobody publishes {topics}: start the camera, or remap {", ".join(names)} to '
                     'its topics')
+        others = ''
         for name in names:
             other, transport = self._subscriptions[name].published_instead()
             if other:
                 parameter = 'image_transport' if name == 'rgb/image' else 'depth_transport'
-                sentence += f'; there is {other}: set {parameter} to {transport}'
-        return sentence
+                others += f'; there is {other}: set {parameter} to {transport}'
+        if not others and any('image' in name for name in names):
+            images = ', '.join(self._topics_of_images())
+            others = images and f'; there are images on {images}'
+        return sentence + others
+
+    def _topics_of_images(self) -> list[str]:
+        """Return the first few topics on which others publish images."""
+        topics = [topic for topic, kinds in self._node.get_topic_names_and_types()
+                  if _IMAGE in kinds and self._node.count_publishers(topic)
+                  and not topic.endswith('/debug_image')]  # ours, or that of a node like this
+        return sorted(topics)[:_MOST_NAMED]
 
     def _explain_unpaired(self) -> str:
         both = f'colour and depth images come, but for {_SILENT_AFTER:g} s no two of them have '

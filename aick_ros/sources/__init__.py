@@ -17,6 +17,8 @@ from aick_ros.trajectory import Trajectory
 OnDamaged = Callable[[InputError], None]
 """Told of each image that cannot be used; what it raises ends the reading."""
 
+_OF_A_BAG = ('--colour-topic', '--depth-topic', '--info-topic', '--ground-truth-topic')
+
 _KINDS = ('a ROS 2 bag (a folder with metadata.yaml, a .mcap or .db3 file), a ROS 1 bag (a .bag '
           'file), a TUM folder (with rgb.txt and depth.txt), a folder of frame-000000.color.png, '
           'frame-000000.depth.png and so on, or synthetic:SEED')
@@ -73,6 +75,7 @@ def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> R
     """
     scheme, _, seed = str(path).partition(':')
     if scheme == 'synthetic':
+        _refuse(options, 'a rendered recording', '--camera', *_OF_A_BAG)
         return _open_synthetic(seed)
     path = Path(path)
     names = _names(path)
@@ -81,6 +84,7 @@ def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> R
             path.is_file() and '.bag' in suffixes):
         from aick_ros.sources.bag import BagSource
         return BagSource(path, options)
+    _refuse(options, f'{path}, which is no bag', *_OF_A_BAG)
     if names & {'rgb.txt', 'depth.txt'}:
         from aick_ros.sources.tum import TumSource
         return TumSource(path, options)
@@ -94,6 +98,14 @@ def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> R
 def raise_damage(error: InputError) -> None:
     """Let the first damaged image end the reading: an ``on_damaged`` for the strict."""
     raise error
+
+
+def _refuse(options: SourceOptions, what: str, *flags: str) -> None:
+    """Refuse what would have no effect."""
+    for flag in flags:
+        value = getattr(options, flag.strip('-').replace('-', '_'))
+        if value is not None:
+            raise InputError(f'{flag} {value} means nothing for {what}: leave it out')
 
 
 def _names(path: Path) -> set[str]:

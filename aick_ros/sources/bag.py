@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from aick_ros import image_codec, rigid
+from aick_ros import compressed_codec, image_codec, rigid
 from aick_ros.camera import Camera
 from aick_ros.camera_info import is_rectified, to_camera
 from aick_ros.depth_scaling import enlarge
@@ -127,9 +127,9 @@ class BagSource:
 
     def _decode(self, pair: Pair) -> RgbdFrame:
         colour = self._image(self._colour, pair.colour_stamp, pair.colour,
-                             image_codec.colour_image, image_codec.compressed_colour)
+                             image_codec.colour_image, compressed_codec.compressed_colour)
         depth = self._image(self._depth, pair.depth_stamp, pair.depth,
-                            image_codec.depth_image, image_codec.compressed_depth)
+                            image_codec.depth_image, compressed_codec.compressed_depth)
         try:
             depth = enlarge(depth, *colour.shape[1::-1])
             return RgbdFrame(pair.colour_stamp, colour, depth, self._camera, pair.depth_stamp)

@@ -1,22 +1,32 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The calibration file ``camera.json``: a camera under the names of sensor_msgs/CameraInfo."""
+"""
+Calibration files: ``camera.json`` with the names of sensor_msgs/CameraInfo, and the YAML of ROS.
+
+The latter is what camera_calibration writes and drivers read, or a camera_info as ``ros2 topic
+echo`` prints it.
+"""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from aick_ros.camera import Camera
 from aick_ros.errors import InputError
+
+_YAML = ('.yaml', '.yml')
 
 CAMERA_FILE = 'camera.json'
 """Name of the calibration file that belongs to a folder."""
 
 HOW_TO_GIVE = (f'give one with --camera FILE, or put it into the folder as {CAMERA_FILE}: '
                '{"width": ..., "height": ..., "distortion_model": "plumb_bob", '
-               '"k": [nine numbers, row by row], "d": [...]}')
+               '"k": [nine numbers, row by row], "d": [...]}; --camera takes the YAML of '
+               'camera_calibration too')
 
 
 def read_camera(path: Path) -> Camera:
@@ -26,21 +36,47 @@ def read_camera(path: Path) -> Camera:
     :raises InputError: naming the file, where it cannot be read or describes no camera.
     """
     try:
-        fields = json.loads(path.read_text())
+        text = path.read_text()
+        fields = _from_yaml(text) if path.suffix in _YAML else json.loads(text)
     except (OSError, ValueError) as error:
         raise InputError(f'cannot read the calibration {path}: {error}') from None
     try:
+        fields = _as_camera_info(fields)
         return Camera.from_camera_info(
             int(fields['width']), int(fields['height']), [float(n) for n in fields['k']],
             [float(n) for n in fields.get('d', ())], str(fields.get('distortion_model', '')))
     except InputError as error:
         raise InputError(f'{path}: {error}') from None
     except KeyError as error:
-        raise InputError(f'{path} has no {error}: it takes width, height, k and, where the image '
-                         'is distorted, distortion_model and d') from None
+        raise InputError(f'{path} has no {error}: it takes width, height, k (in YAML of '
+                         'camera_calibration: image_width, image_height, camera_matrix) and, '
+                         'where the image is distorted, distortion_model and d '
+                         '(distortion_coefficients)') from None
     except (TypeError, ValueError, AttributeError, OverflowError):
         raise InputError(f'{path} is no calibration: it takes an object with the numbers width '
                          'and height and the lists of numbers k and d') from None
+
+
+def _from_yaml(text: str) -> Any:
+    """Return the first document; ValueError where it is no YAML."""
+    try:
+        import yaml
+    except ModuleNotFoundError:
+        raise ValueError('PyYAML is not installed: pip install pyyaml') from None
+    try:
+        return next(yaml.safe_load_all(text), None)
+    except yaml.YAMLError as error:
+        raise ValueError(f'it is no YAML: {" ".join(str(error).split())}') from None
+
+
+def _as_camera_info(fields: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return fields with the names of sensor_msgs/CameraInfo."""
+    if 'camera_matrix' not in fields:
+        return fields
+    coefficients = fields.get('distortion_coefficients') or {'data': ()}
+    return {'width': fields['image_width'], 'height': fields['image_height'],
+            'k': fields['camera_matrix']['data'], 'd': coefficients['data'],
+            'distortion_model': fields.get('distortion_model', '')}
 
 
 def write_camera(path: Path, camera: Camera) -> None:

@@ -48,14 +48,15 @@ def test_reads_no_more_than_the_limit(recording, stamps, limit):
 
 def test_ends_where_the_user_wants_to(recording, stamps):
     seen = []
-    with Interruption() as interruption:
-        reading = Reading(recording, None, interruption)
+    before = signal.getsignal(signal.SIGINT)
+    with Reading(recording, None) as reading:
         for frame in reading.frames(raise_damage):
             seen.append(frame.stamp)
             if len(seen) == 3:
                 signal.raise_signal(signal.SIGINT)
     assert seen == stamps[:3]
     assert reading.ended == INTERRUPTED
+    assert signal.getsignal(signal.SIGINT) is before
 
 
 def test_second_interruption_ends_at_once():

@@ -3,6 +3,8 @@
 
 """What others tell the node to do, over DDS: reset, pause, set a pose, change parameters."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 import yaml
@@ -99,6 +101,64 @@ def test_from_a_pose_that_was_set_the_motion_goes_on(rig, start_node, frames, gi
         np.testing.assert_allclose(pose, told @ rigid.inverse(chain[2]) @ expected, atol=1e-6)
     covariance = np.reshape(rig.odom[-1].pose.covariance, (6, 6))
     assert covariance[5, 5] == pytest.approx(6.0, rel=0.01)
+
+
+def covered(frame):
+    return dataclasses.replace(frame, colour=np.zeros_like(frame.colour))
+
+
+def lose_sight(rig, frames):
+    answers(rig, [*frames[:3], *map(covered, frames[3:5])])
+    assert rig.odom[-1].pose.covariance[0] == 9999.0
+
+
+def pause(rig, frames):
+    answers(rig, frames[:3])
+    rig.call(Empty, '/odom_node/pause_odom')
+
+
+@pytest.mark.parametrize('blind', [lose_sight, pause])
+def test_a_pose_that_was_set_unseen_is_where_the_camera_is_found_again(
+        rig, start_node, frames, blind):
+    """What the camera sees to have moved since before is the way there, not one from there."""
+    node = start_node()
+    blind(rig, frames)
+    told = rigid.exp([3, -1, 2, 0.2, 0.1, 2.0])
+    publisher = rig.node.create_publisher(PoseWithCovarianceStamped, 'set_pose', 1)
+    rig.wait_until(publisher.get_subscription_count, 'the node to listen to set_pose')
+    publisher.publish(pose_with_covariance(0, 'odom', told, np.eye(6)))
+    node.wait_for_log('pose set')
+    rig.call(Empty, '/odom_node/resume_odom')
+    after = answers(rig, frames[5:8])
+    chain = offline([*frames[:3], *map(covered, frames[3:5]), *frames[5:8]]
+                    if blind is lose_sight else [*frames[:3], *frames[5:8]])[-3:]
+    assert np.abs(chain[0] - np.eye(4)).max() > 0.01  # it was found where it is now
+    for pose, expected in zip(after, chain):
+        np.testing.assert_allclose(pose, told @ rigid.inverse(chain[0]) @ expected, atol=1e-6)
+
+
+def test_a_reset_while_lost_begins_where_the_camera_is_found_again(rig, start_node, frames):
+    start_node()
+    lose_sight(rig, frames)
+    rig.call(Empty, '/odom_node/reset_odom')
+    still = answers(rig, [covered(frames[5])])
+    np.testing.assert_array_equal(still[0], np.eye(4))
+    assert rig.odom[-1].pose.covariance[0] == 9999.0
+    np.testing.assert_allclose(answers(rig, frames[6:9]), offline(frames[6:9]), atol=1e-6)
+
+
+def test_paused_while_lost_it_finds_back_when_resumed(rig, start_node, frames):
+    start_node()
+    lose_sight(rig, frames)
+    rig.call(Empty, '/odom_node/pause_odom')
+    rig.send(frames[5])
+    rig.wait_until(lambda: rig.values().get('frames left out while paused') == '1',
+                   'the frame left out')
+    rig.call(Empty, '/odom_node/resume_odom')
+    after = answers(rig, frames[6:8])
+    expected = offline([*frames[:3], *map(covered, frames[3:5]), *frames[6:8]])[-2:]
+    np.testing.assert_allclose(after, expected, atol=1e-6)
+    assert [message.pose.covariance[0] < 9999.0 for message in rig.odom[-2:]] == [False, True]
 
 
 def test_it_starts_at_the_initial_pose(rig, start_node, frames):

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from sensor_msgs.msg import CameraInfo
+from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros import rigid
 from aick_ros.odometry import Odometry
@@ -347,10 +347,38 @@ def test_colour_and_depth_that_never_pair_are_reported(rig, start_node, frames):
     assert 'approx_sync_max_interval = 0.02 s' in node.log
 
 
+def test_without_approx_sync_only_equal_stamps_are_a_pair(rig, start_node, frames):
+    start_node(approx_sync='false')
+    rig.send_camera_info(frames[0].camera)
+    for i, frame in enumerate(frames[:6]):
+        rig.send(dataclasses.replace(frame, depth_stamp=frame.stamp + (i % 2) * 1_000_000))
+    kept = [dataclasses.replace(frame, depth_stamp=None) for frame in frames[:6:2]]
+    for stamp, update in offline(kept).items():
+        np.testing.assert_allclose(pose_of(rig.answer(stamp)), update.T_odom_camera, atol=1e-6)
+    rig.wait_until(lambda: rig.values().get('depth images without colour', '0') != '0',
+                   'the count of what found no partner')
+    assert rig.stamps() == [frame.stamp for frame in kept]
+
+
+def test_without_publish_tf_it_is_left_to_others(rig, start_node, frames):
+    rig.listen_to_tf()
+    start_node(publish_tf='false')
+    send_all(rig, frames[:3])
+    assert not rig.node.get_publishers_info_by_topic('/tf')
+    assert rig.links == []
+
+
 def test_silence_names_the_topics(rig, start_node, frames):
     node = start_node()
     node.wait_for_log('nothing on /depth/image for 5 s: rig is there but sends nothing')
     assert 'nothing on /rgb/camera_info' in node.log
+
+
+def test_where_nobody_publishes_the_topics_that_have_images_are_named(rig, start_node):
+    rig.node.create_publisher(Image, '/camera/image_raw', 1)
+    node = start_node(wait=False, remappings=['rgb/image:=/nowhere'])
+    node.wait_for_log('nobody publishes /nowhere: start the camera, or remap rgb/image to its '
+                      'topics; there are images on /camera/image_raw, /depth/image')
 
 
 def test_the_parameter_file_of_the_package_is_taken_and_leaves_the_preset_alone(

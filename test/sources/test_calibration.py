@@ -57,6 +57,65 @@ def test_what_is_no_calibration_is_refused(tmp_path, text, reason):
     assert str(path) in str(caught.value)
 
 
+CALIBRATED = '''
+image_width: 640
+image_height: 480
+camera_name: head
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: [500.5, 0, 320, 0, 501, 240, 0, 0, 1]
+distortion_model: plumb_bob
+distortion_coefficients:
+  rows: 1
+  cols: 5
+  data: [0.1, -0.2, 0.001, 0.002, 0.3]
+projection_matrix:
+  rows: 3
+  cols: 4
+  data: [400, 0, 310, 0, 0, 400, 230, 0, 0, 0, 1, 0]
+'''
+ECHOED = '''
+height: 480
+width: 640
+distortion_model: plumb_bob
+d:
+- 0.1
+- -0.2
+- 0.001
+- 0.002
+- 0.3
+k: [500.5, 0.0, 320.0, 0.0, 501.0, 240.0, 0.0, 0.0, 1.0]
+---
+'''
+
+
+@pytest.mark.parametrize('name', ['head.yaml', 'head.yml'])
+@pytest.mark.parametrize('text', [CALIBRATED, ECHOED])
+def test_yaml_of_ros(tmp_path, name, text):
+    (tmp_path / name).write_text(text)
+    assert read_camera(tmp_path / name) == Camera(
+        640, 480, 500.5, 501, 320, 240, 'plumb_bob', (0.1, -0.2, 0.001, 0.002, 0.3))
+
+
+@pytest.mark.parametrize('text, reason', [
+    ('image_width: [', 'cannot read the calibration .*: it is no YAML'),
+    ('', 'no calibration'),
+    (CALIBRATED.replace('image_width', 'breadth'), "has no 'image_width': .* image_height"),
+    (CALIBRATED.replace('data', 'numbers'), "has no 'data'"),
+    (CALIBRATED.replace('camera_matrix:', 'camera_matrix: 3'), 'it is no YAML'),
+])
+def test_yaml_that_is_no_calibration_is_refused(tmp_path, text, reason):
+    (tmp_path / 'head.yaml').write_text(text)
+    with pytest.raises(InputError, match=reason):
+        read_camera(tmp_path / 'head.yaml')
+
+
+def test_distortion_may_be_left_out_of_yaml(tmp_path):
+    (tmp_path / 'head.yaml').write_text(CALIBRATED[:CALIBRATED.index('distortion_model')])
+    assert read_camera(tmp_path / 'head.yaml') == Camera(640, 480, 500.5, 501, 320, 240)
+
+
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match='cannot read the calibration .*nowhere.json'):
         read_camera(tmp_path / 'nowhere.json')

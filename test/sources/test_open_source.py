@@ -50,6 +50,21 @@ def test_options_reach_the_reader(recorded_folder):
         open_source(recorded_folder, SourceOptions(max_interval=1e-9))
 
 
+@pytest.mark.parametrize('name', [
+    'colour_topic', 'depth_topic', 'info_topic', 'ground_truth_topic'])
+def test_topics_of_what_is_no_bag_are_refused(recorded_folder, name):
+    options, flag = SourceOptions(**{name: '/a'}), f'--{name.replace("_", "-")}'
+    with pytest.raises(InputError, match=f'{flag} /a means nothing for .*, which is no bag: '):
+        open_source(recorded_folder, options)
+    with pytest.raises(InputError, match=f'{flag} /a means nothing for a rendered recording'):
+        open_source('synthetic:1', options)
+
+
+def test_a_calibration_of_a_rendered_recording_is_refused(tmp_path):
+    with pytest.raises(InputError, match='--camera .*a.json means nothing for a rendered'):
+        open_source('synthetic:1', SourceOptions(camera=tmp_path / 'a.json'))
+
+
 @pytest.mark.parametrize('content, reason', [
     (None, 'nothing does not exist: a source is a ROS 2 bag'),
     ((), 'nothing is empty: a source is .*synthetic:SEED'),

@@ -27,6 +27,7 @@ from aick_ros.trajectory import NANOSECONDS, Trajectory
 _EXPOSURE = ((0.6, 0.05, 0.15), (0.4, 0.2, 0.4))  # shares and frequencies [Hz]
 # what the random numbers are for; the scene takes 0
 _PATH_STREAM, _EXPOSURE_STREAM, _NOISE_STREAM = 1, 2, 3
+_SLOWEST, _FASTEST = 0.01, 1000.0  # Hz
 
 
 @dataclass(frozen=True)
@@ -59,8 +60,9 @@ class SyntheticOptions:
         if self.seed < 0 or self.frames < 1:
             raise InputError(f'seed {self.seed} and {self.frames} frames: the seed takes 0 or '
                              'more, the frames 1 or more')
-        if not 0 < self.rate <= NANOSECONDS:
-            raise InputError(f'the rate is {self.rate:g} Hz: it takes more than 0')
+        if not _SLOWEST <= self.rate <= _FASTEST:
+            raise InputError(f'the rate is {self.rate:g} Hz: it takes {_SLOWEST:g} to '
+                             f'{_FASTEST:g}')
         if self.camera.distortion:
             raise InputError('the camera has distortion: synthetic sequences are rendered '
                              'without; leave the coefficients out')

@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+The images in sensor_msgs/CompressedImage messages, as image_transport's plugins send them.
+
+Only the fields of a message are looked at, so the messages of rclpy and of rosbags both do.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import Any, Protocol
+
+import cv2
+import numpy as np
+
+from aick_ros.encoded_image import decode_colour, decode_units, to_metres, valid_metres
+from aick_ros.errors import InputError
+from aick_ros.image_codec import MILLIMETRES
+from aick_ros.rvl import decode_rvl
+
+_HEADER = struct.Struct('<4x2f')  # of compressedDepth: what says nothing, A and B
+_RVL_SIZE = struct.Struct('<2i')  # columns and rows
+
+
+class CompressedImageMessage(Protocol):
+    """The fields of a sensor_msgs/CompressedImage that matter here."""
+
+    format: str
+    data: Any
+
+
+def compressed_colour(message: CompressedImageMessage) -> np.ndarray:
+    """
+    Return the colour image in a message of the ``compressed`` transport.
+
+    :returns: HxWx3 (red, green, blue) or HxW uint8.
+    :raises InputError: where the data is damaged, or depth.
+    """
+    encoding, _, compression = message.format.partition(';')
+    if 'compressedDepth' in message.format or encoding.strip() in ('16UC1', '32FC1'):
+        raise InputError(f'the colour image has format {message.format!r}, which is depth: take '
+                         'the topic of the colour camera')
+    image = decode_colour(message.data)
+    # image_transport names the order it stored; without a name it is the encoding's own
+    if encoding.startswith('rgb') and 'compressed' in compression and 'bgr' not in compression:
+        return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
+    return image
+
+
+def compressed_depth(message: CompressedImageMessage) -> np.ndarray:
+    """
+    Return the depth image in a message of the ``compressedDepth`` or ``compressed`` transport.
+
+    ``compressedDepth`` has a header before the PNG or RVL data, with two numbers A and B: where
+    the depth is 32FC1, it is A / (stored - B).
+
+    :returns: HxW float32 [m]; NaN where there is none.
+    :raises InputError: where the data is damaged, or colour.
+    """
+    header, units = _header_and_units(message)
+    if not message.format.strip().startswith('32FC1'):
+        return to_metres(units, MILLIMETRES)
+    scale, offset = _HEADER.unpack(header) if header else (0.0, 0.0)
+    if not (np.isfinite((scale, offset)).all() and scale > 0.0):
+        raise InputError(f'the depth image has format {message.format!r} and quantisation A '
+                         f'{scale:g}, B {offset:g}: A must be positive; check the publisher')
+    with np.errstate(divide='ignore'):
+        depth = np.float32(scale) / (units - np.float32(offset))
+    depth[units == 0] = np.nan
+    return valid_metres(depth)
+
+
+def _header_and_units(message: CompressedImageMessage) -> tuple[bytes, np.ndarray]:
+    """Return the header of compressedDepth, empty where there is none, and HxW uint16."""
+    content = bytes(message.data)
+    if 'rvl' not in message.format.lower():
+        has_header = len(content) >= _HEADER.size and not content.startswith(b'\x89PNG')
+        size = _HEADER.size if has_header else 0
+        return content[:size], decode_units(content[size:])
+    start = _HEADER.size + _RVL_SIZE.size
+    if len(content) < start:
+        raise InputError(f'the depth image has format {message.format!r} and {len(content)} '
+                         f'bytes, of which the header takes {start}: it is truncated; record it '
+                         'again')
+    width, height = _RVL_SIZE.unpack_from(content, _HEADER.size)
+    return content[:_HEADER.size], decode_rvl(content[start:], width, height)
