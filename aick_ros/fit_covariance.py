@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros import rigid
 from aick_ros.frame import KeypointFrame
 
 _CELL = 4  # px; keypoints of one place, found at several scales, have their noise in common
@@ -33,7 +34,7 @@ def fit_covariance(T_target_source: np.ndarray, source: KeypointFrame, target: K
     # R C R^T of all at once: of matrices so small a product each takes ten times as long
     turned = source.covariances[sources].reshape(-1, 9) @ np.kron(rotation, rotation).T
     noise = turned.reshape(-1, 3, 3) + target.covariances[targets] + _FINEST
-    jacobian = _jacobian(arms)
+    jacobian = rigid.point_jacobian(arms)
     square = np.einsum('ni,ni->', residuals,
                        np.linalg.solve(noise, residuals[:, :, None])[:, :, 0])
     larger = max(1.0, square / max(3 * len(matches) - 6, 1))
@@ -42,15 +43,6 @@ def fit_covariance(T_target_source: np.ndarray, source: KeypointFrame, target: K
     jacobian = jacobian.reshape(-1, 6)
     inverse = np.linalg.inv(jacobian.T @ jacobian)  # a fit there is, so it has full rank
     return inverse @ (jacobian.T @ spread) @ inverse
-
-
-def _jacobian(arms: np.ndarray) -> np.ndarray:
-    """Return the derivatives of moved points by the error of rigid.py, Nx3x6."""
-    jacobian = np.zeros((len(arms), 3, 6))
-    jacobian[:, (0, 1, 2), (0, 1, 2)] = 1.0
-    jacobian[:, (1, 2, 0), (5, 3, 4)] = arms
-    jacobian[:, (2, 0, 1), (4, 5, 3)] = -arms
-    return jacobian
 
 
 def _in_common(pixels: np.ndarray) -> np.ndarray:

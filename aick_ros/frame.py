@@ -67,7 +67,7 @@ class RgbdFrame:
 @dataclass(frozen=True, eq=False)
 class KeypointFrame:
     """
-    The keypoints of one frame that have depth, the strongest first.
+    The keypoints of one frame that have depth, the strongest first; of a map, the oldest.
 
     :param stamp: [ns].
     :param positions: Nx3 float32 in the optical frame [m].

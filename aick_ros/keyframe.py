@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from aick_ros import rigid
-from aick_ros.aick import Registration
 from aick_ros.registrar import Registrar
-from aick_ros.settings import OdometrySettings
+from aick_ros.registration import Registration
+from aick_ros.settings import Settings
 from aick_ros.view import View
 
 
@@ -79,8 +79,14 @@ class KeyframePolicy:
     and while a registration to it is surer than one to the frame before and on from there.
     """
 
-    def __init__(self, settings: OdometrySettings) -> None:
-        self._settings = settings
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings.odometry
+        refined = settings.refinement.mode != 'none'
+        self._most_tracked = settings.refinement.max_tracks if refined else np.inf
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget the keyframe: the next registration is to another one."""
         self._first = self._last = 0.0
 
     def keeps(self, view: View, registration: Registration) -> bool:
@@ -92,9 +98,10 @@ class KeyframePolicy:
             self._first = self._last = variance
         surer = variance <= self._last + self._first
         self._last = variance
-        enough = registration.support >= self._settings.min_overlap * len(view.keypoints)
+        sought = min(len(view.keypoints), self._most_tracked)
+        enough = registration.support >= self._settings.min_overlap * sought
         if not (surer and enough):
-            self._first = self._last = 0.0
+            self.begin()
         return surer and enough
 
 

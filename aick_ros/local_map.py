@@ -16,9 +16,9 @@ import dataclasses
 import numpy as np
 
 from aick_ros import depth, rigid
-from aick_ros.aick import Registration
 from aick_ros.frame import KeypointFrame
 from aick_ros.registrar import Registrar
+from aick_ros.registration import Registration
 from aick_ros.settings import Settings
 from aick_ros.tracks import Tracks
 from aick_ros.view import View
@@ -65,25 +65,29 @@ class LocalMap:
             return view
         T_camera_map = rigid.inverse(registration.T_target_source)
         points = keypoints.positions[tracks.keypoints].astype(np.float64)
-        z = points[:, 2]
+        covariances = keypoints.covariances[tracks.keypoints].astype(np.float64)
         seen = rigid.transform(T_camera_map, points)[:, 2]
-        # by how much the depth there changes with the depth here
-        rate = points @ T_camera_map[2, :3] / z
-        variances = keypoints.covariances[tracks.keypoints, 2, 2].astype(np.float64)
-        measured = (tracks.depths - seen) / rate
-        noise = (depth.inverse_depth_sigma(seen, self._sensor) * seen ** 2 / rate) ** 2
+        along = covariances @ T_camera_map[2, :3]  # of the points with the depth that is seen
+        variances = along @ T_camera_map[2, :3]
+        variances += (depth.inverse_depth_sigma(seen, self._sensor) * seen ** 2) ** 2
+        off = tracks.depths - seen
         with np.errstate(invalid='ignore'):
-            believed = measured ** 2 < _BELIEVED * (variances + noise)
-        gain = np.where(believed, variances / (variances + noise), 0.0)
-        least = _LASTING * (depth.inverse_depth_sigma(z, self._sensor) * z ** 2) ** 2
-        fused = np.maximum(variances * (1 - gain), np.minimum(least, variances))
-        positions, covariances = keypoints.positions.copy(), keypoints.covariances.copy()
-        rays = points / z[:, None]
-        positions[tracks.keypoints] += np.where(believed, gain * measured, 0.0)[:, None] * rays
-        covariances[tracks.keypoints] += ((fused - variances)[:, None, None]
-                                          * rays[:, :, None] * rays[:, None, :])
+            believed = np.flatnonzero(off ** 2 < _BELIEVED * variances)
+        numbers, along = tracks.keypoints[believed], along[believed]
+        gain = along / variances[believed, None]
+        fused = covariances[believed] - gain[:, :, None] * along[:, None, :]
+        fused *= self._lasting(points[believed, 2], covariances[believed], fused)[:, None, None]
+        positions, all_covariances = keypoints.positions.copy(), keypoints.covariances.copy()
+        positions[numbers] += gain * off[believed, None]
+        all_covariances[numbers] = fused
         return _with(view, dataclasses.replace(keypoints, positions=positions,
-                                               covariances=covariances))
+                                               covariances=all_covariances))
+
+    def _lasting(self, z: np.ndarray, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+        """Return by what to enlarge covariances so that no depth gets surer than it can be, N."""
+        least = _LASTING * (depth.inverse_depth_sigma(z, self._sensor) * z ** 2) ** 2
+        least = np.minimum(least, before[:, 2, 2])
+        return np.maximum(least / np.maximum(after[:, 2, 2], 1e-12), 1.0)
 
     def carried(self, view: View, new: View, registration: Registration) -> View:
         """
@@ -121,10 +125,8 @@ class LocalMap:
         rotation = T_camera_map[:3, :3]
         points = view.keypoints.positions[tracks.keypoints].astype(np.float64)
         positions = rigid.transform(T_camera_map, points)
-        by_pose = np.tile(np.eye(3, 6), (len(positions), 1, 1))
-        by_pose[:, :, 3:] = -_skew(points @ rotation.T)
-        pose = rigid.relative_covariance(registration.T_target_source, registration.covariance,
-                                         np.eye(4), np.zeros((6, 6)))
+        by_pose = rigid.point_jacobian(points @ rotation.T)
+        pose = rigid.inverse_covariance(registration.T_target_source, registration.covariance)
         covariances = (rotation @ view.keypoints.covariances[tracks.keypoints] @ rotation.T
                        + by_pose @ pose @ by_pose.transpose(0, 2, 1))
         seen = np.column_stack([tracks.rays, np.ones(len(tracks))]) * tracks.depths[:, None]
@@ -148,10 +150,3 @@ class LocalMap:
 
 def _with(view: View, keypoints: KeypointFrame) -> View:
     return dataclasses.replace(view, keypoints=keypoints)
-
-
-def _skew(vectors: np.ndarray) -> np.ndarray:
-    """Return the matrices of the cross products with some vectors, Nx3x3."""
-    x, y, z = vectors.T
-    zero = np.zeros_like(x)
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)

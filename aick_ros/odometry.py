@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from aick_ros import rigid
-from aick_ros.aick import Registration
 from aick_ros.frame import KeypointFrame, RgbdFrame
 from aick_ros.keyframe import Anchor, KeyframePolicy, OneFrame
 from aick_ros.local_map import LocalMap
-from aick_ros.registrar import Registrar
+from aick_ros.registrar import Learned, Registrar
+from aick_ros.registration import Registration
 from aick_ros.settings import OdometrySettings, Settings
 from aick_ros.stage_times import StageTimes
 from aick_ros.status import Status
@@ -49,11 +49,12 @@ class OdometryUpdate:
     :param T_odom_camera: 4x4 float64 [m]; held at constant velocity where the frame was lost.
     :param covariance: 6x6 of the pose, accumulated since the start [m^2, m rad, rad^2].
     :param keypoints: of this frame.
-    :param increment: 4x4, from the last tracked frame; the identity where there is none.
+    :param increment: 4x4, from the frame ``interval`` earlier, the last tracked one or, after a
+        loss, one before; the identity where there is none.
     :param increment_covariance: 6x6; infinite on the diagonal where there is no increment.
     :param interval: time of the increment [s]; 0 where there is none.
-    :param refused: 4x4, the increment from the last tracked frame that was found but not
-        believed; None where there is none. ``refused_interval``: its time [s].
+    :param refused: 4x4, the increment from the frame ``refused_interval`` earlier [s] that was
+        found but not believed; None where there is none.
     :param recovered: whether this is the first tracked frame after lost ones, or of a recording
         that started again.
     :param predicted: whether the pose of a lost frame is that of the motion predicted.
@@ -101,8 +102,9 @@ class Odometry:
                  predict: Predict = lambda before, now: None) -> None:
         self._predict = predict
         self._times = StageTimes()
+        self._learned = Learned()
         self._detector = settings.features.detector
-        self._take(settings)
+        self._take(settings, Registrar(settings, self._times, self._learned))
         self.reset(T_odom_camera)
 
     def change_settings(self, settings: Settings) -> None:
@@ -111,17 +113,21 @@ class Odometry:
 
         Descriptors of two detectors cannot be compared: after a change of it the next frame is a
         first one again, and the motion up to it is not seen.
+
+        :raises InputError: where the vocabulary cannot be read; nothing is changed then.
         """
+        registrar = Registrar(settings, self._times, self._learned)
         if settings.features.detector != self._detector:
             self._detector = settings.features.detector
             self._forget(self._pose, self._covariance, is_lost=self._tracked is not None)
-        self._take(settings)
+        self._take(settings, registrar)
 
-    def _take(self, settings: Settings) -> None:
+    def _take(self, settings: Settings, registrar: Registrar) -> None:
         self._settings: OdometrySettings = settings.odometry
-        self._registrar = Registrar(settings, self._times)
-        self._policy = KeyframePolicy(settings.odometry)
-        fused = settings.odometry.reference == 'map'
+        self._registrar = registrar
+        self._policy = KeyframePolicy(settings)
+        # without a refinement nothing is tracked that could be fused
+        fused = settings.odometry.reference == 'map' and settings.refinement.mode != 'none'
         self._reference = LocalMap(settings) if fused else OneFrame()
 
     def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
@@ -146,6 +152,7 @@ class Odometry:
         self._stamp: int | None = None
         self._tracked: Anchor | None = None
         self._keyframe: Anchor | None = None
+        self._policy.begin()
         self._earlier: deque[Anchor] = deque(maxlen=_EARLIER)
         self._lost: Anchor | None = None
         self._is_lost = is_lost
@@ -247,6 +254,8 @@ class Odometry:
     def _take_over(self, view: View, anchor: Anchor, registration: Registration) -> None:
         """Make a view the last tracked one, and choose what the next one is registered to."""
         self._lost = None
+        if anchor is not self._keyframe:
+            self._policy.begin()
         if self._policy.keeps(view, registration):
             self._keyframe = dataclasses.replace(
                 anchor, view=self._reference.told(anchor.view, registration))

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros import rigid
-from aick_ros.aick import Disagreement
+from aick_ros.registration import Disagreement
 from aick_ros.residuals import (NormalEquations, Residuals, gradient_noise, point_to_plane,
                                 reprojection, track_depth)
 from aick_ros.settings import RefinementSettings, SensorSettings

@@ -7,13 +7,16 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from aick_ros import rigid
-from aick_ros.aick import Aick, Registration
+from aick_ros.aick import Aick
+from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frame import KeypointExtractor, RgbdFrame
 from aick_ros.refinement import Refinement
+from aick_ros.registration import Registration, failed
 from aick_ros.second_opinion import SecondOpinion
 from aick_ros.settings import Settings
 from aick_ros.stage_times import StageTimes
@@ -33,6 +36,15 @@ _DOUBT = 100.0  # times the covariance of AICK's fit, which knows no systematic 
 _SHARE_OF_TRACKS = 0.5  # of the keypoints must be found for a guess to be believed
 
 
+@dataclass(frozen=True)
+class Learned:
+    """What was learnt of a camera, whatever the settings: its beats and its calibration."""
+
+    colour_clock: SteadyClock = field(default_factory=SteadyClock)
+    depth_clock: SteadyClock = field(default_factory=SteadyClock)
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
+
+
 class Registrar:
     """
     Registers the views of one camera.
@@ -42,10 +54,11 @@ class Registrar:
     is tried. Both must be confirmed by the images.
 
     :param times: told how long each stage takes.
+    :param learned: of the camera, by registrars with other settings; it is added to.
     """
 
     def __init__(self, settings: Settings = Settings(),
-                 times: StageTimes | None = None) -> None:
+                 times: StageTimes | None = None, learned: Learned | None = None) -> None:
         self._settings = settings
         self._times = times or StageTimes()
         self._extractor = KeypointExtractor(settings.features, settings.sensor,
@@ -54,14 +67,14 @@ class Registrar:
         self._refinement = None
         if settings.refinement.mode != 'none':
             self._refinement = Refinement(settings.refinement, settings.sensor)
-            self._second_opinion = SecondOpinion(self._refinement, settings.sensor)
+            self._second_opinion = SecondOpinion(self._refinement, settings.sensor,
+                                                 settings.odometry.min_matches)
             self._patient_aick = Aick(dataclasses.replace(settings.aick, **_PATIENT))
             patient = KeypointExtractor(
                 dataclasses.replace(settings.features, max_keypoints=0), settings.sensor)
             # a lost frame is tried against several others, one after another
             self._all_keypoints = functools.lru_cache(_REMEMBERED)(patient.extract)
-        self._uncertainty = Uncertainty()
-        self._colour_clock, self._depth_clock = SteadyClock(), SteadyClock()
+        self._learned = learned or Learned()
 
     def look(self, frame: RgbdFrame) -> View:
         """Return what registrations need of a frame; frames come in the order of their stamps."""
@@ -73,7 +86,7 @@ class Registrar:
                 surface = Surface.of(frame.depth, frame.camera, self._settings.sensor,
                                      self._settings.refinement.surface_points)
         return View(frame, keypoints, grey, surface, self._depth_lag(frame),
-                    self._colour_clock.jitter)
+                    self._learned.colour_clock.jitter)
 
     def register(self, source: View, target: View,
                  expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
@@ -84,9 +97,9 @@ class Registrar:
         :param elapsed: how long ago that velocity was seen [s].
         """
         with self._times.stage('registration'):
-            found = self._aick.register(source.keypoints, target.keypoints)
-        if self._refinement is None:
-            return found
+            if self._refinement is None:
+                return self._aick.register(source.keypoints, target.keypoints)
+            found = self._aick.align(source.keypoints, target.keypoints)
         found = self._refined(source, target, found)
         if not found.status.ok:
             with self._times.stage('registration'):
@@ -97,7 +110,7 @@ class Registrar:
         elif found.status.ok and expected is not None:
             with self._times.stage('refinement'):
                 found = self._second_opinion.on(found, source, target, expected, elapsed)
-        return self._uncertainty.complete(found, source, target, expected, elapsed)
+        return self._learned.uncertainty.complete(found, source, target, expected, elapsed)
 
     def place(self, source: View, target: View, expected: np.ndarray | None = None,
               elapsed: float = np.inf) -> Registration:
@@ -114,8 +127,7 @@ class Registrar:
         found = self.register(target, source, expected, elapsed)
         if not found.status.ok:
             return found
-        covariance = rigid.relative_covariance(found.T_target_source, found.covariance,
-                                               np.eye(4), np.zeros((6, 6)))
+        covariance = rigid.inverse_covariance(found.T_target_source, found.covariance)
         return dataclasses.replace(
             found, T_target_source=rigid.inverse(found.T_target_source), covariance=covariance,
             matches=found.matches[:, ::-1], disagreement=None)
@@ -130,21 +142,21 @@ class Registrar:
         """Return how much later than the colour image the depth image was taken [s]."""
         depth_stamp = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
         lag = (depth_stamp - frame.stamp) / NANOSECONDS
-        if self._colour_clock.is_behind(frame.stamp):
+        if self._learned.colour_clock.is_behind(frame.stamp):
             return lag  # whatever its depth image, such a frame is not the next one
-        return (lag + self._depth_clock.correct(depth_stamp)
-                - self._colour_clock.correct(frame.stamp))
+        return (lag + self._learned.depth_clock.correct(depth_stamp)
+                - self._learned.colour_clock.correct(frame.stamp))
 
     def _refined(self, source: View, target: View, registration: Registration) -> Registration:
         """Return a registration improved; one that failed, or that is not confirmed, fails."""
         if not registration.status.ok:
             return registration
         if source.grey.shape != target.grey.shape:  # the camera has changed its resolution
-            return _unchecked(registration, 0)
+            return _unchecked(registration, source, target, 0)
         with self._times.stage('refinement'):
             refined = self._refinement.refine(source, target, registration.T_target_source)
         if len(refined.tracked) < _FEWEST_TRACKS:
-            return _unchecked(registration, len(refined.tracked))
+            return _unchecked(registration, source, target, len(refined.tracked))
         return dataclasses.replace(
             registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
             disagreement=refined.disagreement, support=len(refined.tracked),
@@ -156,14 +168,19 @@ class Registrar:
         """Return what a guess comes to, or the failure where the images do not confirm it."""
         registration = self._refined(source, target, dataclasses.replace(
             failure, status=Status.OK, T_target_source=guess, reason='by constant velocity'))
-        enough = max(_FEWEST_TRACKS, _SHARE_OF_TRACKS * len(source.keypoints))
+        sought = min(len(source.keypoints), self._settings.refinement.max_tracks)
+        enough = max(_FEWEST_TRACKS, _SHARE_OF_TRACKS * sought)
         return registration if registration.support >= enough else failure
 
 
-def _unchecked(registration: Registration, tracked: int) -> Registration:
+def _unchecked(registration: Registration, source: View, target: View,
+               tracked: int) -> Registration:
     """Return what is left of a pose that the images do not confirm: nothing, of few matches."""
     reason = f'{registration.reason}, {tracked} keypoints tracked'
     if registration.support < _FEWEST_UNCHECKED:
-        return dataclasses.replace(registration, status=Status.TOO_FEW_MATCHES, reason=reason)
-    return dataclasses.replace(registration, reason=reason,
-                               covariance=_DOUBT * registration.covariance)
+        return failed(Status.TOO_FEW_MATCHES, reason, registration.iterations)
+    covariance = registration.covariance
+    if len(registration.matches):
+        covariance = fit_covariance(registration.T_target_source, source.keypoints,
+                                    target.keypoints, registration.matches)
+    return dataclasses.replace(registration, reason=reason, covariance=_DOUBT * covariance)

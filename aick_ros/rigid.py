@@ -223,6 +223,19 @@ def difference(pose: np.ndarray, reference: np.ndarray) -> np.ndarray:
                            log_rotation(pose[:3, :3] @ reference[:3, :3].T)])
 
 
+def point_jacobian(arms: np.ndarray) -> np.ndarray:
+    """
+    Return the derivatives of moved points by the error of a pose, Nx3x6.
+
+    :param arms: Nx3, the points turned but not shifted by the pose.
+    """
+    jacobian = np.zeros((len(arms), 3, 6))
+    jacobian[:, (0, 1, 2), (0, 1, 2)] = 1.0
+    jacobian[:, (1, 2, 0), (5, 3, 4)] = arms
+    jacobian[:, (2, 0, 1), (4, 5, 3)] = -arms
+    return jacobian
+
+
 def scaled(motion: np.ndarray, share: float) -> np.ndarray:
     """Return the pose that a constant body twist reaches after a share of the time."""
     return motion if share == 1.0 else exp(share * log(motion))
@@ -253,6 +266,11 @@ def relative_covariance(start: np.ndarray, start_covariance: np.ndarray, end: np
     carry = np.eye(6)
     carry[:3, 3:] = -skew(end[:3, 3] - start[:3, 3])  # a turn of the start swings the end
     return back @ (end_covariance + carry @ start_covariance @ carry.T) @ back.T
+
+
+def inverse_covariance(pose: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Return the covariance of the inverse of a pose, 6x6."""
+    return relative_covariance(pose, covariance, np.eye(4), np.zeros((6, 6)))
 
 
 def change_body(increment: np.ndarray, covariance: np.ndarray,

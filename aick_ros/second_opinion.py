@@ -18,8 +18,8 @@ import dataclasses
 import numpy as np
 
 from aick_ros import rigid
-from aick_ros.aick import Registration
 from aick_ros.refinement import Refined, Refinement
+from aick_ros.registration import Registration
 from aick_ros.settings import SensorSettings
 from aick_ros.view import View
 from aick_ros.votes import Votes, poll
@@ -40,10 +40,15 @@ hand's, and where it is far more."""
 
 
 class SecondOpinion:
-    """Doubts registrations whose motion comes all of a sudden."""
+    """
+    Doubts registrations whose motion comes all of a sudden.
 
-    def __init__(self, refinement: Refinement, sensor: SensorSettings) -> None:
+    :param fewest: keypoints that a registration must have to be believed.
+    """
+
+    def __init__(self, refinement: Refinement, sensor: SensorSettings, fewest: int) -> None:
         self._refinement = refinement
+        self._fewest = fewest
         self._sensor = sensor
 
     def on(self, found: Registration, source: View, target: View, expected: np.ndarray,
@@ -57,7 +62,8 @@ class SecondOpinion:
         :param elapsed: for how long the velocity was not seen [s].
         """
         sudden = suddenness(rigid.inverse(expected) @ found.T_target_source, elapsed)
-        if sudden <= 1.0 or None in (source.surface, target.surface):
+        if (sudden <= 1.0 or None in (source.surface, target.surface)
+                or source.grey.shape != target.grey.shape):
             return found
         movers = [] if found.tracks is None else found.tracks.keypoints
         refined = self._without(movers, source, target, expected)
@@ -73,7 +79,7 @@ class SecondOpinion:
             found, T_target_source=second, covariance=covariance, matches=found.matches[:0],
             disagreement=refined.disagreement, tracks=refined.tracked,
             # where it has too few keypoints, the depth image stands for as many as it takes
-            support=max(len(refined.tracked), _FEWEST_TRACKS),
+            support=max(len(refined.tracked), self._fewest),
             reason=f'{found.support} keypoints move by themselves, {ballot.second:.0%} of the '
                    'view shows another motion')
 

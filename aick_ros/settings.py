@@ -147,7 +147,7 @@ class AickSettings:
         minimum=1e-3, maximum=10.0)
     vocabulary: str = parameter(
         '', 'Vocabulary for the fast search, a file or the name of one that comes with the '
-        'package; without one all keypoints are compared with all.')
+        'package; without one, and with a map, all keypoints are compared with all.')
     word_radius: float = parameter(
         0.26, 'R_w: words nearer than this are those of a keypoint, in the unit of lambda_f; '
         'from 4 on all words are.', minimum=0.0, maximum=10.0)
@@ -163,7 +163,8 @@ class RefinementSettings:
         choices=('none', 'keypoints', 'joint'))
     iterations: int = parameter(3, 'Most iterations.', minimum=1, maximum=100)
     max_tracks: int = parameter(
-        400, 'Keypoints that are tracked, the strongest.', minimum=3, maximum=20000)
+        400, 'Keypoints that are tracked, the strongest, or of a map the oldest.',
+        minimum=3, maximum=20000)
     track_window: int = parameter(
         9, 'Side of the window that is tracked.', unit='px', minimum=5, maximum=51)
     track_sigma: float = parameter(
@@ -184,7 +185,8 @@ class OdometrySettings:
 
     reference: str = parameter(
         'keyframe', 'What a frame is registered to: the previous frame, one that is kept while it '
-        'serves, or a map of keypoints fused over the last keyframes.',
+        'serves, or a map of keypoints fused over the last keyframes (a keyframe without '
+        'refinement).',
         choices=('previous', 'keyframe', 'map'))
     min_overlap: float = parameter(
         0.7, 'Share of the keypoints that must be found in the keyframe for it to be kept.',

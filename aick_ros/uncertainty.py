@@ -17,7 +17,7 @@ import dataclasses
 import numpy as np
 
 from aick_ros import rigid
-from aick_ros.aick import Disagreement, Registration
+from aick_ros.registration import Disagreement, Registration
 from aick_ros.trajectory import NANOSECONDS
 from aick_ros.view import View
 
@@ -67,7 +67,8 @@ class Uncertainty:
             ratio, squares = _measured(registration.disagreement)
             covariance += _unexplained(ratio / max(self._ratio, 1.0), squares, _UNUSUAL)
             self._learn(ratio, squares)
-        covariance += _unexplained(self._ratio, self._squares, _EXPLAINED)
+        if self._count > _UNSEEN:
+            covariance += _unexplained(self._ratio, self._squares, _EXPLAINED)
         return dataclasses.replace(registration, covariance=covariance)
 
     def _learn(self, ratio: float, squares: np.ndarray) -> None:
@@ -100,7 +101,7 @@ def _timing(T_target_source: np.ndarray, source: View, target: View,
     variances = 2 * (_SHAKEN * jitter) ** 2 * _squared_rates(T_target_source, interval)
     if expected is not None:
         change = rigid.inverse(expected) @ T_target_source
-        variances += (_LAG * jitter) ** 2 * _squared_rates(change, min(elapsed, interval)) / 3
+        variances += (_LAG * jitter) ** 2 * _squared_rates(change, min(elapsed, abs(interval))) / 3
     return np.diag(np.repeat(variances, 3))
 
 

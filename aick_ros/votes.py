@@ -25,6 +25,7 @@ _EVERY = 2  # of the cells has a vote
 _DEPTH = 5.6  # standard deviations of one pixel's depth that count as a whole misfit
 _GREY = 3.0  # grey levels on a plain surface that do
 _OFF_BY = 2.0  # px; and by so much a brightness may be misplaced
+_ROW = 1024  # points that are sampled in one row
 _SMOOTHED = 5  # px
 _LEAD = 0.5  # of the sum of the two misfits, by which a cell tells one pose from the other
 _PART = 6  # cells across a part of the view
@@ -63,7 +64,8 @@ def poll(source: View, target: View, first: np.ndarray, second: np.ndarray,
     """
     cells = np.flatnonzero(source.surface.usable)[::_EVERY]
     greys = _smooth(source), _smooth(target)
-    misfits = [_misfit(source, target, greys, pose, cells, sensor) for pose in (first, second)]
+    images = *greys, _tolerance(greys[0])
+    misfits = [_misfit(source, target, images, pose, cells, sensor) for pose in (first, second)]
     seen = np.isfinite(misfits[0]) & np.isfinite(misfits[1])
     lead = misfits[1][seen] - misfits[0][seen]
     row, column = np.divmod(cells[seen], source.surface.grid.width)
@@ -81,17 +83,23 @@ def _smooth(view: View) -> np.ndarray:
     return cv2.blur(view.grey, (_SMOOTHED, _SMOOTHED)).astype(np.float32)
 
 
-def _misfit(source: View, target: View, greys: tuple[np.ndarray, np.ndarray], pose: np.ndarray,
-            cells: np.ndarray, sensor: SensorSettings) -> np.ndarray:
-    """Return 0 to 1 for the depth plus 0 to 1 for the brightness; NaN where it is not seen."""
+def _misfit(source: View, target: View, images: tuple[np.ndarray, np.ndarray, np.ndarray],
+            pose: np.ndarray, cells: np.ndarray, sensor: SensorSettings) -> np.ndarray:
+    """
+    Return 0 to 1 for the depth plus 0 to 1 for the brightness; NaN where it is not seen.
+
+    :param images: brightness of the source and of the target, and what that of the source may be
+        off by.
+    """
+    before, now, tolerance = images
     points = source.surface.points[cells].astype(np.float64)
     moved = rigid.transform(pose, points)
     seen, partners = target.surface.cells_at(moved)
     misfit = np.full(len(cells), np.nan)
     misfit[seen] = (_depth_misfit(moved[seen], target.surface, partners, sensor)
-                    + _grey_misfit(_sample(greys[0], source, points[seen]),
-                                   _sample(greys[1], target, moved[seen]),
-                                   _sample(_tolerance(greys[0]), source, points[seen])))
+                    + _grey_misfit(_sample(before, source, points[seen]),
+                                   _sample(now, target, moved[seen]),
+                                   _sample(tolerance, source, points[seen])))
     return misfit
 
 
@@ -123,6 +131,8 @@ def _sample(image: np.ndarray, view: View, points: np.ndarray) -> np.ndarray:
     """Return the values of an image at points of its optical frame, N."""
     if not len(points):
         return np.empty(0, np.float32)
-    pixels = view.frame.camera.project(points).astype(np.float32)
-    return cv2.remap(image, pixels[:, None], None, cv2.INTER_LINEAR,
-                     borderMode=cv2.BORDER_REPLICATE).ravel()
+    # in rows, as remap takes no more than 32767 of them
+    pixels = np.zeros((-(-len(points) // _ROW) * _ROW, 2), np.float32)
+    pixels[:len(points)] = view.frame.camera.project(points)
+    return cv2.remap(image, pixels.reshape(-1, _ROW, 2), None, cv2.INTER_LINEAR,
+                     borderMode=cv2.BORDER_REPLICATE).ravel()[:len(points)]

@@ -3,9 +3,13 @@
 
 """Settings that change on the way, each with frames of the settings before."""
 
+import dataclasses
+
 import numpy as np
+import pytest
 
 from aick_ros import rigid
+from aick_ros.errors import InputError
 from aick_ros.odometry import Odometry
 from aick_ros.parameter import with_values
 from aick_ros.settings import Settings
@@ -17,6 +21,8 @@ CHANGES = [
     {'aick.vocabulary': 'orb-1000'}, {'refinement.mode': 'none'},
     {'refinement.surface_points': 100}, {'refinement.max_tracks': 50},
     {'features.max_keypoints': 150}, {'features.orb.patch_size': 21}, {},
+    {'odometry.reference': 'map'}, {'odometry.reference': 'map', 'refinement.mode': 'none'},
+    {'odometry.reference': 'map'}, {'odometry.reference': 'previous'}, {},
 ]
 
 
@@ -30,3 +36,30 @@ def test_no_change_within_a_detector_loses_the_pose():
         truth = rigid.inverse(source.ground_truth.poses[0]) @ source.ground_truth.poses[i]
         apart = rigid.inverse(truth) @ update.T_odom_camera
         assert np.linalg.norm(apart[:3, 3]) < 0.01, changed
+
+
+def test_settings_that_cannot_be_taken_change_nothing(tmp_path):
+    source = SyntheticSource(SyntheticOptions.perfect(seed=5, frames=2))
+    odometry = Odometry()
+    odometry.register_frame(source.frame(0))
+    missing = {'features.detector': 'sift', 'aick.vocabulary': str(tmp_path / 'none.npz')}
+    with pytest.raises(InputError, match='none.npz'):
+        odometry.change_settings(with_values(Settings(), missing))
+    assert odometry.register_frame(source.frame(1)).status is Status.OK
+
+
+def test_what_was_learnt_of_the_camera_survives():
+    """Stamps that jitter make the increments less sure, with other settings, too."""
+    source = SyntheticSource(SyntheticOptions.perfect(seed=5, frames=24))
+    rng = np.random.default_rng(0)
+    frames = [source.frame(i) for i in range(24)]
+    frames = [dataclasses.replace(f, stamp=f.stamp + int(rng.normal(0, 2e6))) for f in frames]
+    odometry = Odometry()
+    for frame in frames[:-1]:
+        odometry.register_frame(frame)
+    before = odometry.register_frame(frames[-1]).view.stamp_jitter
+    odometry.change_settings(with_values(Settings(), {'aick.iterations': 12}))
+    late = dataclasses.replace(frames[-1], stamp=frames[-1].stamp + 33_000_000)
+    after = odometry.register_frame(late).view.stamp_jitter
+    assert before > 0.001
+    assert after == pytest.approx(before, rel=0.3)

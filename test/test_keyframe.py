@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from aick_ros import rigid
-from aick_ros.aick import Registration
 from aick_ros.keyframe import Anchor, KeyframePolicy
-from aick_ros.settings import OdometrySettings
+from aick_ros.parameter import with_values
+from aick_ros.registration import Registration
+from aick_ros.settings import Settings
 from aick_ros.status import Status
 
 KEYPOINTS = 100
@@ -29,25 +30,39 @@ def kept(policy, *registrations):
 
 
 def test_it_is_kept_while_enough_of_it_is_seen():
-    policy = KeyframePolicy(OdometrySettings(min_overlap=0.7))
+    policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.7}))
     assert kept(policy, (95, 0.01), (80, 0.01), (70, 0.01), (69, 0.01)) == [
         True, True, True, False]
 
 
 def test_it_is_kept_while_it_is_surer_than_a_chain():
     """Of equal steps the variances add up: the third would be 3 with a chain, here it is 3.9."""
-    policy = KeyframePolicy(OdometrySettings(min_overlap=0.0))
+    policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.0}))
     assert kept(policy, (90, 1.0), (90, 1.4), (90, 1.7), (90, 2.1)) == [True, True, True, False]
 
 
+def test_keypoints_that_are_not_tracked_are_not_missed():
+    settings = with_values(Settings(), {'refinement.max_tracks': 50, 'odometry.min_overlap': 0.7})
+    assert kept(KeyframePolicy(settings), (36, 0.01), (34, 0.01)) == [True, False]
+    unrefined = with_values(settings, {'refinement.mode': 'none'})
+    assert kept(KeyframePolicy(unrefined), (36, 0.01)) == [False]
+
+
+def test_after_another_begin_the_variances_before_do_not_count():
+    policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.0}))
+    assert kept(policy, (90, 0.01)) == [True]
+    policy.begin()
+    assert kept(policy, (90, 1.0)) == [True]
+
+
 def test_another_keyframe_begins_anew():
-    policy = KeyframePolicy(OdometrySettings(min_overlap=0.7))
+    policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.7}))
     assert kept(policy, (90, 0.01), (10, 0.01), (90, 0.05), (90, 0.06)) == [
         True, False, True, True]
 
 
 def test_frame_to_frame_keeps_none():
-    policy = KeyframePolicy(OdometrySettings(reference='previous'))
+    policy = KeyframePolicy(with_values(Settings(), {'odometry.reference': 'previous'}))
     assert kept(policy, (100, 0.01), (100, 0.01)) == [False, False]
 
 

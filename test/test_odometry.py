@@ -121,6 +121,16 @@ def test_a_keyframe_adds_its_error_once(rendered):
     assert all(np.linalg.norm(end[:3, 3]) < 0.01 for end in ends)
 
 
+def test_a_map_knows_more_than_its_last_frame(rendered):
+    frames, _ = rendered
+    updates = track(Odometry(with_values(Settings(), {'odometry.reference': 'map'})), frames)
+    known = updates[-1].reference
+    single = next(u.keypoints for u in updates if u.keypoints.stamp == known.stamp)
+    surer = (known.covariances[:len(single), 2, 2].astype(float)
+             < 0.9 * (Settings().sensor.depth_sigma * known.positions[:len(single), 2] ** 2) ** 2)
+    assert surer.mean() > 0.5
+
+
 def test_starts_where_it_is_told(rendered):
     frames, _ = rendered
     start = rigid.exp([1, 2, 3, 0.3, 0.2, 0.1])

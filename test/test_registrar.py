@@ -131,8 +131,8 @@ def test_a_slower_schedule_is_tried_where_a_short_one_fails(source, frames, monk
             tried.append((given.alpha, given.iterations, given.lambda_f))
             self._blind = given.iterations < 20
 
-        def register(self, source, target):
-            found = super().register(source, target)
+        def align(self, source, target):
+            found = super().align(source, target)
             return dataclasses.replace(found, status=Status.TOO_FEW_MATCHES) if (
                 self._blind) else found
 
@@ -151,9 +151,7 @@ def test_with_too_few_tracks_the_pose_is_that_of_aick_and_doubted(frames):
     alone = Aick(Settings().aick).register(views[-1].keypoints, views[0].keypoints)
     np.testing.assert_array_equal(found.T_target_source, alone.T_target_source)
     np.testing.assert_array_equal(found.matches, alone.matches)
-    more = found.covariance - 100 * alone.covariance  # what a camera not seen yet may be off by
-    np.testing.assert_allclose(more, np.diag(np.diag(more)), atol=1e-12)
-    assert (np.diag(more) >= 0).all()
+    np.testing.assert_allclose(found.covariance, 100 * alone.covariance)
     assert found.reason == f'{alone.reason}, 0 keypoints tracked'
 
 

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from aick_ros import rigid
+from aick_ros.camera import Camera
+from aick_ros.frame import RgbdFrame
 from aick_ros.parameter import with_values
 from aick_ros.refinement import Refinement
 from aick_ros.registrar import Registrar
@@ -51,7 +53,8 @@ def pair(frames, changes=None):
 
 
 def opinion(settings=Settings()):
-    return SecondOpinion(Refinement(settings.refinement, settings.sensor), settings.sensor)
+    return SecondOpinion(Refinement(settings.refinement, settings.sensor), settings.sensor,
+                         settings.odometry.min_matches)
 
 
 def off(pose, truth):
@@ -99,6 +102,21 @@ def test_a_board_that_may_be_the_world_is_doubted(frames, picture):
     before, after = (error @ np.linalg.solve(registration.covariance, error)
                      for registration in (found, weighed))
     assert after < 0.1 * before
+
+
+def test_a_camera_that_changes_its_resolution_has_no_second_opinion(frames):
+    (first, second, *_), _ = frames
+    smaller = RgbdFrame(second.stamp, cv2.resize(second.colour, (320, 240)),
+                        np.ascontiguousarray(second.depth[::2, ::2]),
+                        Camera(320, 240, *(0.5 * np.array([
+                            first.camera.fx, first.camera.fy, first.camera.cx - 0.5,
+                            first.camera.cy - 0.5]))))
+    registrar = Registrar()
+    target, source = registrar.look(first), registrar.look(smaller)
+    found = registrar.register(source, target)
+    assert found.status.ok
+    again = registrar.register(source, target, found.T_target_source @ JOLT, PERIOD)
+    np.testing.assert_array_equal(again.T_target_source, found.T_target_source)
 
 
 @pytest.mark.parametrize('jolt', [JOLT, rigid.exp([0, 0, 0, 0.05, 0.1, -0.05])])

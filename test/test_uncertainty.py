@@ -3,14 +3,16 @@
 
 """What is added to a covariance, against closed forms and draws from what noise may do."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from aick_ros import rigid
-from aick_ros.aick import Disagreement, Registration
 from aick_ros.camera import Camera
 from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.registration import Disagreement, Registration
 from aick_ros.status import Status
 from aick_ros.trajectory import NANOSECONDS
 from aick_ros.uncertainty import Uncertainty
@@ -174,6 +176,21 @@ def test_the_speed_changed_since_it_was_seen_not_since_the_keyframe():
     complete = used().complete(registration(motion), source, target, np.eye(4), PERIOD)
     added = (complete.covariance - OWN)[0, 0] - 2 * (3.3 * jitter * 0.01) ** 2
     assert added == pytest.approx((12 * jitter * 0.01 / PERIOD) ** 2 / 3)
+
+
+@pytest.mark.parametrize('stamps', [(2, 1), (1, 2)])
+def test_which_of_the_two_views_is_the_later_one_does_not_matter(stamps):
+    source, target = (view(seconds, 0.004) for seconds in stamps)
+    moved = registration(rigid.exp([0, 0.01, 0, 0, 0, 0]))
+    complete = used().complete(moved, source, target, np.eye(4), PERIOD)
+    assert (complete.covariance - OWN)[0, 0] > (12 * 0.004 * 0.01 / PERIOD) ** 2 / 3
+
+
+def test_where_no_two_sensors_are_compared_nothing_is_added():
+    alone, uncertainty = dataclasses.replace(registration(), disagreement=None), Uncertainty()
+    for i in range(5):
+        complete = uncertainty.complete(alone, view(1 + i + PERIOD), view(1 + i))
+        np.testing.assert_array_equal(complete.covariance, OWN)
 
 
 def test_one_sensor_alone_tells_nothing():

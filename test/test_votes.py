@@ -48,6 +48,18 @@ def test_the_true_pose_has_the_votes_whatever_the_order(pair):
         assert ballot.for_second < 0.03 < 0.97 < swapped.for_second
 
 
+def test_views_of_many_pixels():
+    """More cells than OpenCV samples in one column."""
+    camera = Camera(1920, 1080, 1500, 1500, 959.5, 539.5)
+    grey = np.random.default_rng(0).integers(0, 255, (1080, 1920), np.uint8)
+    frame = RgbdFrame(0, cv2.GaussianBlur(grey, (0, 0), 5), np.full((1080, 1920), 2, np.float32),
+                      camera)
+    ballot = poll(*look(frame, dataclasses.replace(frame, stamp=10 ** 9)), np.eye(4), SHIFTED,
+                  SENSOR)
+    assert ballot.seen > 0.8
+    assert ballot.first > 0.7 > 0.05 > ballot.second
+
+
 def test_a_pose_beside_itself_has_no_votes(pair):
     *frames, truth = pair
     ballot = poll(*look(*frames), truth, truth, SENSOR)

@@ -18,6 +18,7 @@ from aick_ros.node_settings import NodeSettings
 from aick_ros.parameter import Parameter, hint, parameters, values, with_values
 from aick_ros.presets import PRESETS, preset
 from aick_ros.settings import Settings
+from aick_ros.vocabulary import vocabulary_of
 
 _PRESET = Parameter(
     'preset', str, '', 'Start from the parameters of the paper, '
@@ -86,8 +87,10 @@ class LiveSettings:
             if name in own:
                 raise InputError(f'{name} is read at the start only: give it to the node when it '
                                  'is started, in its parameter file or with -p')
-        return with_values(self._core, {
+        core = with_values(self._core, {
             name: value for name, value in changes.items() if not name.startswith(_OF_ROS)})
+        vocabulary_of(core)  # refuses one that cannot be read, or of another detector
+        return core
 
 
 def _warn_of_unknown(node: Node, given: Mapping[str, Any]) -> None:

@@ -12,13 +12,13 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from aick_ros import rigid
-from aick_ros.aick import Registration
 from aick_ros.camera import Camera
 from aick_ros.evaluation.pairs import PairEvaluation
 from aick_ros.frame import KeypointFrame, RgbdFrame
 from aick_ros.parameter import with_values
 from aick_ros.presets import preset
 from aick_ros.registrar import Registrar
+from aick_ros.registration import Registration
 from aick_ros.settings import Settings
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.status import Status

@@ -25,12 +25,12 @@ ENDINGS = [signal.SIGINT, signal.SIGTERM]
 DEFECTIVE = '''
 from aick_ros import aick
 from aick_ros.ros import odom_node
-register = aick.Aick.register
+align = aick.Aick.align
 def fail_once(self, source, target):
     if source.stamp == {stamp}:
         raise ZeroDivisionError('a defect')
-    return register(self, source, target)
-aick.Aick.register = fail_once
+    return align(self, source, target)
+aick.Aick.align = fail_once
 odom_node.main()
 '''
 

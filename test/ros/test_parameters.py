@@ -122,6 +122,8 @@ def test_what_changes_nothing_is_not_told(live):
     ({'odometry__max_speed': 5000.0},
      'odometry.max_speed = 5000.0 is outside 0.01 to 1000 m/s; it is: Faster translations'),
     ({'aick__iterations': 0}, 'aick.iterations = 0 is outside 1 to 100'),
+    ({'aick__vocabulary': '/none.npz'}, '/none.npz'),
+    ({'aick__vocabulary': 'surf-1000'}, 'the vocabulary surf-1000 is of surf keypoints'),
     ({'aick__alpha': 'high'}, "aick.alpha = 'high' is not a number"),
     ({'features__detector': 'orbs'}, "features.detector = 'orbs' is none of 'orb'"),
     ({'aick__alfa': 0.5}, "no parameter is called 'aick.alfa': did you mean aick.alpha"),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from aick_ros.aick import Aick
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.frame import RgbdFrame
 from aick_ros.parameter import with_values
@@ -27,6 +28,7 @@ class AickMethod:
     def __init__(self, preset_name: str = '', changes: dict[str, Any] | None = None) -> None:
         settings = with_values(preset(preset_name) if preset_name else Settings(), changes or {})
         self._registrar = Registrar(settings)
+        self._paper = Aick(settings.aick) if settings.refinement.mode == 'none' else None
 
     def prepare(self, frame: RgbdFrame) -> View:
         """Return the keypoints and surfaces."""
@@ -34,7 +36,10 @@ class AickMethod:
 
     def register(self, source: View, target: View) -> Estimate:
         """Return the transform."""
-        registration = self._registrar.register(source, target)
+        if self._paper:  # which has no covariance
+            registration = self._paper.align(source.keypoints, target.keypoints)
+        else:
+            registration = self._registrar.register(source, target)
         if not registration.status.ok:
             return Estimate(None, registration.status.value)
         return Estimate(registration.T_target_source)
