@@ -444,7 +444,8 @@ def test_a_bag_that_loops_goes_on_with_its_clock(rig, start_node, frames):
     first, second = ([from_pose(rig.answer(frame.stamp).pose.pose) for frame in turn]
                      for turn in turns)
     np.testing.assert_allclose(second[0], first[-1], atol=1e-9)
-    np.testing.assert_allclose(rigid.inverse(second[0]) @ second[-1], first[-1], atol=1e-6)
+    # by then more is known of the camera, which may choose other keyframes
+    np.testing.assert_allclose(rigid.inverse(second[0]) @ second[-1], first[-1], atol=1e-3)
 
 
 def test_a_topic_of_another_transport_is_named(rig, start_node, frames):
