@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -29,8 +30,9 @@ def program(name: str, prepare: Callable[[], None] = lambda: None) -> Iterator[N
     :param prepare: called before ROS begins.
     """
     try:
-        prepare()
-        _initialise()
+        with _ending_held():
+            prepare()
+            _initialise()
         yield
     except InputError as error:
         print(f'{name}: {error}', file=sys.stderr)
@@ -41,7 +43,18 @@ def program(name: str, prepare: Callable[[], None] = lambda: None) -> Iterator[N
         if rclpy.ok():
             raise  # else it was told to end in the middle of something
     finally:
-        rclpy.try_shutdown()
+        _finish()
+
+
+@contextmanager
+def _ending_held() -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM wait until ROS handles them."""
+    endings = (signal.SIGINT, signal.SIGTERM)
+    signal.pthread_sigmask(signal.SIG_BLOCK, endings)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, endings)
 
 
 def _initialise() -> None:
@@ -49,3 +62,11 @@ def _initialise() -> None:
         rclpy.init()
     except Exception as error:  # rclpy has its own types for what rcl refuses
         raise InputError(f'ROS does not take these arguments: {error}') from None
+
+
+def _finish() -> None:
+    try:
+        rclpy.try_shutdown()
+    except Exception:
+        if rclpy.ok():
+            raise  # else the handler of a signal was faster by a moment
