@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from aick_ros import rigid
-from aick_ros.synchronizer import RESTART_AFTER
+from aick_ros.geometry.stamps import RESTART_AFTER
 
 _SAMPLES_KEPT = 500  # of a moving link: five seconds at 100 Hz
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from aick_ros import rigid
 from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 from aick_ros.keyframe import Anchor, KeyframePolicy, OneFrame
 from aick_ros.local_map import LocalMap
 from aick_ros.registrar import Learned, Registrar
@@ -22,8 +23,6 @@ from aick_ros.registration import Registration
 from aick_ros.settings import OdometrySettings, Settings
 from aick_ros.stage_times import StageTimes
 from aick_ros.status import Status
-from aick_ros.synchronizer import RESTART_AFTER
-from aick_ros.trajectory import NANOSECONDS
 from aick_ros.view import View
 
 _HELD_ACCELERATION = np.array([3.0, 3.0, 3.0, 15.0, 15.0, 15.0])

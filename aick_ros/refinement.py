@@ -16,12 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros import rigid
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration import Disagreement
-from aick_ros.residuals import (NormalEquations, Residuals, gradient_noise, point_to_plane,
-                                reprojection, track_depth)
+from aick_ros.residuals import (
+    NormalEquations, Residuals, gradient_noise, point_to_plane, reprojection, track_depth)
 from aick_ros.settings import RefinementSettings, SensorSettings
 from aick_ros.tracks import Tracker, Tracks
-from aick_ros.trajectory import NANOSECONDS
 from aick_ros.view import View
 
 _COARSE = 1  # iterations with wide robust weights, by the keypoints alone

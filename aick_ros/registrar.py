@@ -15,6 +15,7 @@ from aick_ros import rigid
 from aick_ros.aick import Aick
 from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frame import KeypointExtractor, RgbdFrame
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.refinement import Refinement
 from aick_ros.registration import Registration, failed
 from aick_ros.second_opinion import SecondOpinion
@@ -23,7 +24,6 @@ from aick_ros.stage_times import StageTimes
 from aick_ros.status import Status
 from aick_ros.steady_clock import SteadyClock
 from aick_ros.surface import Surface
-from aick_ros.trajectory import NANOSECONDS
 from aick_ros.uncertainty import Uncertainty
 from aick_ros.view import View
 from aick_ros.vocabulary import vocabulary_of

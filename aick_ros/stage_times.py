@@ -9,7 +9,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-
 STAGES = ('features', 'surface', 'registration', 'refinement')
 """What a frame goes through; not every frame goes through all."""
 

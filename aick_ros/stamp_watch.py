@@ -9,8 +9,7 @@ from bisect import bisect_left
 
 import numpy as np
 
-from aick_ros.synchronizer import RESTART_AFTER
-from aick_ros.trajectory import NANOSECONDS
+from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 
 _FAR = 10 * NANOSECONDS  # ahead of what the time that has passed explains
 _LONGEST_GAP = NANOSECONDS  # a longer one is a pause, not a loss

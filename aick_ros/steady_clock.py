@@ -5,8 +5,7 @@
 
 from __future__ import annotations
 
-from aick_ros.synchronizer import RESTART_AFTER
-from aick_ros.trajectory import NANOSECONDS
+from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 
 _GAIN = 0.1  # of the phase
 _PERIOD_GAIN = _GAIN ** 2 / 4  # critically damped

@@ -9,10 +9,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from aick_ros.trajectory import NANOSECONDS
-
-RESTART_AFTER = NANOSECONDS
-"""A stamp that goes back by more than this [ns] starts a new recording, by less it is late."""
+from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 
 _GAPS_KEPT = 30
 _LEAST_GAP = 0.8  # of the least gap seen lately: the next one may be shorter still

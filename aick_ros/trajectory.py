@@ -12,8 +12,7 @@ import numpy as np
 
 from aick_ros import rigid
 from aick_ros.errors import InputError
-
-NANOSECONDS = 1_000_000_000
+from aick_ros.geometry.stamps import NANOSECONDS
 
 
 @dataclass(frozen=True)

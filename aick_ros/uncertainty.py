@@ -17,8 +17,8 @@ import dataclasses
 import numpy as np
 
 from aick_ros import rigid
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration import Disagreement, Registration
-from aick_ros.trajectory import NANOSECONDS
 from aick_ros.view import View
 
 _MEMORY = 30  # registrations

@@ -6,12 +6,13 @@
 import os
 from pathlib import Path
 
+import yaml
 from ament_index_python.packages import get_package_share_directory
+from launch_ros.actions import Node
+
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import Node
-import yaml
 
 SHARE = Path(get_package_share_directory('aick_ros'))
 PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE'

@@ -20,8 +20,7 @@ from aick_ros.refinement import Refinement
 from aick_ros.registrar import Registrar
 from aick_ros.residuals import point_to_plane, track_depth
 from aick_ros.settings import Settings
-from aick_ros.sources.synthetic import (ColourSensor, DepthSensor, SyntheticOptions,
-                                        SyntheticSource)
+from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
 from aick_ros.sources.synthetic.room import furnished_room
 from aick_ros.sources.synthetic.surfaces import Rectangle

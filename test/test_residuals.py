@@ -11,8 +11,9 @@ from scipy import stats
 
 from aick_ros import rigid
 from aick_ros.camera import Camera
-from aick_ros.residuals import (NormalEquations, Residuals, geman_mcclure, gradient_noise,
-                                point_to_plane, reprojection, robust_weights, track_depth)
+from aick_ros.residuals import (
+    NormalEquations, Residuals, geman_mcclure, gradient_noise, point_to_plane, reprojection,
+    robust_weights, track_depth)
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
 from aick_ros.surface import Surface

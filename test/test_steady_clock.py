@@ -6,9 +6,8 @@
 import numpy as np
 import pytest
 
+from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 from aick_ros.steady_clock import SteadyClock
-from aick_ros.synchronizer import RESTART_AFTER
-from aick_ros.trajectory import NANOSECONDS
 
 SETTLED = 100  # frames
 

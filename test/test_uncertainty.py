@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 from aick_ros import rigid
 from aick_ros.camera import Camera
 from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration import Disagreement, Registration
 from aick_ros.status import Status
-from aick_ros.trajectory import NANOSECONDS
 from aick_ros.uncertainty import Uncertainty
 from aick_ros.view import View
 

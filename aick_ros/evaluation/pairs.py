@@ -21,9 +21,10 @@ from aick_ros import rigid
 from aick_ros.evaluation.consistency import Consistency
 from aick_ros.evaluation.figures import Percentiles, mean, median
 from aick_ros.evaluation.increment_error import IncrementError
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registrar import Registrar
 from aick_ros.settings import Settings
-from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.trajectory import Trajectory
 from aick_ros.view import View
 
 THRESHOLDS = (0.0033, 0.01, 0.05)

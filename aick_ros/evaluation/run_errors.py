@@ -14,7 +14,8 @@ from aick_ros import rigid
 from aick_ros.evaluation.frame_record import FrameRecord
 from aick_ros.evaluation.increment_error import IncrementError
 from aick_ros.evaluation.pairs import MAX_HOLE
-from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.trajectory import Trajectory
 
 _UNKNOWN = np.diag(np.full(6, np.inf))
 

@@ -15,7 +15,8 @@ import numpy as np
 
 from aick_ros import rigid
 from aick_ros.evaluation.pairs import MAX_HOLE
-from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 from aick_ros.evaluation.frame_record import FrameRecord, stages_of
 from aick_ros.evaluation.trajectory_errors import TrajectoryErrors
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.reports import canvas
-from aick_ros.trajectory import NANOSECONDS
 
 
 def error_figure(errors: TrajectoryErrors, start: int) -> Figure:

@@ -14,7 +14,7 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 
 from aick_ros import rigid
-from aick_ros.trajectory import NANOSECONDS
+from aick_ros.geometry.stamps import NANOSECONDS
 
 UNKNOWN = np.diag(np.full(6, 9999.0))
 """The covariance that RTAB-Map and robot_localization take for no measurement."""

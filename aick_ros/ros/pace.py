@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 import time
 
-from aick_ros.trajectory import NANOSECONDS
+from aick_ros.geometry.stamps import NANOSECONDS
 
 
 class RealTime:

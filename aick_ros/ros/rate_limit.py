@@ -5,8 +5,7 @@
 
 from __future__ import annotations
 
-from aick_ros.synchronizer import RESTART_AFTER
-from aick_ros.trajectory import NANOSECONDS
+from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 
 _JITTER = 0.1  # of a period: how much too early a frame may come
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from aick_ros.camera import Camera
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
 from aick_ros.settings import Settings
-from aick_ros.trajectory import NANOSECONDS
 
 
 def warm_up(settings: Settings) -> None:

@@ -24,12 +24,13 @@ from aick_ros.camera_info import is_rectified, to_camera
 from aick_ros.depth_scaling import enlarge
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.bag_file import BagFile
 from aick_ros.sources.bag_topics import IMAGE, BagTopics
 from aick_ros.sources.calibration import read_camera
 from aick_ros.synchronizer import Pair, Synchronizer
-from aick_ros.trajectory import NANOSECONDS, Trajectory, stamp_to_seconds
+from aick_ros.trajectory import Trajectory, stamp_to_seconds
 
 _LONGEST_PAUSE = 60 * NANOSECONDS
 _WAITING = 64

@@ -24,10 +24,11 @@ from aick_ros.camera import Camera
 from aick_ros.encoded_image import to_metres
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.sources import OnDamaged, SourceOptions
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
 from aick_ros.sources.image_files import read_colour, read_units
-from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.trajectory import Trajectory
 
 RATE = 30
 """Numbers a second."""

@@ -27,8 +27,7 @@ from aick_ros.sources import OnDamaged, SourceOptions
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
 from aick_ros.sources.image_files import read_colour, read_units
 from aick_ros.synchronizer import Pair, Synchronizer
-from aick_ros.trajectory import (
-    Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds)
+from aick_ros.trajectory import Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds
 
 UNITS_PER_METRE = 5000
 """What a depth PNG counts in."""

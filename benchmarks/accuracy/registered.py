@@ -19,9 +19,10 @@ import numpy as np
 from aick_ros import rigid
 from aick_ros.evaluation.figures import median
 from aick_ros.evaluation.pairs import MAX_HOLE
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registrar import Registrar
 from aick_ros.sources import RgbdSource, raise_damage
-from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.trajectory import Trajectory
 
 GAPS = (1, 3, 5)
 SHIFTS_MS = tuple(range(-40, 41, 5))  # of the ground truth

@@ -15,6 +15,7 @@ from aick_ros import rigid
 from aick_ros.camera import Camera
 from aick_ros.evaluation.pairs import PairEvaluation
 from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.parameter import with_values
 from aick_ros.presets import preset
 from aick_ros.registrar import Registrar
@@ -22,7 +23,7 @@ from aick_ros.registration import Registration
 from aick_ros.settings import Settings
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.status import Status
-from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.trajectory import Trajectory
 from aick_ros.view import View
 
 GAPS = (1, 3, 5)

@@ -11,8 +11,9 @@ from aick_ros import rigid
 from aick_ros.evaluation.frame_record import FrameRecord
 from aick_ros.evaluation.increment_error import IncrementError
 from aick_ros.evaluation.run_errors import RunErrors, SilentFailures
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.status import Status
-from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.trajectory import Trajectory
 
 PERIOD = NANOSECONDS // 30
 START = 1_305_031_102 * NANOSECONDS

@@ -13,7 +13,8 @@ from evo.core.trajectory import PoseTrajectory3D
 from aick_ros import rigid
 from aick_ros.evaluation.figures import root_mean_square
 from aick_ros.evaluation.trajectory_errors import compare
-from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.trajectory import Trajectory
 
 SECOND = 30
 START = 1_305_031_102 * NANOSECONDS

@@ -11,9 +11,10 @@ import pytest
 from aick_ros import rigid
 from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of
 from aick_ros.evaluation.run_summary import summarize
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.presets import preset
 from aick_ros.status import Status
-from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.trajectory import Trajectory
 
 T_WORLD_ODOM = rigid.exp([0.5, 2.0, -1.0, 0.4, 1.0, -0.3])
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from rosgraph_msgs.msg import Clock
 
-from aick_ros.ros.pace import RealTime
 from aick_ros.ros.messages import to_stamp
+from aick_ros.ros.pace import RealTime
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer

@@ -12,7 +12,8 @@ import pytest
 from aick_ros import rigid
 from aick_ros.camera import Camera
 from aick_ros.frame import RgbdFrame
-from aick_ros.trajectory import NANOSECONDS, Trajectory, stamp_to_seconds
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.trajectory import Trajectory, stamp_to_seconds
 
 START = 1305031102 * NANOSECONDS + 123456789
 PERIOD = 33333333

@@ -16,8 +16,9 @@ import numpy as np
 from aick_ros import rigid
 from aick_ros.errors import InputError
 from aick_ros.evaluation.pairs import MAX_HOLE, MAX_INTERVAL_ERROR
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.sources import OnDamaged, RgbdSource, SourceOptions, open_source
-from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.trajectory import Trajectory
 
 
 class Pair(NamedTuple):

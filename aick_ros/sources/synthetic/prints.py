@@ -10,26 +10,8 @@ import numpy as np
 
 from aick_ros.sources.synthetic.assembly import Material
 from aick_ros.sources.synthetic.drawings import (
-    INK,
-    chart,
-    diagram,
-    ink_on,
-    landscape,
-    lines,
-    ornament,
-    shapes,
-    title,
-    write,
-)
-from aick_ros.sources.synthetic.materials import (
-    Colour,
-    blank,
-    cloud,
-    hue,
-    shade,
-    tint,
-    wood,
-)
+    INK, chart, diagram, ink_on, landscape, lines, ornament, shapes, title, write)
+from aick_ros.sources.synthetic.materials import Colour, blank, cloud, hue, shade, tint, wood
 
 # ground, border, then the colours of the ornaments
 _RUGS = (((120, 34, 36), (34, 40, 70), (226, 208, 170), (180, 120, 60), (90, 110, 120)),

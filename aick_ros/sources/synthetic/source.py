@@ -15,6 +15,7 @@ from aick_ros import rigid
 from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.sources.synthetic.motion_blur import motion_blur
 from aick_ros.sources.synthetic.path import HandheldPath
 from aick_ros.sources.synthetic.renderer import Renderer
@@ -22,7 +23,7 @@ from aick_ros.sources.synthetic.room import furnished_room
 from aick_ros.sources.synthetic.scene import Scene
 from aick_ros.sources.synthetic.sensor import ColourSensor, DepthSensor
 from aick_ros.sources.synthetic.wander import Wander
-from aick_ros.trajectory import NANOSECONDS, Trajectory
+from aick_ros.trajectory import Trajectory
 
 _EXPOSURE = ((0.6, 0.05, 0.15), (0.4, 0.2, 0.4))  # shares and frequencies [Hz]
 # what the random numbers are for; the scene takes 0

@@ -12,8 +12,8 @@ from rosbags.typesys import Stores, get_typestore
 
 from aick_ros import rigid
 from aick_ros.camera import Camera
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.image_codec import ImageFields
-from aick_ros.trajectory import NANOSECONDS
 
 TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 OPTICAL_FRAME = 'camera_rgb_optical_frame'

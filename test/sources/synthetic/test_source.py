@@ -14,12 +14,7 @@ from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.frame import KeypointExtractor
 from aick_ros.settings import FeatureSettings, SensorSettings
-from aick_ros.sources.synthetic import (
-    ColourSensor,
-    DepthSensor,
-    SyntheticOptions,
-    SyntheticSource,
-)
+from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
 
 SMALL = Camera(160, 120, 131.25, 131.25, 79.5, 59.5)
