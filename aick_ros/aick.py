@@ -9,9 +9,9 @@ import dataclasses
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frame import KeypointFrame
+from aick_ros.geometry import se3
 from aick_ros.registration import Registration, failed, unknown
 from aick_ros.search import FullSearch, Search
 from aick_ros.settings import AickSettings
@@ -41,7 +41,7 @@ class Aick:
             return failed(Status.TOO_FEW_KEYPOINTS, f'{len(source)} and {len(target)} keypoints '
                           f'with depth, it takes {_FEWEST}')
         search = self._search(source, target)
-        points = [rigid.homogeneous(frame.positions.astype(np.float64))
+        points = [se3.homogeneous(frame.positions.astype(np.float64))
                   for frame in (source, target)]
         T_target_source = np.eye(4)
         for i in range(self._settings.iterations):
@@ -52,8 +52,8 @@ class Aick:
                               f'of {len(source)} and {len(target)} keypoints', i + 1)
             matched = points[0].take(matches[:, 0], axis=0), points[1].take(matches[:, 1], axis=0)
             try:
-                T_target_source = rigid.fit_moments(matched[0].T @ matched[1])
-            except rigid.DegenerateGeometryError as error:
+                T_target_source = se3.fit_moments(matched[0].T @ matched[1])
+            except se3.DegenerateGeometryError as error:
                 return failed(Status.DEGENERATE_GEOMETRY, str(error), i + 1)
         return Registration(Status.OK, f'{len(matches)} matches', T_target_source, unknown(),
                             matches, i + 1, len(matches))

@@ -9,7 +9,7 @@ from enum import Enum
 
 import numpy as np
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 
 
 class Mount(Enum):
@@ -74,7 +74,7 @@ class BasePose:
             self._anchor()
         self._T_visual_camera, self._visual_covariance = T_visual_camera, covariance
         self._T_base_camera = T_base_camera
-        T_camera_base = rigid.inverse(T_base_camera)
+        T_camera_base = se3.inverse(T_base_camera)
         self._T_odom_base = self._T_odom_visual @ T_visual_camera @ T_camera_base
         self._covariance = self._start_covariance(self._T_odom_base) + self._way_covariance(
             T_visual_camera, covariance, T_camera_base)
@@ -83,7 +83,7 @@ class BasePose:
     def _anchor(self) -> None:
         """Find the visual frame such that the base did not move; from here on motion counts."""
         self._T_odom_visual = (self._T_odom_base @ self._T_base_camera
-                               @ rigid.inverse(self._T_visual_camera))
+                               @ se3.inverse(self._T_visual_camera))
         self._start = self._T_odom_base, self._covariance
         self._visual_start = self._T_visual_camera, self._visual_covariance
         self._anchored = True
@@ -109,5 +109,5 @@ class BasePose:
 def _carried(covariance: np.ndarray, lever: np.ndarray) -> np.ndarray:
     """Return the covariance of a point that lies ``lever`` [m] from the one it is given for."""
     carry = np.eye(6)
-    carry[:3, 3:] = -rigid.skew(lever)
+    carry[:3, 3:] = -se3.skew(lever)
     return carry @ covariance @ carry.T

@@ -16,8 +16,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
+from aick_ros.geometry.camera import Camera
 
 _RECTIFIED = re.compile(r'(^|[/_])rect(ified)?([/_]|$)')
 

@@ -19,7 +19,7 @@ class Candidates:
 
     :param rows: 2xK, of the source and of the target keypoints.
     :param distances: K float32, of their descriptors.
-    :param target_points: Mx4 float32, all target keypoints, :func:`aick_ros.rigid.homogeneous`.
+    :param target_points: Mx4 float32, all target keypoints, :func:`aick_ros.geometry.se3.homogeneous`.
     """
 
     def __init__(self, rows: np.ndarray, distances: np.ndarray,

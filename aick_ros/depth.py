@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros.camera import Camera
+from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
 

@@ -9,8 +9,8 @@ import itertools
 
 import numpy as np
 
-from aick_ros.camera import Camera
-from aick_ros.pixel_map import PixelMap
+from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.pixel_map import PixelMap
 
 _OVERLAP = 1.1  # of the footprints of two neighbours, so that slanted surfaces have no cracks
 _LONGEST_REACH = np.float32(8.0)  # px to each side; a damaged camera_info must not ask for more

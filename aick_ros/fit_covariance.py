@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.frame import KeypointFrame
+from aick_ros.geometry import se3
 
 _CELL = 4  # px; keypoints of one place, found at several scales, have their noise in common
 _FINEST = 1e-12 * np.eye(3)  # m^2; no position is better known
@@ -34,7 +34,7 @@ def fit_covariance(T_target_source: np.ndarray, source: KeypointFrame, target: K
     # R C R^T of all at once: of matrices so small a product each takes ten times as long
     turned = source.covariances[sources].reshape(-1, 9) @ np.kron(rotation, rotation).T
     noise = turned.reshape(-1, 3, 3) + target.covariances[targets] + _FINEST
-    jacobian = rigid.point_jacobian(arms)
+    jacobian = se3.point_jacobian(arms)
     square = np.einsum('ni,ni->', residuals,
                        np.linalg.solve(noise, residuals[:, :, None])[:, :, 0])
     larger = max(1.0, square / max(3 * len(matches) - 6, 1))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.registrar import Registrar
 from aick_ros.registration import Registration
 from aick_ros.settings import Settings
@@ -42,10 +42,10 @@ class Anchor:
         :param covariance: 6x6 of the other's registration.
         :returns: ``T_camera0_camera1`` and its 6x6 covariance.
         """
-        motion = rigid.inverse(self.T_keyframe_camera) @ T_keyframe_camera
+        motion = se3.inverse(self.T_keyframe_camera) @ T_keyframe_camera
         if not self.keyframe_covariance.any():
             return motion, covariance
-        return motion, 0.5 * rigid.relative_covariance(
+        return motion, 0.5 * se3.relative_covariance(
             self.T_keyframe_camera, self.keyframe_covariance, T_keyframe_camera, covariance)
 
 

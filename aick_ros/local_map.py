@@ -15,8 +15,9 @@ import dataclasses
 
 import numpy as np
 
-from aick_ros import depth, rigid
+from aick_ros import depth
 from aick_ros.frame import KeypointFrame
+from aick_ros.geometry import se3
 from aick_ros.registrar import Registrar
 from aick_ros.registration import Registration
 from aick_ros.settings import Settings
@@ -63,10 +64,10 @@ class LocalMap:
         tracks, keypoints = registration.tracks, view.keypoints
         if tracks is None:
             return view
-        T_camera_map = rigid.inverse(registration.T_target_source)
+        T_camera_map = se3.inverse(registration.T_target_source)
         points = keypoints.positions[tracks.keypoints].astype(np.float64)
         covariances = keypoints.covariances[tracks.keypoints].astype(np.float64)
-        seen = rigid.transform(T_camera_map, points)[:, 2]
+        seen = se3.transform(T_camera_map, points)[:, 2]
         along = covariances @ T_camera_map[2, :3]  # of the points with the depth that is seen
         variances = along @ T_camera_map[2, :3]
         variances += (depth.inverse_depth_sigma(seen, self._sensor) * seen ** 2) ** 2
@@ -121,12 +122,12 @@ class LocalMap:
 
         :returns: positions Kx3, covariances Kx3x3, and the K tracks they are of.
         """
-        T_camera_map = rigid.inverse(registration.T_target_source)
+        T_camera_map = se3.inverse(registration.T_target_source)
         rotation = T_camera_map[:3, :3]
         points = view.keypoints.positions[tracks.keypoints].astype(np.float64)
-        positions = rigid.transform(T_camera_map, points)
-        by_pose = rigid.point_jacobian(points @ rotation.T)
-        pose = rigid.inverse_covariance(registration.T_target_source, registration.covariance)
+        positions = se3.transform(T_camera_map, points)
+        by_pose = se3.point_jacobian(points @ rotation.T)
+        pose = se3.inverse_covariance(registration.T_target_source, registration.covariance)
         covariances = (rotation @ view.keypoints.covariances[tracks.keypoints] @ rotation.T
                        + by_pose @ pose @ by_pose.transpose(0, 2, 1))
         seen = np.column_stack([tracks.rays, np.ones(len(tracks))]) * tracks.depths[:, None]

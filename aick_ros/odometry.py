@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 from aick_ros.keyframe import Anchor, KeyframePolicy, OneFrame
 from aick_ros.local_map import LocalMap
@@ -208,8 +208,8 @@ class Odometry:
         elapsed = self._elapsed(view)
         if self._twist is None or elapsed > self._settings.hold_time:
             return None
-        moved = self._tracked.T_odom_camera @ rigid.exp(self._twist * elapsed)
-        return rigid.inverse(anchor.T_odom_camera) @ moved
+        moved = self._tracked.T_odom_camera @ se3.exp(self._twist * elapsed)
+        return se3.inverse(anchor.T_odom_camera) @ moved
 
     def _elapsed(self, view: View) -> float:
         """Return how long ago the camera was last tracked [s]."""
@@ -223,7 +223,7 @@ class Odometry:
         if count < fewest:
             return Status.TOO_FEW_MATCHES, f'{count} matches, odometry.min_matches is {fewest}'
         speed = np.linalg.norm(registration.T_target_source[:3, 3]) / interval
-        turn_rate = rigid.angle(registration.T_target_source[:3, :3]) / interval
+        turn_rate = se3.angle(registration.T_target_source[:3, :3]) / interval
         if speed > self._settings.max_speed or turn_rate > self._settings.max_turn_rate:
             return Status.MOTION_GATE, (
                 f'{speed:.2f} m/s and {turn_rate:.2f} rad/s, odometry.max_speed is '
@@ -238,9 +238,9 @@ class Odometry:
         if anchor is self._keyframe:
             since, motion = self._tracked, self._tracked.motion_to(T_anchor_camera, covariance)
         interval = (view.stamp - since.view.stamp) / NANOSECONDS
-        self._twist = rigid.log(motion[0]) / interval
+        self._twist = se3.log(motion[0]) / interval
         self._pose = anchor.T_odom_camera @ T_anchor_camera
-        self._covariance = rigid.compose_covariance(
+        self._covariance = se3.compose_covariance(
             anchor.T_odom_camera, anchor.covariance, T_anchor_camera, covariance)
         self._remember(self._tracked)
         self._take_over(view, anchor, registration)
@@ -278,15 +278,15 @@ class Odometry:
         predicted = self._predict(anchor.view.stamp, view.stamp)
         if predicted is None:
             twist = np.zeros(6) if self._twist is None else self._twist
-            motion = rigid.exp(twist * min(lost_for, self._settings.hold_time))
+            motion = se3.exp(twist * min(lost_for, self._settings.hold_time))
             strayed = np.minimum(0.5 * _HELD_ACCELERATION * lost_for ** 2,
                                  np.repeat([self._settings.max_speed * lost_for, np.pi], 3))
         else:
             motion = predicted
-            way = np.linalg.norm(motion[:3, 3]), rigid.angle(motion[:3, :3])
+            way = np.linalg.norm(motion[:3, 3]), se3.angle(motion[:3, :3])
             strayed = np.repeat(_SLIP * np.array(way) + _LEAST_SLIP, 3)
         self._pose = anchor.T_odom_camera @ motion
-        self._covariance = rigid.compose_covariance(
+        self._covariance = se3.compose_covariance(
             anchor.T_odom_camera, anchor.covariance, motion, np.diag(strayed ** 2))
         if len(view.keypoints) >= self._settings.min_matches:
             self._lost = Anchor(view, self._pose, self._covariance)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration import Disagreement
 from aick_ros.residuals import (
@@ -76,7 +76,7 @@ class Refinement:
         problem = _Problem(source, target, tracks, self._settings, self._sensor)
         for i in range(self._settings.iterations - 1):
             step = problem.step(pose, coarse=i < _COARSE)
-            pose = rigid.perturbed(pose, step)
+            pose = se3.perturbed(pose, step)
             if i > _COARSE and np.abs(step).max() < _STILL:
                 break
         return problem.finished(pose)
@@ -110,7 +110,7 @@ class _Problem:
         covariance = np.linalg.inv(sum(part.information for part in equations) + _WEAK)
         step = -covariance @ sum(part.gradient for part in equations)
         good = kinds[0][0].weights[:len(self._tracks)] > 0.25
-        return Refined(rigid.perturbed(pose, step), covariance @ sum(noises) @ covariance,
+        return Refined(se3.perturbed(pose, step), covariance @ sum(noises) @ covariance,
                        self._tracks[good], _disagreement(equations, noises) if kinds[1] else None)
 
     def _by_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
@@ -122,7 +122,7 @@ class _Problem:
         if None in self._surfaces:
             return []
         # between the depth images passed more or less time than between the colour images
-        return [point_to_plane(*self._surfaces, rigid.scaled(pose, self._rate), self._sensor,
+        return [point_to_plane(*self._surfaces, se3.scaled(pose, self._rate), self._sensor,
                                self._settings.robust_width, self._settings.reach
                                ).times(self._rate)]
 

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.aick import Aick
 from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frame import KeypointExtractor, RgbdFrame
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.refinement import Refinement
 from aick_ros.registration import Registration, failed
@@ -123,13 +123,13 @@ class Registrar:
         :param expected: as in :meth:`register`; ``elapsed`` likewise.
         """
         if expected is not None:
-            expected = rigid.inverse(expected)
+            expected = se3.inverse(expected)
         found = self.register(target, source, expected, elapsed)
         if not found.status.ok:
             return found
-        covariance = rigid.inverse_covariance(found.T_target_source, found.covariance)
+        covariance = se3.inverse_covariance(found.T_target_source, found.covariance)
         return dataclasses.replace(
-            found, T_target_source=rigid.inverse(found.T_target_source), covariance=covariance,
+            found, T_target_source=se3.inverse(found.T_target_source), covariance=covariance,
             matches=found.matches[:, ::-1], disagreement=None)
 
     def _patiently(self, source: RgbdFrame, target: RgbdFrame) -> Registration:

@@ -11,10 +11,10 @@ from abc import ABC, abstractmethod
 import cv2
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.candidates import Candidates, squared_lengths
 from aick_ros.descriptors import distance_blocks, pair_distances
 from aick_ros.frame import KeypointFrame
+from aick_ros.geometry import se3
 from aick_ros.settings import AickSettings
 
 _APPEARANCE_REACH = 1.4
@@ -40,8 +40,8 @@ class Search(ABC):
     def __init__(self, source: KeypointFrame, target: KeypointFrame,
                  settings: AickSettings) -> None:
         # four numbers each, which NumPy gathers several times as fast as three
-        self._source = rigid.homogeneous(source.positions)
-        self._target = rigid.homogeneous(target.positions)
+        self._source = se3.homogeneous(source.positions)
+        self._target = se3.homogeneous(target.positions)
         self._settings = settings
         self._by_appearance: Candidates | None = None
         self._by_position: Candidates | None = None

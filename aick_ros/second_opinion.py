@@ -17,7 +17,7 @@ import dataclasses
 
 import numpy as np
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.refinement import Refined, Refinement
 from aick_ros.registration import Registration
 from aick_ros.settings import SensorSettings
@@ -61,16 +61,16 @@ class SecondOpinion:
         :param expected: ``T_target_source`` at constant velocity.
         :param elapsed: for how long the velocity was not seen [s].
         """
-        sudden = suddenness(rigid.inverse(expected) @ found.T_target_source, elapsed)
+        sudden = suddenness(se3.inverse(expected) @ found.T_target_source, elapsed)
         if (sudden <= 1.0 or None in (source.surface, target.surface)
                 or source.grey.shape != target.grey.shape):
             return found
         movers = [] if found.tracks is None else found.tracks.keypoints
         refined = self._without(movers, source, target, expected)
         second, covariance = _fused(expected, np.diag((0.5 * _HAND * elapsed ** 2) ** 2), refined)
-        apart = rigid.inverse(found.T_target_source) @ second
+        apart = se3.inverse(found.T_target_source) @ second
         if (np.linalg.norm(apart[:3, 3]) < _ALIKE[0]
-                and rigid.angle(apart[:3, :3]) < _ALIKE[1]):
+                and se3.angle(apart[:3, :3]) < _ALIKE[1]):
             return found
         ballot = poll(source, target, found.T_target_source, second, self._sensor)
         if not _is_for_second(ballot, sudden):
@@ -103,7 +103,7 @@ def suddenness(change: np.ndarray, elapsed: float) -> float:
     :param change: 4x4, from where the camera would be at constant velocity to where it is.
     :param elapsed: the time in which it happened [s].
     """
-    way = np.linalg.norm(change[:3, 3]), rigid.angle(change[:3, :3])
+    way = np.linalg.norm(change[:3, 3]), se3.angle(change[:3, :3])
     return float(np.max(np.divide(way, _SUDDEN))) / elapsed ** 2
 
 
@@ -114,7 +114,7 @@ def _is_for_second(ballot: Votes, sudden: float) -> bool:
 
 def _doubted(found: Registration, second: np.ndarray, ballot: Votes) -> Registration:
     """Return a registration that may be wrong: the variance is that of a choice of two."""
-    off = rigid.difference(found.T_target_source, second)
+    off = se3.difference(found.T_target_source, second)
     return dataclasses.replace(
         found, covariance=found.covariance + ballot.for_second * np.outer(off, off))
 
@@ -123,9 +123,9 @@ def _fused(expected: np.ndarray, prior: np.ndarray,
            refined: Refined) -> tuple[np.ndarray, np.ndarray]:
     """Return a pose and its covariance where what is seen does not hold all of it."""
     gain = prior @ np.linalg.inv(prior + refined.covariance)
-    step = gain @ rigid.difference(refined.T_target_source, expected)
+    step = gain @ se3.difference(refined.T_target_source, expected)
     covariance = (np.eye(6) - gain) @ prior
-    return rigid.perturbed(expected, step), 0.5 * (covariance + covariance.T)
+    return se3.perturbed(expected, step), 0.5 * (covariance + covariance.T)
 
 
 def _of_keypoints(view: View, chosen: np.ndarray) -> View:

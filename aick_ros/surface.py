@@ -16,8 +16,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from aick_ros.camera import Camera
 from aick_ros.depth import inverse_depth_sigma
+from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
 CELL = 4

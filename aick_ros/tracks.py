@@ -10,8 +10,9 @@ from dataclasses import dataclass, fields
 import cv2
 import numpy as np
 
-from aick_ros import depth, rigid
-from aick_ros.camera import Camera
+from aick_ros import depth
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.settings import RefinementSettings, SensorSettings
 from aick_ros.view import View
 
@@ -70,7 +71,7 @@ class Tracker:
         """
         camera = target.frame.camera
         points = source.keypoints.positions[:self._settings.max_tracks].astype(np.float64)
-        moved = rigid.transform(T_target_source, points)
+        moved = se3.transform(T_target_source, points)
         ahead = np.flatnonzero(moved[:, 2] > _NEAREST)
         expected = camera.project(moved[ahead])
         corner = camera.width - 1, camera.height - 1
@@ -112,7 +113,7 @@ def _turned(grey: np.ndarray, pixels: np.ndarray, camera: Camera,
     8.4), and around what is nearer the image is still turned as it will be seen. The distortion
     is left out: image and pixels are turned alike, so nothing is displaced by that.
     """
-    if rigid.angle(R_target_source) < _TURNED:
+    if se3.angle(R_target_source) < _TURNED:
         return grey, pixels
     matrix = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
     homography = matrix @ R_target_source @ np.linalg.inv(matrix)

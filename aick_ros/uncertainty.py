@@ -16,7 +16,7 @@ import dataclasses
 
 import numpy as np
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration import Disagreement, Registration
 from aick_ros.view import View
@@ -100,12 +100,12 @@ def _timing(T_target_source: np.ndarray, source: View, target: View,
     jitter = max(source.stamp_jitter, target.stamp_jitter)
     variances = 2 * (_SHAKEN * jitter) ** 2 * _squared_rates(T_target_source, interval)
     if expected is not None:
-        change = rigid.inverse(expected) @ T_target_source
+        change = se3.inverse(expected) @ T_target_source
         variances += (_LAG * jitter) ** 2 * _squared_rates(change, min(elapsed, abs(interval))) / 3
     return np.diag(np.repeat(variances, 3))
 
 
 def _squared_rates(motion: np.ndarray, interval: float) -> np.ndarray:
     """Return the squares of the speed [m^2/s^2] and the turn rate [rad^2/s^2]."""
-    twist = rigid.log(motion) / interval
+    twist = se3.log(motion) / interval
     return np.array([twist[:3] @ twist[:3], twist[3:] @ twist[3:]])

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.depth import inverse_depth_sigma
+from aick_ros.geometry import se3
 from aick_ros.settings import SensorSettings
 from aick_ros.surface import Surface
 from aick_ros.view import View
@@ -93,7 +93,7 @@ def _misfit(source: View, target: View, images: tuple[np.ndarray, np.ndarray, np
     """
     before, now, tolerance = images
     points = source.surface.points[cells].astype(np.float64)
-    moved = rigid.transform(pose, points)
+    moved = se3.transform(pose, points)
     seen, partners = target.surface.cells_at(moved)
     misfit = np.full(len(cells), np.nan)
     misfit[seen] = (_depth_misfit(moved[seen], target.surface, partners, sensor)

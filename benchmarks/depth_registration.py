@@ -16,13 +16,13 @@ import time
 import cv2
 import numpy as np
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.depth_registration import DepthRegistration
 from aick_ros.evaluation.machine import machine_facts
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
-T_COLOUR_DEPTH = rigid.exp([0.025, 0.0, 0.0, 0.0, 0.005, 0.0])
+T_COLOUR_DEPTH = se3.exp([0.025, 0.0, 0.0, 0.0, 0.005, 0.0])
 VGA = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
 DISTORTED = dataclasses.replace(VGA, distortion=(0.26, -0.95, -0.005, 0.003, 1.16))
 HD = Camera(1280, 720, 910.0, 910.0, 639.5, 359.5)

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.frame import KeypointFrame
+from aick_ros.geometry import se3
 from aick_ros.settings import AickSettings
 
 
@@ -20,11 +20,11 @@ def register(source: KeypointFrame, target: KeypointFrame, settings: AickSetting
     T_target_source = np.eye(4)
     for i in range(settings.iterations):
         w = np.float32(settings.alpha ** i)
-        moved = rigid.transform(T_target_source, source.positions)
+        moved = se3.transform(T_target_source, source.positions)
         d_e = np.linalg.norm(moved[:, None] - target.positions[None], axis=2)
         d = (1 - w) * d_e + w * d_d  # Eq. 1
         closest = d.argmin(axis=1)
         least = d[np.arange(len(d)), closest]
         kept = np.flatnonzero(least < (1 - w) * settings.lambda_e + w * settings.lambda_f)  # Eq. 2
-        T_target_source = rigid.fit(source.positions[kept], target.positions[closest[kept]])
+        T_target_source = se3.fit(source.positions[kept], target.positions[closest[kept]])
     return T_target_source

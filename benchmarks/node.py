@@ -33,11 +33,11 @@ from node_process import Listener, NodeProcess
 from row import HEAD, Row
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.evaluation.machine import machine_facts
 from aick_ros.frame import RgbdFrame
 from aick_ros.frame_decoder import FrameDecoder
+from aick_ros.geometry.camera import Camera
 from aick_ros.odometry import Odometry
 from aick_ros.ros.messages import from_pose, header
 from aick_ros.ros.resources import use_fastdds_profile

@@ -27,13 +27,13 @@ if __name__ == '__main__' and not os.environ.items() >= _ONE_THREAD.items():
 import cv2  # noqa: E402: only now do the libraries read how many threads they may have
 import numpy as np  # noqa: E402
 
-from aick_ros import rigid  # noqa: E402
 from aick_ros.aick import Aick  # noqa: E402
 from aick_ros.evaluation.machine import machine_facts  # noqa: E402
 from aick_ros.features import make_detector  # noqa: E402
 from aick_ros.features.haar import describe  # noqa: E402
 from aick_ros.features.hessian import SCALE_OF_SIZE, find_blobs  # noqa: E402
 from aick_ros.frame import KeypointExtractor, KeypointFrame, RgbdFrame  # noqa: E402
+from aick_ros.geometry import se3  # noqa: E402
 from aick_ros.parameter import with_values  # noqa: E402
 from aick_ros.presets import preset  # noqa: E402
 from aick_ros.settings import Settings  # noqa: E402
@@ -98,12 +98,12 @@ def compare(keypoints: dict[str, list[KeypointFrame]], settings: dict[str, Setti
     for i in range(1, len(truth)):
         if truth[i] is None or truth[i - 1] is None or i in late:
             continue
-        T_true = rigid.inverse(truth[i - 1]) @ truth[i]
+        T_true = se3.inverse(truth[i - 1]) @ truth[i]
         for method, frames in keypoints.items():
             start = time.perf_counter()
             found = aicks[method].register(frames[i], frames[i - 1])
             times[method].append(1e3 * (time.perf_counter() - start))
-            error = rigid.inverse(T_true) @ found.T_target_source
+            error = se3.inverse(T_true) @ found.T_target_source
             errors[method].append(
                 float(np.linalg.norm(error[:3, 3])) if found.status.ok else np.inf)
     return {method: (float(np.mean(np.array(errors[method]) < SUCCESS)),

@@ -33,10 +33,10 @@ import numpy as np  # noqa: E402
 from naive_aick import register as register_naively  # noqa: E402
 from row import HEAD, Row  # noqa: E402
 
-from aick_ros import rigid  # noqa: E402
 from aick_ros.aick import Aick  # noqa: E402
 from aick_ros.evaluation.machine import machine_facts  # noqa: E402
 from aick_ros.frame import KeypointExtractor, KeypointFrame  # noqa: E402
+from aick_ros.geometry import se3  # noqa: E402
 from aick_ros.presets import preset  # noqa: E402
 from aick_ros.sources import RgbdSource, open_source, raise_damage  # noqa: E402
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource  # noqa: E402
@@ -87,7 +87,7 @@ def registration_times() -> Iterator[Row]:
         naive_times, naive_poses = timed(
             lambda a, b: register_naively(a, b, settings.aick), pairs[:NAIVE_PAIRS_TIMED])
         ratio = np.median(naive_times) / np.median(times[:NAIVE_PAIRS_TIMED])
-        apart = max(float(np.abs(rigid.inverse(a) @ b - np.eye(4)).max())
+        apart = max(float(np.abs(se3.inverse(a) @ b - np.eye(4)).max())
                     for a, b in zip(poses, naive_poses))
         keypoints = np.mean([len(frame) for frame in frames])
         yield Row(f'registration, {keypoints:.0f} keypoints, {settings.aick.iterations} '

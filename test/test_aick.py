@@ -9,9 +9,9 @@ import math
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.aick import Aick
 from aick_ros.frame import KeypointFrame
+from aick_ros.geometry import se3
 from aick_ros.search import FullSearch
 from aick_ros.settings import AickSettings
 from aick_ros.status import Status
@@ -29,8 +29,8 @@ def random_pair(seed, count=60, binary=True, noise=0.002, strangers=0.1, turn=0.
     """Two views of random points: moved, noisy, and partly of different points."""
     rng = np.random.default_rng(seed)
     positions = rng.uniform((-1, -1, 1), (1, 1, 3), (count, 3))
-    T = rigid.exp(np.r_[rng.normal(0, 0.1, 3), rng.normal(0, turn, 3)])
-    moved = rigid.transform(T, positions) + rng.normal(0, noise, (count, 3))
+    T = se3.exp(np.r_[rng.normal(0, 0.1, 3), rng.normal(0, turn, 3)])
+    moved = se3.transform(T, positions) + rng.normal(0, noise, (count, 3))
     if binary:
         descriptors = rng.integers(0, 256, (count, 32), dtype=np.uint8)
         descriptors[:count // 20] = descriptors[count // 20]  # the same, so that distances tie
@@ -77,7 +77,7 @@ def brute_force_register(source, target, settings):
                 matches.append((a, best))
         history.append(matches)
         pairs = np.array(matches)
-        T = rigid.fit(source.positions[pairs[:, 0]], target.positions[pairs[:, 1]])
+        T = se3.fit(source.positions[pairs[:, 0]], target.positions[pairs[:, 1]])
     return history, T
 
 
@@ -108,7 +108,7 @@ def test_finds_the_motion_without_a_guess(seed):
     source, target, T = random_pair(seed, count=300, noise=0.001, turn=0.5)
     result = Aick().register(source, target)
     assert result.status is Status.OK
-    error = rigid.log(rigid.inverse(T) @ result.T_target_source)
+    error = se3.log(se3.inverse(T) @ result.T_target_source)
     assert np.linalg.norm(error[:3]) < 0.002
     assert np.linalg.norm(error[3:]) < 0.001
 
@@ -127,13 +127,13 @@ def test_search_leaves_out_no_pair_that_can_match(scale, count):
     settings = AickSettings(lambda_e=0.05)
     search, T, found = FullSearch(source, target, settings), np.eye(4), 0
     for w in (1.0, 0.7, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01, 0.0, 0.3):
-        moved = rigid.transform(T, source.positions.astype(float))
+        moved = se3.transform(T, source.positions.astype(float))
         d = (1 - w) * np.linalg.norm(moved[:, None] - target.positions, axis=2) + w * d_d
         threshold = (1 - w) * settings.lambda_e + w * settings.lambda_f
         expected = [(a, b) for a, b in enumerate(d.argmin(axis=1)) if d[a, b] < threshold]
         assert [tuple(match) for match in search.closest(T, w)] == expected
         found += len(expected)
-        T = T @ rigid.exp(rng.normal(0, 0.005, 6) / np.repeat((1, scale), 3))
+        T = T @ se3.exp(rng.normal(0, 0.005, 6) / np.repeat((1, scale), 3))
     assert found > 3 * count
 
 
@@ -142,8 +142,8 @@ def test_covariance_is_that_of_many_repetitions():
     rng = np.random.default_rng(5)
     positions = rng.uniform((-1, -1, 1), (1, 1, 3), (80, 3))
     descriptors = rng.integers(0, 256, (80, 32), dtype=np.uint8)
-    T = rigid.exp([0.1, -0.05, 0.2, 0.1, 0.2, -0.1])
-    target = keypoint_frame(rigid.transform(T, positions), descriptors, sigma=1e-6)
+    T = se3.exp([0.1, -0.05, 0.2, 0.1, 0.2, -0.1])
+    target = keypoint_frame(se3.transform(T, positions), descriptors, sigma=1e-6)
     aick, errors, claimed = Aick(AickSettings(lambda_e=0.05)), [], []
     for _ in range(400):
         noisy = keypoint_frame(positions + rng.normal(0, 0.003, positions.shape), descriptors,
@@ -151,7 +151,7 @@ def test_covariance_is_that_of_many_repetitions():
         result = aick.register(noisy, target)
         errors.append(np.r_[
             result.T_target_source[:3, 3] - T[:3, 3],
-            rigid.log_rotation(result.T_target_source[:3, :3] @ T[:3, :3].T)])
+            se3.log_rotation(result.T_target_source[:3, :3] @ T[:3, :3].T)])
         claimed.append(result.covariance)
     information = np.linalg.inv(np.mean(claimed, axis=0))
     nees = np.einsum('ni,ij,nj->n', errors, information, errors)

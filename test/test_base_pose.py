@@ -6,11 +6,11 @@
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.base_pose import BasePose, Mount
+from aick_ros.geometry import se3
 
-T_BASE_CAMERA = rigid.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.3, -0.2, 0.5))
-CORRECTED = T_BASE_CAMERA @ rigid.exp([0.05, 0.02, -0.03, 0.1, -0.2, 0.05])
+T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.3, -0.2, 0.5))
+CORRECTED = T_BASE_CAMERA @ se3.exp([0.05, 0.02, -0.03, 0.1, -0.2, 0.05])
 ORIGIN, CERTAIN = np.eye(4), np.zeros((6, 6))
 
 
@@ -20,9 +20,9 @@ def way():
     rng = np.random.default_rng(3)
     T, S, way = np.eye(4), np.zeros((6, 6)), [(np.eye(4), np.zeros((6, 6)), None, None)]
     for _ in range(20):
-        increment = rigid.exp(0.1 * rng.standard_normal(6))
+        increment = se3.exp(0.1 * rng.standard_normal(6))
         root = 0.01 * rng.standard_normal((6, 6))
-        S = rigid.compose_covariance(T, S, increment, root @ root.T)
+        S = se3.compose_covariance(T, S, increment, root @ root.T)
         T = T @ increment
         way.append((T, S, increment, root @ root.T))
     return way
@@ -31,8 +31,8 @@ def way():
 def accumulate(steps, T_base_camera, T, S):
     """The same by the formula of increments: d in the base frame, S' = F S F' + G Q G'."""
     for _, _, increment, covariance in steps:
-        moved, Q = rigid.change_body(increment, covariance, T_base_camera)
-        S = rigid.compose_covariance(T, S, moved, Q)
+        moved, Q = se3.change_body(increment, covariance, T_base_camera)
+        S = se3.compose_covariance(T, S, moved, Q)
         T = T @ moved
     return T, S
 
@@ -41,7 +41,7 @@ def test_with_a_fixed_camera_it_is_the_chain_seen_from_the_base(way):
     base = BasePose(ORIGIN, CERTAIN)
     for T, S, *_ in way:
         found, covariance = base.follow(T, S, T_BASE_CAMERA)
-        expected, expected_covariance = rigid.change_body(T, S, T_BASE_CAMERA)
+        expected, expected_covariance = se3.change_body(T, S, T_BASE_CAMERA)
         np.testing.assert_allclose(found, expected, atol=1e-12)
         np.testing.assert_allclose(covariance, expected_covariance, atol=1e-12)
 
@@ -64,22 +64,22 @@ def test_a_corrected_extrinsic_does_not_move_the_base(way):
 
 def test_a_camera_that_moves_on_the_base_does_not_move_the_base():
     """The camera pans and sways on a base that drives: of both only the driving is seen."""
-    told, start = rigid.exp([4, -2, 1, 0.3, 0.2, 1.5]), rigid.exp([0, 0, 0, 0, 0, 0.05])
+    told, start = se3.exp([4, -2, 1, 0.3, 0.2, 1.5]), se3.exp([0, 0, 0, 0, 0, 0.05])
     base, T_base, T_told_base = BasePose(ORIGIN, CERTAIN), np.eye(4), np.eye(4)
     for i in range(10):
-        sway = rigid.exp([0.01 * i, 0.0, 0.02 * i, 0.0, 0.1 * i, 0.0])
+        sway = se3.exp([0.01 * i, 0.0, 0.02 * i, 0.0, 0.1 * i, 0.0])
         T_base_camera = T_BASE_CAMERA @ sway @ start
-        T_visual_camera = rigid.inverse(T_BASE_CAMERA @ start) @ T_base @ T_base_camera
+        T_visual_camera = se3.inverse(T_BASE_CAMERA @ start) @ T_base @ T_base_camera
         found, _ = base.follow(T_visual_camera, CERTAIN, T_base_camera, Mount.MOVING)
         np.testing.assert_allclose(found, T_told_base @ T_base, atol=1e-9)
         if i == 4:  # it is put elsewhere while the camera moves
             base.put(told, CERTAIN)
-            T_told_base = told @ rigid.inverse(T_base)
-        T_base = T_base @ rigid.exp([0.1, 0.02, 0.0, 0.0, 0.0, 0.1])
+            T_told_base = told @ se3.inverse(T_base)
+        T_base = T_base @ se3.exp([0.1, 0.02, 0.0, 0.0, 0.0, 0.1])
 
 
 def test_put_somewhere_it_goes_on_from_there_as_sure_as_it_was_told(way):
-    told, sure = rigid.exp([4, -2, 1, 0.3, 0.2, 1.5]), np.diag([1, 2, 3, 4, 5, 6.0])
+    told, sure = se3.exp([4, -2, 1, 0.3, 0.2, 1.5]), np.diag([1, 2, 3, 4, 5, 6.0])
     base = BasePose(ORIGIN, CERTAIN)
     for T, S, *_ in way[:6]:
         base.follow(T, S, T_BASE_CAMERA)
@@ -93,7 +93,7 @@ def test_put_somewhere_it_goes_on_from_there_as_sure_as_it_was_told(way):
 
 
 def test_it_starts_where_it_is_told(way):
-    told = rigid.exp([4, -2, 1, 0.3, 0.2, 1.5])
+    told = se3.exp([4, -2, 1, 0.3, 0.2, 1.5])
     base = BasePose(told, CERTAIN)
     np.testing.assert_allclose(base.follow(*way[0][:2], T_BASE_CAMERA)[0], told, atol=1e-12)
     found, _ = base.follow(*way[9][:2], T_BASE_CAMERA)
@@ -112,7 +112,7 @@ def test_when_the_camera_begins_anew_the_base_stays(way):
 
 
 def test_put_somewhere_unseen_it_stays_there_until_the_next_pose_of_the_camera(way):
-    told, sure = rigid.exp([4, -2, 1, 0.3, 0.2, 1.5]), np.diag([1, 2, 3, 4, 5, 6.0])
+    told, sure = se3.exp([4, -2, 1, 0.3, 0.2, 1.5]), np.diag([1, 2, 3, 4, 5, 6.0])
     base = BasePose(ORIGIN, CERTAIN)
     for T, S, *_ in way[:6]:
         base.follow(T, S, T_BASE_CAMERA)
@@ -128,21 +128,21 @@ def test_put_somewhere_unseen_it_stays_there_until_the_next_pose_of_the_camera(w
 def test_the_covariance_is_that_of_sampled_errors():
     """Monte Carlo: camera poses with drawn errors, each carried to the base by itself."""
     rng = np.random.default_rng(8)
-    told = rigid.exp([1, 2, 3, 0.4, -0.3, 0.8])
+    told = se3.exp([1, 2, 3, 0.4, -0.3, 0.8])
     root = np.diag([0.02, 0.01, 0.03, 0.02, 0.03, 0.01]) @ (
         np.eye(6) + 0.3 * rng.standard_normal((6, 6)))
-    T_camera = rigid.exp([0.5, -1.0, 2.0, 0.5, 0.3, -0.6])
+    T_camera = se3.exp([0.5, -1.0, 2.0, 0.5, 0.3, -0.6])
     base = BasePose(told, CERTAIN)
     base.follow(ORIGIN, CERTAIN, T_BASE_CAMERA)
     T_base, covariance = base.follow(T_camera, root @ root.T, T_BASE_CAMERA)
     errors = []
     for delta in 0.1 * rng.standard_normal((20000, 6)) @ root.T:
         true = np.array(T_camera)
-        true[:3, :3] = rigid.exp_rotation(delta[3:]) @ T_camera[:3, :3]
+        true[:3, :3] = se3.exp_rotation(delta[3:]) @ T_camera[:3, :3]
         true[:3, 3] += delta[:3]
-        moved = told @ T_BASE_CAMERA @ true @ rigid.inverse(T_BASE_CAMERA)
+        moved = told @ T_BASE_CAMERA @ true @ se3.inverse(T_BASE_CAMERA)
         errors.append(np.concatenate([
             moved[:3, 3] - T_base[:3, 3],
-            rigid.log_rotation(moved[:3, :3] @ T_base[:3, :3].T)]))
+            se3.log_rotation(moved[:3, :3] @ T_base[:3, :3].T)]))
     sampled = np.cov(np.array(errors).T) / 0.1 ** 2
     np.testing.assert_allclose(sampled, covariance, atol=0.05 * np.abs(covariance).max())

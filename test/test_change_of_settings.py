@@ -8,8 +8,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.parameter import with_values
 from aick_ros.settings import Settings
@@ -33,8 +33,8 @@ def test_no_change_within_a_detector_loses_the_pose():
         odometry.change_settings(with_values(Settings(), changed))
         update = odometry.register_frame(source.frame(i))
         assert update.status is (Status.OK if i else Status.FIRST_FRAME), changed
-        truth = rigid.inverse(source.ground_truth.poses[0]) @ source.ground_truth.poses[i]
-        apart = rigid.inverse(truth) @ update.T_odom_camera
+        truth = se3.inverse(source.ground_truth.poses[0]) @ source.ground_truth.poses[i]
+        apart = se3.inverse(truth) @ update.T_odom_camera
         assert np.linalg.norm(apart[:3, 3]) < 0.01, changed
 
 

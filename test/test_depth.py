@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aick_ros import depth
-from aick_ros.camera import Camera
+from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
 SENSOR = SensorSettings()

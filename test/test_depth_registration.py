@@ -8,15 +8,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.depth_registration import DepthRegistration
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
 
 COLOUR = Camera(320, 240, 262, 262, 159.5, 119.5)
 DEPTH = Camera(256, 212, 182, 182, 127.2, 106.1)
-T_COLOUR_DEPTH = rigid.exp([0.05, -0.01, 0.005, 0.01, -0.02, 0.015])
+T_COLOUR_DEPTH = se3.exp([0.05, -0.01, 0.005, 0.01, -0.02, 0.015])
 
 
 @pytest.fixture(scope='module')
@@ -37,7 +37,7 @@ def views(room, colour, depth, T_colour_depth):
     ids=['about as fine', 'finer', 'coarser'])
 @pytest.mark.parametrize('turn', [0.0, np.pi / 2], ids=['upright', 'on its side'])
 def test_sees_what_the_colour_camera_sees(room, depth_camera, turn):
-    T_colour_depth = T_COLOUR_DEPTH @ rigid.exp([0, 0, 0, 0, 0, turn])
+    T_colour_depth = T_COLOUR_DEPTH @ se3.exp([0, 0, 0, 0, 0, turn])
     truth, measured = views(room, COLOUR, depth_camera, T_colour_depth)
     found = DepthRegistration(depth_camera, COLOUR, T_colour_depth).register(measured)
     assert found.dtype == np.float32 and found.shape == truth.shape
@@ -52,7 +52,7 @@ def test_a_slanted_plane_has_no_cracks_and_keeps_its_slope():
     v = np.arange(150.0, 240)
     depth = np.full((240, 320), np.nan, np.float32)
     depth[150:] = (262 * 0.5 / (v - 119.5))[:, None]
-    found = DepthRegistration(COLOUR, COLOUR, rigid.exp([0.05, 0, 0, 0, 0, 0])).register(depth)
+    found = DepthRegistration(COLOUR, COLOUR, se3.exp([0.05, 0, 0, 0, 0, 0])).register(depth)
     expected = np.broadcast_to((262 * 0.5 / (v - 119.5))[:, None], (90, 250))
     np.testing.assert_allclose(found[151:239, 50:300], expected[1:-1], rtol=1e-4)
 
@@ -61,7 +61,7 @@ def test_the_nearest_surface_wins():
     """A box in front of a wall, both facing the camera: the wall behind it is hidden."""
     depth = np.full((240, 320), 3.0, np.float32)
     depth[80:160, 120:200] = 1.0
-    T_colour_depth = rigid.exp([0.2, 0, 0, 0, 0, 0])
+    T_colour_depth = se3.exp([0.2, 0, 0, 0, 0, 0])
     found = DepthRegistration(COLOUR, COLOUR, T_colour_depth).register(depth)
     moved = 262 * 0.2 / 1.0  # px, by which the box appears further right
     left, right = round(120 + moved), round(199 + moved)
@@ -75,7 +75,7 @@ def test_the_nearest_surface_wins():
 def test_where_nothing_is_measured_is_nothing():
     empty = np.full((240, 320), np.nan, np.float32)
     behind = np.full((240, 320), 0.1, np.float32)
-    backwards = rigid.exp([0, 0, -0.5, 0, 0, 0])
+    backwards = se3.exp([0, 0, -0.5, 0, 0, 0])
     assert np.isnan(DepthRegistration(COLOUR, COLOUR, np.eye(4)).register(empty)).all()
     assert np.isnan(DepthRegistration(COLOUR, COLOUR, backwards).register(behind)).all()
 

@@ -6,17 +6,17 @@
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.aick import Aick
-from aick_ros.camera import Camera
 from aick_ros.evaluation.consistency import nees
 from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frame import KeypointExtractor, KeypointFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT = 60
-T_TARGET_SOURCE = rigid.exp([0.1, -0.05, 0.2, 0.1, 0.2, -0.1])
+T_TARGET_SOURCE = se3.exp([0.1, -0.05, 0.2, 0.1, 0.2, -0.1])
 MATCHES = np.column_stack([np.arange(COUNT)] * 2)
 
 
@@ -28,7 +28,7 @@ def keypoints(positions, roots, pixels):
 
 
 def error(T, truth):
-    return np.r_[truth[:3, 3] - T[:3, 3], rigid.log_rotation(truth[:3, :3] @ T[:3, :3].T)]
+    return np.r_[truth[:3, 3] - T[:3, 3], se3.log_rotation(truth[:3, :3] @ T[:3, :3].T)]
 
 
 @pytest.mark.parametrize('group', [1, 4], ids=['alone', 'four at a place'])
@@ -43,12 +43,12 @@ def test_it_is_that_of_many_repetitions(group, larger):
     found = []
     for _ in range(300):
         noise = larger * np.einsum('snij,snj->sni', roots, rng.normal(size=(2, *places.shape)))
-        noisy = positions + np.repeat(noise[0], group, axis=0), rigid.transform(
+        noisy = positions + np.repeat(noise[0], group, axis=0), se3.transform(
             T_TARGET_SOURCE, positions) + np.repeat(noise[1], group, axis=0)
         source, target = (keypoints(points, np.repeat(root, group, axis=0),
                                     np.repeat(pixels, group, axis=0))
                           for points, root in zip(noisy, roots))
-        T = rigid.fit(*noisy)
+        T = se3.fit(*noisy)
         found.append(nees(error(T, T_TARGET_SOURCE),
                           fit_covariance(T, source, target, MATCHES)))
     assert 5.0 < np.mean(found) < 7.0  # 6 expected, standard deviation of the mean 0.2
@@ -61,7 +61,7 @@ def test_small_residuals_promise_nothing():
     roots = np.tile(0.005 * np.eye(3), (COUNT, 1, 1))
     pixels = 10.0 * np.column_stack([np.arange(COUNT), np.arange(COUNT)])
     source = keypoints(positions, roots, pixels)
-    target = keypoints(rigid.transform(T_TARGET_SOURCE, positions), roots, pixels)
+    target = keypoints(se3.transform(T_TARGET_SOURCE, positions), roots, pixels)
     covariance = fit_covariance(T_TARGET_SOURCE, source, target, MATCHES)
     # of a mean of so many points, each off in both frames; turns about their centre add to it
     assert np.trace(covariance[:3, :3]) >= 3 * 2 * 0.005 ** 2 / COUNT
@@ -78,7 +78,7 @@ def test_in_a_rendered_room_errors_are_those_it_promises(name):
         frames = room.frame(index), room.frame(index + 1)
         target, source = map(extractor.extract, frames)
         result = aick.register(source, target)
-        truth = rigid.inverse(room.pose(frames[0].stamp)) @ room.pose(frames[1].stamp)
+        truth = se3.inverse(room.pose(frames[0].stamp)) @ room.pose(frames[1].stamp)
         found.append(nees(error(result.T_target_source, truth), result.covariance))
     assert 2.0 < np.mean(found) < 12.0
     assert np.mean(np.array(found) < 12.59) > 0.7

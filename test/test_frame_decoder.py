@@ -10,11 +10,11 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.depth_registration import DepthRegistration
 from aick_ros.errors import InputError
 from aick_ros.frame_decoder import FrameDecoder
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.image_codec import encode_colour, encode_depth
 from aick_ros.synchronizer import Pair
 
@@ -22,7 +22,7 @@ CAMERA = Camera(64, 48, 52, 52, 31.5, 23.5)
 DEPTH_CAMERA = Camera(32, 24, 26, 26, 15.5, 11.5)
 COLOUR = np.random.default_rng(0).integers(0, 256, (48, 64, 3), np.uint8)
 DEPTH = np.random.default_rng(1).uniform(1.0, 1.02, (24, 32)).astype(np.float32)
-T_COLOUR_DEPTH = rigid.exp([0.02, 0, 0, 0, 0, 0])
+T_COLOUR_DEPTH = se3.exp([0.02, 0, 0, 0, 0, 0])
 
 
 @pytest.fixture

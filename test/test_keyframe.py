@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.keyframe import Anchor, KeyframePolicy
 from aick_ros.parameter import with_values
 from aick_ros.registration import Registration
@@ -69,7 +69,7 @@ def test_frame_to_frame_keeps_none():
 @pytest.fixture
 def poses():
     rng = np.random.default_rng(5)
-    return [rigid.exp(rng.normal(0, 0.3, 6)) for _ in range(2)]
+    return [se3.exp(rng.normal(0, 0.3, 6)) for _ in range(2)]
 
 
 def test_the_motion_between_two_frames_of_a_keyframe(poses):
@@ -78,14 +78,14 @@ def test_the_motion_between_two_frames_of_a_keyframe(poses):
     deviation = 1e-4
     before = Anchor(None, np.eye(4), np.zeros((6, 6)), poses[0], 2 * deviation ** 2 * np.eye(6))
     motion, covariance = before.motion_to(poses[1], 2 * deviation ** 2 * np.eye(6))
-    np.testing.assert_allclose(motion, rigid.inverse(poses[0]) @ poses[1], atol=1e-12)
+    np.testing.assert_allclose(motion, se3.inverse(poses[0]) @ poses[1], atol=1e-12)
     errors = []
     for _ in range(4000):
         common, *own = rng.normal(0, deviation, (3, 6))
-        seen = [rigid.perturbed(pose, noise - common) for pose, noise in zip(poses, own)]
-        found = rigid.inverse(seen[0]) @ seen[1]
+        seen = [se3.perturbed(pose, noise - common) for pose, noise in zip(poses, own)]
+        found = se3.inverse(seen[0]) @ seen[1]
         errors.append(np.r_[found[:3, 3] - motion[:3, 3],
-                            rigid.log_rotation(found[:3, :3] @ motion[:3, :3].T)])
+                            se3.log_rotation(found[:3, :3] @ motion[:3, :3].T)])
     found = np.cov(np.array(errors).T)
     # the swing of the keyframe's turn does not cancel: within a quarter, turns are exact
     assert np.trace(covariance[3:, 3:]) == pytest.approx(np.trace(found[3:, 3:]), rel=0.1)

@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.local_map import LocalMap
 from aick_ros.registrar import Registrar
 from aick_ros.settings import Settings
@@ -93,10 +93,10 @@ def test_the_next_keyframe_knows_the_points_it_sees(views, registrations, exact)
         np.flatnonzero(np.isin(carried.keypoints.pixels, views[-1].keypoints.pixels).all(axis=1)))
     assert inherited > 100
     poses = exact.ground_truth.poses
-    first_to_last = rigid.inverse(poses[COUNT - 1]) @ poses[0]
+    first_to_last = se3.inverse(poses[COUNT - 1]) @ poses[0]
     numbers = registrations[-1].tracks.keypoints
     truth = exact_points(told, exact)[numbers]
-    moved = rigid.transform(first_to_last, truth)
+    moved = se3.transform(first_to_last, truth)
     off = np.linalg.norm(carried.keypoints.positions[:inherited, None] - moved, axis=2).min(axis=1)
     assert np.median(off) < 0.003
     own = np.abs(depth_errors(views[-1], exact, COUNT - 1))
@@ -147,9 +147,9 @@ def test_placing_is_registering_the_other_way_round(views):
     np.testing.assert_array_equal(placed.matches, found.matches[:, ::-1])
     columns = []
     for axis in np.eye(6):
-        moved = rigid.inverse(rigid.perturbed(found.T_target_source, 1e-6 * axis))
+        moved = se3.inverse(se3.perturbed(found.T_target_source, 1e-6 * axis))
         columns.append(np.r_[moved[:3, 3] - placed.T_target_source[:3, 3],
-                             rigid.log_rotation(moved[:3, :3]
+                             se3.log_rotation(moved[:3, :3]
                                                 @ placed.T_target_source[:3, :3].T)] / 1e-6)
     jacobian = np.transpose(columns)
     np.testing.assert_allclose(placed.covariance, jacobian @ found.covariance @ jacobian.T,

@@ -8,8 +8,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.features import make_detector
+from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.parameter import with_values
 from aick_ros.settings import FeatureSettings, OdometrySettings, Settings
@@ -31,9 +31,9 @@ def track(odometry, frames):
 
 def error(update, truth, start=0, index=None):
     """Translation [m] and rotation [rad] between the pose and the true one since ``start``."""
-    true_motion = rigid.inverse(truth[start]) @ truth[index]
-    E = rigid.inverse(true_motion) @ update.T_odom_camera
-    return np.linalg.norm(E[:3, 3]), rigid.angle(E[:3, :3])
+    true_motion = se3.inverse(truth[start]) @ truth[index]
+    E = se3.inverse(true_motion) @ update.T_odom_camera
+    return np.linalg.norm(E[:3, 3]), se3.angle(E[:3, :3])
 
 
 class HalfOrb:
@@ -93,7 +93,7 @@ def test_matches_are_of_the_frame_and_its_reference(rendered):
     assert first.reference is None
     assert second.reference is first.keypoints
     source, target = second.matches.T
-    moved = rigid.transform(second.increment, second.keypoints.positions[source])
+    moved = se3.transform(second.increment, second.keypoints.positions[source])
     apart = np.linalg.norm(moved - second.reference.positions[target], axis=1)
     assert np.median(apart) < 0.01
 
@@ -113,7 +113,7 @@ def test_a_keyframe_adds_its_error_once(rendered):
         chosen = with_values(Settings(), {'odometry.reference': reference})
         updates = track(Odometry(chosen), frames)
         sums.append(np.trace(updates[-1].covariance))
-        ends.append(rigid.inverse(rigid.inverse(truth[0]) @ truth[-1]) @ updates[-1].T_odom_camera)
+        ends.append(se3.inverse(se3.inverse(truth[0]) @ truth[-1]) @ updates[-1].T_odom_camera)
         for before, now in zip(updates, updates[1:]):
             np.testing.assert_allclose(before.T_odom_camera @ now.increment, now.T_odom_camera,
                                        atol=1e-9)
@@ -133,7 +133,7 @@ def test_a_map_knows_more_than_its_last_frame(rendered):
 
 def test_starts_where_it_is_told(rendered):
     frames, _ = rendered
-    start = rigid.exp([1, 2, 3, 0.3, 0.2, 0.1])
+    start = se3.exp([1, 2, 3, 0.3, 0.2, 0.1])
     moved, plain = (track(Odometry(T_odom_camera=pose), frames[:5])[-1].T_odom_camera
                     for pose in (start, None))
     np.testing.assert_allclose(moved, start @ plain, atol=1e-12)
@@ -197,8 +197,8 @@ def test_in_another_place_it_goes_on_from_the_pose_reached(rendered):
     assert found.recovered
     assert on.status is Status.OK
     truth = elsewhere.ground_truth.poses
-    moved = rigid.inverse(lost.T_odom_camera) @ on.T_odom_camera
-    expected = rigid.inverse(truth[0]) @ truth[2]
+    moved = se3.inverse(lost.T_odom_camera) @ on.T_odom_camera
+    expected = se3.inverse(truth[0]) @ truth[2]
     np.testing.assert_allclose(moved, expected, atol=0.02)
 
 
@@ -215,7 +215,7 @@ def test_what_is_not_believed_can_be_judged(rendered):
     slow = dataclasses.replace(Settings(), odometry=OdometrySettings(max_speed=0.01))
     updates = track(Odometry(slow), [frames[0], frames[3], frames[6], black(frames[7])])
     for update, index in zip(updates[1:3], (3, 6)):
-        motion = rigid.inverse(truth[0]) @ truth[index]
+        motion = se3.inverse(truth[0]) @ truth[index]
         np.testing.assert_allclose(update.refused, motion, atol=0.03)
         assert update.refused_interval == pytest.approx(index / 30)
         assert update.interval == 0.0
@@ -287,7 +287,7 @@ def test_a_lost_frame_is_where_another_sensor_saw_it(rendered):
     """The prediction carries the pose through the dark, and from there it is tracked on."""
     frames, truth = rendered
     true_pose = {frame.stamp: pose for frame, pose in zip(frames, truth)}
-    odometry = Odometry(predict=lambda before, now: rigid.inverse(true_pose[before])
+    odometry = Odometry(predict=lambda before, now: se3.inverse(true_pose[before])
                         @ true_pose[now])
     updates = track(odometry, [*frames[:6], *map(black, frames[6:16]), *frames[16:]])
     assert [update.predicted for update in updates] == 6 * [False] + 10 * [True] + 8 * [False]

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from aick_ros import rigid
 from aick_ros.aick import Aick
-from aick_ros.camera import Camera
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.parameter import with_values
 from aick_ros.refinement import Refinement
 from aick_ros.registrar import Registrar
@@ -43,9 +43,9 @@ def refine(settings, source, target, first):
 
 
 def error_of(found, truth):
-    """Return the error of a pose, by the error model of rigid.py."""
+    """Return the error of a pose, by the error model of se3.py."""
     return np.r_[truth[:3, 3] - found[:3, 3],
-                 rigid.log_rotation(truth[:3, :3] @ found[:3, :3].T)]
+                 se3.log_rotation(truth[:3, :3] @ found[:3, :3].T)]
 
 
 def rendered(seed, first, second, **options):
@@ -53,7 +53,7 @@ def rendered(seed, first, second, **options):
     source = SyntheticSource(SyntheticOptions(seed=seed, **options), room(seed))
     poses = source.ground_truth.poses
     return (source.frame(second), source.frame(first),
-            rigid.inverse(poses[first]) @ poses[second])
+            se3.inverse(poses[first]) @ poses[second])
 
 
 def noisy(frame, seed):
@@ -80,7 +80,7 @@ class FrozenProblem:
         self.measured = np.isfinite(self.tracks.depths)
         self.planes = None
         depths = track_depth(self.tracks, pose, sensor, self.width)
-        z = rigid.transform(pose, self.tracks.points)[self.measured, 2]
+        z = se3.transform(pose, self.tracks.points)[self.measured, 2]
         self.depth_sigmas = 1 / (depths.jacobian[:, 2] * z ** 2)
         if target.surface is not None:
             self._pair(source.surface, target.surface, refinement, sensor)
@@ -95,9 +95,9 @@ class FrozenProblem:
 
     def _pair(self, source, target, refinement, sensor):
         points = source.points[source.chosen].astype(float)
-        seen, cells = target.cells_at(rigid.transform(self.pose, points))
+        seen, cells = target.cells_at(se3.transform(self.pose, points))
         planes = target.normals[cells].astype(float), target.points[cells].astype(float)
-        moved = rigid.transform(self.pose, points[seen])
+        moved = se3.transform(self.pose, points[seen])
         turned = source.normals[source.chosen][seen] @ self.pose[:3, :3].T
         fits = ((np.abs(np.sum((moved - planes[1]) * planes[0], axis=1)) < refinement.reach)
                 & (np.sum(turned * planes[0], axis=1) > 0.8))
@@ -107,19 +107,19 @@ class FrozenProblem:
 
     @staticmethod
     def _rays(pose, points):
-        moved = rigid.transform(pose, points)
+        moved = se3.transform(pose, points)
         return moved[:, :2] / moved[:, 2:]
 
     def groups(self, error):
         """Return the residuals of a pose with an error; rows belong together."""
-        pose = rigid.perturbed(self.pose, error)
+        pose = se3.perturbed(self.pose, error)
         off = self._rays(pose, self.tracks.points) - self.tracks.rays
         yield np.einsum('nij,nj->ni', self.whitening, off)
-        z = rigid.transform(pose, self.tracks.points)[self.measured, 2]
+        z = se3.transform(pose, self.tracks.points)[self.measured, 2]
         yield ((1 / self.tracks.depths[self.measured] - 1 / z) / self.depth_sigmas)[:, None]
         if self.planes:
             points, normals, places = self.planes
-            off = np.sum((rigid.transform(pose, points) - places) * normals, axis=1)
+            off = np.sum((se3.transform(pose, points) - places) * normals, axis=1)
             yield (off / self.plane_sigmas)[:, None]
 
     def residuals(self, error):
@@ -144,7 +144,7 @@ def problem_of(small_pair, **changes):
     settings, (source, target, truth) = small_pair
     settings = with_values(settings, {f'refinement.{k}': v for k, v in changes.items()})
     views = look(settings, (source, target))
-    first = rigid.perturbed(truth, OFF)
+    first = se3.perturbed(truth, OFF)
     refined = refine(settings, *views, first)
     return refined, FrozenProblem(settings, *views, first, refined.T_target_source)
 
@@ -231,7 +231,7 @@ def bare_view(surfaces, T_target_camera, seed, stamp):
 
 
 def refine_bare(name):
-    truth = rigid.exp(np.array([0.004, -0.003, 0.01, 0.006, 0.012, -0.004]))
+    truth = se3.exp(np.array([0.004, -0.003, 0.01, 0.006, 0.012, -0.004]))
     surfaces, free = BARE[name]
     free = np.array([np.concatenate(motion) for motion in free]).reshape(-1, 6)
     refined = refine(SETTINGS, bare_view(surfaces, truth, 0, INTERVAL),
@@ -267,14 +267,14 @@ def test_what_is_held_is_found_and_what_is_free_stays(name):
 def test_a_picture_on_the_wall_holds_what_the_wall_leaves_free(mode):
     settings = with_values(SETTINGS, {'refinement.mode': mode})
     texels = np.random.default_rng(0).integers(20, 235, (75, 100, 3), np.uint8)
-    picture = Rectangle(rigid.from_quaternion((0, 0, 0, 1), (-1.5, -1.1, 1.8)), 3.0, 2.2,
+    picture = Rectangle(se3.from_quaternion((0, 0, 0, 1), (-1.5, -1.1, 1.8)), 3.0, 2.2,
                         cv2.resize(texels, (800, 600), interpolation=cv2.INTER_CUBIC))
     renderer = Renderer([picture], CAMERA)
-    truth = rigid.exp(np.array([0.01, -0.005, 0.01, 0.006, 0.012, -0.004]))
+    truth = se3.exp(np.array([0.01, -0.005, 0.01, 0.006, 0.012, -0.004]))
     frames = [RgbdFrame(stamp, *renderer.render(pose), CAMERA)
               for stamp, pose in ((INTERVAL, truth), (0, np.eye(4)))]
     views = look(settings, [noisy(frame, seed) for seed, frame in enumerate(frames)])
-    refined = refine(settings, *views, rigid.perturbed(truth, OFF))
+    refined = refine(settings, *views, se3.perturbed(truth, OFF))
     error = error_of(refined.T_target_source, truth)
     assert np.sqrt(np.linalg.eigvalsh(refined.covariance).max()) < 0.01
     assert np.abs(error).max() < 0.01
@@ -285,7 +285,7 @@ def test_nothing_to_see_is_not_sure_of_anything():
     nothing = np.full((480, 640), np.nan, np.float32)
     views = look(SETTINGS, [RgbdFrame(stamp, np.zeros((480, 640), np.uint8), nothing, CAMERA)
                             for stamp in (0, INTERVAL)])
-    first = rigid.exp(OFF)
+    first = se3.exp(OFF)
     refined = refine(SETTINGS, *views, first)
     np.testing.assert_array_equal(refined.T_target_source, first)
     assert np.linalg.eigvalsh(refined.covariance).min() >= 1
@@ -357,7 +357,7 @@ def test_the_tracked_keypoints_are_those_the_pose_explains():
     source, target = look(SETTINGS, (source, target))
     refined = refine(SETTINGS, source, target, truth)
     tracks = Tracker(SETTINGS.refinement, SETTINGS.sensor).track(source, target, truth)
-    rays = rigid.transform(truth, tracks.points)
+    rays = se3.transform(truth, tracks.points)
     off = CAMERA.fx * np.linalg.norm(rays[:, :2] / rays[:, 2:] - tracks.rays, axis=1)
     near, far = tracks.keypoints[off < 0.3], tracks.keypoints[off > 3]
     assert min(len(near), len(far)) > 10
@@ -369,7 +369,7 @@ def test_the_tracked_keypoints_are_those_the_pose_explains():
 def test_where_few_keypoints_are_found_they_are_sought_again_from_the_better_pose():
     source, target, truth = rendered(3, 0, 8)
     source, target = look(SETTINGS, (source, target))
-    off = rigid.exp([0, 0, 0, 0, np.radians(3), 0]) @ truth  # 27 pixels
+    off = se3.exp([0, 0, 0, 0, np.radians(3), 0]) @ truth  # 27 pixels
     found = Tracker(SETTINGS.refinement, SETTINGS.sensor).track(source, target, off)
     assert len(found) < 0.5 * len(source.keypoints)
     refined = refine(SETTINGS, source, target, off)

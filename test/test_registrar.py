@@ -8,10 +8,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.aick import Aick
-from aick_ros.camera import Camera
 from aick_ros.frame import KeypointExtractor
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.parameter import with_values
 from aick_ros.presets import preset
 from aick_ros.registrar import Registrar
@@ -24,7 +24,7 @@ COUNT = 10
 RATE = 30
 CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
 BLIND = {'aick.lambda_e': 1e-4, 'aick.lambda_f': 1e-3}  # thresholds that nothing passes
-TURNED = rigid.exp([0, 0, 0, 0, np.radians(30), 0])
+TURNED = se3.exp([0, 0, 0, 0, np.radians(30), 0])
 
 
 @pytest.fixture(scope='module')
@@ -40,7 +40,7 @@ def frames(source):
 def motion(source, target, index):
     """Return the true pose of one frame seen from another."""
     poses = source.ground_truth.poses
-    return rigid.inverse(poses[target]) @ poses[index]
+    return se3.inverse(poses[target]) @ poses[index]
 
 
 def register(frames, changes=None, expected=None, blank=False):
@@ -54,8 +54,8 @@ def register(frames, changes=None, expected=None, blank=False):
 
 def error(pose, truth):
     """Return translation [m] and rotation [rad] between two poses."""
-    difference = rigid.inverse(truth) @ pose
-    return np.linalg.norm(difference[:3, 3]), rigid.angle(difference[:3, :3])
+    difference = se3.inverse(truth) @ pose
+    return np.linalg.norm(difference[:3, 3]), se3.angle(difference[:3, :3])
 
 
 @pytest.mark.parametrize('name', ['paper-fast', 'paper-full'])
@@ -93,7 +93,7 @@ def test_a_wrong_guess_changes_nothing_where_aick_finds_the_pose(frames):
 @pytest.mark.parametrize('axis', range(3))
 @pytest.mark.parametrize('degrees', [30, -30, 60])
 def test_a_wrong_guess_is_put_right_or_not_believed(source, frames, axis, degrees):
-    turned = rigid.exp(np.radians(degrees) * np.eye(6)[3 + axis])
+    turned = se3.exp(np.radians(degrees) * np.eye(6)[3 + axis])
     found, _ = register(frames[:4], BLIND, expected=turned @ motion(source, 0, 3))
     if found.status is Status.OK:
         translation, rotation = error(found.T_target_source, motion(source, 0, 3))
@@ -106,13 +106,13 @@ def test_a_wrong_guess_is_put_right_or_not_believed(source, frames, axis, degree
 
 
 def test_a_guess_that_shows_nothing_is_not_believed(source, frames):
-    behind = rigid.exp([0, 0, 0, 0, np.radians(60), 0]) @ motion(source, 0, 3)
+    behind = se3.exp([0, 0, 0, 0, np.radians(60), 0]) @ motion(source, 0, 3)
     assert register(frames[:4], BLIND, expected=behind)[0].status is Status.TOO_FEW_MATCHES
 
 
 def test_a_guess_about_right_is_refined(source, frames):
     truth = motion(source, 0, 3)
-    about = truth @ rigid.exp([0.01, -0.01, 0.01, 0.005, 0.005, -0.005])
+    about = truth @ se3.exp([0.01, -0.01, 0.01, 0.005, 0.005, -0.005])
     assert register(frames[:4], BLIND)[0].status is Status.TOO_FEW_MATCHES
     found, _ = register(frames[:4], BLIND, expected=about)
     assert found.status is Status.OK

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.residuals import (
     NormalEquations, Residuals, geman_mcclure, gradient_noise, point_to_plane, reprojection,
     robust_weights, track_depth)
@@ -22,7 +22,7 @@ from aick_ros.tracks import Tracks
 SENSOR = SensorSettings()
 CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)
 RAY_SIGMA = 0.6 / 525
-POSE = rigid.exp(np.array([0.05, -0.03, 0.04, 0.03, -0.05, 0.08]))
+POSE = se3.exp(np.array([0.05, -0.03, 0.04, 0.03, -0.05, 0.08]))
 WIDTH, REACH = 1.7, 0.1
 CORNER = np.array([(0.8, 0, 0.6), (-0.6, 0, 0.8), (0, 0.8, 0.6)])  # normals of three walls
 
@@ -31,7 +31,7 @@ def tracks_of(noise=0.0, count=50):
     """Return random tracks as POSE makes them, noise on rays in rad and on depths relative."""
     rng = np.random.default_rng(0)
     points = rng.uniform((-1, -0.7, 1), (1, 0.7, 4), (count, 3))
-    moved = rigid.transform(POSE, points)
+    moved = se3.transform(POSE, points)
     rays = moved[:, :2] / moved[:, 2:] + rng.normal(0, noise, (count, 2))
     return Tracks(np.arange(count), points, rays,
                   moved[:, 2] * (1 + rng.normal(0, noise, count)),
@@ -57,8 +57,8 @@ def corner(T_corner_camera=np.eye(4), normals=CORNER):
 def numeric_jacobian(function, step=1e-6):
     """Differentiate a function of the pose at POSE by the error of the pose."""
     return np.column_stack([
-        (function(rigid.perturbed(POSE, step * axis))
-         - function(rigid.perturbed(POSE, -step * axis))) / (2 * step) for axis in np.eye(6)])
+        (function(se3.perturbed(POSE, step * axis))
+         - function(se3.perturbed(POSE, -step * axis))) / (2 * step) for axis in np.eye(6)])
 
 
 def assert_jacobian(function, where=slice(None), step=1e-6):
@@ -101,7 +101,7 @@ def test_reprojection_is_whitened_by_the_covariance_of_each_track():
     count = len(tracks)
 
     def predicted(pose, points):
-        moved = rigid.transform(pose, points)
+        moved = se3.transform(pose, points)
         return moved[:, :2] / moved[:, 2:]
 
     def pushed(step):
@@ -176,7 +176,7 @@ def test_point_to_plane_counts_in_units_of_the_noise_along_the_ray(normal):
     """What an inverse depth that is off by 1.4 deviations moves a point off its plane."""
     source, target = corner(POSE, normal[None]), corner(normals=normal[None])
     found = point_to_plane(source, target, POSE, SENSOR, WIDTH, REACH)
-    moved = rigid.transform(POSE, source.points[source.chosen].astype(float))
+    moved = se3.transform(POSE, source.points[source.chosen].astype(float))
     moved = moved[target.cells_at(moved)[0]]
     pushed = moved / (1 - 1.4 * SENSOR.depth_sigma * moved[:, 2:])
     np.testing.assert_allclose(1 / np.linalg.norm(found.jacobian[:, :3], axis=1),
@@ -185,7 +185,7 @@ def test_point_to_plane_counts_in_units_of_the_noise_along_the_ray(normal):
 
 def test_point_to_plane_leaves_out_what_is_far_or_of_another_direction():
     target = corner()
-    behind = rigid.perturbed(np.eye(4), np.array([0, 0, 0.3, 0, 0, 0]))
+    behind = se3.perturbed(np.eye(4), np.array([0, 0, 0.3, 0, 0, 0]))
     assert len(point_to_plane(corner(), target, behind, SENSOR, WIDTH, 0.1).values) == 0
     assert len(point_to_plane(corner(), target, behind, SENSOR, WIDTH, 1.0).values) > 300
     wall = corner(normals=CORNER[:1])

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
 from aick_ros.parameter import with_values
@@ -49,8 +49,8 @@ def patch():
 
 def off(pose, truth):
     """Return translation [m] and rotation [rad] between two poses."""
-    E = rigid.inverse(truth) @ pose
-    return np.linalg.norm(E[:3, 3]), rigid.angle(E[:3, :3])
+    E = se3.inverse(truth) @ pose
+    return np.linalg.norm(E[:3, 3]), se3.angle(E[:3, :3])
 
 
 def follow(frames, true_pose, settings=Settings()):
@@ -60,11 +60,11 @@ def follow(frames, true_pose, settings=Settings()):
     for update in updates:
         if update.status is Status.OK:
             before = stamps[np.abs(stamps - update.stamp + update.interval * NANOSECONDS).argmin()]
-            motion = rigid.inverse(true_pose(before)) @ true_pose(update.stamp)
+            motion = se3.inverse(true_pose(before)) @ true_pose(update.stamp)
             translation, rotation = off(update.increment, motion)
             assert translation < FAR
             assert rotation < TURNED
-    way = rigid.inverse(true_pose(stamps[0])) @ true_pose(stamps[-1])
+    way = se3.inverse(true_pose(stamps[0])) @ true_pose(stamps[-1])
     return updates, off(updates[-1].T_odom_camera, way)
 
 
@@ -138,7 +138,7 @@ def starting(frames, true_pose, picture, contrast):
     shown = []
     for i, frame in enumerate(frames):
         gone = 2.0 * PERIOD * max(i - 5, 0)
-        corner = rigid.exp([-0.45 + gone, -0.34, 1.0, 0, 0, 0])
+        corner = se3.exp([-0.45 + gone, -0.34, 1.0, 0, 0, 0])
         board = Renderer([Rectangle(true_pose(frames[5].stamp) @ corner, 0.75, 0.68, picture)],
                          frame.camera).render(true_pose(frame.stamp))
         seen = np.isfinite(board.depth)

@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.parameter import with_values
 from aick_ros.refinement import Refinement
 from aick_ros.registrar import Registrar
@@ -21,7 +21,7 @@ from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 PERIOD = 1 / 30
 LEAP = 35  # px a frame, at one metre 2 m/s
-JOLT = rigid.exp([0.08, -0.03, 0.02, 0, 0, 0])
+JOLT = se3.exp([0.08, -0.03, 0.02, 0, 0, 0])
 """Off from constant velocity by 79 m/s^2 in one frame."""
 
 
@@ -58,23 +58,23 @@ def opinion(settings=Settings()):
 
 
 def off(pose, truth):
-    E = rigid.inverse(truth) @ pose
-    return np.linalg.norm(E[:3, 3]), rigid.angle(E[:3, :3])
+    E = se3.inverse(truth) @ pose
+    return np.linalg.norm(E[:3, 3]), se3.angle(E[:3, :3])
 
 
 def test_suddenness_is_the_change_by_what_a_hand_does():
     assert suddenness(np.eye(4), 0.1) == 0.0
-    assert suddenness(rigid.exp([0, 0.15, 0, 0, 0, 0]), 0.1) == pytest.approx(1.0)
-    assert suddenness(rigid.exp([0, 0, 0, 0.6, 0, 0]), 0.1) == pytest.approx(2.0)
-    assert suddenness(rigid.exp([0.15, 0, 0, 0, 0, 0]), 0.2) == pytest.approx(0.25)
-    assert suddenness(rigid.exp([9, 0, 0, 0, 0, 0]), np.inf) == 0.0
+    assert suddenness(se3.exp([0, 0.15, 0, 0, 0, 0]), 0.1) == pytest.approx(1.0)
+    assert suddenness(se3.exp([0, 0, 0, 0.6, 0, 0]), 0.1) == pytest.approx(2.0)
+    assert suddenness(se3.exp([0.15, 0, 0, 0, 0, 0]), 0.2) == pytest.approx(0.25)
+    assert suddenness(se3.exp([9, 0, 0, 0, 0, 0]), np.inf) == 0.0
 
 
 def moving(frames, picture, width, leap=LEAP):
     """Return views with a board that leaps, what is found, and the truth."""
     shown, poses = frames
     shown = [paste(shown[0], picture, 60, width), paste(shown[1], picture, 60 + leap, width)]
-    return *pair(shown), rigid.inverse(poses[0]) @ poses[1]
+    return *pair(shown), se3.inverse(poses[0]) @ poses[1]
 
 
 @pytest.mark.parametrize('width', [330, 460])
@@ -86,7 +86,7 @@ def test_a_board_that_has_most_keypoints_is_not_the_world(frames, picture, width
     assert translation < 0.004
     assert rotation < np.radians(0.2)
     assert np.sqrt(np.linalg.eigvalsh(weighed.covariance).max()) < 0.02
-    error = rigid.difference(weighed.T_target_source, truth)
+    error = se3.difference(weighed.T_target_source, truth)
     assert error @ np.linalg.solve(weighed.covariance, error) < 30
     assert not np.isin(weighed.tracks.keypoints, found.tracks.keypoints).any()
     assert 'keypoints move by themselves' in weighed.reason
@@ -98,7 +98,7 @@ def test_a_board_that_may_be_the_world_is_doubted(frames, picture):
     source, target, found, truth = moving(frames, picture, 460, 11)
     weighed = opinion().on(found, source, target, truth, PERIOD)
     np.testing.assert_array_equal(weighed.T_target_source, found.T_target_source)
-    error = rigid.difference(found.T_target_source, truth)
+    error = se3.difference(found.T_target_source, truth)
     before, after = (error @ np.linalg.solve(registration.covariance, error)
                      for registration in (found, weighed))
     assert after < 0.1 * before
@@ -119,7 +119,7 @@ def test_a_camera_that_changes_its_resolution_has_no_second_opinion(frames):
     np.testing.assert_array_equal(again.T_target_source, found.T_target_source)
 
 
-@pytest.mark.parametrize('jolt', [JOLT, rigid.exp([0, 0, 0, 0.05, 0.1, -0.05])])
+@pytest.mark.parametrize('jolt', [JOLT, se3.exp([0, 0, 0, 0.05, 0.1, -0.05])])
 def test_a_jolt_of_the_camera_is_believed(frames, jolt):
     """Nothing but the camera moves: all of the view is for the motion, however sudden."""
     shown, poses = frames
@@ -133,7 +133,7 @@ def test_a_jolt_of_the_camera_is_believed(frames, jolt):
 
 def test_what_a_hand_can_do_is_not_looked_at_twice(frames, picture):
     source, target, found, truth = moving(frames, picture, 460)
-    near = found.T_target_source @ rigid.exp([0.015, 0, 0, 0, 0.03, 0])
+    near = found.T_target_source @ se3.exp([0.015, 0, 0, 0, 0.03, 0])
     assert opinion().on(found, source, target, near, PERIOD) is found
     # nor what happened while nobody looked
     assert opinion().on(found, source, target, truth, 0.3) is found

@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros.camera import Camera
+from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.surface import CELL, Surface

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.frame import KeypointExtractor, RgbdFrame
+from aick_ros.geometry import se3
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.tracks import Tracker
@@ -31,12 +31,12 @@ def pair():
     source = SyntheticSource(SyntheticOptions.perfect(seed=5, frames=3))
     poses = source.ground_truth.poses
     return (view_of(source.frame(2)), view_of(source.frame(0)),
-            rigid.inverse(poses[0]) @ poses[2])
+            se3.inverse(poses[0]) @ poses[2])
 
 
 def projected(view, points, T_target_source):
     """Return the true pixels of points and their true depths."""
-    moved = rigid.transform(T_target_source, points)
+    moved = se3.transform(T_target_source, points)
     return view.frame.camera.project(moved), moved[:, 2]
 
 
@@ -68,7 +68,7 @@ def test_to_a_tenth_of_a_pixel(pair):
 
 def test_from_a_first_pose_that_is_pixels_off(pair):
     source, target, T_target_source = pair
-    off = rigid.perturbed(T_target_source, np.array([0.01, -0.005, 0.01, 0.008, -0.01, 0.01]))
+    off = se3.perturbed(T_target_source, np.array([0.01, -0.005, 0.01, 0.008, -0.01, 0.01]))
     tracks = TRACKER.track(source, target, off)
     assert np.median(errors_of(tracks, target, off)) > 3
     errors = errors_of(tracks, target, T_target_source)
@@ -80,13 +80,13 @@ def test_from_a_first_pose_that_is_pixels_off(pair):
 def test_an_image_that_has_turned_far(pair, turn):
     """Seen by the same camera turned about its centre, whatever the depth; OpenCV turns it."""
     source, _, _ = pair
-    rotation = rigid.exp(np.array([0, 0, 0, *turn]))
+    rotation = se3.exp(np.array([0, 0, 0, *turn]))
     camera = source.frame.camera
     matrix = np.array([[camera.fx, 0, camera.cx], [0, camera.fy, camera.cy], [0, 0, 1]])
     grey = cv2.warpPerspective(source.grey, matrix @ rotation[:3, :3] @ np.linalg.inv(matrix),
                                (camera.width, camera.height), flags=cv2.INTER_CUBIC)
     target = dataclasses.replace(source, grey=grey)
-    off = rotation @ rigid.exp([0, 0, 0, 0.005, -0.005, 0.01])
+    off = rotation @ se3.exp([0, 0, 0, 0.005, -0.005, 0.01])
     pixels, _ = projected(target, source.keypoints.positions.astype(float), rotation)
     visible = ((pixels > 20) & (pixels < (620, 460))).all(axis=1).sum()
     tracks = TRACKER.track(source, target, off)
@@ -107,7 +107,7 @@ def test_points_and_depths_are_those_of_the_keypoints(pair):
 
 def test_what_leaves_the_image_is_dropped(pair):
     source, target, T_target_source = pair
-    away = rigid.perturbed(T_target_source, np.array([0, 0, 0, 0, 0.5, 0]))
+    away = se3.perturbed(T_target_source, np.array([0, 0, 0, 0, 0.5, 0]))
     tracks = TRACKER.track(source, target, away)
     pixels, _ = projected(target, source.keypoints.positions.astype(float), away)
     outside = np.flatnonzero(((pixels < 0) | (pixels > (639, 479))).any(axis=1))
@@ -134,7 +134,7 @@ def test_what_is_covered_is_dropped(pair):
 
 def test_nothing_behind_the_camera(pair):
     source, target, T_target_source = pair
-    turned = rigid.perturbed(T_target_source, np.array([0, 0, 0, 0, np.pi, 0]))
+    turned = se3.perturbed(T_target_source, np.array([0, 0, 0, 0, np.pi, 0]))
     tracks = TRACKER.track(source, target, turned)
     assert len(tracks) == 0
     assert tracks.points.shape == (0, 3)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration import Disagreement, Registration
 from aick_ros.status import Status
@@ -19,7 +19,7 @@ from aick_ros.uncertainty import Uncertainty
 from aick_ros.view import View
 
 NOISE = np.diag([2e-6, 1e-6, 4e-6, 1e-6, 2e-6, 3e-6])  # of the disagreement
-OWN = rigid.skew([0.1, 0.2, 0.3]) @ rigid.skew([0.1, 0.2, 0.3]).T
+OWN = se3.skew([0.1, 0.2, 0.3]) @ se3.skew([0.1, 0.2, 0.3]).T
 OWN = 1e-6 * np.block([[OWN + np.eye(3), 0.1 * OWN], [0.1 * OWN, np.eye(3)]])
 PERIOD = 0.04
 
@@ -171,7 +171,7 @@ def test_a_lagging_clock_adds_the_change_of_the_motion():
 
 def test_the_speed_changed_since_it_was_seen_not_since_the_keyframe():
     """A second after the keyframe, off constant velocity by 1 cm in the last frame."""
-    jitter, motion = 0.004, rigid.exp([0, 0.01, 0, 0, 0, 0])
+    jitter, motion = 0.004, se3.exp([0, 0.01, 0, 0, 0, 0])
     source, target = view(2, jitter), view(1, jitter)
     complete = used().complete(registration(motion), source, target, np.eye(4), PERIOD)
     added = (complete.covariance - OWN)[0, 0] - 2 * (3.3 * jitter * 0.01) ** 2
@@ -181,7 +181,7 @@ def test_the_speed_changed_since_it_was_seen_not_since_the_keyframe():
 @pytest.mark.parametrize('stamps', [(2, 1), (1, 2)])
 def test_which_of_the_two_views_is_the_later_one_does_not_matter(stamps):
     source, target = (view(seconds, 0.004) for seconds in stamps)
-    moved = registration(rigid.exp([0, 0.01, 0, 0, 0, 0]))
+    moved = registration(se3.exp([0, 0.01, 0, 0, 0, 0]))
     complete = used().complete(moved, source, target, np.eye(4), PERIOD)
     assert (complete.covariance - OWN)[0, 0] > (12 * 0.004 * 0.01 / PERIOD) ** 2 / 3
 
@@ -200,13 +200,13 @@ def test_one_sensor_alone_tells_nothing():
 
 
 def test_infinite_stays_infinite():
-    endless = registration(rigid.exp([0.01, 0, 0, 0.01, 0, 0]), covariance=np.diag(6 * [np.inf]))
+    endless = registration(se3.exp([0.01, 0, 0, 0.01, 0, 0]), covariance=np.diag(6 * [np.inf]))
     covariance = Uncertainty().complete(endless, view(1.04, 0.001), view(1)).covariance
     assert np.isinf(np.diag(covariance)).all()
     np.testing.assert_array_equal(covariance[~np.eye(6, dtype=bool)], 0.0)
 
 
 def test_two_images_of_one_moment_have_no_speed():
-    moved = registration(rigid.exp([0.01, 0, 0, 0.01, 0, 0]))
+    moved = registration(se3.exp([0.01, 0, 0, 0.01, 0, 0]))
     covariance = used().complete(moved, view(1, 0.001), view(1), np.eye(4)).covariance
     np.testing.assert_array_equal(covariance, OWN)

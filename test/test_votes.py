@@ -9,16 +9,16 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
 from aick_ros.votes import poll
 
 SENSOR = Settings().sensor
-SHIFTED = rigid.exp([0.06, 0, 0, 0, 0, 0])
+SHIFTED = se3.exp([0.06, 0, 0, 0, 0, 0])
 CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)
 
 
@@ -32,13 +32,13 @@ def pair():
     """Return a frame, an earlier one, and where the first was seen from the second."""
     source = SyntheticSource(SyntheticOptions(seed=5, frames=5))
     poses = source.ground_truth.poses
-    return source.frame(4), source.frame(0), rigid.inverse(poses[0]) @ poses[4]
+    return source.frame(4), source.frame(0), se3.inverse(poses[0]) @ poses[4]
 
 
 def test_the_true_pose_has_the_votes_whatever_the_order(pair):
     *frames, truth = pair
     views = look(*frames)
-    for wrong in (SHIFTED, rigid.exp([0, 0, 0.06, 0, 0, 0]), rigid.exp([0, 0, 0, 0, 0.05, 0])):
+    for wrong in (SHIFTED, se3.exp([0, 0, 0.06, 0, 0, 0]), se3.exp([0, 0, 0, 0, 0.05, 0])):
         ballot = poll(*views, truth, truth @ wrong, SENSOR)
         assert ballot.first > 0.7
         assert ballot.second < 0.02
@@ -101,14 +101,14 @@ def wall(truth, contrast):
 
 
 def test_faint_stains_on_a_plain_wall_have_a_vote():
-    truth = rigid.exp([40 / CAMERA.fx * 2.0, 0, 0, 0, 0, 0])
+    truth = se3.exp([40 / CAMERA.fx * 2.0, 0, 0, 0, 0, 0])
     ballot = poll(*wall(truth, contrast=8.0), truth, np.eye(4), SENSOR)
     assert ballot.first > 0.5
     assert ballot.second < 0.05
 
 
 def test_a_wall_without_any_does_not_say_where_it_is():
-    truth = rigid.exp([40 / CAMERA.fx * 2.0, 0, 0, 0, 0, 0])
+    truth = se3.exp([40 / CAMERA.fx * 2.0, 0, 0, 0, 0, 0])
     ballot = poll(*wall(truth, contrast=0.0), truth, np.eye(4), SENSOR)
     assert ballot.first < 0.02
     assert ballot.second < 0.02

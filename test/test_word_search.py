@@ -8,10 +8,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.aick import Aick
 from aick_ros.descriptors import descriptor_distances
 from aick_ros.frame import KeypointFrame
+from aick_ros.geometry import se3
 from aick_ros.settings import AickSettings
 from aick_ros.status import Status
 from aick_ros.vocabulary import Vocabulary
@@ -24,8 +24,8 @@ def two_views(seed, binary, count=120):
     """Two noisy views of random points, half of which look like each other."""
     rng = np.random.default_rng(seed)
     positions = rng.uniform((-1, -1, 1), (1, 1, 3), (count, 3))
-    T = rigid.exp(np.r_[rng.normal(0, 0.1, 3), rng.normal(0, 0.2, 3)])
-    moved = rigid.transform(T, positions) + rng.normal(0, 0.002, (count, 3))
+    T = se3.exp(np.r_[rng.normal(0, 0.1, 3), rng.normal(0, 0.2, 3)])
+    moved = se3.transform(T, positions) + rng.normal(0, 0.002, (count, 3))
     if binary:
         kinds = rng.integers(0, 256, (count // 2, 32), dtype=np.uint8)
         views = [np.packbits(np.unpackbits(kinds[np.arange(count) % len(kinds)], axis=1)
@@ -80,7 +80,7 @@ def test_agrees_with_the_paper_match_for_match(binary, radius, seed):
     search, T = WordSearch(source, target, SETTINGS), np.eye(4)
     for w in (1.0, 0.6, 0.36, 0.2, 0.1, 0.02, 0.0, 0.3):
         threshold = (1 - w) * SETTINGS.lambda_e + w * SETTINGS.lambda_f
-        moved, expected = rigid.transform(T, source.positions), []
+        moved, expected = se3.transform(T, source.positions), []
         for a in range(len(source)):
             word = to_words[0][a].argmin()
             best, least = None, threshold
@@ -93,7 +93,7 @@ def test_agrees_with_the_paper_match_for_match(binary, radius, seed):
             if best is not None:
                 expected.append((a, best))
         assert [tuple(match) for match in search.closest(T, w)] == expected
-        T = T @ rigid.exp((0.01, -0.01, 0.02, 0.01, 0.0, -0.01))
+        T = T @ se3.exp((0.01, -0.01, 0.02, 0.01, 0.0, -0.01))
 
 
 def test_fewer_than_three_candidates_are_too_few_matches():

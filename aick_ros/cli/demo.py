@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from aick_ros import rigid
 from aick_ros.cli import console, options, outcome
 from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
@@ -24,12 +23,13 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.figures import Percentiles, root_mean_square
 from aick_ros.evaluation.trajectory_errors import TrajectoryErrors, compare
 from aick_ros.frame import KeypointExtractor
+from aick_ros.geometry import se3
+from aick_ros.geometry.trajectory import Trajectory, write_trajectory
 from aick_ros.settings import Settings
 from aick_ros.sources import RgbdSource, SourceOptions, open_source
 from aick_ros.sources.bag import BagSource
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer
-from aick_ros.trajectory import Trajectory, write_trajectory
 
 if TYPE_CHECKING:
     from aick_ros.ros.live_run import LiveRun
@@ -118,8 +118,8 @@ def _of_base(camera: Trajectory | None) -> Trajectory | None:
     """Return the path of the base that carries the camera."""
     if camera is None:
         return None
-    T_base_camera = rigid.from_quaternion(_CAMERA_IN_BASE[3:], _CAMERA_IN_BASE[:3])
-    return Trajectory(camera.stamps, camera.poses @ rigid.inverse(T_base_camera))
+    T_base_camera = se3.from_quaternion(_CAMERA_IN_BASE[3:], _CAMERA_IN_BASE[:3])
+    return Trajectory(camera.stamps, camera.poses @ se3.inverse(T_base_camera))
 
 
 def _figures(name: str, run: LiveRun, errors: TrajectoryErrors | None) -> dict[str, Any]:

@@ -22,11 +22,11 @@ from aick_ros.cli.run_folder import RunFolder
 from aick_ros.errors import InputError
 from aick_ros.evaluation.frame_record import FrameRecord
 from aick_ros.evaluation.run_summary import RunSummary, summarize
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
 from aick_ros.settings import Settings
 from aick_ros.sources import SourceOptions, open_source
 from aick_ros.status import Status
-from aick_ros.trajectory import Trajectory
 
 Out = Annotated[Path, typer.Option(
     '--out', metavar='DIR', help='Where the folder SOURCE-TIME of the run is made.')]

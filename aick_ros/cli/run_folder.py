@@ -16,14 +16,14 @@ from typing import TextIO
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.cli.files import write_json, write_whole
 from aick_ros.errors import InputError
 from aick_ros.evaluation.frame_record import FrameRecord, stages_of
 from aick_ros.evaluation.run_summary import RunSummary
+from aick_ros.geometry import se3
+from aick_ros.geometry.trajectory import format_pose, stamp_to_seconds
 from aick_ros.parameter_text import config_text
 from aick_ros.settings import Settings
-from aick_ros.trajectory import format_pose, stamp_to_seconds
 
 _AXES = ('x', 'y', 'z', 'rot_x', 'rot_y', 'rot_z')
 _TRIANGLE = np.triu_indices(6)
@@ -108,7 +108,7 @@ def _row(record: FrameRecord, stages: Sequence[str]) -> Iterator[str | int]:
     measured = record.increment is not None
     if measured:
         yield from (f'{value:.9f}' for value in record.increment[:3, 3])
-        yield from (f'{value:.9f}' for value in rigid.log_rotation(record.increment[:3, :3]))
+        yield from (f'{value:.9f}' for value in se3.log_rotation(record.increment[:3, :3]))
         yield from (f'{value:.6e}' for value in np.diag(record.increment_covariance))
     else:
         yield from [''] * (2 * len(_AXES))

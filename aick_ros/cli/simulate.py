@@ -11,9 +11,9 @@ from typing import Annotated
 
 import typer
 
-from aick_ros.camera import Camera
 from aick_ros.cli.console import progress
 from aick_ros.errors import InputError
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources import raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers.bag_writer import write_bag

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.status import Status
-from aick_ros.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.evaluation.consistency import nees
+from aick_ros.geometry import se3
 
 MOST_TRANSLATION = 0.05
 """An increment farther off is wrong [m]."""
@@ -22,7 +22,7 @@ MOST_ROTATION = float(np.radians(3.0))
 @dataclass(frozen=True)
 class IncrementError:
     """
-    The error of one increment, by the error model of :mod:`aick_ros.rigid`.
+    The error of one increment, by the error model of :mod:`aick_ros.geometry.se3`.
 
     :param translation: [m]; rotation: [rad]; as by Eq. 3.
     :param nees: of the error with the increment's covariance; None where that is not finite.
@@ -40,7 +40,7 @@ class IncrementError:
 
         :param increment: ``T_target_source``, 4x4; covariance: 6x6 about the target's fixed axes.
         """
-        error = rigid.difference(increment, true_increment)
+        error = se3.difference(increment, true_increment)
         return cls(float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:])),
                    nees(error, covariance))
 

@@ -17,14 +17,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.evaluation.consistency import Consistency
 from aick_ros.evaluation.figures import Percentiles, mean, median
 from aick_ros.evaluation.increment_error import IncrementError
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registrar import Registrar
 from aick_ros.settings import Settings
-from aick_ros.trajectory import Trajectory
 from aick_ros.view import View
 
 THRESHOLDS = (0.0033, 0.01, 0.05)
@@ -124,7 +124,7 @@ class PairEvaluation:
             target, T_world_target = self._frames[-1 - gap]
             if T_world_target is not None:
                 errors.append(_measure(self._registrars[gap], view, target,
-                                       rigid.inverse(T_world_target) @ T_world_source))
+                                       se3.inverse(T_world_target) @ T_world_source))
 
     def errors(self) -> dict[int, list[PairError]]:
         """

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.camera import Camera
+from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
 SIDE = 24

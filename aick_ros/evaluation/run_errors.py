@@ -10,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.evaluation.frame_record import FrameRecord
 from aick_ros.evaluation.increment_error import IncrementError
 from aick_ros.evaluation.pairs import MAX_HOLE
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.trajectory import Trajectory
+from aick_ros.geometry.trajectory import Trajectory
 
 _UNKNOWN = np.diag(np.full(6, np.inf))
 
@@ -78,4 +78,4 @@ def _error(stamp: int, interval: float, increment: np.ndarray | None, covariance
     if T_world_target is None or T_world_source is None:
         return None
     return IncrementError.of(increment, covariance,
-                             rigid.inverse(T_world_target) @ T_world_source)
+                             se3.inverse(T_world_target) @ T_world_source)

@@ -13,7 +13,7 @@ import numpy as np
 from aick_ros.evaluation.figures import mean, root_mean_square
 from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of
 from aick_ros.evaluation.trajectory_errors import TrajectoryErrors, compare
-from aick_ros.trajectory import Trajectory
+from aick_ros.geometry.trajectory import Trajectory
 
 
 @dataclass(frozen=True)

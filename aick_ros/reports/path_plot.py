@@ -14,8 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure, SubFigure
 
 from aick_ros.evaluation.trajectory_errors import compare
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.reports import canvas
-from aick_ros.trajectory import Trajectory
 
 _PATH, _STRIP, _TITLE = 4.5, 2.0, 0.3  # heights [inch]
 _VIEWS = {'From above': (0, 1), 'From the side': (0, 2)}

@@ -10,9 +10,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from rclpy.node import Node
 
-from aick_ros import rigid
 from aick_ros.base_pose import Mount
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.node_settings import NodeSettings
 from aick_ros.ros import transforms
 
@@ -89,7 +89,7 @@ def _pose(name: str, numbers: Sequence[float]) -> np.ndarray | None:
         return None
     try:
         x, y, z, *quaternion = numbers
-        return rigid.from_quaternion(quaternion, (x, y, z))
+        return se3.from_quaternion(quaternion, (x, y, z))
     except ValueError:
         raise InputError(
             f'{name} = {list(numbers)} is no pose: it takes x y z qx qy qz qw') from None

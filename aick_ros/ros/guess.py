@@ -9,8 +9,8 @@ from typing import Protocol
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.node_settings import NodeSettings
 
 
@@ -51,4 +51,4 @@ class Guess:
         T_guess_base0, T_guess_base1 = self.T_guess_base(before), self.T_guess_base(now)
         if T_guess_base0 is None or T_guess_base1 is None:
             return None
-        return rigid.inverse(T_guess_base0) @ T_guess_base1
+        return se3.inverse(T_guess_base0) @ T_guess_base1

@@ -15,10 +15,10 @@ from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
 
 from aick_ros.base_pose import Mount
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
 from aick_ros.frame_decoder import FrameDecoder
+from aick_ros.geometry.camera import Camera
 from aick_ros.node_settings import NodeSettings
 from aick_ros.ros.calibrations import Calibration
 from aick_ros.ros.diagnostics import Diagnostics

@@ -13,7 +13,7 @@ from geometry_msgs.msg import (
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 
 UNKNOWN = np.diag(np.full(6, 9999.0))
@@ -39,7 +39,7 @@ def header(stamp: int, frame_id: str) -> Header:
 
 def quaternion(rotation: np.ndarray) -> Quaternion:
     """Return the message of a rotation, 3x3."""
-    x, y, z, w = rigid.to_quaternion(rotation).tolist()
+    x, y, z, w = se3.to_quaternion(rotation).tolist()
     return Quaternion(x=x, y=y, z=z, w=w)
 
 
@@ -96,7 +96,7 @@ def from_pose(message: Pose) -> np.ndarray:
     :raises ValueError: where it is none.
     """
     p, q = message.position, message.orientation
-    return rigid.from_quaternion((q.x, q.y, q.z, q.w), (p.x, p.y, p.z))
+    return se3.from_quaternion((q.x, q.y, q.z, q.w), (p.x, p.y, p.z))
 
 
 def from_transform(message: Transform) -> np.ndarray:
@@ -106,7 +106,7 @@ def from_transform(message: Transform) -> np.ndarray:
     :raises ValueError: where it is none.
     """
     t, q = message.translation, message.rotation
-    return rigid.from_quaternion((q.x, q.y, q.z, q.w), (t.x, t.y, t.z))
+    return se3.from_quaternion((q.x, q.y, q.z, q.w), (t.x, t.y, t.z))
 
 
 def _row_major(covariance: np.ndarray) -> np.ndarray:

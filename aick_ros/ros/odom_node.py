@@ -16,8 +16,8 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from aick_ros import rigid
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.node_settings import NodeSettings
 from aick_ros.odometry import Odometry
 from aick_ros.ros.control import Control
@@ -127,7 +127,7 @@ class OdomNode(Node):
         moved = self._guess.motion(before, now) if self._guess else None
         if moved is None:
             return None
-        return rigid.inverse(self._T_base_camera) @ moved @ self._T_base_camera
+        return se3.inverse(self._T_base_camera) @ moved @ self._T_base_camera
 
     def _report(self) -> None:
         complaint = self._inputs.complaint()

@@ -12,9 +12,9 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
-from aick_ros import rigid
 from aick_ros.base_pose import BasePose, Mount
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.node_settings import NodeSettings
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.ros import messages
@@ -115,7 +115,7 @@ class OdometryPublisher:
         T_guess_base = self._guess.T_guess_base(stamp)
         if T_guess_base is not None:
             self._tf.send(stamp, self._odom_frame, self._settings.guess_frame_id,
-                          self._base.T_odom_base @ rigid.inverse(T_guess_base))
+                          self._base.T_odom_base @ se3.inverse(T_guess_base))
 
     def _publish_lost(self, stamp: int) -> bool:
         if self._settings.lost_policy == 'silent':
@@ -141,14 +141,14 @@ class OdometryPublisher:
         """
         if not update.interval or update.recovered:
             return _Motion()
-        _, covariance = rigid.change_body(
+        _, covariance = se3.change_body(
             update.increment, update.increment_covariance, T_base_camera)
-        increment = T_base_camera0 @ update.increment @ rigid.inverse(T_base_camera)
+        increment = T_base_camera0 @ update.increment @ se3.inverse(T_base_camera)
         turn = np.kron(np.eye(2), increment[:3, :3].T)  # to the axes of the base as it is now
         covariance = turn @ covariance @ turn.T
         if self._settings.twist_covariance == 'velocity':
             covariance = covariance / update.interval ** 2
-        return _Motion(rigid.log(increment) / update.interval, _below_unknown(covariance))
+        return _Motion(se3.log(increment) / update.interval, _below_unknown(covariance))
 
 
 def _initial_pose(settings: NodeSettings) -> np.ndarray:
@@ -159,7 +159,7 @@ def _initial_pose(settings: NodeSettings) -> np.ndarray:
         raise InputError(f'initial_pose = {list(numbers)} is no pose: it takes x y z [m] roll '
                          'pitch yaw [rad]')
     x, y, z, roll, pitch, yaw = numbers
-    return rigid.from_roll_pitch_yaw(roll, pitch, yaw, (x, y, z))
+    return se3.from_roll_pitch_yaw(roll, pitch, yaw, (x, y, z))
 
 
 def _below_unknown(covariance: np.ndarray) -> np.ndarray:

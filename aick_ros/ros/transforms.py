@@ -15,7 +15,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.subscription import Subscription
 
 from aick_ros.errors import InputError
-from aick_ros.frame_tree import FrameTree
+from aick_ros.geometry.frame_tree import FrameTree
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.ros.messages import from_transform, to_stamp, transform_stamped
 

@@ -14,8 +14,8 @@ from rclpy.node import Node
 from sensor_msgs.msg import Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
-from aick_ros import rigid
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry import se3
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.ros import messages
 from aick_ros.ros.debug_image import draw_matches
@@ -53,7 +53,7 @@ class Views:
             if self._path.get_subscription_count():
                 self._path.publish(Path(header=header, poses=self._poses))
             if self._keypoints.get_subscription_count():
-                self._keypoints.publish(point_cloud(header, rigid.transform(
+                self._keypoints.publish(point_cloud(header, se3.transform(
                     T_odom_base @ T_base_camera, update.keypoints.positions)))
         if self._debug_image.get_subscription_count():
             self._debug_image.publish(colour_image(

@@ -12,7 +12,7 @@ from typing import Protocol
 
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
-from aick_ros.trajectory import Trajectory
+from aick_ros.geometry.trajectory import Trajectory
 
 OnDamaged = Callable[[InputError], None]
 """Told of each image that cannot be used; what it raises ends the reading."""

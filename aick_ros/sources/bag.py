@@ -18,19 +18,20 @@ from typing import Any
 
 import numpy as np
 
-from aick_ros import compressed_codec, image_codec, rigid
-from aick_ros.camera import Camera
+from aick_ros import compressed_codec, image_codec
 from aick_ros.camera_info import is_rectified, to_camera
 from aick_ros.depth_scaling import enlarge
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory, stamp_to_seconds
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.bag_file import BagFile
 from aick_ros.sources.bag_topics import IMAGE, BagTopics
 from aick_ros.sources.calibration import read_camera
 from aick_ros.synchronizer import Pair, Synchronizer
-from aick_ros.trajectory import Trajectory, stamp_to_seconds
 
 _LONGEST_PAUSE = 60 * NANOSECONDS
 _WAITING = 64
@@ -201,5 +202,5 @@ def _pose(message: Any) -> np.ndarray:
     pose = getattr(pose, 'pose', pose)
     position = pose.position if hasattr(pose, 'position') else pose.translation
     rotation = pose.orientation if hasattr(pose, 'orientation') else pose.rotation
-    return rigid.from_quaternion((rotation.x, rotation.y, rotation.z, rotation.w),
+    return se3.from_quaternion((rotation.x, rotation.y, rotation.z, rotation.w),
                                  (position.x, position.y, position.z))

@@ -15,8 +15,8 @@ from rosbags.interfaces import TopicInfo
 from rosbags.typesys import Stores, get_typestore
 
 from aick_ros.errors import InputError
+from aick_ros.geometry.trajectory import stamp_to_seconds
 from aick_ros.sources import OnDamaged
-from aick_ros.trajectory import stamp_to_seconds
 
 _REPAIR = ('copy or record it again, or repair it (`ros2 bag reindex` for a ROS 2 bag, `mcap '
            'recover` for an mcap file, `rosbag reindex` for a ROS 1 bag)')

@@ -15,8 +15,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
+from aick_ros.geometry.camera import Camera
 
 _YAML = ('.yaml', '.yml')
 

@@ -19,16 +19,16 @@ from pathlib import Path
 
 import numpy as np
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.encoded_image import to_metres
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.sources import OnDamaged, SourceOptions
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
 from aick_ros.sources.image_files import read_colour, read_units
-from aick_ros.trajectory import Trajectory
 
 RATE = 30
 """Numbers a second."""
@@ -156,4 +156,4 @@ def _read_matrix(path: Path, shape: tuple[int, int]) -> np.ndarray:
 
 def _rigid(pose: np.ndarray) -> np.ndarray:
     """Return a pose of few decimals with its rotation made orthonormal."""
-    return rigid.from_quaternion(rigid.to_quaternion(pose[:3, :3]), pose[:3, 3])
+    return se3.from_quaternion(se3.to_quaternion(pose[:3, :3]), pose[:3, 3])

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.evaluation.figures import root_mean_square
 from aick_ros.evaluation.trajectory_errors import TrajectoryErrors
+from aick_ros.geometry import se3
 
 DISTANCES = (0.1, 0.2, 0.5, 1.0, 2.0, 4.0)  # [m]
 FEWEST = 20  # parts of a path; the figure of fewer says nothing
@@ -30,11 +30,11 @@ def growth(errors: TrajectoryErrors) -> dict[str, dict[str, float]]:
         parts = [(i, j) for i, j in enumerate(ends) if j < len(gone)]
         if len(parts) < FEWEST:
             continue
-        off = [rigid.inverse(rigid.inverse(truth[i]) @ truth[j])
-               @ rigid.inverse(estimate[i]) @ estimate[j] for i, j in parts]
+        off = [se3.inverse(se3.inverse(truth[i]) @ truth[j])
+               @ se3.inverse(estimate[i]) @ estimate[j] for i, j in parts]
         figures[f'{distance:g}'] = {
             'count': len(parts),
             'translation_rmse_m': root_mean_square(np.linalg.norm(e[:3, 3]) for e in off),
             'rotation_rmse_deg': root_mean_square(
-                np.degrees(rigid.angle(e[:3, :3])) for e in off)}
+                np.degrees(se3.angle(e[:3, :3])) for e in off)}
     return figures

@@ -16,13 +16,13 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.evaluation.figures import median
 from aick_ros.evaluation.pairs import MAX_HOLE
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registrar import Registrar
 from aick_ros.sources import RgbdSource, raise_damage
-from aick_ros.trajectory import Trajectory
 
 GAPS = (1, 3, 5)
 SHIFTS_MS = tuple(range(-40, 41, 5))  # of the ground truth
@@ -86,7 +86,7 @@ class Registered:
             steps = [self._T_target_source.get((first + i, first + i + 1)) for i in range(3)]
             whole = self._T_target_source.get((first, first + 3))
             if whole is not None and all(step is not None for step in steps):
-                differences.append(rigid.inverse(whole) @ np.linalg.multi_dot(steps))
+                differences.append(se3.inverse(whole) @ np.linalg.multi_dot(steps))
         return {'closing': _medians(differences), 'truth': self._errors(3, 0),
                 'truth_shifted': self._errors(3, self.best_shift())}
 
@@ -110,7 +110,7 @@ class Registered:
             if (source - target == 1 and rate is not None and rate > _TURNING
                     and abs(interval - period) < _MISSING * period):
                 by_stamp.append(interval)
-                by_turn.append(rigid.angle(T_target_source[:3, :3]) / rate)
+                by_turn.append(se3.angle(T_target_source[:3, :3]) / rate)
         complete = intervals[np.abs(intervals - period) < _MISSING * period]
         correlation = None
         if len(by_stamp) >= _FEWEST and np.std(by_stamp) > _STEADY:
@@ -124,7 +124,7 @@ class Registered:
             if source - target == gap:
                 poses = [truth(self._stamps[index]) for index in (target, source)]
                 if all(pose is not None for pose in poses):
-                    errors.append(rigid.inverse(rigid.inverse(poses[0]) @ poses[1])
+                    errors.append(se3.inverse(se3.inverse(poses[0]) @ poses[1])
                                   @ T_target_source)
         return _medians(errors)
 
@@ -136,7 +136,7 @@ class Registered:
 def _medians(errors: list[np.ndarray]) -> dict[str, float | None]:
     return {'count': len(errors),
             'translation_median_m': median(np.linalg.norm(e[:3, 3]) for e in errors),
-            'rotation_median_deg': median(np.degrees(rigid.angle(e[:3, :3])) for e in errors)}
+            'rotation_median_deg': median(np.degrees(se3.angle(e[:3, :3])) for e in errors)}
 
 
 def _turn_rate(truth: Callable[[int], np.ndarray | None], stamp: int) -> float | None:
@@ -145,4 +145,4 @@ def _turn_rate(truth: Callable[[int], np.ndarray | None], stamp: int) -> float |
     before, after = truth(stamp - half), truth(stamp + half)
     if before is None or after is None:
         return None
-    return rigid.angle((rigid.inverse(before) @ after)[:3, :3]) / _WINDOW
+    return se3.angle((se3.inverse(before) @ after)[:3, :3]) / _WINDOW

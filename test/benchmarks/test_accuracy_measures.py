@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.evaluation.trajectory_errors import compare
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.sources import raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
-from aick_ros.trajectory import Trajectory
 
 FOLDER = Path(__file__).parents[2] / 'benchmarks' / 'accuracy'
 MILLISECOND = 1_000_000
@@ -33,7 +33,7 @@ def registered(load):
 
 def straight(length, step, scale=1.0, turn=0.0):
     """Return a path along x, each step too long by a factor and turned too far by an angle."""
-    step = rigid.exp([scale * step, 0.0, 0.0, 0.0, 0.0, turn])
+    step = se3.exp([scale * step, 0.0, 0.0, 0.0, 0.0, turn])
     poses = [np.eye(4)]
     while len(poses) <= length:
         poses.append(poses[-1] @ step)
@@ -85,12 +85,12 @@ def test_stamps_that_jitter_do_not_go_with_the_turn(registered, is_stamped_late,
     jitter = 0.003 * np.random.default_rng(1).random(300)
     beat = np.arange(300) / 30
     stamps, taken = beat + jitter, beat if is_stamped_late else beat + jitter
-    poses = np.array([rigid.exp([0, 0, 0, 0, 0.8 * time, 0]) for time in taken])
+    poses = np.array([se3.exp([0, 0, 0, 0, 0.8 * time, 0]) for time in taken])
     path = Trajectory((1e9 * np.arange(0, 10, 0.01)).astype(np.int64), np.array(
-        [rigid.exp([0, 0, 0, 0, 0.8 * time, 0]) for time in np.arange(0, 10, 0.01)]))
+        [se3.exp([0, 0, 0, 0, 0.8 * time, 0]) for time in np.arange(0, 10, 0.01)]))
     figures = registered.Registered(
         [int(1e9 * stamp) for stamp in stamps],
-        {(i, i + gap): rigid.inverse(poses[i]) @ poses[i + gap]
+        {(i, i + gap): se3.inverse(poses[i]) @ poses[i + gap]
          for gap in (1, 3, 5) for i in range(300 - gap)}, path).stamps()
     assert figures['interval_ms'] == pytest.approx(1e3 / 30, rel=0.02)
     assert figures['interval_sigma_ms'] == pytest.approx(3 / np.sqrt(6), rel=0.1)

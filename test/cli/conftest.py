@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from aick_ros.camera import Camera
 from aick_ros.cli import main
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources import raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 

@@ -9,10 +9,10 @@ import time
 import numpy as np
 import pytest
 
-from aick_ros.camera import Camera
 from aick_ros.cli.read_ahead import read_ahead
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources import raise_damage
 
 

@@ -8,10 +8,10 @@ import pytest
 from scipy import stats
 from scipy.spatial.distance import mahalanobis
 
-from aick_ros import rigid
 from aick_ros.evaluation import consistency
 from aick_ros.evaluation.consistency import Consistency, nees
 from aick_ros.evaluation.increment_error import IncrementError
+from aick_ros.geometry import se3
 
 COUNT = 4000
 
@@ -30,7 +30,7 @@ def drawn(move):
     values = []
     for _ in range(COUNT):
         covariance = covariance_of_an_increment(rng)
-        increment = rigid.exp(rng.normal(0, 0.5, 6))
+        increment = se3.exp(rng.normal(0, 0.5, 6))
         noise = rng.multivariate_normal(np.zeros(6), covariance)
         values.append(IncrementError.of(increment, covariance, move(increment, noise)).nees)
     return values
@@ -39,7 +39,7 @@ def drawn(move):
 def about_fixed_axes(increment, noise):
     """Return [exp(theta) R, p + delta], the error model of geometry_msgs."""
     truth = np.eye(4)
-    truth[:3, :3] = rigid.exp_rotation(noise[3:]) @ increment[:3, :3]
+    truth[:3, :3] = se3.exp_rotation(noise[3:]) @ increment[:3, :3]
     truth[:3, 3] = increment[:3, 3] + noise[:3]
     return truth
 
@@ -64,7 +64,7 @@ def test_right_covariances_are_called_right():
 
 
 def test_covariances_about_other_axes_are_found_out():
-    score = Consistency.of(drawn(lambda increment, noise: increment @ rigid.exp(noise)))
+    score = Consistency.of(drawn(lambda increment, noise: increment @ se3.exp(noise)))
     assert score.nees_mean > 12
     assert score.inside_95 < 0.9
 

@@ -11,15 +11,15 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from aick_ros.aick import Aick
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.evaluation.evaluation import evaluate
 from aick_ros.frame import KeypointExtractor
+from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.parameter import with_values
 from aick_ros.presets import preset
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
-from aick_ros.trajectory import Trajectory
 
 FRAMES = 20
 RATE = 15.0  # so that there are frames 1 s apart

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.evaluation.pairs import PairEvaluation
 from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.parameter import with_values
 from aick_ros.presets import preset
 from aick_ros.registrar import Registrar
@@ -23,7 +24,6 @@ from aick_ros.registration import Registration
 from aick_ros.settings import Settings
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.status import Status
-from aick_ros.trajectory import Trajectory
 from aick_ros.view import View
 
 GAPS = (1, 3, 5)
@@ -39,7 +39,7 @@ class Guess:
     def register(self, source, target):
         rng = np.random.default_rng([source.stamp, target.stamp])
         failed = rng.random() < 0.15
-        pose = rigid.exp(rng.normal(0, 0.01, 6))
+        pose = se3.exp(rng.normal(0, 0.01, 6))
         self.answers[target.stamp, source.stamp] = None if failed else pose
         return Registration(Status.TOO_FEW_MATCHES if failed else Status.OK, '',
                             np.eye(4) if failed else pose, np.eye(6), np.empty((0, 2), int), 1)
@@ -80,7 +80,7 @@ def ground_truth(stamps):
     inside[50:55] = False  # 60 ms
     inside[80:83] = False  # 40 ms, short enough
     rng = np.random.default_rng(2)
-    steps = (rigid.exp(rng.normal(0, 0.002, 6)) for _ in times)
+    steps = (se3.exp(rng.normal(0, 0.002, 6)) for _ in times)
     poses, pose = [], np.eye(4)
     for step in steps:
         pose = pose @ step

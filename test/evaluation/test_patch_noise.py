@@ -6,8 +6,8 @@
 import numpy as np
 import pytest
 
-from aick_ros.camera import Camera
 from aick_ros.evaluation.patch_noise import SIDE, PatchNoise
+from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
 CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)

@@ -9,12 +9,13 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros import depth, rigid
-from aick_ros.camera import Camera
+from aick_ros import depth
 from aick_ros.evaluation import pixel_noise
 from aick_ros.evaluation.pixel_noise import PixelNoiseSamples
 from aick_ros.features import Features, make_detector
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.parameter import with_values
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -92,8 +93,8 @@ def true_noise(source, frames_, detector):
         first, second = detector.detect(before.grey), detector.detect(now.grey)
         exact = truth.frame(round((before.stamp - frames_[0].stamp) * 30 / 1e9)).depth
         points = CAMERA.back_project(first.pixels, depth.sample(exact, first.pixels, settings))
-        T = rigid.inverse(source.pose(now.stamp)) @ source.pose(before.stamp)
-        seen = CAMERA.project(rigid.transform(T, points))
+        T = se3.inverse(source.pose(now.stamp)) @ source.pose(before.stamp)
+        seen = CAMERA.project(se3.transform(T, points))
         apart = np.linalg.norm(seen[:, None] - second.pixels[None], axis=2)
         apart[~np.isfinite(apart)] = np.inf
         apart[np.abs(np.log(first.scales[:, None] / second.scales)) > 0.09] = np.inf

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from aick_ros import rigid
 from aick_ros.evaluation.frame_record import FrameRecord
 from aick_ros.evaluation.increment_error import IncrementError
 from aick_ros.evaluation.run_errors import RunErrors, SilentFailures
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.status import Status
-from aick_ros.trajectory import Trajectory
 
 PERIOD = NANOSECONDS // 30
 START = 1_305_031_102 * NANOSECONDS
@@ -24,9 +24,9 @@ SIGMA = 0.01
 def ground_truth():
     """Return 20 poses of a camera that turns and moves."""
     rng = np.random.default_rng(4)
-    poses = [rigid.exp(rng.normal(0, 1, 6))]
+    poses = [se3.exp(rng.normal(0, 1, 6))]
     for _ in range(19):
-        poses.append(poses[-1] @ rigid.exp(rng.normal(0, 0.05, 6)))
+        poses.append(poses[-1] @ se3.exp(rng.normal(0, 0.05, 6)))
     return Trajectory(START + PERIOD * np.arange(20), np.array(poses))
 
 

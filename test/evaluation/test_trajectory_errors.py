@@ -10,11 +10,11 @@ import pytest
 from evo.core import lie_algebra, metrics
 from evo.core.trajectory import PoseTrajectory3D
 
-from aick_ros import rigid
 from aick_ros.evaluation.figures import root_mean_square
 from aick_ros.evaluation.trajectory_errors import compare
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.trajectory import Trajectory
+from aick_ros.geometry.trajectory import Trajectory
 
 SECOND = 30
 START = 1_305_031_102 * NANOSECONDS
@@ -22,16 +22,16 @@ START = 1_305_031_102 * NANOSECONDS
 
 def random_walk(seed, count, sigma):
     rng = np.random.default_rng(seed)
-    poses = [rigid.exp(rng.normal(0, 1, 6))]
+    poses = [se3.exp(rng.normal(0, 1, 6))]
     for _ in range(count - 1):
-        poses.append(poses[-1] @ rigid.exp(rng.normal(0, sigma, 6)))
+        poses.append(poses[-1] @ se3.exp(rng.normal(0, sigma, 6)))
     return np.array(poses)
 
 
 def drifting(truth, seed):
     """Return an estimate in a frame of its own that drifts away from the truth."""
     drift = random_walk(seed, len(truth), 0.004)
-    return rigid.exp([1, -2, 3, 0.3, 1.1, -0.7]) @ truth @ drift
+    return se3.exp([1, -2, 3, 0.3, 1.1, -0.7]) @ truth @ drift
 
 
 @pytest.fixture
@@ -121,7 +121,7 @@ def test_rotation_error_does_not_hang_on_the_positions():
     truth = line(np.linspace(0, 1, 60), np.array([1.0, 0, 0]))
     estimate = truth.copy()
     estimate[:, :3, 3] += rng.normal(0, 1e-3, (60, 3))
-    estimate[:, :3, :3] = [rigid.exp_rotation(rng.normal(0, 0.01, 3)) for _ in range(60)]
+    estimate[:, :3, :3] = [se3.exp_rotation(rng.normal(0, 0.01, 3)) for _ in range(60)]
     stamps = START + np.arange(60) * NANOSECONDS // 30
     errors = compare(Trajectory(stamps, estimate), Trajectory(stamps, truth))
     assert np.degrees(errors.rotations()).max() < 3
@@ -131,7 +131,7 @@ def test_rotation_error_does_not_hang_on_the_positions():
 def test_standing_still_and_straight_paths_have_an_error_too(velocity):
     seconds = np.arange(60) / 30
     truth = line(seconds, np.array(velocity, float))
-    T_odom_world = rigid.exp([1, 2, 3, 0.5, -0.4, 0.9])
+    T_odom_world = se3.exp([1, 2, 3, 0.5, -0.4, 0.9])
     stamps = START + np.arange(60) * NANOSECONDS // 30
     exact = compare(Trajectory(stamps, T_odom_world @ truth), Trajectory(stamps, truth))
     assert exact.positions().max() < 1e-9

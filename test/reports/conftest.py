@@ -8,15 +8,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of
 from aick_ros.evaluation.run_summary import summarize
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.presets import preset
 from aick_ros.status import Status
-from aick_ros.trajectory import Trajectory
 
-T_WORLD_ODOM = rigid.exp([0.5, 2.0, -1.0, 0.4, 1.0, -0.3])
+T_WORLD_ODOM = se3.exp([0.5, 2.0, -1.0, 0.4, 1.0, -0.3])
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def records():
     records = []
     for i in range(90):
         lost = 40 <= i < 43
-        pose = rigid.exp([i / 50, (i / 60) ** 2, i / 200, 0.002 * i, 0.01 * i, 0])
+        pose = se3.exp([i / 50, (i / 60) ** 2, i / 200, 0.002 * i, 0.01 * i, 0])
         records.append(FrameRecord(
             stamp=i * NANOSECONDS // 30,
             status=Status.TOO_FEW_MATCHES if lost else Status.OK,

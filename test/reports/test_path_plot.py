@@ -9,8 +9,8 @@ import pytest
 
 from aick_ros.evaluation.frame_record import trajectory_of
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.reports.path_plot import path_figure, plot_trajectory
-from aick_ros.trajectory import Trajectory
 
 
 def drawn(figure):

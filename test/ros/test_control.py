@@ -13,7 +13,7 @@ from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.parameter import Parameter, parameter_value_to_python
 from std_srvs.srv import Empty
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.parameter import with_values
 from aick_ros.ros.live_run import NODE_COMMAND
@@ -88,7 +88,7 @@ def test_paused_it_is_silent_and_resumed_it_goes_on(rig, start_node, frames):
 def test_from_a_pose_that_was_set_the_motion_goes_on(rig, start_node, frames, given_in):
     node = start_node()
     answers(rig, frames[:3])
-    told, sure = rigid.exp([3, -1, 2, 0.2, 0.1, 2.0]), np.diag([1, 2, 3, 4, 5, 6.0])
+    told, sure = se3.exp([3, -1, 2, 0.2, 0.1, 2.0]), np.diag([1, 2, 3, 4, 5, 6.0])
     publisher = rig.node.create_publisher(PoseWithCovarianceStamped, 'set_pose', 1)
     rig.wait_until(publisher.get_subscription_count, 'the node to listen to set_pose')
     publisher.publish(pose_with_covariance(0, 'map', told, sure))
@@ -98,7 +98,7 @@ def test_from_a_pose_that_was_set_the_motion_goes_on(rig, start_node, frames, gi
     after = answers(rig, frames[3:6])
     chain = offline(frames[:6])
     for pose, expected in zip(after, chain[3:]):
-        np.testing.assert_allclose(pose, told @ rigid.inverse(chain[2]) @ expected, atol=1e-6)
+        np.testing.assert_allclose(pose, told @ se3.inverse(chain[2]) @ expected, atol=1e-6)
     covariance = np.reshape(rig.odom[-1].pose.covariance, (6, 6))
     assert covariance[5, 5] == pytest.approx(6.0, rel=0.01)
 
@@ -123,7 +123,7 @@ def test_a_pose_that_was_set_unseen_is_where_the_camera_is_found_again(
     """What the camera sees to have moved since before is the way there, not one from there."""
     node = start_node()
     blind(rig, frames)
-    told = rigid.exp([3, -1, 2, 0.2, 0.1, 2.0])
+    told = se3.exp([3, -1, 2, 0.2, 0.1, 2.0])
     publisher = rig.node.create_publisher(PoseWithCovarianceStamped, 'set_pose', 1)
     rig.wait_until(publisher.get_subscription_count, 'the node to listen to set_pose')
     publisher.publish(pose_with_covariance(0, 'odom', told, np.eye(6)))
@@ -134,7 +134,7 @@ def test_a_pose_that_was_set_unseen_is_where_the_camera_is_found_again(
                     if blind is lose_sight else [*frames[:3], *frames[5:8]])[-3:]
     assert np.abs(chain[0] - np.eye(4)).max() > 0.01  # it was found where it is now
     for pose, expected in zip(after, chain):
-        np.testing.assert_allclose(pose, told @ rigid.inverse(chain[0]) @ expected, atol=1e-6)
+        np.testing.assert_allclose(pose, told @ se3.inverse(chain[0]) @ expected, atol=1e-6)
 
 
 def test_a_reset_while_lost_begins_where_the_camera_is_found_again(rig, start_node, frames):
@@ -163,7 +163,7 @@ def test_paused_while_lost_it_finds_back_when_resumed(rig, start_node, frames):
 
 def test_it_starts_at_the_initial_pose(rig, start_node, frames):
     start_node(initial_pose='[1.0, 2.0, 3.0, 0.1, 0.2, 0.3]')
-    T = rigid.from_roll_pitch_yaw(0.1, 0.2, 0.3, (1, 2, 3))
+    T = se3.from_roll_pitch_yaw(0.1, 0.2, 0.3, (1, 2, 3))
     found = answers(rig, frames[:3])
     np.testing.assert_allclose(found, [T @ pose for pose in offline(frames[:3])], atol=1e-6)
 

@@ -8,15 +8,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.node_settings import NodeSettings
 from aick_ros.ros.guess import Guess
 from aick_ros.ros.messages import from_pose, from_transform, to_stamp, transform_stamped
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
-T_BASE_CAMERA = rigid.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
-T_WHEELS_START = rigid.exp([2.0, -1.0, 0.0, 0.0, 0.0, 0.7])  # they count from elsewhere
+T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
+T_WHEELS_START = se3.exp([2.0, -1.0, 0.0, 0.0, 0.0, 0.7])  # they count from elsewhere
 COUNT, DARK = 24, range(6, 18)
 LOST = 9999.0
 
@@ -26,8 +26,8 @@ def recording():
     """Frames with a stretch in the dark, and where the base was by the truth."""
     source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
     frames = [source.frame(i) for i in range(COUNT)]
-    T_camera0_world = rigid.inverse(source.ground_truth.poses[0])
-    truth = [T_BASE_CAMERA @ T_camera0_world @ pose @ rigid.inverse(T_BASE_CAMERA)
+    T_camera0_world = se3.inverse(source.ground_truth.poses[0])
+    truth = [T_BASE_CAMERA @ T_camera0_world @ pose @ se3.inverse(T_BASE_CAMERA)
              for pose in source.ground_truth.poses]
     return [dataclasses.replace(frame, colour=np.zeros_like(frame.colour)) if i in DARK else frame
             for i, frame in enumerate(frames)], truth
@@ -63,11 +63,11 @@ def test_the_wheels_bridge_a_loss(rig, start_node, recording, wheels):
                wait_for_transform=1.0, camera_in_base='[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]')
     answers = play(rig, frames, truth, wheels)
     for i, answer in enumerate(answers):
-        apart = rigid.inverse(truth[i]) @ from_pose(answer.pose.pose)
+        apart = se3.inverse(truth[i]) @ from_pose(answer.pose.pose)
         assert np.linalg.norm(apart[:3, 3]) < 0.04, i
         # the camera vouches for what it saw only, and not for the first frame after a loss
         assert (answer.pose.covariance[0] == LOST) == (i in DARK or i == DARK.stop)
-    moved = rigid.inverse(truth[DARK.start]) @ truth[DARK.stop]
+    moved = se3.inverse(truth[DARK.start]) @ truth[DARK.stop]
     assert np.linalg.norm(moved[:3, 3]) > 0.08  # it would have been missed by more
 
 
@@ -117,8 +117,8 @@ def guess_by(T):
 
 
 def test_the_motion_is_that_between_the_stamps():
-    guess, _ = guess_by(lambda stamp: T_WHEELS_START @ rigid.exp([stamp, 0, 0, 0, 0, 0]))
-    np.testing.assert_allclose(guess.motion(3, 5), rigid.exp([2, 0, 0, 0, 0, 0]), atol=1e-12)
+    guess, _ = guess_by(lambda stamp: T_WHEELS_START @ se3.exp([stamp, 0, 0, 0, 0, 0]))
+    np.testing.assert_allclose(guess.motion(3, 5), se3.exp([2, 0, 0, 0, 0, 0]), atol=1e-12)
 
 
 @pytest.mark.parametrize('T', [None, InputError('too old')])

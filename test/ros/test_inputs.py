@@ -12,8 +12,8 @@ import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.odometry import Odometry
 from aick_ros.ros.messages import from_pose, to_time
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -191,7 +191,7 @@ def test_depth_of_half_the_size(rig, start_node, source, frames):
 
 def assert_follows(rig, source, frames, atol=0.02):
     """Assert that the node's path is the true one."""
-    T_camera_world = rigid.inverse(source.pose(frames[0].stamp))
+    T_camera_world = se3.inverse(source.pose(frames[0].stamp))
     for frame in frames:
         np.testing.assert_allclose(from_pose(rig.answer(frame.stamp).pose.pose),
                                    T_camera_world @ source.pose(frame.stamp), atol=atol)
@@ -275,13 +275,13 @@ def test_a_camera_on_a_moving_arm_leaves_the_base_where_it_is(rig, start_node, s
     for frame in frames:
         np.testing.assert_allclose(from_pose(rig.answer(frame.stamp).pose.pose), np.eye(4),
                                    atol=0.02)
-    assert np.linalg.norm((rigid.inverse(source.pose(frames[0].stamp)) @ source.pose(
+    assert np.linalg.norm((se3.inverse(source.pose(frames[0].stamp)) @ source.pose(
         frames[-1].stamp))[:3, 3]) > 0.02
 
 
 # Depth of a camera beside the colour camera.
 
-T_COLOUR_DEPTH = rigid.exp([0.05, 0.0, 0.0, 0.0, 0.01, 0.0])
+T_COLOUR_DEPTH = se3.exp([0.05, 0.0, 0.0, 0.0, 0.01, 0.0])
 DEPTH_CAMERA = Camera(320, 240, 240, 240, 160.3, 118.7)
 
 
@@ -304,7 +304,7 @@ def send_from_two_cameras(rig, depth_info, source, frames):
 def test_depth_is_registered_with_the_extrinsic_of_a_parameter(rig, start_node, depth_info,
                                                                source, frames):
     x, y, z = T_COLOUR_DEPTH[:3, 3]
-    numbers = [x, y, z, *rigid.to_quaternion(T_COLOUR_DEPTH[:3, :3])]
+    numbers = [x, y, z, *se3.to_quaternion(T_COLOUR_DEPTH[:3, :3])]
     start_node(register_depth='true', depth_in_colour=str([float(n) for n in numbers]))
     send_from_two_cameras(rig, depth_info, source, frames)
     assert_follows(rig, source, frames)
@@ -445,7 +445,7 @@ def test_a_bag_that_loops_goes_on_with_its_clock(rig, start_node, frames):
                      for turn in turns)
     np.testing.assert_allclose(second[0], first[-1], atol=1e-9)
     # by then more is known of the camera, which may choose other keyframes
-    np.testing.assert_allclose(rigid.inverse(second[0]) @ second[-1], first[-1], atol=1e-3)
+    np.testing.assert_allclose(se3.inverse(second[0]) @ second[-1], first[-1], atol=1e-3)
 
 
 def test_a_topic_of_another_transport_is_named(rig, start_node, frames):

@@ -12,7 +12,7 @@ import time
 import numpy as np
 import pytest
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.ros.live_run import NODE_COMMAND
 from aick_ros.ros.messages import from_pose
@@ -59,7 +59,7 @@ def test_a_defect_in_one_frame_is_logged_counted_and_does_not_stop_the_next(
         expected = odometry.register_frame(frame).T_odom_camera
         found = from_pose(rig.answer(frame.stamp).pose.pose)
         if i > 3:
-            np.testing.assert_allclose(rigid.inverse(expected) @ found, np.eye(4), atol=0.01)
+            np.testing.assert_allclose(se3.inverse(expected) @ found, np.eye(4), atol=0.01)
     assert frames[3].stamp not in rig.stamps()
     assert f'frame {frames[3].stamp} ns failed, please report this' in node.log
     assert node.log.count('ZeroDivisionError: a defect') == 1

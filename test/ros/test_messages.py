@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Transform
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.ros import messages
 
-POSE = rigid.exp([0.1, 0.2, 0.3, 1.0, -0.5, 0.25])
+POSE = se3.exp([0.1, 0.2, 0.3, 1.0, -0.5, 0.25])
 
 
 @pytest.mark.parametrize('stamp', [0, 1, 999_999_999, 1_000_000_000, 1305031102_175304123])

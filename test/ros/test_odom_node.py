@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import CameraInfo, Image
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.presets import preset
 from aick_ros.ros.live_run import NODE_COMMAND
@@ -21,7 +21,7 @@ from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.stage_times import STAGES
 
 OPTICAL = 'camera_rgb_optical_frame'
-T_BASE_CAMERA = rigid.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
+T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
 CAMERA_IN_BASE = '[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]'
 LOST = 9999.0
 
@@ -74,7 +74,7 @@ def test_frames_velocity_and_covariance_are_those_of_the_base(rig, start_node, f
     start_node(frame_id='base_link', odom_frame_id='odom_camera', camera_in_base=CAMERA_IN_BASE)
     answers = send_all(rig, frames)
     expected = offline(frames)
-    T_camera_base = rigid.inverse(T_BASE_CAMERA)
+    T_camera_base = se3.inverse(T_BASE_CAMERA)
     last = np.eye(4)
     for answer in answers[1:]:
         assert (answer.header.frame_id, answer.child_frame_id) == ('odom_camera', 'base_link')
@@ -82,7 +82,7 @@ def test_frames_velocity_and_covariance_are_those_of_the_base(rig, start_node, f
         T_odom_base = T_BASE_CAMERA @ update.T_odom_camera @ T_camera_base
         np.testing.assert_allclose(pose_of(answer), T_odom_base, atol=1e-6)
         twist = answer.twist.twist
-        moved = rigid.exp(update.interval * np.array([
+        moved = se3.exp(update.interval * np.array([
             twist.linear.x, twist.linear.y, twist.linear.z,
             twist.angular.x, twist.angular.y, twist.angular.z]))
         np.testing.assert_allclose(last @ moved, T_odom_base, atol=1e-6)
@@ -111,7 +111,7 @@ def test_while_lost_the_last_pose_without_weight_and_no_tf(rig, start_node, fram
     recovered = answers[8]
     assert covariance_of(recovered.pose)[0, 0] == LOST
     assert covariance_of(answers[9].pose)[0, 0] < 1.0
-    step = rigid.inverse(pose_of(answers[4])) @ pose_of(recovered)
+    step = se3.inverse(pose_of(answers[4])) @ pose_of(recovered)
     assert np.linalg.norm(step[:3, 3]) < 0.2
     stamps = [to_stamp(link.header.stamp) for link in rig.links]
     tracked = [frame.stamp for i, frame in enumerate(frames) if not 5 <= i < 8]
@@ -136,15 +136,15 @@ def test_the_extrinsic_comes_from_tf_and_is_never_guessed(rig, start_node, frame
     assert rig.odom == []
     latched = rig.node.create_publisher(TFMessage, '/tf_static', QoSProfile(
         depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
-    T_link_optical = rigid.from_quaternion((-0.5, 0.5, -0.5, 0.5))
-    T_base_link = T_BASE_CAMERA @ rigid.inverse(T_link_optical)
+    T_link_optical = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5))
+    T_base_link = T_BASE_CAMERA @ se3.inverse(T_link_optical)
     latched.publish(TFMessage(transforms=[
         transform_stamped(0, 'base_link', 'camera_link', T_base_link),
         transform_stamped(0, 'camera_link', OPTICAL, T_link_optical)]))
     expected = offline(frames[:3])
     for frame in frames[:3]:  # those that waited are answered too
         T_odom_base = (T_BASE_CAMERA @ expected[frame.stamp].T_odom_camera
-                       @ rigid.inverse(T_BASE_CAMERA))
+                       @ se3.inverse(T_BASE_CAMERA))
         np.testing.assert_allclose(pose_of(rig.answer(frame.stamp)), T_odom_base, atol=1e-6)
 
 

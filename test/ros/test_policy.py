@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aick_ros.camera import Camera
+from aick_ros.geometry.camera import Camera
 
 POLICY = Path(__file__).parents[2] / 'config' / 'sros2' / 'odom_node.policy.xml'
 NODE = 'odom_node', '/'

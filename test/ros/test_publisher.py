@@ -10,8 +10,8 @@ import pytest
 import rclpy
 from nav_msgs.msg import Odometry as OdometryMessage
 
-from aick_ros import rigid
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.node_settings import NodeSettings
 from aick_ros.odometry import Odometry
 from aick_ros.ros.messages import from_pose
@@ -115,7 +115,7 @@ def test_the_covariance_of_the_twist_as_rtabmap_reads_it(make_probe, updates):
 
 def test_the_initial_pose_is_that_of_the_base(make_probe, updates):
     publish = make_probe(initial_pose=(1.0, 2.0, 3.0, 0.1, 0.2, 0.3))
-    T = rigid.from_roll_pitch_yaw(0.1, 0.2, 0.3, (1.0, 2.0, 3.0))
+    T = se3.from_roll_pitch_yaw(0.1, 0.2, 0.3, (1.0, 2.0, 3.0))
     for update in updates:
         np.testing.assert_allclose(from_pose(publish(update).pose.pose), T @ update.T_odom_camera,
                                    atol=1e-12)
@@ -130,6 +130,6 @@ def test_an_initial_pose_that_is_none_is_refused(make_probe, numbers):
 def test_a_corrected_extrinsic_does_not_move_the_path(make_probe, updates):
     publish = make_probe()
     before = publish(updates[1])
-    after = publish(updates[1], rigid.exp([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]))
+    after = publish(updates[1], se3.exp([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]))
     np.testing.assert_allclose(from_pose(after.pose.pose), from_pose(before.pose.pose),
                                atol=1e-12)

@@ -8,13 +8,13 @@ import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.evaluation.trajectory_errors import compare
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
 from aick_ros.ros.live_run import run_live
 from aick_ros.ros.pace import RealTime
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer
-from aick_ros.trajectory import Trajectory
 
 OPTICAL = 'camera_rgb_optical_frame'
 TOPICS = {'rgb/image': bag_writer.COLOUR_TOPIC, 'depth/image': bag_writer.DEPTH_TOPIC,

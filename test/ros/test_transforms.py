@@ -12,8 +12,8 @@ import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from aick_ros import rigid
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.node_settings import NodeSettings
 from aick_ros.ros.extrinsics import Extrinsics
 from aick_ros.ros.messages import transform_stamped
@@ -25,7 +25,7 @@ IDENTITY = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 def pose(seed):
-    return rigid.exp(np.random.default_rng(seed).normal(0, 1, 6))
+    return se3.exp(np.random.default_rng(seed).normal(0, 1, 6))
 
 
 class Robot:
@@ -148,9 +148,9 @@ def test_a_moving_transform_is_taken_at_the_stamp(robot):
     robot.tell({('head', 'camera'): pose(1)})
     ask_for_the_camera(robot, extrinsics)
     for i in range(4):
-        robot.tell({('base_link', 'head'): rigid.exp([0, 0, 0, 0, 0, 0.1 * i])}, '/tf',
+        robot.tell({('base_link', 'head'): se3.exp([0, 0, 0, 0, 0, 0.1 * i])}, '/tf',
                    100 * SECOND + i * SECOND // 10)
-    T_base_head = rigid.exp([0, 0, 0, 0, 0, 0.15])
+    T_base_head = se3.exp([0, 0, 0, 0, 0, 0.15])
     np.testing.assert_allclose(
         extrinsics.camera_in_base('camera', 100 * SECOND + 15 * SECOND // 100),
         T_base_head @ pose(1), atol=1e-9)

@@ -13,7 +13,7 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from sensor_msgs.msg import Image, PointCloud2, PointField
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.ros.debug_image import draw_matches
 from aick_ros.ros.messages import from_pose, to_stamp
@@ -22,7 +22,7 @@ from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.status import Status
 
 OPTICAL = 'camera_rgb_optical_frame'
-T_BASE_CAMERA = rigid.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
+T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
 COUNT = 10
 
 
@@ -64,7 +64,7 @@ def test_views_come_while_somebody_looks_and_change_nothing(rig, start_node, fra
         rig.node.destroy_subscription(subscription)
     odometry = Odometry()
     expected = {frame.stamp: odometry.register_frame(frame) for frame in [*frames, *again]}
-    poses = {stamp: T_BASE_CAMERA @ update.T_odom_camera @ rigid.inverse(T_BASE_CAMERA)
+    poses = {stamp: T_BASE_CAMERA @ update.T_odom_camera @ se3.inverse(T_BASE_CAMERA)
              for stamp, update in expected.items()}
     for answer in rig.odom:
         np.testing.assert_allclose(from_pose(answer.pose.pose),
@@ -97,7 +97,7 @@ def check_cloud(cloud, expected, poses):
     assert len(points) == cloud.width * cloud.height
     np.testing.assert_allclose(
         np.stack([points[axis] for axis in 'xyz'], axis=1),
-        rigid.transform(poses[stamp] @ T_BASE_CAMERA, positions), atol=1e-5)
+        se3.transform(poses[stamp] @ T_BASE_CAMERA, positions), atol=1e-5)
 
 
 @pytest.fixture

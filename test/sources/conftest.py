@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.trajectory import Trajectory, stamp_to_seconds
+from aick_ros.geometry.trajectory import Trajectory, stamp_to_seconds
 
 START = 1305031102 * NANOSECONDS + 123456789
 PERIOD = 33333333
@@ -63,7 +63,7 @@ def recording(camera):
             stamp, rng.integers(0, 256, (*SIZE, 3), np.uint8), depth, camera,
             stamp + int(rng.integers(-9, 10)) * 1_000_000))
     stamps = START - NANOSECONDS // 10 + np.arange(40, dtype=np.int64) * NANOSECONDS // 100
-    poses = np.array([rigid.exp(rng.normal(0, 0.5, 6)) for _ in stamps])
+    poses = np.array([se3.exp(rng.normal(0, 0.5, 6)) for _ in stamps])
     return Recording(frames, Trajectory(stamps, poses))
 
 

@@ -15,8 +15,8 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
-from aick_ros import rigid
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.sources import SourceOptions, raise_damage
 from aick_ros.sources.bag import BagSource
 
@@ -62,7 +62,7 @@ class Messages:
     def pose(self, type_, stamp, T):
         x, y, z = map(float, T[:3, 3])
         quaternion = self.make('geometry_msgs/msg/Quaternion',
-                               *map(float, rigid.to_quaternion(T[:3, :3])))
+                               *map(float, se3.to_quaternion(T[:3, :3])))
         if type_ == 'geometry_msgs/msg/TransformStamped':
             transform = self.make('geometry_msgs/msg/Transform',
                                   self.make('geometry_msgs/msg/Vector3', x, y, z), quaternion)

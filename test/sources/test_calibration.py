@@ -7,8 +7,8 @@ import json
 
 import pytest
 
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources.calibration import read_camera, write_camera
 
 FIELDS = {'width': 640, 'height': 480, 'k': [500, 0, 320, 0, 501, 240, 0, 0, 1]}

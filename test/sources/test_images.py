@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources import SourceOptions, raise_damage
 from aick_ros.sources.images import ImagesSource
 
@@ -19,7 +19,7 @@ RNG = np.random.default_rng(7)
 COLOURS = RNG.integers(0, 256, (4, 24, 32, 3), np.uint8)
 DEPTHS = RNG.integers(0, 9000, (4, 24, 32), np.uint16)
 DEPTHS[:, 0, :3] = 0, 65535, 65534
-POSES = [rigid.exp(RNG.normal(0, 1, 6)) for _ in range(4)]
+POSES = [se3.exp(RNG.normal(0, 1, 6)) for _ in range(4)]
 NUMBERS = (0, 1, 2, 5)
 INTRINSICS = '30.5 0 15.5\n0 30.25 11.5\n0 0 1\n'
 

@@ -10,8 +10,8 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from aick_ros.camera import Camera
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry.camera import Camera
 
 
 def point_cloud(frame: RgbdFrame, max_depth: float) -> np.ndarray:

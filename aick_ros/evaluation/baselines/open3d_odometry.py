@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 import open3d
 
-from aick_ros.camera import Camera
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.evaluation.baselines.dense import undistorted
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry.camera import Camera
 
 _MAX_DEPTH = 4.0  # [m]
 _FEWEST = 100  # pixels with depth; of none it makes the identity

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from aick_ros import rigid
 from aick_ros.descriptors import descriptor_distances
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.frame import KeypointExtractor, KeypointFrame, RgbdFrame
+from aick_ros.geometry import se3
 from aick_ros.parameter import with_values
 from aick_ros.presets import preset
 
@@ -77,8 +77,8 @@ class ThreePointRansac:
         for _ in range(self._models):
             sample = rng.choice(len(source), _SAMPLE, replace=False)
             try:
-                models.append(rigid.fit(source[sample], target[sample]))
-            except rigid.DegenerateGeometryError:
+                models.append(se3.fit(source[sample], target[sample]))
+            except se3.DegenerateGeometryError:
                 continue
         return np.array(models).reshape(-1, 4, 4)
 
@@ -90,6 +90,6 @@ class ThreePointRansac:
         best = inliers.sum(axis=1).argmax()
         kept = np.flatnonzero(inliers[best])
         try:
-            return Estimate(rigid.fit(source[kept], target[closest[best, kept]]))
-        except rigid.DegenerateGeometryError:
+            return Estimate(se3.fit(source[kept], target[closest[best, kept]]))
+        except se3.DegenerateGeometryError:
             return Estimate(None, 'too few inliers')

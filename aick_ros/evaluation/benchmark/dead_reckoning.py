@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.evaluation.baselines import Baseline
 from aick_ros.evaluation.baselines.dense import undistorted
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.corridor import WalkingPath, corridor
-from aick_ros.trajectory import Trajectory
 
 FRAMES = 1000
 _RATE, _SPEED = 20.0, 0.25  # [Hz], [m/s]; the rate is the paper's
@@ -101,7 +101,7 @@ def reckon(method: Baseline, frames: Iterable[RgbdFrame], ground_truth: Trajecto
         before = prepared
         if number % _NEAREST_FRAMES == 0:
             seen, painted = _near_points(frame)
-            points.append(rigid.transform(poses[-1], seen))
+            points.append(se3.transform(poses[-1], seen))
             colours.append(painted)
         on_progress(number + 1)
     return Reckoning(_end_point(np.array(poses), np.array(truths), failed),
@@ -123,8 +123,8 @@ def _near_points(frame: RgbdFrame) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _end_point(poses: np.ndarray, truths: np.ndarray, failed: int) -> EndPoint:
-    error = rigid.inverse(truths[-1]) @ poses[-1]
+    error = se3.inverse(truths[-1]) @ poses[-1]
     steps = np.diff(truths[:, :3, 3], axis=0)
     return EndPoint(len(poses), float(np.linalg.norm(steps, axis=1).sum()),
                     float(np.linalg.norm(error[:3, 3])),
-                    float(np.degrees(rigid.angle(error[:3, :3]))), failed)
+                    float(np.degrees(se3.angle(error[:3, :3]))), failed)

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.errors import InputError
 from aick_ros.evaluation.pairs import MAX_HOLE, MAX_INTERVAL_ERROR
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.sources import OnDamaged, RgbdSource, SourceOptions, open_source
-from aick_ros.trajectory import Trajectory
 
 
 class Pair(NamedTuple):
@@ -119,8 +119,8 @@ class Recording:
         """Return how far a transform is off: translation [m] and rotation [rad] of Eq. 3."""
         T_world_target, T_world_source = (
             self.ground_truth.at(self.stamps[index], MAX_HOLE) for index in pair)
-        error = rigid.inverse(T_world_source) @ T_world_target @ T_target_source
-        return float(np.linalg.norm(error[:3, 3])), rigid.angle(error[:3, :3])
+        error = se3.inverse(T_world_source) @ T_world_target @ T_target_source
+        return float(np.linalg.norm(error[:3, 3])), se3.angle(error[:3, :3])
 
     def _is_regular(self, target: int, gap: int) -> bool:
         interval = self.interval(Pair(target, target + gap))

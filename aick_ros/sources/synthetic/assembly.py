@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.sources.synthetic.surfaces import Disc, Rectangle, Round, Surface
 
 Material = Callable[[np.random.Generator, float, float], np.ndarray]
@@ -45,7 +45,7 @@ class Block:
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the distance of Nx3 points in the world [m], negative inside."""
-        beyond = np.abs(rigid.transform(rigid.inverse(self.T_world_block), points))
+        beyond = np.abs(se3.transform(se3.inverse(self.T_world_block), points))
         beyond -= (self.size / 2).astype(points.dtype)
         outside = np.linalg.norm(np.maximum(beyond, 0), axis=1)
         return outside + np.minimum(beyond.max(axis=1), 0)
@@ -78,12 +78,12 @@ class Assembly:
         """Return the same assembly, tilted backwards about x [rad]."""
         there = self.at()
         there._T_world_here[:3, :3] = (self._T_world_here[:3, :3]
-                                       @ rigid.exp_rotation((-turn, 0, 0)))
+                                       @ se3.exp_rotation((-turn, 0, 0)))
         return there
 
     def to_world(self, points: np.ndarray) -> np.ndarray:
         """Return points given here, Nx3, in the world."""
-        return rigid.transform(self._T_world_here, points)
+        return se3.transform(self._T_world_here, points)
 
     def box(self, size: tuple[float, float, float], material: Material,
             faces: Mapping[str, Material] | None = None, open_faces: tuple[str, ...] = (),
@@ -180,7 +180,7 @@ class Assembly:
 
 def _pose(position: tuple[float, float, float], turn: float = 0.0) -> np.ndarray:
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rigid.exp_rotation((0, 0, turn)), position
+    pose[:3, :3], pose[:3, 3] = se3.exp_rotation((0, 0, turn)), position
     return pose
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.sources.synthetic import furniture, materials
 from aick_ros.sources.synthetic.assembly import Assembly
 from aick_ros.sources.synthetic.lighting import Lamp
@@ -67,7 +67,7 @@ class WalkingPath:
         low, high = self._zone.low, self._zone.high
         yaw, pitch, roll = (wander.at(time) for wander in self._look)
         pose = np.eye(4)
-        pose[:3, :3] = attitude(_HEADING + yaw, _PITCH + pitch, roll) @ rigid.exp_rotation(
+        pose[:3, :3] = attitude(_HEADING + yaw, _PITCH + pitch, roll) @ se3.exp_rotation(
             [wander.at(time) for wander in self._shake])
         pose[:3, 3] = [low[0] + (high[0] - low[0]) * time / self._duration, -0.15, _EYE]
         pose[:3, 3] += [sway.at(time) + bob.at(time) for sway, bob in zip(self._sway, self._bob)]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.sources.synthetic.assembly import Block
 from aick_ros.sources.synthetic.surfaces import Surface
 
@@ -83,7 +83,7 @@ def _from_lamp(points: np.ndarray, normals: np.ndarray, source: np.ndarray, lamp
 
 def _blocked(points: np.ndarray, rays: np.ndarray, block: Block) -> np.ndarray:
     """Whether a block is between points and points + rays."""
-    T_block_world = rigid.inverse(block.T_world_block).astype(np.float32)
+    T_block_world = se3.inverse(block.T_world_block).astype(np.float32)
     start = T_block_world[:3, :3] @ points.T + T_block_world[:3, 3:]
     ray = T_block_world[:3, :3] @ rays.T
     ray[np.abs(ray) < 1e-9] = 1e-9

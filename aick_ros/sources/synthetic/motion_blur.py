@@ -8,8 +8,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 
 _MOST_TAPS = 9
 
@@ -23,7 +23,7 @@ def motion_blur(colour: np.ndarray, depth: np.ndarray, camera: Camera,
     :param depth: HxW float32 [m].
     :param T_start_end: motion of the camera while the shutter is open.
     """
-    flow_u, flow_v = _flow(depth, camera, rigid.log(T_start_end).astype(np.float32))
+    flow_u, flow_v = _flow(depth, camera, se3.log(T_start_end).astype(np.float32))
     longest = float(np.sqrt(np.max(flow_u ** 2 + flow_v ** 2)))
     taps = min(_MOST_TAPS, int(np.ceil(longest)))
     if taps < 2:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.sources.synthetic.scene import Zone
 from aick_ros.sources.synthetic.wander import Wander
 
@@ -45,7 +45,7 @@ class HandheldPath:
         yaw, pitch, roll = (wander.at(time) for wander in self._attitude)
         pose = np.eye(4)
         pose[:3, :3] = attitude(self._heading + yaw, _MEAN_PITCH + pitch, roll)
-        pose[:3, :3] = pose[:3, :3] @ rigid.exp_rotation([w.at(time) for w in self._turn])
+        pose[:3, :3] = pose[:3, :3] @ se3.exp_rotation([w.at(time) for w in self._turn])
         pose[:3, 3] = self._zone.centre + [
             walk.at(time) + shake.at(time) for walk, shake in zip(self._position, self._shake)]
         return pose
@@ -56,4 +56,4 @@ def attitude(yaw: float, pitch: float, roll: float) -> np.ndarray:
     forward = np.array([np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), np.sin(pitch)])
     right = np.array([np.sin(yaw), -np.cos(yaw), 0.0])
     level = np.column_stack([right, np.cross(forward, right), forward])
-    return level @ rigid.exp_rotation((0, 0, roll))
+    return level @ se3.exp_rotation((0, 0, roll))

@@ -11,9 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources.synthetic.atlas import Atlas
 from aick_ros.sources.synthetic.surfaces import Surface, TexturePoints
 
@@ -59,7 +59,7 @@ class Renderer:
         self._surfaces = surfaces
         self._camera = camera
         self._atlas = Atlas(surfaces)
-        self._T_surface_world = np.array([rigid.inverse(s.T_world_surface) for s in surfaces])
+        self._T_surface_world = np.array([se3.inverse(s.T_world_surface) for s in surfaces])
         self._hulls = np.array([np.resize(s.hull, (8, 3)) for s in surfaces])
         self._one_sided = np.array([s.one_sided for s in surfaces])
         self._x = (np.arange(camera.width) - camera.cx) / camera.fx
@@ -93,7 +93,7 @@ class Renderer:
     def _boxes(self, T_world_camera: np.ndarray,
                T_surface_camera: np.ndarray) -> list[tuple[int, tuple[slice, slice]]]:
         """Return the surfaces that may be seen, each with the rows and columns to look at."""
-        T_camera_world = rigid.inverse(T_world_camera)
+        T_camera_world = se3.inverse(T_world_camera)
         hulls = self._hulls @ T_camera_world[:3, :3].T + T_camera_world[:3, 3]
         candidates = np.flatnonzero(
             (hulls[..., 2].max(axis=1) > _NEAR)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
+from aick_ros.geometry.camera import Camera
 
 _QUANTILES = 4096
 _NORMAL = np.array([statistics.NormalDist().inv_cdf((i + 0.5) / _QUANTILES)

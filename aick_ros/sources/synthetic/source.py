@@ -11,11 +11,12 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.sources.synthetic.motion_blur import motion_blur
 from aick_ros.sources.synthetic.path import HandheldPath
 from aick_ros.sources.synthetic.renderer import Renderer
@@ -23,7 +24,6 @@ from aick_ros.sources.synthetic.room import furnished_room
 from aick_ros.sources.synthetic.scene import Scene
 from aick_ros.sources.synthetic.sensor import ColourSensor, DepthSensor
 from aick_ros.sources.synthetic.wander import Wander
-from aick_ros.trajectory import Trajectory
 
 _EXPOSURE = ((0.6, 0.05, 0.15), (0.4, 0.2, 0.4))  # shares and frequencies [Hz]
 # what the random numbers are for; the scene takes 0
@@ -151,7 +151,7 @@ class SyntheticSource:
     def _exposed(self, stamp: int) -> np.ndarray:
         """Return the motion of the camera while the shutter is open."""
         half = round(self._options.colour.shutter / 2 * NANOSECONDS)
-        return rigid.inverse(self.pose(stamp - half)) @ self.pose(stamp + half)
+        return se3.inverse(self.pose(stamp - half)) @ self.pose(stamp + half)
 
     def _stamp(self, index: int) -> int:
         return self._options.start + round(index * NANOSECONDS / self._options.rate)

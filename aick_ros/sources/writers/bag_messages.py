@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.image_codec import ImageFields
 
@@ -42,7 +42,7 @@ def camera_info(stamp: int, camera: Camera) -> Any:
 def pose(stamp: int, T_world_camera: np.ndarray) -> Any:
     """Return a geometry_msgs/PoseStamped."""
     position = map(float, T_world_camera[:3, 3])
-    quaternion = map(float, rigid.to_quaternion(T_world_camera[:3, :3]))
+    quaternion = map(float, se3.to_quaternion(T_world_camera[:3, :3]))
     return _TYPES['geometry_msgs/msg/PoseStamped'](
         _header(stamp, WORLD_FRAME),
         _TYPES['geometry_msgs/msg/Pose'](_TYPES['geometry_msgs/msg/Point'](*position),

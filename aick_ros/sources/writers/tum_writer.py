@@ -13,12 +13,12 @@ import numpy as np
 from aick_ros.encoded_image import to_units
 from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry.trajectory import stamp_to_seconds, write_trajectory
 from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
 from aick_ros.sources.calibration import CAMERA_FILE, write_camera
 from aick_ros.sources.tum import UNITS_PER_METRE
 from aick_ros.sources.writers import Progress, no_progress
 from aick_ros.sources.writers.new_folder import new_folder
-from aick_ros.trajectory import stamp_to_seconds, write_trajectory
 
 
 def write_tum(path: Path, source: RgbdSource, on_damaged: OnDamaged = raise_damage,

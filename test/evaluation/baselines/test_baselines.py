@@ -9,12 +9,12 @@ import importlib
 import numpy as np
 import pytest
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines import registry
 from aick_ros.evaluation.baselines.registry import METHODS, make, methods_of
 from aick_ros.frame import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 APART = 2  # frames
@@ -30,7 +30,7 @@ def source():
 def pair(source):
     """Return the later and the earlier frame, and the true transform between them."""
     truth = source.ground_truth.poses
-    return source.frame(APART), source.frame(0), rigid.inverse(truth[0]) @ truth[APART]
+    return source.frame(APART), source.frame(0), se3.inverse(truth[0]) @ truth[APART]
 
 
 @pytest.fixture(params=[name for name in METHODS if name not in SLOW])
@@ -44,10 +44,10 @@ def baseline(request):
 def test_finds_the_motion_of_a_rendered_camera(baseline, pair):
     source, target, truth = pair
     estimate = baseline.register(baseline.prepare(source), baseline.prepare(target))
-    error = rigid.inverse(truth) @ estimate.T_target_source
+    error = se3.inverse(truth) @ estimate.T_target_source
     motion = np.linalg.norm(truth[:3, 3])
     assert np.linalg.norm(error[:3, 3]) < 0.3 * motion > 0.01
-    assert rigid.angle(error[:3, :3]) < 0.3 * rigid.angle(truth[:3, :3])
+    assert se3.angle(error[:3, :3]) < 0.3 * se3.angle(truth[:3, :3])
     assert estimate.failure == ''
 
 
@@ -71,7 +71,7 @@ def test_takes_out_the_distortion_of_the_lens(baseline, pair, distort):
     source, target, truth = pair
     bent = [distort(frame) for frame in (source, target)]
     estimate = baseline.register(*map(baseline.prepare, bent))
-    error = rigid.inverse(truth) @ estimate.T_target_source
+    error = se3.inverse(truth) @ estimate.T_target_source
     assert np.linalg.norm(error[:3, 3]) < 0.3 * np.linalg.norm(truth[:3, 3])
 
 

@@ -9,8 +9,8 @@ import subprocess
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.evaluation.baselines.pcl import Pcl, find_program
+from aick_ros.geometry import se3
 
 GICP = ('gicp', '0.02', '0.05', '50', '1e-5')
 
@@ -25,12 +25,12 @@ def surface(count=6000):
 
 
 def test_finds_a_known_motion():
-    T_target_source = rigid.exp([0.01, -0.02, 0.015, 0.01, 0.02, -0.01])
+    T_target_source = se3.exp([0.01, -0.02, 0.015, 0.01, 0.02, -0.01])
     source = surface()
-    estimate = Pcl(GICP, 4.0).register(source, rigid.transform(T_target_source, source))
-    error = rigid.inverse(T_target_source) @ estimate.T_target_source
+    estimate = Pcl(GICP, 4.0).register(source, se3.transform(T_target_source, source))
+    error = se3.inverse(T_target_source) @ estimate.T_target_source
     assert np.linalg.norm(error[:3, 3]) < 0.002
-    assert rigid.angle(error[:3, :3]) < 0.002
+    assert se3.angle(error[:3, :3]) < 0.002
 
 
 def test_one_program_serves_all_pairs():

@@ -5,9 +5,9 @@
 
 import pytest
 
-from aick_ros.camera import Camera
 from aick_ros.evaluation.baselines.registry import METHODS, Method
 from aick_ros.evaluation.benchmark.recording import Recording, Request
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources import raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers.tum_writer import write_tum

@@ -6,12 +6,12 @@
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.evaluation.benchmark.dead_reckoning import reckon, walk
+from aick_ros.geometry import se3
 
 FRAMES = 7
-OFF = rigid.exp([0.002, 0.0, -0.001, 0.0, 0.003, 0.001])
+OFF = se3.exp([0.002, 0.0, -0.001, 0.0, 0.003, 0.001])
 
 
 @pytest.fixture(scope='module')
@@ -37,7 +37,7 @@ class Known:
         if source in self._silent:
             return Estimate(None, 'silent')
         poses = [self._truth.at(stamp) for stamp in (target, source)]
-        return Estimate(rigid.inverse(poses[0]) @ poses[1] @ self._off)
+        return Estimate(se3.inverse(poses[0]) @ poses[1] @ self._off)
 
 
 def test_the_truth_leads_to_the_end(source, frames):

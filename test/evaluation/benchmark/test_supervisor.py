@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aick_ros import rigid
 from aick_ros.evaluation.benchmark.journal import FrameLine, PairLine
 from aick_ros.evaluation.benchmark.supervisor import Job, UnusableMethodError, supervise
+from aick_ros.geometry import se3
 
 NEVER = bool  # is_stopped() of a user who is patient
 
@@ -39,7 +39,7 @@ def test_errors_are_those_of_the_ground_truth(method, recording):
         poses = [recording.ground_truth.at(recording.stamps[i]) for i in (target, source)]
         assert line.translation == pytest.approx(np.linalg.norm(poses[0][:3, 3] - poses[1][:3, 3]))
         assert line.rotation == pytest.approx(
-            rigid.angle(poses[0][:3, :3].T @ poses[1][:3, :3]), abs=1e-9)
+            se3.angle(poses[0][:3, :3].T @ poses[1][:3, :3]), abs=1e-9)
         assert line.milliseconds > 0
 
 

@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.sources.synthetic.path import HandheldPath
 from aick_ros.sources.synthetic.scene import Zone
 
@@ -22,7 +22,7 @@ def poses(request):
 
 
 def turns(poses):
-    return np.array([rigid.log_rotation(one[:3, :3].T @ other[:3, :3])
+    return np.array([se3.log_rotation(one[:3, :3].T @ other[:3, :3])
                      for one, other in zip(poses, poses[1:])])
 
 

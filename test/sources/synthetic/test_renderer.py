@@ -7,9 +7,9 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources.synthetic.renderer import Renderer
 from aick_ros.sources.synthetic.surfaces import Disc, Rectangle, Round
 
@@ -43,7 +43,7 @@ def meet_plane(surface, origin, directions):
 
 
 def meet_round(surface, origin, directions):
-    T_surface_world = rigid.inverse(surface.T_world_surface)
+    T_surface_world = se3.inverse(surface.T_world_surface)
     start = T_surface_world[:3, :3] @ origin + T_surface_world[:3, 3]
     rays = directions @ T_surface_world[:3, :3].T
     a, b, c = surface.profile
@@ -99,7 +99,7 @@ def compare_with_cast(surface):
 
 def pose(position, turn):
     T = np.eye(4)
-    T[:3, :3], T[:3, 3] = rigid.exp_rotation(turn), position
+    T[:3, :3], T[:3, 3] = se3.exp_rotation(turn), position
     return T
 
 

@@ -10,9 +10,9 @@ import statistics
 import numpy as np
 import pytest
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor
 from aick_ros.sources.synthetic.motion_blur import motion_blur
 
@@ -155,12 +155,12 @@ def test_motion_blur_smears_a_dot_along_its_way(axis, pixel):
     twist[axis] = 0.03 if axis < 3 else 0.02
     point = CAMERA.back_project(np.array([pixel]), [depth])
     # the point stands still while the camera moves
-    start, end = (CAMERA.project(rigid.transform(rigid.inverse(rigid.exp(half)), point))[0]
+    start, end = (CAMERA.project(se3.transform(se3.inverse(se3.exp(half)), point))[0]
                   for half in (-twist / 2, twist / 2))
     columns, rows = np.meshgrid(np.arange(640), np.arange(480))
     dot = 250 * np.exp(-((columns - pixel[0]) ** 2 + (rows - pixel[1]) ** 2) / (2 * sigma ** 2))
     smeared = motion_blur(np.repeat(np.rint(dot)[..., None], 3, axis=2).astype(np.uint8),
-                          wall(depth), CAMERA, rigid.exp(twist))[..., 1].astype(float)
+                          wall(depth), CAMERA, se3.exp(twist))[..., 1].astype(float)
     for places, moved, centre in zip((columns, rows), end - start, pixel):
         mean = np.average(places, weights=smeared)
         spread = np.average((places - mean) ** 2, weights=smeared)

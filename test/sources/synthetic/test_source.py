@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros import rigid
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
 from aick_ros.frame import KeypointExtractor
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.settings import FeatureSettings, SensorSettings
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
@@ -28,9 +28,9 @@ def seen_again(source, first, second):
     pixels = np.stack(np.meshgrid(np.arange(4, camera.width, 8), np.arange(4, camera.height, 8)),
                       axis=-1).reshape(-1, 2)
     points = camera.back_project(pixels, frames[0].depth[pixels[:, 1], pixels[:, 0]])
-    T_second_first = rigid.inverse(source.ground_truth.poses[second]) @ (
+    T_second_first = se3.inverse(source.ground_truth.poses[second]) @ (
         source.ground_truth.poses[first])
-    points = rigid.transform(T_second_first, points)
+    points = se3.transform(T_second_first, points)
     places = camera.project(points).astype(np.float32)
     inside = np.all((places > 1) & (places < (camera.width - 2, camera.height - 2)), axis=1)
     pixels, places, depth = pixels[inside], places[inside], points[inside, 2]
@@ -81,7 +81,7 @@ def test_a_camera_may_go_anywhere_in_the_free_zone(room, seed):
     for corner in itertools.product(*zip(low, high)):
         for turn in turns:
             T_world_camera = np.eye(4)
-            T_world_camera[:3, :3], T_world_camera[:3, 3] = rigid.exp_rotation(turn), corner
+            T_world_camera[:3, :3], T_world_camera[:3, 3] = se3.exp_rotation(turn), corner
             distance = renderer.render_depth(T_world_camera).ravel() * rays
             # nothing is near, and the room is closed
             assert distance.min() > 0.3
@@ -102,8 +102,8 @@ def test_keypoints_are_found_again_in_the_next_frame(noisy):
     for index in (10, 60, 110):
         one, other = (EXTRACTOR.extract(noisy.frame(i)) for i in (index, index + 1))
         poses = noisy.ground_truth.poses
-        T_other_one = rigid.inverse(poses[index + 1]) @ poses[index]
-        moved = rigid.transform(T_other_one, one.positions)
+        T_other_one = se3.inverse(poses[index + 1]) @ poses[index]
+        moved = se3.transform(T_other_one, one.positions)
         pixels = noisy.frame(index).camera.project(moved)
         inside = np.all((pixels > 10) & (pixels < (630, 470)), axis=1)
         nearest = np.linalg.norm(pixels[inside, None] - other.pixels[None], axis=2).min(axis=1)
@@ -160,8 +160,8 @@ def test_depth_may_be_taken_later_than_colour(perfect):
     points = camera.back_project(pixels, frame.depth[pixels[:, 1], pixels[:, 0]])
 
     def error(T_world_depth):
-        T_colour_depth = rigid.inverse(perfect.ground_truth.poses[40]) @ T_world_depth
-        moved = rigid.transform(T_colour_depth, points)
+        T_colour_depth = se3.inverse(perfect.ground_truth.poses[40]) @ T_world_depth
+        moved = se3.transform(T_colour_depth, points)
         look_up = camera.project(moved).astype(np.float32)
         seen = cv2.remap(1 / perfect.frame(40).depth, *np.ascontiguousarray(look_up.T)[:, None],
                          cv2.INTER_LINEAR, borderValue=np.nan)[0]
@@ -175,7 +175,7 @@ def test_motion_blur_is_the_mean_over_the_exposure(perfect):
     shutter = 0.03
     colour = ColourSensor(sigma=0.0, shutter=shutter, exposure_swing=0.0)
     blurred = SyntheticSource(SyntheticOptions.perfect(seed=1, colour=colour), perfect.scene)
-    index = int(np.argmax([rigid.angle(one[:3, :3].T @ other[:3, :3]) for one, other in zip(
+    index = int(np.argmax([se3.angle(one[:3, :3].T @ other[:3, :3]) for one, other in zip(
         perfect.ground_truth.poses, perfect.ground_truth.poses[1:])]))
     stamp = int(perfect.ground_truth.stamps[index])
     times = stamp + ((np.arange(12) + 0.5) / 12 - 0.5) * shutter * 1e9

@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 
-from aick_ros import rigid
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.sources.writers.bag_writer import write_bag
 
@@ -88,7 +88,7 @@ def test_plain_rosbags_reads_it_in_the_order_of_the_stamps(tmp_path, recording, 
     assert times == sorted(times)
     for pose, expected in zip(poses, recording.ground_truth.poses, strict=True):
         q = pose.orientation
-        assert np.allclose(rigid.from_quaternion((q.x, q.y, q.z, q.w), (
+        assert np.allclose(se3.from_quaternion((q.x, q.y, q.z, q.w), (
             pose.position.x, pose.position.y, pose.position.z)), expected)
 
 

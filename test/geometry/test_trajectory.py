@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from aick_ros import rigid
 from aick_ros.errors import InputError
-from aick_ros.trajectory import (
+from aick_ros.geometry import se3
+from aick_ros.geometry.trajectory import (
     Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds, write_trajectory)
 
 SECOND = 1_000_000_000
@@ -18,7 +18,7 @@ SECOND = 1_000_000_000
 def path_of(count, seed=0):
     rng = np.random.default_rng(seed)
     stamps = 1305031102_175304000 + np.arange(count) * 33_333_333
-    return Trajectory(stamps, np.array([rigid.exp(rng.normal(0, 1, 6)) for _ in range(count)]))
+    return Trajectory(stamps, np.array([se3.exp(rng.normal(0, 1, 6)) for _ in range(count)]))
 
 
 def test_interpolates_as_slerp():

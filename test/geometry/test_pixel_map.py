@@ -6,8 +6,8 @@
 import numpy as np
 import pytest
 
-from aick_ros.camera import Camera
-from aick_ros.pixel_map import PixelMap
+from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.pixel_map import PixelMap
 
 PINHOLE = Camera(640, 480, 525, 530, 319.5, 239.5)
 BARREL = Camera(640, 480, 517.3, 516.5, 318.6, 255.3, 'plumb_bob', (-0.3, 0.05, -0.005, 0.003, 0))

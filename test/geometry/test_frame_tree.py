@@ -6,14 +6,14 @@
 import numpy as np
 import pytest
 
-from aick_ros import rigid
-from aick_ros.frame_tree import FrameTree
+from aick_ros.geometry import se3
+from aick_ros.geometry.frame_tree import FrameTree
 
 SECOND = 10 ** 9
 
 
 def pose(seed):
-    return rigid.exp(np.random.default_rng(seed).normal(0, 1, 6))
+    return se3.exp(np.random.default_rng(seed).normal(0, 1, 6))
 
 
 @pytest.fixture
@@ -36,19 +36,19 @@ def test_down_a_chain_and_up_another(tree):
 def test_a_moving_link_is_interpolated(tree):
     """A mast that turns about its axis at a steady rate."""
     for i in range(5):
-        tree.move('base', 'mast', (10 + i) * SECOND, rigid.exp([0, 0, 0, 0, 0, 0.2 * i]))
+        tree.move('base', 'mast', (10 + i) * SECOND, se3.exp([0, 0, 0, 0, 0, 0.2 * i]))
     found = tree.find('base', 'camera', round(12.3 * SECOND))
     np.testing.assert_allclose(found.T_target_source,
-                               rigid.exp([0, 0, 0, 0, 0, 0.46]) @ pose(1) @ pose(2), atol=1e-9)
+                               se3.exp([0, 0, 0, 0, 0, 0.46]) @ pose(1) @ pose(2), atol=1e-9)
     assert not found.is_fixed and found.gap == 0
 
 
 @pytest.mark.parametrize('seconds, gap, nearest', [(14.5, 0.5, 0.8), (9.75, 0.25, 0.0)])
 def test_outside_of_what_is_known_the_nearest_and_how_far_off(tree, seconds, gap, nearest):
     for i in range(5):
-        tree.move('base', 'mast', (10 + i) * SECOND, rigid.exp([0, 0, 0, 0, 0, 0.2 * i]))
+        tree.move('base', 'mast', (10 + i) * SECOND, se3.exp([0, 0, 0, 0, 0, 0.2 * i]))
     found = tree.find('base', 'mast', round(seconds * SECOND))
-    np.testing.assert_allclose(found.T_target_source, rigid.exp([0, 0, 0, 0, 0, nearest]))
+    np.testing.assert_allclose(found.T_target_source, se3.exp([0, 0, 0, 0, 0, nearest]))
     assert found.gap == gap * SECOND
 
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from aick_ros import rigid
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import RESTART_AFTER
 
 _SAMPLES_KEPT = 500  # of a moving link: five seconds at 100 Hz
@@ -45,7 +45,7 @@ class _Moving:
         if after == 0:
             return Found(self.poses[0], False, self.stamps[0] - stamp)
         start, end = self.stamps[after - 1], self.stamps[after]
-        return Found(rigid.interpolate(self.poses[after - 1], self.poses[after],
+        return Found(se3.interpolate(self.poses[after - 1], self.poses[after],
                                        (stamp - start) / (end - start)), False)
 
 
@@ -81,7 +81,7 @@ class FrameTree:
             if frame in sources:
                 above_source = sources[frame]
                 return Found(
-                    rigid.inverse(above_target.T_target_source) @ above_source.T_target_source,
+                    se3.inverse(above_target.T_target_source) @ above_source.T_target_source,
                     above_target.is_fixed and above_source.is_fixed,
                     max(above_target.gap, above_source.gap))
         return None

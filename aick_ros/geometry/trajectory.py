@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from aick_ros import rigid
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 
 
@@ -49,7 +49,7 @@ class Trajectory:
         if gap > max_gap * NANOSECONDS:
             return None
         share = (stamp - int(self.stamps[before])) / gap
-        return rigid.interpolate(self.poses[before], self.poses[after], share)
+        return se3.interpolate(self.poses[before], self.poses[after], share)
 
 
 def seconds_to_stamp(text: str) -> int:
@@ -72,7 +72,7 @@ def stamp_to_seconds(stamp: int) -> str:
 
 def format_pose(stamp: int, pose: np.ndarray) -> str:
     """Return one line of a TUM trajectory file, without its end."""
-    numbers = np.concatenate([pose[:3, 3], rigid.to_quaternion(pose[:3, :3])])
+    numbers = np.concatenate([pose[:3, 3], se3.to_quaternion(pose[:3, :3])])
     return stamp_to_seconds(stamp) + ''.join(f' {number:.9f}' for number in numbers)
 
 
@@ -90,7 +90,7 @@ def read_trajectory(path: Path) -> Trajectory:
         try:
             stamp = np.int64(seconds_to_stamp(words[0]))
             x, y, z, *quaternion = (float(word) for word in words[1:8])
-            pose = rigid.from_quaternion(quaternion, (x, y, z))
+            pose = se3.from_quaternion(quaternion, (x, y, z))
         except (ValueError, IndexError, OverflowError):
             raise InputError(f'{path}, line {number}: {line.strip()[:80]!r} is no pose; it takes '
                              'stamp tx ty tz qx qy qz qw') from None

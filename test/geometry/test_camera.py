@@ -6,8 +6,8 @@
 import numpy as np
 import pytest
 
-from aick_ros.camera import Camera
 from aick_ros.errors import InputError
+from aick_ros.geometry.camera import Camera
 
 FR1 = Camera(640, 480, 517.306408, 516.469215, 318.643040, 255.313989, 'plumb_bob',
              (0.262383, -0.953104, -0.005358, 0.002628, 1.163314))

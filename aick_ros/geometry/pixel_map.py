@@ -8,7 +8,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from aick_ros.camera import Camera
+from aick_ros.geometry.camera import Camera
 
 _CELL = 2  # px between two nodes of the table, roughly
 _WIDEST = 4.0  # of the tangent: what a camera sees beyond 76 degrees off its axis is left out
