@@ -37,7 +37,7 @@ from aick_ros.aick import Aick  # noqa: E402
 from aick_ros.evaluation.machine import machine_facts  # noqa: E402
 from aick_ros.frame import KeypointExtractor, KeypointFrame  # noqa: E402
 from aick_ros.geometry import se3  # noqa: E402
-from aick_ros.presets import preset  # noqa: E402
+from aick_ros.settings.presets import preset  # noqa: E402
 from aick_ros.sources import RgbdSource, open_source, raise_damage  # noqa: E402
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource  # noqa: E402
 from aick_ros.sources.writers.bag_writer import write_bag  # noqa: E402

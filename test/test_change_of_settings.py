@@ -11,8 +11,8 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
-from aick_ros.parameter import with_values
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.status import Status
 

@@ -12,7 +12,7 @@ from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frame import KeypointExtractor, KeypointFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.presets import preset
+from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT = 60

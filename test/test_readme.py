@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from aick_ros.node_settings import NodeSettings
-from aick_ros.parameter_text import parameter_table
 from aick_ros.settings import Settings
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.text import parameter_table
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / 'README.md').read_text()

@@ -15,11 +15,11 @@ from aick_ros.aick import Aick
 from aick_ros.frame import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.parameter import with_values
 from aick_ros.refinement import Refinement
 from aick_ros.registrar import Registrar
 from aick_ros.residuals import point_to_plane, track_depth
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
 from aick_ros.sources.synthetic.room import furnished_room

@@ -12,10 +12,10 @@ from aick_ros.aick import Aick
 from aick_ros.frame import KeypointExtractor
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.parameter import with_values
-from aick_ros.presets import preset
 from aick_ros.registrar import Registrar
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
+from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import DepthSensor, SyntheticOptions, SyntheticSource
 from aick_ros.stage_times import StageTimes
 from aick_ros.status import Status

@@ -16,8 +16,8 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
-from aick_ros.parameter import with_values
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
 from aick_ros.sources.synthetic.surfaces import Rectangle

@@ -12,11 +12,11 @@ import pytest
 from aick_ros.frame import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.parameter import with_values
 from aick_ros.refinement import Refinement
 from aick_ros.registrar import Registrar
 from aick_ros.second_opinion import SecondOpinion, suddenness
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 PERIOD = 1 / 30

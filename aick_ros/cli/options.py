@@ -13,9 +13,9 @@ import typer
 
 from aick_ros.cli.settings_file import read_settings_file
 from aick_ros.errors import InputError
-from aick_ros.parameter import with_values
-from aick_ros.presets import PRESETS, preset
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
+from aick_ros.settings.presets import PRESETS, preset
 
 Source = Annotated[str, typer.Argument(
     metavar='SOURCE', show_default=False,

@@ -10,9 +10,9 @@ from typing import Annotated
 
 import typer
 
-from aick_ros.node_settings import NodeSettings
-from aick_ros.parameter_text import config_text, parameter_table
 from aick_ros.settings import Settings
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.text import config_text, parameter_table
 
 _TITLE = ('Parameters of odom_node, made by "aick parameters --format yaml". Those of the '
           'algorithm are commented out with their defaults, so that a preset can change them; '

@@ -22,8 +22,8 @@ from aick_ros.evaluation.frame_record import FrameRecord, stages_of
 from aick_ros.evaluation.run_summary import RunSummary
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import format_pose, stamp_to_seconds
-from aick_ros.parameter_text import config_text
 from aick_ros.settings import Settings
+from aick_ros.settings.text import config_text
 
 _AXES = ('x', 'y', 'z', 'rot_x', 'rot_y', 'rot_z')
 _TRIANGLE = np.triu_indices(6)

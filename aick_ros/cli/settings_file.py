@@ -13,9 +13,9 @@ from typing import Any
 import yaml
 
 from aick_ros.errors import InputError
-from aick_ros.node_settings import NodeSettings
-from aick_ros.parameter import with_values
 from aick_ros.settings import Settings
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.parameter import with_values
 
 NODE = 'odom_node'
 

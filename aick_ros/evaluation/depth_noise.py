@@ -14,8 +14,8 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.noise_law import LEAST_SAMPLES, bins_of, fit_law
 from aick_ros.evaluation.patch_noise import PatchNoise
 from aick_ros.frame import RgbdFrame
-from aick_ros.parameter import parameters
 from aick_ros.settings import SensorSettings
+from aick_ros.settings.parameter import parameters
 
 _STEP = 16  # between the pixels that the range of depths is taken from [px]
 _OUTLYING = 0.1  # per cent of the depths, at each end

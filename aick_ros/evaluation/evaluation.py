@@ -21,8 +21,8 @@ from aick_ros.evaluation.run_errors import RunErrors, SilentFailures
 from aick_ros.evaluation.run_summary import stage_times
 from aick_ros.evaluation.trajectory_score import TrajectoryScore
 from aick_ros.odometry import Odometry
-from aick_ros.parameter import values
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import values
 from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
 
 GAPS = (1, 5, 10)

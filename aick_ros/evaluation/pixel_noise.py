@@ -21,8 +21,8 @@ from aick_ros.descriptors import descriptor_distances
 from aick_ros.evaluation.noise_law import bins_of, fit_law
 from aick_ros.features import Features, make_detector
 from aick_ros.frame import RgbdFrame
-from aick_ros.parameter import parameters
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import parameters
 
 LEAST_FLOW = 8.0
 """Median motion between the images of a pair [px]: of less, both may have the same errors."""

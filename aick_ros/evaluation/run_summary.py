@@ -18,8 +18,8 @@ from aick_ros.evaluation.frame_record import FrameRecord, stages_of, trajectory_
 from aick_ros.evaluation.machine import machine_facts
 from aick_ros.evaluation.trajectory_score import TrajectoryScore
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.parameter import values
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import values
 from aick_ros.sources import RgbdSource
 
 

@@ -13,7 +13,7 @@ from sensor_msgs.msg import CameraInfo
 from aick_ros.camera_info import is_rectified, to_camera
 from aick_ros.errors import InputError
 from aick_ros.geometry.camera import Camera
-from aick_ros.node_settings import NodeSettings
+from aick_ros.settings.node import NodeSettings
 
 _THROTTLE = 5.0  # seconds between two log lines of the same kind
 

@@ -13,8 +13,8 @@ from rclpy.node import Node
 from aick_ros.base_pose import Mount
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
-from aick_ros.node_settings import NodeSettings
 from aick_ros.ros import transforms
+from aick_ros.settings.node import NodeSettings
 
 
 class Extrinsics:

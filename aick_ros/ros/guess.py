@@ -11,7 +11,7 @@ import numpy as np
 
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
-from aick_ros.node_settings import NodeSettings
+from aick_ros.settings.node import NodeSettings
 
 
 class Finder(Protocol):

@@ -19,7 +19,6 @@ from aick_ros.errors import InputError
 from aick_ros.frame import RgbdFrame
 from aick_ros.frame_decoder import FrameDecoder
 from aick_ros.geometry.camera import Camera
-from aick_ros.node_settings import NodeSettings
 from aick_ros.ros.calibrations import Calibration
 from aick_ros.ros.diagnostics import Diagnostics
 from aick_ros.ros.extrinsics import Extrinsics
@@ -27,6 +26,7 @@ from aick_ros.ros.pairing import Pairing
 from aick_ros.ros.subscriptions import (
     AdaptiveSubscription, camera_info_subscription, image_subscription)
 from aick_ros.ros.watchdog import Watchdog
+from aick_ros.settings.node import NodeSettings
 from aick_ros.synchronizer import Pair
 
 _SILENCE = 0.5  # seconds after which no better partner is expected

@@ -18,7 +18,6 @@ from rclpy.parameter import Parameter
 
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
-from aick_ros.node_settings import NodeSettings
 from aick_ros.odometry import Odometry
 from aick_ros.ros.control import Control
 from aick_ros.ros.diagnostics import Diagnostics
@@ -33,6 +32,7 @@ from aick_ros.ros.views import Views
 from aick_ros.ros.warm_up import warm_up
 from aick_ros.ros.worker import Worker
 from aick_ros.settings import Settings
+from aick_ros.settings.node import NodeSettings
 
 _LONGEST_BACKLOG = 100  # pairs; at 640x480 one takes 1.5 to 2.1 MB
 _LARGEST_BACKLOG = 256 * 2 ** 20  # bytes

@@ -9,8 +9,8 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from aick_ros.node_settings import NodeSettings
 from aick_ros.ros.messages import to_stamp
+from aick_ros.settings.node import NodeSettings
 from aick_ros.stamp_watch import StampWatch
 from aick_ros.synchronizer import Pair, Synchronizer
 

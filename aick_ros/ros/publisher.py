@@ -15,11 +15,11 @@ from rclpy.node import Node
 from aick_ros.base_pose import BasePose, Mount
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
-from aick_ros.node_settings import NodeSettings
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.ros import messages
 from aick_ros.ros.guess import Guess
 from aick_ros.ros.transforms import TransformBroadcaster
+from aick_ros.settings.node import NodeSettings
 from aick_ros.status import Status
 
 _QUEUE = 10

@@ -18,8 +18,8 @@ from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-from aick_ros.node_settings import NodeSettings
 from aick_ros.ros.messages import to_stamp
+from aick_ros.settings.node import NodeSettings
 
 _CAMERA_INFO_QUEUE = 10
 _OVERLAP = 0.2  # seconds for which both bring messages

@@ -13,8 +13,8 @@ from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.node_settings import NodeSettings
 from aick_ros.ros.subscriptions import AdaptiveSubscription
+from aick_ros.settings.node import NodeSettings
 
 _SILENT_AFTER = 5.0  # seconds
 _TOLERATED_LOSS = 0.2  # share of the images

@@ -38,8 +38,8 @@ from aick_ros.evaluation.machine import machine_facts  # noqa: E402
 from aick_ros.evaluation.trajectory_errors import compare  # noqa: E402
 from aick_ros.evaluation.trajectory_score import TrajectoryScore  # noqa: E402
 from aick_ros.odometry import Odometry  # noqa: E402
-from aick_ros.parameter import with_values  # noqa: E402
 from aick_ros.settings import Settings  # noqa: E402
+from aick_ros.settings.parameter import with_values  # noqa: E402
 from aick_ros.sources import RgbdSource, open_source, raise_damage  # noqa: E402
 
 FRAMES = 150  # that everything but the growth over distance is measured on

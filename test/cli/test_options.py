@@ -8,11 +8,11 @@ import pytest
 from aick_ros.cli.options import settings_from
 from aick_ros.cli.settings_file import read_settings_file
 from aick_ros.errors import InputError
-from aick_ros.node_settings import NodeSettings
-from aick_ros.parameter import with_values
-from aick_ros.parameter_text import config_text
-from aick_ros.presets import preset
 from aick_ros.settings import Settings
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.parameter import with_values
+from aick_ros.settings.presets import preset
+from aick_ros.settings.text import config_text
 
 
 @pytest.fixture

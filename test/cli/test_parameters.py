@@ -6,11 +6,11 @@
 import yaml
 
 from aick_ros.cli.options import settings_from
-from aick_ros.node_settings import NodeSettings
-from aick_ros.parameter import values
-from aick_ros.parameter_text import parameter_table
-from aick_ros.presets import preset
 from aick_ros.settings import Settings
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.parameter import values
+from aick_ros.settings.presets import preset
+from aick_ros.settings.text import parameter_table
 
 
 def test_tables_of_algorithm_and_node(aick):

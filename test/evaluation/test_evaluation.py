@@ -16,9 +16,9 @@ from aick_ros.evaluation.evaluation import evaluate
 from aick_ros.frame import KeypointExtractor
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.parameter import with_values
-from aick_ros.presets import preset
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
+from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 FRAMES = 20

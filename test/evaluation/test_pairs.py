@@ -17,11 +17,11 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.parameter import with_values
-from aick_ros.presets import preset
 from aick_ros.registrar import Registrar
 from aick_ros.registration import Registration
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
+from aick_ros.settings.presets import preset
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.status import Status
 from aick_ros.view import View

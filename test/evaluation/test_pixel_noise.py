@@ -16,8 +16,8 @@ from aick_ros.features import Features, make_detector
 from aick_ros.frame import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.parameter import with_values
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)

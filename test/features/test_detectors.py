@@ -9,8 +9,8 @@ import pytest
 
 from aick_ros.descriptors import descriptor_distances
 from aick_ros.features import make_detector
-from aick_ros.parameter import parameters
 from aick_ros.settings import FeatureSettings, Settings
+from aick_ros.settings.parameter import parameters
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 DETECTORS = next(p for p in parameters(Settings) if p.name == 'features.detector').choices

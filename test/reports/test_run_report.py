@@ -12,10 +12,10 @@ from types import SimpleNamespace
 import pytest
 
 from aick_ros.evaluation.run_summary import summarize
-from aick_ros.parameter import values
 from aick_ros.reports.run_plots import timing_figure
 from aick_ros.reports.run_report import report
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import values
 
 STARTED = datetime(2026, 3, 4, 5, 6)
 EMPTY_ELEMENTS = {'meta', 'br', 'link', 'img'}

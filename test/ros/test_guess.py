@@ -10,9 +10,9 @@ import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
-from aick_ros.node_settings import NodeSettings
 from aick_ros.ros.guess import Guess
 from aick_ros.ros.messages import from_pose, from_transform, to_stamp, transform_stamped
+from aick_ros.settings.node import NodeSettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))

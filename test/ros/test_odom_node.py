@@ -14,9 +14,9 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
-from aick_ros.presets import preset
 from aick_ros.ros.live_run import NODE_COMMAND
 from aick_ros.ros.messages import from_pose, from_transform, to_stamp
+from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.stage_times import STAGES
 

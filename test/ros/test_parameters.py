@@ -8,11 +8,11 @@ import rclpy
 from rclpy.parameter import Parameter as RosParameter
 
 from aick_ros.errors import InputError
-from aick_ros.node_settings import NodeSettings
-from aick_ros.parameter import parameters, with_values
-from aick_ros.presets import preset
 from aick_ros.ros.parameters import LiveSettings, declare_settings
 from aick_ros.settings import Settings
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.parameter import parameters, with_values
+from aick_ros.settings.presets import preset
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ import numpy as np
 
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.frame import KeypointExtractor, KeypointFrame, RgbdFrame
-from aick_ros.presets import preset
+from aick_ros.settings.presets import preset
 
 _FEWEST = 6  # what OpenCV's refinement takes
 _MODELS = 500

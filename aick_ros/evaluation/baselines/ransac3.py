@@ -19,8 +19,8 @@ from aick_ros.descriptors import descriptor_distances
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.frame import KeypointExtractor, KeypointFrame, RgbdFrame
 from aick_ros.geometry import se3
-from aick_ros.parameter import with_values
-from aick_ros.presets import preset
+from aick_ros.settings.parameter import with_values
+from aick_ros.settings.presets import preset
 
 _SAMPLE = 3
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from aick_ros.clustering import learn_words
 from aick_ros.frame import KeypointExtractor, RgbdFrame
-from aick_ros.presets import preset
+from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.vocabulary import Vocabulary
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import pytest
 import yaml
 
-from aick_ros.node_settings import NodeSettings
-from aick_ros.parameter import parameter, parameters, values, with_values
-from aick_ros.parameter_text import config_text, parameter_table
-from aick_ros.presets import preset
 from aick_ros.settings import Settings
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.parameter import parameter, parameters, values, with_values
+from aick_ros.settings.presets import preset
+from aick_ros.settings.text import config_text, parameter_table
 
 
 def read(text):

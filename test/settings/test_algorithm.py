@@ -6,8 +6,8 @@
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.parameter import with_values
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 
 
 def test_a_depth_range_without_depths_is_refused():

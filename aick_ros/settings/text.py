@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Iterator
 from typing import Any
 
-from aick_ros.parameter import Parameter, parameters
+from aick_ros.settings.parameter import Parameter, parameters
 
 _WIDTH = 99
 

@@ -6,8 +6,8 @@
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.node_settings import NodeSettings
-from aick_ros.parameter import with_values
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.parameter import with_values
 
 
 def test_truths_poses_and_names_are_taken_as_text():

@@ -8,9 +8,9 @@ import dataclasses
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.node_settings import NodeSettings
-from aick_ros.parameter import parameters, values, with_values
 from aick_ros.settings import Settings
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.parameter import parameters, values, with_values
 
 ALL = [*parameters(Settings), *parameters(NodeSettings)]
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aick_ros.parameter import parameter
+from aick_ros.settings.parameter import parameter
 
 
 @dataclass(frozen=True)

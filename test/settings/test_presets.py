@@ -6,9 +6,9 @@
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.parameter import with_values
-from aick_ros.presets import PRESETS, preset
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
+from aick_ros.settings.presets import PRESETS, preset
 
 
 def test_presets_are_the_papers():

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from aick_ros.errors import InputError
-from aick_ros.parameter import with_values
-from aick_ros.settings import Settings
+from aick_ros.settings.algorithm import Settings
+from aick_ros.settings.parameter import with_values
 
 _ALL_PAPER = {'features.cell_size': 0.0, 'aick.lambda_e': 0.01, 'aick.lambda_f': 0.2,
               'refinement.mode': 'none', 'odometry.reference': 'previous'}

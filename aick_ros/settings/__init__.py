@@ -1,0 +1,13 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Every parameter once, with its range and unit."""
+
+from aick_ros.settings.algorithm import (
+    AickSettings, FeatureSettings, OdometrySettings, OrbSettings, RefinementSettings,
+    SensorSettings, Settings, SiftSettings, SurfSettings)
+from aick_ros.settings.node import NodeSettings
+
+__all__ = [
+    'AickSettings', 'FeatureSettings', 'NodeSettings', 'OdometrySettings', 'OrbSettings',
+    'RefinementSettings', 'SensorSettings', 'Settings', 'SiftSettings', 'SurfSettings']
