@@ -14,9 +14,9 @@ from aick_ros import depth
 from aick_ros.errors import InputError
 from aick_ros.features import make_detector
 from aick_ros.features.selection import spread
+from aick_ros.features.vocabulary import FrameWords, Vocabulary
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import FeatureSettings, SensorSettings
-from aick_ros.vocabulary import FrameWords, Vocabulary
 
 
 @dataclass(frozen=True, eq=False)

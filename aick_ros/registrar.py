@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from aick_ros.aick import Aick
+from aick_ros.features.vocabulary import vocabulary_of
 from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frame import KeypointExtractor, RgbdFrame
 from aick_ros.geometry import se3
@@ -26,7 +27,6 @@ from aick_ros.steady_clock import SteadyClock
 from aick_ros.surface import Surface
 from aick_ros.uncertainty import Uncertainty
 from aick_ros.view import View
-from aick_ros.vocabulary import vocabulary_of
 
 _PATIENT = {'alpha': 0.93, 'iterations': 60}  # appearance leads for longer than in the paper
 _REMEMBERED = 8  # frames of which all keypoints are kept

@@ -32,6 +32,7 @@ from aick_ros.evaluation.machine import machine_facts  # noqa: E402
 from aick_ros.features import make_detector  # noqa: E402
 from aick_ros.features.haar import describe  # noqa: E402
 from aick_ros.features.hessian import SCALE_OF_SIZE, find_blobs  # noqa: E402
+from aick_ros.features.vocabulary import vocabulary_of  # noqa: E402
 from aick_ros.frame import KeypointExtractor, KeypointFrame, RgbdFrame  # noqa: E402
 from aick_ros.geometry import se3  # noqa: E402
 from aick_ros.settings import Settings  # noqa: E402
@@ -39,7 +40,6 @@ from aick_ros.settings.parameter import with_values  # noqa: E402
 from aick_ros.settings.presets import preset  # noqa: E402
 from aick_ros.sources import RgbdSource, open_source, raise_damage  # noqa: E402
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource  # noqa: E402
-from aick_ros.vocabulary import vocabulary_of  # noqa: E402
 
 EXCERPTS = ('freiburg1_xyz_150', 'freiburg1_rpy_100')
 ROOMS, FRAMES_A_ROOM = range(2000, 2010), 16

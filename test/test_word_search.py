@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from aick_ros.aick import Aick
-from aick_ros.descriptors import descriptor_distances
+from aick_ros.features.descriptors import descriptor_distances
+from aick_ros.features.vocabulary import Vocabulary
 from aick_ros.frame import KeypointFrame
 from aick_ros.geometry import se3
 from aick_ros.settings import AickSettings
 from aick_ros.status import Status
-from aick_ros.vocabulary import Vocabulary
 from aick_ros.word_search import WordSearch
 
 SETTINGS = AickSettings(lambda_e=0.05)

@@ -16,12 +16,12 @@ from aick_ros.cli.console import progress
 from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.files import check_target, write_whole
 from aick_ros.cli.reading import COMPLETE, Reading
-from aick_ros.clustering import ROUNDS, learn_words
 from aick_ros.errors import InputError
+from aick_ros.features.k_means import ROUNDS, learn_words
+from aick_ros.features.vocabulary import Vocabulary
 from aick_ros.frame import KeypointExtractor
 from aick_ros.settings import Settings
 from aick_ros.sources import open_source
-from aick_ros.vocabulary import Vocabulary
 
 Sources = Annotated[list[str], typer.Argument(
     metavar='SOURCE...', show_default=False,

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from aick_ros.errors import InputError
-from aick_ros.features import Features
+from aick_ros.features.detector import Features
 from aick_ros.settings import FeatureSettings
 
 

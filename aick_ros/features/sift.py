@@ -8,7 +8,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from aick_ros.features import Features
+from aick_ros.features.detector import Features
 from aick_ros.settings import FeatureSettings
 
 

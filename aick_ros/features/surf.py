@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros.features import Features
+from aick_ros.features.detector import Features
 from aick_ros.features.haar import describe
 from aick_ros.features.hessian import SCALE_OF_SIZE, filter_sizes, find_blobs
 from aick_ros.settings import FeatureSettings

@@ -14,11 +14,11 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from aick_ros.errors import InputError
+from aick_ros.features.vocabulary import vocabulary_of
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
 from aick_ros.settings.parameter import Parameter, hint, parameters, values, with_values
 from aick_ros.settings.presets import PRESETS, preset
-from aick_ros.vocabulary import vocabulary_of
 
 _PRESET = Parameter(
     'preset', str, '', 'Start from the parameters of the paper, '

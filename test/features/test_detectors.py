@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros.descriptors import descriptor_distances
 from aick_ros.features import make_detector
+from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.settings import FeatureSettings, Settings
 from aick_ros.settings.parameter import parameters
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from aick_ros.descriptors import descriptor_distances
 from aick_ros.evaluation.baselines import Estimate
+from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.frame import KeypointExtractor, KeypointFrame, RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.settings.parameter import with_values

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from aick_ros.clustering import learn_words
+from aick_ros.features.k_means import learn_words
+from aick_ros.features.vocabulary import Vocabulary
 from aick_ros.frame import KeypointExtractor, RgbdFrame
 from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
-from aick_ros.vocabulary import Vocabulary
 
 SIZES = (10, 30, 100, 300, 1000, 5000)
 """How many words; the paper went from 10 to 5,000."""

@@ -9,7 +9,7 @@ from aick_ros.evaluation.baselines.registry import make
 from aick_ros.evaluation.benchmark.figures import paper_figures, variants
 from aick_ros.evaluation.benchmark.vocabularies import (
     DETECTORS, SIZES, file_name, learn, missing_from, training_frames)
-from aick_ros.vocabulary import load
+from aick_ros.features.vocabulary import load
 
 FEW = [('orb', 10), ('surf', 30)]
 

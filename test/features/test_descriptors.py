@@ -6,8 +6,8 @@
 import numpy as np
 import pytest
 
-from aick_ros import descriptors
-from aick_ros.descriptors import descriptor_distances, pair_distances
+from aick_ros.features import descriptors
+from aick_ros.features.descriptors import descriptor_distances, pair_distances
 
 
 def plain_distance(a, b):

@@ -16,8 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from aick_ros.descriptors import descriptor_distances
 from aick_ros.errors import InputError
+from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.settings import Settings
 
 VERSION = 1

@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from aick_ros.descriptors import descriptor_distances
 from aick_ros.errors import InputError
+from aick_ros.features.descriptors import descriptor_distances
 
 _CHUNK = 4096  # descriptors whose distances to all words are held at once
 _SEEDED_FROM = 20000  # descriptors, at random: seeding looks at all of them for each word

@@ -8,13 +8,13 @@ import io
 import numpy as np
 import pytest
 
-from aick_ros.descriptors import descriptor_distances
 from aick_ros.errors import InputError
+from aick_ros.features.descriptors import descriptor_distances
+from aick_ros.features.vocabulary import Vocabulary, load, shipped, vocabulary_of
 from aick_ros.frame import KeypointExtractor
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
-from aick_ros.vocabulary import Vocabulary, load, shipped, vocabulary_of
 
 RNG = np.random.default_rng(0)
 BINARY = RNG.integers(0, 256, (20, 32), dtype=np.uint8)

@@ -6,9 +6,9 @@
 import numpy as np
 import pytest
 
-from aick_ros.clustering import learn_words
-from aick_ros.descriptors import descriptor_distances
 from aick_ros.errors import InputError
+from aick_ros.features.descriptors import descriptor_distances
+from aick_ros.features.k_means import learn_words
 
 
 def clusters(binary, count=12, size=60, seed=0):
