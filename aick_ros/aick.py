@@ -10,7 +10,7 @@ import dataclasses
 import numpy as np
 
 from aick_ros.fit_covariance import fit_covariance
-from aick_ros.frame import KeypointFrame
+from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.geometry import se3
 from aick_ros.registration import Registration, failed, unknown
 from aick_ros.search import FullSearch, Search

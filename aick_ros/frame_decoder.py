@@ -14,7 +14,7 @@ from aick_ros import compressed_codec, image_codec
 from aick_ros.depth_registration import DepthRegistration
 from aick_ros.depth_scaling import enlarge
 from aick_ros.errors import InputError
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.synchronizer import Pair
 

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from aick_ros.frames.prepared import View
 from aick_ros.geometry import se3
 from aick_ros.registrar import Registrar
 from aick_ros.registration import Registration
 from aick_ros.settings import Settings
-from aick_ros.view import View
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.frames.prepared import View
+from aick_ros.frames.rgbd import KeypointFrame, RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 from aick_ros.keyframe import Anchor, KeyframePolicy, OneFrame
@@ -23,7 +24,6 @@ from aick_ros.registration import Registration
 from aick_ros.settings import OdometrySettings, Settings
 from aick_ros.stage_times import StageTimes
 from aick_ros.status import Status
-from aick_ros.view import View
 
 _HELD_ACCELERATION = np.array([3.0, 3.0, 3.0, 15.0, 15.0, 15.0])
 """What a hand may do against constant velocity [m/s^2, rad/s^2]: how sure a held pose is."""

@@ -17,11 +17,11 @@ import dataclasses
 
 import numpy as np
 
+from aick_ros.frames.prepared import View
 from aick_ros.geometry import se3
 from aick_ros.refinement import Refined, Refinement
 from aick_ros.registration import Registration
 from aick_ros.settings import SensorSettings
-from aick_ros.view import View
 from aick_ros.votes import Votes, poll
 
 _SUDDEN = 15.0, 30.0

@@ -10,11 +10,11 @@ from dataclasses import dataclass, fields
 import cv2
 import numpy as np
 
-from aick_ros import depth
+from aick_ros.frames import depth
+from aick_ros.frames.prepared import View
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import RefinementSettings, SensorSettings
-from aick_ros.view import View
 
 _LEVELS = 2  # of the pyramid above the image: reaches 4 * window / 2 pixels
 _CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.03)

@@ -16,10 +16,10 @@ import dataclasses
 
 import numpy as np
 
+from aick_ros.frames.prepared import View
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration import Disagreement, Registration
-from aick_ros.view import View
 
 _MEMORY = 30  # registrations
 _EXPLAINED = 1.2, 1.7

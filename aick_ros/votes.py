@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from aick_ros.depth import inverse_depth_sigma
+from aick_ros.frames.depth import inverse_depth_sigma
+from aick_ros.frames.prepared import View
+from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.settings import SensorSettings
-from aick_ros.surface import Surface
-from aick_ros.view import View
 
 _EVERY = 2  # of the cells has a vote
 _DEPTH = 5.6  # standard deviations of one pixel's depth that count as a whole misfit

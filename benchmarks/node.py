@@ -35,8 +35,8 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from aick_ros.errors import InputError
 from aick_ros.evaluation.machine import machine_facts
-from aick_ros.frame import RgbdFrame
 from aick_ros.frame_decoder import FrameDecoder
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.odometry import Odometry
 from aick_ros.ros.messages import from_pose, header

@@ -35,7 +35,7 @@ from row import HEAD, Row  # noqa: E402
 
 from aick_ros.aick import Aick  # noqa: E402
 from aick_ros.evaluation.machine import machine_facts  # noqa: E402
-from aick_ros.frame import KeypointExtractor, KeypointFrame  # noqa: E402
+from aick_ros.frames.rgbd import KeypointExtractor, KeypointFrame  # noqa: E402
 from aick_ros.geometry import se3  # noqa: E402
 from aick_ros.settings.presets import preset  # noqa: E402
 from aick_ros.sources import RgbdSource, open_source, raise_damage  # noqa: E402

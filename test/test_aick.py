@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aick_ros.aick import Aick
-from aick_ros.frame import KeypointFrame
+from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.geometry import se3
 from aick_ros.search import FullSearch
 from aick_ros.settings import AickSettings

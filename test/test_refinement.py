@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from aick_ros.aick import Aick
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.refinement import Refinement

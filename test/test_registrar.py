@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aick_ros.aick import Aick
-from aick_ros.frame import KeypointExtractor
+from aick_ros.frames.rgbd import KeypointExtractor
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registrar import Registrar

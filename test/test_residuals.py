@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.residuals import (
@@ -16,7 +17,6 @@ from aick_ros.residuals import (
     robust_weights, track_depth)
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
-from aick_ros.surface import Surface
 from aick_ros.tracks import Tracks
 
 SENSOR = SensorSettings()

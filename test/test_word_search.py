@@ -11,7 +11,7 @@ import pytest
 from aick_ros.aick import Aick
 from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.features.vocabulary import Vocabulary
-from aick_ros.frame import KeypointFrame
+from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.geometry import se3
 from aick_ros.settings import AickSettings
 from aick_ros.status import Status

@@ -29,7 +29,7 @@ from aick_ros.evaluation.benchmark.results import Results
 from aick_ros.evaluation.benchmark.runner import Plan, run
 from aick_ros.evaluation.benchmark.vocabularies import (
     TRAINING_FRAMES, file_name, learn, missing_from, training_frames)
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.sources import RgbdSource, raise_damage
 
 Sources = Annotated[list[str], typer.Argument(

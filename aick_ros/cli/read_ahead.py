@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from aick_ros.errors import InputError
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.sources import OnDamaged, RgbdSource
 
 _FRAMES_AHEAD = 8

@@ -12,7 +12,7 @@ from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.interruption import Interruption
 from aick_ros.cli.read_ahead import read_ahead
 from aick_ros.errors import InputError
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.sources import OnDamaged, RgbdSource
 

@@ -20,12 +20,12 @@ import numpy as np
 from aick_ros.evaluation.consistency import Consistency
 from aick_ros.evaluation.figures import Percentiles, mean, median
 from aick_ros.evaluation.increment_error import IncrementError
+from aick_ros.frames.prepared import View
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registrar import Registrar
 from aick_ros.settings import Settings
-from aick_ros.view import View
 
 THRESHOLDS = (0.0033, 0.01, 0.05)
 """Translation errors below which a registration is a success in the paper's Table I [m]."""

@@ -20,7 +20,7 @@ import numpy as np
 from aick_ros.evaluation.noise_law import bins_of, fit_law
 from aick_ros.features import Features, make_detector
 from aick_ros.features.descriptors import descriptor_distances
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import parameters
 

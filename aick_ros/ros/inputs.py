@@ -16,8 +16,8 @@ from sensor_msgs.msg import CameraInfo
 
 from aick_ros.base_pose import Mount
 from aick_ros.errors import InputError
-from aick_ros.frame import RgbdFrame
 from aick_ros.frame_decoder import FrameDecoder
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.ros.calibrations import Calibration
 from aick_ros.ros.diagnostics import Diagnostics

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Protocol
 
 from aick_ros.errors import InputError
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import Trajectory
 
 OnDamaged = Callable[[InputError], None]

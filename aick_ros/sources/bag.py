@@ -22,7 +22,7 @@ from aick_ros import compressed_codec, image_codec
 from aick_ros.camera_info import is_rectified, to_camera
 from aick_ros.depth_scaling import enlarge
 from aick_ros.errors import InputError
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS

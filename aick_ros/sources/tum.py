@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from aick_ros.encoded_image import to_metres
 from aick_ros.errors import InputError
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import (
     Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds)

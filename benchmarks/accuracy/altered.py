@@ -9,7 +9,7 @@ import dataclasses
 from collections.abc import Iterator
 from itertools import islice
 
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.sources import OnDamaged, RgbdSource
 
 

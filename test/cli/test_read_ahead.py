@@ -11,7 +11,7 @@ import pytest
 
 from aick_ros.cli.read_ahead import read_ahead
 from aick_ros.errors import InputError
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.sources import raise_damage
 

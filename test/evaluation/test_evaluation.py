@@ -13,7 +13,7 @@ from scipy.stats import chi2
 from aick_ros.aick import Aick
 from aick_ros.errors import InputError
 from aick_ros.evaluation.evaluation import evaluate
-from aick_ros.frame import KeypointExtractor
+from aick_ros.frames.rgbd import KeypointExtractor
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.settings import Settings

@@ -12,7 +12,8 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from aick_ros.evaluation.pairs import PairEvaluation
-from aick_ros.frame import KeypointFrame, RgbdFrame
+from aick_ros.frames.prepared import View
+from aick_ros.frames.rgbd import KeypointFrame, RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -24,7 +25,6 @@ from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.status import Status
-from aick_ros.view import View
 
 GAPS = (1, 3, 5)
 PERIOD = NANOSECONDS // 30

@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros import depth
 from aick_ros.evaluation import pixel_noise
 from aick_ros.evaluation.pixel_noise import PixelNoiseSamples
 from aick_ros.features import Features, make_detector
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames import depth
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import Settings

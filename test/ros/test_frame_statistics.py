@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros.frame import KeypointFrame
+from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.ros.frame_statistics import (
     ANSWERED, DAMAGED, FAILED, LATE, LOST, RECEIVED, UNDER_LOAD, FrameStatistics)

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS

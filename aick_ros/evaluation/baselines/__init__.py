@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 
 
 @dataclass(frozen=True, eq=False)

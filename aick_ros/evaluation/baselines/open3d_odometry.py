@@ -18,7 +18,7 @@ import open3d
 
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.evaluation.baselines.dense import undistorted
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 
 _MAX_DEPTH = 4.0  # [m]

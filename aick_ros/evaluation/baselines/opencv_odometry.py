@@ -18,7 +18,7 @@ import numpy as np
 
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.evaluation.baselines.dense import undistorted
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 
 
 class OpencvOdometry:

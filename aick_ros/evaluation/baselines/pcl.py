@@ -17,7 +17,7 @@ import numpy as np
 import aick_ros
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.evaluation.baselines.dense import point_cloud
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 
 _POSE_BYTES = 16 * 8
 _BUILT = Path(aick_ros.__file__).parents[1] / 'build' / 'pcl' / 'pcl_register'

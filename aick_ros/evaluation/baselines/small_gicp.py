@@ -17,7 +17,7 @@ import small_gicp
 
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.evaluation.baselines.dense import point_cloud
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 
 _FEWEST = 100  # points; fewer have no neighbourhoods to speak of
 

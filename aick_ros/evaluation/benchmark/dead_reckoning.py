@@ -18,7 +18,7 @@ import numpy as np
 
 from aick_ros.evaluation.baselines import Baseline
 from aick_ros.evaluation.baselines.dense import undistorted
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource

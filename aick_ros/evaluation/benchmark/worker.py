@@ -25,7 +25,7 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines import Baseline
 from aick_ros.evaluation.baselines.registry import make
 from aick_ros.evaluation.benchmark.recording import Pair, Request
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 
 Say = Callable[..., None]
 

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from aick_ros.errors import InputError
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS

@@ -13,7 +13,7 @@ from typing import Any
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from aick_ros.errors import InputError
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.image_codec import encode_colour, encode_depth
 from aick_ros.sources import OnDamaged, RgbdSource, raise_damage

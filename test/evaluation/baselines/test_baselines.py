@@ -12,7 +12,7 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines import registry
 from aick_ros.evaluation.baselines.registry import METHODS, make, methods_of
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource

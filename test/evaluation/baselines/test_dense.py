@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aick_ros.evaluation.baselines.dense import point_cloud, undistorted
-from aick_ros.frame import RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 
 CAMERA = Camera(160, 120, 130.0, 128.0, 80.2, 59.1, 'plumb_bob', (0.1, -0.05, 0.002, -0.001))

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.frame import KeypointFrame, RgbdFrame
-from aick_ros.surface import Surface
+from aick_ros.frames.rgbd import KeypointFrame, RgbdFrame
+from aick_ros.frames.surface import Surface
 
 
 @dataclass(frozen=True, eq=False)

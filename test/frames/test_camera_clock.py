@@ -6,8 +6,8 @@
 import numpy as np
 import pytest
 
+from aick_ros.frames.camera_clock import SteadyClock
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
-from aick_ros.steady_clock import SteadyClock
 
 SETTLED = 100  # frames
 

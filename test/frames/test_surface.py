@@ -6,10 +6,10 @@
 import numpy as np
 import pytest
 
+from aick_ros.frames.surface import CELL, Surface
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
-from aick_ros.surface import CELL, Surface
 
 SENSOR = SensorSettings()
 PINHOLE = Camera(640, 480, 525, 520, 319.5, 239.5)

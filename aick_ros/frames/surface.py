@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from aick_ros.depth import inverse_depth_sigma
+from aick_ros.frames.depth import inverse_depth_sigma
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 

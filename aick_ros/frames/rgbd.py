@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from aick_ros import depth
 from aick_ros.errors import InputError
 from aick_ros.features import make_detector
 from aick_ros.features.selection import spread
 from aick_ros.features.vocabulary import FrameWords, Vocabulary
+from aick_ros.frames import depth
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import FeatureSettings, SensorSettings
 

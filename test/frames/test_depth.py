@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros import depth
+from aick_ros.frames import depth
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
