@@ -16,10 +16,10 @@ import time
 import cv2
 import numpy as np
 
-from aick_ros.depth_registration import DepthRegistration
 from aick_ros.evaluation.machine import machine_facts
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.messages.depth_to_colour import DepthRegistration
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 T_COLOUR_DEPTH = se3.exp([0.025, 0.0, 0.0, 0.0, 0.005, 0.0])

@@ -35,14 +35,14 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from aick_ros.errors import InputError
 from aick_ros.evaluation.machine import machine_facts
-from aick_ros.frame_decoder import FrameDecoder
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
+from aick_ros.messages.frame_decoder import FrameDecoder
+from aick_ros.messages.synchronizer import Pair
 from aick_ros.odometry import Odometry
 from aick_ros.ros.messages import from_pose, header
 from aick_ros.ros.resources import use_fastdds_profile
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
-from aick_ros.synchronizer import Pair
 
 CAMERAS = {
     '640x480': Camera(640, 480, 525.0, 525.0, 319.5, 239.5),

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
 
-from aick_ros.camera_info import is_rectified, to_camera
 from aick_ros.errors import InputError
 from aick_ros.geometry.camera import Camera
+from aick_ros.messages.camera_info import is_rectified, to_camera
 from aick_ros.settings.node import NodeSettings
 
 _THROTTLE = 5.0  # seconds between two log lines of the same kind

@@ -16,9 +16,10 @@ from sensor_msgs.msg import CameraInfo
 
 from aick_ros.base_pose import Mount
 from aick_ros.errors import InputError
-from aick_ros.frame_decoder import FrameDecoder
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
+from aick_ros.messages.frame_decoder import FrameDecoder
+from aick_ros.messages.synchronizer import Pair
 from aick_ros.ros.calibrations import Calibration
 from aick_ros.ros.diagnostics import Diagnostics
 from aick_ros.ros.extrinsics import Extrinsics
@@ -27,7 +28,6 @@ from aick_ros.ros.subscriptions import (
     AdaptiveSubscription, camera_info_subscription, image_subscription)
 from aick_ros.ros.watchdog import Watchdog
 from aick_ros.settings.node import NodeSettings
-from aick_ros.synchronizer import Pair
 
 _SILENCE = 0.5  # seconds after which no better partner is expected
 _THROTTLE = 5.0  # seconds between two log lines of the same kind

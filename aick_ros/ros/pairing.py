@@ -9,10 +9,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from aick_ros.messages.stamp_monitor import StampWatch
+from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.ros.messages import to_stamp
 from aick_ros.settings.node import NodeSettings
-from aick_ros.stamp_watch import StampWatch
-from aick_ros.synchronizer import Pair, Synchronizer
 
 
 class Pairing:

@@ -18,20 +18,20 @@ from typing import Any
 
 import numpy as np
 
-from aick_ros import compressed_codec, image_codec
-from aick_ros.camera_info import is_rectified, to_camera
-from aick_ros.depth_scaling import enlarge
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory, stamp_to_seconds
+from aick_ros.messages import compressed_image, raw_image
+from aick_ros.messages.camera_info import is_rectified, to_camera
+from aick_ros.messages.depth_scaling import enlarge
+from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.bag_file import BagFile
 from aick_ros.sources.bag_topics import IMAGE, BagTopics
 from aick_ros.sources.calibration import read_camera
-from aick_ros.synchronizer import Pair, Synchronizer
 
 _LONGEST_PAUSE = 60 * NANOSECONDS
 _WAITING = 64
@@ -129,9 +129,9 @@ class BagSource:
 
     def _decode(self, pair: Pair) -> RgbdFrame:
         colour = self._image(self._colour, pair.colour_stamp, pair.colour,
-                             image_codec.colour_image, compressed_codec.compressed_colour)
+                             raw_image.colour_image, compressed_image.compressed_colour)
         depth = self._image(self._depth, pair.depth_stamp, pair.depth,
-                            image_codec.depth_image, compressed_codec.compressed_depth)
+                            raw_image.depth_image, compressed_image.compressed_depth)
         try:
             depth = enlarge(depth, *colour.shape[1::-1])
             return RgbdFrame(pair.colour_stamp, colour, depth, self._camera, pair.depth_stamp)

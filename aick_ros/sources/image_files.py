@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from aick_ros.encoded_image import decode_colour, decode_units
 from aick_ros.errors import InputError
+from aick_ros.messages.png_jpeg import decode_colour, decode_units
 
 
 def read_colour(path: Path) -> np.ndarray:

@@ -19,13 +19,13 @@ from pathlib import Path
 
 import numpy as np
 
-from aick_ros.encoded_image import to_metres
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.messages.png_jpeg import to_metres
 from aick_ros.sources import OnDamaged, SourceOptions
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
 from aick_ros.sources.image_files import read_colour, read_units

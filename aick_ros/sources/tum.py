@@ -19,16 +19,16 @@ from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
-from aick_ros.encoded_image import to_metres
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import (
     Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds)
+from aick_ros.messages.png_jpeg import to_metres
+from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
 from aick_ros.sources.image_files import read_colour, read_units
-from aick_ros.synchronizer import Pair, Synchronizer
 
 UNITS_PER_METRE = 5000
 """What a depth PNG counts in."""

@@ -13,7 +13,7 @@ from rosbags.typesys import Stores, get_typestore
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.image_codec import ImageFields
+from aick_ros.messages.raw_image import ImageFields
 
 TYPESTORE = get_typestore(Stores.ROS2_JAZZY)
 OPTICAL_FRAME = 'camera_rgb_optical_frame'

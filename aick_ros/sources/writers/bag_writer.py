@@ -15,7 +15,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.image_codec import encode_colour, encode_depth
+from aick_ros.messages.raw_image import encode_colour, encode_depth
 from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
 from aick_ros.sources.writers import Progress, bag_messages, no_progress
 from aick_ros.sources.writers.new_folder import new_folder

@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros.depth_registration import DepthRegistration
 from aick_ros.errors import InputError
-from aick_ros.frame_decoder import FrameDecoder
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.image_codec import encode_colour, encode_depth
-from aick_ros.synchronizer import Pair
+from aick_ros.messages.depth_to_colour import DepthRegistration
+from aick_ros.messages.frame_decoder import FrameDecoder
+from aick_ros.messages.raw_image import encode_colour, encode_depth
+from aick_ros.messages.synchronizer import Pair
 
 CAMERA = Camera(64, 48, 52, 52, 31.5, 23.5)
 DEPTH_CAMERA = Camera(32, 24, 26, 26, 15.5, 11.5)

@@ -8,9 +8,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros.depth_registration import DepthRegistration
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.messages.depth_to_colour import DepthRegistration
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
 

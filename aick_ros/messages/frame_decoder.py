@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from aick_ros import compressed_codec, image_codec
-from aick_ros.depth_registration import DepthRegistration
-from aick_ros.depth_scaling import enlarge
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
-from aick_ros.synchronizer import Pair
+from aick_ros.messages import compressed_image, raw_image
+from aick_ros.messages.depth_scaling import enlarge
+from aick_ros.messages.depth_to_colour import DepthRegistration
+from aick_ros.messages.synchronizer import Pair
 
 
 class FrameDecoder:
@@ -28,10 +28,10 @@ class FrameDecoder:
     """
 
     def __init__(self, image_transport: str = 'raw', depth_transport: str = 'raw') -> None:
-        self._colour = (image_codec.colour_image if image_transport == 'raw'
-                        else compressed_codec.compressed_colour)
-        self._depth = (image_codec.depth_image if depth_transport == 'raw'
-                       else compressed_codec.compressed_depth)
+        self._colour = (raw_image.colour_image if image_transport == 'raw'
+                        else compressed_image.compressed_colour)
+        self._depth = (raw_image.depth_image if depth_transport == 'raw'
+                       else compressed_image.compressed_depth)
         self._registration: DepthRegistration | None = None
         self._registered_by: tuple[Camera, Camera, bytes] | None = None
 

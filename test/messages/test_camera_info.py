@@ -8,9 +8,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aick_ros.camera_info import is_rectified, to_camera
 from aick_ros.errors import InputError
 from aick_ros.geometry.camera import Camera
+from aick_ros.messages.camera_info import is_rectified, to_camera
 
 D = [0.1, -0.2, 0.001, 0.002, 0.05]
 

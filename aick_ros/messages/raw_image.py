@@ -17,8 +17,8 @@ from typing import Any, NamedTuple, Protocol
 import cv2
 import numpy as np
 
-from aick_ros.encoded_image import to_8_bit, to_metres, to_units, valid_metres
 from aick_ros.errors import InputError
+from aick_ros.messages.png_jpeg import to_8_bit, to_metres, to_units, valid_metres
 
 MILLIMETRES = 1000
 

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros import encoded_image
 from aick_ros.errors import InputError
+from aick_ros.messages import png_jpeg
 
 RNG = np.random.default_rng(1)
 GREY = RNG.integers(0, 256, (24, 32), np.uint8)
@@ -21,37 +21,37 @@ def encoded(image, kind='.png'):
 
 
 def test_png_colours_come_back_in_rgb_order():
-    assert np.array_equal(encoded_image.decode_colour(encoded(BGR)), BGR[:, :, ::-1])
+    assert np.array_equal(png_jpeg.decode_colour(encoded(BGR)), BGR[:, :, ::-1])
 
 
 def test_jpeg_colours_come_back_in_rgb_order():
     flat = np.full((16, 16, 3), (10, 80, 220), np.uint8)
-    decoded = encoded_image.decode_colour(encoded(flat, '.jpg'))
+    decoded = png_jpeg.decode_colour(encoded(flat, '.jpg'))
     assert np.allclose(decoded, (220, 80, 10), atol=4)
 
 
 def test_grey_stays_grey():
-    assert np.array_equal(encoded_image.decode_colour(encoded(GREY)), GREY)
+    assert np.array_equal(png_jpeg.decode_colour(encoded(GREY)), GREY)
 
 
 def test_alpha_is_dropped():
     bgra = np.dstack([BGR, GREY])
-    assert np.array_equal(encoded_image.decode_colour(encoded(bgra)), BGR[:, :, ::-1])
+    assert np.array_equal(png_jpeg.decode_colour(encoded(bgra)), BGR[:, :, ::-1])
 
 
 def test_16_bits_are_scaled_to_the_full_range_of_8():
-    decoded = encoded_image.decode_colour(encoded(DEPTH))
+    decoded = png_jpeg.decode_colour(encoded(DEPTH))
     assert np.array_equal(decoded, np.rint(DEPTH / 257.0))
 
 
 def test_units_are_left_as_they_are():
-    assert np.array_equal(encoded_image.decode_units(encoded(DEPTH)), DEPTH)
+    assert np.array_equal(png_jpeg.decode_units(encoded(DEPTH)), DEPTH)
 
 
 @pytest.mark.parametrize('image', [GREY, BGR])
 def test_units_of_a_colour_image_are_refused(image):
     with pytest.raises(InputError, match='channels of uint8.*take the depth'):
-        encoded_image.decode_units(encoded(image))
+        png_jpeg.decode_units(encoded(image))
 
 
 @pytest.mark.parametrize('kind, name', [('.png', 'PNG'), ('.jpg', 'JPEG')])
@@ -59,38 +59,38 @@ def test_truncated_data_is_refused_at_any_length(kind, name):
     data = encoded(BGR, kind)
     for length in range(20, len(data) - 1, 97):
         with pytest.raises(InputError, match=f'its {length} bytes of {name} data are truncated'):
-            encoded_image.decode(data[:length])
+            png_jpeg.decode(data[:length])
 
 
 def test_png_with_a_flipped_byte_is_refused():
     data = bytearray(encoded(DEPTH))
     data[len(data) // 2] ^= 0xff
     with pytest.raises(InputError, match='bytes of PNG data are damaged'):
-        encoded_image.decode(data)
+        png_jpeg.decode(data)
 
 
 def test_no_data_is_refused():
     with pytest.raises(InputError, match='it is empty: copy or record it again'):
-        encoded_image.decode(b'')
+        png_jpeg.decode(b'')
 
 
 @pytest.mark.parametrize('data', [b'\x00' * 100, b'P5 2 2 255 abcd'])
 def test_other_data_is_refused(data):
     with pytest.raises(InputError, match=f'its {len(data)} bytes are neither PNG nor JPEG'):
-        encoded_image.decode(data)
+        png_jpeg.decode(data)
 
 
 @pytest.mark.parametrize('units_per_metre', [1000, 5000])
 def test_every_unit_is_the_nearest_float_and_comes_back(units_per_metre):
     units = np.arange(65536, dtype=np.uint16).reshape(256, 256)
-    metres = encoded_image.to_metres(units, units_per_metre)
+    metres = png_jpeg.to_metres(units, units_per_metre)
     nearest = (units.astype(np.float64) / units_per_metre).astype(np.float32)
     assert metres.dtype == np.float32
     assert np.isnan(metres[0, 0])
     assert np.array_equal(metres.ravel()[1:], nearest.ravel()[1:])
-    assert np.array_equal(encoded_image.to_units(metres, units_per_metre), units)
+    assert np.array_equal(png_jpeg.to_units(metres, units_per_metre), units)
 
 
 def test_what_is_no_depth_becomes_no_unit():
     depth = np.array([[np.nan, 0.0, -1.0, np.inf, 65.5354, 65.536, 0.0004, 0.0006]], np.float32)
-    assert encoded_image.to_units(depth, 1000).tolist() == [[0, 0, 0, 0, 65535, 0, 0, 1]]
+    assert png_jpeg.to_units(depth, 1000).tolist() == [[0, 0, 0, 0, 65535, 0, 0, 1]]

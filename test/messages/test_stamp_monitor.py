@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros.stamp_watch import StampWatch
+from aick_ros.messages.stamp_monitor import StampWatch
 
 SECOND = 10 ** 9
 START = 1_700_000_000 * SECOND

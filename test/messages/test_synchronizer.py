@@ -8,7 +8,7 @@ import itertools
 import numpy as np
 import pytest
 
-from aick_ros.synchronizer import Synchronizer
+from aick_ros.messages.synchronizer import Synchronizer
 
 MS = 1_000_000
 

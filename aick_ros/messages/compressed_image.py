@@ -15,10 +15,10 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 
-from aick_ros.encoded_image import decode_colour, decode_units, to_metres, valid_metres
 from aick_ros.errors import InputError
-from aick_ros.image_codec import MILLIMETRES
-from aick_ros.rvl import decode_rvl
+from aick_ros.messages.png_jpeg import decode_colour, decode_units, to_metres, valid_metres
+from aick_ros.messages.raw_image import MILLIMETRES
+from aick_ros.messages.rvl import decode_rvl
 
 _HEADER = struct.Struct('<4x2f')  # of compressedDepth: what says nothing, A and B
 _RVL_SIZE = struct.Struct('<2i')  # columns and rows

@@ -6,8 +6,8 @@
 import numpy as np
 import pytest
 
-from aick_ros.depth_scaling import enlarge
 from aick_ros.errors import InputError
+from aick_ros.messages.depth_scaling import enlarge
 
 
 def plane(height, width, factor):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.rvl import decode_rvl
+from aick_ros.messages.rvl import decode_rvl
 
 RNG = np.random.default_rng(6)
 

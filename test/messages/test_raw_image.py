@@ -11,8 +11,8 @@ import struct
 import numpy as np
 import pytest
 
-from aick_ros import image_codec
 from aick_ros.errors import InputError
+from aick_ros.messages import raw_image
 
 HEIGHT, WIDTH = 6, 8
 SIZES = {'rgb8': 3, 'bgr8': 3, '8UC3': 3, 'rgba8': 4, 'bgra8': 4, '8UC4': 4, 'mono8': 1,
@@ -29,7 +29,7 @@ def message(encoding, padding=0, is_bigendian=0, container=lambda data: data, pi
     content = np.random.default_rng(2).integers(0, 256, (HEIGHT, row + padding), np.uint8)
     if pixels is not None:
         content[:, :row] = np.frombuffer(pixels, np.uint8).reshape(HEIGHT, row)
-    return image_codec.ImageFields(HEIGHT, WIDTH, encoding, is_bigendian, row + padding,
+    return raw_image.ImageFields(HEIGHT, WIDTH, encoding, is_bigendian, row + padding,
                                    container(content.ravel()))
 
 
@@ -71,7 +71,7 @@ def slow_depth(image, row, column):
     'rgb16', 'bgr16'])
 def test_colour_is_what_the_slow_decoder_reads(encoding, is_bigendian, padding):
     image = message(encoding, padding, is_bigendian)
-    colour = image_codec.colour_image(image)
+    colour = raw_image.colour_image(image)
     assert colour.dtype == np.uint8
     assert colour.shape[:2] == (HEIGHT, WIDTH)
     for row in range(HEIGHT):
@@ -92,7 +92,7 @@ def test_depth_is_what_the_slow_decoder_reads(encoding, is_bigendian, padding):
         values[0] = 0.0
         pixels = (values * 1000).astype(order + 'u2').tobytes()
     image = message(encoding, padding, is_bigendian, pixels=pixels)
-    depth = image_codec.depth_image(image)
+    depth = raw_image.depth_image(image)
     expected = [[slow_depth(image, row, column) for column in range(WIDTH)]
                 for row in range(HEIGHT)]
     assert depth.dtype == np.float32 and depth.dtype.isnative
@@ -108,7 +108,7 @@ def test_yuv_is_converted_by_bt_601(encoding, luma, u, v, padding):
     pairs = np.empty((HEIGHT, WIDTH // 2, 4), np.uint8)
     pairs[..., luma::2] = rng.integers(60, 190, (HEIGHT, WIDTH // 2, 2))
     pairs[..., [u, v]] = rng.integers(100, 156, (HEIGHT, WIDTH // 2, 2))
-    colour = image_codec.colour_image(message(encoding, padding, pixels=pairs.tobytes()))
+    colour = raw_image.colour_image(message(encoding, padding, pixels=pairs.tobytes()))
     for row in range(HEIGHT):
         for column in range(WIDTH):
             y, blue, red = (float(pairs[row, column // 2, index])
@@ -129,7 +129,7 @@ def test_bayer_gives_back_an_even_colour(pattern, dtype, padding):
         mosaic *= 257
     image = message(f'bayer_{pattern}{8 * mosaic.itemsize}', padding, int(dtype == '>u2'),
                     pixels=mosaic.tobytes())
-    assert (image_codec.colour_image(image) == (200, 120, 40)).all()
+    assert (raw_image.colour_image(image) == (200, 120, 40)).all()
 
 
 @pytest.mark.parametrize('container', [
@@ -138,17 +138,17 @@ def test_bayer_gives_back_an_even_colour(pattern, dtype, padding):
 @pytest.mark.parametrize('encoding', ['rgb8', 'mono8', '8UC1'])
 def test_what_needs_no_conversion_is_a_view(encoding, padding, container):
     image = message(encoding, padding, container=container)
-    colour = image_codec.colour_image(image)
+    colour = raw_image.colour_image(image)
     assert np.shares_memory(colour, np.frombuffer(image.data, np.uint8))
 
 
 def test_every_known_encoding_has_a_size_here():
-    known = {*image_codec.COLOUR_ENCODINGS, *image_codec.DEPTH_ENCODINGS}
+    known = {*raw_image.COLOUR_ENCODINGS, *raw_image.DEPTH_ENCODINGS}
     assert set(SIZES) == known
 
 
 @pytest.mark.parametrize('decode, encoding', [
-    (image_codec.colour_image, 'rgb8'), (image_codec.depth_image, '16UC1')])
+    (raw_image.colour_image, 'rgb8'), (raw_image.depth_image, '16UC1')])
 @pytest.mark.parametrize('changes, reason', [
     ({'height': 0}, '8 x 0 pixels'),
     ({'width': 0}, '0 x 6 pixels'),
@@ -165,25 +165,25 @@ def test_fields_that_contradict_each_other_are_refused(decode, encoding, changes
 
 
 def test_yuv_of_odd_width_is_refused():
-    image = image_codec.ImageFields(2, 3, 'yuyv', 0, 6, np.zeros(12, np.uint8))
+    image = raw_image.ImageFields(2, 3, 'yuyv', 0, 6, np.zeros(12, np.uint8))
     with pytest.raises(InputError, match='3 pixels wide, and yuyv has them in pairs'):
-        image_codec.colour_image(image)
+        raw_image.colour_image(image)
 
 
 def test_data_behind_the_last_row_is_ignored():
     image = message('mono8')
     longer = dataclasses.replace(image, data=np.append(image.data, 7).astype(np.uint8))
-    assert np.array_equal(image_codec.colour_image(longer), image_codec.colour_image(image))
+    assert np.array_equal(raw_image.colour_image(longer), raw_image.colour_image(image))
 
 
 def test_depth_in_place_of_colour_is_told():
     with pytest.raises(InputError, match='colour image has encoding 16UC1, which is depth'):
-        image_codec.colour_image(message('16UC1'))
+        raw_image.colour_image(message('16UC1'))
 
 
 def test_colour_in_place_of_depth_is_told():
     with pytest.raises(InputError, match='depth image has encoding bgr8, which is colour'):
-        image_codec.depth_image(message('bgr8'))
+        raw_image.depth_image(message('bgr8'))
 
 
 RNG = np.random.default_rng(5)
@@ -192,26 +192,26 @@ BGR = RNG.integers(0, 256, (48, 64, 3), np.uint8)
 
 @pytest.mark.parametrize('image', [BGR, BGR[:, :, 0], BGR[::-1, ::2]])
 def test_encoded_colour_comes_back(image):
-    fields = image_codec.encode_colour(image)
+    fields = raw_image.encode_colour(image)
     assert fields.data.dtype == np.uint8 and fields.data.ndim == 1
-    assert np.array_equal(image_codec.colour_image(fields), image)
+    assert np.array_equal(raw_image.colour_image(fields), image)
 
 
 def test_encoded_metres_come_back_bit_for_bit():
     depth = RNG.uniform(0.3, 9, (48, 64)).astype(np.float32)
     depth[3, 4] = np.nan
-    decoded = image_codec.depth_image(image_codec.encode_depth(depth))
+    decoded = raw_image.depth_image(raw_image.encode_depth(depth))
     assert np.array_equal(decoded, depth, equal_nan=True)
 
 
 def test_encoded_millimetres_come_back_rounded():
     depth = RNG.uniform(0.3, 9, (48, 64)).astype(np.float32)
     depth[3, 4] = np.nan
-    decoded = image_codec.depth_image(image_codec.encode_depth(depth, '16UC1'))
+    decoded = raw_image.depth_image(raw_image.encode_depth(depth, '16UC1'))
     assert np.isnan(decoded[3, 4]) and np.isnan(decoded).sum() == 1
     assert np.nanmax(np.abs(decoded - depth)) <= 0.000501
 
 
 def test_depth_in_another_encoding_is_refused():
     with pytest.raises(InputError, match="'64FC1': there are 32FC1 and 16UC1"):
-        image_codec.encode_depth(np.ones((2, 2), np.float32), '64FC1')
+        raw_image.encode_depth(np.ones((2, 2), np.float32), '64FC1')
