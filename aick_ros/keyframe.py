@@ -11,8 +11,8 @@ import numpy as np
 
 from aick_ros.frames.prepared import View
 from aick_ros.geometry import se3
-from aick_ros.registrar import Registrar
-from aick_ros.registration import Registration
+from aick_ros.registration.result import Registration
+from aick_ros.registration.result.registrar import Registrar
 from aick_ros.settings import Settings
 
 

@@ -19,10 +19,10 @@ from aick_ros.frames import depth
 from aick_ros.frames.prepared import View
 from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.geometry import se3
-from aick_ros.registrar import Registrar
-from aick_ros.registration import Registration
+from aick_ros.registration.result import Registration
+from aick_ros.registration.result.refinement.tracks import Tracks
+from aick_ros.registration.result.registrar import Registrar
 from aick_ros.settings import Settings
-from aick_ros.tracks import Tracks
 
 _LASTING = 0.25  # share of a depth's variance that does not change from frame to frame
 _BELIEVED = 9.0  # squared difference of two depths of one point, by its variance

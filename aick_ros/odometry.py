@@ -19,11 +19,11 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 from aick_ros.keyframe import Anchor, KeyframePolicy, OneFrame
 from aick_ros.local_map import LocalMap
-from aick_ros.registrar import Learned, Registrar
-from aick_ros.registration import Registration
+from aick_ros.registration.result import Registration
+from aick_ros.registration.result.registrar import Learned, Registrar
+from aick_ros.registration.result.stage_times import StageTimes
+from aick_ros.registration.result.status import Status
 from aick_ros.settings import OdometrySettings, Settings
-from aick_ros.stage_times import StageTimes
-from aick_ros.status import Status
 
 _HELD_ACCELERATION = np.array([3.0, 3.0, 3.0, 15.0, 15.0, 15.0])
 """What a hand may do against constant velocity [m/s^2, rad/s^2]: how sure a held pose is."""
@@ -61,7 +61,7 @@ class OdometryUpdate:
     :param matches: Kx2, rows (keypoint, keypoint of the reference).
     :param support: keypoints that agree with the increment; 0 where there is none.
     :param view: the frame, ready to be registered.
-    :param timing: milliseconds of each of :data:`aick_ros.stage_times.STAGES`, and ``total``.
+    :param timing: milliseconds of each of :data:`aick_ros.registration.stage_times.STAGES`, and ``total``.
     """
 
     stamp: int

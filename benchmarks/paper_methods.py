@@ -27,7 +27,6 @@ if __name__ == '__main__' and not os.environ.items() >= _ONE_THREAD.items():
 import cv2  # noqa: E402: only now do the libraries read how many threads they may have
 import numpy as np  # noqa: E402
 
-from aick_ros.aick import Aick  # noqa: E402
 from aick_ros.evaluation.machine import machine_facts  # noqa: E402
 from aick_ros.features import make_detector  # noqa: E402
 from aick_ros.features.haar import describe  # noqa: E402
@@ -35,6 +34,7 @@ from aick_ros.features.hessian import SCALE_OF_SIZE, find_blobs  # noqa: E402
 from aick_ros.features.vocabulary import vocabulary_of  # noqa: E402
 from aick_ros.frames.rgbd import KeypointExtractor, KeypointFrame, RgbdFrame  # noqa: E402
 from aick_ros.geometry import se3  # noqa: E402
+from aick_ros.registration.result.aick.aick import Aick  # noqa: E402
 from aick_ros.settings import Settings  # noqa: E402
 from aick_ros.settings.parameter import with_values  # noqa: E402
 from aick_ros.settings.presets import preset  # noqa: E402

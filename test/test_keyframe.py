@@ -10,10 +10,10 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.keyframe import Anchor, KeyframePolicy
-from aick_ros.registration import Registration
+from aick_ros.registration.result import Registration
+from aick_ros.registration.result.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
-from aick_ros.status import Status
 
 KEYPOINTS = 100
 VIEW = SimpleNamespace(keypoints=type('Keypoints', (), {

@@ -16,12 +16,12 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
+from aick_ros.registration.result.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
 from aick_ros.sources.synthetic.surfaces import Rectangle
-from aick_ros.status import Status
 
 FAR, TURNED = 0.05, np.radians(3.0)  # what is off by more must not be reported as good
 PERIOD = 1 / 30

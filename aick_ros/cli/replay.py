@@ -24,9 +24,9 @@ from aick_ros.evaluation.frame_record import FrameRecord
 from aick_ros.evaluation.run_summary import RunSummary, summarize
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
+from aick_ros.registration.result.status import Status
 from aick_ros.settings import Settings
 from aick_ros.sources import SourceOptions, open_source
-from aick_ros.status import Status
 
 Out = Annotated[Path, typer.Option(
     '--out', metavar='DIR', help='Where the folder SOURCE-TIME of the run is made.')]

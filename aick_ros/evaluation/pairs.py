@@ -24,7 +24,7 @@ from aick_ros.frames.prepared import View
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.registrar import Registrar
+from aick_ros.registration.result.registrar import Registrar
 from aick_ros.settings import Settings
 
 THRESHOLDS = (0.0033, 0.01, 0.05)

@@ -15,12 +15,12 @@ from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of
 from aick_ros.evaluation.run_summary import RunSummary
 from aick_ros.evaluation.trajectory_errors import compare
 from aick_ros.geometry.trajectory import Trajectory, stamp_to_seconds
+from aick_ros.registration.result.status import Status
 from aick_ros.reports import canvas, page
 from aick_ros.reports.path_plot import path_figure
 from aick_ros.reports.run_plots import error_figure, timing_figure, tracking_figure
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import values
-from aick_ros.status import Status
 
 _T_body_optical = np.array(
     [[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import Enum
 
+from aick_ros.registration.result.status import Status
 from aick_ros.ros.frame_statistics import (
     ANSWERED, DAMAGED, FAILED, LOST, RECEIVED, UNDER_LOAD, WINDOW, Snapshot)
-from aick_ros.status import Status
 
 _LOST_TOO_LONG = 2.0  # seconds
 _SILENT_TOO_LONG = 5.0  # seconds

@@ -16,11 +16,11 @@ from aick_ros.base_pose import BasePose, Mount
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry import OdometryUpdate
+from aick_ros.registration.result.status import Status
 from aick_ros.ros import messages
 from aick_ros.ros.guess import Guess
 from aick_ros.ros.transforms import TransformBroadcaster
 from aick_ros.settings.node import NodeSettings
-from aick_ros.status import Status
 
 _QUEUE = 10
 _CERTAIN = np.zeros((6, 6))

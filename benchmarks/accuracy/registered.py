@@ -21,7 +21,7 @@ from aick_ros.evaluation.pairs import MAX_HOLE
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.registrar import Registrar
+from aick_ros.registration.result.registrar import Registrar
 from aick_ros.sources import RgbdSource, raise_damage
 
 GAPS = (1, 3, 5)

@@ -26,12 +26,12 @@ from aick_ros.evaluation.frame_record import FrameRecord
 from aick_ros.evaluation.trajectory_errors import compare
 from aick_ros.geometry.trajectory import read_trajectory, stamp_to_seconds
 from aick_ros.odometry import Odometry
+from aick_ros.registration.result.stage_times import STAGES
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import values
 from aick_ros.settings.presets import preset
 from aick_ros.sources import raise_damage
 from aick_ros.sources.writers.tum_writer import write_tum
-from aick_ros.stage_times import STAGES
 
 ROOT = Path(__file__).parents[2]
 FILES = {'trajectory.tum', 'frames.csv', 'settings.yaml', 'summary.json', 'report.html'}

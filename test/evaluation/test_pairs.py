@@ -18,13 +18,13 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.registrar import Registrar
-from aick_ros.registration import Registration
+from aick_ros.registration.result import Registration
+from aick_ros.registration.result.registrar import Registrar
+from aick_ros.registration.result.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset
 from aick_ros.sources import open_source, raise_damage
-from aick_ros.status import Status
 
 GAPS = (1, 3, 5)
 PERIOD = NANOSECONDS // 30

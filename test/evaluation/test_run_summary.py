@@ -13,8 +13,8 @@ from aick_ros.evaluation.frame_record import FrameRecord, stages_of, trajectory_
 from aick_ros.evaluation.run_summary import summarize
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.registration.result.status import Status
 from aick_ros.settings import Settings
-from aick_ros.status import Status
 
 
 def record(index, position, status=Status.OK, matches=100):

@@ -14,11 +14,11 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
+from aick_ros.registration.result.stage_times import STAGES
 from aick_ros.ros.live_run import NODE_COMMAND
 from aick_ros.ros.messages import from_pose, from_transform, to_stamp
 from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
-from aick_ros.stage_times import STAGES
 
 OPTICAL = 'camera_rgb_optical_frame'
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))

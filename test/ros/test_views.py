@@ -15,11 +15,11 @@ from sensor_msgs.msg import Image, PointCloud2, PointField
 
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
+from aick_ros.registration.result.status import Status
 from aick_ros.ros.debug_image import draw_matches
 from aick_ros.ros.messages import from_pose, to_stamp
 from aick_ros.ros.views import Views
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
-from aick_ros.status import Status
 
 OPTICAL = 'camera_rgb_optical_frame'
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from aick_ros.aick import Aick
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.frames.prepared import View
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.registrar import Registrar
+from aick_ros.registration.result.aick.aick import Aick
+from aick_ros.registration.result.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset

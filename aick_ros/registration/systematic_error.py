@@ -19,7 +19,7 @@ import numpy as np
 from aick_ros.frames.prepared import View
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.registration import Disagreement, Registration
+from aick_ros.registration.result import Disagreement, Registration
 
 _MEMORY = 30  # registrations
 _EXPLAINED = 1.2, 1.7

@@ -17,8 +17,8 @@ import numpy as np
 
 from aick_ros.frames.depth import inverse_depth_sigma
 from aick_ros.frames.surface import Surface
+from aick_ros.registration.result.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
-from aick_ros.tracks import Tracks
 
 _CORNER = 10.0  # times the noise of a depth on a surface
 _SURFACE = 1.4

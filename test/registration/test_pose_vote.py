@@ -12,10 +12,10 @@ import pytest
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registrar import Registrar
+from aick_ros.registration.result.pose_vote import poll
+from aick_ros.registration.result.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
-from aick_ros.votes import poll
 
 SENSOR = Settings().sensor
 SHIFTED = se3.exp([0.06, 0, 0, 0, 0, 0])

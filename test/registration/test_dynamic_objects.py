@@ -12,9 +12,9 @@ import pytest
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.refinement import Refinement
-from aick_ros.registrar import Registrar
-from aick_ros.second_opinion import SecondOpinion, suddenness
+from aick_ros.registration.result.dynamic_objects import SecondOpinion, suddenness
+from aick_ros.registration.result.refinement.refinement import Refinement
+from aick_ros.registration.result.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource

@@ -12,9 +12,9 @@ import pytest
 from aick_ros.frames.prepared import View
 from aick_ros.frames.rgbd import KeypointExtractor, RgbdFrame
 from aick_ros.geometry import se3
+from aick_ros.registration.result.refinement.tracks import Tracker
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
-from aick_ros.tracks import Tracker
 
 SETTINGS = Settings()
 TRACKER = Tracker(SETTINGS.refinement, SETTINGS.sensor)

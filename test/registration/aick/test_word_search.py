@@ -8,14 +8,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros.aick import Aick
 from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.features.vocabulary import Vocabulary
 from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.geometry import se3
+from aick_ros.registration.result.aick.aick import Aick
+from aick_ros.registration.result.aick.word_search import WordSearch
+from aick_ros.registration.result.status import Status
 from aick_ros.settings import AickSettings
-from aick_ros.status import Status
-from aick_ros.word_search import WordSearch
 
 SETTINGS = AickSettings(lambda_e=0.05)
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros.candidates import Candidates
 from aick_ros.features.descriptors import pair_distances
 from aick_ros.frames.rgbd import KeypointFrame
-from aick_ros.search import Search
+from aick_ros.registration.result.aick.candidates import Candidates
+from aick_ros.registration.result.aick.search import Search
 from aick_ros.settings import AickSettings
 
 

@@ -6,12 +6,12 @@
 import numpy as np
 import pytest
 
-from aick_ros.aick import Aick
 from aick_ros.evaluation.consistency import nees
-from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frames.rgbd import KeypointExtractor, KeypointFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.registration.result.aick.aick import Aick
+from aick_ros.registration.result.aick.fit_covariance import fit_covariance
 from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 

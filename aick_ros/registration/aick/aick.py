@@ -9,14 +9,14 @@ import dataclasses
 
 import numpy as np
 
-from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.geometry import se3
-from aick_ros.registration import Registration, failed, unknown
-from aick_ros.search import FullSearch, Search
+from aick_ros.registration.result import Registration, failed, unknown
+from aick_ros.registration.result.aick.fit_covariance import fit_covariance
+from aick_ros.registration.result.aick.search import FullSearch, Search
+from aick_ros.registration.result.aick.word_search import WordSearch
+from aick_ros.registration.result.status import Status
 from aick_ros.settings import AickSettings
-from aick_ros.status import Status
-from aick_ros.word_search import WordSearch
 
 _FEWEST = 3  # points that determine a rigid transform
 

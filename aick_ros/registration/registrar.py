@@ -11,22 +11,22 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from aick_ros.aick import Aick
 from aick_ros.features.vocabulary import vocabulary_of
-from aick_ros.fit_covariance import fit_covariance
 from aick_ros.frames.camera_clock import SteadyClock
 from aick_ros.frames.prepared import View
 from aick_ros.frames.rgbd import KeypointExtractor, RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.refinement import Refinement
-from aick_ros.registration import Registration, failed
-from aick_ros.second_opinion import SecondOpinion
+from aick_ros.registration.result import Registration, failed
+from aick_ros.registration.result.aick.aick import Aick
+from aick_ros.registration.result.aick.fit_covariance import fit_covariance
+from aick_ros.registration.result.dynamic_objects import SecondOpinion
+from aick_ros.registration.result.refinement.refinement import Refinement
+from aick_ros.registration.result.stage_times import StageTimes
+from aick_ros.registration.result.status import Status
+from aick_ros.registration.result.systematic_error import Uncertainty
 from aick_ros.settings import Settings
-from aick_ros.stage_times import StageTimes
-from aick_ros.status import Status
-from aick_ros.uncertainty import Uncertainty
 
 _PATIENT = {'alpha': 0.93, 'iterations': 60}  # appearance leads for longer than in the paper
 _REMEMBERED = 8  # frames of which all keypoints are kept

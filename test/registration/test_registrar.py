@@ -8,17 +8,17 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros.aick import Aick
 from aick_ros.frames.rgbd import KeypointExtractor
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registrar import Registrar
+from aick_ros.registration.result.aick.aick import Aick
+from aick_ros.registration.result.registrar import Registrar
+from aick_ros.registration.result.stage_times import StageTimes
+from aick_ros.registration.result.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import DepthSensor, SyntheticOptions, SyntheticSource
-from aick_ros.stage_times import StageTimes
-from aick_ros.status import Status
 
 COUNT = 10
 RATE = 30
@@ -137,7 +137,7 @@ def test_a_slower_schedule_is_tried_where_a_short_one_fails(source, frames, monk
                 self._blind) else found
 
     tried = []
-    monkeypatch.setattr('aick_ros.registrar.Aick', Short)
+    monkeypatch.setattr('aick_ros.registration.registrar.Aick', Short)
     found, _ = register(frames[:4], {'aick.lambda_f': 0.21})
     assert tried == [(0.6, 10, 0.21), (0.93, 60, 0.21)]
     assert found.status is Status.OK

@@ -19,10 +19,10 @@ import numpy as np
 
 from aick_ros.frames.prepared import View
 from aick_ros.geometry import se3
-from aick_ros.refinement import Refined, Refinement
-from aick_ros.registration import Registration
+from aick_ros.registration.result import Registration
+from aick_ros.registration.result.pose_vote import Votes, poll
+from aick_ros.registration.result.refinement.refinement import Refined, Refinement
 from aick_ros.settings import SensorSettings
-from aick_ros.votes import Votes, poll
 
 _SUDDEN = 15.0, 30.0
 """What changes of the motion by a hand stay below, with stamps that jitter [m/s^2, rad/s^2]."""

@@ -11,10 +11,10 @@ from abc import ABC, abstractmethod
 import cv2
 import numpy as np
 
-from aick_ros.candidates import Candidates, squared_lengths
 from aick_ros.features.descriptors import distance_blocks, pair_distances
 from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.geometry import se3
+from aick_ros.registration.result.aick.candidates import Candidates, squared_lengths
 from aick_ros.settings import AickSettings
 
 _APPEARANCE_REACH = 1.4

@@ -11,20 +11,20 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from aick_ros.aick import Aick
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.refinement import Refinement
-from aick_ros.registrar import Registrar
-from aick_ros.residuals import point_to_plane, track_depth
+from aick_ros.registration.result.aick.aick import Aick
+from aick_ros.registration.result.refinement.refinement import Refinement
+from aick_ros.registration.result.refinement.residuals import point_to_plane, track_depth
+from aick_ros.registration.result.refinement.tracks import Tracker
+from aick_ros.registration.result.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
 from aick_ros.sources.synthetic.room import furnished_room
 from aick_ros.sources.synthetic.surfaces import Rectangle
-from aick_ros.tracks import Tracker
 
 SETTINGS = Settings()
 CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)

@@ -18,11 +18,11 @@ import numpy as np
 from aick_ros.frames.prepared import View
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.registration import Disagreement
-from aick_ros.residuals import (
+from aick_ros.registration.result import Disagreement
+from aick_ros.registration.result.refinement.residuals import (
     NormalEquations, Residuals, gradient_noise, point_to_plane, reprojection, track_depth)
+from aick_ros.registration.result.refinement.tracks import Tracker, Tracks
 from aick_ros.settings import RefinementSettings, SensorSettings
-from aick_ros.tracks import Tracker, Tracks
 
 _COARSE = 1  # iterations with wide robust weights, by the keypoints alone
 _COARSE_WIDTH = 3.0  # times the final one

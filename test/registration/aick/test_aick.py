@@ -9,12 +9,12 @@ import math
 import numpy as np
 import pytest
 
-from aick_ros.aick import Aick
 from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.geometry import se3
-from aick_ros.search import FullSearch
+from aick_ros.registration.result.aick.aick import Aick
+from aick_ros.registration.result.aick.search import FullSearch
+from aick_ros.registration.result.status import Status
 from aick_ros.settings import AickSettings
-from aick_ros.status import Status
 
 
 def keypoint_frame(positions, descriptors, sigma=0.01):

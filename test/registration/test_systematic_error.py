@@ -14,9 +14,9 @@ from aick_ros.frames.rgbd import KeypointFrame, RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.registration import Disagreement, Registration
-from aick_ros.status import Status
-from aick_ros.uncertainty import Uncertainty
+from aick_ros.registration.result import Disagreement, Registration
+from aick_ros.registration.result.status import Status
+from aick_ros.registration.result.systematic_error import Uncertainty
 
 NOISE = np.diag([2e-6, 1e-6, 4e-6, 1e-6, 2e-6, 3e-6])  # of the disagreement
 OWN = se3.skew([0.1, 0.2, 0.3]) @ se3.skew([0.1, 0.2, 0.3]).T
