@@ -14,12 +14,12 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo
 
-from aick_ros.base_pose import Mount
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.synchronizer import Pair
+from aick_ros.odometry.base_odometry import Mount
 from aick_ros.ros.calibrations import Calibration
 from aick_ros.ros.diagnostics import Diagnostics
 from aick_ros.ros.extrinsics import Extrinsics

@@ -12,10 +12,10 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
-from aick_ros.base_pose import BasePose, Mount
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry import OdometryUpdate
+from aick_ros.odometry.base_odometry import BasePose, Mount
 from aick_ros.registration.result.status import Status
 from aick_ros.ros import messages
 from aick_ros.ros.guess import Guess

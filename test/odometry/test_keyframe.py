@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aick_ros.geometry import se3
-from aick_ros.keyframe import Anchor, KeyframePolicy
+from aick_ros.odometry.keyframe import Anchor, KeyframePolicy
 from aick_ros.registration.result import Registration
 from aick_ros.registration.result.status import Status
 from aick_ros.settings import Settings

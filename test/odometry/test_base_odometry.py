@@ -6,8 +6,8 @@
 import numpy as np
 import pytest
 
-from aick_ros.base_pose import BasePose, Mount
 from aick_ros.geometry import se3
+from aick_ros.odometry.base_odometry import BasePose, Mount
 
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.3, -0.2, 0.5))
 CORRECTED = T_BASE_CAMERA @ se3.exp([0.05, 0.02, -0.03, 0.1, -0.2, 0.05])

@@ -17,8 +17,8 @@ from aick_ros.frames.prepared import View
 from aick_ros.frames.rgbd import KeypointFrame, RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
-from aick_ros.keyframe import Anchor, KeyframePolicy, OneFrame
-from aick_ros.local_map import LocalMap
+from aick_ros.odometry.keyframe import Anchor, KeyframePolicy, OneFrame
+from aick_ros.odometry.local_map import LocalMap
 from aick_ros.registration.result import Registration
 from aick_ros.registration.result.registrar import Learned, Registrar
 from aick_ros.registration.result.stage_times import StageTimes

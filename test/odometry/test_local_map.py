@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aick_ros.geometry import se3
-from aick_ros.local_map import LocalMap
+from aick_ros.odometry.local_map import LocalMap
 from aick_ros.registration.result.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import ColourSensor, SyntheticOptions, SyntheticSource
