@@ -49,7 +49,7 @@ setup(
     data_files=DATA_FILES,
     entry_points={'console_scripts': [
         'aick = aick_ros.cli:main',
-        'odom_node = aick_ros.ros.entry_points:odom_node',
-        'bag_player = aick_ros.ros.entry_points:bag_player',
+        'odom_node = aick_ros.ros.process.entry_points:odom_node',
+        'bag_player = aick_ros.ros.process.entry_points:bag_player',
     ]},
 )

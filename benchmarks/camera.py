@@ -23,9 +23,9 @@ import rclpy
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CameraInfo, Image
 
-from aick_ros.ros.messages import header
-from aick_ros.ros.program import program
-from aick_ros.ros.resources import use_fastdds_profile
+from aick_ros.ros.conversions import header
+from aick_ros.ros.process.program import program
+from aick_ros.ros.process.resources import use_fastdds_profile
 
 FRAME = 'camera_optical_frame'
 

@@ -40,8 +40,8 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.synchronizer import Pair
 from aick_ros.odometry import Odometry
-from aick_ros.ros.messages import from_pose, header
-from aick_ros.ros.resources import use_fastdds_profile
+from aick_ros.ros.conversions import from_pose, header
+from aick_ros.ros.process.resources import use_fastdds_profile
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 CAMERAS = {

@@ -32,7 +32,7 @@ from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer
 
 if TYPE_CHECKING:
-    from aick_ros.ros.live_run import LiveRun
+    from aick_ros.ros.playback.live_run import LiveRun
 
 _NODE_TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info')
 _WRITTEN_TOPICS = (bag_writer.COLOUR_TOPIC, bag_writer.DEPTH_TOPIC, bag_writer.INFO_TOPIC)
@@ -65,8 +65,8 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, _LAST_DOMAIN))
     try:
-        from aick_ros.ros.live_run import run_live
-        from aick_ros.ros.pace import RealTime
+        from aick_ros.ros.playback.live_run import run_live
+        from aick_ros.ros.playback.pace import RealTime
     except ModuleNotFoundError as error:
         raise InputError(f'the node needs ROS 2 and {error.name} is not there: source a ROS 2 '
                          "Jazzy workspace, or pip install 'aick_ros[ros]'") from None

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from std_srvs.srv import Empty
 
 from aick_ros.errors import InputError
-from aick_ros.ros.messages import from_pose
+from aick_ros.ros.conversions import from_pose
 
 _QUEUE = 10
 

@@ -20,16 +20,16 @@ from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.ros.control import Control
-from aick_ros.ros.diagnostics import Diagnostics
-from aick_ros.ros.frame_statistics import FAILED, UNDER_LOAD
-from aick_ros.ros.guess import Guess
-from aick_ros.ros.inputs import Arrival, Inputs
+from aick_ros.ros.health.health.diagnostics import Diagnostics
+from aick_ros.ros.health.health.frame_statistics import FAILED, UNDER_LOAD
+from aick_ros.ros.input.guess import Guess
+from aick_ros.ros.input.inputs import Arrival, Inputs
+from aick_ros.ros.input.rate_limit import RateLimit
+from aick_ros.ros.output.publisher import OdometryPublisher
+from aick_ros.ros.output.views import Views
 from aick_ros.ros.parameters import LiveSettings, declare_settings
-from aick_ros.ros.program import program
-from aick_ros.ros.publisher import OdometryPublisher
-from aick_ros.ros.rate_limit import RateLimit
-from aick_ros.ros.views import Views
-from aick_ros.ros.warm_up import warm_up
+from aick_ros.ros.process.program import program
+from aick_ros.ros.process.warm_up import warm_up
 from aick_ros.ros.worker import Worker
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings

@@ -19,8 +19,8 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 
-from aick_ros.ros.live_run import NODE_COMMAND
-from aick_ros.ros.messages import to_stamp
+from aick_ros.ros.conversions import to_stamp
+from aick_ros.ros.playback.live_run import NODE_COMMAND
 
 OPTICAL = 'camera_rgb_optical_frame'
 QUEUE = 1000

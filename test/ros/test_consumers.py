@@ -14,7 +14,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Empty
 
 from aick_ros.odometry import Odometry
-from aick_ros.ros.messages import from_pose, from_transform, to_stamp
+from aick_ros.ros.conversions import from_pose, from_transform, to_stamp
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT, DARK = 16, range(6, 11)

@@ -14,8 +14,8 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
-from aick_ros.ros.live_run import NODE_COMMAND
-from aick_ros.ros.messages import from_pose
+from aick_ros.ros.conversions import from_pose
+from aick_ros.ros.playback.live_run import NODE_COMMAND
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT = 12
@@ -112,7 +112,7 @@ def test_ends_cleanly_in_the_middle_of_work(rig, start_node, frames, how):
 @pytest.mark.parametrize('how', ENDINGS)
 def test_ends_cleanly_while_it_starts(ros_domain, how):
     """From the moment its own code runs: importing, initialising, subscribing."""
-    begin = 'from aick_ros.ros.entry_points import odom_node as run; print(flush=True); run()'
+    begin = 'from aick_ros.ros.process.entry_points import odom_node as run; print(flush=True); run()'
     for delay in (0.02, 0.1, 0.15, 0.2, 0.25, 0.3):
         process = subprocess.Popen([sys.executable, '-c', begin], stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True)

@@ -15,8 +15,8 @@ from sensor_msgs.msg import CameraInfo, Image
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.registration.result.stage_times import STAGES
-from aick_ros.ros.live_run import NODE_COMMAND
-from aick_ros.ros.messages import from_pose, from_transform, to_stamp
+from aick_ros.ros.conversions import from_pose, from_transform, to_stamp
+from aick_ros.ros.playback.live_run import NODE_COMMAND
 from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -126,7 +126,7 @@ def test_the_extrinsic_comes_from_tf_and_is_never_guessed(rig, start_node, frame
     from rclpy.qos import DurabilityPolicy, QoSProfile
     from tf2_msgs.msg import TFMessage
 
-    from aick_ros.ros.messages import transform_stamped
+    from aick_ros.ros.conversions import transform_stamped
     node = start_node(frame_id='base_link')
     rig.send_camera_info(frames[0].camera)
     for frame in frames[:3]:

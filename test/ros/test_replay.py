@@ -10,8 +10,8 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.trajectory_errors import compare
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
-from aick_ros.ros.live_run import run_live
-from aick_ros.ros.pace import RealTime
+from aick_ros.ros.playback.live_run import run_live
+from aick_ros.ros.playback.pace import RealTime
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer

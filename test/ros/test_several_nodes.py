@@ -12,7 +12,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Empty
 
 from aick_ros.odometry import Odometry
-from aick_ros.ros.messages import from_pose, from_transform, to_stamp
+from aick_ros.ros.conversions import from_pose, from_transform, to_stamp
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT = 6

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry.base_odometry import Mount
-from aick_ros.ros import transforms
+from aick_ros.ros.input import transforms
 from aick_ros.settings.node import NodeSettings
 
 

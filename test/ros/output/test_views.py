@@ -16,9 +16,9 @@ from sensor_msgs.msg import Image, PointCloud2, PointField
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.registration.result.status import Status
-from aick_ros.ros.debug_image import draw_matches
-from aick_ros.ros.messages import from_pose, to_stamp
-from aick_ros.ros.views import Views
+from aick_ros.ros.conversions import from_pose, to_stamp
+from aick_ros.ros.output.debug_image import draw_matches
+from aick_ros.ros.output.views import Views
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 OPTICAL = 'camera_rgb_optical_frame'
@@ -112,8 +112,8 @@ def views(ros_domain):
 def test_nothing_is_drawn_while_nobody_looks(views, frames, updates, monkeypatch):
     def refuse(*arguments):
         raise AssertionError('drawn for nobody')
-    monkeypatch.setattr('aick_ros.ros.views.draw_matches', refuse)
-    monkeypatch.setattr('aick_ros.ros.views.point_cloud', refuse)
+    monkeypatch.setattr('aick_ros.ros.output.views.draw_matches', refuse)
+    monkeypatch.setattr('aick_ros.ros.output.views.point_cloud', refuse)
     views.show(frames[1], updates[1], np.eye(4), np.eye(4), OPTICAL)
 
 

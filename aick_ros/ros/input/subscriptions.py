@@ -18,7 +18,7 @@ from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
-from aick_ros.ros.messages import to_stamp
+from aick_ros.ros.conversions import to_stamp
 from aick_ros.settings.node import NodeSettings
 
 _CAMERA_INFO_QUEUE = 10

@@ -10,8 +10,8 @@ import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
-from aick_ros.ros.guess import Guess
-from aick_ros.ros.messages import from_pose, from_transform, to_stamp, transform_stamped
+from aick_ros.ros.conversions import from_pose, from_transform, to_stamp, transform_stamped
+from aick_ros.ros.input.guess import Guess
 from aick_ros.settings.node import NodeSettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 

@@ -15,7 +15,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.odometry import Odometry
-from aick_ros.ros.messages import from_pose, to_time
+from aick_ros.ros.conversions import from_pose, to_time
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
 
@@ -256,7 +256,7 @@ def test_a_latched_camera_info_is_received(rig, start_node, frames):
 def test_a_camera_on_a_moving_arm_leaves_the_base_where_it_is(rig, start_node, source, frames):
     """The arm's transform comes on /tf, at other times than the images and after them."""
     tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
-    from aick_ros.ros.messages import transform_stamped
+    from aick_ros.ros.conversions import transform_stamped
     arm = rig.node.create_publisher(tf2_msgs.TFMessage, '/tf', 100)
     start_node(frame_id='base_link', wait_for_transform=5.0)
     rig.send_camera_info(frames[0].camera)
@@ -313,7 +313,7 @@ def test_depth_is_registered_with_the_extrinsic_of_a_parameter(rig, start_node, 
 def test_depth_is_registered_with_the_extrinsic_of_tf(rig, start_node, depth_info, source,
                                                       frames):
     tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
-    from aick_ros.ros.messages import transform_stamped
+    from aick_ros.ros.conversions import transform_stamped
     node = start_node(register_depth='true')
     send_from_two_cameras(rig, depth_info, source, frames)
     node.wait_for_log(f"no transform from '{INFRARED}' (the depth image) to '{OPTICAL}'")

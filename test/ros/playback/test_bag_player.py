@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 from rosgraph_msgs.msg import Clock
 
-from aick_ros.ros.messages import to_stamp
-from aick_ros.ros.pace import RealTime
+from aick_ros.ros.conversions import to_stamp
+from aick_ros.ros.playback.pace import RealTime
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer
 
 PLAYER_COMMAND = (sys.executable, '-c',
-                  'from aick_ros.ros.entry_points import bag_player; bag_player()')
+                  'from aick_ros.ros.process.entry_points import bag_player; bag_player()')
 COUNT = 6
 
 

@@ -13,7 +13,7 @@ from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.ros.subscriptions import AdaptiveSubscription
+from aick_ros.ros.input.subscriptions import AdaptiveSubscription
 from aick_ros.settings.node import NodeSettings
 
 _SILENT_AFTER = 5.0  # seconds

@@ -24,13 +24,13 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from aick_ros.errors import InputError
-from aick_ros.ros.bag_player import BagPlayer
-from aick_ros.ros.messages import UNKNOWN, from_pose, to_stamp
-from aick_ros.ros.resources import use_fastdds_profile
+from aick_ros.ros.conversions import UNKNOWN, from_pose, to_stamp
+from aick_ros.ros.playback.bag_player import BagPlayer
+from aick_ros.ros.process.resources import use_fastdds_profile
 
 DIAGNOSED = 'odom_node: odometry'
 NODE_COMMAND = (sys.executable, '-c',
-                'from aick_ros.ros.entry_points import odom_node; odom_node()')
+                'from aick_ros.ros.process.entry_points import odom_node; odom_node()')
 
 _DISCOVERY = 10.0  # seconds; it takes 0.1 to 3
 _PATIENCE = 3.0  # seconds without an answer after which none is expected

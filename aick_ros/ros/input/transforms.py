@@ -17,7 +17,7 @@ from rclpy.subscription import Subscription
 from aick_ros.errors import InputError
 from aick_ros.geometry.frame_tree import FrameTree
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.ros.messages import from_transform, to_stamp, transform_stamped
+from aick_ros.ros.conversions import from_transform, to_stamp, transform_stamped
 
 try:
     from tf2_msgs.msg import TFMessage

@@ -25,10 +25,10 @@ from rosgraph_msgs.msg import Clock
 
 from aick_ros.errors import InputError
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.ros.messages import to_time
-from aick_ros.ros.pace import RealTime, StepByStep
-from aick_ros.ros.program import program
-from aick_ros.ros.resources import use_fastdds_profile
+from aick_ros.ros.conversions import to_time
+from aick_ros.ros.playback.pace import RealTime, StepByStep
+from aick_ros.ros.process.program import program
+from aick_ros.ros.process.resources import use_fastdds_profile
 
 _IMAGE = 'sensor_msgs/msg/Image'
 _CLOCK = '/clock'

@@ -17,8 +17,8 @@ from std_msgs.msg import Header
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.odometry import OdometryUpdate
-from aick_ros.ros import messages
-from aick_ros.ros.debug_image import draw_matches
+from aick_ros.ros import conversions
+from aick_ros.ros.output.debug_image import draw_matches
 
 _LONGEST_PATH = 1000  # poses
 _QUEUE = 1  # a picture is looked at now or not at all
@@ -47,9 +47,9 @@ class Views:
         :param T_base_camera: the extrinsic.
         :param camera_frame: of the images.
         """
-        header = messages.header(update.stamp, self._odom_frame)
+        header = conversions.header(update.stamp, self._odom_frame)
         if update.status.ok:
-            self._lengthen(PoseStamped(header=header, pose=messages.pose(T_odom_base)))
+            self._lengthen(PoseStamped(header=header, pose=conversions.pose(T_odom_base)))
             if self._path.get_subscription_count():
                 self._path.publish(Path(header=header, poses=self._poses))
             if self._keypoints.get_subscription_count():
@@ -57,7 +57,7 @@ class Views:
                     T_odom_base @ T_base_camera, update.keypoints.positions)))
         if self._debug_image.get_subscription_count():
             self._debug_image.publish(colour_image(
-                messages.header(update.stamp, camera_frame), draw_matches(frame.colour, update)))
+                conversions.header(update.stamp, camera_frame), draw_matches(frame.colour, update)))
 
     def _lengthen(self, pose: PoseStamped) -> None:
         """Add a pose; of a path that is too long every second one goes, its start stays."""

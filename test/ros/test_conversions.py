@@ -8,28 +8,28 @@ import pytest
 from geometry_msgs.msg import Transform
 
 from aick_ros.geometry import se3
-from aick_ros.ros import messages
+from aick_ros.ros import conversions
 
 POSE = se3.exp([0.1, 0.2, 0.3, 1.0, -0.5, 0.25])
 
 
 @pytest.mark.parametrize('stamp', [0, 1, 999_999_999, 1_000_000_000, 1305031102_175304123])
 def test_stamps_survive(stamp):
-    assert messages.to_stamp(messages.to_time(stamp)) == stamp
+    assert conversions.to_stamp(conversions.to_time(stamp)) == stamp
 
 
 def test_poses_survive():
-    np.testing.assert_allclose(messages.from_pose(messages.pose(POSE)), POSE, atol=1e-12)
-    link = messages.transform_stamped(5, 'odom', 'base_link', POSE)
+    np.testing.assert_allclose(conversions.from_pose(conversions.pose(POSE)), POSE, atol=1e-12)
+    link = conversions.transform_stamped(5, 'odom', 'base_link', POSE)
     assert (link.header.frame_id, link.child_frame_id) == ('odom', 'base_link')
-    np.testing.assert_allclose(messages.from_transform(link.transform), POSE, atol=1e-12)
+    np.testing.assert_allclose(conversions.from_transform(link.transform), POSE, atol=1e-12)
 
 
 def test_a_null_quaternion_is_no_pose():
     transform = Transform()
     transform.rotation.w = 0.0
     with pytest.raises(ValueError, match='no pose'):
-        messages.from_transform(transform)
+        conversions.from_transform(transform)
 
 
 @pytest.mark.parametrize('covariance', [
@@ -37,7 +37,7 @@ def test_a_null_quaternion_is_no_pose():
     np.diag([1e-30] * 6), np.eye(6),
     np.eye(6) * 0.01 + np.where(np.arange(36).reshape(6, 6) == 1, np.inf, 0)])
 def test_no_covariance_that_a_consumer_takes_for_unset(covariance):
-    sent = messages.pose_with_covariance(0, 'odom', POSE, covariance).pose.covariance
+    sent = conversions.pose_with_covariance(0, 'odom', POSE, covariance).pose.covariance
     diagonal = np.reshape(sent, (6, 6)).diagonal()
     assert np.isfinite(sent).all()
     assert (diagonal > 0).all()
@@ -47,7 +47,7 @@ def test_no_covariance_that_a_consumer_takes_for_unset(covariance):
 
 def test_covariance_is_row_major():
     covariance = np.arange(36.0).reshape(6, 6) + np.eye(6)
-    sent = messages.pose_with_covariance(0, 'odom', POSE, covariance).pose.covariance
+    sent = conversions.pose_with_covariance(0, 'odom', POSE, covariance).pose.covariance
     assert sent[1] == 1.0
     assert sent[6] == 6.0
     assert sent[7] == 8.0

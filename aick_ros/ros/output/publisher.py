@@ -17,9 +17,9 @@ from aick_ros.geometry import se3
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.odometry.base_odometry import BasePose, Mount
 from aick_ros.registration.result.status import Status
-from aick_ros.ros import messages
-from aick_ros.ros.guess import Guess
-from aick_ros.ros.transforms import TransformBroadcaster
+from aick_ros.ros import conversions
+from aick_ros.ros.input.guess import Guess
+from aick_ros.ros.input.transforms import TransformBroadcaster
 from aick_ros.settings.node import NodeSettings
 
 _QUEUE = 10
@@ -30,7 +30,7 @@ class _Motion(NamedTuple):
     """A twist in the base frame and its 6x6 covariance; that of a lost camera by default."""
 
     twist: np.ndarray = np.zeros(6)
-    covariance: np.ndarray = messages.UNKNOWN
+    covariance: np.ndarray = conversions.UNKNOWN
 
 
 class OdometryPublisher:
@@ -100,9 +100,9 @@ class OdometryPublisher:
         if mount is Mount.FIXED or T_base_camera0 is None:
             T_base_camera0 = T_base_camera
         self._send(
-            messages.pose_with_covariance(
+            conversions.pose_with_covariance(
                 update.stamp, self._odom_frame, self._base.T_odom_base,
-                messages.UNKNOWN if update.recovered else _below_unknown(covariance)),
+                conversions.UNKNOWN if update.recovered else _below_unknown(covariance)),
             self._motion(update, T_base_camera0, T_base_camera))
         return True
 
@@ -121,15 +121,15 @@ class OdometryPublisher:
         if self._settings.lost_policy == 'silent':
             return False
         if self._settings.lost_policy == 'null':
-            self._send(messages.null_pose(stamp, self._odom_frame), _Motion())
+            self._send(conversions.null_pose(stamp, self._odom_frame), _Motion())
         else:
-            self._send(messages.pose_with_covariance(
-                stamp, self._odom_frame, self._base.T_odom_base, messages.UNKNOWN), _Motion())
+            self._send(conversions.pose_with_covariance(
+                stamp, self._odom_frame, self._base.T_odom_base, conversions.UNKNOWN), _Motion())
         return True
 
     def _send(self, located: PoseWithCovarianceStamped, motion: _Motion) -> None:
         self._pose.publish(located)
-        self._odom.publish(messages.odometry(
+        self._odom.publish(conversions.odometry(
             located, self._base_frame, motion.twist, motion.covariance))
 
     def _motion(self, update: OdometryUpdate, T_base_camera0: np.ndarray,
@@ -165,4 +165,4 @@ def _initial_pose(settings: NodeSettings) -> np.ndarray:
 def _below_unknown(covariance: np.ndarray) -> np.ndarray:
     """Scale a covariance down where it would be taken for that of a lost camera."""
     largest = float(np.diag(covariance).max())
-    return covariance * min(1.0, 0.99 * messages.UNKNOWN[0, 0] / max(largest, 1e-12))
+    return covariance * min(1.0, 0.99 * conversions.UNKNOWN[0, 0] / max(largest, 1e-12))

@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros.ros.rate_limit import RateLimit
+from aick_ros.ros.input.rate_limit import RateLimit
 
 
 def admitted(rate, stamps):

@@ -20,13 +20,13 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.synchronizer import Pair
 from aick_ros.odometry.base_odometry import Mount
-from aick_ros.ros.calibrations import Calibration
-from aick_ros.ros.diagnostics import Diagnostics
-from aick_ros.ros.extrinsics import Extrinsics
-from aick_ros.ros.pairing import Pairing
-from aick_ros.ros.subscriptions import (
+from aick_ros.ros.health.health.diagnostics import Diagnostics
+from aick_ros.ros.health.health.watchdog import Watchdog
+from aick_ros.ros.input.calibrations import Calibration
+from aick_ros.ros.input.extrinsics import Extrinsics
+from aick_ros.ros.input.pairing import Pairing
+from aick_ros.ros.input.subscriptions import (
     AdaptiveSubscription, camera_info_subscription, image_subscription)
-from aick_ros.ros.watchdog import Watchdog
 from aick_ros.settings.node import NodeSettings
 
 _SILENCE = 0.5  # seconds after which no better partner is expected

@@ -11,7 +11,7 @@ from typing import Any
 
 from aick_ros.messages.stamp_monitor import StampWatch
 from aick_ros.messages.synchronizer import Pair, Synchronizer
-from aick_ros.ros.messages import to_stamp
+from aick_ros.ros.conversions import to_stamp
 from aick_ros.settings.node import NodeSettings
 
 

@@ -14,8 +14,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
-from aick_ros.ros.extrinsics import Extrinsics
-from aick_ros.ros.messages import transform_stamped
+from aick_ros.ros.conversions import transform_stamped
+from aick_ros.ros.input.extrinsics import Extrinsics
 from aick_ros.settings.node import NodeSettings
 
 tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
