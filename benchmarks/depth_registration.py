@@ -16,7 +16,7 @@ import time
 import cv2
 import numpy as np
 
-from aick_ros.evaluation.machine import machine_facts
+from aick_ros.evaluation.scores.machine import machine_facts
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.messages.depth_to_colour import DepthRegistration

@@ -34,7 +34,7 @@ from row import HEAD, Row
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.machine import machine_facts
+from aick_ros.evaluation.scores.machine import machine_facts
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.messages.frame_decoder import FrameDecoder

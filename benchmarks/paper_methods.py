@@ -27,7 +27,7 @@ if __name__ == '__main__' and not os.environ.items() >= _ONE_THREAD.items():
 import cv2  # noqa: E402: only now do the libraries read how many threads they may have
 import numpy as np  # noqa: E402
 
-from aick_ros.evaluation.machine import machine_facts  # noqa: E402
+from aick_ros.evaluation.scores.machine import machine_facts  # noqa: E402
 from aick_ros.features import make_detector  # noqa: E402
 from aick_ros.features.haar import describe  # noqa: E402
 from aick_ros.features.hessian import SCALE_OF_SIZE, find_blobs  # noqa: E402

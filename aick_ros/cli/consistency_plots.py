@@ -9,7 +9,7 @@ from pathlib import Path
 
 from aick_ros.cli.console import say
 from aick_ros.errors import InputError
-from aick_ros.evaluation.evaluation import Evaluation
+from aick_ros.evaluation.scores.evaluation import Evaluation
 
 
 def check_plots(folder: Path) -> None:

@@ -20,8 +20,8 @@ from aick_ros.cli.damage import DamageLog
 from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.cli.run_folder import lead_to, make_folder
 from aick_ros.errors import InputError
-from aick_ros.evaluation.figures import Percentiles, root_mean_square
-from aick_ros.evaluation.trajectory_errors import TrajectoryErrors, compare
+from aick_ros.evaluation.scores.statistics import Percentiles, root_mean_square
+from aick_ros.evaluation.scores.trajectory_errors import TrajectoryErrors, compare
 from aick_ros.frames.rgbd import KeypointExtractor
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory, write_trajectory

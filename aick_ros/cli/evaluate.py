@@ -16,11 +16,11 @@ from aick_ros.cli.consistency_plots import check_plots, write_plots
 from aick_ros.cli.console import figure, progress, say, table
 from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.cli.reading import Reading
-from aick_ros.evaluation.consistency import DOF, Consistency
-from aick_ros.evaluation.evaluation import Evaluation
-from aick_ros.evaluation.evaluation import evaluate as evaluate_source
-from aick_ros.evaluation.pairs import PairScore
-from aick_ros.evaluation.run_errors import SilentFailures
+from aick_ros.evaluation.scores.consistency import DOF, Consistency
+from aick_ros.evaluation.scores.evaluation import Evaluation
+from aick_ros.evaluation.scores.evaluation import evaluate as evaluate_source
+from aick_ros.evaluation.scores.pairs import PairScore
+from aick_ros.evaluation.scores.run_errors import SilentFailures
 from aick_ros.sources import SourceOptions, open_source
 
 Plots = Annotated[Path | None, typer.Option(

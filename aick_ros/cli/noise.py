@@ -13,9 +13,9 @@ from aick_ros.cli import options, outcome
 from aick_ros.cli.console import figure, progress, say, table
 from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.cli.reading import Reading
-from aick_ros.evaluation.camera_noise import CameraNoise, estimate_noise
-from aick_ros.evaluation.depth_noise import DepthNoise
-from aick_ros.evaluation.pixel_noise import LEAST_FLOW, LEAST_PAIRS, PixelNoise
+from aick_ros.evaluation.noise.camera_noise import CameraNoise, estimate_noise
+from aick_ros.evaluation.noise.depth_noise import DepthNoise
+from aick_ros.evaluation.noise.pixel_noise import LEAST_FLOW, LEAST_PAIRS, PixelNoise
 from aick_ros.sources import SourceOptions, open_source
 
 

@@ -20,8 +20,8 @@ from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json, write_
 from aick_ros.cli.reading import COMPLETE, Reading
 from aick_ros.cli.run_folder import RunFolder
 from aick_ros.errors import InputError
-from aick_ros.evaluation.frame_record import FrameRecord
-from aick_ros.evaluation.run_summary import RunSummary, summarize
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.evaluation.scores.run_summary import RunSummary, summarize
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
 from aick_ros.registration.result.status import Status

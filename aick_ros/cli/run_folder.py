@@ -18,8 +18,8 @@ import numpy as np
 
 from aick_ros.cli.files import write_json, write_whole
 from aick_ros.errors import InputError
-from aick_ros.evaluation.frame_record import FrameRecord, stages_of
-from aick_ros.evaluation.run_summary import RunSummary
+from aick_ros.evaluation.scores.frame_record import FrameRecord, stages_of
+from aick_ros.evaluation.scores.run_summary import RunSummary
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import format_pose, stamp_to_seconds
 from aick_ros.settings import Settings

@@ -11,7 +11,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from aick_ros.evaluation.consistency import DOF, QUANTILE_95, QUANTILE_997, Consistency, density
+from aick_ros.evaluation.scores.consistency import (
+    DOF, QUANTILE_95, QUANTILE_997, Consistency, density)
 from aick_ros.reports import canvas
 
 _END = 24.0  # of the axis; 0.05 % of right ones are beyond

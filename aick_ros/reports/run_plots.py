@@ -12,8 +12,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from aick_ros.evaluation.frame_record import FrameRecord, stages_of
-from aick_ros.evaluation.trajectory_errors import TrajectoryErrors
+from aick_ros.evaluation.scores.frame_record import FrameRecord, stages_of
+from aick_ros.evaluation.scores.trajectory_errors import TrajectoryErrors
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.reports import canvas
 

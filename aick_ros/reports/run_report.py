@@ -11,9 +11,9 @@ from datetime import datetime
 
 import numpy as np
 
-from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of
-from aick_ros.evaluation.run_summary import RunSummary
-from aick_ros.evaluation.trajectory_errors import compare
+from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of
+from aick_ros.evaluation.scores.run_summary import RunSummary
+from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry.trajectory import Trajectory, stamp_to_seconds
 from aick_ros.registration.result.status import Status
 from aick_ros.reports import canvas, page

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros.evaluation.figures import root_mean_square
-from aick_ros.evaluation.trajectory_errors import TrajectoryErrors
+from aick_ros.evaluation.scores.statistics import root_mean_square
+from aick_ros.evaluation.scores.trajectory_errors import TrajectoryErrors
 from aick_ros.geometry import se3
 
 DISTANCES = (0.1, 0.2, 0.5, 1.0, 2.0, 4.0)  # [m]

@@ -32,11 +32,11 @@ from growth import growth  # noqa: E402
 from registered import Registered  # noqa: E402
 
 from aick_ros.cli.files import write_json  # noqa: E402
-from aick_ros.evaluation.evaluation import evaluate  # noqa: E402
-from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of  # noqa: E402
-from aick_ros.evaluation.machine import machine_facts  # noqa: E402
-from aick_ros.evaluation.trajectory_errors import compare  # noqa: E402
-from aick_ros.evaluation.trajectory_score import TrajectoryScore  # noqa: E402
+from aick_ros.evaluation.scores.evaluation import evaluate  # noqa: E402
+from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of  # noqa: E402
+from aick_ros.evaluation.scores.machine import machine_facts  # noqa: E402
+from aick_ros.evaluation.scores.trajectory_errors import compare  # noqa: E402
+from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore  # noqa: E402
 from aick_ros.odometry import Odometry  # noqa: E402
 from aick_ros.settings import Settings  # noqa: E402
 from aick_ros.settings.parameter import with_values  # noqa: E402

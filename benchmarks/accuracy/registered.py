@@ -16,8 +16,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from aick_ros.evaluation.figures import median
-from aick_ros.evaluation.pairs import MAX_HOLE
+from aick_ros.evaluation.scores.pairs import MAX_HOLE
+from aick_ros.evaluation.scores.statistics import median
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.trajectory_errors import compare
+from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import Trajectory

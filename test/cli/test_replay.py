@@ -22,8 +22,8 @@ from aick_ros.cli import replay as replay_module
 from aick_ros.cli.options import settings_from
 from aick_ros.cli.run_folder import RunFolder, columns
 from aick_ros.errors import InputError
-from aick_ros.evaluation.frame_record import FrameRecord
-from aick_ros.evaluation.trajectory_errors import compare
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry.trajectory import read_trajectory, stamp_to_seconds
 from aick_ros.odometry import Odometry
 from aick_ros.registration.result.stage_times import STAGES

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.frame_record import trajectory_of
+from aick_ros.evaluation.scores.frame_record import trajectory_of
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.reports.path_plot import path_figure, plot_trajectory

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from aick_ros.evaluation.run_summary import summarize
+from aick_ros.evaluation.scores.run_summary import summarize
 from aick_ros.reports.run_plots import timing_figure
 from aick_ros.reports.run_report import report
 from aick_ros.settings import Settings

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.trajectory_errors import compare
+from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
 from aick_ros.ros.playback.live_run import run_live

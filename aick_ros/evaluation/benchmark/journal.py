@@ -20,7 +20,7 @@ from typing import Any, TextIO
 
 from aick_ros.errors import InputError
 from aick_ros.evaluation.benchmark.recording import Pair, Recording
-from aick_ros.evaluation.machine import machine_facts
+from aick_ros.evaluation.scores.machine import machine_facts
 
 
 @dataclass(frozen=True)

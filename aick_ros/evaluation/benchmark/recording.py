@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.pairs import MAX_HOLE, MAX_INTERVAL_ERROR
+from aick_ros.evaluation.scores.pairs import MAX_HOLE, MAX_INTERVAL_ERROR
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
@@ -96,7 +96,7 @@ class Recording:
 
     def pairs(self, gaps: Sequence[int], most: int | None = None) -> list[Pair]:
         """
-        Return the pairs that can be judged, by the rules of :mod:`aick_ros.evaluation.pairs`.
+        Return the pairs that can be judged, by the rules of :mod:`aick_ros.evaluation.scores.pairs`.
 
         :param most: of each gap; so many are taken evenly from all. None: all.
         """

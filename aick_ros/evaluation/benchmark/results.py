@@ -17,9 +17,9 @@ from aick_ros.evaluation.baselines.registry import Method
 from aick_ros.evaluation.benchmark.journal import Journal, PairLine
 from aick_ros.evaluation.benchmark.recording import Recording
 from aick_ros.evaluation.benchmark.runner import Plan
-from aick_ros.evaluation.figures import Percentiles
-from aick_ros.evaluation.machine import machine_facts
-from aick_ros.evaluation.pairs import PairError, PairScore
+from aick_ros.evaluation.scores.machine import machine_facts
+from aick_ros.evaluation.scores.pairs import PairError, PairScore
+from aick_ros.evaluation.scores.statistics import Percentiles
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.consistency import nees
+from aick_ros.evaluation.scores.consistency import nees
 from aick_ros.frames.rgbd import KeypointExtractor, KeypointFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera

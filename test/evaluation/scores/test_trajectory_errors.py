@@ -10,8 +10,8 @@ import pytest
 from evo.core import lie_algebra, metrics
 from evo.core.trajectory import PoseTrajectory3D
 
-from aick_ros.evaluation.figures import root_mean_square
-from aick_ros.evaluation.trajectory_errors import compare
+from aick_ros.evaluation.scores.statistics import root_mean_square
+from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory

@@ -8,9 +8,9 @@ import pytest
 from scipy import stats
 from scipy.spatial.distance import mahalanobis
 
-from aick_ros.evaluation import consistency
-from aick_ros.evaluation.consistency import Consistency, nees
-from aick_ros.evaluation.increment_error import IncrementError
+from aick_ros.evaluation.scores import consistency
+from aick_ros.evaluation.scores.consistency import Consistency, nees
+from aick_ros.evaluation.scores.increment_error import IncrementError
 from aick_ros.geometry import se3
 
 COUNT = 4000

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.evaluation.figures import mean, root_mean_square
-from aick_ros.evaluation.frame_record import FrameRecord, trajectory_of
-from aick_ros.evaluation.trajectory_errors import TrajectoryErrors, compare
+from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of
+from aick_ros.evaluation.scores.statistics import mean, root_mean_square
+from aick_ros.evaluation.scores.trajectory_errors import TrajectoryErrors, compare
 from aick_ros.geometry.trajectory import Trajectory
 
 

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from aick_ros.evaluation.depth_noise import DepthNoise, DepthNoiseSamples
-from aick_ros.evaluation.pixel_noise import PixelNoise, PixelNoiseSamples
+from aick_ros.evaluation.noise.depth_noise import DepthNoise, DepthNoiseSamples
+from aick_ros.evaluation.noise.pixel_noise import PixelNoise, PixelNoiseSamples
 from aick_ros.settings import Settings
 from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.evaluation.consistency import nees
+from aick_ros.evaluation.scores.consistency import nees
 from aick_ros.geometry import se3
 
 MOST_TRANSLATION = 0.05

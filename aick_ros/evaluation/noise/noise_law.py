@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.evaluation.power_law import fit_exponent, fit_scale
+from aick_ros.evaluation.noise.power_law import fit_exponent, fit_scale
 from aick_ros.settings.parameter import Parameter
 
 LEAST_SAMPLES = 30

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.evaluation.pairs import MAX_HOLE
+from aick_ros.evaluation.scores.pairs import MAX_HOLE
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from aick_ros.evaluation.noise_law import bins_of, fit_law
+from aick_ros.evaluation.noise.noise_law import bins_of, fit_law
 from aick_ros.features import Features, make_detector
 from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.frames.rgbd import RgbdFrame

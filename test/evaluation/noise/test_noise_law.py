@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.noise_law import LEAST_SAMPLES, bins_of, fit_law
+from aick_ros.evaluation.noise.noise_law import LEAST_SAMPLES, bins_of, fit_law
 from aick_ros.settings.parameter import Parameter
 
 EXPONENT = Parameter('a.power', float, 1.5, 'A power.', minimum=0.0, maximum=4.0)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.evaluation.figures import mean
+from aick_ros.evaluation.scores.statistics import mean
 
 DOF = 6
 

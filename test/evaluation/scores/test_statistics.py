@@ -7,7 +7,7 @@ import statistics
 
 import pytest
 
-from aick_ros.evaluation.figures import Percentiles, mean, median, root_mean_square
+from aick_ros.evaluation.scores.statistics import Percentiles, mean, median, root_mean_square
 
 NUMBERS = [3.0, -1.0, 4.5, 1.0, 5.25]
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.evaluation.frame_record import FrameRecord
-from aick_ros.evaluation.increment_error import IncrementError
-from aick_ros.evaluation.pairs import MAX_HOLE
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.evaluation.scores.increment_error import IncrementError
+from aick_ros.evaluation.scores.pairs import MAX_HOLE
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from aick_ros.evaluation.frame_record import FrameRecord
-from aick_ros.evaluation.increment_error import IncrementError
-from aick_ros.evaluation.run_errors import RunErrors, SilentFailures
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.evaluation.scores.increment_error import IncrementError
+from aick_ros.evaluation.scores.run_errors import RunErrors, SilentFailures
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory

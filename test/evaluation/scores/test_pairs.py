@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from aick_ros.evaluation.pairs import PairEvaluation
+from aick_ros.evaluation.scores.pairs import PairEvaluation
 from aick_ros.frames.prepared import View
 from aick_ros.frames.rgbd import KeypointFrame, RgbdFrame
 from aick_ros.geometry import se3
@@ -57,7 +57,7 @@ def view(stamp):
 def evaluation_by(monkeypatch):
     """Return a function that makes a PairEvaluation whose registrar is a stand-in."""
     def make(registrar, ground_truth, gaps):
-        monkeypatch.setattr('aick_ros.evaluation.pairs.Registrar', lambda settings: registrar)
+        monkeypatch.setattr('aick_ros.evaluation.scores.pairs.Registrar', lambda settings: registrar)
         return PairEvaluation(Settings(), ground_truth, gaps)
     return make
 

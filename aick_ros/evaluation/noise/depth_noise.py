@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.noise_law import LEAST_SAMPLES, bins_of, fit_law
-from aick_ros.evaluation.patch_noise import PatchNoise
+from aick_ros.evaluation.noise.noise_law import LEAST_SAMPLES, bins_of, fit_law
+from aick_ros.evaluation.noise.patch_noise import PatchNoise
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.settings import SensorSettings
 from aick_ros.settings.parameter import parameters

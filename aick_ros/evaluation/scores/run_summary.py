@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from aick_ros.evaluation.figures import Percentiles, mean
-from aick_ros.evaluation.frame_record import FrameRecord, stages_of, trajectory_of
-from aick_ros.evaluation.machine import machine_facts
-from aick_ros.evaluation.trajectory_score import TrajectoryScore
+from aick_ros.evaluation.scores.frame_record import FrameRecord, stages_of, trajectory_of
+from aick_ros.evaluation.scores.machine import machine_facts
+from aick_ros.evaluation.scores.statistics import Percentiles, mean
+from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import values

@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros.evaluation import pixel_noise
-from aick_ros.evaluation.pixel_noise import PixelNoiseSamples
+from aick_ros.evaluation.noise import pixel_noise
+from aick_ros.evaluation.noise.pixel_noise import PixelNoiseSamples
 from aick_ros.features import Features, make_detector
 from aick_ros.frames import depth
 from aick_ros.frames.rgbd import RgbdFrame

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.evaluation import evaluate
+from aick_ros.evaluation.scores.evaluation import evaluate
 from aick_ros.frames.rgbd import KeypointExtractor
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import Trajectory

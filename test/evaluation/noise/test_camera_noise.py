@@ -8,7 +8,7 @@ import json
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.camera_noise import estimate_noise
+from aick_ros.evaluation.noise.camera_noise import estimate_noise
 from aick_ros.geometry.camera import Camera
 from aick_ros.sources import raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource

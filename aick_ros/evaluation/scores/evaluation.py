@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.consistency import Consistency
-from aick_ros.evaluation.figures import Percentiles, mean
-from aick_ros.evaluation.frame_record import FrameRecord
-from aick_ros.evaluation.increment_error import IncrementError
-from aick_ros.evaluation.machine import machine_facts
-from aick_ros.evaluation.pairs import PairError, PairEvaluation, PairScore
-from aick_ros.evaluation.run_errors import RunErrors, SilentFailures
-from aick_ros.evaluation.run_summary import stage_times
-from aick_ros.evaluation.trajectory_score import TrajectoryScore
+from aick_ros.evaluation.scores.consistency import Consistency
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.evaluation.scores.increment_error import IncrementError
+from aick_ros.evaluation.scores.machine import machine_facts
+from aick_ros.evaluation.scores.pairs import PairError, PairEvaluation, PairScore
+from aick_ros.evaluation.scores.run_errors import RunErrors, SilentFailures
+from aick_ros.evaluation.scores.run_summary import stage_times
+from aick_ros.evaluation.scores.statistics import Percentiles, mean
+from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore
 from aick_ros.odometry import Odometry
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import values

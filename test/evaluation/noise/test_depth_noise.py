@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.depth_noise import DepthNoiseSamples
+from aick_ros.evaluation.noise.depth_noise import DepthNoiseSamples
 from aick_ros.settings import SensorSettings
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource

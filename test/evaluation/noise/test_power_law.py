@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.power_law import fit_exponent, fit_scale
+from aick_ros.evaluation.noise.power_law import fit_exponent, fit_scale
 
 X = np.geomspace(0.5, 5.0, 12)
 EVEN = np.ones(len(X))

@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.patch_noise import SIDE, PatchNoise
+from aick_ros.evaluation.noise.patch_noise import SIDE, PatchNoise
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 

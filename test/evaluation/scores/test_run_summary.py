@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.frame_record import FrameRecord, stages_of, trajectory_of
-from aick_ros.evaluation.run_summary import summarize
+from aick_ros.evaluation.scores.frame_record import FrameRecord, stages_of, trajectory_of
+from aick_ros.evaluation.scores.run_summary import summarize
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registration.result.status import Status

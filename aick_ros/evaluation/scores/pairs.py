@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.evaluation.consistency import Consistency
-from aick_ros.evaluation.figures import Percentiles, mean, median
-from aick_ros.evaluation.increment_error import IncrementError
+from aick_ros.evaluation.scores.consistency import Consistency
+from aick_ros.evaluation.scores.increment_error import IncrementError
+from aick_ros.evaluation.scores.statistics import Percentiles, mean, median
 from aick_ros.frames.prepared import View
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
