@@ -10,15 +10,15 @@ from typing import Annotated
 import typer
 
 import aick_ros
-from aick_ros.cli.benchmark import benchmark
-from aick_ros.cli.convert import convert
-from aick_ros.cli.demo import demo
-from aick_ros.cli.evaluate import evaluate
-from aick_ros.cli.noise import noise
-from aick_ros.cli.parameters import parameters
-from aick_ros.cli.replay import replay
-from aick_ros.cli.simulate import simulate
-from aick_ros.cli.vocabulary import vocabulary
+from aick_ros.cli.commands.benchmark import benchmark
+from aick_ros.cli.commands.convert import convert
+from aick_ros.cli.commands.demo import demo
+from aick_ros.cli.commands.evaluate import evaluate
+from aick_ros.cli.commands.noise import noise
+from aick_ros.cli.commands.parameters import parameters
+from aick_ros.cli.commands.replay import replay
+from aick_ros.cli.commands.simulate import simulate
+from aick_ros.cli.commands.vocabulary import vocabulary
 
 COMMANDS = (replay, evaluate, benchmark, simulate, convert, vocabulary, noise, parameters, demo)
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import aick_ros
-from aick_ros.cli import replay as replay_module
+from aick_ros.cli.commands import replay as replay_module
 
 ROOT = Path(__file__).parents[2]
 

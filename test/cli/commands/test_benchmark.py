@@ -14,12 +14,12 @@ from pathlib import Path
 
 import pytest
 
-from aick_ros.cli import benchmark as benchmark_module
+from aick_ros.cli.commands import benchmark as benchmark_module
 from aick_ros.evaluation.baselines import registry
 from aick_ros.evaluation.benchmark.dead_reckoning import walk
 from aick_ros.sources.writers.tum_writer import write_tum
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope='module')

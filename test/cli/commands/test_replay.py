@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from evo.tools import file_interface
 
-from aick_ros.cli import replay as replay_module
+from aick_ros.cli.commands import replay as replay_module
 from aick_ros.cli.options import settings_from
 from aick_ros.cli.run_folder import RunFolder, columns
 from aick_ros.errors import InputError
@@ -33,7 +33,7 @@ from aick_ros.settings.presets import preset
 from aick_ros.sources import raise_damage
 from aick_ros.sources.writers.tum_writer import write_tum
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 FILES = {'trajectory.tum', 'frames.csv', 'settings.yaml', 'summary.json', 'report.html'}
 
 

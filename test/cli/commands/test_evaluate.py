@@ -13,14 +13,14 @@ from pathlib import Path
 import cv2
 import pytest
 
-from aick_ros.cli import evaluate as evaluate_module
+from aick_ros.cli.commands import evaluate as evaluate_module
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.evaluation import evaluate as evaluate_source
 from aick_ros.settings.presets import preset
 from aick_ros.sources import raise_damage
 from aick_ros.sources.writers.bag_writer import write_bag
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import yaml
 
-from aick_ros.cli import noise as noise_module
+from aick_ros.cli.commands import noise as noise_module
 from aick_ros.cli.settings_file import read_settings_file
 from aick_ros.errors import InputError
 from aick_ros.settings import Settings

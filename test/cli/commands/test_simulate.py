@@ -8,7 +8,7 @@ import signal
 import numpy as np
 import pytest
 
-from aick_ros.cli import simulate as simulate_module
+from aick_ros.cli.commands import simulate as simulate_module
 from aick_ros.geometry.camera import Camera
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
