@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from aick_ros.frames.rgbd import KeypointFrame
-from aick_ros.geometry import se3
+from aick_ros.geometry import point_fit, se3
 from aick_ros.settings import AickSettings
 
 
@@ -26,5 +26,5 @@ def register(source: KeypointFrame, target: KeypointFrame, settings: AickSetting
         closest = d.argmin(axis=1)
         least = d[np.arange(len(d)), closest]
         kept = np.flatnonzero(least < (1 - w) * settings.lambda_e + w * settings.lambda_f)  # Eq. 2
-        T_target_source = se3.fit(source.positions[kept], target.positions[closest[kept]])
+        T_target_source = point_fit.fit(source.positions[kept], target.positions[closest[kept]])
     return T_target_source

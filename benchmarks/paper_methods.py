@@ -34,7 +34,7 @@ from aick_ros.features.hessian import SCALE_OF_SIZE, find_blobs  # noqa: E402
 from aick_ros.features.vocabulary import vocabulary_of  # noqa: E402
 from aick_ros.frames.rgbd import KeypointExtractor, KeypointFrame, RgbdFrame  # noqa: E402
 from aick_ros.geometry import se3  # noqa: E402
-from aick_ros.registration.result.aick.aick import Aick  # noqa: E402
+from aick_ros.registration.aick.aick import Aick  # noqa: E402
 from aick_ros.settings import Settings  # noqa: E402
 from aick_ros.settings.parameter import with_values  # noqa: E402
 from aick_ros.settings.presets import preset  # noqa: E402

@@ -36,7 +36,7 @@ from row import HEAD, Row  # noqa: E402
 from aick_ros.evaluation.scores.machine import machine_facts  # noqa: E402
 from aick_ros.frames.rgbd import KeypointExtractor, KeypointFrame  # noqa: E402
 from aick_ros.geometry import se3  # noqa: E402
-from aick_ros.registration.result.aick.aick import Aick  # noqa: E402
+from aick_ros.registration.aick.aick import Aick  # noqa: E402
 from aick_ros.settings.presets import preset  # noqa: E402
 from aick_ros.sources import RgbdSource, open_source, raise_damage  # noqa: E402
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource  # noqa: E402

@@ -155,24 +155,3 @@ def requirements_of(name):
         return importlib.metadata.requires(name) or []
     except importlib.metadata.PackageNotFoundError:
         return []
-
-
-def test_the_core_imports_numpy_and_opencv_only():
-    for path in (ROOT / 'aick_ros').glob('*.py'):
-        if path.name != '__main__.py':
-            assert top_level(imports(path)) <= {'numpy', 'cv2'}, path
-            assert not parts_imported(path) & {'cli', 'ros', 'sources', 'evaluation', 'reports'}
-
-
-def test_ros_and_sources_do_not_import_each_other():
-    for path in (ROOT / 'aick_ros' / 'ros').rglob('*.py'):
-        assert not parts_imported(path) & {'cli', 'sources'}, path
-    for path in (ROOT / 'aick_ros' / 'sources').rglob('*.py'):
-        assert not parts_imported(path) & {'cli', 'ros', 'evaluation', 'reports'}, path
-        assert 'rclpy' not in top_level(imports(path)), path
-
-
-def parts_imported(path):
-    """Return the modules and folders directly in aick_ros that a file imports from."""
-    names = (name.split('.') for name in imports(path))
-    return {name[1] for name in names if name[0] == 'aick_ros' and len(name) > 1}

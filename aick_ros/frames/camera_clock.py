@@ -17,7 +17,7 @@ _FORGIVEN = 0.5  # of a stamp off the beat, by one that is on it
 _TOO_MANY = 3  # stamps off the beat, after which there is none
 
 
-class SteadyClock:
+class CameraClock:
     """
     A loop that locks to the beat of a camera.
 

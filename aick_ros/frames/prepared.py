@@ -14,7 +14,7 @@ from aick_ros.frames.surface import Surface
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class PreparedFrame:
     """
     One frame, ready to be registered.
 

@@ -22,7 +22,7 @@ _MOST_PERIODS = 10.0  # of a gap on average; if nine of ten images are lost, not
 _UNSETTLED = 5  # of the newest gaps, into which late images may still come
 
 
-class StampWatch:
+class StampMonitor:
     """Watches the stamps of one stream as they arrive."""
 
     def __init__(self) -> None:

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
+from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Registration
-from aick_ros.registration.result.registrar import Registrar
 from aick_ros.settings import Settings
 
 
@@ -26,7 +26,7 @@ class Anchor:
     :param keyframe_covariance: 6x6 of that.
     """
 
-    view: View
+    view: PreparedFrame
     T_odom_camera: np.ndarray
     covariance: np.ndarray
     T_keyframe_camera: np.ndarray = field(default_factory=lambda: np.eye(4))
@@ -52,20 +52,20 @@ class Anchor:
 class OneFrame:
     """A reference that is one frame as it is; compare LocalMap."""
 
-    def register(self, registrar: Registrar, view: View, target: View,
+    def register(self, registrar: Registrar, view: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None, elapsed: float) -> Registration:
         """Return where a view was, seen from the frame."""
         return registrar.register(view, target, expected, elapsed)
 
-    def begun(self, view: View) -> View:
+    def start(self, view: PreparedFrame) -> PreparedFrame:
         """Return what others are registered to."""
         return view
 
-    def told(self, view: View, registration: Registration) -> View:
+    def update(self, view: PreparedFrame, registration: Registration) -> PreparedFrame:
         """Return the frame after another one was registered to it."""
         return view
 
-    def carried(self, view: View, new: View, registration: Registration) -> View:
+    def propagate(self, view: PreparedFrame, new: PreparedFrame, registration: Registration) -> PreparedFrame:
         """Return the frame that follows."""
         return new
 
@@ -89,7 +89,7 @@ class KeyframePolicy:
         """Forget the keyframe: the next registration is to another one."""
         self._first = self._last = 0.0
 
-    def keeps(self, view: View, registration: Registration) -> bool:
+    def keeps(self, view: PreparedFrame, registration: Registration) -> bool:
         """Return whether the keyframe that a view was registered to still serves the next one."""
         if self._settings.reference == 'previous':
             return False
@@ -105,7 +105,7 @@ class KeyframePolicy:
         return surer and enough
 
 
-def _variance(view: View, covariance: np.ndarray) -> float:
+def _variance(view: PreparedFrame, covariance: np.ndarray) -> float:
     """Return the variance of where a registration puts what the view sees [m^2]."""
     distance = float(np.median(view.keypoints.positions[:, 2]))
     return float(np.trace(covariance[:3, :3]) + distance ** 2 * np.trace(covariance[3:, 3:]))

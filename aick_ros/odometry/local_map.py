@@ -16,12 +16,12 @@ import dataclasses
 import numpy as np
 
 from aick_ros.frames import depth
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.geometry import se3
+from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Registration
-from aick_ros.registration.result.refinement.tracks import Tracks
-from aick_ros.registration.result.registrar import Registrar
 from aick_ros.settings import Settings
 
 _LASTING = 0.25  # share of a depth's variance that does not change from frame to frame
@@ -37,12 +37,12 @@ class LocalMap:
         self._sensor = settings.sensor
         self._track_sigma = settings.refinement.track_sigma
 
-    def register(self, registrar: Registrar, view: View, target: View,
+    def register(self, registrar: Registrar, view: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None, elapsed: float) -> Registration:
         """Return where a view was, seen from the map, by the points of the map."""
         return registrar.place(view, target, expected, elapsed)
 
-    def begun(self, view: View) -> View:
+    def start(self, view: PreparedFrame) -> PreparedFrame:
         """
         Return the map that is one view.
 
@@ -54,7 +54,7 @@ class LocalMap:
         return _with(view, dataclasses.replace(
             keypoints, words=None, covariances=self._noise(positions, 0.0, view)))
 
-    def told(self, view: View, registration: Registration) -> View:
+    def update(self, view: PreparedFrame, registration: Registration) -> PreparedFrame:
         """
         Return the map with the depths that one more frame measured.
 
@@ -90,7 +90,7 @@ class LocalMap:
         least = np.minimum(least, before[:, 2, 2])
         return np.maximum(least / np.maximum(after[:, 2, 2], 1e-12), 1.0)
 
-    def carried(self, view: View, new: View, registration: Registration) -> View:
+    def propagate(self, view: PreparedFrame, new: PreparedFrame, registration: Registration) -> PreparedFrame:
         """
         Return the map of a new keyframe: what it sees of the one before, and what is new to it.
 
@@ -98,7 +98,7 @@ class LocalMap:
         :param new: the new keyframe.
         :param registration: of it, ``T_target_source`` from it to the map.
         """
-        begun, tracks = self.begun(new), registration.tracks
+        begun, tracks = self.start(new), registration.tracks
         if tracks is None or not len(tracks):
             return begun
         positions, covariances, kept = self._moved(view, new, registration, tracks)
@@ -115,7 +115,7 @@ class LocalMap:
             np.concatenate([covariances.astype(np.float32), own.covariances[fresh]]),
             np.concatenate([pixels, own.pixels[fresh]])))
 
-    def _moved(self, view: View, new: View, registration: Registration,
+    def _moved(self, view: PreparedFrame, new: PreparedFrame, registration: Registration,
                tracks: Tracks) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """
         Return what is known of tracked points in a new keyframe's frame.
@@ -143,11 +143,11 @@ class LocalMap:
         covariances -= gain @ covariances
         return positions[believed], covariances[believed], kept[believed]
 
-    def _noise(self, positions: np.ndarray, pixel_sigma: float, view: View) -> np.ndarray:
+    def _noise(self, positions: np.ndarray, pixel_sigma: float, view: PreparedFrame) -> np.ndarray:
         return depth.position_covariances(
             positions, np.full(len(positions), pixel_sigma), view.frame.camera,
             self._sensor).astype(np.float32)
 
 
-def _with(view: View, keypoints: KeypointFrame) -> View:
+def _with(view: PreparedFrame, keypoints: KeypointFrame) -> PreparedFrame:
     return dataclasses.replace(view, keypoints=keypoints)

@@ -13,16 +13,16 @@ from typing import Any
 
 import numpy as np
 
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import KeypointFrame, RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 from aick_ros.odometry.keyframe import Anchor, KeyframePolicy, OneFrame
 from aick_ros.odometry.local_map import LocalMap
+from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.result import Registration
-from aick_ros.registration.result.registrar import Learned, Registrar
-from aick_ros.registration.result.stage_times import StageTimes
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.stage_times import StageTimes
+from aick_ros.registration.status import Status
 from aick_ros.settings import OdometrySettings, Settings
 
 _HELD_ACCELERATION = np.array([3.0, 3.0, 3.0, 15.0, 15.0, 15.0])
@@ -80,7 +80,7 @@ class OdometryUpdate:
     reference: KeypointFrame | None = None
     matches: np.ndarray = field(default_factory=lambda: np.empty((0, 2), np.intp))
     support: int = 0
-    view: View | None = None
+    view: PreparedFrame | None = None
     timing: dict[str, float] = field(default_factory=dict)
 
 
@@ -142,7 +142,7 @@ class Odometry:
         one that goes back by more than a second starts a new recording at the pose reached.
         """
         self._times.take()
-        update = self._register(self._registrar.look(frame))
+        update = self._register(self._registrar.prepare(frame))
         return dataclasses.replace(update, timing=self._times.take())
 
     def _forget(self, pose: np.ndarray, covariance: np.ndarray, is_lost: bool = False) -> None:
@@ -156,7 +156,7 @@ class Odometry:
         self._lost: Anchor | None = None
         self._is_lost = is_lost
 
-    def _register(self, view: View) -> OdometryUpdate:
+    def _register(self, view: PreparedFrame) -> OdometryUpdate:
         if self._stamp is not None and view.stamp <= self._stamp:
             back = self._stamp - view.stamp
             if back <= RESTART_AFTER:
@@ -183,13 +183,13 @@ class Odometry:
         return dataclasses.replace(held, refused=refused.T_target_source,
                                    refused_interval=interval)
 
-    def _start(self, view: View) -> OdometryUpdate:
+    def _start(self, view: PreparedFrame) -> OdometryUpdate:
         fewest = self._settings.min_matches
         if len(view.keypoints) < fewest:
             return self._answer(view, Status.TOO_FEW_KEYPOINTS,
                                 f'{len(view.keypoints)} keypoints with depth, it takes {fewest}')
         recovered, self._is_lost = self._is_lost, False
-        self._tracked = self._keyframe = Anchor(self._reference.begun(view), self._pose,
+        self._tracked = self._keyframe = Anchor(self._reference.start(view), self._pose,
                                                 self._covariance)
         return self._answer(view, Status.FIRST_FRAME, f'{len(view.keypoints)} keypoints',
                             recovered=recovered)
@@ -203,7 +203,7 @@ class Odometry:
         if self._lost is not None:
             yield self._lost
 
-    def _expected(self, view: View, anchor: Anchor) -> np.ndarray | None:
+    def _expected(self, view: PreparedFrame, anchor: Anchor) -> np.ndarray | None:
         """Return where the view is seen from an anchor at constant velocity, 4x4."""
         elapsed = self._elapsed(view)
         if self._twist is None or elapsed > self._settings.hold_time:
@@ -211,7 +211,7 @@ class Odometry:
         moved = self._tracked.T_odom_camera @ se3.exp(self._twist * elapsed)
         return se3.inverse(anchor.T_odom_camera) @ moved
 
-    def _elapsed(self, view: View) -> float:
+    def _elapsed(self, view: PreparedFrame) -> float:
         """Return how long ago the camera was last tracked [s]."""
         return (view.stamp - self._tracked.view.stamp) / NANOSECONDS
 
@@ -231,7 +231,7 @@ class Odometry:
                 f'{self._settings.max_turn_rate:g}')
         return Status.OK, registration.reason
 
-    def _track(self, view: View, anchor: Anchor, registration: Registration) -> OdometryUpdate:
+    def _track(self, view: PreparedFrame, anchor: Anchor, registration: Registration) -> OdometryUpdate:
         recovered, self._is_lost = self._is_lost, False
         T_anchor_camera, covariance = registration.T_target_source, registration.covariance
         since, motion = anchor, (T_anchor_camera, covariance)
@@ -250,18 +250,18 @@ class Odometry:
             reference=anchor.view.keypoints, matches=registration.matches,
             support=registration.support)
 
-    def _take_over(self, view: View, anchor: Anchor, registration: Registration) -> None:
+    def _take_over(self, view: PreparedFrame, anchor: Anchor, registration: Registration) -> None:
         """Make a view the last tracked one, and choose what the next one is registered to."""
         self._lost = None
         if anchor is not self._keyframe:
             self._policy.begin()
         if self._policy.keeps(view, registration):
             self._keyframe = dataclasses.replace(
-                anchor, view=self._reference.told(anchor.view, registration))
+                anchor, view=self._reference.update(anchor.view, registration))
             self._tracked = Anchor(view, self._pose, self._covariance,
                                    registration.T_target_source, registration.covariance)
         else:
-            carried = self._reference.carried(anchor.view, view, registration)
+            carried = self._reference.propagate(anchor.view, view, registration)
             self._tracked = self._keyframe = Anchor(carried, self._pose, self._covariance)
 
     def _remember(self, anchor: Anchor) -> None:
@@ -271,7 +271,7 @@ class Odometry:
             return
         self._earlier.append(anchor)
 
-    def _hold(self, view: View, status: Status, reason: str) -> OdometryUpdate:
+    def _hold(self, view: PreparedFrame, status: Status, reason: str) -> OdometryUpdate:
         self._is_lost = True
         anchor = self._tracked
         lost_for = (view.stamp - anchor.view.stamp) / NANOSECONDS
@@ -292,6 +292,6 @@ class Odometry:
             self._lost = Anchor(view, self._pose, self._covariance)
         return self._answer(view, status, reason, predicted=predicted is not None)
 
-    def _answer(self, view: View, status: Status, reason: str, **measured: Any) -> OdometryUpdate:
+    def _answer(self, view: PreparedFrame, status: Status, reason: str, **measured: Any) -> OdometryUpdate:
         return OdometryUpdate(view.stamp, status, reason, self._pose, self._covariance,
                               view.keypoints, view=view, **measured)

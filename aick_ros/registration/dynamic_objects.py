@@ -17,11 +17,11 @@ import dataclasses
 
 import numpy as np
 
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
+from aick_ros.registration.pose_vote import PoseVote, pose_vote
+from aick_ros.registration.refinement.refinement import Refined, Refinement
 from aick_ros.registration.result import Registration
-from aick_ros.registration.result.pose_vote import Votes, poll
-from aick_ros.registration.result.refinement.refinement import Refined, Refinement
 from aick_ros.settings import SensorSettings
 
 _SUDDEN = 15.0, 30.0
@@ -39,7 +39,7 @@ _MAJORITY, _MINORITY = 0.6, 0.1
 hand's, and where it is far more."""
 
 
-class SecondOpinion:
+class DynamicObjectCheck:
     """
     Doubts registrations whose motion comes all of a sudden.
 
@@ -51,7 +51,7 @@ class SecondOpinion:
         self._fewest = fewest
         self._sensor = sensor
 
-    def on(self, found: Registration, source: View, target: View, expected: np.ndarray,
+    def check(self, found: Registration, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
            elapsed: float) -> Registration:
         """
         Return the registration, or the one that more speaks for.
@@ -72,7 +72,7 @@ class SecondOpinion:
         if (np.linalg.norm(apart[:3, 3]) < _ALIKE[0]
                 and se3.angle(apart[:3, :3]) < _ALIKE[1]):
             return found
-        ballot = poll(source, target, found.T_target_source, second, self._sensor)
+        ballot = pose_vote(source, target, found.T_target_source, second, self._sensor)
         if not _is_for_second(ballot, sudden):
             return _doubted(found, second, ballot)
         return dataclasses.replace(
@@ -83,7 +83,7 @@ class SecondOpinion:
             reason=f'{found.support} keypoints move by themselves, {ballot.second:.0%} of the '
                    'view shows another motion')
 
-    def _without(self, keypoints: np.ndarray, source: View, target: View,
+    def _without(self, keypoints: np.ndarray, source: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray) -> Refined:
         """Return the pose by all but some keypoints of the source."""
         rest = np.setdiff1d(np.arange(len(source.keypoints)), keypoints)
@@ -107,12 +107,12 @@ def suddenness(change: np.ndarray, elapsed: float) -> float:
     return float(np.max(np.divide(way, _SUDDEN))) / elapsed ** 2
 
 
-def _is_for_second(ballot: Votes, sudden: float) -> bool:
+def _is_for_second(ballot: PoseVote, sudden: float) -> bool:
     needed = max(_MINORITY, _MAJORITY * np.exp(0.5 * (1.0 - sudden)))
     return ballot.seen > _SEEN and ballot.second > _LEAST and ballot.for_second > needed
 
 
-def _doubted(found: Registration, second: np.ndarray, ballot: Votes) -> Registration:
+def _doubted(found: Registration, second: np.ndarray, ballot: PoseVote) -> Registration:
     """Return a registration that may be wrong: the variance is that of a choice of two."""
     off = se3.difference(found.T_target_source, second)
     return dataclasses.replace(
@@ -128,7 +128,7 @@ def _fused(expected: np.ndarray, prior: np.ndarray,
     return se3.perturbed(expected, step), 0.5 * (covariance + covariance.T)
 
 
-def _of_keypoints(view: View, chosen: np.ndarray) -> View:
+def _of_keypoints(view: PreparedFrame, chosen: np.ndarray) -> PreparedFrame:
     """Return a view with some of its keypoints."""
     keypoints = view.keypoints
     return dataclasses.replace(view, keypoints=dataclasses.replace(

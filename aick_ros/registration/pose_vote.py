@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from aick_ros.frames.depth import inverse_depth_sigma
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.settings import SensorSettings
@@ -34,7 +34,7 @@ _MAJORITY, _TURNOUT = 2.0, 0.1  # one pose leads in a part by so much, with so m
 
 
 @dataclass(frozen=True)
-class Votes:
+class PoseVote:
     """
     How much of a view is for each of two poses.
 
@@ -53,8 +53,8 @@ class Votes:
         return self.second / max(self.first + self.second, 1e-9)
 
 
-def poll(source: View, target: View, first: np.ndarray, second: np.ndarray,
-         sensor: SensorSettings) -> Votes:
+def pose_vote(source: PreparedFrame, target: PreparedFrame, first: np.ndarray, second: np.ndarray,
+         sensor: SensorSettings) -> PoseVote:
     """
     Let the parts of a view vote on where it was seen from.
 
@@ -76,14 +76,14 @@ def poll(source: View, target: View, first: np.ndarray, second: np.ndarray,
     parts = max(np.count_nonzero(counted), 1)
     shares = [np.count_nonzero(counted & (a > _MAJORITY * b) & (a > _TURNOUT * count)) / parts
               for a, b in ((for_first, for_second), (for_second, for_first))]
-    return Votes(*shares, np.count_nonzero(seen) / max(len(cells), 1))
+    return PoseVote(*shares, np.count_nonzero(seen) / max(len(cells), 1))
 
 
-def _smooth(view: View) -> np.ndarray:
+def _smooth(view: PreparedFrame) -> np.ndarray:
     return cv2.blur(view.grey, (_SMOOTHED, _SMOOTHED)).astype(np.float32)
 
 
-def _misfit(source: View, target: View, images: tuple[np.ndarray, np.ndarray, np.ndarray],
+def _misfit(source: PreparedFrame, target: PreparedFrame, images: tuple[np.ndarray, np.ndarray, np.ndarray],
             pose: np.ndarray, cells: np.ndarray, sensor: SensorSettings) -> np.ndarray:
     """
     Return 0 to 1 for the depth plus 0 to 1 for the brightness; NaN where it is not seen.
@@ -127,7 +127,7 @@ def _tolerance(grey: np.ndarray) -> np.ndarray:
     return _GREY + _OFF_BY * cv2.dilate(slopes, around)
 
 
-def _sample(image: np.ndarray, view: View, points: np.ndarray) -> np.ndarray:
+def _sample(image: np.ndarray, view: PreparedFrame, points: np.ndarray) -> np.ndarray:
     """Return the values of an image at points of its optical frame, N."""
     if not len(points):
         return np.empty(0, np.float32)

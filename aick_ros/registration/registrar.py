@@ -12,20 +12,20 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from aick_ros.features.vocabulary import vocabulary_of
-from aick_ros.frames.camera_clock import SteadyClock
-from aick_ros.frames.prepared import View
+from aick_ros.frames.camera_clock import CameraClock
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import KeypointExtractor, RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.aick.fit_covariance import fit_covariance
+from aick_ros.registration.dynamic_objects import DynamicObjectCheck
+from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.result import Registration, failed
-from aick_ros.registration.result.aick.aick import Aick
-from aick_ros.registration.result.aick.fit_covariance import fit_covariance
-from aick_ros.registration.result.dynamic_objects import SecondOpinion
-from aick_ros.registration.result.refinement.refinement import Refinement
-from aick_ros.registration.result.stage_times import StageTimes
-from aick_ros.registration.result.status import Status
-from aick_ros.registration.result.systematic_error import Uncertainty
+from aick_ros.registration.stage_times import StageTimes
+from aick_ros.registration.status import Status
+from aick_ros.registration.systematic_error import Uncertainty
 from aick_ros.settings import Settings
 
 _PATIENT = {'alpha': 0.93, 'iterations': 60}  # appearance leads for longer than in the paper
@@ -40,8 +40,8 @@ _SHARE_OF_TRACKS = 0.5  # of the keypoints must be found for a guess to be belie
 class Learned:
     """What was learnt of a camera, whatever the settings: its beats and its calibration."""
 
-    colour_clock: SteadyClock = field(default_factory=SteadyClock)
-    depth_clock: SteadyClock = field(default_factory=SteadyClock)
+    colour_clock: CameraClock = field(default_factory=CameraClock)
+    depth_clock: CameraClock = field(default_factory=CameraClock)
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
 
 
@@ -67,7 +67,7 @@ class Registrar:
         self._refinement = None
         if settings.refinement.mode != 'none':
             self._refinement = Refinement(settings.refinement, settings.sensor)
-            self._second_opinion = SecondOpinion(self._refinement, settings.sensor,
+            self._second_opinion = DynamicObjectCheck(self._refinement, settings.sensor,
                                                  settings.odometry.min_matches)
             self._patient_aick = Aick(dataclasses.replace(settings.aick, **_PATIENT))
             patient = KeypointExtractor(
@@ -76,7 +76,7 @@ class Registrar:
             self._all_keypoints = functools.lru_cache(_REMEMBERED)(patient.extract)
         self._learned = learned or Learned()
 
-    def look(self, frame: RgbdFrame) -> View:
+    def prepare(self, frame: RgbdFrame) -> PreparedFrame:
         """Return what registrations need of a frame; frames come in the order of their stamps."""
         with self._times.stage('features'):
             keypoints, grey = self._extractor.extract(frame), frame.grey
@@ -85,10 +85,10 @@ class Registrar:
             with self._times.stage('surface'):
                 surface = Surface.of(frame.depth, frame.camera, self._settings.sensor,
                                      self._settings.refinement.surface_points)
-        return View(frame, keypoints, grey, surface, self._depth_lag(frame),
+        return PreparedFrame(frame, keypoints, grey, surface, self._depth_lag(frame),
                     self._learned.colour_clock.jitter)
 
-    def register(self, source: View, target: View,
+    def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
         """
         Return where the source was, seen from the target.
@@ -109,10 +109,10 @@ class Registrar:
             found = self._confirmed(source, target, expected, found)
         elif found.status.ok and expected is not None:
             with self._times.stage('refinement'):
-                found = self._second_opinion.on(found, source, target, expected, elapsed)
+                found = self._second_opinion.check(found, source, target, expected, elapsed)
         return self._learned.uncertainty.complete(found, source, target, expected, elapsed)
 
-    def place(self, source: View, target: View, expected: np.ndarray | None = None,
+    def place(self, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray | None = None,
               elapsed: float = np.inf) -> Registration:
         """
         Return where the source was, seen from the target, by the keypoints of the target.
@@ -147,7 +147,7 @@ class Registrar:
         return (lag + self._learned.depth_clock.correct(depth_stamp)
                 - self._learned.colour_clock.correct(frame.stamp))
 
-    def _refined(self, source: View, target: View, registration: Registration) -> Registration:
+    def _refined(self, source: PreparedFrame, target: PreparedFrame, registration: Registration) -> Registration:
         """Return a registration improved; one that failed, or that is not confirmed, fails."""
         if not registration.status.ok:
             return registration
@@ -163,7 +163,7 @@ class Registrar:
             tracks=refined.tracked,
             reason=f'{registration.reason}, {len(refined.tracked)} keypoints tracked')
 
-    def _confirmed(self, source: View, target: View, guess: np.ndarray,
+    def _confirmed(self, source: PreparedFrame, target: PreparedFrame, guess: np.ndarray,
                    failure: Registration) -> Registration:
         """Return what a guess comes to, or the failure where the images do not confirm it."""
         registration = self._refined(source, target, dataclasses.replace(
@@ -173,7 +173,7 @@ class Registrar:
         return registration if registration.support >= enough else failure
 
 
-def _unchecked(registration: Registration, source: View, target: View,
+def _unchecked(registration: Registration, source: PreparedFrame, target: PreparedFrame,
                tracked: int) -> Registration:
     """Return what is left of a pose that the images do not confirm: nothing, of few matches."""
     reason = f'{registration.reason}, {tracked} keypoints tracked'

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.registration.result.refinement.tracks import Tracks
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.status import Status
 
 
 @dataclass(frozen=True, eq=False)

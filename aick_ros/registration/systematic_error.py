@@ -16,7 +16,7 @@ import dataclasses
 
 import numpy as np
 
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.result import Disagreement, Registration
@@ -51,7 +51,7 @@ class Uncertainty:
         # mean of their squares by their covariances, 1 where noise explains it
         self._ratio = _EXPLAINED[1]
 
-    def complete(self, registration: Registration, source: View, target: View,
+    def complete(self, registration: Registration, source: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
         """
         Return a registration with the covariance of all that is known to make it wrong.
@@ -91,7 +91,7 @@ def _unexplained(ratio: float, squares: np.ndarray, bounds: tuple[float, float])
     return np.diag(np.repeat(share * squares, 3))
 
 
-def _timing(T_target_source: np.ndarray, source: View, target: View,
+def _timing(T_target_source: np.ndarray, source: PreparedFrame, target: PreparedFrame,
             expected: np.ndarray | None, elapsed: float) -> np.ndarray:
     """Return the covariance of a motion between two moments that are not quite known, 6x6."""
     interval = (source.stamp - target.stamp) / NANOSECONDS

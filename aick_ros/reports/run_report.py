@@ -15,7 +15,7 @@ from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of
 from aick_ros.evaluation.scores.run_summary import RunSummary
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry.trajectory import Trajectory, stamp_to_seconds
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 from aick_ros.reports import canvas, page
 from aick_ros.reports.path_plot import path_figure
 from aick_ros.reports.run_plots import error_figure, timing_figure, tracking_figure

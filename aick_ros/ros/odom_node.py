@@ -20,8 +20,8 @@ from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.ros.control import Control
-from aick_ros.ros.health.health.diagnostics import Diagnostics
-from aick_ros.ros.health.health.frame_statistics import FAILED, UNDER_LOAD
+from aick_ros.ros.health.diagnostics import Diagnostics
+from aick_ros.ros.health.frame_statistics import FAILED, UNDER_LOAD
 from aick_ros.ros.input.guess import Guess
 from aick_ros.ros.input.inputs import Arrival, Inputs
 from aick_ros.ros.input.rate_limit import RateLimit

@@ -21,7 +21,7 @@ from aick_ros.evaluation.scores.statistics import median
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.registration.result.registrar import Registrar
+from aick_ros.registration.registrar import Registrar
 from aick_ros.sources import RgbdSource, raise_damage
 
 GAPS = (1, 3, 5)
@@ -53,7 +53,7 @@ class Registered:
         stamps, T_target_source = [], {}
         registrar, views = Registrar(), deque(maxlen=max(GAPS) + 1)
         for index, frame in enumerate(source.frames(raise_damage)):
-            views.append(registrar.look(frame))
+            views.append(registrar.prepare(frame))
             stamps.append(frame.stamp)
             for gap in (gap for gap in GAPS if gap < len(views)):
                 registration = registrar.register(views[-1], views[-1 - gap])

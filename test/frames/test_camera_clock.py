@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros.frames.camera_clock import SteadyClock
+from aick_ros.frames.camera_clock import CameraClock
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 
 SETTLED = 100  # frames
@@ -34,7 +34,7 @@ def rms(values):
 def test_jitter_is_taken_out_though_images_are_missing(rate, share):
     jitter = share / rate
     taken, stamps = shaken(rate, jitter)
-    error = corrected(SteadyClock(), stamps) - taken
+    error = corrected(CameraClock(), stamps) - taken
     assert rms(error[SETTLED:]) < 0.4 * jitter
     assert np.abs(error[SETTLED:]).max() < 1.5 * jitter
 
@@ -45,7 +45,7 @@ def test_it_does_no_harm_while_it_looks_for_the_beat(share):
     errors = []
     for seed in range(8):
         taken, stamps = shaken(30.0, share / 30, count=60, seed=seed)
-        errors.append((corrected(SteadyClock(), stamps) - taken)[:40])
+        errors.append((corrected(CameraClock(), stamps) - taken)[:40])
     assert rms(errors) < 1.1 * share / 30
 
 
@@ -55,7 +55,7 @@ def test_it_does_no_harm_where_stamps_jitter_too_much_for_a_beat(share, missing)
     ratios = []
     for seed in range(4):
         taken, stamps = shaken(30.0, share / 30, missing=missing, seed=seed)
-        error = corrected(SteadyClock(), stamps) - taken
+        error = corrected(CameraClock(), stamps) - taken
         ratios.append(rms(error) / rms(stamps / NANOSECONDS - taken))
     assert np.mean(ratios) < 1.03
 
@@ -65,14 +65,14 @@ def test_stamps_far_off_are_put_on_the_beat_and_do_not_move_it():
     taken, stamps = shaken(30.0, 0.0005)
     delayed = np.flatnonzero(np.random.default_rng(1).random(len(stamps)) < 0.06)
     stamps[delayed] += round(0.4 / 30 * NANOSECONDS)
-    error = corrected(SteadyClock(), stamps) - taken
+    error = corrected(CameraClock(), stamps) - taken
     assert np.count_nonzero(delayed > SETTLED) > 20
     assert np.abs(error[SETTLED:]).max() < 0.001
 
 
 def test_steady_stamps_are_left_alone():
     taken, stamps = shaken(30.0, 0.0)
-    clock = SteadyClock()
+    clock = CameraClock()
     np.testing.assert_allclose(corrected(clock, stamps), taken, atol=2e-9)
     assert clock.jitter < 2e-9
 
@@ -80,7 +80,7 @@ def test_steady_stamps_are_left_alone():
 @pytest.mark.parametrize('jitter', [0.0005, 0.002])
 def test_the_jitter_is_that_of_the_stamps(jitter):
     taken, stamps = shaken(30.0, jitter, count=3000)
-    clock, squares = SteadyClock(), []
+    clock, squares = CameraClock(), []
     assert clock.jitter == 0.0
     for stamp in stamps.tolist():
         clock.correct(stamp)
@@ -95,7 +95,7 @@ def test_follows_a_change_of_the_rate(rates):
     jitter = 0.001
     before, after = (shaken(rate, jitter, seed=i, start=start)
                      for i, (rate, start) in enumerate(zip(rates, (5.0, 105.0))))
-    clock = SteadyClock()
+    clock = CameraClock()
     corrected(clock, before[1])
     error = corrected(clock, after[1]) - after[0]
     assert np.abs(error).max() < 0.5 / min(rates)
@@ -104,7 +104,7 @@ def test_follows_a_change_of_the_rate(rates):
 
 def test_starts_again_with_a_recording_that_does():
     taken, stamps = shaken(30.0, 0.002)
-    clock = SteadyClock()
+    clock = CameraClock()
     corrected(clock, stamps)
     again = stamps - 3 * (stamps[-1] - stamps[0])
     assert again[0] < stamps[-1] - RESTART_AFTER
@@ -116,7 +116,7 @@ def test_starts_again_with_a_recording_that_does():
 @pytest.mark.parametrize('back', [0, 1, NANOSECONDS // 2])
 def test_a_stamp_that_repeats_or_goes_back_a_little_tells_nothing(back):
     _, stamps = shaken(30.0, 0.002)
-    clock, other = SteadyClock(), SteadyClock()
+    clock, other = CameraClock(), CameraClock()
     corrected(clock, stamps[:300])
     corrected(other, stamps[:300])
     assert clock.correct(int(stamps[299]) - back) == 0.0
@@ -129,6 +129,6 @@ def test_where_there_is_no_beat_the_stamps_hold(seed):
     rng = np.random.default_rng(seed)
     intervals = rng.uniform(0.02, 0.2, 500)
     stamps = np.rint(np.cumsum(intervals) * NANOSECONDS).astype(int)
-    clock = SteadyClock()
+    clock = CameraClock()
     corrections = corrected(clock, stamps) - stamps / NANOSECONDS
     np.testing.assert_allclose(corrections, 0.0, atol=1e-9)

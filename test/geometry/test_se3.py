@@ -9,7 +9,7 @@ from scipy.linalg import expm, logm
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from aick_ros.geometry import se3
+from aick_ros.geometry import point_fit, se3
 
 
 def random_pose(rng, turn=1.0):
@@ -23,11 +23,11 @@ def rng():
 
 def fit_moments(source, target):
     """Fit as who has points has to."""
-    source, target = (se3.homogeneous(np.asarray(points, float)) for points in (source, target))
-    return se3.fit_moments(source.T @ target)
+    source, target = (point_fit.homogeneous(np.asarray(points, float)) for points in (source, target))
+    return point_fit.fit_moments(source.T @ target)
 
 
-fits = pytest.mark.parametrize('fit', [se3.fit, fit_moments])
+fits = pytest.mark.parametrize('fit', [point_fit.fit, fit_moments])
 
 
 @fits
@@ -79,7 +79,7 @@ def test_fit_of_coplanar_points(rng, fit):
 def test_fit_refuses_what_leaves_a_turn_open(points, fit):
     for dtype in (np.float32, np.float64):
         points = np.asarray(points, dtype)
-        with pytest.raises(se3.DegenerateGeometryError, match='point'):
+        with pytest.raises(point_fit.DegenerateGeometryError, match='point'):
             fit(points, points)
 
 

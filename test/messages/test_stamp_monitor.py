@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros.messages.stamp_monitor import StampWatch
+from aick_ros.messages.stamp_monitor import StampMonitor
 
 SECOND = 10 ** 9
 START = 1_700_000_000 * SECOND
@@ -14,7 +14,7 @@ START = 1_700_000_000 * SECOND
 
 def astray(seconds, arrivals=None):
     """Return which of some stamps, after a start [s], are astray; they arrive when stamped."""
-    watch = StampWatch()
+    watch = StampMonitor()
     return [watch.is_astray(START + round(stamp * SECOND), arrival)
             for stamp, arrival in zip(seconds, arrivals or seconds)]
 
@@ -40,7 +40,7 @@ def test_the_share_of_images_lost_at_random(lost):
     """A camera of 30 Hz whose stamps jitter by 5 %."""
     rng = np.random.default_rng(1)
     stamps = START + np.cumsum(rng.normal(1, 0.05, 600) * SECOND / 30).astype(int)
-    watch = StampWatch()
+    watch = StampMonitor()
     arrived = stamps[rng.random(600) >= lost]
     for stamp in arrived:
         watch.is_astray(int(stamp), 0.0)
@@ -49,7 +49,7 @@ def test_the_share_of_images_lost_at_random(lost):
 
 
 def test_of_a_few_images_nothing_is_said():
-    watch = StampWatch()
+    watch = StampMonitor()
     for stamp in (0, 1, 5, 6, 10):
         watch.is_astray(START + stamp * SECOND // 30, 0.0)
     assert watch.missing_share == watch.missing == 0
@@ -57,7 +57,7 @@ def test_of_a_few_images_nothing_is_said():
 
 def missing(stamps):
     """Return how many of a stream's images are taken for missing, and their share lately."""
-    watch = StampWatch()
+    watch = StampMonitor()
     for stamp in stamps:
         watch.is_astray(int(stamp), 0.0)
     return watch.missing, watch.missing_share

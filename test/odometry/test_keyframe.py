@@ -11,7 +11,7 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.odometry.keyframe import Anchor, KeyframePolicy
 from aick_ros.registration.result import Registration
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 

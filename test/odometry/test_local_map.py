@@ -10,7 +10,7 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.odometry.local_map import LocalMap
-from aick_ros.registration.result.registrar import Registrar
+from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import ColourSensor, SyntheticOptions, SyntheticSource
 
@@ -31,13 +31,13 @@ def exact():
 @pytest.fixture(scope='module')
 def views(source):
     registrar = Registrar(SETTINGS)
-    return [registrar.look(source.frame(i)) for i in range(COUNT)]
+    return [registrar.prepare(source.frame(i)) for i in range(COUNT)]
 
 
 @pytest.fixture(scope='module')
 def registrations(views):
     """Return how each view was placed in the first, by the points of the first as it is."""
-    registrar, first = Registrar(SETTINGS), LocalMap(SETTINGS).begun(views[0])
+    registrar, first = Registrar(SETTINGS), LocalMap(SETTINGS).start(views[0])
     return [registrar.place(view, first) for view in views[1:]]
 
 
@@ -48,7 +48,7 @@ def depth_errors(view, exact, number):
 
 
 def test_a_map_begins_with_what_one_frame_does_not_know(views):
-    begun = LocalMap(SETTINGS).begun(views[0])
+    begun = LocalMap(SETTINGS).start(views[0])
     positions, covariances = begun.keypoints.positions, begun.keypoints.covariances
     np.testing.assert_array_equal(positions, views[0].keypoints.positions)
     z = positions[:, 2]
@@ -61,9 +61,9 @@ def test_a_map_begins_with_what_one_frame_does_not_know(views):
 
 def test_every_frame_makes_the_depths_better(views, registrations, exact):
     fusing = LocalMap(SETTINGS)
-    begun = told = fusing.begun(views[0])
+    begun = told = fusing.start(views[0])
     for registration in registrations:
-        told = fusing.told(told, registration)
+        told = fusing.update(told, registration)
     before, after = (np.abs(depth_errors(view, exact, 0)) for view in (begun, told))
     seen = np.isin(np.arange(len(before)), registrations[-1].tracks.keypoints)
     smooth = seen & (before < 4 * np.sqrt(begun.keypoints.covariances[:, 2, 2]))
@@ -76,19 +76,19 @@ def test_every_frame_makes_the_depths_better(views, registrations, exact):
 
 def test_no_frame_makes_a_depth_surer_than_what_never_changes(views, registrations):
     fusing = LocalMap(SETTINGS)
-    told = fusing.begun(views[0])
+    told = fusing.start(views[0])
     single = np.sqrt(told.keypoints.covariances[:, 2, 2])
     for registration in 5 * registrations:
-        told = fusing.told(told, registration)
+        told = fusing.update(told, registration)
     assert (np.sqrt(told.keypoints.covariances[:, 2, 2]) > 0.49 * single).all()
 
 
 def test_the_next_keyframe_knows_the_points_it_sees(views, registrations, exact):
     fusing = LocalMap(SETTINGS)
-    told = fusing.begun(views[0])
+    told = fusing.start(views[0])
     for registration in registrations:
-        told = fusing.told(told, registration)
-    carried = fusing.carried(told, views[-1], registrations[-1])
+        told = fusing.update(told, registration)
+    carried = fusing.propagate(told, views[-1], registrations[-1])
     inherited = len(carried.keypoints) - len(
         np.flatnonzero(np.isin(carried.keypoints.pixels, views[-1].keypoints.pixels).all(axis=1)))
     assert inherited > 100
@@ -115,12 +115,12 @@ def exact_points(view, exact):
 
 def test_a_point_seen_elsewhere_is_not_taken_over(views, registrations):
     fusing, registration = LocalMap(SETTINGS), registrations[-1]
-    begun = fusing.begun(views[0])
+    begun = fusing.start(views[0])
     wrong = dataclasses.replace(registration.tracks, depths=registration.tracks.depths.copy())
     wrong.depths[::2] *= 1.5
     right = np.delete(np.arange(len(wrong)), np.s_[::2])
-    both = fusing.carried(begun, views[-1], dataclasses.replace(registration, tracks=wrong))
-    only = fusing.carried(begun, views[-1],
+    both = fusing.propagate(begun, views[-1], dataclasses.replace(registration, tracks=wrong))
+    only = fusing.propagate(begun, views[-1],
                           dataclasses.replace(registration, tracks=registration.tracks[right]))
     first = len(np.flatnonzero(np.isin(only.keypoints.pixels, both.keypoints.pixels).all(axis=1)))
     assert first == len(only.keypoints.pixels) == len(both.keypoints.pixels)
@@ -131,10 +131,10 @@ def test_without_tracks_a_keyframe_begins_a_new_map(views, registrations, tracks
     fusing, registration = LocalMap(SETTINGS), registrations[-1]
     tracks = None if tracks == 'none' else registration.tracks[:0]
     registration = dataclasses.replace(registration, tracks=tracks)
-    begun = fusing.begun(views[0])
-    told = fusing.told(begun, registration)
+    begun = fusing.start(views[0])
+    told = fusing.update(begun, registration)
     np.testing.assert_array_equal(told.keypoints.positions, begun.keypoints.positions)
-    carried = fusing.carried(begun, views[-1], registration)
+    carried = fusing.propagate(begun, views[-1], registration)
     np.testing.assert_array_equal(carried.keypoints.pixels, views[-1].keypoints.pixels)
 
 

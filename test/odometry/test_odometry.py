@@ -11,7 +11,7 @@ import pytest
 from aick_ros.features import make_detector
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 from aick_ros.settings import FeatureSettings, OdometrySettings, Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource

@@ -12,9 +12,9 @@ import pytest
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.result.dynamic_objects import SecondOpinion, suddenness
-from aick_ros.registration.result.refinement.refinement import Refinement
-from aick_ros.registration.result.registrar import Registrar
+from aick_ros.registration.dynamic_objects import DynamicObjectCheck, suddenness
+from aick_ros.registration.refinement.refinement import Refinement
+from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -48,12 +48,12 @@ def paste(frame, picture, left, width, top=60):
 def pair(frames, changes=None):
     """Return the registrar's view of the last two of some frames, and what it makes of them."""
     registrar = Registrar(with_values(Settings(), changes or {}))
-    target, source = (registrar.look(frame) for frame in frames)
+    target, source = (registrar.prepare(frame) for frame in frames)
     return source, target, registrar.register(source, target)
 
 
 def opinion(settings=Settings()):
-    return SecondOpinion(Refinement(settings.refinement, settings.sensor), settings.sensor,
+    return DynamicObjectCheck(Refinement(settings.refinement, settings.sensor), settings.sensor,
                          settings.odometry.min_matches)
 
 
@@ -81,7 +81,7 @@ def moving(frames, picture, width, leap=LEAP):
 def test_a_board_that_has_most_keypoints_is_not_the_world(frames, picture, width):
     source, target, found, truth = moving(frames, picture, width)
     assert off(found.T_target_source, truth)[0] > 0.05
-    weighed = opinion().on(found, source, target, truth, PERIOD)
+    weighed = opinion().check(found, source, target, truth, PERIOD)
     translation, rotation = off(weighed.T_target_source, truth)
     assert translation < 0.004
     assert rotation < np.radians(0.2)
@@ -96,7 +96,7 @@ def test_a_board_that_has_most_keypoints_is_not_the_world(frames, picture, width
 def test_a_board_that_may_be_the_world_is_doubted(frames, picture):
     """It has most of the view and starts slowly: the difference is the uncertainty."""
     source, target, found, truth = moving(frames, picture, 460, 11)
-    weighed = opinion().on(found, source, target, truth, PERIOD)
+    weighed = opinion().check(found, source, target, truth, PERIOD)
     np.testing.assert_array_equal(weighed.T_target_source, found.T_target_source)
     error = se3.difference(found.T_target_source, truth)
     before, after = (error @ np.linalg.solve(registration.covariance, error)
@@ -112,7 +112,7 @@ def test_a_camera_that_changes_its_resolution_has_no_second_opinion(frames):
                             first.camera.fx, first.camera.fy, first.camera.cx - 0.5,
                             first.camera.cy - 0.5]))))
     registrar = Registrar()
-    target, source = registrar.look(first), registrar.look(smaller)
+    target, source = registrar.prepare(first), registrar.prepare(smaller)
     found = registrar.register(source, target)
     assert found.status.ok
     again = registrar.register(source, target, found.T_target_source @ JOLT, PERIOD)
@@ -124,7 +124,7 @@ def test_a_jolt_of_the_camera_is_believed(frames, jolt):
     """Nothing but the camera moves: all of the view is for the motion, however sudden."""
     shown, poses = frames
     source, target, found = pair(shown[:2])
-    weighed = opinion().on(found, source, target, found.T_target_source @ jolt, PERIOD)
+    weighed = opinion().check(found, source, target, found.T_target_source @ jolt, PERIOD)
     np.testing.assert_array_equal(weighed.T_target_source, found.T_target_source)
     assert weighed.support == found.support
     sigmas = [np.sqrt(np.trace(r.covariance[:3, :3])) for r in (found, weighed)]
@@ -134,9 +134,9 @@ def test_a_jolt_of_the_camera_is_believed(frames, jolt):
 def test_what_a_hand_can_do_is_not_looked_at_twice(frames, picture):
     source, target, found, truth = moving(frames, picture, 460)
     near = found.T_target_source @ se3.exp([0.015, 0, 0, 0, 0.03, 0])
-    assert opinion().on(found, source, target, near, PERIOD) is found
+    assert opinion().check(found, source, target, near, PERIOD) is found
     # nor what happened while nobody looked
-    assert opinion().on(found, source, target, truth, 0.3) is found
+    assert opinion().check(found, source, target, truth, 0.3) is found
 
 
 def test_without_depth_images_there_is_no_second_opinion(frames, picture):
@@ -149,6 +149,6 @@ def test_without_depth_images_there_is_no_second_opinion(frames, picture):
 
 
 def test_the_pairwise_registration_knows_no_motion_and_asks_nobody(frames, picture, monkeypatch):
-    monkeypatch.setattr(SecondOpinion, 'on', lambda *_: pytest.fail('asked'))
+    monkeypatch.setattr(DynamicObjectCheck, 'on', lambda *_: pytest.fail('asked'))
     shown, _ = frames
     pair([paste(shown[0], picture, 60, 460), paste(shown[1], picture, 60 + LEAP, 460)])

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Votes on two poses of rendered views, of which the true one is known."""
+"""PoseVote on two poses of rendered views, of which the true one is known."""
 
 import dataclasses
 
@@ -12,8 +12,8 @@ import pytest
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.result.pose_vote import poll
-from aick_ros.registration.result.registrar import Registrar
+from aick_ros.registration.pose_vote import pose_vote
+from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
 
@@ -24,7 +24,7 @@ CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)
 
 def look(*frames):
     registrar = Registrar()
-    return [registrar.look(frame) for frame in frames]
+    return [registrar.prepare(frame) for frame in frames]
 
 
 @pytest.fixture(scope='module')
@@ -39,11 +39,11 @@ def test_the_true_pose_has_the_votes_whatever_the_order(pair):
     *frames, truth = pair
     views = look(*frames)
     for wrong in (SHIFTED, se3.exp([0, 0, 0.06, 0, 0, 0]), se3.exp([0, 0, 0, 0, 0.05, 0])):
-        ballot = poll(*views, truth, truth @ wrong, SENSOR)
+        ballot = pose_vote(*views, truth, truth @ wrong, SENSOR)
         assert ballot.first > 0.7
         assert ballot.second < 0.02
         assert ballot.seen > 0.7
-        swapped = poll(*views, truth @ wrong, truth, SENSOR)
+        swapped = pose_vote(*views, truth @ wrong, truth, SENSOR)
         assert (swapped.second, swapped.first) == (ballot.first, ballot.second)
         assert ballot.for_second < 0.03 < 0.97 < swapped.for_second
 
@@ -54,7 +54,7 @@ def test_views_of_many_pixels():
     grey = np.random.default_rng(0).integers(0, 255, (1080, 1920), np.uint8)
     frame = RgbdFrame(0, cv2.GaussianBlur(grey, (0, 0), 5), np.full((1080, 1920), 2, np.float32),
                       camera)
-    ballot = poll(*look(frame, dataclasses.replace(frame, stamp=10 ** 9)), np.eye(4), SHIFTED,
+    ballot = pose_vote(*look(frame, dataclasses.replace(frame, stamp=10 ** 9)), np.eye(4), SHIFTED,
                   SENSOR)
     assert ballot.seen > 0.8
     assert ballot.first > 0.7 > 0.05 > ballot.second
@@ -62,14 +62,14 @@ def test_views_of_many_pixels():
 
 def test_a_pose_beside_itself_has_no_votes(pair):
     *frames, truth = pair
-    ballot = poll(*look(*frames), truth, truth, SENSOR)
+    ballot = pose_vote(*look(*frames), truth, truth, SENSOR)
     assert (ballot.first, ballot.second, ballot.for_second) == (0, 0, 0)
 
 
 def test_another_exposure_is_not_another_pose(pair):
     source, target, truth = pair
     darker = dataclasses.replace(source, colour=(0.8 * source.colour).astype(np.uint8))
-    ballot = poll(*look(darker, target), truth, truth @ SHIFTED, SENSOR)
+    ballot = pose_vote(*look(darker, target), truth, truth @ SHIFTED, SENSOR)
     assert ballot.for_second < 0.05
 
 
@@ -79,7 +79,7 @@ def test_each_part_of_the_view_votes_for_itself(pair, columns):
     source, target, truth = pair
     colour, depth = source.colour.copy(), source.depth.copy()
     colour[:, :columns], depth[:, :columns] = target.colour[:, :columns], target.depth[:, :columns]
-    ballot = poll(*look(dataclasses.replace(source, colour=colour, depth=depth), target), truth,
+    ballot = pose_vote(*look(dataclasses.replace(source, colour=colour, depth=depth), target), truth,
                   np.eye(4), SENSOR)
     assert ballot.for_second == pytest.approx(columns / 640, abs=0.12)
 
@@ -102,14 +102,14 @@ def wall(truth, contrast):
 
 def test_faint_stains_on_a_plain_wall_have_a_vote():
     truth = se3.exp([40 / CAMERA.fx * 2.0, 0, 0, 0, 0, 0])
-    ballot = poll(*wall(truth, contrast=8.0), truth, np.eye(4), SENSOR)
+    ballot = pose_vote(*wall(truth, contrast=8.0), truth, np.eye(4), SENSOR)
     assert ballot.first > 0.5
     assert ballot.second < 0.05
 
 
 def test_a_wall_without_any_does_not_say_where_it_is():
     truth = se3.exp([40 / CAMERA.fx * 2.0, 0, 0, 0, 0, 0])
-    ballot = poll(*wall(truth, contrast=0.0), truth, np.eye(4), SENSOR)
+    ballot = pose_vote(*wall(truth, contrast=0.0), truth, np.eye(4), SENSOR)
     assert ballot.first < 0.02
     assert ballot.second < 0.02
 
@@ -118,5 +118,5 @@ def test_nothing_seen_is_no_vote(pair):
     source, target, truth = pair
     blind = dataclasses.replace(target, depth=np.full_like(target.depth, np.nan))
     for views in (look(source, blind), look(blind, source)):
-        ballot = poll(*views, truth, np.eye(4), SENSOR)
+        ballot = pose_vote(*views, truth, np.eye(4), SENSOR)
         assert (ballot.first, ballot.second, ballot.seen) == (0, 0, 0)

@@ -11,10 +11,10 @@ import pytest
 from aick_ros.frames.rgbd import KeypointExtractor
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.result.aick.aick import Aick
-from aick_ros.registration.result.registrar import Registrar
-from aick_ros.registration.result.stage_times import StageTimes
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.stage_times import StageTimes
+from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset
@@ -46,7 +46,7 @@ def motion(source, target, index):
 def register(frames, changes=None, expected=None, blank=False):
     """Return how a new registrar puts the last of some frames in the first, and its views."""
     registrar = Registrar(with_values(Settings(), changes or {}))
-    views = [registrar.look(frame) for frame in frames]
+    views = [registrar.prepare(frame) for frame in frames]
     if blank:
         views[0] = dataclasses.replace(views[0], grey=np.zeros_like(views[0].grey))
     return registrar.register(views[-1], views[0], expected), views
@@ -62,7 +62,7 @@ def error(pose, truth):
 def test_without_refinement_it_is_aick_bit_for_bit(frames, name):
     paper = preset(name)
     registrar = Registrar(paper)
-    views = [registrar.look(frame) for frame in frames[:4]]
+    views = [registrar.prepare(frame) for frame in frames[:4]]
     extractor = KeypointExtractor(paper.features, paper.sensor)
     alone = Aick(paper.aick).register(extractor.extract(frames[3]), extractor.extract(frames[0]))
     found = registrar.register(views[3], views[0], TURNED)
@@ -166,7 +166,7 @@ def test_of_few_matches_and_too_few_tracks_nothing_is_believed(frames):
 def test_stages_are_timed(frames):
     times = StageTimes()
     registrar = Registrar(Settings(), times)
-    views = [registrar.look(frame) for frame in frames[:2]]
+    views = [registrar.prepare(frame) for frame in frames[:2]]
     seen = times.take()
     assert seen['features'] > 0
     assert seen['surface'] > 0
@@ -194,7 +194,7 @@ def two_clocks():
 
 def test_the_lag_of_the_depth_is_known(two_clocks):
     registrar = Registrar()
-    lags = [registrar.look(frame).depth_lag for frame in two_clocks[1]]
+    lags = [registrar.prepare(frame).depth_lag for frame in two_clocks[1]]
     np.testing.assert_allclose(lags, 6 * [0.0, 0.5 / RATE], atol=1e-7)
 
 
@@ -203,7 +203,7 @@ def test_each_sensor_is_taken_at_its_own_time(two_clocks):
     medians = []
     for seen in (frames, [dataclasses.replace(frame, depth_stamp=None) for frame in frames]):
         registrar = Registrar()
-        views = [registrar.look(frame) for frame in seen]
+        views = [registrar.prepare(frame) for frame in seen]
         errors = [error(registrar.register(views[i], views[i - 1]).T_target_source,
                         motion(source, i - 1, i)) for i in range(1, len(views))]
         medians.append(np.median(errors, axis=0))

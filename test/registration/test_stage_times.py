@@ -5,7 +5,7 @@
 
 import pytest
 
-from aick_ros.registration.result.stage_times import STAGES, StageTimes
+from aick_ros.registration.stage_times import STAGES, StageTimes
 
 
 @pytest.fixture

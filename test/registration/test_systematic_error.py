@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import KeypointFrame, RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.result import Disagreement, Registration
-from aick_ros.registration.result.status import Status
-from aick_ros.registration.result.systematic_error import Uncertainty
+from aick_ros.registration.status import Status
+from aick_ros.registration.systematic_error import Uncertainty
 
 NOISE = np.diag([2e-6, 1e-6, 4e-6, 1e-6, 2e-6, 3e-6])  # of the disagreement
 OWN = se3.skew([0.1, 0.2, 0.3]) @ se3.skew([0.1, 0.2, 0.3]).T
@@ -30,7 +30,7 @@ def view(seconds, jitter=0.0):
                       Camera(4, 3, 4.0, 4.0, 1.5, 1.0))
     keypoints = KeypointFrame(stamp, np.empty((0, 3)), np.empty((0, 32), np.uint8),
                               np.empty((0, 3, 3)), np.empty((0, 2)))
-    return View(frame, keypoints, frame.grey, stamp_jitter=jitter)
+    return PreparedFrame(frame, keypoints, frame.grey, stamp_jitter=jitter)
 
 
 def registration(motion=np.eye(4), difference=np.zeros(6), covariance=OWN):

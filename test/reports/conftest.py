@@ -13,7 +13,7 @@ from aick_ros.evaluation.scores.run_summary import summarize
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 from aick_ros.settings.presets import preset
 
 T_WORLD_ODOM = se3.exp([0.5, 2.0, -1.0, 0.4, 1.0, -0.3])

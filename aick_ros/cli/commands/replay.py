@@ -24,7 +24,7 @@ from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.run_summary import RunSummary, summarize
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 from aick_ros.sources import SourceOptions, open_source
 

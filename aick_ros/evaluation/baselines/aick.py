@@ -8,10 +8,10 @@ from __future__ import annotations
 from typing import Any
 
 from aick_ros.evaluation.baselines import Estimate
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.registration.result.aick.aick import Aick
-from aick_ros.registration.result.registrar import Registrar
+from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset
@@ -30,11 +30,11 @@ class AickMethod:
         self._registrar = Registrar(settings)
         self._paper = Aick(settings.aick) if settings.refinement.mode == 'none' else None
 
-    def prepare(self, frame: RgbdFrame) -> View:
+    def prepare(self, frame: RgbdFrame) -> PreparedFrame:
         """Return the keypoints and surfaces."""
-        return self._registrar.look(frame)
+        return self._registrar.prepare(frame)
 
-    def register(self, source: View, target: View) -> Estimate:
+    def register(self, source: PreparedFrame, target: PreparedFrame) -> Estimate:
         """Return the transform."""
         if self._paper:  # which has no covariance
             registration = self._paper.align(source.keypoints, target.keypoints)

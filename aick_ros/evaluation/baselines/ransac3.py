@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.frames.rgbd import KeypointExtractor, KeypointFrame, RgbdFrame
-from aick_ros.geometry import se3
+from aick_ros.geometry import point_fit
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset
 
@@ -77,8 +77,8 @@ class ThreePointRansac:
         for _ in range(self._models):
             sample = rng.choice(len(source), _SAMPLE, replace=False)
             try:
-                models.append(se3.fit(source[sample], target[sample]))
-            except se3.DegenerateGeometryError:
+                models.append(point_fit.fit(source[sample], target[sample]))
+            except point_fit.DegenerateGeometryError:
                 continue
         return np.array(models).reshape(-1, 4, 4)
 
@@ -90,6 +90,6 @@ class ThreePointRansac:
         best = inliers.sum(axis=1).argmax()
         kept = np.flatnonzero(inliers[best])
         try:
-            return Estimate(se3.fit(source[kept], target[closest[best, kept]]))
-        except se3.DegenerateGeometryError:
+            return Estimate(point_fit.fit(source[kept], target[closest[best, kept]]))
+        except point_fit.DegenerateGeometryError:
             return Estimate(None, 'too few inliers')

@@ -12,7 +12,7 @@ import numpy as np
 
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import OdometryUpdate
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 
 
 @dataclass(frozen=True, eq=False)

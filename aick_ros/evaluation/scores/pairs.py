@@ -20,11 +20,11 @@ import numpy as np
 from aick_ros.evaluation.scores.consistency import Consistency
 from aick_ros.evaluation.scores.increment_error import IncrementError
 from aick_ros.evaluation.scores.statistics import Percentiles, mean, median
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.registration.result.registrar import Registrar
+from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 
 THRESHOLDS = (0.0033, 0.01, 0.05)
@@ -106,11 +106,11 @@ class PairEvaluation:
                  gaps: Sequence[int]) -> None:
         self._registrars = {gap: Registrar(settings) for gap in gaps}
         self._ground_truth = ground_truth
-        self._frames: deque[tuple[View, np.ndarray | None]] = deque(maxlen=max(gaps) + 1)
+        self._frames: deque[tuple[PreparedFrame, np.ndarray | None]] = deque(maxlen=max(gaps) + 1)
         self._periods: list[int] = []
         self._errors: dict[int, list[PairError]] = {gap: [] for gap in gaps}
 
-    def add(self, view: View) -> None:
+    def add(self, view: PreparedFrame) -> None:
         """Take the next frame."""
         if self._frames:
             self._periods.append(view.stamp - self._frames[-1][0].stamp)
@@ -143,7 +143,7 @@ class PairEvaluation:
         return {gap: PairScore.of(errors) for gap, errors in self.errors().items()}
 
 
-def _measure(registrar: Registrar, source: View, target: View,
+def _measure(registrar: Registrar, source: PreparedFrame, target: PreparedFrame,
              true_T_target_source: np.ndarray) -> PairError:
     start = time.perf_counter()
     registration = registrar.register(source, target)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.evaluation.scores.pairs import MAX_HOLE
-from aick_ros.geometry import se3
+from aick_ros.geometry import point_fit, se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 
@@ -87,17 +87,17 @@ def compare(estimate: Trajectory, ground_truth: Trajectory) -> TrajectoryErrors 
 
 def _align(poses: np.ndarray, truth: np.ndarray) -> np.ndarray:
     try:
-        return se3.fit(poses[:, :3, 3], truth[:, :3, 3])
-    except se3.DegenerateGeometryError:
+        return point_fit.fit(poses[:, :3, 3], truth[:, :3, 3])
+    except point_fit.DegenerateGeometryError:
         # a camera that stood still or moved on a line: the rotations decide what is left open
         reach = 1e-2 * float(np.ptp(truth[:, :3, 3], axis=0).max()) or 1.0
-        return se3.fit(_with_axes(poses, reach), _with_axes(truth, reach))
+        return point_fit.fit(_with_axes(poses, reach), _with_axes(truth, reach))
 
 
 def _turn(poses: np.ndarray, truth: np.ndarray) -> np.ndarray:
     """Return the poses turned as one, so that their rotations are nearest to the true ones."""
     axes, true_axes = (p[:, :3, :3].transpose(0, 2, 1).reshape(-1, 3) for p in (poses, truth))
-    return se3.fit(np.r_[axes, -axes], np.r_[true_axes, -true_axes]) @ poses
+    return point_fit.fit(np.r_[axes, -axes], np.r_[true_axes, -true_axes]) @ poses
 
 
 def _with_axes(poses: np.ndarray, reach: float) -> np.ndarray:

@@ -10,12 +10,12 @@ import dataclasses
 import numpy as np
 
 from aick_ros.frames.rgbd import KeypointFrame
-from aick_ros.geometry import se3
+from aick_ros.geometry import point_fit
+from aick_ros.registration.aick.fit_covariance import fit_covariance
+from aick_ros.registration.aick.search import FullSearch, Search
+from aick_ros.registration.aick.word_search import WordSearch
 from aick_ros.registration.result import Registration, failed, unknown
-from aick_ros.registration.result.aick.fit_covariance import fit_covariance
-from aick_ros.registration.result.aick.search import FullSearch, Search
-from aick_ros.registration.result.aick.word_search import WordSearch
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 from aick_ros.settings import AickSettings
 
 _FEWEST = 3  # points that determine a rigid transform
@@ -41,7 +41,7 @@ class Aick:
             return failed(Status.TOO_FEW_KEYPOINTS, f'{len(source)} and {len(target)} keypoints '
                           f'with depth, it takes {_FEWEST}')
         search = self._search(source, target)
-        points = [se3.homogeneous(frame.positions.astype(np.float64))
+        points = [point_fit.homogeneous(frame.positions.astype(np.float64))
                   for frame in (source, target)]
         T_target_source = np.eye(4)
         for i in range(self._settings.iterations):
@@ -52,8 +52,8 @@ class Aick:
                               f'of {len(source)} and {len(target)} keypoints', i + 1)
             matched = points[0].take(matches[:, 0], axis=0), points[1].take(matches[:, 1], axis=0)
             try:
-                T_target_source = se3.fit_moments(matched[0].T @ matched[1])
-            except se3.DegenerateGeometryError as error:
+                T_target_source = point_fit.fit_moments(matched[0].T @ matched[1])
+            except point_fit.DegenerateGeometryError as error:
                 return failed(Status.DEGENERATE_GEOMETRY, str(error), i + 1)
         return Registration(Status.OK, f'{len(matches)} matches', T_target_source, unknown(),
                             matches, i + 1, len(matches))

@@ -19,7 +19,7 @@ class Candidates:
 
     :param rows: 2xK, of the source and of the target keypoints.
     :param distances: K float32, of their descriptors.
-    :param target_points: Mx4 float32, all target keypoints, :func:`aick_ros.geometry.se3.homogeneous`.
+    :param target_points: Mx4 float32, all target keypoints, :func:`aick_ros.geometry.point_fit.homogeneous`.
     """
 
     def __init__(self, rows: np.ndarray, distances: np.ndarray,
@@ -38,13 +38,13 @@ class Candidates:
         return Candidates(self._rows.take(kept, axis=1), self.distances.take(kept),
                           self._target_points)
 
-    def squared_away(self, moved: np.ndarray) -> np.ndarray:
+    def squared_distances(self, moved: np.ndarray) -> np.ndarray:
         """Return the squared distances of the positions, K float32 [m^2]."""
         difference = moved.take(self._rows[0], axis=0)
         difference -= self._places
         return squared_lengths(difference)
 
-    def least(self, d: np.ndarray, threshold: float) -> np.ndarray:
+    def best_matches(self, d: np.ndarray, threshold: float) -> np.ndarray:
         """Return the pair of the least d of each source, Kx2, where it is below the threshold."""
         if len(d) == 0:
             return np.empty((0, 2), np.intp)

@@ -13,8 +13,8 @@ import numpy as np
 
 from aick_ros.features.descriptors import distance_blocks, pair_distances
 from aick_ros.frames.rgbd import KeypointFrame
-from aick_ros.geometry import se3
-from aick_ros.registration.result.aick.candidates import Candidates, squared_lengths
+from aick_ros.geometry import point_fit
+from aick_ros.registration.aick.candidates import Candidates, squared_lengths
 from aick_ros.settings import AickSettings
 
 _APPEARANCE_REACH = 1.4
@@ -40,8 +40,8 @@ class Search(ABC):
     def __init__(self, source: KeypointFrame, target: KeypointFrame,
                  settings: AickSettings) -> None:
         # four numbers each, which NumPy gathers several times as fast as three
-        self._source = se3.homogeneous(source.positions)
-        self._target = se3.homogeneous(target.positions)
+        self._source = point_fit.homogeneous(source.positions)
+        self._target = point_fit.homogeneous(target.positions)
         self._settings = settings
         self._by_appearance: Candidates | None = None
         self._by_position: Candidates | None = None
@@ -60,11 +60,11 @@ class Search(ABC):
         threshold = (1.0 - w) * self._settings.lambda_e + w * self._settings.lambda_f
         moved = self._source @ T_target_source.T.astype(np.float32)
         candidates = self._candidates(moved, w, threshold)
-        d = candidates.squared_away(moved)  # made d_e, then d, in place
+        d = candidates.squared_distances(moved)  # made d_e, then d, in place
         np.sqrt(d, out=d)
         d *= 1.0 - w
         d += candidates.distances * np.float32(w)
-        return candidates.least(d, threshold)
+        return candidates.best_matches(d, threshold)
 
     @abstractmethod
     def _alike(self, bound: float) -> Candidates:

@@ -9,8 +9,8 @@ import numpy as np
 
 from aick_ros.features.descriptors import pair_distances
 from aick_ros.frames.rgbd import KeypointFrame
-from aick_ros.registration.result.aick.candidates import Candidates
-from aick_ros.registration.result.aick.search import Search
+from aick_ros.registration.aick.candidates import Candidates
+from aick_ros.registration.aick.search import Search
 from aick_ros.settings import AickSettings
 
 
@@ -34,4 +34,4 @@ class WordSearch(Search):
         return self._pairs.where(self._pairs.distances < bound)
 
     def _near(self, moved: np.ndarray, radius: float) -> Candidates:
-        return self._pairs.where(self._pairs.squared_away(moved) < radius ** 2)
+        return self._pairs.where(self._pairs.squared_distances(moved) < radius ** 2)

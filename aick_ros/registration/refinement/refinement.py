@@ -15,13 +15,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.registration.result import Disagreement
-from aick_ros.registration.result.refinement.residuals import (
+from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, gradient_noise, point_to_plane, reprojection, track_depth)
-from aick_ros.registration.result.refinement.tracks import Tracker, Tracks
+from aick_ros.registration.refinement.tracks import Tracker, Tracks
+from aick_ros.registration.result import Disagreement
 from aick_ros.settings import RefinementSettings, SensorSettings
 
 _COARSE = 1  # iterations with wide robust weights, by the keypoints alone
@@ -58,7 +58,7 @@ class Refinement:
         self._sensor = sensor
         self._tracker = Tracker(settings, sensor)
 
-    def refine(self, source: View, target: View, T_target_source: np.ndarray) -> Refined:
+    def refine(self, source: PreparedFrame, target: PreparedFrame, T_target_source: np.ndarray) -> Refined:
         """
         Return the pose that explains both images best.
 
@@ -72,7 +72,7 @@ class Refinement:
             refined = self._solved(source, target, tracks, refined.T_target_source)
         return refined
 
-    def _solved(self, source: View, target: View, tracks: Tracks, pose: np.ndarray) -> Refined:
+    def _solved(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks, pose: np.ndarray) -> Refined:
         problem = _Problem(source, target, tracks, self._settings, self._sensor)
         for i in range(self._settings.iterations - 1):
             step = problem.step(pose, coarse=i < _COARSE)
@@ -85,7 +85,7 @@ class Refinement:
 class _Problem:
     """What is known of one pair of views, at any pose."""
 
-    def __init__(self, source: View, target: View, tracks: Tracks, settings: RefinementSettings,
+    def __init__(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks, settings: RefinementSettings,
                  sensor: SensorSettings) -> None:
         self._tracks = tracks
         self._surfaces = source.surface, target.surface
@@ -136,7 +136,7 @@ def _disagreement(equations: Sequence[NormalEquations],
                         sum(inverse @ noise @ inverse for inverse, noise in zip(own, noises)))
 
 
-def _rate_of_depth(source: View, target: View) -> float:
+def _rate_of_depth(source: PreparedFrame, target: PreparedFrame) -> float:
     """Return the time between two depth images as a share of that between the colour images."""
     interval = (source.stamp - target.stamp) / NANOSECONDS
     if interval == 0.0:

@@ -17,7 +17,7 @@ import numpy as np
 
 from aick_ros.frames.depth import inverse_depth_sigma
 from aick_ros.frames.surface import Surface
-from aick_ros.registration.result.refinement.tracks import Tracks
+from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 
 _CORNER = 10.0  # times the noise of a depth on a surface

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 
 from aick_ros.frames import depth
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import RefinementSettings, SensorSettings
@@ -63,7 +63,7 @@ class Tracker:
         self._settings = settings
         self._sensor = sensor
 
-    def track(self, source: View, target: View, T_target_source: np.ndarray) -> Tracks:
+    def track(self, source: PreparedFrame, target: PreparedFrame, T_target_source: np.ndarray) -> Tracks:
         """
         Find the keypoints of the source in the target.
 

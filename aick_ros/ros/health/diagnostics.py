@@ -10,9 +10,9 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
 from std_msgs.msg import Header
 
-from aick_ros.ros.health.health import judge
-from aick_ros.ros.health.health.frame_statistics import (
+from aick_ros.ros.health.frame_statistics import (
     ANSWERED, LOST, RECEIVED, FrameStatistics, Snapshot)
+from aick_ros.ros.health.levels import judge
 
 _QUEUE = 10
 

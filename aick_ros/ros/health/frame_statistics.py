@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from aick_ros.odometry import OdometryUpdate
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 
 WINDOW = 10.0
 """How long lately is [s]."""

@@ -20,8 +20,8 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.synchronizer import Pair
 from aick_ros.odometry.base_odometry import Mount
-from aick_ros.ros.health.health.diagnostics import Diagnostics
-from aick_ros.ros.health.health.watchdog import Watchdog
+from aick_ros.ros.health.diagnostics import Diagnostics
+from aick_ros.ros.health.watchdog import Watchdog
 from aick_ros.ros.input.calibrations import Calibration
 from aick_ros.ros.input.extrinsics import Extrinsics
 from aick_ros.ros.input.pairing import Pairing

@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
-from aick_ros.messages.stamp_monitor import StampWatch
+from aick_ros.messages.stamp_monitor import StampMonitor
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.ros.conversions import to_stamp
 from aick_ros.settings.node import NodeSettings
@@ -29,7 +29,7 @@ class Pairing:
         self._synchronizer = Synchronizer(
             settings.approx_sync_max_interval if settings.approx_sync else 0.0,
             settings.sync_queue_size)
-        self._streams = {'rgb/image': StampWatch(), 'depth/image': StampWatch()}
+        self._streams = {'rgb/image': StampMonitor(), 'depth/image': StampMonitor()}
         self.newest_stamp = 0
 
     @property

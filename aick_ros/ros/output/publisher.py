@@ -16,7 +16,7 @@ from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.odometry.base_odometry import BasePose, Mount
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 from aick_ros.ros import conversions
 from aick_ros.ros.input.guess import Guess
 from aick_ros.ros.input.transforms import TransformBroadcaster

@@ -19,18 +19,18 @@ _PACKAGES = {'rosbags': 'pip install rosbags', 'cv2': 'apt install python3-openc
 
 def odom_node() -> None:
     """Run the odometry node."""
-    _run('odom_node')
+    _run('odom_node', 'aick_ros.ros.odom_node')
 
 
 def bag_player() -> None:
     """Play a bag."""
-    _run('bag_player')
+    _run('bag_player', 'aick_ros.ros.playback.bag_player')
 
 
-def _run(name: str) -> None:
+def _run(name: str, module_name: str) -> None:
     try:
         with _ending_waits():
-            program = import_module(f'aick_ros.ros.{name}')
+            program = import_module(module_name)
     except KeyboardInterrupt:
         return  # told to end before it began
     except ModuleNotFoundError as error:

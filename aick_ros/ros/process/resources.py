@@ -22,7 +22,7 @@ def config_file(name: str) -> Path:
 
     :raises InputError: where it is not installed.
     """
-    places = [Path(sys.prefix) / 'share' / 'aick_ros', Path(__file__).parents[2]]
+    places = [Path(sys.prefix) / 'share' / 'aick_ros', Path(__file__).parents[3]]
     try:
         places.insert(0, Path(get_package_share_directory('aick_ros')))
     except (PackageNotFoundError, OSError):  # OSError: there is no ament environment

@@ -26,7 +26,7 @@ from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry.trajectory import read_trajectory, stamp_to_seconds
 from aick_ros.odometry import Odometry
-from aick_ros.registration.result.stage_times import STAGES
+from aick_ros.registration.stage_times import STAGES
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import values
 from aick_ros.settings.presets import preset

@@ -12,7 +12,7 @@ from aick_ros.evaluation.benchmark.journal import Journal
 from aick_ros.evaluation.benchmark.results import Results
 from aick_ros.evaluation.benchmark.runner import Plan, run
 from aick_ros.evaluation.scores.pairs import PairEvaluation
-from aick_ros.registration.result.registrar import Registrar
+from aick_ros.registration.registrar import Registrar
 from aick_ros.settings.presets import preset
 from aick_ros.sources import open_source, raise_damage
 
@@ -42,7 +42,7 @@ def test_figures_are_those_of_the_evaluation(recording, aick, tum_path):
     fast = preset('paper-fast')
     registrar, evaluation = Registrar(fast), PairEvaluation(fast, recording.ground_truth, GAPS)
     for frame in open_source(tum_path).frames(raise_damage):
-        evaluation.add(registrar.look(frame))
+        evaluation.add(registrar.prepare(frame))
     for gap, expected in evaluation.scores().items():
         found = scores[str(gap)]
         assert expected.count == found.count == 8 - gap

@@ -15,7 +15,7 @@ from aick_ros.evaluation.scores.evaluation import evaluate
 from aick_ros.frames.rgbd import KeypointExtractor
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.registration.result.aick.aick import Aick
+from aick_ros.registration.aick.aick import Aick
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset

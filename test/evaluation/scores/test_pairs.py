@@ -12,15 +12,15 @@ import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
 from aick_ros.evaluation.scores.pairs import PairEvaluation
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import KeypointFrame, RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Registration
-from aick_ros.registration.result.registrar import Registrar
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset
@@ -50,7 +50,7 @@ def view(stamp):
                       Camera(4, 3, 4.0, 4.0, 1.5, 1.0))
     keypoints = KeypointFrame(int(stamp), np.empty((0, 3)), np.empty((0, 32), np.uint8),
                               np.empty((0, 3, 3)), np.empty((0, 2)))
-    return View(frame, keypoints, frame.grey)
+    return PreparedFrame(frame, keypoints, frame.grey)
 
 
 @pytest.fixture
@@ -201,7 +201,7 @@ def test_the_papers_accuracy_on_a_real_camera(tum_folder, name):
     near = PairEvaluation(full, source.ground_truth, [1])
     far = PairEvaluation(short, source.ground_truth, [5])
     for frame in source.frames(raise_damage):
-        seen = registrar.look(frame)
+        seen = registrar.prepare(frame)
         near.add(seen)
         far.add(seen)
     assert near.scores()[1].success_ratio['0.01'] >= 0.84

@@ -13,7 +13,7 @@ from aick_ros.evaluation.scores.run_errors import RunErrors, SilentFailures
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 
 PERIOD = NANOSECONDS // 30
 START = 1_305_031_102 * NANOSECONDS

@@ -13,7 +13,7 @@ from aick_ros.evaluation.scores.frame_record import FrameRecord, stages_of, traj
 from aick_ros.evaluation.scores.run_summary import summarize
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from aick_ros.frames.rgbd import KeypointFrame
-from aick_ros.geometry import se3
-from aick_ros.registration.result.aick.aick import Aick
-from aick_ros.registration.result.aick.search import FullSearch
-from aick_ros.registration.result.status import Status
+from aick_ros.geometry import point_fit, se3
+from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.aick.search import FullSearch
+from aick_ros.registration.status import Status
 from aick_ros.settings import AickSettings
 
 
@@ -77,7 +77,7 @@ def brute_force_register(source, target, settings):
                 matches.append((a, best))
         history.append(matches)
         pairs = np.array(matches)
-        T = se3.fit(source.positions[pairs[:, 0]], target.positions[pairs[:, 1]])
+        T = point_fit.fit(source.positions[pairs[:, 0]], target.positions[pairs[:, 1]])
     return history, T
 
 

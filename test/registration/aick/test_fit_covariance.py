@@ -8,10 +8,10 @@ import pytest
 
 from aick_ros.evaluation.scores.consistency import nees
 from aick_ros.frames.rgbd import KeypointExtractor, KeypointFrame
-from aick_ros.geometry import se3
+from aick_ros.geometry import point_fit, se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.result.aick.aick import Aick
-from aick_ros.registration.result.aick.fit_covariance import fit_covariance
+from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.aick.fit_covariance import fit_covariance
 from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -48,7 +48,7 @@ def test_it_is_that_of_many_repetitions(group, larger):
         source, target = (keypoints(points, np.repeat(root, group, axis=0),
                                     np.repeat(pixels, group, axis=0))
                           for points, root in zip(noisy, roots))
-        T = se3.fit(*noisy)
+        T = point_fit.fit(*noisy)
         found.append(nees(error(T, T_TARGET_SOURCE),
                           fit_covariance(T, source, target, MATCHES)))
     assert 5.0 < np.mean(found) < 7.0  # 6 expected, standard deviation of the mean 0.2

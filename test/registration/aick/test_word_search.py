@@ -12,9 +12,9 @@ from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.features.vocabulary import Vocabulary
 from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.geometry import se3
-from aick_ros.registration.result.aick.aick import Aick
-from aick_ros.registration.result.aick.word_search import WordSearch
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.aick.word_search import WordSearch
+from aick_ros.registration.status import Status
 from aick_ros.settings import AickSettings
 
 SETTINGS = AickSettings(lambda_e=0.05)

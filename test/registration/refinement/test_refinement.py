@@ -14,11 +14,11 @@ from scipy.optimize import least_squares
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.result.aick.aick import Aick
-from aick_ros.registration.result.refinement.refinement import Refinement
-from aick_ros.registration.result.refinement.residuals import point_to_plane, track_depth
-from aick_ros.registration.result.refinement.tracks import Tracker
-from aick_ros.registration.result.registrar import Registrar
+from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.refinement.refinement import Refinement
+from aick_ros.registration.refinement.residuals import point_to_plane, track_depth
+from aick_ros.registration.refinement.tracks import Tracker
+from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
@@ -35,7 +35,7 @@ room = functools.cache(furnished_room)
 
 def look(settings, frames):
     registrar = Registrar(settings)
-    return [registrar.look(frame) for frame in frames]
+    return [registrar.prepare(frame) for frame in frames]
 
 
 def refine(settings, source, target, first):

@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros.frames.prepared import View
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import KeypointExtractor, RgbdFrame
 from aick_ros.geometry import se3
-from aick_ros.registration.result.refinement.tracks import Tracker
+from aick_ros.registration.refinement.tracks import Tracker
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -22,7 +22,7 @@ TRACKER = Tracker(SETTINGS.refinement, SETTINGS.sensor)
 
 def view_of(frame):
     extractor = KeypointExtractor(SETTINGS.features, SETTINGS.sensor)
-    return View(frame, extractor.extract(frame), frame.grey)
+    return PreparedFrame(frame, extractor.extract(frame), frame.grey)
 
 
 @pytest.fixture(scope='module')

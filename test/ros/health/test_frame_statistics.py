@@ -8,10 +8,10 @@ import pytest
 
 from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.odometry import OdometryUpdate
-from aick_ros.registration.result.status import Status
-from aick_ros.ros.health.health import Level, judge
-from aick_ros.ros.health.health.frame_statistics import (
+from aick_ros.registration.status import Status
+from aick_ros.ros.health.frame_statistics import (
     ANSWERED, DAMAGED, FAILED, LATE, LOST, RECEIVED, UNDER_LOAD, FrameStatistics)
+from aick_ros.ros.health.levels import Level, judge
 
 NO_KEYPOINTS = KeypointFrame(0, *(np.empty((0, n), np.float32) for n in (3, 32, 9, 2)))
 

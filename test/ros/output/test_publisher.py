@@ -13,7 +13,7 @@ from nav_msgs.msg import Odometry as OdometryMessage
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 from aick_ros.ros.conversions import from_pose
 from aick_ros.ros.output.publisher import OdometryPublisher
 from aick_ros.settings.node import NodeSettings

@@ -15,7 +15,7 @@ from sensor_msgs.msg import Image, PointCloud2, PointField
 
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 from aick_ros.ros.conversions import from_pose, to_stamp
 from aick_ros.ros.output.debug_image import draw_matches
 from aick_ros.ros.output.views import Views

@@ -6,7 +6,7 @@
 import pytest
 
 from aick_ros.odometry import Odometry
-from aick_ros.registration.result.status import Status
+from aick_ros.registration.status import Status
 from aick_ros.ros.process.warm_up import warm_up
 from aick_ros.settings import Settings
 from aick_ros.settings.presets import PRESETS, preset

@@ -8,8 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import Enum
 
-from aick_ros.registration.result.status import Status
-from aick_ros.ros.health.health.frame_statistics import (
+from aick_ros.registration.status import Status
+from aick_ros.ros.health.frame_statistics import (
     ANSWERED, DAMAGED, FAILED, LOST, RECEIVED, UNDER_LOAD, WINDOW, Snapshot)
 
 _LOST_TOO_LONG = 2.0  # seconds

@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Imports run one way: each folder imports only from those named beside it."""
+
+import ast
+import sys
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / 'aick_ros'
+
+IMPORTS = {
+    'errors': '',
+    'geometry': 'errors',
+    'settings': 'errors',
+    'features': 'errors geometry settings',
+    'frames': 'errors geometry settings features',
+    'messages': 'errors geometry settings features frames',
+    'registration': 'errors geometry settings features frames',
+    'odometry': 'errors geometry settings features frames registration',
+    'sources': 'errors geometry settings features frames messages',
+    'ros': 'errors geometry settings features frames messages registration odometry',
+    'evaluation': 'errors geometry settings features frames messages registration odometry sources',
+    'reports': 'errors geometry settings frames registration odometry sources evaluation',
+    'cli': 'errors geometry settings features frames messages registration odometry sources ros '
+           'evaluation reports',
+}
+CORE = 'errors geometry settings features frames messages registration odometry'.split()
+
+
+def imported(path):
+    """Return the full names that a file imports, anywhere in it."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (f'{node.module}.{alias.name}' for alias in node.names)
+
+
+def room_of(path):
+    """Return the folder at the top of the package, or the file there, that a file belongs to."""
+    return path.relative_to(PACKAGE).parts[0].removesuffix('.py')
+
+
+def files_of(room):
+    return [path for path in PACKAGE.rglob('*.py') if room_of(path) == room]
+
+
+def test_every_folder_has_its_place():
+    rooms = {room_of(path) for path in PACKAGE.rglob('*.py')} - {'__init__', '__main__'}
+    assert rooms == set(IMPORTS)
+
+
+@pytest.mark.parametrize('room', IMPORTS)
+def test_a_folder_imports_only_from_those_below(room):
+    allowed = {*IMPORTS[room].split(), room, '__version__'}
+    for path in files_of(room):
+        names = [name.split('.') for name in imported(path)]
+        rooms = {name[1] for name in names if name[0] == 'aick_ros' and len(name) > 1}
+        assert rooms <= allowed, f'{path}: {rooms - allowed}'
+
+
+@pytest.mark.parametrize('room', CORE)
+def test_the_core_imports_numpy_and_opencv_only(room):
+    for path in files_of(room):
+        top = {name.partition('.')[0] for name in imported(path)} - sys.stdlib_module_names
+        assert top <= {'aick_ros', 'numpy', 'cv2'}, path
+
+
+def test_only_the_ros_folder_imports_rclpy():
+    for room in set(IMPORTS) - {'ros'}:
+        for path in files_of(room):
+            assert 'rclpy' not in {name.partition('.')[0] for name in imported(path)}, path
