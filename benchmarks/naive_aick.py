@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros.frames.rgbd import KeypointFrame
+from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.geometry import point_fit, se3
 from aick_ros.settings import AickSettings
 

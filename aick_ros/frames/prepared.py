@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.frames.rgbd import KeypointFrame, RgbdFrame
+from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 
 

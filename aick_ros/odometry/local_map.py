@@ -16,8 +16,8 @@ import dataclasses
 import numpy as np
 
 from aick_ros.frames import depth
+from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.frames.rgbd import KeypointFrame
 from aick_ros.geometry import se3
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.registrar import Registrar

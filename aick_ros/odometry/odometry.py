@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.frames.rgbd import KeypointFrame, RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 from aick_ros.odometry.keyframe import Anchor, KeyframePolicy, OneFrame

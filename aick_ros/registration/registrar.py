@@ -13,8 +13,9 @@ import numpy as np
 
 from aick_ros.features.vocabulary import vocabulary_of
 from aick_ros.frames.camera_clock import CameraClock
+from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.frames.rgbd import KeypointExtractor, RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS

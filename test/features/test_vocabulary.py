@@ -11,7 +11,7 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.features.vocabulary import Vocabulary, load, shipped, vocabulary_of
-from aick_ros.frames.rgbd import KeypointExtractor
+from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource

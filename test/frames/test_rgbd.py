@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.frames.rgbd import KeypointExtractor, RgbdFrame
+from aick_ros.frames.keypoints import KeypointExtractor
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import FeatureSettings, SensorSettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource

@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros.frames.rgbd import KeypointExtractor
+from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.aick.aick import Aick

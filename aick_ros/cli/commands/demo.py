@@ -22,7 +22,7 @@ from aick_ros.cli.run_folder import lead_to, make_folder
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.statistics import Percentiles, root_mean_square
 from aick_ros.evaluation.scores.trajectory_errors import TrajectoryErrors, compare
-from aick_ros.frames.rgbd import KeypointExtractor
+from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory, write_trajectory
 from aick_ros.settings import Settings

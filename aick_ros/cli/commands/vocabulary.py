@@ -19,7 +19,7 @@ from aick_ros.cli.reading import COMPLETE, Reading
 from aick_ros.errors import InputError
 from aick_ros.features.k_means import ROUNDS, learn_words
 from aick_ros.features.vocabulary import Vocabulary
-from aick_ros.frames.rgbd import KeypointExtractor
+from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.settings import Settings
 from aick_ros.sources import open_source
 

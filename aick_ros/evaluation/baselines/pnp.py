@@ -14,7 +14,8 @@ import cv2
 import numpy as np
 
 from aick_ros.evaluation.baselines import Estimate
-from aick_ros.frames.rgbd import KeypointExtractor, KeypointFrame, RgbdFrame
+from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.settings.presets import preset
 
 _FEWEST = 6  # what OpenCV's refinement takes

@@ -17,7 +17,8 @@ from scipy.spatial import cKDTree
 
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.features.descriptors import descriptor_distances
-from aick_ros.frames.rgbd import KeypointExtractor, KeypointFrame, RgbdFrame
+from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import point_fit
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset

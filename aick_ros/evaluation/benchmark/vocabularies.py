@@ -12,7 +12,8 @@ import numpy as np
 
 from aick_ros.features.k_means import learn_words
 from aick_ros.features.vocabulary import Vocabulary
-from aick_ros.frames.rgbd import KeypointExtractor, RgbdFrame
+from aick_ros.frames.keypoints import KeypointExtractor
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 

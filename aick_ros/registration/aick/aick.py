@@ -9,7 +9,7 @@ import dataclasses
 
 import numpy as np
 
-from aick_ros.frames.rgbd import KeypointFrame
+from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.geometry import point_fit
 from aick_ros.registration.aick.fit_covariance import fit_covariance
 from aick_ros.registration.aick.search import FullSearch, Search

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros.frames.rgbd import KeypointFrame
+from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.geometry import se3
 
 _CELL = 4  # px; keypoints of one place, found at several scales, have their noise in common

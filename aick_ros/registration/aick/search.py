@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from aick_ros.features.descriptors import distance_blocks, pair_distances
-from aick_ros.frames.rgbd import KeypointFrame
+from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.geometry import point_fit
 from aick_ros.registration.aick.candidates import Candidates, squared_lengths
 from aick_ros.settings import AickSettings

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from aick_ros.features.descriptors import pair_distances
-from aick_ros.frames.rgbd import KeypointFrame
+from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.registration.aick.candidates import Candidates
 from aick_ros.registration.aick.search import Search
 from aick_ros.settings import AickSettings

@@ -11,7 +11,7 @@ import pytest
 from aick_ros.cli.commands import vocabulary as vocabulary_module
 from aick_ros.errors import InputError
 from aick_ros.features.vocabulary import load
-from aick_ros.frames.rgbd import KeypointExtractor
+from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources import raise_damage

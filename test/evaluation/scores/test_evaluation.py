@@ -12,7 +12,7 @@ from scipy.stats import chi2
 
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.evaluation import evaluate
-from aick_ros.frames.rgbd import KeypointExtractor
+from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registration.aick.aick import Aick

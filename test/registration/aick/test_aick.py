@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 
-from aick_ros.frames.rgbd import KeypointFrame
+from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.geometry import point_fit, se3
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.aick.search import FullSearch

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from aick_ros.evaluation.scores.consistency import nees
-from aick_ros.frames.rgbd import KeypointExtractor, KeypointFrame
+from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
 from aick_ros.geometry import point_fit, se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.aick.aick import Aick

@@ -10,7 +10,7 @@ import pytest
 
 from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.features.vocabulary import Vocabulary
-from aick_ros.frames.rgbd import KeypointFrame
+from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.geometry import se3
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.aick.word_search import WordSearch

@@ -9,8 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
+from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.frames.rgbd import KeypointExtractor, RgbdFrame
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.registration.refinement.tracks import Tracker
 from aick_ros.settings import Settings

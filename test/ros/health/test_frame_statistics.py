@@ -6,7 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros.frames.rgbd import KeypointFrame
+from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.frame_statistics import (

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.frames.rgbd import KeypointExtractor
+from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import FeatureSettings, SensorSettings
