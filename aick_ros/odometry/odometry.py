@@ -17,17 +17,16 @@ from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 from aick_ros.odometry.keyframe import Anchor, KeyframePolicy, OneFrame
 from aick_ros.odometry.local_map import LocalMap
+from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.result import Registration
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.settings import OdometrySettings, Settings
-
-_HELD_ACCELERATION = np.array([3.0, 3.0, 3.0, 15.0, 15.0, 15.0])
-"""What a hand may do against constant velocity [m/s^2, rad/s^2]: how sure a held pose is."""
 
 _SLIP, _LEAST_SLIP = 0.1, 0.01
 """How sure a predicted motion is: a share of it, and at least so much [m, rad]."""
@@ -124,6 +123,7 @@ class Odometry:
 
     def _take(self, settings: Settings, registrar: Registrar) -> None:
         self._settings: OdometrySettings = settings.odometry
+        self._motion_model = MotionModel(settings.odometry)
         self._registrar = registrar
         self._policy = KeyframePolicy(settings)
         # without a refinement nothing is tracked that could be fused
@@ -207,9 +207,10 @@ class Odometry:
     def _expected(self, view: PreparedFrame, anchor: Anchor) -> np.ndarray | None:
         """Return where the view is seen from an anchor at constant velocity, 4x4."""
         elapsed = self._elapsed(view)
-        if self._twist is None or elapsed > self._settings.hold_time:
+        if self._twist is None or not self._motion_model.holds(elapsed):
             return None
-        moved = self._tracked.T_odom_camera @ se3.exp(self._twist * elapsed)
+        moved = (self._tracked.T_odom_camera
+                 @ self._motion_model.predict(self._twist, elapsed).matrix)
         return se3.inverse(anchor.T_odom_camera) @ moved
 
     def _elapsed(self, view: PreparedFrame) -> float:
@@ -223,13 +224,10 @@ class Odometry:
         count, fewest = registration.support, self._settings.min_matches
         if count < fewest:
             return Status.TOO_FEW_MATCHES, f'{count} matches, odometry.min_matches is {fewest}'
-        speed = np.linalg.norm(registration.T_target_source[:3, 3]) / interval
-        turn_rate = se3.angle(registration.T_target_source[:3, :3]) / interval
-        if speed > self._settings.max_speed or turn_rate > self._settings.max_turn_rate:
-            return Status.MOTION_GATE, (
-                f'{speed:.2f} m/s and {turn_rate:.2f} rad/s, odometry.max_speed is '
-                f'{self._settings.max_speed:g} and odometry.max_turn_rate '
-                f'{self._settings.max_turn_rate:g}')
+        violation = self._motion_model.violation(
+            Increment(PoseWithCovariance(registration.T_target_source), interval))
+        if violation:
+            return Status.MOTION_GATE, violation
         return Status.OK, registration.reason
 
     def _track(self, view: PreparedFrame, anchor: Anchor, registration: Registration) -> OdometryUpdate:
@@ -278,17 +276,14 @@ class Odometry:
         lost_for = (view.stamp - anchor.view.stamp) / NANOSECONDS
         predicted = self._predict(anchor.view.stamp, view.stamp)
         if predicted is None:
-            twist = np.zeros(6) if self._twist is None else self._twist
-            motion = se3.exp(twist * min(lost_for, self._settings.hold_time))
-            strayed = np.minimum(0.5 * _HELD_ACCELERATION * lost_for ** 2,
-                                 np.repeat([self._settings.max_speed * lost_for, np.pi], 3))
+            motion = self._motion_model.predict(self._twist, lost_for)
         else:
-            motion = predicted
-            way = np.linalg.norm(motion[:3, 3]), se3.angle(motion[:3, :3])
+            way = np.linalg.norm(predicted[:3, 3]), se3.angle(predicted[:3, :3])
             strayed = np.repeat(_SLIP * np.array(way) + _LEAST_SLIP, 3)
-        self._pose = anchor.T_odom_camera @ motion
+            motion = PoseWithCovariance(predicted, np.diag(strayed ** 2))
+        self._pose = anchor.T_odom_camera @ motion.matrix
         self._covariance = se3.compose_covariance(
-            anchor.T_odom_camera, anchor.covariance, motion, np.diag(strayed ** 2))
+            anchor.T_odom_camera, anchor.covariance, motion.matrix, motion.covariance)
         if len(view.keypoints) >= self._settings.min_matches:
             self._lost = Anchor(view, self._pose, self._covariance)
         return self._answer(view, status, reason, predicted=predicted is not None)

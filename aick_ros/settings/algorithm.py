@@ -200,6 +200,12 @@ class OdometrySettings:
     hold_time: float = parameter(
         0.3, 'How long the last velocity is held where registration fails; after it the pose '
         'stands still.', unit='s', minimum=0.0, maximum=60.0)
+    acceleration_sigma: float = parameter(
+        3.0, 'Acceleration noise (1 sigma) of the constant-velocity model.', unit='m/s^2',
+        minimum=0.001, maximum=1000.0)
+    angular_acceleration_sigma: float = parameter(
+        15.0, 'Angular acceleration noise (1 sigma) of the constant-velocity model.',
+        unit='rad/s^2', minimum=0.001, maximum=10000.0)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The motion model against an integrated path, sampled accelerations and its limits."""
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.odometry.motion_model import MotionModel
+from aick_ros.settings import OdometrySettings
+
+TWIST = np.array([0.4, -0.2, 0.3, 0.5, -0.8, 0.2])
+
+
+@pytest.mark.parametrize('elapsed, moving', [(0.2, 0.2), (0.3, 0.3), (5.0, 0.3)])
+def test_the_velocity_is_held_and_then_the_camera_stands_still(elapsed, moving):
+    """The oracle integrates the path in small steps of body velocity."""
+    T, steps = np.eye(4), 20000
+    for _ in range(steps):
+        T[:3, 3] += T[:3, :3] @ TWIST[:3] * moving / steps
+        T[:3, :3] = T[:3, :3] @ (np.eye(3) + se3.skew(TWIST[3:] * moving / steps))
+    predicted = MotionModel(OdometrySettings(hold_time=0.3)).predict(TWIST, elapsed)
+    np.testing.assert_allclose(predicted.matrix, T, atol=1e-4)
+
+
+def test_the_velocity_counts_for_the_hold_time():
+    model = MotionModel(OdometrySettings(hold_time=0.3))
+    assert [model.holds(elapsed) for elapsed in (0.1, 0.3, 0.31)] == [True, True, False]
+
+
+def test_with_no_velocity_the_camera_stands_still():
+    predicted = MotionModel(OdometrySettings()).predict(None, 0.1)
+    np.testing.assert_array_equal(predicted.matrix, np.eye(4))
+
+
+def test_the_covariance_is_that_of_sampled_accelerations():
+    """Each sample integrates a constant acceleration twice, axis by axis."""
+    settings = OdometrySettings(acceleration_sigma=2.0, angular_acceleration_sigma=7.0)
+    elapsed, steps = 0.2, 400
+    sigmas = np.repeat([2.0, 7.0], 3)
+    accelerations = np.random.default_rng(1).normal(0.0, sigmas, (40000, 6))
+    velocity, position = np.zeros((2, *accelerations.shape))
+    for _ in range(steps):
+        velocity += accelerations * elapsed / steps
+        position += velocity * elapsed / steps
+    covariance = MotionModel(settings).predict(TWIST, elapsed).covariance
+    np.testing.assert_allclose(covariance, np.cov(position.T), atol=0.03 * covariance.max())
+    np.testing.assert_allclose(np.diag(covariance), position.var(axis=0), rtol=0.04)
+
+
+def test_the_covariance_ends_at_the_speed_limit_and_half_a_turn():
+    covariance = MotionModel(OdometrySettings(max_speed=2.0)).predict(TWIST, 60.0).covariance
+    np.testing.assert_allclose(np.sqrt(np.diag(covariance)), [120, 120, 120, *3 * [np.pi]])
+
+
+@pytest.mark.parametrize('speed, turn_rate, exceeds', [
+    (1.9, 0.9, False), (2.1, 0.0, True), (0.0, 1.1, True)])
+@pytest.mark.parametrize('interval', [0.1, 0.5])
+def test_increments_beyond_a_limit_are_named(speed, turn_rate, exceeds, interval):
+    model = MotionModel(OdometrySettings(max_speed=2.0, max_turn_rate=1.0))
+    turn = se3.exp_rotation(interval * turn_rate * np.array([0.6, 0.0, 0.8]))
+    motion = np.eye(4)
+    motion[:3, :3], motion[:3, 3] = turn, interval * speed * np.array([0.0, 0.8, -0.6])
+    violation = model.violation(Increment(PoseWithCovariance(motion), interval))
+    if exceeds:
+        assert violation == (f'{speed:.2f} m/s and {turn_rate:.2f} rad/s, odometry.max_speed is 2 '
+                             'and odometry.max_turn_rate 1')
+    else:
+        assert violation is None
