@@ -23,7 +23,7 @@ from aick_ros.odometry.keyframe import Anchor, KeyframePolicy, OneFrame
 from aick_ros.odometry.local_map import LocalMap
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.registration.registrar import Learned, Registrar
-from aick_ros.registration.result import Registration
+from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.settings import OdometrySettings, Settings
@@ -222,7 +222,7 @@ class Odometry:
         if not registration.status.ok:
             return registration.status, registration.reason
         count, fewest = registration.support, self._settings.min_matches
-        if count < fewest:
+        if registration.evidence is Evidence.KEYPOINTS and count < fewest:
             return Status.TOO_FEW_MATCHES, f'{count} matches, odometry.min_matches is {fewest}'
         violation = self._motion_model.violation(
             Increment(PoseWithCovariance(registration.T_target_source), interval))

@@ -21,7 +21,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.registration.pose_vote import PoseVote, pose_vote
 from aick_ros.registration.refinement.refinement import Refined, Refinement
-from aick_ros.registration.result import Registration
+from aick_ros.registration.result import Evidence, Registration
 from aick_ros.settings import SensorSettings
 
 _SUDDEN = 15.0, 30.0
@@ -40,15 +40,10 @@ hand's, and where it is far more."""
 
 
 class DynamicObjectCheck:
-    """
-    Doubts registrations whose motion comes all of a sudden.
+    """Doubts registrations whose motion comes all of a sudden."""
 
-    :param fewest: keypoints that a registration must have to be believed.
-    """
-
-    def __init__(self, refinement: Refinement, sensor: SensorSettings, fewest: int) -> None:
+    def __init__(self, refinement: Refinement, sensor: SensorSettings) -> None:
         self._refinement = refinement
-        self._fewest = fewest
         self._sensor = sensor
 
     def check(self, found: Registration, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
@@ -78,8 +73,7 @@ class DynamicObjectCheck:
         return dataclasses.replace(
             found, T_target_source=second, covariance=covariance, matches=found.matches[:0],
             disagreement=refined.disagreement, tracks=refined.tracked,
-            # where it has too few keypoints, the depth image stands for as many as it takes
-            support=max(len(refined.tracked), self._fewest),
+            support=len(refined.tracked), evidence=Evidence.DEPTH,
             reason=f'{found.support} keypoints move by themselves, {ballot.second:.0%} of the '
                    'view shows another motion')
 

@@ -68,8 +68,7 @@ class Registrar:
         self._refinement = None
         if settings.refinement.mode != 'none':
             self._refinement = Refinement(settings.refinement, settings.sensor)
-            self._second_opinion = DynamicObjectCheck(self._refinement, settings.sensor,
-                                                 settings.odometry.min_matches)
+            self._second_opinion = DynamicObjectCheck(self._refinement, settings.sensor)
             self._patient_aick = Aick(dataclasses.replace(settings.aick, **_PATIENT))
             patient = KeypointExtractor(
                 dataclasses.replace(settings.features, max_keypoints=0), settings.sensor)

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 
 import numpy as np
 
@@ -26,6 +27,13 @@ class Disagreement:
     covariance: np.ndarray
 
 
+class Evidence(Enum):
+    """What supports the pose of a registration."""
+
+    KEYPOINTS = 'keypoints that agree with the pose'
+    DEPTH = 'depth and brightness of most of the view, whatever the number of keypoints'
+
+
 @dataclass(frozen=True, eq=False)
 class Registration:
     """
@@ -38,6 +46,7 @@ class Registration:
     :param matches: Kx2, rows (source keypoint, target keypoint) of the last iteration.
     :param iterations: how many were done.
     :param support: keypoints that agree with the transform.
+    :param evidence: what supports the transform, where the status is OK.
     :param disagreement: of the two sensors, where a refinement used both.
     :param tracks: keypoints of the source that a refinement found in the target.
     """
@@ -51,6 +60,7 @@ class Registration:
     support: int = 0
     disagreement: Disagreement | None = None
     tracks: Tracks | None = None
+    evidence: Evidence = Evidence.KEYPOINTS
 
 
 def failed(status: Status, reason: str, iterations: int = 0) -> Registration:

@@ -11,6 +11,8 @@ import pytest
 from aick_ros.features import make_detector
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
+from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
 from aick_ros.settings import FeatureSettings, OdometrySettings, Settings
 from aick_ros.settings.parameter import with_values
@@ -228,6 +230,19 @@ def test_too_few_matches_are_not_believed(rendered):
     updates = track(Odometry(strict), frames[:2])
     assert updates[1].status is Status.TOO_FEW_MATCHES
     assert 'odometry.min_matches is 400' in updates[1].reason
+
+
+def test_a_pose_with_evidence_in_the_depth_image_needs_no_keypoints(rendered, monkeypatch):
+    """The least number of matches is asked of poses that keypoints support."""
+    register = Registrar.register
+
+    def by_depth(*args):
+        return dataclasses.replace(register(*args), support=0, evidence=Evidence.DEPTH)
+
+    monkeypatch.setattr(Registrar, 'register', by_depth)
+    updates = track(Odometry(), rendered[0][:2])
+    assert updates[1].status is Status.OK
+    assert updates[1].support == 0
 
 
 @pytest.mark.parametrize('step', [0, -1, -500_000_000])

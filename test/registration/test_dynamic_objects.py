@@ -15,6 +15,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.registration.dynamic_objects import DynamicObjectCheck, suddenness
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.result import Evidence
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -53,8 +54,7 @@ def pair(frames, changes=None):
 
 
 def opinion(settings=Settings()):
-    return DynamicObjectCheck(Refinement(settings.refinement, settings.sensor), settings.sensor,
-                         settings.odometry.min_matches)
+    return DynamicObjectCheck(Refinement(settings.refinement, settings.sensor), settings.sensor)
 
 
 def off(pose, truth):
@@ -90,6 +90,9 @@ def test_a_board_that_has_most_keypoints_is_not_the_world(frames, picture, width
     assert error @ np.linalg.solve(weighed.covariance, error) < 30
     assert not np.isin(weighed.tracks.keypoints, found.tracks.keypoints).any()
     assert 'keypoints move by themselves' in weighed.reason
+    assert weighed.support == len(weighed.tracks)
+    assert weighed.evidence is Evidence.DEPTH
+    assert found.evidence is Evidence.KEYPOINTS
     assert len(weighed.matches) == 0
 
 
@@ -144,11 +147,11 @@ def test_without_depth_images_there_is_no_second_opinion(frames, picture):
     settings = {'refinement.mode': 'keypoints'}
     source, target, found = pair(shown[:2], settings)
     expected = found.T_target_source @ JOLT
-    assert opinion(with_values(Settings(), settings)).on(
+    assert opinion(with_values(Settings(), settings)).check(
         found, source, target, expected, PERIOD) is found
 
 
 def test_the_pairwise_registration_knows_no_motion_and_asks_nobody(frames, picture, monkeypatch):
-    monkeypatch.setattr(DynamicObjectCheck, 'on', lambda *_: pytest.fail('asked'))
+    monkeypatch.setattr(DynamicObjectCheck, 'check', lambda *_: pytest.fail('asked'))
     shown, _ = frames
     pair([paste(shown[0], picture, 60, 460), paste(shown[1], picture, 60 + LEAP, 460)])
