@@ -41,7 +41,7 @@ setup(
     maintainer='aick_ros maintainers',
     maintainer_email='maintainers@aick-ros.example',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
-    package_data={PACKAGE: ['features/vocabularies/*']},
+    package_data={PACKAGE: ['py.typed', 'features/vocabularies/*']},
     python_requires='>=3.11',
     install_requires=['numpy>=1.26', 'opencv-python-headless>=4.6', 'rosbags>=0.11.1'],
     extras_require={'ros': ROS, 'cli': CLI, 'eval': EVAL, 'baselines': BASELINES,

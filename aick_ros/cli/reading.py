@@ -14,7 +14,7 @@ from aick_ros.cli.read_ahead import read_ahead
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.sources import OnDamaged, RgbdSource
+from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
 
 COMPLETE = 'complete'
 INTERRUPTED = 'interrupted'
@@ -60,7 +60,7 @@ class Reading:
         count = len(self._source)
         return count if self._limit is None else min(count, self._limit)
 
-    def frames(self, on_damaged: OnDamaged) -> Iterator[RgbdFrame]:
+    def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """Yield the frames."""
         self.ended, count = COMPLETE, 0
         with closing(read_ahead(self._source, on_damaged)) as frames:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.features import make_detector
+from aick_ros.features import Detector, make_detector
 from aick_ros.features.selection import spread
 from aick_ros.features.vocabulary import FrameWords, Vocabulary
 from aick_ros.frames import depth
@@ -48,15 +48,18 @@ class KeypointExtractor:
 
     :param vocabulary: whose words the keypoints get; None: none.
     :param word_radius: R_w, how near a word must be to be one of a keypoint's.
+    :param detector: used instead of the one that ``features.detector`` names; the noise of its
+        keypoints is still that of ``features.chosen``.
     """
 
     def __init__(self, features: FeatureSettings, sensor: SensorSettings,
-                 vocabulary: Vocabulary | None = None, word_radius: float = np.inf) -> None:
+                 vocabulary: Vocabulary | None = None, word_radius: float = np.inf,
+                 detector: Detector | None = None) -> None:
         self._features = features
         self._vocabulary = vocabulary
         self._word_radius = word_radius
         self._sensor = sensor
-        self._detector = make_detector(features)
+        self._detector = detector or make_detector(features)
 
     def extract(self, frame: RgbdFrame) -> KeypointFrame:
         """Return the keypoints of a frame; none where the image shows none."""

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from aick_ros.features.detector import Detector
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
@@ -95,15 +96,18 @@ class Odometry:
 
     :param T_odom_camera: pose of the first frame; None: the identity.
     :param predict: the motion between two stamps by another sensor, asked where a frame is lost.
+    :param detector: used instead of the one that ``features.detector`` names.
     """
 
     def __init__(self, settings: Settings = Settings(), T_odom_camera: np.ndarray | None = None,
-                 predict: Predict = lambda before, now: None) -> None:
+                 predict: Predict = lambda before, now: None,
+                 detector: Detector | None = None) -> None:
         self._predict = predict
+        self._detector = detector
         self._times = StageTimes()
         self._learned = Learned()
-        self._detector = settings.features.detector
-        self._take(settings, Registrar(settings, self._times, self._learned))
+        self._detector_name = settings.features.detector
+        self._take(settings, Registrar(settings, self._times, self._learned, self._detector))
         self.reset(T_odom_camera)
 
     def change_settings(self, settings: Settings) -> None:
@@ -115,9 +119,9 @@ class Odometry:
 
         :raises InputError: where the vocabulary cannot be read; nothing is changed then.
         """
-        registrar = Registrar(settings, self._times, self._learned)
-        if settings.features.detector != self._detector:
-            self._detector = settings.features.detector
+        registrar = Registrar(settings, self._times, self._learned, self._detector)
+        if self._detector is None and settings.features.detector != self._detector_name:
+            self._detector_name = settings.features.detector
             self._forget(self._pose, self._covariance, is_lost=self._tracked is not None)
         self._take(settings, registrar)
 

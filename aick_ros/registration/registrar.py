@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from aick_ros.features.detector import Detector
 from aick_ros.features.vocabulary import vocabulary_of
 from aick_ros.frames.camera_clock import CameraClock
 from aick_ros.frames.keypoints import KeypointExtractor
@@ -56,14 +57,17 @@ class Registrar:
 
     :param times: told how long each stage takes.
     :param learned: of the camera, by registrars with other settings; it is added to.
+    :param detector: used instead of the one that ``features.detector`` names.
     """
 
     def __init__(self, settings: Settings = Settings(),
-                 times: StageTimes | None = None, learned: Learned | None = None) -> None:
+                 times: StageTimes | None = None, learned: Learned | None = None,
+                 detector: Detector | None = None) -> None:
         self._settings = settings
         self._times = times or StageTimes()
         self._extractor = KeypointExtractor(settings.features, settings.sensor,
-                                            vocabulary_of(settings), settings.aick.word_radius)
+                                            vocabulary_of(settings), settings.aick.word_radius,
+                                            detector)
         self._aick = Aick(settings.aick)
         self._refinement = None
         if settings.refinement.mode != 'none':
@@ -71,7 +75,8 @@ class Registrar:
             self._second_opinion = DynamicObjectCheck(self._refinement, settings.sensor)
             self._patient_aick = Aick(dataclasses.replace(settings.aick, **_PATIENT))
             patient = KeypointExtractor(
-                dataclasses.replace(settings.features, max_keypoints=0), settings.sensor)
+                dataclasses.replace(settings.features, max_keypoints=0), settings.sensor,
+                detector=detector)
             # a lost frame is tried against several others, one after another
             self._all_keypoints = functools.lru_cache(_REMEMBERED)(patient.extract)
         self._learned = learned or Learned()

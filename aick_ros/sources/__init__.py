@@ -24,6 +24,11 @@ _KINDS = ('a ROS 2 bag (a folder with metadata.yaml, a .mcap or .db3 file), a RO
           'frame-000000.depth.png and so on, or synthetic:SEED')
 
 
+def raise_damage(error: InputError) -> None:
+    """Let the first damaged image end the reading: the default of ``on_damaged``."""
+    raise error
+
+
 class RgbdSource(Protocol):
     """
     A recording, read in order, each time from the start.
@@ -37,7 +42,7 @@ class RgbdSource(Protocol):
     def __len__(self) -> int:
         """Return the number of frames, or an upper bound where pairs are found while reading."""
 
-    def frames(self, on_damaged: OnDamaged) -> Iterator[RgbdFrame]:
+    def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """
         Yield the frames, their colour stamps strictly increasing.
 
@@ -93,11 +98,6 @@ def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> R
         return ImagesSource(path, options)
     content = 'is no recording that is known' if names else 'is empty'
     raise InputError(f'{path} {content}: a source is {_KINDS}')
-
-
-def raise_damage(error: InputError) -> None:
-    """Let the first damaged image end the reading: an ``on_damaged`` for the strict."""
-    raise error
 
 
 def _refuse(options: SourceOptions, what: str, *flags: str) -> None:

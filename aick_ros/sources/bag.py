@@ -92,7 +92,7 @@ class BagSource:
         """Return the number of images of the topic that has fewer."""
         return self._length
 
-    def frames(self, on_damaged: OnDamaged) -> Iterator[RgbdFrame]:
+    def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """
         Yield the pairs of images as they are found.
 

@@ -26,7 +26,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.messages.png_jpeg import to_metres
-from aick_ros.sources import OnDamaged, SourceOptions
+from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
 from aick_ros.sources.image_files import read_colour, read_units
 
@@ -76,7 +76,7 @@ class ImagesSource:
         """Return the number of colour images."""
         return len(self._numbers)
 
-    def frames(self, on_damaged: OnDamaged) -> Iterator[RgbdFrame]:
+    def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """Yield the frames in the order of their numbers."""
         for number in self._numbers:
             try:

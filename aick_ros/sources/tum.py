@@ -26,7 +26,7 @@ from aick_ros.geometry.trajectory import (
     Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds)
 from aick_ros.messages.png_jpeg import to_metres
 from aick_ros.messages.synchronizer import Pair, Synchronizer
-from aick_ros.sources import OnDamaged, SourceOptions
+from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
 from aick_ros.sources.image_files import read_colour, read_units
 
@@ -83,7 +83,7 @@ class TumSource:
         """Return the number of associated pairs."""
         return len(self._pairs)
 
-    def frames(self, on_damaged: OnDamaged) -> Iterator[RgbdFrame]:
+    def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """Yield the associated pairs."""
         for error in self._left_out:
             on_damaged(error)

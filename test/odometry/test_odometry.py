@@ -334,7 +334,7 @@ def test_settings_change_between_two_frames_without_losing_the_pose(rendered):
 
 def test_after_a_change_of_detector_nothing_is_compared_with_what_the_other_one_found(
         rendered, monkeypatch):
-    monkeypatch.setattr('aick_ros.frames.rgbd.make_detector', lambda features: HalfOrb())
+    monkeypatch.setattr('aick_ros.frames.keypoints.make_detector', lambda features: HalfOrb())
     frames, _ = rendered
     odometry = Odometry(dataclasses.replace(Settings(), features=FeatureSettings('sift')))
     before = track(odometry, frames[:4])[-1]

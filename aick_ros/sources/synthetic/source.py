@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -17,6 +17,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.sources import OnDamaged, raise_damage
 from aick_ros.sources.synthetic.motion_blur import motion_blur
 from aick_ros.sources.synthetic.path import HandheldPath
 from aick_ros.sources.synthetic.renderer import Renderer
@@ -112,7 +113,7 @@ class SyntheticSource:
         """Return the number of frames."""
         return self._options.frames
 
-    def frames(self, on_damaged: Callable[[InputError], None]) -> Iterator[RgbdFrame]:
+    def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
         """
         Yield the frames.
 
