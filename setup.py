@@ -12,10 +12,11 @@ PACKAGE = 'aick_ros'
 SHARE = f'share/{PACKAGE}'
 
 CLI = ['typer>=0.12', 'rich>=13.8', 'pyyaml>=6.0']
-EVAL = [*CLI, 'evo>=1.31', 'matplotlib>=3.6']
+EVAL = [*CLI, 'matplotlib>=3.6']
 BASELINES = ['small_gicp>=1.0', 'open3d>=0.18', 'scipy>=1.11']
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces', 'pyyaml>=6.0']
-TEST = [*EVAL, 'pytest>=7.4', 'scipy>=1.11', 'flake8>=7.0', 'mahotas>=1.4', 'rvl>=1.0',
+TEST = [*EVAL, 'pytest>=7.4', 'evo>=1.31', 'scipy>=1.11', 'flake8>=7.0', 'mahotas>=1.4',
+        'rvl>=1.0',
         # colcon calls commands of setup.py that setuptools 80 no longer has
         'colcon-common-extensions', 'setuptools<80']
 

@@ -32,8 +32,8 @@ from aick_ros.features import make_detector  # noqa: E402
 from aick_ros.features.haar import describe  # noqa: E402
 from aick_ros.features.hessian import SCALE_OF_SIZE, find_blobs  # noqa: E402
 from aick_ros.features.vocabulary import vocabulary_of  # noqa: E402
-from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
-from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame  # noqa: E402
+from aick_ros.frames.rgbd import RgbdFrame  # noqa: E402
 from aick_ros.geometry import se3  # noqa: E402
 from aick_ros.registration.aick.aick import Aick  # noqa: E402
 from aick_ros.settings import Settings  # noqa: E402

@@ -34,7 +34,7 @@ from naive_aick import register as register_naively  # noqa: E402
 from row import HEAD, Row  # noqa: E402
 
 from aick_ros.evaluation.scores.machine import machine_facts  # noqa: E402
-from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
+from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame  # noqa: E402
 from aick_ros.geometry import se3  # noqa: E402
 from aick_ros.registration.aick.aick import Aick  # noqa: E402
 from aick_ros.settings.presets import preset  # noqa: E402

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from aick_ros.cli.settings_file import read_settings_file
+from aick_ros.cli.input.settings_file import read_settings_file
 from aick_ros.settings import Settings
 
 FOLDER = Path(__file__).parents[1] / 'config' / 'cameras'

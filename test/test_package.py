@@ -106,7 +106,7 @@ def test_manifest_names_what_the_code_imports(manifest):
     keys = {element.text for element in manifest.findall('exec_depend')}
     files = [*SOURCES, *(ROOT / 'launch').glob('*.py')]
     imported = set().union(*(top_level(imports(path)) for path in files))
-    from_pip = {'rosbags', 'typer', 'rich', 'evo', 'matplotlib', 'scipy', 'small_gicp', 'open3d'}
+    from_pip = {'rosbags', 'typer', 'rich', 'matplotlib', 'scipy', 'small_gicp', 'open3d'}
     assert {MODULES_OF_KEYS.get(name, name) for name in imported - from_pip} <= keys
 
 

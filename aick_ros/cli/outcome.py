@@ -3,8 +3,8 @@
 
 """How a command ends: its last words and its exit code."""
 
-from aick_ros.cli.console import say
-from aick_ros.cli.reading import COMPLETE, INTERRUPTED, Reading
+from aick_ros.cli.input.reading import COMPLETE, INTERRUPTED, Reading
+from aick_ros.cli.output.console import say
 
 DONE = 0
 DEFECT = 1

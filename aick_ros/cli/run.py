@@ -19,7 +19,7 @@ import typer
 import aick_ros
 from aick_ros.cli import outcome
 from aick_ros.cli.app import app
-from aick_ros.cli.console import say
+from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError
 
 _TRACEBACK = '--traceback'

@@ -31,7 +31,7 @@ from frame_time import frame_time  # noqa: E402
 from growth import growth  # noqa: E402
 from registered import Registered  # noqa: E402
 
-from aick_ros.cli.files import write_json  # noqa: E402
+from aick_ros.cli.output.files import write_json  # noqa: E402
 from aick_ros.evaluation.scores.evaluation import evaluate  # noqa: E402
 from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of  # noqa: E402
 from aick_ros.evaluation.scores.machine import machine_facts  # noqa: E402

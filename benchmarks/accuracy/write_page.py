@@ -14,6 +14,7 @@ in results/: rivals.json of ``aick benchmark``, the others of measure.py, called
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -23,9 +24,11 @@ from growth_plot import growth_figure
 
 from aick_ros.reports import canvas
 from aick_ros.reports.consistency_plot import nees_figure
-from aick_ros.reports.markdown import fill, joined, machine, ratio, table
 
 HERE = Path(__file__).resolve().parent
+sys.path.append(str(HERE.parent))
+from markdown_page import fill, joined, machine, ratio, table  # noqa: E402
+
 DOCS = HERE.parents[1] / 'docs'
 IMAGES = 'images/accuracy'
 REAL = XYZ, RPY

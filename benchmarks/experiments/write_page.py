@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -26,9 +27,12 @@ from share import Share
 
 from aick_ros.evaluation.benchmark.figures import paper_figures
 from aick_ros.reports.benchmark_plots import write_figures
-from aick_ros.reports.markdown import fill, joined, machine, number, ratio, table
 
 HERE = Path(__file__).resolve().parent
+sys.path.append(str(HERE.parent))
+from markdown_page import (  # noqa: E402
+    fill, joined, machine, number, ratio, table)
+
 DOCS = HERE.parents[1] / 'docs'
 IMAGES = 'images/experiments'
 

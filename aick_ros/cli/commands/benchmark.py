@@ -12,13 +12,14 @@ from typing import Annotated
 
 import typer
 
-from aick_ros.cli import options, outcome
-from aick_ros.cli.benchmark_figures import FigureFolder
-from aick_ros.cli.benchmark_table import show_results
-from aick_ros.cli.console import progress, say
-from aick_ros.cli.damage import DamageLog
-from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json, write_whole
-from aick_ros.cli.interruption import Interruption
+from aick_ros.cli import outcome
+from aick_ros.cli.input import options
+from aick_ros.cli.input.damage_log import DamageLog
+from aick_ros.cli.input.interruption import Interruption
+from aick_ros.cli.output.benchmark_figures import FigureFolder
+from aick_ros.cli.output.benchmark_table import show_results
+from aick_ros.cli.output.console import progress, say
+from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json, write_whole
 from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines.registry import METHODS, Method, make, methods_of
 from aick_ros.evaluation.benchmark.dead_reckoning import Reckoning, reckon, walk

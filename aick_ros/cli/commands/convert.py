@@ -10,9 +10,10 @@ from typing import Annotated
 
 import typer
 
-from aick_ros.cli import options, outcome
-from aick_ros.cli.console import progress
-from aick_ros.cli.reading import Reading
+from aick_ros.cli import outcome
+from aick_ros.cli.input import options
+from aick_ros.cli.input.reading import Reading
+from aick_ros.cli.output.console import progress
 from aick_ros.sources import SourceOptions, open_source
 from aick_ros.sources.writers.bag_writer import STORAGES, write_bag
 

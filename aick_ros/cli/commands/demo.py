@@ -15,10 +15,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
-from aick_ros.cli import console, options, outcome
-from aick_ros.cli.damage import DamageLog
-from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
-from aick_ros.cli.run_folder import lead_to, make_folder
+from aick_ros.cli import outcome
+from aick_ros.cli.input import options
+from aick_ros.cli.input.damage_log import DamageLog
+from aick_ros.cli.output import console
+from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json
+from aick_ros.cli.output.run_folder import lead_to, make_folder
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.statistics import Percentiles, root_mean_square
 from aick_ros.evaluation.scores.trajectory_errors import TrajectoryErrors, compare

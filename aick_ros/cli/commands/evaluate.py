@@ -11,11 +11,12 @@ from typing import Annotated
 
 import typer
 
-from aick_ros.cli import options, outcome
-from aick_ros.cli.consistency_plots import check_plots, write_plots
-from aick_ros.cli.console import figure, progress, say, table
-from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
-from aick_ros.cli.reading import Reading
+from aick_ros.cli import outcome
+from aick_ros.cli.input import options
+from aick_ros.cli.input.reading import Reading
+from aick_ros.cli.output.consistency_plots import check_plots, write_plots
+from aick_ros.cli.output.console import figure, progress, say, table
+from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.evaluation.scores.consistency import DOF, Consistency
 from aick_ros.evaluation.scores.evaluation import Evaluation
 from aick_ros.evaluation.scores.evaluation import evaluate as evaluate_source

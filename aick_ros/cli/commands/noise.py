@@ -9,10 +9,11 @@ from collections.abc import Iterator
 
 import typer
 
-from aick_ros.cli import options, outcome
-from aick_ros.cli.console import figure, progress, say, table
-from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json
-from aick_ros.cli.reading import Reading
+from aick_ros.cli import outcome
+from aick_ros.cli.input import options
+from aick_ros.cli.input.reading import Reading
+from aick_ros.cli.output.console import figure, progress, say, table
+from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.evaluation.noise.camera_noise import CameraNoise, estimate_noise
 from aick_ros.evaluation.noise.depth_noise import DepthNoise
 from aick_ros.evaluation.noise.pixel_noise import LEAST_FLOW, LEAST_PAIRS, PixelNoise

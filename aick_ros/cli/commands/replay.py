@@ -14,11 +14,12 @@ from typing import Annotated
 
 import typer
 
-from aick_ros.cli import options, outcome
-from aick_ros.cli.console import figure, progress, say, table
-from aick_ros.cli.files import STANDARD_OUTPUT, check_target, write_json, write_whole
-from aick_ros.cli.reading import COMPLETE, Reading
-from aick_ros.cli.run_folder import RunFolder
+from aick_ros.cli import outcome
+from aick_ros.cli.input import options
+from aick_ros.cli.input.reading import COMPLETE, Reading
+from aick_ros.cli.output.console import figure, progress, say, table
+from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json, write_whole
+from aick_ros.cli.output.run_folder import RunFolder
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.run_summary import RunSummary, summarize

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from aick_ros.cli.console import progress
+from aick_ros.cli.output.console import progress
 from aick_ros.errors import InputError
 from aick_ros.geometry.camera import Camera
 from aick_ros.sources import raise_damage

@@ -11,11 +11,12 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from aick_ros.cli import options, outcome
-from aick_ros.cli.console import progress
-from aick_ros.cli.damage import DamageLog
-from aick_ros.cli.files import check_target, write_whole
-from aick_ros.cli.reading import COMPLETE, Reading
+from aick_ros.cli import outcome
+from aick_ros.cli.input import options
+from aick_ros.cli.input.damage_log import DamageLog
+from aick_ros.cli.input.reading import COMPLETE, Reading
+from aick_ros.cli.output.console import progress
+from aick_ros.cli.output.files import check_target, write_whole
 from aick_ros.errors import InputError
 from aick_ros.features.k_means import ROUNDS, learn_words
 from aick_ros.features.vocabulary import Vocabulary

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Methods side by side, on the same pairs of the same recordings, in one run.
+Methods compared on the same pairs of the same recordings, in one run.
 
-Each method registers the pairs of a recording in a process of its own (:mod:`worker`), watched by
-:mod:`supervisor`, so that one that crashes or hangs stops none of the others. :mod:`journal` keeps
-what was measured, so that an interrupted run goes on. :mod:`results` makes figures of it.
+Each method registers the pairs of a recording in its own process (:mod:`method_process`), which
+:mod:`supervisor` watches, so that a crash or hang of one method does not affect the others.
+:mod:`journal` stores every measurement, so that an interrupted run can be resumed.
+:mod:`results` computes the scores.
 """

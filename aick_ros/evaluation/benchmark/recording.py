@@ -96,7 +96,7 @@ class Recording:
 
     def pairs(self, gaps: Sequence[int], most: int | None = None) -> list[Pair]:
         """
-        Return the pairs that can be judged, by the rules of :mod:`aick_ros.evaluation.scores.pairs`.
+        Return the pairs that count, by the rules of :mod:`aick_ros.evaluation.scores.pairs`.
 
         :param most: of each gap; so many are taken evenly from all. None: all.
         """

@@ -114,7 +114,7 @@ class _Watch:
         here = str(Path(aick_ros.__file__).parents[1])
         path = os.pathsep.join(filter(None, (here, os.environ.get('PYTHONPATH'))))
         process = subprocess.Popen(
-            [sys.executable, '-m', 'aick_ros.evaluation.benchmark.worker'],
+            [sys.executable, '-m', 'aick_ros.evaluation.benchmark.method_process'],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors,
             env={**os.environ, **ONE_THREAD, 'PYTHONPATH': path},
             start_new_session=True)  # Ctrl-C is for us; and a group of its own

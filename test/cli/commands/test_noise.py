@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from aick_ros.cli.commands import noise as noise_module
-from aick_ros.cli.settings_file import read_settings_file
+from aick_ros.cli.input.settings_file import read_settings_file
 from aick_ros.errors import InputError
 from aick_ros.settings import Settings
 from aick_ros.sources import raise_damage

@@ -5,7 +5,7 @@
 
 import yaml
 
-from aick_ros.cli.options import settings_from
+from aick_ros.cli.input.options import settings_from
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
 from aick_ros.settings.parameter import values

@@ -19,8 +19,8 @@ import pytest
 from evo.tools import file_interface
 
 from aick_ros.cli.commands import replay as replay_module
-from aick_ros.cli.options import settings_from
-from aick_ros.cli.run_folder import RunFolder, columns
+from aick_ros.cli.input.options import settings_from
+from aick_ros.cli.output.run_folder import RunFolder, columns
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.trajectory_errors import compare

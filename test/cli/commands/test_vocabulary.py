@@ -51,7 +51,8 @@ def test_the_seed_decides(aick, tmp_path):
 
 def test_what_is_learned_can_be_used(aick, tmp_path, monkeypatch, recording):
     aick('vocabulary', 'one', '--out', 'words', '--words', '30', '--every', '1')
-    monkeypatch.setattr('aick_ros.cli.commands.evaluate.open_source', lambda path, options: recording)
+    monkeypatch.setattr('aick_ros.cli.commands.evaluate.open_source',
+                        lambda path, options: recording)
     use = ('--set', 'aick.vocabulary=words', '--set', 'aick.word_radius=0.3')
     figures = json.loads(aick('evaluate', 'one', '--gaps', '1', '--json', '-', *use).out)
     assert figures['settings']['aick.vocabulary'] == 'words'

@@ -58,7 +58,8 @@ def view(stamp):
 def evaluation_by(monkeypatch):
     """Return a function that makes a PairEvaluation whose registrar is a stand-in."""
     def make(registrar, ground_truth, gaps):
-        monkeypatch.setattr('aick_ros.evaluation.scores.pairs.Registrar', lambda settings: registrar)
+        monkeypatch.setattr('aick_ros.evaluation.scores.pairs.Registrar',
+                            lambda settings: registrar)
         return PairEvaluation(Settings(), ground_truth, gaps)
     return make
 

@@ -7,8 +7,8 @@ import signal
 
 import pytest
 
-from aick_ros.cli.interruption import Interruption
-from aick_ros.cli.reading import COMPLETE, INTERRUPTED, Reading
+from aick_ros.cli.input.interruption import Interruption
+from aick_ros.cli.input.reading import COMPLETE, INTERRUPTED, Reading
 from aick_ros.errors import InputError
 from aick_ros.sources import raise_damage
 

@@ -9,7 +9,7 @@ import time
 import numpy as np
 import pytest
 
-from aick_ros.cli.read_ahead import read_ahead
+from aick_ros.cli.input.read_ahead import read_ahead
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from aick_ros.cli.json_text import json_text
+from aick_ros.cli.output.json_text import json_text
 from aick_ros.errors import InputError
 
 STANDARD_OUTPUT = '-'

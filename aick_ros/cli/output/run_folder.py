@@ -16,7 +16,7 @@ from typing import TextIO
 
 import numpy as np
 
-from aick_ros.cli.files import write_json, write_whole
+from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.frame_record import FrameRecord, stages_of
 from aick_ros.evaluation.scores.run_summary import RunSummary

@@ -5,8 +5,8 @@
 
 import pytest
 
-from aick_ros.cli.options import settings_from
-from aick_ros.cli.settings_file import read_settings_file
+from aick_ros.cli.input.options import settings_from
+from aick_ros.cli.input.settings_file import read_settings_file
 from aick_ros.errors import InputError
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings

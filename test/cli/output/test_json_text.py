@@ -7,7 +7,7 @@ import json
 
 import pytest
 
-from aick_ros.cli.json_text import json_text
+from aick_ros.cli.output.json_text import json_text
 
 CONTENT = {
     'name': 'a "quoted" name, with commas', 'nothing': None, 'empty': {}, 'none': [],

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from aick_ros.cli.console import say
+from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.evaluation import Evaluation
 

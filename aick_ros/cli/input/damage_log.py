@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from aick_ros.cli.console import say
+from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError
 
 _MOST = 5

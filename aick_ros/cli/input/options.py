@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from aick_ros.cli.settings_file import read_settings_file
+from aick_ros.cli.input.settings_file import read_settings_file
 from aick_ros.errors import InputError
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values

@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from aick_ros.cli.files import write_json, write_whole
+from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.errors import InputError
 
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import closing
 
-from aick_ros.cli.damage import DamageLog
-from aick_ros.cli.interruption import Interruption
-from aick_ros.cli.read_ahead import read_ahead
+from aick_ros.cli.input.damage_log import DamageLog
+from aick_ros.cli.input.interruption import Interruption
+from aick_ros.cli.input.read_ahead import read_ahead
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import Trajectory

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from aick_ros.cli.console import figure, say, table
+from aick_ros.cli.output.console import figure, say, table
 from aick_ros.evaluation.benchmark.results import MethodScore, Results
 
 _TROUBLE = ('crashed', 'took longer', 'given up', 'raised', 'a frame could not be prepared')
