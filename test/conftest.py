@@ -6,6 +6,7 @@
 import fcntl
 import itertools
 import os
+import signal
 import socket
 import tempfile
 import time
@@ -18,6 +19,9 @@ ROOT = Path(__file__).parents[1]
 DOMAINS = 101  # the ports of higher ones are those the system hands out to clients
 
 _turns = itertools.count(7 * os.getpid())
+
+# nohup and background jobs hand on an ignored SIGINT, and so would the programs under test
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

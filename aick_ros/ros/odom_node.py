@@ -20,8 +20,8 @@ from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.ros.control import Control
+from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
-from aick_ros.ros.health.frame_statistics import FAILED, UNDER_LOAD
 from aick_ros.ros.input.guess import Guess
 from aick_ros.ros.input.inputs import Arrival, Inputs
 from aick_ros.ros.input.rate_limit import RateLimit
@@ -84,9 +84,9 @@ class OdomNode(Node):
 
     def _take(self, arrival: Arrival) -> None:
         if self._control.paused:
-            self._diagnostics.count('frames left out while paused')
+            self._diagnostics.count(Count.SKIPPED_WHILE_PAUSED)
         elif not self._rate_limit.admits(arrival.pair.colour_stamp):
-            self._diagnostics.count('frames left out by max_update_rate')
+            self._diagnostics.count(Count.SKIPPED_BY_RATE_LIMIT)
         else:
             self._worker.put(arrival)
 
@@ -102,7 +102,7 @@ class OdomNode(Node):
         except Exception:  # a defect of ours in one frame must not end the odometry
             if not self.context.ok():
                 return  # told to end while at work: nobody can be answered any more
-            self._diagnostics.damaged('internal error, see the log', FAILED)
+            self._diagnostics.damaged('internal error, see the log', Count.FAILED)
             self.get_logger().error(f'frame {stamp} ns failed, please report this:\n'
                                     f'{traceback.format_exc()}',
                                     throttle_duration_sec=_THROTTLE)
@@ -133,12 +133,13 @@ class OdomNode(Node):
         complaint = self._inputs.complaint()
         if complaint:
             self.get_logger().warning(complaint, throttle_duration_sec=_THROTTLE)
-        for name, total in self._inputs.counts.items():
-            self._diagnostics.count_up_to(name.replace('_', ' '), total)
-        self._diagnostics.count_up_to(UNDER_LOAD, self._worker.dropped)
+        for count, total in self._inputs.counts.items():
+            self._diagnostics.count_up_to(count, total)
+        self._diagnostics.count_up_to(Count.DROPPED_UNDER_LOAD, self._worker.dropped)
         self._diagnostics.publish(
-            complaint, self._control.paused, backlog=str(self._worker.backlog),
-            backlog_in_MB=f'{self._worker.backlog_bytes / 1e6:.1f}')
+            complaint, self._control.paused,
+            {'backlog': str(self._worker.backlog),
+             'backlog in MB': f'{self._worker.backlog_bytes / 1e6:.1f}'})
 
     def _reset(self) -> None:
         def reset() -> None:

@@ -74,8 +74,8 @@ def test_paused_it_is_silent_and_resumed_it_goes_on(rig, start_node, frames):
     for frame in frames[3:6]:
         rig.send(frame)
     rig.wait_until(lambda: any(
-        value.key == 'frames left out while paused' and value.value == '3'
-        for value in rig.diagnostics[-1].status[0].values), 'the frames left out')
+        value.key == 'frames skipped while paused' and value.value == '3'
+        for value in rig.diagnostics[-1].status[0].values), 'the skipped frames')
     assert 'paused' in rig.diagnostics[-1].status[0].message
     rig.call(Empty, '/odom_node/resume_odom')
     after = answers(rig, frames[6:])
@@ -152,7 +152,7 @@ def test_paused_while_lost_it_finds_back_when_resumed(rig, start_node, frames):
     lose_sight(rig, frames)
     rig.call(Empty, '/odom_node/pause_odom')
     rig.send(frames[5])
-    rig.wait_until(lambda: rig.values().get('frames left out while paused') == '1',
+    rig.wait_until(lambda: rig.values().get('frames skipped while paused') == '1',
                    'the frame left out')
     rig.call(Empty, '/odom_node/resume_odom')
     after = answers(rig, frames[6:8])

@@ -23,7 +23,7 @@ ENDINGS = [signal.SIGINT, signal.SIGTERM]
 
 # A defect of ours: the registration of one frame fails.
 DEFECTIVE = '''
-from aick_ros import aick
+from aick_ros.registration.aick import aick
 from aick_ros.ros import odom_node
 align = aick.Aick.align
 def fail_once(self, source, target):
@@ -112,7 +112,8 @@ def test_ends_cleanly_in_the_middle_of_work(rig, start_node, frames, how):
 @pytest.mark.parametrize('how', ENDINGS)
 def test_ends_cleanly_while_it_starts(ros_domain, how):
     """From the moment its own code runs: importing, initialising, subscribing."""
-    begin = 'from aick_ros.ros.process.entry_points import odom_node as run; print(flush=True); run()'
+    begin = ('from aick_ros.ros.process.entry_points import odom_node as run; '
+             'print(flush=True); run()')
     for delay in (0.02, 0.1, 0.15, 0.2, 0.25, 0.3):
         process = subprocess.Popen([sys.executable, '-c', begin], stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What became of the frames, in all and lately."""
+"""Counts and delays of frames, since the start and over the last seconds."""
 
 from __future__ import annotations
 
@@ -16,15 +16,12 @@ import numpy as np
 
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.registration.status import Status
+from aick_ros.ros.health.counts import Count
 
 WINDOW = 10.0
-"""How long lately is [s]."""
+"""Length of the window for rates and shares [s]; chosen."""
 
-RECEIVED, ANSWERED, LOST = 'frames received', 'frames answered', 'frames lost'
-DAMAGED, FAILED = 'frames damaged', 'internal errors'
-UNDER_LOAD, LATE = 'frames dropped under load', 'frames whose stamp repeats or goes back'
-
-_MOST_KEPT = 10_000  # a flood of messages must not fill the memory
+_MOST_KEPT = 10_000  # events; chosen to bound the memory in a flood of messages
 
 
 @dataclass(frozen=True)
@@ -32,19 +29,19 @@ class Snapshot:
     """
     Counts and times at one moment.
 
-    :param totals: since the start, by name; ``recent`` lately.
-    :param span: how long lately is by now [s].
-    :param status: of the last frame, with ``reason``.
-    :param lost_for: since the camera was last tracked, 0 where it is [s].
-    :param silent_for: since a frame was last answered, or since the start [s].
-    :param delays: of the answers lately, from pairing to publishing [ms]; ``ages`` from the
-        stamp of the image, by the clock of ROS.
-    :param inliers: keypoints that agree with the motion, median lately.
-    :param timing: median milliseconds of each stage lately.
+    :param totals: counts since the start; ``recent`` those of the window.
+    :param span: length of the window so far [s].
+    :param status: status of the last frame, with ``reason``.
+    :param lost_for: time since the camera was last tracked, 0 while it is tracked [s].
+    :param silent_for: time since a frame was last answered, or since the start [s].
+    :param delays: from pairing to publishing, of each answer in the window [ms].
+    :param ages: from the image stamp to publishing by the ROS clock, likewise [ms].
+    :param inliers: median number of keypoints that agree with the motion.
+    :param timing: median duration of each stage [ms].
     """
 
-    totals: Mapping[str, int]
-    recent: Mapping[str, int]
+    totals: Counter[Count]
+    recent: Counter[Count]
     span: float
     status: Status
     reason: str
@@ -55,97 +52,114 @@ class Snapshot:
     inliers: float
     timing: Mapping[str, float]
 
-    def rate(self, name: str) -> float:
-        """Return how many a second there were lately."""
-        return self.recent[name] / self.span
+    def rate(self, count: Count) -> float:
+        """Return the rate of a count in the window [Hz]."""
+        return self.recent[count] / self.span
 
-    def share(self, name: str, of: str) -> float:
-        """Return the share of one count in another lately, 0 where there is none."""
-        return self.recent[name] / max(self.recent[of], 1)
+    def share(self, count: Count, of: Count) -> float:
+        """Return the ratio of two counts in the window, 0 where the second is 0."""
+        return self.recent[count] / max(self.recent[of], 1)
 
 
 class _Answer(NamedTuple):
+    """Measurements of one answered frame; ``at`` is the steady time [s]."""
+
     at: float
     delay_ms: float
     age_ms: float
     inliers: int
-    timing: dict[str, float]
+    timing: Mapping[str, float]
+
+
+class _Event(NamedTuple):
+    """An increment of a count; ``at`` is the steady time [s]."""
+
+    at: float
+    counted: Count
+    number: int
 
 
 class FrameStatistics:
     """
-    Counts frames on any thread.
+    Counts frames; safe to call from any thread.
 
-    :param clock: steady [s].
+    :param clock: steady clock [s].
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._lock = threading.Lock()
-        self._totals: Counter[str] = Counter()
-        self._events: deque[tuple[float, str, int]] = deque(maxlen=_MOST_KEPT)
+        self._totals: Counter[Count] = Counter()
+        self._events: deque[_Event] = deque(maxlen=_MOST_KEPT)
         self._answers: deque[_Answer] = deque(maxlen=_MOST_KEPT)
         self._status, self._reason = Status.NO_FRAME, 'waiting for images'
+        self._is_lost = False
         self._start = self._tracked_at = self._answered_at = clock()
 
-    def count(self, name: str, number: int = 1) -> None:
-        """Count so many of something, under its plain name."""
+    def count(self, count: Count, number: int = 1) -> None:
+        """Add to a count."""
         with self._lock:
-            self._count(name, number)
+            self._add(count, number)
 
-    def count_up_to(self, name: str, total: int) -> None:
-        """Take over what is counted elsewhere."""
+    def count_up_to(self, count: Count, total: int) -> None:
+        """Set a count to a total that is counted elsewhere."""
         with self._lock:
-            self._count(name, total - self._totals[name])
+            self._add(count, total - self._totals[count])
 
     def answered(self, update: OdometryUpdate, delay_ms: float, age_ms: float) -> None:
-        """Take note of an answer and the time since its images were paired, and were taken."""
+        """
+        Record an answered frame.
+
+        :param delay_ms: time since its images were paired [ms].
+        :param age_ms: time since the stamp of its colour image [ms].
+        """
         with self._lock:
             now = self._clock()
             if update.status is Status.BAD_STAMP:
-                self._count(LATE, 1)
+                self._add(Count.STAMP_NOT_NEWER, 1)
                 return
-            self._count(ANSWERED, 1)
-            self._count(LOST, int(not update.status.ok))
+            self._is_lost = not update.status.ok
+            self._add(Count.ANSWERED, 1)
+            self._add(Count.LOST, int(self._is_lost))
             self._answers.append(_Answer(
                 now, delay_ms, age_ms, update.support, update.timing))
             self._status, self._reason = update.status, update.reason
             self._answered_at = now
-            if update.status.ok:
+            if not self._is_lost:
                 self._tracked_at = now
 
-    def damaged(self, reason: str, name: str = DAMAGED) -> None:
-        """Take note of a frame that could not be used."""
+    def damaged(self, reason: str, count: Count = Count.DAMAGED) -> None:
+        """Record a frame that could not be used; whether the camera is lost does not change."""
         with self._lock:
-            self._count(name, 1)
+            self._add(count, 1)
             self._status, self._reason = Status.BAD_FRAME, reason
 
     def snapshot(self) -> Snapshot:
-        """Return the counts and times by now."""
+        """Return the counts and times of this moment."""
         with self._lock:
             now = self._clock()
-            for old in (self._events, self._answers):
-                while old and old[0][0] < now - WINDOW:
-                    old.popleft()
-            recent: Counter[str] = Counter()
-            for _, name, number in self._events:
-                recent[name] += number
-            lost = self._status not in (Status.NO_FRAME, Status.BAD_FRAME) and not self._status.ok
+            while self._events and self._events[0].at < now - WINDOW:
+                self._events.popleft()
+            while self._answers and self._answers[0].at < now - WINDOW:
+                self._answers.popleft()
+            recent: Counter[Count] = Counter()
+            for event in self._events:
+                recent[event.counted] += event.number
             return Snapshot(
                 Counter(self._totals), recent, min(WINDOW, max(now - self._start, 1e-3)),
-                self._status, self._reason, now - self._tracked_at if lost else 0.0,
+                self._status, self._reason, now - self._tracked_at if self._is_lost else 0.0,
                 now - self._answered_at, np.array([answer.delay_ms for answer in self._answers]),
                 np.array([answer.age_ms for answer in self._answers]),
                 float(np.median([answer.inliers for answer in self._answers] or [0])),
                 _medians([answer.timing for answer in self._answers]))
 
-    def _count(self, name: str, number: int) -> None:
-        self._totals[name] += number
+    def _add(self, count: Count, number: int) -> None:
+        self._totals[count] += number
         if number:
-            self._events.append((self._clock(), name, number))
+            self._events.append(_Event(self._clock(), count, number))
 
 
-def _medians(timings: list[dict[str, float]]) -> dict[str, float]:
+def _medians(timings: list[Mapping[str, float]]) -> dict[str, float]:
     stages = dict.fromkeys(stage for timing in timings for stage in timing)
     return {stage: float(np.median([timing[stage] for timing in timings if stage in timing]))
             for stage in stages}

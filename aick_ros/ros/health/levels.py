@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Whether a person should look after the odometry, and the sentence that helps."""
+"""The level of the odometry in ``/diagnostics``, and a sentence with the remedy."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from collections.abc import Iterator
 from enum import Enum
 
 from aick_ros.registration.status import Status
-from aick_ros.ros.health.frame_statistics import (
-    ANSWERED, DAMAGED, FAILED, LOST, RECEIVED, UNDER_LOAD, WINDOW, Snapshot)
+from aick_ros.ros.health.counts import Count
+from aick_ros.ros.health.frame_statistics import WINDOW, Snapshot
 
-_LOST_TOO_LONG = 2.0  # seconds
-_SILENT_TOO_LONG = 5.0  # seconds
-_TOLERATED = 0.05  # share of frames lost, dropped or damaged
+_LOST_TOO_LONG = 2.0  # seconds; chosen
+_SILENT_TOO_LONG = 5.0  # seconds; chosen, as long as the watchdog waits for a topic
+_TOLERATED = 0.05  # share of frames lost, dropped or damaged; chosen
 
 _REMEDIES = {
     Status.TOO_FEW_KEYPOINTS: 'is the lens covered, the room dark, the wall blank, or everything '
                               'beyond sensor.max_depth?',
-    Status.TOO_FEW_MATCHES: 'the view changed too much between two frames: more frames a second '
+    Status.TOO_FEW_MATCHES: 'the view changed too much between two frames: a higher frame rate '
                             'or more features.max_keypoints help',
     Status.MOTION_GATE: 'raise odometry.max_speed and odometry.max_turn_rate if the robot is '
                         'that fast',
@@ -27,7 +27,7 @@ _REMEDIES = {
 
 
 class Level(Enum):
-    """Levels of diagnostic_msgs/DiagnosticStatus that the node gives."""
+    """Levels of diagnostic_msgs/DiagnosticStatus that the node reports."""
 
     OK = b'\x00'
     WARN = b'\x01'
@@ -36,15 +36,16 @@ class Level(Enum):
 
 def judge(frames: Snapshot, complaint: str, paused: bool) -> tuple[Level, str]:
     """
-    Return how the odometry is, in one word and in one sentence.
+    Return the level of the odometry and a sentence that explains it.
 
-    :param complaint: what the inputs miss, '' where they miss nothing.
+    :param complaint: what is missing at the inputs, '' where nothing is.
+    :param paused: whether frames are skipped by request.
     """
     if paused:
-        return Level.WARN, 'paused: call ~/resume_odom to go on'
-    if frames.recent[FAILED]:
-        return Level.ERROR, (f'{frames.recent[FAILED]} frames failed by a defect of ours: see the '
-                             'log and report it')
+        return Level.WARN, 'paused: call ~/resume_odom to continue'
+    if frames.recent[Count.FAILED]:
+        return Level.ERROR, (f'{frames.recent[Count.FAILED]} frames failed by a defect of this '
+                             'node: see the log and report it')
     if complaint:
         return Level.ERROR if frames.silent_for > _SILENT_TOO_LONG else Level.WARN, complaint
     status = f'{frames.status.value}: {frames.reason}'
@@ -54,20 +55,30 @@ def judge(frames: Snapshot, complaint: str, paused: bool) -> tuple[Level, str]:
         if frames.lost_for > _LOST_TOO_LONG:
             return Level.ERROR, f'lost for {frames.lost_for:.0f} s: {sentence}'
         return Level.WARN, sentence
+    if frames.silent_for > _SILENT_TOO_LONG and _unanswered(frames):
+        return Level.ERROR, f'no odometry for {frames.silent_for:.0f} s: {status}'
     concerns = list(_concerns(frames))
     if concerns:
         return Level.WARN, '; '.join(concerns)
     return (Level.OK, frames.status.value) if frames.status.ok else (Level.WARN, status)
 
 
+def _unanswered(frames: Snapshot) -> bool:
+    """Return whether frames in the window should have been answered and were not."""
+    skipped = (frames.recent[Count.SKIPPED_WHILE_PAUSED]
+               + frames.recent[Count.SKIPPED_BY_RATE_LIMIT])
+    return frames.recent[Count.RECEIVED] - skipped > frames.recent[Count.ANSWERED]
+
+
 def _concerns(frames: Snapshot) -> Iterator[str]:
-    lately = f'of the last {WINDOW:g} s'
-    if frames.share(LOST, ANSWERED) > _TOLERATED:
-        yield f'{frames.share(LOST, ANSWERED):.0%} of the frames {lately} were lost'
-    if frames.share(DAMAGED, RECEIVED) > _TOLERATED:
-        yield (f'{frames.share(DAMAGED, RECEIVED):.0%} of the frames {lately} could not be used, '
-               'see the log')
-    if frames.share(UNDER_LOAD, RECEIVED) > _TOLERATED:
-        yield (f'{frames.rate(ANSWERED):.0f} of {frames.rate(RECEIVED):.0f} frames a second are '
-               'answered: lower features.max_keypoints, or let max_update_rate leave frames out '
-               'evenly')
+    window = f'in the last {WINDOW:g} s'
+    lost = frames.share(Count.LOST, Count.ANSWERED)
+    if lost > _TOLERATED:
+        yield f'{lost:.0%} of the frames {window} were lost'
+    damaged = frames.share(Count.DAMAGED, Count.RECEIVED)
+    if damaged > _TOLERATED:
+        yield f'{damaged:.0%} of the frames {window} could not be used, see the log'
+    if frames.share(Count.DROPPED_UNDER_LOAD, Count.RECEIVED) > _TOLERATED:
+        yield (f'{frames.rate(Count.ANSWERED):.0f} of {frames.rate(Count.RECEIVED):.0f} frames '
+               'per second are answered: lower features.max_keypoints, or limit the rate evenly '
+               'with max_update_rate')

@@ -20,13 +20,14 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.synchronizer import Pair
 from aick_ros.odometry.base_odometry import Mount
+from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
-from aick_ros.ros.health.watchdog import Watchdog
 from aick_ros.ros.input.calibrations import Calibration
 from aick_ros.ros.input.extrinsics import Extrinsics
 from aick_ros.ros.input.pairing import Pairing
 from aick_ros.ros.input.subscriptions import (
     AdaptiveSubscription, camera_info_subscription, image_subscription)
+from aick_ros.ros.input.watchdog import Watchdog
 from aick_ros.settings.node import NodeSettings
 
 _SILENCE = 0.5  # seconds after which no better partner is expected
@@ -71,8 +72,8 @@ class Inputs:
         node.create_timer(_SILENCE / 2, self._tend, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     @property
-    def counts(self) -> dict[str, int]:
-        """How many images were left out, by cause."""
+    def counts(self) -> dict[Count, int]:
+        """Images that could not be used, by cause."""
         return self._pairing.counts
 
     def is_ready(self, arrival: Arrival) -> bool:
@@ -139,12 +140,12 @@ class Inputs:
             self._watchdog.wants_no_more('depth/camera_info')
 
     def _refuse(self, sentence: str) -> None:
-        self._diagnostics.count('images refused')
+        self._diagnostics.count(Count.IMAGES_REJECTED)
         self._watchdog.refused(sentence)
         self._logger.warning(sentence, throttle_duration_sec=_THROTTLE)
 
     def _hand_on(self, pair: Pair) -> None:
-        self._diagnostics.count('frames received')
+        self._diagnostics.count(Count.RECEIVED)
         self._newest = pair
         self._watchdog.saw_pair()
         colour_frame, depth_frame = pair.colour.header.frame_id, pair.depth.header.frame_id

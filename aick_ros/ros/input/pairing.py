@@ -12,6 +12,7 @@ from typing import Any
 from aick_ros.messages.stamp_monitor import StampMonitor
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.ros.conversions import to_stamp
+from aick_ros.ros.health.counts import Count
 from aick_ros.settings.node import NodeSettings
 
 
@@ -33,13 +34,13 @@ class Pairing:
         self.newest_stamp = 0
 
     @property
-    def counts(self) -> dict[str, int]:
-        """How many images did not arrive or found no partner, by what they were."""
+    def counts(self) -> dict[Count, int]:
+        """Images that did not arrive or found no partner."""
         unpaired = self._synchronizer.unpaired
-        return {'colour_images_without_depth': unpaired['colour'],
-                'depth_images_without_colour': unpaired['depth'],
-                'colour_images_that_did_not_arrive': self._streams['rgb/image'].missing,
-                'depth_images_that_did_not_arrive': self._streams['depth/image'].missing}
+        return {Count.COLOUR_UNPAIRED: unpaired['colour'],
+                Count.DEPTH_UNPAIRED: unpaired['depth'],
+                Count.COLOUR_MISSING: self._streams['rgb/image'].missing,
+                Count.DEPTH_MISSING: self._streams['depth/image'].missing}
 
     @property
     def missing_shares(self) -> dict[str, float]:

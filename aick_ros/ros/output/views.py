@@ -57,7 +57,8 @@ class Views:
                     T_odom_base @ T_base_camera, update.keypoints.positions)))
         if self._debug_image.get_subscription_count():
             self._debug_image.publish(colour_image(
-                conversions.header(update.stamp, camera_frame), draw_matches(frame.colour, update)))
+                conversions.header(update.stamp, camera_frame),
+                draw_matches(frame.colour, update)))
 
     def _lengthen(self, pose: PoseStamped) -> None:
         """Add a pose; of a path that is too long every second one goes, its start stays."""

@@ -364,7 +364,7 @@ def test_no_frame_is_missed_or_taken_twice_when_the_subscription_changes(rig, st
     rig.answer(sent[-1])
     assert rig.stamps() == sent
     assert len(seen) == 2, 'the subscription never changed'
-    assert values(rig).get('images refused', '0') == '0'
+    assert values(rig).get('images rejected', '0') == '0'
 
 
 def values(rig):

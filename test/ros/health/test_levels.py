@@ -1,0 +1,130 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The level and the sentence for what happened to the frames."""
+
+import pytest
+
+from aick_ros.registration.status import Status
+from aick_ros.ros.health.counts import Count
+from aick_ros.ros.health.levels import Level
+
+
+def test_tracked_frames_are_ok(frames):
+    frames.answer(300)
+    assert frames.judged() == (Level.OK, 'registered')
+
+
+def test_before_the_first_frame_it_waits(frames):
+    assert frames.judged() == (Level.WARN, 'no frame yet: waiting for images')
+
+
+def test_a_missing_input_is_an_error_once_the_output_is_silent(frames):
+    frames.answer(30)
+    assert frames.judged('no camera_info') == (Level.WARN, 'no camera_info')
+    frames.now += 6
+    assert frames.judged('no camera_info') == (Level.ERROR, 'no camera_info')
+
+
+def test_a_long_loss_is_an_error_with_a_remedy(frames):
+    frames.answer(30)
+    frames.answer(10, Status.TOO_FEW_KEYPOINTS, matches=0)
+    level, sentence = frames.judged()
+    assert level is Level.WARN
+    assert sentence.startswith('too few keypoints with depth: 0 matches; is the lens covered')
+    frames.answer(80, Status.TOO_FEW_KEYPOINTS, matches=0)
+    level, sentence = frames.judged()
+    assert level is Level.ERROR
+    assert sentence.startswith('lost for 3 s: too few keypoints')
+
+
+def test_one_damaged_frame_does_not_lower_the_level_of_a_loss(frames):
+    frames.answer(30)
+    frames.answer(900, Status.TOO_FEW_MATCHES)
+    frames.damage(1)
+    level, sentence = frames.judged()
+    assert level is Level.ERROR
+    assert sentence.startswith('lost for 30 s')
+
+
+def test_where_every_frame_is_damaged_silence_becomes_an_error(frames):
+    frames.answer(30)
+    frames.damage(60)
+    assert frames.judged()[0] is Level.WARN
+    frames.damage(120)
+    level, sentence = frames.judged()
+    assert level is Level.ERROR
+    assert sentence.startswith('no odometry for 6 s: ')
+    assert 'wrong size' in sentence
+    frames.answer(1)
+    assert frames.judged()[0] is Level.WARN
+
+
+def test_where_the_first_frames_are_damaged_silence_becomes_an_error(frames):
+    frames.damage(180)
+    assert frames.judged()[0] is Level.ERROR
+
+
+@pytest.mark.parametrize('reason', [Count.SKIPPED_BY_RATE_LIMIT, Count.SKIPPED_WHILE_PAUSED])
+def test_frames_skipped_on_request_are_no_silence(frames, reason):
+    """As with a max_update_rate of one frame in 10 s, or right after a pause."""
+    frames.answer(1)
+    frames.skip(270, reason)
+    assert frames.snapshot().silent_for > 5
+    assert frames.judged() == (Level.OK, 'registered')
+
+
+def test_a_loss_warns_until_it_leaves_the_window(frames):
+    frames.answer(100, Status.TOO_FEW_MATCHES)
+    frames.damaged('wrong size')
+    frames.answer(200)
+    assert frames.judged() == (Level.WARN, '33% of the frames in the last 10 s were lost')
+    frames.answer(300)
+    assert frames.judged()[0] is Level.OK
+
+
+@pytest.mark.parametrize('lost, level', [(12, Level.OK), (18, Level.WARN)])
+def test_five_percent_of_lost_frames_are_tolerated(frames, lost, level):
+    """Of 300 frames, 4 % or 6 %."""
+    frames.answer(lost, Status.TOO_FEW_MATCHES)
+    frames.answer(300 - lost)
+    assert frames.judged()[0] is level
+
+
+@pytest.mark.parametrize('damaged, level', [(12, Level.OK), (18, Level.WARN)])
+def test_five_percent_of_damaged_frames_are_tolerated(frames, damaged, level):
+    frames.damage(damaged)
+    frames.answer(300 - damaged)
+    assert frames.judged()[0] is level
+
+
+@pytest.mark.parametrize('dropped, level', [(12, Level.OK), (18, Level.WARN)])
+def test_five_percent_of_dropped_frames_are_tolerated(frames, dropped, level):
+    frames.answer(300)
+    frames.count(Count.DROPPED_UNDER_LOAD, dropped)
+    assert frames.judged()[0] is level
+
+
+def test_damaged_and_dropped_frames_are_both_named(frames):
+    frames.answer(150)
+    frames.damage(50)
+    frames.answer(100)
+    frames.count(Count.DROPPED_UNDER_LOAD, 100)
+    level, sentence = frames.judged()
+    assert level is Level.WARN
+    assert '17% of the frames in the last 10 s could not be used' in sentence
+    assert '25 of 30 frames per second are answered: lower features.max_keypoints' in sentence
+
+
+def test_an_internal_error_is_an_error(frames):
+    frames.answer(30)
+    frames.damaged('internal error, see the log', Count.FAILED)
+    frames.answer(30)
+    level, sentence = frames.judged()
+    assert level is Level.ERROR
+    assert 'report it' in sentence
+
+
+def test_a_pause_is_named_before_all_else(frames):
+    assert frames.judged('nobody publishes', paused=True) == (
+        Level.WARN, 'paused: call ~/resume_odom to continue')
