@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Measures how long depth registration takes, median and fastest of many rendered images.
+Measures how long the reprojection of depth takes, median and fastest of many rendered images.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/depth_registration.py
 """
@@ -19,7 +19,7 @@ import numpy as np
 from aick_ros.evaluation.scores.machine import machine_facts
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.messages.depth_to_colour import DepthRegistration
+from aick_ros.messages.depth_to_colour import DepthToColour
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 T_COLOUR_DEPTH = se3.exp([0.025, 0.0, 0.0, 0.0, 0.005, 0.0])
@@ -31,12 +31,12 @@ TIMES = 10
 
 def milliseconds(colour_camera: Camera, depths: list[np.ndarray]) -> str:
     """Return how long one image takes, after the first."""
-    registration = DepthRegistration(VGA, colour_camera, T_COLOUR_DEPTH)
-    registration.register(depths[0])
+    reprojection = DepthToColour(VGA, colour_camera, T_COLOUR_DEPTH)
+    reprojection.reproject(depths[0])
     taken = []
     for depth in depths * TIMES:
         start = time.perf_counter()
-        registration.register(depth)
+        reprojection.reproject(depth)
         taken.append(1e3 * (time.perf_counter() - start))
     return f'{np.median(taken):.1f} ms, fastest {min(taken):.1f} ms'
 

@@ -17,7 +17,7 @@ _LONGEST_REACH = np.float32(8.0)  # px to each side; a damaged camera_info must 
 _JUMP = 0.05  # relative difference of depth to a neighbour that counts as an edge
 
 
-class DepthRegistration:
+class DepthToColour:
     """
     Projects depth images into the image of the colour camera.
 
@@ -44,7 +44,7 @@ class DepthRegistration:
         self._step = (np.diag((colour_camera.fx, colour_camera.fy)) @ T_colour_depth[:2, :2]
                       @ np.diag((1 / depth_camera.fx, 1 / depth_camera.fy)))
 
-    def register(self, depth: np.ndarray) -> np.ndarray:
+    def reproject(self, depth: np.ndarray) -> np.ndarray:
         """
         Return a depth image as seen by the colour camera.
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Colour and depth messages to frames: decoded, of one size, seen by one camera."""
+"""Colour and depth messages, live or recorded, to RGB-D frames."""
 
 from __future__ import annotations
 
@@ -13,70 +13,95 @@ import numpy as np
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.trajectory import stamp_to_seconds
 from aick_ros.messages import compressed_image, raw_image
 from aick_ros.messages.depth_scaling import enlarge
-from aick_ros.messages.depth_to_colour import DepthRegistration
+from aick_ros.messages.depth_to_colour import DepthToColour
 from aick_ros.messages.synchronizer import Pair
 
 
 class FrameDecoder:
     """
-    Makes frames of pairs of messages.
+    Makes RGB-D frames of pairs of messages.
 
     :param image_transport: of the colour images, ``raw`` or ``compressed``.
     :param depth_transport: of the depth images, ``raw``, ``compressed`` or ``compressedDepth``.
+    :param names: of the colour and the depth images in error messages.
     """
 
-    def __init__(self, image_transport: str = 'raw', depth_transport: str = 'raw') -> None:
-        self._colour = (raw_image.colour_image if image_transport == 'raw'
-                        else compressed_image.compressed_colour)
-        self._depth = (raw_image.depth_image if depth_transport == 'raw'
-                       else compressed_image.compressed_depth)
-        self._registration: DepthRegistration | None = None
-        self._registered_by: tuple[Camera, Camera, bytes] | None = None
+    def __init__(self, image_transport: str = 'raw', depth_transport: str = 'raw',
+                 names: tuple[str, str] = ('colour', 'depth')) -> None:
+        self._decode_colour: Callable[[Any], np.ndarray] = (
+            raw_image.colour_image if image_transport == 'raw'
+            else compressed_image.compressed_colour)
+        self._decode_depth: Callable[[Any], np.ndarray] = (
+            raw_image.depth_image if depth_transport == 'raw'
+            else compressed_image.compressed_depth)
+        self._colour_name, self._depth_name = names
+        self._reprojections: dict[tuple[Camera, Camera, bytes], DepthToColour] = {}
 
     def decode(self, pair: Pair, camera: Camera) -> RgbdFrame:
         """
-        Return the frame of images whose depth is registered to colour.
+        Return the frame of a pair whose depth is in the image of the colour camera already.
 
-        :raises InputError: where they cannot be used.
+        Depth images that are smaller by a whole factor are enlarged.
+
+        :param camera: the colour camera.
+        :raises InputError: where the images cannot be used, naming the image and its stamp.
         """
         colour, depth = self._images(pair)
-        return RgbdFrame(pair.colour_stamp, colour, enlarge(depth, *colour.shape[1::-1]), camera,
-                         pair.depth_stamp)
+        try:
+            return RgbdFrame(pair.colour_stamp, colour, enlarge(depth, *colour.shape[1::-1]),
+                             camera, pair.depth_stamp)
+        except InputError as error:
+            raise _named(self._colour_name, pair.colour_stamp, error) from None
 
-    def decode_and_register(self, pair: Pair, camera: Camera, depth_camera: Camera,
-                            T_colour_depth: np.ndarray) -> RgbdFrame:
+    def decode_and_reproject(self, pair: Pair, camera: Camera, depth_camera: Camera,
+                             T_colour_depth: np.ndarray) -> RgbdFrame:
         """
-        Return the frame of images of two cameras.
+        Return the frame of a pair whose depth is in the image of its own depth camera.
 
-        :param T_colour_depth: 4x4, between their optical frames.
-        :raises InputError: where they cannot be used.
+        :param camera: the colour camera.
+        :param T_colour_depth: 4x4, from the depth to the colour camera's optical frame.
+        :raises InputError: where the images cannot be used, naming the image and its stamp.
         """
         colour, depth = self._images(pair)
-        _require_size('colour', colour, camera)
-        _require_size('depth', depth, depth_camera)
-        cameras = depth_camera, camera, T_colour_depth.tobytes()
-        if cameras != self._registered_by:
-            self._registration = DepthRegistration(depth_camera, camera, T_colour_depth)
-            self._registered_by = cameras
-        return RgbdFrame(pair.colour_stamp, colour, self._registration.register(depth), camera,
+        _require_size(self._colour_name, pair.colour_stamp, colour, camera)
+        _require_size(self._depth_name, pair.depth_stamp, depth, depth_camera)
+        reprojection = self._reprojection(depth_camera, camera, T_colour_depth)
+        return RgbdFrame(pair.colour_stamp, colour, reprojection.reproject(depth), camera,
                          pair.depth_stamp)
+
+    def _reprojection(self, depth_camera: Camera, camera: Camera,
+                      T_colour_depth: np.ndarray) -> DepthToColour:
+        """Return the latest reprojection, or a new one where anything has changed."""
+        key = depth_camera, camera, T_colour_depth.tobytes()
+        if key not in self._reprojections:
+            self._reprojections = {key: DepthToColour(depth_camera, camera, T_colour_depth)}
+        return self._reprojections[key]
 
     def _images(self, pair: Pair) -> tuple[np.ndarray, np.ndarray]:
-        return (_decoded('colour', self._colour, pair.colour),
-                _decoded('depth', self._depth, pair.depth))
+        """Return colour, HxWx3 or HxW uint8, and depth, HxW float32 [m]."""
+        return (_decoded(self._colour_name, pair.colour_stamp, self._decode_colour, pair.colour),
+                _decoded(self._depth_name, pair.depth_stamp, self._decode_depth, pair.depth))
 
 
-def _require_size(kind: str, image: np.ndarray, camera: Camera) -> None:
-    height, width = image.shape[:2]
-    if (width, height) != (camera.width, camera.height):
-        raise InputError(f'{kind} is {width} x {height} pixels and its camera calibrated for '
-                         f'{camera.width} x {camera.height}: take the camera_info of this image')
-
-
-def _decoded(kind: str, decode: Callable[[Any], np.ndarray], message: Any) -> np.ndarray:
+def _decoded(name: str, stamp: int, decode: Callable[[Any], np.ndarray],
+             message: Any) -> np.ndarray:
     try:
         return decode(message)
     except InputError as error:
-        raise InputError(f'{kind}: {error}') from None
+        raise _named(name, stamp, error) from None
+
+
+def _require_size(name: str, stamp: int, image: np.ndarray, camera: Camera) -> None:
+    height, width = image.shape[:2]
+    if (width, height) != (camera.width, camera.height):
+        raise _named(name, stamp, InputError(
+            f'the image is {width} x {height} pixels and its camera calibrated for '
+            f'{camera.width} x {camera.height}: use the camera_info of this image'))
+
+
+def _named(name: str, stamp: int, error: InputError) -> InputError:
+    """Return an error that says which image it is about."""
+    return InputError(f'{name} at {stamp_to_seconds(stamp)}: {error}')

@@ -10,8 +10,8 @@ and reported.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from functools import cached_property
+from collections.abc import Iterator
+from functools import cached_property, partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -24,18 +24,16 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory, stamp_to_seconds
-from aick_ros.messages import compressed_image, raw_image
 from aick_ros.messages.camera_info import is_rectified, to_camera
-from aick_ros.messages.depth_scaling import enlarge
+from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.bag_file import BagFile
+from aick_ros.sources.bag_stream import BagStream, StampedMessage
 from aick_ros.sources.bag_topics import IMAGE, BagTopics
 from aick_ros.sources.calibration import read_camera
 
-_LONGEST_PAUSE = 60 * NANOSECONDS
-_WAITING = 64
-"""Images of one topic that may wait for a partner, which bounds the memory."""
+_QUEUE_SIZE = 64  # images of one topic that wait for a partner; chosen, bounds the memory
 
 
 class BagSource:
@@ -58,6 +56,8 @@ class BagSource:
         self._depth = self._topics.depth(options.depth_topic, self._colour)
         self._length = min(topics[self._colour].msgcount, topics[self._depth].msgcount)
         self._camera = self._find_camera()
+        self._decoder = FrameDecoder(self._transport(self._colour), self._transport(self._depth),
+                                     names=(self._colour, self._depth))
 
     @property
     def raw_topics(self) -> tuple[str, str, str] | None:
@@ -77,7 +77,7 @@ class BagSource:
         if topic is None:
             return None
         poses = {}
-        for _, message in self._bag.messages([topic], raise_damage):
+        for _, _, message in self._bag.messages([topic], raise_damage):
             try:
                 poses[_stamp(message)] = _pose(message)
             except ValueError:
@@ -113,39 +113,30 @@ class BagSource:
                 f'{self._options.max_interval:g} s of one on {self._depth}: check the stamps of '
                 'the two drivers')
 
+    def _transport(self, topic: str) -> str:
+        return 'raw' if self._topics.types[topic] == IMAGE else 'compressed'
+
     def _pairs(self, on_damaged: OnDamaged) -> Iterator[Pair]:
-        synchronizer = Synchronizer(self._options.max_interval, _WAITING)
+        synchronizer = Synchronizer(self._options.max_interval, _QUEUE_SIZE)
         add = {self._colour: synchronizer.add_colour, self._depth: synchronizer.add_depth}
-        stamps = {topic: _IncreasingStamps() for topic in add}
-        for topic, message in self._bag.messages(list(add), on_damaged):
-            stamp = _stamp(message)
-            fault = stamps[topic].fault(stamp)
-            if not fault:
-                yield from add[topic](stamp, message)
-            else:
-                on_damaged(InputError(
-                    f'{self._where(topic, stamp)}: {fault}; the image is left out'))
+        streams = {topic: BagStream(partial(self._report, on_damaged, topic)) for topic in add}
+        for topic, log_time, message in self._bag.messages(list(add), on_damaged):
+            for image in streams[topic].add(StampedMessage(_stamp(message), message), log_time):
+                yield from add[topic](*image)
+        for topic, stream in streams.items():
+            for image in stream.flush():
+                yield from add[topic](*image)
         yield from synchronizer.flush()
 
-    def _decode(self, pair: Pair) -> RgbdFrame:
-        colour = self._image(self._colour, pair.colour_stamp, pair.colour,
-                             raw_image.colour_image, compressed_image.compressed_colour)
-        depth = self._image(self._depth, pair.depth_stamp, pair.depth,
-                            raw_image.depth_image, compressed_image.compressed_depth)
-        try:
-            depth = enlarge(depth, *colour.shape[1::-1])
-            return RgbdFrame(pair.colour_stamp, colour, depth, self._camera, pair.depth_stamp)
-        except InputError as error:
-            raise InputError(f'{self._where(self._colour, pair.colour_stamp)}: {error}') from None
+    def _report(self, on_damaged: OnDamaged, topic: str, stamp: int, reason: str) -> None:
+        on_damaged(InputError(f'{self._path}, {topic} at {stamp_to_seconds(stamp)}: {reason}; '
+                              'the image is dropped'))
 
-    def _image(self, topic: str, stamp: int, message: Any,
-               raw: Callable[[Any], np.ndarray],
-               compressed: Callable[[Any], np.ndarray]) -> np.ndarray:
-        decode = raw if self._topics.types[topic] == IMAGE else compressed
+    def _decode(self, pair: Pair) -> RgbdFrame:
         try:
-            return decode(message)
+            return self._decoder.decode(pair, self._camera)
         except InputError as error:
-            raise InputError(f'{self._where(topic, stamp)}: {error}') from None
+            raise InputError(f'{self._path}, {error}') from None
 
     def _find_camera(self) -> Camera:
         if self._options.camera is not None:
@@ -155,34 +146,12 @@ class BagSource:
             topic = self._topics.info(self._options.info_topic, self._colour)
         except InputError as error:
             raise InputError(f'{error}; {remedy}') from None
-        for _, info in self._bag.messages([topic], raise_damage):
+        for _, _, info in self._bag.messages([topic], raise_damage):
             try:
                 return to_camera(_as_in_ros2(info), is_rectified(self._colour))
             except InputError as error:
                 raise InputError(f'{self._path}, {topic}: {error}; {remedy}') from None
         raise InputError(f'{self._path} has no message on {topic}: record it again, {remedy}')
-
-    def _where(self, topic: str, stamp: int) -> str:
-        return f'{self._path}, {topic} at {stamp_to_seconds(stamp)}'
-
-
-class _IncreasingStamps:
-    """Lets the stamps of a topic through that increase, but for one that is far off alone."""
-
-    def __init__(self) -> None:
-        self._last = self._ahead = 0
-
-    def fault(self, stamp: int) -> str:
-        """Return what is wrong with the next stamp [ns], '' for nothing."""
-        if stamp <= self._last:
-            return ('the stamp is zero, repeats or goes back from '
-                    f'{stamp_to_seconds(self._last)}')
-        alone = not 0 < stamp - self._ahead <= _LONGEST_PAUSE
-        if self._last and stamp - self._last > _LONGEST_PAUSE and alone:
-            self._ahead = stamp  # if the next is there too, it was a pause
-            return f'the stamp is far ahead of {stamp_to_seconds(self._last)}'
-        self._last = stamp
-        return ''
 
 
 def _as_in_ros2(info: Any) -> Any:
@@ -203,4 +172,4 @@ def _pose(message: Any) -> np.ndarray:
     position = pose.position if hasattr(pose, 'position') else pose.translation
     rotation = pose.orientation if hasattr(pose, 'orientation') else pose.rotation
     return se3.from_quaternion((rotation.x, rotation.y, rotation.z, rotation.w),
-                                 (position.x, position.y, position.z))
+                               (position.x, position.y, position.z))

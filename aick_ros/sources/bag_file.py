@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import TopicInfo
@@ -20,6 +20,14 @@ from aick_ros.sources import OnDamaged
 
 _REPAIR = ('copy or record it again, or repair it (`ros2 bag reindex` for a ROS 2 bag, `mcap '
            'recover` for an mcap file, `rosbag reindex` for a ROS 1 bag)')
+
+
+class BagMessage(NamedTuple):
+    """A deserialised message, and when it was recorded [ns]."""
+
+    topic: str
+    log_time: int
+    content: Any
 
 
 class BagFile:
@@ -42,9 +50,9 @@ class BagFile:
         with self._open() as reader:
             return reader.topics
 
-    def messages(self, topics: list[str], on_damaged: OnDamaged) -> Iterator[tuple[str, Any]]:
+    def messages(self, topics: list[str], on_damaged: OnDamaged) -> Iterator[BagMessage]:
         """
-        Yield topic and message in the order in which they were recorded.
+        Yield the messages in the order in which they were recorded.
 
         :param on_damaged: told of each message that cannot be deserialised.
         :raises InputError: where the bag cannot be read on.
@@ -67,7 +75,7 @@ class BagFile:
                         f'{stamp_to_seconds(log_time)}: the message is damaged '
                         f'({_reason(error)}); {_REPAIR}'))
                 else:
-                    yield connection.topic, message
+                    yield BagMessage(connection.topic, log_time, message)
 
     @contextmanager
     def _open(self) -> Iterator[AnyReader]:

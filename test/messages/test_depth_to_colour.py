@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Registered depth against what the renderer's colour camera sees, which is exact."""
+"""Reprojected depth against what the renderer's colour camera sees, which is exact."""
 
 import dataclasses
 
@@ -10,7 +10,7 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.messages.depth_to_colour import DepthRegistration
+from aick_ros.messages.depth_to_colour import DepthToColour
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
 
@@ -39,7 +39,7 @@ def views(room, colour, depth, T_colour_depth):
 def test_sees_what_the_colour_camera_sees(room, depth_camera, turn):
     T_colour_depth = T_COLOUR_DEPTH @ se3.exp([0, 0, 0, 0, 0, turn])
     truth, measured = views(room, COLOUR, depth_camera, T_colour_depth)
-    found = DepthRegistration(depth_camera, COLOUR, T_colour_depth).register(measured)
+    found = DepthToColour(depth_camera, COLOUR, T_colour_depth).reproject(measured)
     assert found.dtype == np.float32 and found.shape == truth.shape
     seen = np.isfinite(found) & np.isfinite(truth)
     error = np.abs(found - truth)[seen] / truth[seen]
@@ -52,7 +52,7 @@ def test_a_slanted_plane_has_no_cracks_and_keeps_its_slope():
     v = np.arange(150.0, 240)
     depth = np.full((240, 320), np.nan, np.float32)
     depth[150:] = (262 * 0.5 / (v - 119.5))[:, None]
-    found = DepthRegistration(COLOUR, COLOUR, se3.exp([0.05, 0, 0, 0, 0, 0])).register(depth)
+    found = DepthToColour(COLOUR, COLOUR, se3.exp([0.05, 0, 0, 0, 0, 0])).reproject(depth)
     expected = np.broadcast_to((262 * 0.5 / (v - 119.5))[:, None], (90, 250))
     np.testing.assert_allclose(found[151:239, 50:300], expected[1:-1], rtol=1e-4)
 
@@ -62,7 +62,7 @@ def test_the_nearest_surface_wins():
     depth = np.full((240, 320), 3.0, np.float32)
     depth[80:160, 120:200] = 1.0
     T_colour_depth = se3.exp([0.2, 0, 0, 0, 0, 0])
-    found = DepthRegistration(COLOUR, COLOUR, T_colour_depth).register(depth)
+    found = DepthToColour(COLOUR, COLOUR, T_colour_depth).reproject(depth)
     moved = 262 * 0.2 / 1.0  # px, by which the box appears further right
     left, right = round(120 + moved), round(199 + moved)
     np.testing.assert_allclose(found[85:155, left + 1:right - 1], 1.0, rtol=1e-6)
@@ -76,13 +76,13 @@ def test_where_nothing_is_measured_is_nothing():
     empty = np.full((240, 320), np.nan, np.float32)
     behind = np.full((240, 320), 0.1, np.float32)
     backwards = se3.exp([0, 0, -0.5, 0, 0, 0])
-    assert np.isnan(DepthRegistration(COLOUR, COLOUR, np.eye(4)).register(empty)).all()
-    assert np.isnan(DepthRegistration(COLOUR, COLOUR, backwards).register(behind)).all()
+    assert np.isnan(DepthToColour(COLOUR, COLOUR, np.eye(4)).reproject(empty)).all()
+    assert np.isnan(DepthToColour(COLOUR, COLOUR, backwards).reproject(behind)).all()
 
 
 def test_the_same_camera_gives_the_same_image(room):
     truth, measured = views(room, COLOUR, COLOUR, np.eye(4))
-    found = DepthRegistration(COLOUR, COLOUR, np.eye(4)).register(measured)
+    found = DepthToColour(COLOUR, COLOUR, np.eye(4)).reproject(measured)
     assert np.mean(np.abs(found - truth) < 1e-5) > 0.98  # an overlap of 5 % widens the foreground
 
 
@@ -91,7 +91,7 @@ def test_a_distorted_colour_camera(room):
     fine = Camera(1280, 960, 1048, 1048, 639.5, 479.5)
     distorted = dataclasses.replace(COLOUR, distortion=(-0.2, 0.05, 0.001, 0.002, 0.0))
     truth, measured = views(room, fine, DEPTH, T_COLOUR_DEPTH)
-    found = DepthRegistration(DEPTH, distorted, T_COLOUR_DEPTH).register(measured)
+    found = DepthToColour(DEPTH, distorted, T_COLOUR_DEPTH).reproject(measured)
     v, u = np.mgrid[20:220:3, 20:300:3]
     x, y = distorted.normalize(np.column_stack([u.ravel(), v.ravel()])).T
     expected = truth[np.rint(1048 * y + 479.5).astype(int), np.rint(1048 * x + 639.5).astype(int)]

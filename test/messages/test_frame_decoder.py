@@ -13,7 +13,7 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.messages.depth_to_colour import DepthRegistration
+from aick_ros.messages.depth_to_colour import DepthToColour
 from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.raw_image import encode_colour, encode_depth
 from aick_ros.messages.synchronizer import Pair
@@ -37,12 +37,12 @@ def test_registered_depth_is_brought_to_the_size_of_colour(pair):
     np.testing.assert_array_equal(frame.colour, COLOUR)
 
 
-def test_depth_of_another_camera_is_registered_with_the_latest_extrinsic(pair):
+def test_depth_of_another_camera_is_reprojected_with_the_latest_extrinsic(pair):
     decoder = FrameDecoder()
     for T in (np.eye(4), T_COLOUR_DEPTH):
-        frame = decoder.decode_and_register(pair, CAMERA, DEPTH_CAMERA, T)
+        frame = decoder.decode_and_reproject(pair, CAMERA, DEPTH_CAMERA, T)
         np.testing.assert_array_equal(
-            frame.depth, DepthRegistration(DEPTH_CAMERA, CAMERA, T).register(DEPTH))
+            frame.depth, DepthToColour(DEPTH_CAMERA, CAMERA, T).reproject(DEPTH))
 
 
 def test_compressed_images_are_decoded(pair):
@@ -64,15 +64,16 @@ def test_compressed_images_are_decoded(pair):
 @pytest.mark.parametrize('kind', ['colour', 'depth'])
 def test_the_damaged_image_is_named(pair, kind):
     damaged = dataclasses.replace(getattr(pair, kind), data=np.zeros(9, np.uint8))
-    with pytest.raises(InputError, match=f'{kind}: the image has 9 bytes'):
+    with pytest.raises(InputError, match=f'{kind} at 0.0000001..: the image has 9 bytes'):
         FrameDecoder().decode(pair._replace(**{kind: damaged}), CAMERA)
 
 
 @pytest.mark.parametrize('cameras, reason', [
-    ((DEPTH_CAMERA, DEPTH_CAMERA), 'colour is 64 x 48 pixels and its camera calibrated for 32 x'),
+    ((DEPTH_CAMERA, DEPTH_CAMERA),
+     'colour at 0.000000100: the image is 64 x 48 pixels and its camera calibrated for 32 x'),
     ((CAMERA, dataclasses.replace(DEPTH_CAMERA, width=4_000_000_000)),
-     'depth is 32 x 24 pixels and its camera calibrated for 4000000000 x 24'),
+     'depth at 0.000000101: the image is 32 x 24 pixels and its camera calibrated for 4000000000'),
 ])
 def test_cameras_of_other_sizes_are_refused_before_any_work(pair, cameras, reason):
     with pytest.raises(InputError, match=reason):
-        FrameDecoder().decode_and_register(pair, *cameras, np.eye(4))
+        FrameDecoder().decode_and_reproject(pair, *cameras, np.eye(4))

@@ -30,7 +30,7 @@ def message(encoding, padding=0, is_bigendian=0, container=lambda data: data, pi
     if pixels is not None:
         content[:, :row] = np.frombuffer(pixels, np.uint8).reshape(HEIGHT, row)
     return raw_image.ImageFields(HEIGHT, WIDTH, encoding, is_bigendian, row + padding,
-                                   container(content.ravel()))
+                                 container(content.ravel()))
 
 
 def pixel_bytes(image, row, column):

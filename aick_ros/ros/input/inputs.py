@@ -96,7 +96,7 @@ class Inputs:
         pair, camera = arrival.pair, arrival.camera or self._colour_info.camera
         if not self._settings.register_depth:
             return self._decoder.decode(pair, camera)
-        return self._decoder.decode_and_register(
+        return self._decoder.decode_and_reproject(
             pair, camera, arrival.depth_camera or self._depth_info.camera,
             self._extrinsics.depth_in_colour(
                 pair.colour.header.frame_id, pair.depth.header.frame_id, pair.depth_stamp))

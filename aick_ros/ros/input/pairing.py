@@ -61,12 +61,9 @@ class Pairing:
 
     def _take(self, name: str, add: Callable[[int, Any], list[Pair]], message: Any) -> None:
         stamp, late = to_stamp(message.header.stamp), self._synchronizer.late
-        if stamp <= 0:
-            self._on_refused(f'image on {name} left out: its stamp is {stamp} ns; the driver must '
-                             'stamp its images')
-        elif self._streams[name].is_astray(stamp, time.monotonic()):
-            self._on_refused(f'image on {name} left out: its stamp of {stamp} ns is far ahead of '
-                             'those before; if the clock was set, the next one is taken')
+        fault = self._streams[name].check(stamp, time.monotonic())
+        if fault:
+            self._on_refused(f'image on {name} left out: {fault}')
         else:
             self.newest_stamp = stamp
             self._hand_on(add(stamp, message))

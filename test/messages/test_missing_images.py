@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Missing images: counted from the stamps, against how many were removed."""
+
+import numpy as np
+import pytest
+
+from aick_ros.messages.missing_images import MissingImages
+
+SECOND = 10 ** 9
+START = 1_700_000_000 * SECOND
+
+
+@pytest.mark.parametrize('lost', [0.0, 0.2, 0.6, 0.8])
+def test_the_share_of_images_lost_at_random(lost):
+    """A camera of 30 Hz whose stamps jitter by 5 %."""
+    rng = np.random.default_rng(1)
+    stamps = START + np.cumsum(rng.normal(1, 0.05, 600) * SECOND / 30).astype(int)
+    counter = MissingImages()
+    arrived = stamps[rng.random(600) >= lost]
+    for stamp in arrived:
+        counter.add(int(stamp))
+    assert counter.share == pytest.approx(lost, abs=0.1)
+    assert counter.count == pytest.approx(600 - len(arrived), abs=60)
+
+
+def test_a_few_images_are_too_few_to_count():
+    counter = MissingImages()
+    for stamp in (0, 1, 5, 6, 10):
+        counter.add(START + stamp * SECOND // 30)
+    assert counter.share == counter.count == 0
+
+
+def missing(stamps):
+    """Return how many of a stream's images are counted as missing, and their recent share."""
+    counter = MissingImages()
+    for stamp in stamps:
+        counter.add(int(stamp))
+    return counter.count, counter.share
+
+
+def test_images_that_come_late_are_not_missing():
+    """One in fifteen is stamped late by up to two periods, and the next in its wake."""
+    rng = np.random.default_rng(2)
+    ticks = START + np.arange(900) * SECOND / 30
+    late = (rng.random(900) < 1 / 15) * rng.uniform(0.0, 2.0, 900) * SECOND / 30
+    stamps = np.maximum.accumulate(ticks + late) + np.arange(900) * 10 ** 5
+    count, share = missing(stamps)
+    assert count <= 2
+    assert share < 0.05
+    # images that are missing besides are counted all the same
+    arrived = rng.random(900) >= 0.3
+    count, share = missing(stamps[arrived])
+    assert count == pytest.approx(900 - arrived.sum(), rel=0.3)
+    assert share == pytest.approx(0.3, abs=0.12)
+
+
+@pytest.mark.parametrize('lost', [0.0, 0.3])
+@pytest.mark.parametrize('seed', range(3))
+def test_images_stamped_some_periods_late_are_not_missing(seed, lost):
+    """One in ten is stamped late by up to four periods, and the next ones in its wake."""
+    rng = np.random.default_rng(seed)
+    late = (rng.random(900) < 0.1) * rng.uniform(0.0, 4.0, 900)
+    stamps = np.maximum.accumulate(np.arange(900) + late) * SECOND / 30 + np.arange(900) * 10 ** 5
+    arrived = rng.random(900) >= lost
+    count, share = missing(START + stamps[arrived])
+    assert count == pytest.approx(900 - arrived.sum(), rel=0.25, abs=4)
+    assert share == pytest.approx(lost, abs=0.12 if lost else 0.04)
+
+
+@pytest.mark.parametrize('lost', [0.0, 0.3])
+@pytest.mark.parametrize('seed', range(3))
+def test_images_that_come_out_of_order_are_not_missing(seed, lost):
+    """One in ten arrives up to four periods late, with the stamp it should have."""
+    rng = np.random.default_rng(seed)
+    ticks = np.arange(900) + rng.normal(0.0, 0.02, 900)
+    arrivals = np.arange(900) + (rng.random(900) < 0.1) * rng.uniform(1.0, 4.0, 900)
+    order = np.argsort(arrivals)
+    order = order[rng.random(900) >= lost]
+    count, share = missing(START + ticks[order] * SECOND / 30)
+    assert count == pytest.approx(900 - len(order), rel=0.05, abs=1)
+    assert share == pytest.approx(lost, abs=0.12 if lost else 0.02)
+
+
+def test_an_image_that_comes_twice_does_not_make_up_for_a_missing_one():
+    stamps = START + np.delete(np.arange(300), np.s_[5::10]) * SECOND // 30
+    count, share = missing(np.repeat(stamps, 2))
+    assert count == pytest.approx(30, abs=1)
+    assert share == pytest.approx(0.1, abs=0.01)
+
+
+def test_a_recording_that_loops_goes_on_counting():
+    stamps = START + np.delete(np.arange(120), np.s_[5::10]) * SECOND // 30
+    count, _ = missing(np.concatenate([stamps, stamps, stamps]))
+    assert count == pytest.approx(36, abs=3)
+
+
+@pytest.mark.parametrize('seed', range(5))
+@pytest.mark.parametrize('jitter', [0.1, 0.2, 0.5])
+def test_nothing_is_counted_between_stamps_that_jitter(jitter, seed):
+    rng = np.random.default_rng(seed)
+    ticks = START + np.arange(900) * SECOND / 30
+    count, share = missing(np.sort(ticks + rng.normal(0.0, jitter, 900) * SECOND / 30))
+    assert count <= 2
+    assert share < 0.05
