@@ -41,7 +41,7 @@ def declare_settings(node: Node) -> tuple[NodeSettings, Settings]:
              for name, parameter in node.get_parameters_by_prefix('').items()}
     _warn_of_unknown(node, given)
     chosen = given.get(_PRESET.name, '')
-    core = preset(_PRESET.convert(chosen)) if chosen else Settings()
+    core = preset(str(_PRESET.convert(chosen))) if chosen else Settings()
     own, core = _checked(_chosen(NodeSettings(), given)), _chosen(core, given)
     _declare(node, _PRESET, chosen, read_only=True)
     for group, read_only in ((own, True), (core, False)):

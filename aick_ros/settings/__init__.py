@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Every parameter once, with its range and unit."""
+"""Every parameter once, with range and unit."""
 
 from aick_ros.settings.algorithm import (
-    AickSettings, FeatureSettings, OdometrySettings, OrbSettings, RefinementSettings,
-    SensorSettings, Settings, SiftSettings, SurfSettings)
+    AickSettings, OdometrySettings, RefinementSettings, SensorSettings, Settings)
+from aick_ros.settings.features import FeatureSettings, OrbSettings, SiftSettings, SurfSettings
 from aick_ros.settings.node import NodeSettings
 
 __all__ = [

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Parameters: description, range and unit of each, and how a group of them is read and changed.
+Declaration of parameters, and reading and changing a group of them by name.
 
-A group is a frozen dataclass whose fields are declared by :func:`parameter`; a nested group adds
-its name and a dot.
+A group is a frozen dataclass whose fields are declared by :func:`parameter`. Parameters of a
+nested group are named ``group.parameter``.
 """
 
 from __future__ import annotations
@@ -13,26 +13,39 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import Field, dataclass, field
+from typing import Any, ClassVar, Protocol, SupportsFloat, TypeVar
 
 from aick_ros.errors import InputError
+
+Value = bool | int | float | str | tuple[float, ...]
+"""Type of the value of a parameter."""
+
+
+class Group(Protocol):
+    """A frozen dataclass whose fields are declared by :func:`parameter`, or are groups."""
+
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+
+_Value = TypeVar('_Value')
+_Group = TypeVar('_Group', bound=Group)
 
 
 @dataclass(frozen=True)
 class Parameter:
     """
-    Description of one parameter.
+    Declaration of one parameter.
 
     :param name: dotted name, for example ``aick.alpha``.
     :param type: bool, int, float, str or tuple (of floats).
-    :param choices: the values a string parameter may take; empty: any.
+    :param choices: allowed values of a string parameter; empty: any.
     """
 
     name: str
     type: type
-    default: Any
+    default: Value
     description: str
     unit: str = ''
     minimum: float | None = None
@@ -41,7 +54,7 @@ class Parameter:
 
     @property
     def range_text(self) -> str:
-        """The range as a person reads it, '' where there is none."""
+        """Allowed range or choices for display; '' if any value is allowed."""
         if self.choices:
             return ', '.join(repr(choice) for choice in self.choices)
         if self.minimum is None and self.maximum is None:
@@ -50,56 +63,61 @@ class Parameter:
         high = 'inf' if self.maximum is None else f'{self.maximum:g}'
         return f'{low} to {high}' + (f' {self.unit}' if self.unit else '')
 
-    def convert(self, value: Any) -> Any:
+    def convert(self, value: object) -> Value:
         """
-        Return ``value`` in this parameter's type.
+        Return a value converted to the type of this parameter.
 
-        :param value: of the right type, or its text.
-        :raises InputError: with the range where the value does not fit.
+        :param value: a value of that type, or its text.
+        :raises InputError: if the type is wrong or the value is out of range.
         """
         try:
             converted = _CONVERTERS[self.type](value)
         except (TypeError, ValueError):
-            raise self._refuse(value, f'is not {_TYPE_NAMES[self.type]}') from None
+            raise self._error(value, f'is not {_TYPE_NAMES[self.type]}') from None
         if self.choices and converted not in self.choices:
-            raise self._refuse(value, f'is none of {self.range_text}')
-        if self.type in (int, float):
-            low = -math.inf if self.minimum is None else self.minimum
-            high = math.inf if self.maximum is None else self.maximum
-            if not (low <= converted <= high and math.isfinite(converted)):
-                raise self._refuse(value, f'is outside {self.range_text or "the finite numbers"}')
+            raise self._error(value, f'is none of {self.range_text}')
+        if isinstance(converted, int | float) and not self._is_in_range(converted):
+            raise self._error(value, f'is outside {self.range_text or "the finite numbers"}')
         return converted
 
-    def _refuse(self, value: Any, reason: str) -> InputError:
-        return InputError(f'{self.name} = {value!r} {reason}; it is: {self.description}')
+    def _is_in_range(self, number: float) -> bool:
+        low = -math.inf if self.minimum is None else self.minimum
+        high = math.inf if self.maximum is None else self.maximum
+        return low <= number <= high and math.isfinite(number)
+
+    def _error(self, value: object, reason: str) -> InputError:
+        return InputError(f'{self.name} = {value!r} {reason}. Meaning: {self.description}')
 
 
-def parameter(default: Any, description: str, **kwargs: Any) -> Any:
-    """Declare one parameter of a group; the keywords are those of :class:`Parameter`."""
-    return field(default=default, metadata={'description': description, **kwargs})
+def parameter(default: _Value, description: str, *, unit: str = '', minimum: float | None = None,
+              maximum: float | None = None, choices: tuple[str, ...] = ()) -> _Value:
+    """Declare one parameter of a group; the arguments are those of :class:`Parameter`."""
+    return field(default=default, metadata={
+        'description': description, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
+        'choices': choices})
 
 
-def parameters(group: Any) -> Iterator[Parameter]:
+def parameters(group: Group | type[Group]) -> Iterator[Parameter]:
     """
-    Yield the parameters of a group of settings, with its present values as defaults.
+    Yield the parameters of a group of settings, with its current values as defaults.
 
-    :param group: an instance of one of the settings classes, or the class for its defaults.
+    :param group: an instance of a settings class, or the class for its defaults.
     """
     yield from _walk(group() if isinstance(group, type) else group, '')
 
 
-def values(group: Any) -> dict[str, Any]:
-    """Return the present values of a group of settings under their dotted names."""
+def values(group: Group | type[Group]) -> dict[str, Value]:
+    """Return the current values of a group of settings by dotted name."""
     return {p.name: p.default for p in parameters(group)}
 
 
-def with_values(group: Any, changes: Mapping[str, Any]) -> Any:
+def with_values(group: _Group, changes: Mapping[str, object]) -> _Group:
     """
-    Return the settings with some values changed; all are checked before any is taken.
+    Return a copy of the settings with some values changed, after checking all of them.
 
-    :param group: an instance of one of the settings classes.
+    :param group: an instance of a settings class.
     :param changes: dotted name -> value or its text.
-    :raises InputError: for an unknown name or a value outside its range.
+    :raises InputError: for an unknown name or a value out of range.
     """
     known = {p.name: p for p in parameters(group)}
     checked = {}
@@ -111,67 +129,65 @@ def with_values(group: Any, changes: Mapping[str, Any]) -> Any:
 
 
 def hint(name: str, known: Iterable[str]) -> str:
-    """Return what may have been meant by a name that is not known."""
-    near = difflib.get_close_matches(name, known, n=3)
-    return f'did you mean {" or ".join(near)}?' if near else 'see the parameter table'
+    """Return a suggestion for an unknown name."""
+    similar = difflib.get_close_matches(name, known, n=3)
+    return f'did you mean {" or ".join(similar)}?' if similar else 'see the parameter table'
 
 
-_TYPE_NAMES = {bool: 'true or false', int: 'a whole number', float: 'a number', str: 'text',
-               tuple: 'a list of numbers'}
-_TYPES = {'bool': bool, 'int': int, 'float': float, 'str': str, 'tuple': tuple}
-
-
-def _walk(group: Any, prefix: str) -> Iterator[Parameter]:
+def _walk(group: Group, prefix: str) -> Iterator[Parameter]:
     for f in dataclasses.fields(group):
         value = getattr(group, f.name)
-        if dataclasses.is_dataclass(value):
+        if dataclasses.is_dataclass(value) and not isinstance(value, type):
             yield from _walk(value, f'{prefix}{f.name}.')
         else:
-            yield Parameter(f'{prefix}{f.name}', _TYPES[f.type], value, **f.metadata)
+            yield Parameter(f'{prefix}{f.name}', _TYPES[str(f.type)], value, **f.metadata)
 
 
-def _replace(group: Any, prefix: str, changes: Mapping[str, Any]) -> Any:
-    new = {}
+def _replace(group: _Group, prefix: str, changes: Mapping[str, Value]) -> _Group:
+    new: dict[str, object] = {}
     for f in dataclasses.fields(group):
         value, name = getattr(group, f.name), f'{prefix}{f.name}'
-        if dataclasses.is_dataclass(value):
+        if dataclasses.is_dataclass(value) and not isinstance(value, type):
             new[f.name] = _replace(value, f'{name}.', changes)
         else:
             new[f.name] = changes.get(name, value)
-    return type(group)(**new)
+    return dataclasses.replace(group, **new)
 
 
-def _text(value: Any) -> str:
-    if not isinstance(value, str):
-        raise TypeError
-    return value
+def _to_bool(value: object) -> bool:
+    if isinstance(value, bool):
+        return value
+    return ('false', 'true').index(_to_str(value).lower()) == 1
 
 
-def _truth(value: Any) -> bool:
-    if isinstance(value, str):
-        return _TRUTHS.index(value.lower()) == 1
-    if not isinstance(value, bool):
-        raise TypeError
-    return value
-
-
-def _whole_number(value: Any) -> int:
-    number = _number(value)
+def _to_int(value: object) -> int:
+    number = _to_float(value)
     if not number.is_integer():
         raise ValueError
     return int(number)
 
 
-def _number(value: Any) -> float:
-    if isinstance(value, bool):
+def _to_float(value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, str | SupportsFloat):
         raise TypeError
     return float(value)
 
 
-def _numbers(value: Any) -> tuple[float, ...]:
+def _to_str(value: object) -> str:
+    if not isinstance(value, str):
+        raise TypeError
+    return value
+
+
+def _to_tuple(value: object) -> tuple[float, ...]:
     items = value.replace(',', ' ').split() if isinstance(value, str) else value
-    return tuple(_number(item) for item in items)
+    if not isinstance(items, Iterable):
+        raise TypeError
+    return tuple(_to_float(item) for item in items)
 
 
-_TRUTHS = ('false', 'true')
-_CONVERTERS = {bool: _truth, int: _whole_number, float: _number, str: _text, tuple: _numbers}
+_CONVERTERS: dict[type, Callable[[object], Value]] = {
+    bool: _to_bool, int: _to_int, float: _to_float, str: _to_str, tuple: _to_tuple}
+_TYPE_NAMES = {bool: 'true or false', int: 'a whole number', float: 'a number', str: 'text',
+               tuple: 'a list of numbers'}
+_TYPES = {'bool': bool, 'int': int, 'float': float, 'str': str, 'tuple[float, ...]': tuple}

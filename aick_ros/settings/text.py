@@ -7,39 +7,40 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator
-from typing import Any
 
-from aick_ros.settings.parameter import Parameter, parameters
+from aick_ros.settings.parameter import Group, Parameter, Value, parameters
 
 _WIDTH = 99
 
 
-def parameter_table(group: Any) -> str:
+def parameter_table(group: Group | type[Group]) -> str:
     """
     Return the parameters of a group of settings as a Markdown table.
 
-    :param group: an instance of one of the settings classes, or the class for its defaults.
+    :param group: an instance of a settings class, or the class for its defaults.
     """
-    rows = [(f'`{p.name}`', f'`{_scalar(p.default)}`', p.range_text, _meaning(p))
+    rows = [(f'`{p.name}`', f'`{_scalar(p.default)}`', p.range_text, _description(p))
             for p in parameters(group)]
-    head = [('parameter', 'default', 'range', 'what it is'), ('---',) * 4]
+    head = [('parameter', 'default', 'range', 'description'), ('---',) * 4]
     return ''.join('| ' + ' | '.join(cell.replace('|', '\\|') for cell in row) + ' |\n'
                    for row in [*head, *rows])
 
 
-def config_text(*groups: Any, commented: Any = None, title: str = '') -> str:
+def config_text(*groups: Group, commented: Group | None = None,
+                title: str = '') -> str:
     """
-    Return a YAML file of parameters, with sentence and range, as ROS and ``aick`` read it.
+    Return a ROS parameter file (YAML) with a comment on each parameter: description and range.
 
     :param groups: instances of settings classes, whose values are written.
-    :param commented: a group whose values are written as comments, so that a preset still counts.
-    :param title: what the file is, as a comment on top.
+    :param commented: a group whose values are commented out, so that they do not override a
+        preset.
+    :param title: comment at the top of the file.
     """
     lines = [f'# {line}' for line in textwrap.wrap(title, _WIDTH - 2)]
     lines += ['/**:', '  ros__parameters:']
     for group in groups:
         for p in parameters(group):
-            # an empty list has no type that ROS could infer
+            # commented out: ROS cannot infer the type of an empty list
             lines += _entry(p, '#' if p.default == () else '')
     if commented is not None:
         for p in parameters(commented):
@@ -48,17 +49,18 @@ def config_text(*groups: Any, commented: Any = None, title: str = '') -> str:
 
 
 def _entry(p: Parameter, mark: str) -> Iterator[str]:
-    comment = _meaning(p) + (f' [{p.range_text}]' if p.range_text else '')
-    yield from textwrap.wrap(comment, _WIDTH, initial_indent='    # ', subsequent_indent='    # ')
+    comment = _description(p) + (f' [{p.range_text}]' if p.range_text else '')
+    yield from textwrap.wrap(comment, _WIDTH, initial_indent='    # ', subsequent_indent='    # ',
+                             break_on_hyphens=False)
     yield f'    {mark}{p.name}: {_scalar(p.default)}'
 
 
-def _meaning(p: Parameter) -> str:
+def _description(p: Parameter) -> str:
     return p.description if p.range_text or not p.unit else f'{p.description} [{p.unit}]'
 
 
-def _scalar(value: Any) -> str:
-    """Return a value as YAML 1.1 reads it back in its type."""
+def _scalar(value: Value) -> str:
+    """Return a value as YAML 1.1 text that is parsed back to the same type."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):

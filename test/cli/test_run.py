@@ -72,7 +72,7 @@ def test_sources_that_are_none(aick, tmp_path, command, make, words):
 
 @pytest.mark.parametrize('arguments, words', [
     (['--set', 'aick.apha=1'], 'did you mean aick.alpha'),
-    (['--preset', 'best'], "no preset is called 'best'"),
+    (['--preset', 'best'], "unknown preset 'best'"),
     (['--config', 'none.yaml'], 'cannot read the settings none.yaml'),
     (['--camera', 'none.json'], 'none.json'),
     (['--json', 'none/figures.json'], 'there is no folder none')])

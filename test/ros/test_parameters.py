@@ -72,7 +72,7 @@ def test_single_parameters_change_the_preset(make_node):
     ({'aick__alpha': 1.5}, r'aick\.alpha = 1\.5 is outside 0 to 1'),
     ({'aick__alpha': 'high'}, "aick.alpha = 'high' is not a number"),
     ({'publish_tf': 'maybe'}, "publish_tf = 'maybe' is not true or false"),
-    ({'preset': 'paper'}, "no preset is called 'paper'"),
+    ({'preset': 'paper'}, "unknown preset 'paper'"),
     ({'preset': 5}, 'preset = 5 is not text'),
     ({'frame_id': ''}, 'they must be different frames'),
     ({'frame_id': 'odom'}, 'they must be different frames'),
@@ -120,7 +120,7 @@ def test_what_changes_nothing_is_not_told(live):
 
 @pytest.mark.parametrize('changes, reason', [
     ({'odometry__max_speed': 5000.0},
-     'odometry.max_speed = 5000.0 is outside 0.01 to 1000 m/s; it is: Faster translations'),
+     'odometry.max_speed = 5000.0 is outside 0.01 to 1000 m/s. Meaning: Maximum speed'),
     ({'aick__iterations': 0}, 'aick.iterations = 0 is outside 1 to 100'),
     ({'aick__vocabulary': '/none.npz'}, '/none.npz'),
     ({'aick__vocabulary': 'surf-1000'}, 'the vocabulary surf-1000 is of surf keypoints'),

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What settings must fulfil together."""
+"""Conditions on several parameters together."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
 
-def test_a_depth_range_without_depths_is_refused():
+def test_an_empty_depth_range_is_rejected():
     with pytest.raises(InputError, match='min_depth = 5 m and sensor.max_depth = 2 m'):
         with_values(Settings(), {'sensor.min_depth': 5, 'sensor.max_depth': 2})
     both = {'sensor.min_depth': 15, 'sensor.max_depth': 20}

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The node's own parameters, of which some are truths and poses."""
+"""Parameters of the node: booleans, poses and frame names."""
 
 import pytest
 
@@ -10,7 +10,7 @@ from aick_ros.settings.node import NodeSettings
 from aick_ros.settings.parameter import with_values
 
 
-def test_truths_poses_and_names_are_taken_as_text():
+def test_booleans_poses_and_names_are_accepted_as_text():
     node = with_values(NodeSettings(), {
         'publish_tf': 'false', 'camera_in_base': '0 0 1, 0 0 0 1', 'frame_id': 'camera'})
     assert node.publish_tf is False
@@ -19,6 +19,6 @@ def test_truths_poses_and_names_are_taken_as_text():
 
 
 @pytest.mark.parametrize('value', [1, 'yes', None])
-def test_truth_is_true_or_false(value):
+def test_a_boolean_is_true_or_false_only(value):
     with pytest.raises(InputError, match='is not true or false'):
         with_values(NodeSettings(), {'publish_tf': value})

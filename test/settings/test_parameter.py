@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Parameters as such, and that each of the package is declared whole."""
+"""Conversion and range checks, and the completeness of all declarations."""
 
 import dataclasses
 
@@ -16,7 +16,7 @@ ALL = [*parameters(Settings), *parameters(NodeSettings)]
 
 
 @pytest.mark.parametrize('parameter', ALL, ids=lambda parameter: parameter.name)
-def test_every_parameter_is_described_and_its_default_allowed(parameter):
+def test_every_parameter_has_a_description_a_range_and_a_valid_default(parameter):
     assert parameter.description.endswith('.')
     assert len(parameter.description) > 10
     assert parameter.convert(parameter.default) == parameter.default
@@ -30,7 +30,7 @@ def test_names_are_unique():
     assert len(set(names)) == len(names)
 
 
-def test_text_and_numbers_are_taken():
+def test_text_and_numbers_are_accepted():
     changed = with_values(Settings(), {
         'aick.alpha': '0.3', 'aick.iterations': 5, 'features.orb.nfeatures': '500',
         'odometry.max_speed': 2})
@@ -51,17 +51,19 @@ def test_values_and_with_values_are_inverse():
     ('aick.alpha', float('nan'), 'is outside 0 to 1'),
     ('aick.alpha', True, 'is not a number'),
     ('aick.iterations', 2.5, 'is not a whole number'),
+    ('aick.iterations', None, 'is not a whole number'),
+    ('aick.vocabulary', 3, 'is not text'),
     ('aick.iterations', 0, 'is outside 1 to 100'),
     ('aick.lambda_e', 11, 'is outside 0.0001 to 10 m'),
     ('features.detector', 'surff', "is none of 'orb'"),
     ('aick.alfa', 0.5, r'did you mean aick\.alpha'),
     ('quality', 5, 'no parameter is called'),
 ])
-def test_refusals_name_parameter_range_and_unit(name, value, sentence):
+def test_error_messages_name_parameter_range_and_unit(name, value, sentence):
     with pytest.raises(InputError, match=sentence):
         with_values(Settings(), {name: value})
 
 
-def test_nothing_is_changed_where_one_value_is_refused():
-    with pytest.raises(InputError):
+def test_one_bad_value_rejects_all_changes():
+    with pytest.raises(InputError, match='aick.iterations = 1000'):
         with_values(Settings(), {'aick.alpha': 0.3, 'aick.iterations': 1000})

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The presets against the numbers of the paper (IV, V-A)."""
+"""Presets against the parameters of the paper (IV, V-A)."""
 
 import pytest
 
@@ -11,18 +11,18 @@ from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import PRESETS, preset
 
 
-def test_presets_are_the_papers():
+def test_orb_presets_are_those_of_the_paper():
     full, fast = preset('paper-full'), preset('paper-fast')
     assert (full.aick.alpha, full.aick.iterations, full.features.max_keypoints) == (0.8, 25, 0)
     assert (fast.aick.alpha, fast.aick.iterations, fast.features.max_keypoints) == (0.6, 10, 350)
     for settings in (full, fast):
         assert (settings.aick.lambda_e, settings.aick.lambda_f) == (0.01, 0.2)
         assert settings.features.detector == 'orb'
-        assert settings.features.cell_size == 0.0  # the strongest, wherever they are
+        assert settings.features.cell_size == 0.0  # the strongest of the whole image
         assert settings.features.orb == Settings().features.orb
 
 
-def test_presets_of_surf_are_the_papers():
+def test_surf_presets_are_those_of_the_paper():
     full, fast = preset('paper-full-surf'), preset('paper-fast-surf')
     assert (full.aick.alpha, full.aick.iterations, full.features.max_keypoints) == (0.8, 25, 0)
     assert (fast.aick.alpha, fast.aick.iterations, fast.features.max_keypoints) == (0.3, 5, 200)
@@ -34,7 +34,7 @@ def test_presets_of_surf_are_the_papers():
         assert (surf.octaves, surf.intervals, surf.init_sample, surf.threshold) == (5, 5, 2, 1e-5)
 
 
-def test_presets_with_words_are_those_without_them_otherwise():
+def test_presets_with_words_differ_from_the_others_by_the_vocabulary_only():
     for name, detector in (('paper-fast', 'orb'), ('paper-fast-surf', 'surf')):
         with_words, without = preset(f'{name}-words'), preset(name)
         assert with_words.aick.vocabulary == f'{detector}-1000'
@@ -45,11 +45,11 @@ def test_presets_with_words_are_those_without_them_otherwise():
 
 
 @pytest.mark.parametrize('name', PRESETS)
-def test_a_preset_ends_as_the_paper_does(name):
+def test_presets_have_no_refinement_and_register_to_the_previous_frame(name):
     assert preset(name).refinement.mode == 'none'
     assert preset(name).odometry.reference == 'previous'
 
 
-def test_unknown_preset_is_named_with_those_there_are():
+def test_an_unknown_preset_is_rejected_with_the_list_of_presets():
     with pytest.raises(InputError, match='paper-full, paper-fast'):
         preset('paper')

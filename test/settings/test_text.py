@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The parameters as text say what the settings say."""
+"""Parameters as YAML and Markdown, parsed back and compared with the settings."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def read(text):
 
 @pytest.mark.parametrize('group', [Settings(), preset('paper-full'), NodeSettings(),
                                    NodeSettings(frame_id="it's: #1", camera_in_base=(0, 1e-7, 2))])
-def test_yaml_reads_back_in_value_and_type(group):
+def test_yaml_is_parsed_back_with_values_and_types(group):
     content = read(config_text(group, title='Made by a test.'))
     for p in parameters(group):
         if p.default == ():
@@ -42,7 +42,7 @@ def test_small_and_large_numbers_stay_numbers():
     assert content['odometry.max_speed'] == 1000.0
 
 
-def test_commented_values_are_there_but_do_not_count():
+def test_commented_values_are_written_but_not_read():
     text = config_text(NodeSettings(), commented=Settings())
     assert read(text).keys() <= values(NodeSettings()).keys()
     lines = [line.replace('#', '', 1) if line.startswith('    #') and ': ' in line
@@ -51,14 +51,14 @@ def test_commented_values_are_there_but_do_not_count():
     assert {name: content[name] for name in values(Settings())} == values(Settings())
 
 
-def test_each_parameter_comes_with_its_sentence_and_range():
+def test_each_parameter_has_its_description_and_range():
     text = ' '.join(config_text(Settings()).replace('    # ', '').split())
     for p in parameters(Settings()):
         assert ' '.join(p.description.split()) in text
         assert p.range_text in text
 
 
-def test_lines_are_short_and_end():
+def test_lines_are_short_and_the_last_one_is_complete():
     text = config_text(NodeSettings(), Settings(), title='long ' * 60)
     assert max(map(len, text.splitlines())) <= 99
     assert text.endswith('\n')
@@ -76,7 +76,7 @@ def test_table_has_a_row_for_each_parameter():
     assert head.count('|') == rule.count('|') == 5
 
 
-def test_bars_do_not_break_the_table():
+def test_vertical_bars_are_escaped_in_the_table():
     @dataclass(frozen=True)
     class Barred:
         ratio: float = parameter(0.5, 'a | b', unit='m')

@@ -80,7 +80,7 @@ def test_parameters_of_ros_and_of_the_node_do_no_harm(config):
     ('/**: {ros__parameters: {frame_idd: base}}', 'did you mean frame_id'),
     ('/**: {ros__parameters: {publish_tf: 3}}', 'publish_tf = 3 is not true or false'),
     ('/**: {ros__parameters: }', 'ros__parameters has no parameters'),
-    ('/**: {ros__parameters: {preset: best}}', "no preset is called 'best'"),
+    ('/**: {ros__parameters: {preset: best}}', "unknown preset 'best'"),
     ('aick: {alpha: 0.5}', 'has no parameters: it takes "odom_node:" or "/**:"'),
     ('', 'has no parameters'),
     ('camera: {ros__parameters: {serial: 12}}', 'has parameters of /camera, not of odom_node'),
@@ -113,5 +113,5 @@ def test_refuses_an_assignment(assignment, sentence):
 
 
 def test_refuses_an_unknown_preset():
-    with pytest.raises(InputError, match='no preset .*paper-full, paper-fast'):
+    with pytest.raises(InputError, match='unknown preset .*paper-full, paper-fast'):
         settings_from('paper', None, None)
