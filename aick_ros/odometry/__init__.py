@@ -3,6 +3,7 @@
 
 """A stream of frames to a trajectory."""
 
-from aick_ros.odometry.odometry import Odometry, OdometryUpdate
+from aick_ros.odometry.odometry import Odometry
+from aick_ros.odometry.update import OdometryUpdate
 
 __all__ = ['Odometry', 'OdometryUpdate']

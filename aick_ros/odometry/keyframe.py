@@ -26,7 +26,7 @@ class Anchor:
     :param keyframe_covariance: 6x6 of that.
     """
 
-    view: PreparedFrame
+    prepared: PreparedFrame
     T_odom_camera: np.ndarray
     covariance: np.ndarray
     T_keyframe_camera: np.ndarray = field(default_factory=lambda: np.eye(4))
@@ -52,20 +52,21 @@ class Anchor:
 class OneFrame:
     """A reference that is one frame as it is; compare LocalMap."""
 
-    def register(self, registrar: Registrar, view: PreparedFrame, target: PreparedFrame,
+    def register(self, registrar: Registrar, prepared: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None, elapsed: float) -> Registration:
         """Return where a view was, seen from the frame."""
-        return registrar.register(view, target, expected, elapsed)
+        return registrar.register(prepared, target, expected, elapsed)
 
-    def start(self, view: PreparedFrame) -> PreparedFrame:
+    def start(self, prepared: PreparedFrame) -> PreparedFrame:
         """Return what others are registered to."""
-        return view
+        return prepared
 
-    def update(self, view: PreparedFrame, registration: Registration) -> PreparedFrame:
+    def update(self, prepared: PreparedFrame, registration: Registration) -> PreparedFrame:
         """Return the frame after another one was registered to it."""
-        return view
+        return prepared
 
-    def propagate(self, view: PreparedFrame, new: PreparedFrame, registration: Registration) -> PreparedFrame:
+    def propagate(self, prepared: PreparedFrame, new: PreparedFrame,
+                  registration: Registration) -> PreparedFrame:
         """Return the frame that follows."""
         return new
 
@@ -89,23 +90,23 @@ class KeyframePolicy:
         """Forget the keyframe: the next registration is to another one."""
         self._first = self._last = 0.0
 
-    def keeps(self, view: PreparedFrame, registration: Registration) -> bool:
+    def keeps(self, prepared: PreparedFrame, registration: Registration) -> bool:
         """Return whether the keyframe that a view was registered to still serves the next one."""
         if self._settings.reference == 'previous':
             return False
-        variance = _variance(view, registration.covariance)
+        variance = _variance(prepared, registration.covariance)
         if self._first == 0.0:
             self._first = self._last = variance
         surer = variance <= self._last + self._first
         self._last = variance
-        sought = min(len(view.keypoints), self._most_tracked)
+        sought = min(len(prepared.keypoints), self._most_tracked)
         enough = registration.support >= self._settings.min_overlap * sought
         if not (surer and enough):
             self.begin()
         return surer and enough
 
 
-def _variance(view: PreparedFrame, covariance: np.ndarray) -> float:
+def _variance(prepared: PreparedFrame, covariance: np.ndarray) -> float:
     """Return the variance of where a registration puts what the view sees [m^2]."""
-    distance = float(np.median(view.keypoints.positions[:, 2]))
+    distance = float(np.median(prepared.keypoints.positions[:, 2]))
     return float(np.trace(covariance[:3, :3]) + distance ** 2 * np.trace(covariance[3:, 3:]))

@@ -90,7 +90,8 @@ class LocalMap:
         least = np.minimum(least, before[:, 2, 2])
         return np.maximum(least / np.maximum(after[:, 2, 2], 1e-12), 1.0)
 
-    def propagate(self, view: PreparedFrame, new: PreparedFrame, registration: Registration) -> PreparedFrame:
+    def propagate(self, view: PreparedFrame, new: PreparedFrame,
+                  registration: Registration) -> PreparedFrame:
         """
         Return the map of a new keyframe: what it sees of the one before, and what is new to it.
 

@@ -57,9 +57,9 @@ def test_what_was_learnt_of_the_camera_survives():
     odometry = Odometry()
     for frame in frames[:-1]:
         odometry.register_frame(frame)
-    before = odometry.register_frame(frames[-1]).view.stamp_jitter
+    before = odometry.register_frame(frames[-1]).prepared.stamp_jitter
     odometry.change_settings(with_values(Settings(), {'aick.iterations': 12}))
     late = dataclasses.replace(frames[-1], stamp=frames[-1].stamp + 33_000_000)
-    after = odometry.register_frame(late).view.stamp_jitter
+    after = odometry.register_frame(late).prepared.stamp_jitter
     assert before > 0.001
     assert after == pytest.approx(before, rel=0.3)

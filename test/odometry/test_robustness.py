@@ -59,9 +59,10 @@ def follow(frames, true_pose, settings=Settings()):
     updates = [odometry.register_frame(frame) for frame in frames]
     for update in updates:
         if update.status is Status.OK:
-            before = stamps[np.abs(stamps - update.stamp + update.interval * NANOSECONDS).argmin()]
+            start = update.stamp - update.increment.interval * NANOSECONDS
+            before = stamps[np.abs(stamps - start).argmin()]
             motion = se3.inverse(true_pose(before)) @ true_pose(update.stamp)
-            translation, rotation = off(update.increment, motion)
+            translation, rotation = off(update.increment.pose.matrix, motion)
             assert translation < FAR
             assert rotation < TURNED
     way = se3.inverse(true_pose(stamps[0])) @ true_pose(stamps[-1])
@@ -93,7 +94,7 @@ def test_blurred_frames_are_followed_or_bridged(frame, width, lost):
         shown[i] = dataclasses.replace(shown[i], colour=cv2.filter2D(shown[i].colour, -1, smear))
     updates, (translation, rotation) = follow(shown, frame.pose)
     assert [update.status.ok for update in updates] == 3 * [True] + 2 * [not lost] + 3 * [True]
-    assert updates[5].interval == pytest.approx((3 if lost else 1) * PERIOD)
+    assert updates[5].increment.interval == pytest.approx((3 if lost else 1) * PERIOD)
     assert translation < 0.003
     assert rotation < np.radians(0.1)
 
@@ -124,7 +125,7 @@ def in_front(frames, patch, speed):
 def test_an_object_that_moves_over_a_third_of_the_image(frame, patch, speed):
     shown = in_front([frame(i) for i in range(8)], patch, speed)
     updates, (translation, rotation) = follow(shown, frame.pose)
-    share = np.mean([np.mean(np.abs(update.view.frame.depth[
+    share = np.mean([np.mean(np.abs(update.prepared.frame.depth[
         tuple(np.rint(update.keypoints.pixels[:, ::-1]).astype(int).T)] - 1.0) < 1e-6)
         for update in updates])
     assert 0.2 < share < 0.4  # of the keypoints are on it
@@ -216,7 +217,7 @@ def test_covered_for_a_second(frame):
     assert statuses(updates)[9:39] == 30 * [Status.TOO_FEW_KEYPOINTS]
     assert statuses(updates)[39:] == 2 * [Status.OK]
     assert [update.recovered for update in updates[-2:]] == [True, False]
-    assert updates[-2].interval == pytest.approx(31 * PERIOD)
+    assert updates[-2].increment.interval == pytest.approx(31 * PERIOD)
     assert translation < 0.01
     assert rotation < np.radians(0.3)
 
@@ -233,7 +234,7 @@ def test_a_camera_lifted_while_a_hand_goes_over_it_is_found_by_an_earlier_frame(
     found = updates[-2]
     assert found.status is Status.OK
     assert found.recovered
-    assert found.interval > 18 * PERIOD
+    assert found.increment.interval > 18 * PERIOD
     assert any(found.reference.stamp == update.keypoints.stamp for update in updates[:5])
     assert translation < 0.01
     assert rotation < np.radians(0.3)

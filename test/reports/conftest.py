@@ -11,6 +11,7 @@ import pytest
 from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of
 from aick_ros.evaluation.scores.run_summary import summarize
 from aick_ros.geometry import se3
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registration.status import Status
@@ -30,9 +31,9 @@ def records():
             stamp=i * NANOSECONDS // 30,
             status=Status.TOO_FEW_MATCHES if lost else Status.OK,
             reason='5 matches, odometry.min_matches is <12>' if lost else '',
-            T_odom_camera=pose, covariance=1e-4 * np.eye(6), keypoints=350,
-            matches=0 if lost else 200 + i, increment=None if lost else np.eye(4),
-            increment_covariance=1e-6 * np.eye(6),
+            pose=PoseWithCovariance(pose, 1e-4 * np.eye(6)), keypoints=350,
+            matches=0 if lost else 200 + i, increment=None if lost else Increment(
+                PoseWithCovariance(np.eye(4), 1e-6 * np.eye(6)), 1 / 30),
             timing={'features': 4.0, 'registration': 2.0 + i % 7, 'total': 6.0 + i % 7}))
     return records
 

@@ -227,7 +227,7 @@ def test_the_link_that_rtabmap_makes_has_the_covariance_of_the_increment_if_aske
     for update, covariance in list(zip(updates, rtabmap.link_covariances))[1:]:
         np.testing.assert_allclose(
             np.linalg.eigvalsh(covariance[3:, 3:]),
-            np.linalg.eigvalsh(update.increment_covariance[3:, 3:]), rtol=1e-5)
+            np.linalg.eigvalsh(update.increment.pose.covariance[3:, 3:]), rtol=1e-5)
 
 
 def test_nav2_subscribes_reliably_and_is_heard(rig, start_node, frames):

@@ -82,7 +82,7 @@ def test_frames_velocity_and_covariance_are_those_of_the_base(rig, start_node, f
         T_odom_base = T_BASE_CAMERA @ update.T_odom_camera @ T_camera_base
         np.testing.assert_allclose(pose_of(answer), T_odom_base, atol=1e-6)
         twist = answer.twist.twist
-        moved = se3.exp(update.interval * np.array([
+        moved = se3.exp(update.increment.interval * np.array([
             twist.linear.x, twist.linear.y, twist.linear.z,
             twist.angular.x, twist.angular.y, twist.angular.z]))
         np.testing.assert_allclose(last @ moved, T_odom_base, atol=1e-6)
@@ -92,9 +92,9 @@ def test_frames_velocity_and_covariance_are_those_of_the_base(rig, start_node, f
             assert np.all(np.linalg.eigvalsh(covariance) > 0)
             assert covariance[0, 0] not in (1.0, LOST)
         # per second squared: the deviation of a step of 1/30 s is 30 times that of the velocity
-        step = np.sqrt(np.trace(update.increment_covariance[3:, 3:]))
+        step = np.sqrt(np.trace(update.increment.pose.covariance[3:, 3:]))
         rate = np.sqrt(np.trace(covariance_of(answer.twist)[3:, 3:]))
-        assert rate == pytest.approx(step / update.interval, rel=1e-6)
+        assert rate == pytest.approx(step / update.increment.interval, rel=1e-6)
 
 
 def test_while_lost_the_last_pose_without_weight_and_no_tf(rig, start_node, frames):

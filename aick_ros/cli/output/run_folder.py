@@ -105,20 +105,22 @@ class RunFolder:
 def _row(record: FrameRecord, stages: Sequence[str]) -> Iterator[str | int]:
     yield from (stamp_to_seconds(record.stamp), record.status.name, record.reason,
                 record.keypoints, record.matches)
-    measured = record.increment is not None
-    if measured:
-        yield from (f'{value:.9f}' for value in record.increment[:3, 3])
-        yield from (f'{value:.9f}' for value in se3.log_rotation(record.increment[:3, :3]))
-        yield from (f'{value:.6e}' for value in np.diag(record.increment_covariance))
-    else:
+    if record.increment is None:
         yield from [''] * (2 * len(_AXES))
-    yield from (f'{value:.6e}' for value in np.diag(record.covariance))
+    else:
+        moved = record.increment.pose
+        yield from (f'{value:.9f}' for value in moved.translation)
+        yield from (f'{value:.9f}' for value in se3.log_rotation(moved.rotation))
+        yield from (f'{value:.6e}' for value in np.diag(moved.covariance))
+    yield from (f'{value:.6e}' for value in np.diag(record.pose.covariance))
     yield from (f'{record.timing[stage]:.3f}' if stage in record.timing else ''
                 for stage in stages)
     # as many digits as it takes for the matrix to stay positive definite
-    yield from (f'{value:.12e}' if measured else ''
-                for value in record.increment_covariance[_TRIANGLE])
-    yield from (f'{value:.12e}' for value in record.covariance[_TRIANGLE])
+    if record.increment is None:
+        yield from [''] * len(_TRIANGLE[0])
+    else:
+        yield from (f'{value:.12e}' for value in record.increment.pose.covariance[_TRIANGLE])
+    yield from (f'{value:.12e}' for value in record.pose.covariance[_TRIANGLE])
 
 
 def make_folder(parent: Path, source: str, started: datetime) -> Path:

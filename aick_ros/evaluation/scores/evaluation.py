@@ -84,7 +84,7 @@ def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence
         update = odometry.register_frame(frame)
         records.append(FrameRecord.of(update))
         if pairs is not None:
-            pairs.add(update.view)
+            pairs.add(update.prepared)
         on_progress(len(records))
     if not records:
         raise InputError(f'{source.name} has no frame that can be used')

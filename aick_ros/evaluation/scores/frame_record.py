@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.registration.status import Status
@@ -21,37 +22,30 @@ class FrameRecord:
     An :class:`OdometryUpdate` without its keypoints, small enough to keep one for each frame.
 
     :param keypoints: their number; matches likewise.
-    :param covariance: 6x6 of the pose [m^2, m rad, rad^2].
-    :param increment: 4x4, None where the frame was not registered.
-    :param increment_covariance: 6x6.
     :param timing: stage -> milliseconds.
-    :param interval: time of the increment [s]; 0 where there is none.
-    :param refused: 4x4, the increment that was not believed; None where there is none.
-    :param refused_interval: its time [s].
     """
 
     stamp: int
     status: Status
     reason: str
-    T_odom_camera: np.ndarray
-    covariance: np.ndarray
+    pose: PoseWithCovariance
     keypoints: int
     matches: int
-    increment: np.ndarray | None
-    increment_covariance: np.ndarray
     timing: dict[str, float]
-    interval: float = 0.0
-    refused: np.ndarray | None = None
-    refused_interval: float = 0.0
+    increment: Increment | None = None
+    rejected: Increment | None = None
+
+    @property
+    def T_odom_camera(self) -> np.ndarray:
+        """Pose of the camera, 4x4."""
+        return self.pose.matrix
 
     @classmethod
     def of(cls, update: OdometryUpdate) -> FrameRecord:
         """Return what is kept of an update."""
         return cls(
-            update.stamp, update.status, update.reason, update.T_odom_camera,
-            update.covariance, len(update.keypoints), len(update.matches),
-            update.increment if update.interval > 0 else None, update.increment_covariance,
-            update.timing, update.interval, update.refused, update.refused_interval)
+            update.stamp, update.status, update.reason, update.pose, len(update.keypoints),
+            len(update.matches), update.timing, update.increment, update.rejected)
 
 
 def stages_of(records: Iterable[FrameRecord]) -> list[str]:

@@ -8,16 +8,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.increment_error import IncrementError
 from aick_ros.evaluation.scores.pairs import MAX_HOLE
 from aick_ros.geometry import se3
+from aick_ros.geometry.pose import Increment
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
-
-_UNKNOWN = np.diag(np.full(6, np.inf))
 
 
 @dataclass(frozen=True)
@@ -35,10 +32,8 @@ class RunErrors:
     @classmethod
     def of(cls, records: Sequence[FrameRecord], ground_truth: Trajectory) -> RunErrors:
         """Return the errors of a run."""
-        believed = (_error(record.stamp, record.interval, record.increment,
-                           record.increment_covariance, ground_truth) for record in records)
-        refused = (_error(record.stamp, record.refused_interval, record.refused, _UNKNOWN,
-                          ground_truth) for record in records)
+        believed = (_error(record.stamp, record.increment, ground_truth) for record in records)
+        refused = (_error(record.stamp, record.rejected, ground_truth) for record in records)
         return cls([error for error in believed if error is not None],
                    [error for error in refused if error is not None])
 
@@ -68,14 +63,14 @@ class SilentFailures:
                    len(errors.refused), sum(not error.is_wrong for error in errors.refused))
 
 
-def _error(stamp: int, interval: float, increment: np.ndarray | None, covariance: np.ndarray,
+def _error(stamp: int, increment: Increment | None,
            ground_truth: Trajectory) -> IncrementError | None:
     """Return the error of an increment, None where there is none or no truth to judge it by."""
     if increment is None:
         return None
-    T_world_target = ground_truth.at(stamp - round(interval * NANOSECONDS), MAX_HOLE)
+    T_world_target = ground_truth.at(stamp - round(increment.interval * NANOSECONDS), MAX_HOLE)
     T_world_source = ground_truth.at(stamp, MAX_HOLE)
     if T_world_target is None or T_world_source is None:
         return None
-    return IncrementError.of(increment, covariance,
+    return IncrementError.of(increment.pose.matrix, increment.pose.covariance,
                              se3.inverse(T_world_target) @ T_world_source)

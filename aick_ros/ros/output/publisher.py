@@ -93,7 +93,7 @@ class OdometryPublisher:
         self._is_lost = not (update.status.ok or update.predicted)
         if not self._is_lost:
             _, covariance = self._base.follow(
-                update.T_odom_camera, update.covariance, T_base_camera, mount)
+                update.T_odom_camera, update.pose.covariance, T_base_camera, mount)
             self._send_tf(update.stamp)
         if not update.status.ok:
             return self._publish_lost(update.stamp)
@@ -139,16 +139,16 @@ class OdometryPublisher:
 
         :param T_base_camera0: the extrinsic at the last frame; another one if the camera moves.
         """
-        if not update.interval or update.recovered:
+        if update.increment is None or update.recovered:
             return _Motion()
         _, covariance = se3.change_body(
-            update.increment, update.increment_covariance, T_base_camera)
-        increment = T_base_camera0 @ update.increment @ se3.inverse(T_base_camera)
+            update.increment.pose.matrix, update.increment.pose.covariance, T_base_camera)
+        increment = T_base_camera0 @ update.increment.pose.matrix @ se3.inverse(T_base_camera)
         turn = np.kron(np.eye(2), increment[:3, :3].T)  # to the axes of the base as it is now
         covariance = turn @ covariance @ turn.T
         if self._settings.twist_covariance == 'velocity':
-            covariance = covariance / update.interval ** 2
-        return _Motion(se3.log(increment) / update.interval, _below_unknown(covariance))
+            covariance = covariance / update.increment.interval ** 2
+        return _Motion(se3.log(increment) / update.increment.interval, _below_unknown(covariance))
 
 
 def _initial_pose(settings: NodeSettings) -> np.ndarray:

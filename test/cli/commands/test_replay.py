@@ -88,11 +88,12 @@ def test_files_say_what_the_odometry_says(replay, recording, updates):
         assert (int(row['keypoints']), int(row['matches'])) == (
             len(update.keypoints), len(update.matches))
         assert float(row['pose_variance_rot_z']) == pytest.approx(
-            update.covariance[5, 5], rel=1e-5)
-        if update.interval:
-            assert float(row['increment_y']) == pytest.approx(update.increment[1, 3], abs=1e-9)
+            update.pose.covariance[5, 5], rel=1e-5)
+        if update.increment:
+            moved = update.increment.pose
+            assert float(row['increment_y']) == pytest.approx(moved.matrix[1, 3], abs=1e-9)
             assert float(row['increment_variance_x']) == pytest.approx(
-                update.increment_covariance[0, 0], rel=1e-5)
+                moved.covariance[0, 0], rel=1e-5)
         else:
             assert row['increment_y'] == row['increment_variance_x'] == ''
     assert summary(run)['trajectory']['ate_rmse_m'] == pytest.approx(
@@ -109,13 +110,14 @@ def test_covariances_are_written_whole(replay, recording, updates):
 
     _, run = replay(recording, '--preset', 'paper-fast')
     for row, update in zip(rows(run), updates):
-        assert float(row['pose_cov_xz']) == pytest.approx(update.covariance[0, 2], rel=1e-9)
-        assert float(row['pose_cov_yrx']) == pytest.approx(update.covariance[1, 3], rel=1e-9)
-        assert float(row['pose_cov_rxrz']) == pytest.approx(update.covariance[3, 5], rel=1e-9)
-        np.testing.assert_allclose(matrix(row, 'pose'), update.covariance, rtol=1e-6, atol=1e-15)
-        if update.interval:
-            np.testing.assert_allclose(matrix(row, 'increment'), update.increment_covariance,
-                                       rtol=1e-6, atol=1e-15)
+        assert float(row['pose_cov_xz']) == pytest.approx(update.pose.covariance[0, 2], rel=1e-9)
+        assert float(row['pose_cov_yrx']) == pytest.approx(update.pose.covariance[1, 3], rel=1e-9)
+        assert float(row['pose_cov_rxrz']) == pytest.approx(update.pose.covariance[3, 5], rel=1e-9)
+        np.testing.assert_allclose(matrix(row, 'pose'), update.pose.covariance, rtol=1e-6,
+                                   atol=1e-15)
+        if update.increment:
+            np.testing.assert_allclose(
+                matrix(row, 'increment'), update.increment.pose.covariance, rtol=1e-6, atol=1e-15)
         else:
             assert {row[name] for name in row if name.startswith('increment_cov_')} == {''}
 

@@ -11,6 +11,7 @@ from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.increment_error import IncrementError
 from aick_ros.evaluation.scores.run_errors import RunErrors, SilentFailures
 from aick_ros.geometry import se3
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registration.status import Status
@@ -35,13 +36,13 @@ def record(ground_truth, index, back=1, off=(0, 0, 0, 0, 0, 0), believed=True):
     increment = np.linalg.inv(ground_truth.poses[index - back]) @ ground_truth.poses[index]
     increment[:3, 3] += off[:3]
     increment[:3, :3] = Rotation.from_rotvec(off[3:]).as_matrix() @ increment[:3, :3]
-    interval = back * PERIOD / NANOSECONDS
-    measured = {'increment': increment, 'interval': interval} if believed else {
-        'increment': None, 'refused': increment, 'refused_interval': interval}
+    measured = Increment(PoseWithCovariance(increment, SIGMA ** 2 * np.eye(6)),
+                         back * PERIOD / NANOSECONDS)
     return FrameRecord(
         stamp=int(ground_truth.stamps[index]), reason='', keypoints=300, matches=100,
-        status=Status.OK if believed else Status.MOTION_GATE, T_odom_camera=np.eye(4),
-        covariance=np.eye(6), increment_covariance=SIGMA ** 2 * np.eye(6), timing={}, **measured)
+        status=Status.OK if believed else Status.MOTION_GATE,
+        pose=PoseWithCovariance(np.eye(4), np.eye(6)), timing={},
+        **{'increment' if believed else 'rejected': measured})
 
 
 @pytest.mark.parametrize('back', [1, 3])

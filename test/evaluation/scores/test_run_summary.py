@@ -11,6 +11,7 @@ import pytest
 
 from aick_ros.evaluation.scores.frame_record import FrameRecord, stages_of, trajectory_of
 from aick_ros.evaluation.scores.run_summary import summarize
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registration.status import Status
@@ -21,10 +22,9 @@ def record(index, position, status=Status.OK, matches=100):
     pose = np.eye(4)
     pose[:3, 3] = position
     return FrameRecord(
-        stamp=index * NANOSECONDS // 10, status=status, reason='', T_odom_camera=pose,
-        covariance=np.zeros((6, 6)), keypoints=300 + index, matches=matches,
-        increment=np.eye(4) if status is Status.OK else None,
-        increment_covariance=np.zeros((6, 6)),
+        stamp=index * NANOSECONDS // 10, status=status, reason='',
+        pose=PoseWithCovariance(pose), keypoints=300 + index, matches=matches,
+        increment=Increment(PoseWithCovariance.identity(), 0.1) if status is Status.OK else None,
         timing={'features': 4.0 + index, 'registration': 2.0, 'total': 6.0 + index})
 
 
@@ -72,7 +72,8 @@ def test_held_poses_count_in_the_errors(records):
     truth = trajectory_of(records)
     poses = truth.poses.copy()
     poses[20:22, 2, 3] += 0.5
-    held = [FrameRecord(**{**vars(r), 'T_odom_camera': pose}) for r, pose in zip(records, poses)]
+    held = [FrameRecord(**{**vars(r), 'pose': PoseWithCovariance(pose)})
+            for r, pose in zip(records, poses)]
     source = SimpleNamespace(name='', ground_truth=densely(truth))
     right = summarize(source, records, Settings(), 1.0).trajectory
     off = summarize(source, held, Settings(), 1.0).trajectory

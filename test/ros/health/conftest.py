@@ -3,17 +3,18 @@
 
 """Statistics of frames by a clock that the test moves."""
 
-import numpy as np
+from types import SimpleNamespace
+
 import pytest
 
-from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.frame_statistics import FrameStatistics
 from aick_ros.ros.health.levels import judge
 
-NO_KEYPOINTS = KeypointFrame(0, *(np.empty((0, n), np.float32) for n in (3, 32, 9, 2)))
+FRAME = SimpleNamespace(keypoints=())
 
 
 class Frames(FrameStatistics):
@@ -32,7 +33,7 @@ class Frames(FrameStatistics):
         for i in range(count):
             self.receive()
             self.answered(OdometryUpdate(
-                1, status, f'{matches} matches', np.eye(4), np.eye(6), NO_KEYPOINTS,
+                1, status, f'{matches} matches', PoseWithCovariance.identity(), FRAME,
                 support=matches, timing={'total': total}),
                 delay_ms=10.0 + i % 2, age_ms=50.0 + i % 2)
 

@@ -12,6 +12,7 @@ from nav_msgs.msg import Odometry as OdometryMessage
 
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry import Odometry
 from aick_ros.registration.status import Status
 from aick_ros.ros.conversions import from_pose
@@ -68,7 +69,8 @@ def publish(make_probe):
 
 def test_a_tracked_camera_is_never_taken_for_a_lost_one(publish, updates):
     """However far the uncertainty has grown, the first variance stays below 9999."""
-    far = dataclasses.replace(updates[1], covariance=1e6 * np.diag([1, 2, 3, 4, 5, 6.0]))
+    far = dataclasses.replace(updates[1], pose=PoseWithCovariance(
+        updates[1].T_odom_camera, 1e6 * np.diag([1, 2, 3, 4, 5, 6.0])))
     sent = np.reshape(publish(far).pose.covariance, (6, 6))
     assert sent.max() < 9999
     np.testing.assert_allclose(sent / sent[0, 0], np.diag([1, 2, 3, 4, 5, 6.0]))
@@ -76,7 +78,7 @@ def test_a_tracked_camera_is_never_taken_for_a_lost_one(publish, updates):
 
 def test_small_covariances_are_sent_as_they_are(publish, updates):
     sent = np.reshape(publish(updates[1]).pose.covariance, (6, 6))
-    np.testing.assert_allclose(sent, updates[1].covariance, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(sent, updates[1].pose.covariance, rtol=1e-9, atol=1e-15)
 
 
 def test_of_a_bad_stamp_nothing_is_sent(publish, updates):
@@ -108,9 +110,10 @@ def test_the_covariance_of_the_twist_as_rtabmap_reads_it(make_probe, updates):
     velocity, increment = (
         np.reshape(make_probe(twist_covariance=kind)(updates[1]).twist.covariance, (6, 6))
         for kind in ('velocity', 'increment'))
-    np.testing.assert_allclose(increment, velocity * updates[1].interval ** 2, rtol=1e-6)
-    np.testing.assert_allclose(np.linalg.eigvalsh(increment),
-                               np.linalg.eigvalsh(updates[1].increment_covariance), rtol=1e-6)
+    np.testing.assert_allclose(increment, velocity * updates[1].increment.interval ** 2, rtol=1e-6)
+    np.testing.assert_allclose(
+        np.linalg.eigvalsh(increment),
+        np.linalg.eigvalsh(updates[1].increment.pose.covariance), rtol=1e-6)
 
 
 def test_the_initial_pose_is_that_of_the_base(make_probe, updates):
