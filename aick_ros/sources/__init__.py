@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Readers of recorded RGB-D data, one a file, all yielding the same :class:`RgbdFrame`."""
+"""Readers of recorded RGB-D data, one per file, all yielding :class:`RgbdFrame`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -15,9 +15,10 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import Trajectory
 
 OnDamaged = Callable[[InputError], None]
-"""Told of each image that cannot be used; what it raises ends the reading."""
+"""Callback for each image that cannot be used; an exception that it raises ends the reading."""
 
-_OF_A_BAG = ('--colour-topic', '--depth-topic', '--info-topic', '--ground-truth-topic')
+_BAG_FLAGS = ('--colour-topic', '--depth-topic', '--info-topic', '--ground-truth-topic',
+              '--register-depth', '--depth-info-topic', '--depth-in-colour')
 
 _KINDS = ('a ROS 2 bag (a folder with metadata.yaml, a .mcap or .db3 file), a ROS 1 bag (a .bag '
           'file), a TUM folder (with rgb.txt and depth.txt), a folder of frame-000000.color.png, '
@@ -30,14 +31,15 @@ def raise_damage(error: InputError) -> None:
 
 
 class RgbdSource(Protocol):
-    """
-    A recording, read in order, each time from the start.
+    """A recording, read in order, each time from its start."""
 
-    ``name`` is for people; ``ground_truth`` is the path of the colour camera, or None.
-    """
+    @property
+    def name(self) -> str:
+        """Name of the recording, for people."""
 
-    name: str
-    ground_truth: Trajectory | None
+    @property
+    def ground_truth(self) -> Trajectory | None:
+        """Path of the colour camera, ``T_world_camera``; None where it is not known."""
 
     def __len__(self) -> int:
         """Return the number of frames, or an upper bound where pairs are found while reading."""
@@ -46,21 +48,27 @@ class RgbdSource(Protocol):
         """
         Yield the frames, their colour stamps strictly increasing.
 
-        :param on_damaged: told of each image that cannot be read, and of each whose stamp repeats
-            or goes back; what it returns from is skipped, what it raises ends the reading.
+        :param on_damaged: called with the error of each image that cannot be read, and of each
+            whose stamp is not after the one before. Where it returns, the image is skipped; where
+            it raises, the reading ends.
         """
 
 
 @dataclass(frozen=True)
 class SourceOptions:
     """
-    How to read a recording, where it does not say so itself.
+    How to read a recording, where the recording does not say so itself.
 
-    :param camera: file with the calibration, as :mod:`aick_ros.sources.calibration` has it;
-        None: the recording's own.
-    :param colour_topic: of a bag; depth_topic, info_topic, ground_truth_topic likewise; None:
-        found by type and name.
+    :param camera: file with the calibration of the colour camera, see
+        :mod:`aick_ros.sources.calibration`; None: that of the recording.
+    :param colour_topic: topic of the colour images of a bag; depth_topic, info_topic,
+        ground_truth_topic likewise; None: found by type and name.
     :param max_interval: largest difference of the stamps of a colour and a depth image [s].
+    :param register_depth: whether the depth images of a bag are in the image of their own camera,
+        and are to be registered to the colour camera.
+    :param depth_info_topic: topic of the depth camera's camera_info; None: found by name.
+    :param depth_in_colour: ``T_colour_depth`` between the two optical frames, as x y z [m] and
+        the quaternion qx qy qz qw; None: from /tf_static in the bag.
     """
 
     camera: Path | None = None
@@ -69,6 +77,9 @@ class SourceOptions:
     info_topic: str | None = None
     ground_truth_topic: str | None = None
     max_interval: float = 0.02
+    register_depth: bool = False
+    depth_info_topic: str | None = None
+    depth_in_colour: Sequence[float] | None = None
 
 
 def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> RgbdSource:
@@ -76,11 +87,11 @@ def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> R
     Open a recording of any kind.
 
     :param path: file or folder, or ``synthetic:SEED`` for a rendered sequence.
-    :raises InputError: where there is nothing that can be read.
+    :raises InputError: where nothing there can be read.
     """
     scheme, _, seed = str(path).partition(':')
     if scheme == 'synthetic':
-        _refuse(options, 'a rendered recording', '--camera', *_OF_A_BAG)
+        _reject(options, 'a rendered recording', '--camera', *_BAG_FLAGS)
         return _open_synthetic(seed)
     path = Path(path)
     names = _names(path)
@@ -89,23 +100,23 @@ def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> R
             path.is_file() and '.bag' in suffixes):
         from aick_ros.sources.bag import BagSource
         return BagSource(path, options)
-    _refuse(options, f'{path}, which is no bag', *_OF_A_BAG)
+    _reject(options, f'{path}, which is not a bag', *_BAG_FLAGS)
     if names & {'rgb.txt', 'depth.txt'}:
         from aick_ros.sources.tum import TumSource
         return TumSource(path, options)
     if any(name.startswith('frame-') for name in names):
         from aick_ros.sources.images import ImagesSource
         return ImagesSource(path, options)
-    content = 'is no recording that is known' if names else 'is empty'
+    content = 'is not a known kind of recording' if names else 'is empty'
     raise InputError(f'{path} {content}: a source is {_KINDS}')
 
 
-def _refuse(options: SourceOptions, what: str, *flags: str) -> None:
-    """Refuse what would have no effect."""
+def _reject(options: SourceOptions, recording: str, *flags: str) -> None:
+    """Raise InputError where a flag is set that has no effect on a recording."""
     for flag in flags:
         value = getattr(options, flag.strip('-').replace('-', '_'))
-        if value is not None:
-            raise InputError(f'{flag} {value} means nothing for {what}: leave it out')
+        if value is not None and value is not False:
+            raise InputError(f'{flag} has no effect on {recording}: omit it')
 
 
 def _names(path: Path) -> set[str]:
@@ -123,6 +134,7 @@ def _names(path: Path) -> set[str]:
 
 def _open_synthetic(seed: str) -> RgbdSource:
     if seed and not seed.isdecimal():
-        raise InputError(f'synthetic:{seed} has no whole number for a seed: try synthetic:1')
+        raise InputError(f'synthetic:{seed} has a seed that is not a whole number: try '
+                         'synthetic:1')
     from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
     return SyntheticSource(SyntheticOptions(seed=int(seed)) if seed else SyntheticOptions())

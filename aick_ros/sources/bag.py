@@ -10,10 +10,9 @@ and reported.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property, partial
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,17 +20,15 @@ import numpy as np
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
-from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory, stamp_to_seconds
-from aick_ros.messages.camera_info import is_rectified, to_camera
 from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
+from aick_ros.sources.bag_cameras import BagCameras
 from aick_ros.sources.bag_file import BagFile
 from aick_ros.sources.bag_stream import BagStream, StampedMessage
 from aick_ros.sources.bag_topics import IMAGE, BagTopics
-from aick_ros.sources.calibration import read_camera
 
 _QUEUE_SIZE = 64  # images of one topic that wait for a partner; chosen, bounds the memory
 
@@ -53,9 +50,12 @@ class BagSource:
         self._topics = BagTopics({topic: str(info.msgtype) for topic, info in topics.items()},
                                  str(path))
         self._colour = self._topics.colour(options.colour_topic, options.depth_topic)
-        self._depth = self._topics.depth(options.depth_topic, self._colour)
+        self._depth = self._topics.depth(options.depth_topic, self._colour,
+                                         registered=not options.register_depth)
         self._length = min(topics[self._colour].msgcount, topics[self._depth].msgcount)
-        self._camera = self._find_camera()
+        self._cameras = BagCameras(self._bag, self._topics, options)
+        self._camera = self._cameras.colour(self._colour)
+        self._depth_camera = self._cameras.depth(self._depth) if options.register_depth else None
         self._decoder = FrameDecoder(self._transport(self._colour), self._transport(self._depth),
                                      names=(self._colour, self._depth))
 
@@ -96,15 +96,17 @@ class BagSource:
         """
         Yield the pairs of images as they are found.
 
-        :raises InputError: where no images are near each other, or the bag cannot be read on.
+        :raises InputError: where no images are near each other, the bag cannot be read to its
+            end, or depth is to be registered and its extrinsic is not known.
         """
         found = False
         for pair in self._pairs(on_damaged):
             found = True
+            decode = self._decoder_of(pair)
             try:
-                frame = self._decode(pair)
+                frame = decode(pair)
             except InputError as error:
-                on_damaged(error)
+                on_damaged(InputError(f'{self._path}, {error}'))
             else:
                 yield frame
         if not found:
@@ -112,6 +114,15 @@ class BagSource:
                 f'{self._path}: no image on {self._colour} is within '
                 f'{self._options.max_interval:g} s of one on {self._depth}: check the stamps of '
                 'the two drivers')
+
+    def _decoder_of(self, pair: Pair) -> Callable[[Pair], RgbdFrame]:
+        """Return what decodes a pair; InputError where the extrinsic that it needs is missing."""
+        if self._depth_camera is None:
+            return partial(self._decoder.decode, camera=self._camera)
+        return partial(self._decoder.decode_and_reproject, camera=self._camera,
+                       depth_camera=self._depth_camera,
+                       T_colour_depth=self._cameras.depth_in_colour(
+                           pair.colour.header.frame_id, pair.depth.header.frame_id))
 
     def _transport(self, topic: str) -> str:
         return 'raw' if self._topics.types[topic] == IMAGE else 'compressed'
@@ -131,34 +142,6 @@ class BagSource:
     def _report(self, on_damaged: OnDamaged, topic: str, stamp: int, reason: str) -> None:
         on_damaged(InputError(f'{self._path}, {topic} at {stamp_to_seconds(stamp)}: {reason}; '
                               'the image is dropped'))
-
-    def _decode(self, pair: Pair) -> RgbdFrame:
-        try:
-            return self._decoder.decode(pair, self._camera)
-        except InputError as error:
-            raise InputError(f'{self._path}, {error}') from None
-
-    def _find_camera(self) -> Camera:
-        if self._options.camera is not None:
-            return read_camera(self._options.camera)
-        remedy = 'or give a calibration with --camera FILE'
-        try:
-            topic = self._topics.info(self._options.info_topic, self._colour)
-        except InputError as error:
-            raise InputError(f'{error}; {remedy}') from None
-        for _, _, info in self._bag.messages([topic], raise_damage):
-            try:
-                return to_camera(_as_in_ros2(info), is_rectified(self._colour))
-            except InputError as error:
-                raise InputError(f'{self._path}, {topic}: {error}; {remedy}') from None
-        raise InputError(f'{self._path} has no message on {topic}: record it again, {remedy}')
-
-
-def _as_in_ros2(info: Any) -> Any:
-    """Return a camera_info with the matrices in small letters; ROS 1 has them in capitals."""
-    if hasattr(info, 'k'):
-        return info
-    return SimpleNamespace(**vars(info), k=info.K, d=info.D, p=info.P)
 
 
 def _stamp(message: Any) -> int:

@@ -58,9 +58,10 @@ class BagFile:
         :raises InputError: where the bag cannot be read on.
         """
         with self._open() as reader:
-            messages = reader.messages([connection for connection in reader.connections
-                                        if connection.topic in topics])
-            while True:
+            connections = [connection for connection in reader.connections
+                           if connection.topic in topics]
+            messages = reader.messages(connections)
+            while connections:  # of none, the reader would yield all messages
                 try:
                     connection, log_time, content = next(messages)
                 except StopIteration:

@@ -28,7 +28,7 @@ _GROUND_TRUTH = re.compile(r'ground_?truth', re.IGNORECASE)
 _TRANSPORT = re.compile(r'/(compressed|compressedDepth)$')
 
 _OPTIONS = {'colour': '--colour-topic', 'depth': '--depth-topic', 'camera_info': '--info-topic',
-            'ground truth': '--ground-truth-topic'}
+            'depth camera_info': '--depth-info-topic', 'ground truth': '--ground-truth-topic'}
 
 Rank = Callable[[str], tuple[Any, ...]]
 
@@ -61,28 +61,31 @@ class BagTopics:
 
         return self._choose('colour', given, _IMAGES, fits, rank)
 
-    def depth(self, given: str | None, colour: str) -> str:
-        """Return the topic of the depth images, the registered ones first; else as colour."""
+    def depth(self, given: str | None, colour: str, registered: bool = True) -> str:
+        """
+        Return the topic of the depth images.
+
+        :param colour: the colour topic; one beside it is preferred.
+        :param registered: whether depth in the colour camera's image is preferred, or depth in
+            that of the depth camera.
+        :raises InputError: as :meth:`colour`.
+        """
         def fits(topic: str) -> bool:
             return bool(_DEPTH.search(topic)) and not _NEITHER.search(topic)
 
         def rank(topic: str) -> tuple[Any, ...]:
-            return (bool(_REGISTERED.search(topic)), _shared(topic, colour),
+            return (bool(_REGISTERED.search(topic)) == registered, _shared(topic, colour),
                     *self._plainness(topic))
 
         return self._choose('depth', given, _IMAGES, fits, rank)
 
     def info(self, given: str | None, colour: str) -> str:
         """Return the topic of the colour camera's camera_info, the one beside the images first."""
-        beside = _TRANSPORT.sub('', colour).rpartition('/')[0] + '/camera_info'
+        return self._info('camera_info', given, colour, is_depth=False)
 
-        def fits(topic: str) -> bool:
-            return topic == beside or not (_DEPTH.search(topic) or _NEITHER.search(topic))
-
-        def rank(topic: str) -> tuple[Any, ...]:
-            return (topic == beside, _shared(topic, colour))
-
-        return self._choose('camera_info', given, (CAMERA_INFO,), fits, rank)
+    def depth_info(self, given: str | None, depth: str) -> str:
+        """Return the topic of the depth camera's camera_info, the one beside the images first."""
+        return self._info('depth camera_info', given, depth, is_depth=True)
 
     def ground_truth(self, given: str | None) -> str | None:
         """Return the topic of the ground truth, or None where there is none."""
@@ -100,6 +103,18 @@ class BagTopics:
 
     def _of(self, types: tuple[str, ...]) -> list[str]:
         return sorted(topic for topic, type_ in self.types.items() if type_ in types)
+
+    def _info(self, what: str, given: str | None, images: str, is_depth: bool) -> str:
+        beside = _TRANSPORT.sub('', images).rpartition('/')[0] + '/camera_info'
+
+        def fits(topic: str) -> bool:
+            return topic == beside or (bool(_DEPTH.search(topic)) == is_depth
+                                       and not _NEITHER.search(topic))
+
+        def rank(topic: str) -> tuple[Any, ...]:
+            return (topic == beside, _shared(topic, images))
+
+        return self._choose(what, given, (CAMERA_INFO,), fits, rank)
 
     def _plainness(self, topic: str) -> tuple[Any, ...]:
         return (self.types[topic] == IMAGE, topic.endswith('/compressedDepth'),

@@ -36,16 +36,16 @@ class Messages:
     def make(self, type_, *fields):
         return self.store.types[type_](*fields)
 
-    def header(self, stamp):
+    def header(self, stamp, frame='camera'):
         time = self.make('builtin_interfaces/msg/Time', stamp // NS, stamp % NS)
         sequence = (0,) if self.version == 1 else ()
-        return self.make('std_msgs/msg/Header', *sequence, time, 'camera')
+        return self.make('std_msgs/msg/Header', *sequence, time, frame)
 
-    def image(self, stamp, image, encoding, padding=0):
+    def image(self, stamp, image, encoding, padding=0, frame='camera'):
         flat = np.ascontiguousarray(image).view(np.uint8).reshape(image.shape[0], -1)
         flat = np.pad(flat, ((0, 0), (0, padding)))
-        return self.make('sensor_msgs/msg/Image', self.header(stamp), *image.shape[:2], encoding,
-                         0, flat.shape[1], flat.ravel())
+        return self.make('sensor_msgs/msg/Image', self.header(stamp, frame), *image.shape[:2],
+                         encoding, 0, flat.shape[1], flat.ravel())
 
     def compressed(self, stamp, format_, data):
         return self.make('sensor_msgs/msg/CompressedImage', self.header(stamp), format_,
@@ -59,14 +59,20 @@ class Messages:
             camera.matrix.ravel() if k is None else k, np.eye(3).ravel(), np.zeros(12), 0, 0,
             region)
 
+    def transform(self, stamp, T, parent='camera', child='camera'):
+        transform = self.make(
+            'geometry_msgs/msg/Transform',
+            self.make('geometry_msgs/msg/Vector3', *map(float, T[:3, 3])),
+            self.make('geometry_msgs/msg/Quaternion', *map(float, se3.to_quaternion(T[:3, :3]))))
+        return self.make('geometry_msgs/msg/TransformStamped', self.header(stamp, parent), child,
+                         transform)
+
     def pose(self, type_, stamp, T):
+        if type_ == 'geometry_msgs/msg/TransformStamped':
+            return self.transform(stamp, T)
         x, y, z = map(float, T[:3, 3])
         quaternion = self.make('geometry_msgs/msg/Quaternion',
                                *map(float, se3.to_quaternion(T[:3, :3])))
-        if type_ == 'geometry_msgs/msg/TransformStamped':
-            transform = self.make('geometry_msgs/msg/Transform',
-                                  self.make('geometry_msgs/msg/Vector3', x, y, z), quaternion)
-            return self.make(type_, self.header(stamp), 'camera', transform)
         pose = self.make('geometry_msgs/msg/Pose',
                          self.make('geometry_msgs/msg/Point', x, y, z), quaternion)
         if type_ == 'geometry_msgs/msg/PoseStamped':
@@ -498,7 +504,7 @@ def test_only_few_images_wait_for_a_partner(tmp_path, recording, monkeypatch):
     original = source._bag.messages
     monkeypatch.setattr(source._bag, 'messages', lambda *arguments: (
         row._replace(content=Watched(row.content)) for row in original(*arguments)))
-    monkeypatch.setattr(source, '_decode', lambda pair: first)
+    monkeypatch.setattr(source._decoder, 'decode', lambda pair, camera: first)
     assert len(list(source.frames(raise_damage))) == 1
     assert len(waiting) == 301
     assert max(waiting) <= 70

@@ -50,26 +50,28 @@ def test_options_reach_the_reader(recorded_folder):
         open_source(recorded_folder, SourceOptions(max_interval=1e-9))
 
 
-@pytest.mark.parametrize('name', [
-    'colour_topic', 'depth_topic', 'info_topic', 'ground_truth_topic'])
-def test_topics_of_what_is_no_bag_are_refused(recorded_folder, name):
-    options, flag = SourceOptions(**{name: '/a'}), f'--{name.replace("_", "-")}'
-    with pytest.raises(InputError, match=f'{flag} /a means nothing for .*, which is no bag: '):
+@pytest.mark.parametrize('name, value', [
+    ('colour_topic', '/a'), ('depth_topic', '/a'), ('info_topic', '/a'),
+    ('ground_truth_topic', '/a'), ('register_depth', True), ('depth_info_topic', '/a'),
+    ('depth_in_colour', (0, 0, 0, 0, 0, 0, 1))])
+def test_options_of_bags_are_refused_for_other_recordings(recorded_folder, name, value):
+    options, flag = SourceOptions(**{name: value}), f'--{name.replace("_", "-")}'
+    with pytest.raises(InputError, match=f'{flag} has no effect on .*, which is not a bag: omit'):
         open_source(recorded_folder, options)
-    with pytest.raises(InputError, match=f'{flag} /a means nothing for a rendered recording'):
+    with pytest.raises(InputError, match=f'{flag} has no effect on a rendered recording'):
         open_source('synthetic:1', options)
 
 
 def test_a_calibration_of_a_rendered_recording_is_refused(tmp_path):
-    with pytest.raises(InputError, match='--camera .*a.json means nothing for a rendered'):
+    with pytest.raises(InputError, match='--camera has no effect on a rendered'):
         open_source('synthetic:1', SourceOptions(camera=tmp_path / 'a.json'))
 
 
 @pytest.mark.parametrize('content, reason', [
     (None, 'nothing does not exist: a source is a ROS 2 bag'),
     ((), 'nothing is empty: a source is .*synthetic:SEED'),
-    (('notes.txt', 'a.bag'), 'nothing is no recording that is known: a source is .* TUM folder')])
-def test_what_is_no_recording_is_told_what_would_be(tmp_path, content, reason):
+    (('notes.txt', 'a.bag'), 'nothing is not a known kind of recording: .* TUM folder')])
+def test_other_paths_are_refused_with_the_known_kinds(tmp_path, content, reason):
     path = tmp_path / 'nothing'
     if content is not None:
         path.mkdir()
@@ -79,15 +81,15 @@ def test_what_is_no_recording_is_told_what_would_be(tmp_path, content, reason):
         open_source(path)
 
 
-def test_a_file_that_is_no_recording_is_refused(tmp_path):
+def test_another_file_is_refused(tmp_path):
     (tmp_path / 'a.txt').write_text('')
-    with pytest.raises(InputError, match='a.txt is no recording that is known'):
+    with pytest.raises(InputError, match='a.txt is not a known kind of recording'):
         open_source(tmp_path / 'a.txt')
 
 
 @pytest.mark.parametrize('path', ['synthetic:one', 'synthetic:-1', 'synthetic:1.5'])
 def test_a_seed_must_be_a_whole_number(path):
-    with pytest.raises(InputError, match=f'{path} has no whole number for a seed'):
+    with pytest.raises(InputError, match=f'{path} has a seed that is not a whole number'):
         open_source(path)
 
 

@@ -32,6 +32,9 @@ def convert(source: options.Source, out: Out, storage: Storage = 'mcap',
             info_topic: options.InfoTopic = None,
             ground_truth_topic: options.GroundTruthTopic = None,
             max_interval: options.MaxInterval = SourceOptions.max_interval,
+            register_depth: options.RegisterDepth = False,
+            depth_info_topic: options.DepthInfoTopic = None,
+            depth_in_colour: options.DepthInColour = None,
             limit: options.Limit = None) -> int:
     """
     Write a recording as a ROS 2 bag: Image, CameraInfo, ground truth as PoseStamped.
@@ -39,7 +42,8 @@ def convert(source: options.Source, out: Out, storage: Storage = 'mcap',
     The bag appears when it is complete; Ctrl-C leaves nothing behind.
     """
     recording = open_source(source, SourceOptions(
-        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
+        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
+        register_depth, depth_info_topic, depth_in_colour))
     reading = Reading(recording, limit)
     with progress(reading.name, len(reading)) as show:
         frames = write_bag(out, reading, storage, depth_encoding, reading.damage,

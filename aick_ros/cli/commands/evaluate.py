@@ -37,6 +37,9 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
              info_topic: options.InfoTopic = None,
              ground_truth_topic: options.GroundTruthTopic = None,
              max_interval: options.MaxInterval = SourceOptions.max_interval,
+             register_depth: options.RegisterDepth = False,
+             depth_info_topic: options.DepthInfoTopic = None,
+             depth_in_colour: options.DepthInColour = None,
              limit: options.Limit = None) -> int:
     """
     Compare with ground truth: success ratios pair by pair, RPE over 1 s, ATE, covariances, times.
@@ -50,7 +53,8 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
         check_target(json)
     numbers = options.gaps_from(gaps)
     recording = open_source(source, SourceOptions(
-        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
+        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
+        register_depth, depth_info_topic, depth_in_colour))
     if recording.ground_truth is None:
         say(f'{recording.name} has no ground truth: there are times, but no errors')
     with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as show:

@@ -26,6 +26,9 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
           info_topic: options.InfoTopic = None,
           ground_truth_topic: options.GroundTruthTopic = None,
           max_interval: options.MaxInterval = SourceOptions.max_interval,
+          register_depth: options.RegisterDepth = False,
+          depth_info_topic: options.DepthInfoTopic = None,
+          depth_in_colour: options.DepthInColour = None,
           limit: options.Limit = None) -> int:
     """
     Estimate the noise of a camera, as the lines to put into the file of parameters.
@@ -38,7 +41,8 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
     if json is not None:
         check_target(json)
     recording = open_source(source, SourceOptions(
-        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
+        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
+        register_depth, depth_info_topic, depth_in_colour))
     with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as show:
         found = estimate_noise(reading, settings, show, reading.damage)
     if json is not None:

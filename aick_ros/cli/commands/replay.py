@@ -39,6 +39,9 @@ def replay(source: options.Source, out: Out = Path('runs'), preset: options.Pres
            depth_topic: options.DepthTopic = None, info_topic: options.InfoTopic = None,
            ground_truth_topic: options.GroundTruthTopic = None,
            max_interval: options.MaxInterval = SourceOptions.max_interval,
+           register_depth: options.RegisterDepth = False,
+           depth_info_topic: options.DepthInfoTopic = None,
+           depth_in_colour: options.DepthInColour = None,
            limit: options.Limit = None, json: options.JsonFile = None) -> int:
     """
     Run the odometry over a recording, as fast as it can.
@@ -50,7 +53,8 @@ def replay(source: options.Source, out: Out = Path('runs'), preset: options.Pres
     if json is not None:
         check_target(json)
     recording = open_source(source, SourceOptions(
-        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
+        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
+        register_depth, depth_info_topic, depth_in_colour))
     with Reading(recording, limit) as reading:
         folder, summary = _run(reading, settings, out)
     if json is not None:

@@ -49,6 +49,17 @@ InfoTopic = Annotated[str | None, typer.Option(
 GroundTruthTopic = Annotated[str | None, typer.Option(
     '--ground-truth-topic', metavar='TOPIC', show_default=False,
     help='Poses of the colour camera.')]
+RegisterDepth = Annotated[bool, typer.Option(
+    '--register-depth',
+    help="Depth images of a bag are in their own camera's image: register them to colour.")]
+DepthInfoTopic = Annotated[str | None, typer.Option(
+    '--depth-info-topic', metavar='TOPIC', show_default=False,
+    help='Calibration of the depth camera, with --register-depth.')]
+DepthInColour = Annotated[
+    tuple[float, float, float, float, float, float, float] | None, typer.Option(
+        '--depth-in-colour', metavar='X Y Z QX QY QZ QW', show_default=False,
+        help='Pose of the depth camera in the colour camera, with --register-depth; without it '
+             'from /tf_static of the bag.')]
 MaxInterval = Annotated[float, typer.Option(
     '--max-interval', metavar='SECONDS', min=0.0,
     help='Largest difference of stamps of a colour and a depth image.')]

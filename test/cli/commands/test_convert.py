@@ -56,6 +56,20 @@ def test_damaged_images_are_left_out(aick, folder, recording, tmp_path):
     assert len(list(open_source(tmp_path / 'bag').frames(raise_damage))) == len(recording) - 1
 
 
+def test_depth_is_registered_by_a_given_extrinsic(aick, folder, tmp_path):
+    """Two cameras at one place, calibrated alike: nearly all depth stays where it is."""
+    assert aick('convert', folder, 'bag').code == 0
+    assert aick('convert', 'bag', 'registered', '--register-depth', '--depth-info-topic',
+                '/camera/rgb/camera_info', '--depth-in-colour', 0, 0, 0, 0, 0, 0, 1).code == 0
+    before, after = (next(open_source(tmp_path / name).frames(raise_damage))
+                     for name in ('bag', 'registered'))
+    assert not np.array_equal(before.depth, after.depth, equal_nan=True)
+    np.testing.assert_allclose(np.nanmedian(after.depth), np.nanmedian(before.depth), rtol=0.05)
+    outcome = aick('convert', 'bag', 'other', '--depth-in-colour', 0, 0, 0, 0, 0, 0, 1)
+    assert outcome.code == 2
+    assert '--depth-in-colour has no effect without --register-depth' in outcome.err
+
+
 @pytest.mark.parametrize('arguments, words', [
     (['--storage', 'zip'], "no bag storage 'zip'"), (['--depth-encoding', 'mono8'], 'mono8')])
 def test_refuses_what_it_cannot_write(aick, folder, tmp_path, arguments, words):

@@ -1,0 +1,128 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The cameras of a bag: their calibrations, and where the depth camera is."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from aick_ros.errors import InputError
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.frame_tree import FrameTree
+from aick_ros.messages.camera_info import is_rectified, to_camera
+from aick_ros.sources import SourceOptions, raise_damage
+from aick_ros.sources.bag_file import BagFile
+from aick_ros.sources.bag_topics import BagTopics
+from aick_ros.sources.calibration import read_camera
+
+_STATIC_TRANSFORMS = '/tf_static'
+_CAMERA_REMEDY = 'or give a calibration with --camera FILE'
+
+
+class BagCameras:
+    """
+    Finds the calibrations and the extrinsic of the two cameras of a bag.
+
+    :param topics: of the bag, whose name is in the errors.
+    :raises InputError: where an option has no effect or is no pose.
+    """
+
+    def __init__(self, bag: BagFile, topics: BagTopics, options: SourceOptions) -> None:
+        self._bag, self._topics, self._options = bag, topics, options
+        if not options.register_depth and options.depth_info_topic is not None:
+            raise InputError('--depth-info-topic has no effect without --register-depth')
+        if not options.register_depth and options.depth_in_colour is not None:
+            raise InputError('--depth-in-colour has no effect without --register-depth')
+        self._T_colour_depth = _given_pose(options)
+
+    def colour(self, images: str) -> Camera:
+        """
+        Return the camera of the colour images on a topic.
+
+        :raises InputError: where it is not described.
+        """
+        if self._options.camera is not None:
+            return read_camera(self._options.camera)
+        try:
+            info = self._topics.info(self._options.info_topic, images)
+        except InputError as error:
+            raise InputError(f'{error}; {_CAMERA_REMEDY}') from None
+        return self._camera(info, images, _CAMERA_REMEDY)
+
+    def depth(self, images: str) -> Camera:
+        """
+        Return the camera of the depth images on a topic, whose depth is not registered.
+
+        :raises InputError: where it is not described.
+        """
+        info = self._topics.depth_info(self._options.depth_info_topic, images)
+        return self._camera(info, images, 'or choose another one with --depth-info-topic')
+
+    def depth_in_colour(self, colour_frame: str, depth_frame: str) -> np.ndarray:
+        """
+        Return ``T_colour_depth``, 4x4: the option's, or that of fixed transforms in the bag.
+
+        :raises InputError: naming both frames where nothing connects them.
+        """
+        if self._T_colour_depth is not None:
+            return self._T_colour_depth
+        colour, depth = colour_frame.lstrip('/'), depth_frame.lstrip('/')
+        found = self._frames.find(colour, depth, 0)
+        if found is None:
+            raise InputError(
+                f'{self._topics.bag} has no transform from {depth!r} (the depth images) to '
+                f'{colour!r} (the colour images) on {_STATIC_TRANSFORMS}: give it with '
+                '--depth-in-colour X Y Z QX QY QZ QW')
+        return found.T_target_source
+
+    def _camera(self, topic: str, images: str, remedy: str) -> Camera:
+        for message in self._bag.messages([topic], raise_damage):
+            try:
+                return to_camera(_as_in_ros2(message.content), is_rectified(images))
+            except InputError as error:
+                raise InputError(f'{self._topics.bag}, {topic}: {error}; {remedy}') from None
+        raise InputError(f'{self._topics.bag} has no message on {topic}: record it again, '
+                         f'{remedy}')
+
+    @cached_property
+    def _frames(self) -> FrameTree:
+        """The fixed transforms of the bag; null quaternions are skipped."""
+        tree = FrameTree()
+        for message in self._bag.messages([_STATIC_TRANSFORMS], raise_damage):
+            for link in message.content.transforms:
+                position, rotation = link.transform.translation, link.transform.rotation
+                try:
+                    T_parent_child = se3.from_quaternion(
+                        (rotation.x, rotation.y, rotation.z, rotation.w),
+                        (position.x, position.y, position.z))
+                except ValueError:
+                    continue
+                # tf of ROS 1 set a slash in front of the names
+                tree.fix(link.header.frame_id.lstrip('/'), link.child_frame_id.lstrip('/'),
+                         T_parent_child)
+        return tree
+
+
+def _given_pose(options: SourceOptions) -> np.ndarray | None:
+    numbers = options.depth_in_colour
+    if numbers is None:
+        return None
+    try:
+        x, y, z, *quaternion = numbers
+        return se3.from_quaternion(quaternion, (x, y, z))
+    except ValueError:
+        raise InputError(f'--depth-in-colour {" ".join(map(str, numbers))} is no pose: x y z qx '
+                         'qy qz qw are required') from None
+
+
+def _as_in_ros2(info: Any) -> Any:
+    """Return a camera_info with the matrices in small letters; ROS 1 has them in capitals."""
+    if hasattr(info, 'k'):
+        return info
+    return SimpleNamespace(**vars(info), k=info.K, d=info.D, p=info.P)
