@@ -1,0 +1,128 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""README, docs and config say what the code says; each page is one click from the README."""
+
+import ast
+import re
+import runpy
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / 'README.md').read_text()
+PAGES = {page.name: page.read_text() for page in sorted((ROOT / 'docs').glob('*.md'))}
+GENERATED = runpy.run_path(str(ROOT / 'tools' / 'write_docs.py'))
+REMEDY = 'run tools/write_docs.py'
+
+
+def aick(*arguments):
+    return subprocess.run([sys.executable, '-m', 'aick_ros', *arguments], capture_output=True,
+                          text=True, check=True).stdout
+
+
+def strings_of(file):
+    """Return the texts in a file, ... in place of each value that is formatted into them."""
+    tree = ast.parse(file.read_text())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            yield node.value
+        elif isinstance(node, ast.JoinedStr):
+            yield ''.join(part.value if isinstance(part, ast.Constant) else '...'
+                          for part in node.values)
+
+
+@pytest.fixture(scope='module')
+def messages():
+    return '\n'.join(text for file in (ROOT / 'aick_ros').rglob('*.py')
+                     for text in strings_of(file))
+
+
+def test_the_readme_is_short():
+    assert len(README.splitlines()) <= 160
+
+
+@pytest.mark.parametrize('page', PAGES)
+def test_each_page_is_one_click_from_the_readme(page):
+    assert re.search(rf'\]\(docs/{page}[)#]', README)
+
+
+def test_the_library_page_is_that_of_the_docstrings():
+    assert PAGES['api.md'] == GENERATED['api_page'](), REMEDY
+
+
+def test_the_library_page_has_every_public_name():
+    assert sorted(name for names in GENERATED['GROUPS'].values() for name in names) == sorted(
+        set(GENERATED['aick_ros'].__all__) - {'__version__'})
+
+
+def test_the_parameter_tables_are_those_of_the_settings():
+    assert PAGES['parameters.md'] == GENERATED['parameters_page'](), REMEDY
+    for group in (GENERATED['Settings'](), GENERATED['NodeSettings']()):
+        assert GENERATED['parameter_table'](group) in PAGES['parameters.md']
+
+
+def test_the_configuration_is_what_the_command_prints():
+    assert (ROOT / 'config' / 'odom_node.yaml').read_text() == GENERATED['node_file'](), REMEDY
+
+
+def test_every_command_and_option_named_exists():
+    commands = set(re.findall(r'^\| `aick (\w+)', PAGES['command.md'], re.MULTILINE))
+    folder = ROOT / 'aick_ros' / 'cli' / 'commands'
+    assert commands == {file.stem for file in folder.glob('[a-z]*.py')}
+    options = ''.join(aick(command, '--help') for command in ('evaluate', 'benchmark', 'vocabulary'))
+    for option in re.findall(r'--[a-z]+', PAGES['command.md']):
+        assert option in options + '--help --gaps', option
+
+
+@pytest.mark.parametrize('row', re.findall(r'^\| `(.+?)` \|', PAGES['troubleshooting.md'],
+                                           re.MULTILINE))
+def test_each_message_explained_is_one_of_the_code(row, messages):
+    pattern = r'[^\n]*'.join(re.escape(part) for part in row.split('...'))
+    assert re.search(pattern, messages)
+
+
+def test_each_camera_is_named():
+    for file in (ROOT / 'config' / 'cameras').glob('*.yaml'):
+        assert re.search(rf'\b{file.stem}\b', README)
+        assert f'| `{file.stem}` |' in PAGES['cameras.md']
+
+
+def test_at_most_twelve_concepts():
+    concepts = PAGES['architecture.md'].partition('concepts\n')[2].partition('\n## ')[0]
+    assert 0 < len(re.findall(r'^\d+\. \*\*', concepts, re.MULTILINE)) <= 12
+
+
+@pytest.mark.parametrize('page', ['docs/architecture.md', 'CONTRIBUTING.md'])
+def test_files_and_folders_named_exist(page):
+    for place in re.findall(r'`([\w/]+/(?:\w+\.\w+)?)[^`]*`', (ROOT / page).read_text()):
+        assert any((folder / place).exists() for folder in (ROOT, ROOT / 'aick_ros')), place
+
+
+def test_each_folder_has_its_sentence():
+    folders = {file.parent.name for file in (ROOT / 'aick_ros').glob('*/__init__.py')}
+    assert set(re.findall(r'^\| `(\w+)/` \|', PAGES['architecture.md'], re.MULTILINE)) == folders
+
+
+def test_the_library_example_runs():
+    example = re.search(r'```python\n(.*?)```', README, re.DOTALL).group(1)
+    short = example.replace("open_source('synthetic:1').frames()",
+                            "[next(open_source('synthetic:1').frames())]")
+    assert short != example
+    run = subprocess.run([sys.executable, '-c', short], capture_output=True, text=True)
+    assert run.stdout.startswith('FIRST_FRAME'), run.stderr
+
+
+@pytest.mark.parametrize('page', [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md',
+                                  *(ROOT / 'docs').glob('*.md')], ids=lambda page: page.name)
+def test_links_lead_somewhere(page):
+    for target, anchor in re.findall(r'\]\(([^)#:]*)(?:#([^)]*))?\)', page.read_text()):
+        file = page.parent / target if target else page
+        assert file.exists(), target
+        if anchor:
+            titles = re.findall(r'^#+ (.*)$', file.read_text(), re.MULTILINE)
+            assert anchor in {re.sub(r'[^\w\- ]', '', title.lower()).replace(' ', '-')
+                              for title in titles}, anchor
