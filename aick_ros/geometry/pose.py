@@ -99,6 +99,11 @@ class Increment:
         return Increment(self.pose.in_body(T_base_camera), self.interval)
 
 
+def unknown_covariance() -> np.ndarray:
+    """Return the 6x6 covariance of a pose of which nothing is known: infinite on the diagonal."""
+    return np.diag(np.full(6, np.inf))
+
+
 def _turn(rotation: np.ndarray) -> np.ndarray:
     """Return the 6x6 matrix that turns the axes of an error."""
     return np.kron(np.eye(2), rotation)

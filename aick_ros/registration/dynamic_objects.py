@@ -72,7 +72,7 @@ class DynamicObjectCheck:
             return _doubted(found, second, ballot)
         return dataclasses.replace(
             found, T_target_source=second, covariance=covariance, matches=found.matches[:0],
-            disagreement=refined.disagreement, tracks=refined.tracked,
+            bias=refined.bias, tracks=refined.tracked,
             support=len(refined.tracked), evidence=Evidence.DEPTH,
             reason=f'{found.support} keypoints move by themselves, {ballot.second:.0%} of the '
                    'view shows another motion')
@@ -84,7 +84,7 @@ class DynamicObjectCheck:
         refined = self._refinement.refine(_of_keypoints(source, rest), target, expected)
         if len(refined.tracked) < _FEWEST_TRACKS:
             refined = dataclasses.replace(self._refinement.refine(
-                _of_keypoints(source, rest[:0]), target, expected), disagreement=None)
+                _of_keypoints(source, rest[:0]), target, expected), bias=None)
         tracks = refined.tracked
         return dataclasses.replace(
             refined, tracked=dataclasses.replace(tracks, keypoints=rest[tracks.keypoints]))

@@ -135,7 +135,7 @@ class Registrar:
         covariance = se3.inverse_covariance(found.T_target_source, found.covariance)
         return dataclasses.replace(
             found, T_target_source=se3.inverse(found.T_target_source), covariance=covariance,
-            matches=found.matches[:, ::-1], disagreement=None)
+            matches=found.matches[:, ::-1], bias=None)
 
     def _patiently(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
         """Return what AICK finds with all keypoints and the slower schedule."""
@@ -164,7 +164,7 @@ class Registrar:
             return _unchecked(registration, source, target, len(refined.tracked))
         return dataclasses.replace(
             registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
-            disagreement=refined.disagreement, support=len(refined.tracked),
+            bias=refined.bias, support=len(refined.tracked),
             tracks=refined.tracked,
             reason=f'{registration.reason}, {len(refined.tracked)} keypoints tracked')
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a registration tells."""
+"""Result of a registration."""
 
 from __future__ import annotations
 
@@ -10,17 +10,18 @@ from enum import Enum
 
 import numpy as np
 
+from aick_ros.geometry.pose import PoseWithCovariance, unknown_covariance
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.status import Status
 
 
 @dataclass(frozen=True, eq=False)
-class Disagreement:
+class SensorBias:
     """
-    The pose by the keypoints alone less that by the depth images alone, to first order.
+    Bias between keypoints and depth: the pose by keypoints alone less that by depth alone.
 
-    :param difference: 6 (x, y, z, rot x, rot y, rot z) [m, rad].
-    :param covariance: 6x6, what noise would make of it.
+    :param difference: 6 (x, y, z, rot x, rot y, rot z), to first order [m, rad].
+    :param covariance: 6x6, of the difference if it is caused by noise alone.
     """
 
     difference: np.ndarray
@@ -37,18 +38,19 @@ class Evidence(Enum):
 @dataclass(frozen=True, eq=False)
 class Registration:
     """
-    Where the source camera was, seen from the target camera, and how sure that is.
+    Pose of the source camera in the frame of the target camera.
 
-    :param status: OK, or why there is no transform; ``reason`` has the numbers.
+    :param status: OK, or why there is no pose; ``reason`` adds the numbers.
     :param T_target_source: 4x4 float64 [m]; the identity where the status is not OK.
     :param covariance: 6x6 (x, y, z, rot x, rot y, rot z) about the target's fixed axes
         [m^2, m rad, rad^2]; infinite on the diagonal where the status is not OK.
-    :param matches: Kx2, rows (source keypoint, target keypoint) of the last iteration.
-    :param iterations: how many were done.
-    :param support: keypoints that agree with the transform.
-    :param evidence: what supports the transform, where the status is OK.
-    :param disagreement: of the two sensors, where a refinement used both.
-    :param tracks: keypoints of the source that a refinement found in the target.
+    :param matches: Kx2, rows (source keypoint, target keypoint) of the last iteration of AICK.
+    :param iterations: number of iterations of AICK.
+    :param support: number of keypoints that agree with the pose.
+    :param bias: between keypoints and depth; None unless a refinement used both.
+    :param tracks: keypoints of the source that the refinement found in the target; None without
+        a refinement.
+    :param evidence: what supports the pose, where the status is OK.
     """
 
     status: Status
@@ -58,16 +60,17 @@ class Registration:
     matches: np.ndarray
     iterations: int
     support: int = 0
-    disagreement: Disagreement | None = None
+    bias: SensorBias | None = None
     tracks: Tracks | None = None
     evidence: Evidence = Evidence.KEYPOINTS
 
+    @property
+    def pose(self) -> PoseWithCovariance:
+        """``T_target_source`` with its covariance."""
+        return PoseWithCovariance(self.T_target_source, self.covariance)
+
 
 def failed(status: Status, reason: str, iterations: int = 0) -> Registration:
-    """Return a registration without a transform."""
-    return Registration(status, reason, np.eye(4), unknown(), np.empty((0, 2), np.intp),
-                        iterations)
-
-
-def unknown() -> np.ndarray:
-    return np.diag(np.full(6, np.inf))
+    """Return a registration without a pose."""
+    return Registration(status, reason, np.eye(4), unknown_covariance(),
+                        np.empty((0, 2), np.intp), iterations)

@@ -19,11 +19,11 @@ import numpy as np
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.registration.result import Disagreement, Registration
+from aick_ros.registration.result import SensorBias, Registration
 
 _MEMORY = 30  # registrations
 _EXPLAINED = 1.2, 1.7
-"""Squared disagreement by its covariance that noise may come to, and that it never comes to."""
+"""Squared bias by its covariance that noise may come to, and that it never comes to."""
 
 _UNSEEN, _UNSEEN_DISAGREEMENT = 3, (0.003, np.radians(0.15))
 """What a camera not seen yet is taken for, and for how many registrations that counts [m, rad].
@@ -46,7 +46,7 @@ class Uncertainty:
 
     def __init__(self) -> None:
         self._count = _UNSEEN
-        # mean disagreement along an axis, about an axis, squared
+        # mean bias along an axis, about an axis, squared
         self._squares = np.square(_UNSEEN_DISAGREEMENT)
         # mean of their squares by their covariances, 1 where noise explains it
         self._ratio = _EXPLAINED[1]
@@ -63,8 +63,8 @@ class Uncertainty:
             return registration
         covariance = registration.covariance + _timing(
             registration.T_target_source, source, target, expected, elapsed)
-        if registration.disagreement is not None:
-            ratio, squares = _measured(registration.disagreement)
+        if registration.bias is not None:
+            ratio, squares = _measured(registration.bias)
             covariance += _unexplained(ratio / max(self._ratio, 1.0), squares, _UNUSUAL)
             self._learn(ratio, squares)
         if self._count > _UNSEEN:
@@ -77,15 +77,15 @@ class Uncertainty:
         self._squares += (squares - self._squares) / self._count
 
 
-def _measured(disagreement: Disagreement) -> tuple[float, np.ndarray]:
+def _measured(bias: SensorBias) -> tuple[float, np.ndarray]:
     """Return its square by its covariance, and its squares along an axis and about one."""
-    difference = disagreement.difference
-    ratio = difference @ np.linalg.solve(disagreement.covariance, difference) / 6
+    difference = bias.difference
+    ratio = difference @ np.linalg.solve(bias.covariance, difference) / 6
     return float(ratio), np.mean(difference.reshape(2, 3) ** 2, axis=1)
 
 
 def _unexplained(ratio: float, squares: np.ndarray, bounds: tuple[float, float]) -> np.ndarray:
-    """Return the covariance of a disagreement that noise does not explain, 6x6."""
+    """Return the covariance of a bias that noise does not explain, 6x6."""
     noise, surely_more = bounds
     share = np.clip((ratio - noise) / (surely_more - noise), 0.0, 1.0)
     return np.diag(np.repeat(share * squares, 3))

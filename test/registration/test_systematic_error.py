@@ -15,11 +15,11 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.registration.result import Disagreement, Registration
+from aick_ros.registration.result import SensorBias, Registration
 from aick_ros.registration.status import Status
 from aick_ros.registration.systematic_error import Uncertainty
 
-NOISE = np.diag([2e-6, 1e-6, 4e-6, 1e-6, 2e-6, 3e-6])  # of the disagreement
+NOISE = np.diag([2e-6, 1e-6, 4e-6, 1e-6, 2e-6, 3e-6])  # of the bias
 OWN = se3.skew([0.1, 0.2, 0.3]) @ se3.skew([0.1, 0.2, 0.3]).T
 OWN = 1e-6 * np.block([[OWN + np.eye(3), 0.1 * OWN], [0.1 * OWN, np.eye(3)]])
 PERIOD = 0.04
@@ -36,11 +36,11 @@ def view(seconds, jitter=0.0):
 
 def registration(motion=np.eye(4), difference=np.zeros(6), covariance=OWN):
     return Registration(Status.OK, '', motion, covariance, np.empty((0, 2), np.intp), 1,
-                        disagreement=Disagreement(difference, NOISE))
+                        bias=SensorBias(difference, NOISE))
 
 
 def added(uncertainty, difference):
-    """Return what steady stamps and a disagreement add, 6x6."""
+    """Return what steady stamps and a bias add, 6x6."""
     complete = uncertainty.complete(registration(difference=difference), view(1 + PERIOD),
                                     view(1))
     return complete.covariance - OWN
@@ -65,7 +65,7 @@ def test_a_camera_not_seen_yet_is_not_trusted():
     np.testing.assert_array_equal(last, 0.0)
 
 
-def test_a_disagreement_of_the_size_of_its_noise_adds_nothing():
+def test_a_bias_of_the_size_of_its_noise_adds_nothing():
     uncertainty = used()
     for _ in range(40):
         np.testing.assert_array_equal(added(uncertainty, np.sqrt(np.diag(NOISE))), 0.0)
@@ -82,7 +82,7 @@ def test_noise_adds_little():
 
 
 @pytest.mark.parametrize('sigmas', [3, 10])
-def test_a_systematic_disagreement_adds_its_size(sigmas):
+def test_a_systematic_bias_adds_its_size(sigmas):
     """The mean square along an axis, and about one, whatever the axes in which it shows."""
     rng = np.random.default_rng(4)
     systematic = sigmas * np.sqrt(np.diag(NOISE))
@@ -95,7 +95,7 @@ def test_a_systematic_disagreement_adds_its_size(sigmas):
         np.testing.assert_allclose(np.mean(sums[30:], axis=0)[part], expected, rtol=0.05)
 
 
-def test_an_unusual_disagreement_adds_its_size_at_once():
+def test_an_unusual_bias_adds_its_size_at_once():
     uncertainty = used()
     sigmas = np.sqrt(np.diag(NOISE))
     for _ in range(30):
@@ -188,7 +188,7 @@ def test_which_of_the_two_views_is_the_later_one_does_not_matter(stamps):
 
 
 def test_where_no_two_sensors_are_compared_nothing_is_added():
-    alone, uncertainty = dataclasses.replace(registration(), disagreement=None), Uncertainty()
+    alone, uncertainty = dataclasses.replace(registration(), bias=None), Uncertainty()
     for i in range(5):
         complete = uncertainty.complete(alone, view(1 + i + PERIOD), view(1 + i))
         np.testing.assert_array_equal(complete.covariance, OWN)

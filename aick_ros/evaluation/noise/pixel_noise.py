@@ -14,13 +14,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from aick_ros.evaluation.noise.noise_law import bins_of, fit_law
 from aick_ros.features import Features, make_detector
 from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.registration.refinement.lucas_kanade import track_there_and_back
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import parameters
 
@@ -33,9 +33,7 @@ LEAST_PAIRS = 5
 _LEAST_TRACKED = 0.3  # share of the keypoints; of fewer the first image is out of sight
 _MOST_PAIRS = 100  # after which others add nothing
 
-_WINDOW, _LEVELS = (11, 11), 4  # of the alignment
-_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.03)
-_RETURNED_WITHIN = 0.5  # px; tracked back, a keypoint must come to where it was
+_WINDOW, _LEVELS = 11, 4  # of the alignment
 _NEAR = 5.0  # px at the finest scale: what is farther off is another keypoint
 _SAME_SCALE = 1.1  # ratio up to which two scales may be of one keypoint
 _MEDIAN_DISTANCE = 2.0 * np.sqrt(np.log(2.0))
@@ -161,18 +159,6 @@ def _aligned(before: np.ndarray, now: np.ndarray,
     :param pixels: Nx2.
     :returns: Kx2, where they are seen, and K indices of those that were found.
     """
-    if not len(pixels):
-        return np.empty((0, 2)), np.empty(0, np.intp)
-
-    def follow(first: np.ndarray, second: np.ndarray,
-               start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        end, status, _ = cv2.calcOpticalFlowPyrLK(
-            first, second, start.reshape(-1, 1, 2), None, winSize=_WINDOW, maxLevel=_LEVELS,
-            criteria=_CRITERIA)
-        return end.reshape(-1, 2), status.ravel() > 0
-
-    seen, found = follow(before, now, pixels)
-    again, returned = follow(now, before, seen)
-    kept = np.flatnonzero(found & returned
-                          & (np.abs(again - pixels).max(axis=1) < _RETURNED_WITHIN))
+    seen, found = track_there_and_back(before, now, pixels, _WINDOW, _LEVELS)
+    kept = np.flatnonzero(found)
     return seen[kept], kept

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Search for the closest keypoints among those that share a word (III-B)."""
+"""Search for the closest keypoints among those that share a visual word (III-B)."""
 
 from __future__ import annotations
 
@@ -16,22 +16,26 @@ from aick_ros.settings import AickSettings
 
 class WordSearch(Search):
     """
-    Compares a source keypoint with the target keypoints that have its closest word in Psi.
+    Compares a source keypoint with the target keypoints whose Psi contains its closest word.
 
-    Nothing is as large as the number of all pairs.
+    Memory and time grow with the number of these pairs, not with that of all pairs.
 
-    :param source: keypoints with words; target: likewise, of the same vocabulary.
+    :param source: keypoints with words.
+    :param target: keypoints with words of the same vocabulary.
+    :raises ValueError: if a frame has no words.
     """
 
     def __init__(self, source: KeypointFrame, target: KeypointFrame,
                  settings: AickSettings) -> None:
         super().__init__(source, target, settings)
+        if source.words is None or target.words is None:
+            raise ValueError('a search by words requires the words of both frames')
         rows = source.words.pairs(target.words)
         d_d = pair_distances(source.descriptors, target.descriptors, *rows)
         self._pairs = Candidates(rows, d_d, self._target)
 
-    def _alike(self, bound: float) -> Candidates:
-        return self._pairs.where(self._pairs.distances < bound)
+    def _by_descriptor(self, bound: float) -> Candidates:
+        return self._pairs.where(self._pairs.descriptor_distances < bound)
 
-    def _near(self, moved: np.ndarray, radius: float) -> Candidates:
+    def _by_position(self, moved: np.ndarray, radius: float) -> Candidates:
         return self._pairs.where(self._pairs.squared_distances(moved) < radius ** 2)

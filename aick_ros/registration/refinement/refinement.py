@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The last step of a registration: one least-squares problem of keypoints and depth image.
+Joint refinement of a pose by keypoints and depth images: one robust least-squares problem.
 
-Keypoints hold the rotation, the depth image holds the translation. Both enter a Gauss-Newton
-iteration on SE(3) with robust weights, each in units of its own noise.
+Keypoints constrain the rotation best, depth images the translation. Both enter a Gauss-Newton
+iteration on SE(3) with robust weights, each residual in units of its own noise.
 """
 
 from __future__ import annotations
@@ -21,16 +21,20 @@ from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, gradient_noise, point_to_plane, reprojection, track_depth)
 from aick_ros.registration.refinement.tracks import Tracker, Tracks
-from aick_ros.registration.result import Disagreement
+from aick_ros.registration.result import SensorBias
 from aick_ros.settings import RefinementSettings, SensorSettings
 
-_COARSE = 1  # iterations with wide robust weights, by the keypoints alone
-_COARSE_WIDTH = 3.0  # times the final one
-_STILL = 2e-5  # m and rad; a smaller step ends the iteration
-_FEWEST, _FEW = 7, 0.5
-"""Tracks that make a pose better, and share up to which they are sought again from there."""
+_COARSE_STEPS = 1  # chosen: iterations with wide robust weights, by the keypoints alone
+_COARSE_WIDTH = 3.0  # chosen: times the final robust width
+_SMALLEST_STEP = 2e-5  # m and rad; chosen: a smaller step ends the iteration
+_FEWEST_TO_IMPROVE = 7  # derived: if 3 of 7 are outliers, the other 4 still determine a pose
+_FEW_TRACKED = 0.5  # chosen: below this share keypoints are tracked again from the better pose
+_INLIER_WEIGHT = 0.25  # by definition: the weight of a residual of one robust width
+_PRIOR = np.eye(6)
+"""Information of a weak prior about the pose, chosen: standard deviations of 1 m and 1 rad.
 
-_WEAK = np.eye(6)  # 1 m and 1 rad: keeps finite what nothing tells about
+Keeps finite what no residual observes.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,105 +43,118 @@ class Refined:
     A refined pose.
 
     :param T_target_source: 4x4 [m].
-    :param covariance: 6x6, of the noise alone [m^2, m rad, rad^2].
+    :param covariance: 6x6, caused by noise alone [m^2, m rad, rad^2].
     :param tracked: keypoints of the source that the target sees where the pose puts them.
-    :param disagreement: of the two sensors; None where only one is used.
+    :param bias: between keypoints and depth; None where only keypoints are used.
     """
 
     T_target_source: np.ndarray
     covariance: np.ndarray
     tracked: Tracks
-    disagreement: Disagreement | None
+    bias: SensorBias | None
 
 
 class Refinement:
-    """Improves a first pose; see :class:`RefinementSettings`."""
+    """Refines a first pose; see :class:`aick_ros.settings.RefinementSettings`."""
 
     def __init__(self, settings: RefinementSettings, sensor: SensorSettings) -> None:
         self._settings = settings
         self._sensor = sensor
         self._tracker = Tracker(settings, sensor)
 
-    def refine(self, source: PreparedFrame, target: PreparedFrame, T_target_source: np.ndarray) -> Refined:
+    def refine(self, source: PreparedFrame, target: PreparedFrame,
+               T_target_source: np.ndarray) -> Refined:
         """
-        Return the pose that explains both images best.
+        Return the pose that explains the images of both frames best.
 
-        :param T_target_source: from where to begin, within some ten pixels.
+        :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
         """
         tracks = self._tracker.track(source, target, T_target_source)
-        refined = self._solved(source, target, tracks, T_target_source)
+        refined = self._solve(source, target, tracks, T_target_source)
         sought = min(len(source.keypoints), self._settings.max_tracks)
-        if _FEWEST <= len(tracks) and len(refined.tracked) < _FEW * sought:
+        if (len(tracks) >= _FEWEST_TO_IMPROVE
+                and len(refined.tracked) < _FEW_TRACKED * sought):
             tracks = self._tracker.track(source, target, refined.T_target_source)
-            refined = self._solved(source, target, tracks, refined.T_target_source)
+            refined = self._solve(source, target, tracks, refined.T_target_source)
         return refined
 
-    def _solved(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks, pose: np.ndarray) -> Refined:
+    def _solve(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
+               pose: np.ndarray) -> Refined:
         problem = _Problem(source, target, tracks, self._settings, self._sensor)
         for i in range(self._settings.iterations - 1):
-            step = problem.step(pose, coarse=i < _COARSE)
+            step = problem.step(pose, coarse=i < _COARSE_STEPS)
             pose = se3.perturbed(pose, step)
-            if i > _COARSE and np.abs(step).max() < _STILL:
+            if i > _COARSE_STEPS and np.abs(step).max() < _SMALLEST_STEP:
                 break
-        return problem.finished(pose)
+        return problem.finish(pose)
 
 
 class _Problem:
-    """What is known of one pair of views, at any pose."""
+    """The least-squares problem of one pair of frames."""
 
-    def __init__(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks, settings: RefinementSettings,
-                 sensor: SensorSettings) -> None:
+    def __init__(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
+                 settings: RefinementSettings, sensor: SensorSettings) -> None:
         self._tracks = tracks
-        self._surfaces = source.surface, target.surface
-        self._rate = _rate_of_depth(source, target)
+        self._source_surface, self._target_surface = source.surface, target.surface
+        self._depth_rate = _depth_rate(source, target)
         self._ray_sigma = settings.track_sigma / target.frame.camera.fx
         self._settings = settings
         self._sensor = sensor
 
     def step(self, pose: np.ndarray, coarse: bool) -> np.ndarray:
-        """Return the error of a pose by Gauss and Newton, 6; keypoints come first."""
-        kinds = self._by_keypoints(pose, _COARSE_WIDTH if coarse else 1.0)
+        """Return the Gauss-Newton step from a pose, 6; coarse: by keypoints if there are any."""
+        residuals = self._of_keypoints(pose, _COARSE_WIDTH if coarse else 1.0)
         if not coarse or not len(self._tracks):
-            kinds += self._by_depth(pose)
-        equations = NormalEquations.of(kinds)
-        return -np.linalg.solve(equations.information + _WEAK, equations.gradient)
+            residuals += self._of_depth(pose)
+        equations = NormalEquations.of(residuals)
+        return -np.linalg.solve(equations.information + _PRIOR, equations.gradient)
 
-    def finished(self, pose: np.ndarray) -> Refined:
-        """Return the pose after a last step, with what can be said of it."""
-        kinds = self._by_keypoints(pose), self._by_depth(pose)
-        equations = [NormalEquations.of(kind) for kind in kinds]
-        noises = [gradient_noise(kind) + _WEAK for kind in kinds]
-        covariance = np.linalg.inv(sum(part.information for part in equations) + _WEAK)
-        step = -covariance @ sum(part.gradient for part in equations)
-        good = kinds[0][0].weights[:len(self._tracks)] > 0.25
-        return Refined(se3.perturbed(pose, step), covariance @ sum(noises) @ covariance,
-                       self._tracks[good], _disagreement(equations, noises) if kinds[1] else None)
+    def finish(self, pose: np.ndarray) -> Refined:
+        """
+        Return the pose after a last step, with its covariance A^-1 B A^-1.
 
-    def _by_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
+        A is the information, B the covariance of the gradient; the prior is part of both, once.
+        """
+        by_keypoints, by_depth = self._of_keypoints(pose), self._of_depth(pose)
+        equations = [NormalEquations.of(residuals) for residuals in (by_keypoints, by_depth)]
+        noises = [gradient_noise(residuals) for residuals in (by_keypoints, by_depth)]
+        inverse = np.linalg.inv(equations[0].information + equations[1].information + _PRIOR)
+        step = -inverse @ (equations[0].gradient + equations[1].gradient)
+        inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
+        return Refined(se3.perturbed(pose, step),
+                       inverse @ (noises[0] + noises[1] + 2 * _PRIOR) @ inverse,
+                       self._tracks[inliers], _bias(equations, noises) if by_depth else None)
+
+    def _of_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
         width = widen * self._settings.robust_width
         return [reprojection(self._tracks, pose, self._ray_sigma, width),
                 track_depth(self._tracks, pose, self._sensor, width)]
 
-    def _by_depth(self, pose: np.ndarray) -> list[Residuals]:
-        if None in self._surfaces:
+    def _of_depth(self, pose: np.ndarray) -> list[Residuals]:
+        if self._source_surface is None or self._target_surface is None:
             return []
-        # between the depth images passed more or less time than between the colour images
-        return [point_to_plane(*self._surfaces, se3.scaled(pose, self._rate), self._sensor,
-                               self._settings.robust_width, self._settings.reach
-                               ).times(self._rate)]
+        # the depth images may be more or less time apart than the colour images
+        residuals = point_to_plane(
+            self._source_surface, self._target_surface, se3.scaled(pose, self._depth_rate),
+            self._sensor, self._settings.robust_width, self._settings.reach)
+        return [residuals.of_scaled_error(self._depth_rate)]
 
 
-def _disagreement(equations: Sequence[NormalEquations],
-                  noises: Sequence[np.ndarray]) -> Disagreement:
-    """Return where keypoints and depth images pull a pose that suits both."""
-    own = [np.linalg.inv(part.information + _WEAK) for part in equations]
-    pulls = [inverse @ part.gradient for inverse, part in zip(own, equations)]
-    return Disagreement(pulls[1] - pulls[0],
-                        sum(inverse @ noise @ inverse for inverse, noise in zip(own, noises)))
+def _bias(equations: Sequence[NormalEquations], noises: Sequence[np.ndarray]) -> SensorBias:
+    """
+    Return the pose by keypoints less that by depth, to first order about the pose by both.
+
+    Each of the two estimates has the prior for itself.
+    """
+    inverses = [np.linalg.inv(part.information + _PRIOR) for part in equations]
+    errors = [inverse @ part.gradient for inverse, part in zip(inverses, equations)]
+    covariances = [inverse @ (noise + _PRIOR) @ inverse
+                   for inverse, noise in zip(inverses, noises)]
+    return SensorBias(errors[1] - errors[0], covariances[0] + covariances[1])
 
 
-def _rate_of_depth(source: PreparedFrame, target: PreparedFrame) -> float:
-    """Return the time between two depth images as a share of that between the colour images."""
+def _depth_rate(source: PreparedFrame, target: PreparedFrame) -> float:
+    """Return the time between the depth images, as a ratio to that between the colour images."""
     interval = (source.stamp - target.stamp) / NANOSECONDS
     if interval == 0.0:
         return 1.0

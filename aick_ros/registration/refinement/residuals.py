@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What a pose leaves unexplained, whitened, with its derivatives: one function a kind of residual.
+Whitened residuals of a pose with their Jacobians: one function per kind of residual.
 
-The derivatives are by the error of rigid.py: [R p] becomes [exp(theta) R, p + delta], columns
-(delta, theta).
+The Jacobians are with respect to the pose error of :mod:`aick_ros.geometry.se3`: [R p] becomes
+[exp(theta) R, p + delta], columns (delta, theta).
 """
 
 from __future__ import annotations
@@ -20,17 +20,24 @@ from aick_ros.frames.surface import Surface
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 
-_CORNER = 10.0  # times the noise of a depth on a surface
-_SURFACE = 1.4
-_BLOCK = 0.2  # side of a part of the image, on the plane z = 1
-_BLOCKS_ACROSS = 100  # more than there are between the bounds of the rays
-_ALIKE = 0.8  # cosine between the normals of a point and its plane
-_NO_NOISE, _ALL_NOISE = 0.25, 0.75
-"""Share of noise up to which a direction is kept, and from which it is left out."""
+SURFACE_NOISE = 1.4
+"""Noise of a depth on a smooth surface, as a ratio to the sensor model. Chosen."""
 
-_WORST_SCALE = 4.0  # of residuals of a right pose by their noise
-_MEDIAN_1, _MEDIAN_2 = 0.455, 1.386  # of chi squared with one and two degrees of freedom
-_TINY = 1e-3 * np.eye(6)  # 30 m and 30 rad: makes any information invertible
+_CORNER_NOISE = 10.0  # chosen: the same ratio at a corner, where depths have edges
+_BLOCK = 0.2  # chosen: side of a block of the image with common errors, on the plane z = 1
+_RAY_LIMIT = 2.0  # chosen: rays farther out than this on the plane z = 1 share the outer blocks
+_BLOCKS_ACROSS = 100  # more than 2 * _RAY_LIMIT / _BLOCK
+_SMALLEST_COSINE = 0.8  # chosen: between the normals of a point and of its plane
+_SHARE_OBSERVED, _SHARE_UNOBSERVED = 0.25, 0.75
+"""Share of noise in the information about a direction, chosen.
+
+Up to the first the direction counts as observed, from the second as not, linearly in between.
+"""
+
+_LARGEST_SCALE = 4.0  # chosen: of the residuals of a right pose, in units of their noise
+_MEDIAN_1 = 0.455  # derived: of chi-square with 1 degree of freedom
+_MEDIAN_2 = 1.386  # derived: of chi-square with 2 degrees of freedom
+_REGULARIZATION = 1e-3 * np.eye(6)  # chosen: 30 m and 30 rad; makes any information invertible
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +46,9 @@ class Residuals:
     Residuals in units of their standard deviation.
 
     :param values: N.
-    :param jacobian: Nx6.
+    :param jacobian: Nx6, by the error of the pose.
     :param weights: N robust weights, 0 to 1.
-    :param blocks: N, number of the part of the image that each is from.
+    :param blocks: N, number of the block of the image that each residual is from.
     """
 
     values: np.ndarray
@@ -49,15 +56,15 @@ class Residuals:
     weights: np.ndarray
     blocks: np.ndarray
 
-    def times(self, rate: float) -> Residuals:
-        """Return the residuals for an error of which only a share acts."""
+    def of_scaled_error(self, rate: float) -> Residuals:
+        """Return the residuals of a pose whose error acts on them multiplied by a rate."""
         return replace(self, jacobian=rate * self.jacobian)
 
 
 @dataclass(frozen=True, eq=False)
 class NormalEquations:
     """
-    A linear least-squares problem in the error of a pose.
+    Normal equations of a linear least-squares problem in the error of a pose.
 
     :param information: 6x6.
     :param gradient: 6, half the derivative of the weighted sum of squares.
@@ -68,7 +75,7 @@ class NormalEquations:
 
     @classmethod
     def of(cls, kinds: Iterable[Residuals]) -> NormalEquations:
-        """Sum up residuals of several kinds."""
+        """Return the sum over residuals of several kinds."""
         information, gradient = np.zeros((6, 6)), np.zeros(6)
         for kind in kinds:
             weighted = kind.jacobian * kind.weights[:, None]
@@ -79,92 +86,95 @@ class NormalEquations:
 
 def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
     """
-    Return the covariance of the gradient as the residuals show it, 6x6.
+    Return the empirical covariance of the gradient, 6x6.
 
-    Residuals of one part of the image may be off together, so each part counts as one sample
-    (Liang and Zeger 1986), with the usual correction for few of them.
+    Residuals of one block of the image may have a common error, so each block counts as one
+    sample (cluster-robust, Liang and Zeger 1986), with the usual correction for few samples.
     """
     noise = np.zeros((6, 6))
     for kind in kinds:
         gradients = kind.jacobian * (kind.weights * kind.values)[:, None]
         sums = np.stack([np.bincount(kind.blocks, column) for column in gradients.T])
-        parts = np.count_nonzero(np.bincount(kind.blocks))
-        noise += sums @ sums.T * (parts / max(parts - 6, 1)) * (parts / max(parts - 7, 1))
+        blocks = int(np.count_nonzero(np.bincount(kind.blocks)))
+        noise += sums @ sums.T * (blocks / max(blocks - 6, 1)) * (blocks / max(blocks - 7, 1))
     return noise
 
 
 def _blocks(rays: np.ndarray) -> np.ndarray:
-    """Return the number of the part of the image in which each ray is, N."""
-    u, v = ((np.clip(rays, -2.0, 2.0) + 2.0) / _BLOCK).astype(np.intp).T
-    return u * _BLOCKS_ACROSS + v
+    """Return the number of the block of the image in which each ray lies, N."""
+    u, v = ((np.clip(rays, -_RAY_LIMIT, _RAY_LIMIT) + _RAY_LIMIT) / _BLOCK).astype(np.intp).T
+    numbers: np.ndarray = u * _BLOCKS_ACROSS + v
+    return numbers
 
 
 def geman_mcclure(squares: np.ndarray, width: float) -> np.ndarray:
     """
-    Return the weights of residuals by their squares (Geman and McClure 1985).
+    Return the weights of Geman and McClure's cost (1985) for squared residuals.
 
     :param width: residual, in standard deviations, whose weight is a quarter.
     """
-    return 1.0 / (1.0 + squares / width ** 2) ** 2
+    weights: np.ndarray = 1.0 / (1.0 + squares / width ** 2) ** 2
+    return weights
 
 
 def robust_weights(squares: np.ndarray, width: float, median: float = _MEDIAN_1) -> np.ndarray:
     """
-    Return the weights of residuals among which at most half do not belong.
+    Return the weights of residuals of which at most half are outliers.
 
-    Calibration and shutter, which the noise does not know, make all residuals of some pairs
-    larger: the weights widen with them, so that no consistent few outvote the rest.
+    Errors of calibration and shutter, which the noise model lacks, enlarge all residuals of some
+    pairs of frames. The width grows with their median, so that a few consistent residuals cannot
+    outweigh the rest.
 
     :param squares: of the whitened residuals.
-    :param width: in standard deviations, as the noise or the residuals have it, the larger one.
-    :param median: of the squares where the noise explains them.
+    :param width: in standard deviations of the noise, or of the residuals if these are larger.
+    :param median: of the squares if noise alone causes them.
     """
     if len(squares) == 0:
         return squares
-    scale = np.clip(np.median(squares) / median, 1.0, _WORST_SCALE ** 2)
+    scale = np.clip(np.median(squares) / median, 1.0, _LARGEST_SCALE ** 2)
     return geman_mcclure(squares, width * np.sqrt(scale))
 
 
 def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
                  width: float) -> Residuals:
     """
-    Where the target sees the points of the source, against where the pose puts them.
+    Return the reprojection errors of the tracks.
 
     Their noise is that of the image and, along the epipolar line, that of the source's depth.
 
-    :param ray_sigma: of a track on the plane z = 1.
-    :returns: two residuals a track, all of the first coordinate, then all of the second.
+    :param ray_sigma: standard deviation of a track on the plane z = 1.
+    :returns: two residuals per track: the first coordinates of all, then the second ones.
     """
     a, b, c = arms = (tracks.points @ T_target_source[:3, :3].T).T
     x, y, z = arms + T_target_source[:3, 3:]
     x, y, zero = x / z, y / z, np.zeros(len(z))
-    off = np.stack([x, y]) - tracks.rays.T
-    # the derivatives of x and of y, by the six errors
-    by_error = np.array([[1 / z, zero, -x / z, -b * x / z, (c + a * x) / z, -b / z],
-                         [zero, 1 / z, -y / z, -(c + b * y) / z, a * y / z, a / z]])
-    # whiten by the inverse root of S = ray_sigma^2 I + s s^T, s by the noise of the depth
+    errors = np.stack([x, y]) - tracks.rays.T
+    # derivatives of x and of y by the six components of the pose error
+    derivatives = np.array([[1 / z, zero, -x / z, -b * x / z, (c + a * x) / z, -b / z],
+                            [zero, 1 / z, -y / z, -(c + b * y) / z, a * y / z, a / z]])
+    # whiten by S^(-1/2), S = ray_sigma^2 I + s s^T, s the effect of one sigma of inverse depth
     s = np.stack([a - c * x, b - c * y]) * (tracks.sigmas * tracks.points[:, 2] / z)
-    length = (s * s).sum(axis=0)
-    shrink = (1.0 - ray_sigma / np.sqrt(ray_sigma ** 2 + length)) / np.maximum(length, 1e-30)
-    values = (off - s * (shrink * (s * off).sum(axis=0))) / ray_sigma
-    shrunk = shrink * (s[:, None] * by_error).sum(axis=0)
-    by_error = (by_error - s[:, None] * shrunk) / ray_sigma
+    square = (s * s).sum(axis=0)
+    shrink = (1.0 - ray_sigma / np.sqrt(ray_sigma ** 2 + square)) / np.maximum(square, 1e-30)
+    values = (errors - s * (shrink * (s * errors).sum(axis=0))) / ray_sigma
+    shrunk = shrink * (s[:, None] * derivatives).sum(axis=0)
+    derivatives = (derivatives - s[:, None] * shrunk) / ray_sigma
     weights = robust_weights((values * values).sum(axis=0), width, _MEDIAN_2)
-    return Residuals(values.ravel(), by_error.transpose(0, 2, 1).reshape(-1, 6),
+    return Residuals(values.ravel(), derivatives.transpose(0, 2, 1).reshape(-1, 6),
                      np.tile(weights, 2), np.tile(_blocks(tracks.rays), 2))
 
 
 def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSettings,
                 width: float) -> Residuals:
     """
-    The depth the target measures at the tracks, against that of the moved points.
+    Return the errors of inverse depth at the tracks for which the target measures a depth.
 
-    Corners lie on edges, where a depth is off by far more than its noise.
+    Corners lie on edges, where the error of a depth is far larger than on a surface.
     """
     measured = np.flatnonzero(np.isfinite(tracks.depths))
     arms = tracks.points[measured] @ T_target_source[:3, :3].T
     z = arms[:, 2] + T_target_source[2, 3]
-    sigma = _CORNER * inverse_depth_sigma(z, sensor)
+    sigma = _CORNER_NOISE * inverse_depth_sigma(z, sensor)
     values = (1 / tracks.depths[measured] - 1 / z) / sigma
     jacobian = np.zeros((len(measured), 6))
     jacobian[:, 2] = 1.0
@@ -177,12 +187,12 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
 def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,
                    sensor: SensorSettings, width: float, reach: float) -> Residuals:
     """
-    The distances of the source's chosen points from the planes the target sees there.
+    Return the distances of the source's chosen points from the planes of the target.
 
-    The partner of a point is the cell it falls on (Blais and Levine 1995). What a cell averages
-    has much of its noise in common with its neighbours: the noise is taken as that of one pixel.
+    A point is associated to the cell it projects to (Blais and Levine 1995). Neighbouring cells
+    share much of their noise, so averaging does not reduce it: it is taken as that of one pixel.
 
-    :param reach: partners farther apart are left out [m].
+    :param reach: pairs with a larger distance are dropped [m].
     """
     # take() gathers rows several times as fast as indexing does
     rotation = T_target_source[:3, :3]
@@ -190,24 +200,24 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     moved = arms + T_target_source[:3, 3]
     seen, cells = target.cells_at(moved)
     normals = target.normals.take(cells, 0).astype(np.float64)
-    turned = source.normals.take(source.chosen.take(seen), 0) @ rotation.T
+    rotated = source.normals.take(source.chosen.take(seen), 0) @ rotation.T
     distances = np.einsum('ij,ij->i', moved.take(seen, 0) - target.points.take(cells, 0), normals)
-    fits = np.flatnonzero((np.abs(distances) < reach)
-                          & (np.einsum('ij,ij->i', turned, normals) > _ALIKE))
-    arms, moved = (rows.take(seen.take(fits), 0) for rows in (arms, moved))
-    normals, turned, distances = (rows.take(fits, 0) for rows in (normals, turned, distances))
-    # a change of the inverse depth by sigma moves the point along its ray by sigma z^2
+    kept = np.flatnonzero((np.abs(distances) < reach)
+                          & (np.einsum('ij,ij->i', rotated, normals) > _SMALLEST_COSINE))
+    arms, moved = (rows.take(seen.take(kept), 0) for rows in (arms, moved))
+    normals, rotated, distances = (rows.take(kept, 0) for rows in (normals, rotated, distances))
+    # an error sigma of inverse depth moves a point p by sigma z p
     z = moved[:, 2]
-    sigmas = _SURFACE * inverse_depth_sigma(z, sensor) * z * np.einsum(
+    sigmas = SURFACE_NOISE * inverse_depth_sigma(z, sensor) * z * np.einsum(
         'ij,ij->i', moved, normals)
     values = distances / sigmas
-    jacobian, other = (_of_planes(n, arms, sigmas) for n in (normals, turned))
-    return Residuals(values, jacobian @ _common(jacobian, other),
+    jacobian, other = (_plane_jacobian(n, arms, sigmas) for n in (normals, rotated))
+    return Residuals(values, jacobian @ _observable_projection(jacobian, other),
                      robust_weights(values ** 2, width), _blocks(moved[:, :2] / z[:, None]))
 
 
-def _of_planes(normals: np.ndarray, arms: np.ndarray, sigmas: np.ndarray) -> np.ndarray:
-    """Return the derivatives (n, arm x n) of the distances from planes, whitened, Nx6."""
+def _plane_jacobian(normals: np.ndarray, arms: np.ndarray, sigmas: np.ndarray) -> np.ndarray:
+    """Return the derivatives (n, arm x n) of point-to-plane distances, whitened, Nx6."""
     jacobian = np.empty((6, len(normals)))
     (x, y, z), (a, b, c) = arms.T, (normals / sigmas[:, None]).T
     jacobian[0], jacobian[1], jacobian[2] = a, b, c
@@ -215,19 +225,24 @@ def _of_planes(normals: np.ndarray, arms: np.ndarray, sigmas: np.ndarray) -> np.
     return jacobian.T
 
 
-def _common(jacobian: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _observable_projection(jacobian: np.ndarray, other: np.ndarray) -> np.ndarray:
     """
-    Return the projection of errors on the directions of which a Jacobian tells beyond its noise.
+    Return the projection of pose errors onto the directions that the residuals observe.
 
-    The noise of normals makes a wall seem rough, as if it could not be moved along itself. Two
-    measurements of the Jacobian have their noise for themselves, so half the square of their
-    difference is the noise in the square of one.
+    Noise of the normals makes a wall look rough, as if its points could observe a motion along
+    it. The two measurements of the Jacobian have independent noise, so J^T J contains
+    D^T D / 2 of noise, D being their difference.
 
-    :returns: 6x6; the identity where all directions are told.
+    :param jacobian: Nx6, with normals of the target.
+    :param other: Nx6, with normals of the source.
+    :returns: 6x6; the identity where all directions are observed.
     """
     difference = jacobian - other
-    root = np.linalg.cholesky(jacobian.T @ jacobian + _TINY)
+    root = np.linalg.cholesky(jacobian.T @ jacobian + _REGULARIZATION)
     noise = np.linalg.solve(root, difference.T @ difference / 2)
     shares, directions = np.linalg.eigh(np.linalg.solve(root, noise.T))
-    kept = np.sqrt(np.clip((_ALL_NOISE - shares) / (_ALL_NOISE - _NO_NOISE), 0.0, 1.0))
-    return np.linalg.solve(root.T, directions * kept) @ directions.T @ root.T
+    observed = np.sqrt(np.clip((_SHARE_UNOBSERVED - shares)
+                               / (_SHARE_UNOBSERVED - _SHARE_OBSERVED), 0.0, 1.0))
+    projection: np.ndarray = (np.linalg.solve(root.T, directions * observed)
+                              @ directions.T @ root.T)
+    return projection

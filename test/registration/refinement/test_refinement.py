@@ -179,9 +179,9 @@ def test_the_robust_cost_is_stationary(small_pair, mode):
 def test_keypoints_alone_leave_the_depth_image_out(small_pair):
     refined, _ = problem_of(small_pair, mode='keypoints')
     joint, _ = problem_of(small_pair, mode='joint')
-    assert refined.disagreement is None
-    assert joint.disagreement.difference.shape == (6,)
-    assert np.linalg.eigvalsh(joint.disagreement.covariance).min() > 0
+    assert refined.bias is None
+    assert joint.bias.difference.shape == (6,)
+    assert np.linalg.eigvalsh(joint.bias.covariance).min() > 0
 
 
 def plane(normal, distance):
@@ -294,7 +294,7 @@ def test_nothing_to_see_is_not_sure_of_anything():
 
 def test_the_covariance_is_that_of_monte_carlo():
     """Other noise on the same images: the error by its covariance, on average 6."""
-    squares, ratios, disagreements = [], [], []
+    squares, ratios, biass = [], [], []
     for seed, first, second in ((1, 0, 3), (2, 40, 45), (3, 10, 12)):
         source, target, truth = rendered(seed, first, second, colour=ColourSensor.perfect(),
                                          depth=DepthSensor.perfect())
@@ -305,14 +305,14 @@ def test_the_covariance_is_that_of_monte_carlo():
             errors.append(error_of(refined.T_target_source, truth))
             covariances.append(refined.covariance)
             squares.append(errors[-1] @ np.linalg.solve(covariances[-1], errors[-1]))
-            off = refined.disagreement
-            disagreements.append(off.difference @ np.linalg.solve(off.covariance,
+            off = refined.bias
+            biass.append(off.difference @ np.linalg.solve(off.covariance,
                                                                   off.difference))
         ratios.append(np.mean(np.square(errors), axis=0)
                       / np.diag(np.mean(covariances, axis=0)))
     assert 3 < np.mean(squares) < 10
     assert 0.3 < np.mean(ratios) < 2
-    assert 2 < np.mean(disagreements) < 10
+    assert 2 < np.mean(biass) < 10
 
 
 def test_joint_is_nearer_to_the_truth_than_aick():

@@ -246,9 +246,9 @@ def test_normal_equations_solve_the_weighted_least_squares():
                                expected, rtol=1e-9)
 
 
-def test_times_is_the_chain_rule():
+def test_the_jacobian_of_a_scaled_error_is_scaled():
     residuals = random_residuals(np.random.default_rng(5), 10)
-    half = residuals.times(0.5)
+    half = residuals.of_scaled_error(0.5)
     np.testing.assert_array_equal(half.jacobian, residuals.jacobian / 2)
     np.testing.assert_array_equal(half.values, residuals.values)
 
