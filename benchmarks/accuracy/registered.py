@@ -16,7 +16,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from aick_ros.evaluation.scores.pairs import MAX_HOLE
+from aick_ros.evaluation.scores.ground_truth import true_pose
 from aick_ros.evaluation.scores.statistics import median
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -130,7 +130,7 @@ class Registered:
 
     def _shifted_truth(self, shift_ms: int) -> Callable[[int], np.ndarray | None]:
         shifted = Trajectory(self._truth.stamps + shift_ms * 1_000_000, self._truth.poses)
-        return lambda stamp: shifted.at(stamp, MAX_HOLE)
+        return lambda stamp: true_pose(shifted, stamp)
 
 
 def _medians(errors: list[np.ndarray]) -> dict[str, float | None]:

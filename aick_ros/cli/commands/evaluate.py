@@ -20,7 +20,7 @@ from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.evaluation.scores.consistency import DOF, Consistency
 from aick_ros.evaluation.scores.evaluation import Evaluation
 from aick_ros.evaluation.scores.evaluation import evaluate as evaluate_source
-from aick_ros.evaluation.scores.pairs import PairScore
+from aick_ros.evaluation.scores.pair_evaluation import PairScore
 from aick_ros.evaluation.scores.run_errors import SilentFailures
 from aick_ros.sources import SourceOptions, open_source
 

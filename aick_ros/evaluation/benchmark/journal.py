@@ -19,7 +19,8 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.benchmark.recording import Pair, Recording
+from aick_ros.evaluation.benchmark.recording import Recording
+from aick_ros.evaluation.scores.frame_pairs import FramePair
 from aick_ros.evaluation.scores.machine import machine_facts
 
 
@@ -46,7 +47,7 @@ class PairLine:
 
     method: str
     recording: str
-    pair: Pair
+    pair: FramePair
     translation: float | None
     rotation: float | None
     milliseconds: float | None
@@ -66,7 +67,7 @@ class Journal:
     """
 
     def __init__(self, path: Path | None, recordings: Sequence[Recording]) -> None:
-        self.pairs: dict[tuple[str, str], dict[Pair, PairLine]] = {}
+        self.pairs: dict[tuple[str, str], dict[FramePair, PairLine]] = {}
         self.frames: dict[tuple[str, str], dict[int, float]] = {}
         self.lines_found = 0
         self._path, self._lock = path, threading.Lock()
@@ -139,7 +140,7 @@ def _parse(path: Path, number: int, text: str) -> Line:
     try:
         content = json.loads(text)
         if 'pair' in content:
-            return PairLine(**{**content, 'pair': Pair(*content['pair'])})
+            return PairLine(**{**content, 'pair': FramePair(*content['pair'])})
         return FrameLine(**content)
     except (ValueError, TypeError):
         raise InputError(f'{path}, line {number} is no result: delete the file to start '

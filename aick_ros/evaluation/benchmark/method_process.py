@@ -24,7 +24,8 @@ import cv2
 from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines import Baseline
 from aick_ros.evaluation.baselines.registry import make
-from aick_ros.evaluation.benchmark.recording import Pair, Request
+from aick_ros.evaluation.benchmark.recording import Request
+from aick_ros.evaluation.scores.frame_pairs import FramePair
 from aick_ros.frames.rgbd import RgbdFrame
 
 Say = Callable[..., None]
@@ -45,18 +46,18 @@ def main() -> None:
     say(ready=True)
     request = Request(**job['request'])
     frames = islice(request.open().frames(_skip), request.limit)
-    register_pairs(method, frames, [Pair(*pair) for pair in job['pairs']], say)
+    register_pairs(method, frames, [FramePair(*pair) for pair in job['pairs']], say)
     say(end=True)
 
 
-def register_pairs(method: Baseline, frames: Iterable[RgbdFrame], pairs: Iterable[Pair],
+def register_pairs(method: Baseline, frames: Iterable[RgbdFrame], pairs: Iterable[FramePair],
                    say: Say) -> None:
     """
     Prepare the frames of the pairs once each, register the pairs, and say what came of it.
 
     Only the frames that are still needed are kept.
     """
-    by_source: dict[int, list[Pair]] = {}
+    by_source: dict[int, list[FramePair]] = {}
     last_use: dict[int, int] = {}
     for pair in sorted(pairs, key=lambda pair: pair.source):
         by_source.setdefault(pair.source, []).append(pair)
@@ -83,7 +84,7 @@ def _prepare(method: Baseline, index: int, frame: RgbdFrame, say: Say) -> Any:
     return content
 
 
-def _register(method: Baseline, pair: Pair, source: Any, target: Any, say: Say) -> None:
+def _register(method: Baseline, pair: FramePair, source: Any, target: Any, say: Say) -> None:
     if source is _BROKEN or target is _BROKEN:
         say(pair=pair, ms=None, T_target_source=None, failure='a frame could not be prepared')
         return

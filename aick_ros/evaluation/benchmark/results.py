@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The figures of a benchmark: Table I of the paper, for each method and recording."""
+"""Scores of a benchmark: Table I of the paper, for each method and recording."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from aick_ros.evaluation.benchmark.journal import Journal, PairLine
 from aick_ros.evaluation.benchmark.recording import Recording
 from aick_ros.evaluation.benchmark.runner import Plan
 from aick_ros.evaluation.scores.machine import machine_facts
-from aick_ros.evaluation.scores.pairs import PairError, PairScore
+from aick_ros.evaluation.scores.pair_evaluation import PairError, PairScore
 from aick_ros.evaluation.scores.statistics import Percentiles
 
 
 @dataclass(frozen=True)
 class MethodScore:
     """
-    The figures of a method on a recording; the fields are the keys of the JSON.
+    Scores of a method on a recording; the fields are the keys of the JSON.
 
-    :param pairs: gap -> figures.
-    :param preparation_ms: what is done once a frame.
-    :param failures: why pairs failed -> how many.
+    :param pairs: gap -> score.
+    :param preparation_ms: time of the steps done once per frame.
+    :param failures: reason -> number of failed pairs.
     """
 
     pairs: dict[str, PairScore]
@@ -39,13 +39,13 @@ class MethodScore:
     @classmethod
     def of(cls, method: Method, recording: Recording, plan: Plan,
            journal: Journal) -> MethodScore:
-        """Return the figures of a method's pairs, all of which the journal must have."""
+        """Return the scores of a method; the journal must have all its pairs."""
         key, pairs = (method.identity, recording.name), plan.pairs[recording.name]
         lines = [journal.pairs[key][pair] for pair in pairs]
         used = {index for pair in pairs for index in pair}
         times = journal.frames.get(key, {})
         return cls(
-            pairs={str(gap): _score([line for line in lines if line.pair.gap == gap], recording)
+            pairs={str(gap): _score([line for line in lines if line.pair.gap == gap])
                    for gap in plan.gaps},
             preparation_ms=Percentiles.of(times[index] for index in used if index in times),
             failures=dict(Counter(line.failure for line in lines if line.failure)))
@@ -54,12 +54,12 @@ class MethodScore:
 @dataclass(frozen=True)
 class Results:
     """
-    All that a benchmark found; the fields are keys of the JSON.
+    Results of a benchmark; the fields are keys of the JSON.
 
-    :param methods: name of the method -> of the recording -> figures.
-    :param settings: name of the method -> what it was run with.
-    :param recordings: name -> frames and pairs.
-    :param not_run: name of the method -> what it takes, of those that could not be run.
+    :param methods: name of the method -> name of the recording -> scores.
+    :param settings: name of the method -> its settings, in words.
+    :param recordings: name -> numbers of frames and pairs.
+    :param not_run: name of each method that could not be run -> the reason.
     """
 
     methods: Mapping[str, Mapping[str, MethodScore]]
@@ -69,7 +69,7 @@ class Results:
 
     @classmethod
     def of(cls, plan: Plan, journal: Journal, not_run: Mapping[str, str]) -> Results:
-        """Return the figures of a run that is complete."""
+        """Return the results of a complete run."""
         methods = [method for method in plan.methods if method.name not in not_run]
         return cls(
             methods={method.name: {
@@ -80,16 +80,15 @@ class Results:
             not_run=dict(not_run))
 
     def to_json(self) -> dict[str, Any]:
-        """Return what ``json.dumps`` takes; a figure that does not exist is None."""
+        """Return the content of the JSON; a missing value is None."""
         return {**dataclasses.asdict(self), 'threads': 1, 'machine': machine_facts()}
 
 
-def _score(lines: Sequence[PairLine], recording: Recording) -> PairScore:
-    """Return the figures of lines; times are those of the registrations that ended."""
-    errors = [PairError(recording.interval(line.pair),
-                        np.inf if line.translation is None else line.translation,
-                        np.inf if line.rotation is None else line.rotation,
-                        0.0 if line.milliseconds is None else line.milliseconds)
+def _score(lines: Sequence[PairLine]) -> PairScore:
+    """Return the score of some pairs; times are those of the registrations that ended."""
+    errors = [PairError(translation=np.inf if line.translation is None else line.translation,
+                        rotation=np.inf if line.rotation is None else line.rotation,
+                        milliseconds=0.0 if line.milliseconds is None else line.milliseconds)
               for line in lines]
     measured = [line.milliseconds for line in lines if line.milliseconds is not None]
     return dataclasses.replace(PairScore.of(errors), registration_ms=Percentiles.of(measured))

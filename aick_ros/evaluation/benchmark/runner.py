@@ -12,8 +12,9 @@ from functools import cached_property
 
 from aick_ros.evaluation.baselines.registry import Method
 from aick_ros.evaluation.benchmark.journal import Journal, Line, PairLine
-from aick_ros.evaluation.benchmark.recording import Pair, Recording
+from aick_ros.evaluation.benchmark.recording import Recording
 from aick_ros.evaluation.benchmark.supervisor import Job, UnusableMethodError, supervise
+from aick_ros.evaluation.scores.frame_pairs import FramePair
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,7 @@ class Plan:
     variants: Sequence[Method] = ()
 
     @cached_property
-    def pairs(self) -> dict[str, list[Pair]]:
+    def pairs(self) -> dict[str, list[FramePair]]:
         """Name of the recording -> its pairs."""
         return {recording.name: recording.pairs(self.gaps, self.most_pairs)
                 for recording in self.recordings}

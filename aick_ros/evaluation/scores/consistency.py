@@ -2,12 +2,12 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Whether covariances are right, by the normalised estimation error squared (NEES).
+Consistency of covariances by the normalised estimation error squared (NEES).
 
-The NEES of an error e with covariance C is e^T C^-1 e. Where the errors are normal and C is right
-it follows the chi-square distribution of as many degrees of freedom as e has numbers
-(Bar-Shalom, Li and Kirubarajan 2001, 5.4): 6 on average here. More means too sure, less means
-too careful.
+The NEES of an error e with covariance C is e^T C^-1 e. If the errors are normal and C is correct,
+it follows the chi-square distribution with as many degrees of freedom as e has elements
+(Bar-Shalom, Li and Kirubarajan 2001, 5.4), so its mean is 6 here. A larger mean indicates an
+overconfident covariance, a smaller one a conservative covariance.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ import numpy as np
 
 from aick_ros.evaluation.scores.statistics import mean
 
-DOF = 6
+DOF = 6  # by definition: degrees of freedom of a pose
 
-# The x at which the chi-square distribution of six degrees of freedom, in closed form
-# 1 - exp(-x/2) (1 + x/2 + x^2/8), reaches 0.95 and 0.997.
+# derived: the chi-square distribution function with six degrees of freedom is
+# 1 - exp(-x/2) (1 + x/2 + x^2/8)
 QUANTILE_95 = 12.591587243743977
 QUANTILE_997 = 19.8046523588496
 
@@ -30,11 +30,12 @@ QUANTILE_997 = 19.8046523588496
 @dataclass(frozen=True)
 class Consistency:
     """
-    How well covariances foretell errors; None of none.
+    Statistics of the NEES; None without values.
 
-    :param nees_mean: of the errors whose NEES is finite; it should be ``dof``.
-    :param inside_95: share of the errors in the ellipsoid that should hold 95 %; inside_997 in
-        that of 99.7 %. An infinite NEES is outside.
+    :param nees_mean: mean of the finite values; ``dof`` for a correct covariance.
+    :param dof: degrees of freedom.
+    :param inside_95: share of the errors inside the 95 % ellipsoid; an infinite NEES is outside.
+    :param inside_997: share of the errors inside the 99.7 % ellipsoid.
     """
 
     nees_mean: float | None
@@ -45,9 +46,9 @@ class Consistency:
     @classmethod
     def of(cls, values: Iterable[float | None]) -> Consistency:
         """
-        Return the figures of some NEES.
+        Return the statistics of some NEES.
 
-        :param values: as :func:`nees` returns them; None does not enter.
+        :param values: as :func:`nees` returns them; None is ignored.
         """
         known = np.array([value for value in values if value is not None], np.float64)
         return cls(mean(known[np.isfinite(known)]), DOF,
@@ -58,9 +59,10 @@ def nees(error: np.ndarray, covariance: np.ndarray) -> float | None:
     """
     Return the NEES of an error.
 
-    :param error: 6; covariance: 6x6, of the same units.
-    :returns: None where the covariance is not finite, as it promises nothing; infinite where it
-        is not positive definite, as it promises more than can be.
+    :param error: 6.
+    :param covariance: 6x6, in the same units.
+    :returns: None where the covariance is not finite, as it claims nothing; infinite where it is
+        not positive definite, as it claims the impossible.
     """
     if not np.all(np.isfinite(covariance)):
         return None
@@ -69,7 +71,7 @@ def nees(error: np.ndarray, covariance: np.ndarray) -> float | None:
         return float('inf')
     sigmas = np.sqrt(variances)
     try:
-        # of the correlations, lest metres and radians of very different size look singular
+        # of the correlation matrix: metres and radians may differ by orders of magnitude
         factor = np.linalg.cholesky(covariance / np.outer(sigmas, sigmas))
     except np.linalg.LinAlgError:
         return float('inf')
@@ -78,5 +80,6 @@ def nees(error: np.ndarray, covariance: np.ndarray) -> float | None:
 
 
 def density(values: np.ndarray) -> np.ndarray:
-    """Return the density of the chi-square distribution of six degrees of freedom, from 0 up."""
-    return values ** 2 * np.exp(-values / 2) / 16
+    """Return the chi-square density with six degrees of freedom at values >= 0, N."""
+    densities: np.ndarray = values ** 2 * np.exp(-values / 2) / 16
+    return densities

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A recording with ground truth, turned into figures."""
+"""Evaluation of the odometry on a recording with ground truth."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aick_ros.evaluation.scores.consistency import Consistency
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.increment_error import IncrementError
 from aick_ros.evaluation.scores.machine import machine_facts
-from aick_ros.evaluation.scores.pairs import PairError, PairEvaluation, PairScore
+from aick_ros.evaluation.scores.pair_evaluation import PairError, PairEvaluation, PairScore
 from aick_ros.evaluation.scores.run_errors import RunErrors, SilentFailures
 from aick_ros.evaluation.scores.run_summary import stage_times
 from aick_ros.evaluation.scores.statistics import Percentiles, mean
@@ -31,13 +31,13 @@ GAPS = (1, 5, 10)
 @dataclass(frozen=True)
 class Evaluation:
     """
-    The figures of a recording; the fields but ``nees`` are the keys of the JSON.
+    Scores on a recording; the fields but ``nees`` are the keys of the JSON.
 
-    :param pairs: gap -> figures of all frames so far apart in the list.
+    :param pairs: gap -> score of all pairs of frames at this distance in the list of frames.
     :param consistency: of the covariances of the odometry's increments.
-    :param timing_ms: stage of the odometry -> milliseconds a frame.
+    :param timing_ms: stage of the odometry -> milliseconds per frame.
     :param settings: dotted name -> value.
-    :param nees: 'odometry' or the gap as text -> the NEES of its increments or pairs.
+    :param nees: 'odometry' or the gap as text -> NEES of its increments or pairs.
     """
 
     source: str
@@ -53,11 +53,11 @@ class Evaluation:
     nees: dict[str, list[float]]
 
     def to_json(self) -> dict[str, Any]:
-        """Return what ``json.dumps`` takes; a figure that does not exist is None."""
-        figures = dataclasses.asdict(self)
-        del figures['nees']
-        figures['pairs'] = {str(gap): score for gap, score in figures['pairs'].items()}
-        return figures
+        """Return the content of the JSON; a missing value is None."""
+        content = dataclasses.asdict(self)
+        del content['nees']
+        content['pairs'] = {str(gap): score for gap, score in content['pairs'].items()}
+        return content
 
 
 def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence[int] = GAPS,
@@ -66,15 +66,15 @@ def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence
     """
     Run the odometry over a recording, register its pairs, and compare with the ground truth.
 
-    What registrations need of a frame is made once. Without ground truth no pair can be judged
-    and none is registered.
+    Without ground truth pairs have no error, and none is registered.
 
-    :param gaps: distances of the two frames of a pair.
-    :param on_progress: told the number of frames done, after each.
-    :raises InputError: where the recording has no frame, or a gap is below 1.
+    :param gaps: distances of the two frames of a pair in the list of frames.
+    :param on_progress: called after each frame with the number of frames done.
+    :raises InputError: where the recording has no usable frame, or a gap is below 1.
     """
     if not gaps or min(gaps) < 1:
-        raise InputError(f'the gaps are {list(gaps)}: it takes whole numbers from 1 up')
+        raise InputError(f'gaps {list(gaps)}: at least one gap is required, and each must be 1 '
+                         'or more')
     odometry = Odometry(settings)
     pairs = None
     if source.ground_truth is not None:
@@ -87,7 +87,7 @@ def evaluate(source: RgbdSource, settings: Settings = Settings(), gaps: Sequence
             pairs.add(update.prepared)
         on_progress(len(records))
     if not records:
-        raise InputError(f'{source.name} has no frame that can be used')
+        raise InputError(f'{source.name} has no usable frame')
     return _evaluation(source, settings, records,
                        {gap: [] for gap in gaps} if pairs is None else pairs.errors())
 
@@ -97,7 +97,7 @@ def _evaluation(source: RgbdSource, settings: Settings, records: Sequence[FrameR
     run_errors = None
     if source.ground_truth is not None:
         run_errors = RunErrors.of(records, source.ground_truth)
-    nees = {'odometry': _nees(run_errors.believed if run_errors else []),
+    nees = {'odometry': _nees(run_errors.accepted if run_errors else []),
             **{str(gap): _nees(errors) for gap, errors in pair_errors.items()}}
     return Evaluation(
         source=source.name, frames=len(records),

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is kept of each frame of a run."""
+"""Record of one frame of a run."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ from aick_ros.registration.status import Status
 @dataclass(frozen=True, eq=False)
 class FrameRecord:
     """
-    An :class:`OdometryUpdate` without its keypoints, small enough to keep one for each frame.
+    An :class:`OdometryUpdate` without images and keypoints, so that a run can keep all of them.
 
-    :param keypoints: their number; matches likewise.
+    :param keypoints: number of keypoints with depth.
+    :param matches: number of matches.
     :param timing: stage -> milliseconds.
     """
 
@@ -42,23 +43,19 @@ class FrameRecord:
 
     @classmethod
     def of(cls, update: OdometryUpdate) -> FrameRecord:
-        """Return what is kept of an update."""
+        """Return the record of an update."""
         return cls(
             update.stamp, update.status, update.reason, update.pose, len(update.keypoints),
             len(update.matches), update.timing, update.increment, update.rejected)
 
 
 def stages_of(records: Iterable[FrameRecord]) -> list[str]:
-    """Return the stages that took time in some frames, in their order, ``total`` last."""
+    """Return the stages of the odometry that were timed, in their order, ``total`` last."""
     stages = dict.fromkeys(stage for record in records for stage in record.timing)
     return sorted(stages, key=lambda stage: stage == 'total')
 
 
 def trajectory_of(records: Sequence[FrameRecord]) -> Trajectory:
-    """
-    Return the path of a run.
-
-    Lost frames are in it with the pose that was held.
-    """
+    """Return the trajectory of a run; lost frames have the pose that was held or predicted."""
     poses = np.array([record.T_odom_camera for record in records]).reshape(-1, 4, 4)
     return Trajectory(np.array([record.stamp for record in records], np.int64), poses)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How far a measured motion is off, and how far its covariance let one expect."""
+"""Error of a measured motion, and its NEES."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import numpy as np
 from aick_ros.evaluation.scores.consistency import nees
 from aick_ros.geometry import se3
 
-MOST_TRANSLATION = 0.05
-"""An increment farther off is wrong [m]."""
+MAX_TRANSLATION_ERROR = 0.05  # chosen
+"""Above this translation error an increment is wrong [m]."""
 
-MOST_ROTATION = float(np.radians(3.0))
-"""An increment turned farther from the truth is wrong [rad]."""
+MAX_ROTATION_ERROR = float(np.radians(3.0))  # chosen
+"""Above this rotation error an increment is wrong [rad]."""
 
 
 @dataclass(frozen=True)
@@ -24,8 +24,9 @@ class IncrementError:
     """
     The error of one increment, by the error model of :mod:`aick_ros.geometry.se3`.
 
-    :param translation: [m]; rotation: [rad]; as by Eq. 3.
-    :param nees: of the error with the increment's covariance; None where that is not finite.
+    :param translation: translation error of Eq. 3 [m].
+    :param rotation: rotation error of Eq. 3 [rad].
+    :param nees: with the covariance of the increment; None where that is not finite.
     """
 
     translation: float
@@ -38,7 +39,9 @@ class IncrementError:
         """
         Return the error of an increment.
 
-        :param increment: ``T_target_source``, 4x4; covariance: 6x6 about the target's fixed axes.
+        :param increment: ``T_target_source``, 4x4.
+        :param covariance: 6x6, in the axes of the target.
+        :param true_increment: 4x4.
         """
         error = se3.difference(increment, true_increment)
         return cls(float(np.linalg.norm(error[:3])), float(np.linalg.norm(error[3:])),
@@ -46,5 +49,6 @@ class IncrementError:
 
     @property
     def is_wrong(self) -> bool:
-        """Whether it is off by more than 5 cm or 3 degrees."""
-        return self.translation > MOST_TRANSLATION or self.rotation > MOST_ROTATION
+        """Whether the error is above 5 cm or 3 degrees."""
+        return (self.translation > MAX_TRANSLATION_ERROR
+                or self.rotation > MAX_ROTATION_ERROR)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The machine a figure was measured on."""
+"""The machine that a measurement was made on."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import aick_ros
 
 
 def machine_facts() -> dict[str, str | int]:
-    """Return what a runtime depends on: processor, cores, versions."""
+    """Return what run times depend on: processor, cores, versions."""
     return {
         'cpu': _cpu(),
         'cores': len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity')

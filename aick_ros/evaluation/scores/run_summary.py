@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What one run of the odometry over a recording came to."""
+"""Statistics of one run of the odometry over a recording."""
 
 from __future__ import annotations
 
@@ -26,14 +26,16 @@ from aick_ros.sources import RgbdSource
 @dataclass(frozen=True)
 class RunSummary:
     """
-    The figures of a run; the fields are the keys of the JSON.
+    Statistics of a run; the fields are the keys of the JSON.
 
     :param ended: ``complete``, or why the run ended before the recording did.
-    :param frames: that were registered or held; damaged_images: that were skipped.
+    :param frames: number of frames processed, tracked or lost.
+    :param damaged_images: number of images that were skipped.
     :param status: name of the status -> number of frames.
-    :param duration_s: of the recording; wall_time_s: of the run.
-    :param end_distance_m: from the first to the last position.
-    :param timing_ms: stage of the odometry -> milliseconds a frame.
+    :param duration_s: duration of the recording.
+    :param wall_time_s: duration of the run.
+    :param end_distance_m: distance from the first to the last position.
+    :param timing_ms: stage of the odometry -> milliseconds per frame.
     """
 
     source: str
@@ -55,17 +57,17 @@ class RunSummary:
     machine: dict[str, str | int]
 
     def to_json(self) -> dict[str, Any]:
-        """Return what ``json.dumps`` takes; a figure that does not exist is None."""
+        """Return the content of the JSON; a missing value is None."""
         return dataclasses.asdict(self)
 
 
 def summarize(source: RgbdSource, records: Sequence[FrameRecord], settings: Settings,
               wall_time: float, ended: str = 'complete', damaged_images: int = 0) -> RunSummary:
     """
-    Return the figures of a run.
+    Return the statistics of a run.
 
-    :param records: of all frames, one at least.
-    :param wall_time: that the run took [s].
+    :param records: of all frames, at least one.
+    :param wall_time: duration of the run [s].
     """
     positions = trajectory_of(records).poses[:, :3, 3]
     return RunSummary(
@@ -83,7 +85,7 @@ def summarize(source: RgbdSource, records: Sequence[FrameRecord], settings: Sett
 
 
 def stage_times(records: Sequence[FrameRecord]) -> dict[str, Percentiles]:
-    """Return the milliseconds a frame of each stage."""
+    """Return the milliseconds per frame of each stage."""
     return {stage: Percentiles.of(record.timing[stage] for record in records
                                   if stage in record.timing)
             for stage in stages_of(records)}

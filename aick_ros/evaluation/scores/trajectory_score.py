@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How good the path of a run is, in four figures."""
+"""Accuracy of the trajectory of a run."""
 
 from __future__ import annotations
 
@@ -19,12 +19,13 @@ from aick_ros.geometry.trajectory import Trajectory
 @dataclass(frozen=True)
 class TrajectoryScore:
     """
-    The errors of a path; None without ground truth.
+    Errors of a trajectory; None without ground truth.
 
-    :param rpe_1s_translation_rmse_m: of the motion over 1 s, all pairs; rotation likewise.
-    :param ate_rmse_m: of the positions after rigid alignment.
-    :param tracked_fraction: share of frames that were registered; the pose of the others was
-        held, and counts.
+    :param rpe_1s_translation_rmse_m: RMSE of the translation over 1 s, of all pairs of poses.
+    :param rpe_1s_rotation_rmse_deg: RMSE of the rotation over 1 s, of all pairs of poses.
+    :param ate_rmse_m: RMSE of the positions after rigid alignment.
+    :param tracked_fraction: share of tracked frames; the held poses of lost frames count in the
+        errors.
     """
 
     rpe_1s_translation_rmse_m: float | None
@@ -35,7 +36,7 @@ class TrajectoryScore:
     @classmethod
     def of(cls, records: Sequence[FrameRecord],
            ground_truth: Trajectory | None) -> TrajectoryScore:
-        """Return the figures of a run."""
+        """Return the score of a run."""
         errors = None
         if records and ground_truth is not None:
             errors = compare(trajectory_of(records), ground_truth)

@@ -11,7 +11,7 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.benchmark.journal import Journal
 from aick_ros.evaluation.benchmark.results import Results
 from aick_ros.evaluation.benchmark.runner import Plan, run
-from aick_ros.evaluation.scores.pairs import PairEvaluation
+from aick_ros.evaluation.scores.pair_evaluation import PairEvaluation
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings.presets import preset
 from aick_ros.sources import open_source, raise_damage

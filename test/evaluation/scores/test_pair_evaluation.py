@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from aick_ros.evaluation.scores.pairs import PairEvaluation
+from aick_ros.evaluation.scores.pair_evaluation import PairEvaluation
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
@@ -58,7 +58,7 @@ def view(stamp):
 def evaluation_by(monkeypatch):
     """Return a function that makes a PairEvaluation whose registrar is a stand-in."""
     def make(registrar, ground_truth, gaps):
-        monkeypatch.setattr('aick_ros.evaluation.scores.pairs.Registrar',
+        monkeypatch.setattr('aick_ros.evaluation.scores.pair_evaluation.Registrar',
                             lambda settings: registrar)
         return PairEvaluation(Settings(), ground_truth, gaps)
     return make
@@ -172,6 +172,28 @@ def test_a_right_answer_has_no_error(evaluation_by, stamps, ground_truth):
     score = pairs.scores()[2]
     assert score.success_ratio == {'0.0033': 1.0, '0.01': 1.0, '0.05': 1.0}
     assert score.translation_median_m < 1e-12
+
+
+def test_each_gap_has_a_registrar_of_its_own(monkeypatch, stamps, ground_truth):
+    """A registrar learns from the motions it sees, so one must not see those of two gaps."""
+    gaps_seen = []
+
+    class Watched(Guess):
+        def __init__(self, settings):
+            super().__init__()
+            self.gaps = set()
+            gaps_seen.append(self.gaps)
+
+        def register(self, source, target):
+            numbers = [list(stamps).index(frame.stamp) for frame in (target, source)]
+            self.gaps.add(numbers[1] - numbers[0])
+            return super().register(source, target)
+
+    monkeypatch.setattr('aick_ros.evaluation.scores.pair_evaluation.Registrar', Watched)
+    pairs = PairEvaluation(Settings(), ground_truth, GAPS)
+    for stamp in stamps:
+        pairs.add(view(stamp))
+    assert sorted(map(sorted, gaps_seen)) == [[gap] for gap in GAPS]
 
 
 @pytest.mark.parametrize('count', [0, 1, 3])
