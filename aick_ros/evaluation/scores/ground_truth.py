@@ -26,4 +26,5 @@ def true_motion(ground_truth: Trajectory, target_stamp: int,
     T_world_source = true_pose(ground_truth, source_stamp)
     if T_world_target is None or T_world_source is None:
         return None
-    return se3.inverse(T_world_target) @ T_world_source
+    T_target_source: np.ndarray = se3.inverse(T_world_target) @ T_world_source
+    return T_target_source

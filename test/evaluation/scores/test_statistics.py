@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Figures of lists that are short, empty or not finite."""
+"""Statistics of lists that are short, empty or not finite."""
 
 import statistics
 
@@ -21,7 +21,7 @@ def test_agrees_with_the_standard_library():
     assert Percentiles.of(range(101)) == Percentiles(50.0, 99.0)
 
 
-def test_there_is_no_figure_of_nothing():
+def test_empty_lists_have_no_statistics():
     assert mean([]) is None
     assert median([]) is None
     assert root_mean_square([]) is None
@@ -30,5 +30,5 @@ def test_there_is_no_figure_of_nothing():
 
 @pytest.mark.parametrize('infinite, expected',
                          [(0, 2.5), (1, 3.0), (3, 4.0), (4, None), (9, None)])
-def test_median_counts_what_is_infinitely_far_off(infinite, expected):
+def test_median_counts_infinite_errors(infinite, expected):
     assert median([1.0, 2.0, 3.0, 4.0] + infinite * [float('inf')]) == expected
