@@ -1,113 +1,210 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The pose of a robot's base from that of the camera on it."""
+"""Odometry of a robot's base from that of the camera on it."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
 from aick_ros.geometry import se3
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.update import OdometryUpdate
+from aick_ros.registration.status import Status
 
 
 class Mount(Enum):
-    """How a camera sits on the base, and so what it means that its extrinsic changes."""
+    """How a camera sits on the base, and so what a change of its extrinsic means."""
 
     FIXED = 'the extrinsic has been corrected'
     MOVING = 'the camera has been moved'
 
 
-class BasePose:
+class BaseState(Enum):
+    """How the pose of the base is known."""
+
+    TRACKED = 'measured'
+    RECOVERED = 'measured again, from a pose that was not'
+    PREDICTED = 'predicted by another sensor'
+    LOST = 'not known: the pose is the last one'
+
+
+@dataclass(frozen=True, eq=False)
+class BaseMotion:
+    """
+    Mean motion of the base since an earlier frame, about its axes as they are now.
+
+    :param twist: body velocity (vx, vy, vz, wx, wy, wz) [m/s, rad/s], 6.
+    :param covariance: 6x6 of the increment [m^2, m rad, rad^2].
+    :param interval: time of the increment [s].
+    """
+
+    twist: np.ndarray
+    covariance: np.ndarray
+    interval: float
+
+    @classmethod
+    def of(cls, increment: Increment) -> BaseMotion:
+        """Return the motion of an increment ``T_base0_base1``."""
+        axes_now = np.eye(4)
+        axes_now[:3, :3] = increment.pose.rotation.T
+        return cls(increment.twist, (axes_now @ increment.pose).covariance, increment.interval)
+
+    @property
+    def twist_covariance(self) -> np.ndarray:
+        """Covariance of the twist, 6x6 [m^2/s^2, m rad/s^2, rad^2/s^2]."""
+        twist_covariance: np.ndarray = self.covariance / self.interval ** 2
+        return twist_covariance
+
+
+@dataclass(frozen=True, eq=False)
+class BaseUpdate:
+    """
+    Pose and motion of the base at one frame.
+
+    :param stamp: stamp of the frame [ns].
+    :param pose: ``T_odom_base``.
+    :param motion: None where it was not measured.
+    """
+
+    stamp: int
+    state: BaseState
+    pose: PoseWithCovariance
+    motion: BaseMotion | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Sighting:
+    """
+    The camera at one frame.
+
+    :param pose: ``T_visual_camera``, in the frame of the camera's own odometry.
+    """
+
+    stamp: int
+    pose: PoseWithCovariance
+    T_base_camera: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """A pose ``T_odom_base`` of the base, and the camera there; motion is added to it."""
+
+    base: PoseWithCovariance
+    camera: PoseWithCovariance
+    T_base_camera: np.ndarray
+
+
+class BaseOdometry:
     """
     Follows the base by the motion of the camera.
 
-    The camera's own odometry has the frame *visual*. Where it lies in the base's odometry is
-    found anew whenever the base is put somewhere or the extrinsic of a fixed camera is corrected,
-    such that the base stays where it was: from there on only motion is added.
+    The motion of the camera is added to a start: where the base was when it was last placed, or
+    when the extrinsic of a fixed camera was last corrected. A correction does not move the base.
 
-    :param T_odom_base: where it starts, 4x4.
-    :param covariance: 6x6 of that.
+    :param pose: ``T_odom_base`` at the camera's pose of identity.
     """
 
-    def __init__(self, T_odom_base: np.ndarray, covariance: np.ndarray) -> None:
-        self._T_base_camera: np.ndarray | None = None
-        self._T_visual_camera: np.ndarray | None = np.eye(4)
-        self._visual_covariance = np.zeros((6, 6))
-        self.put(T_odom_base, covariance)
+    def __init__(self, pose: PoseWithCovariance = PoseWithCovariance.identity()) -> None:
+        self.reset(pose)
 
     @property
-    def T_odom_base(self) -> np.ndarray:
-        """Where the base is, 4x4."""
-        return self._T_odom_base
+    def pose(self) -> PoseWithCovariance:
+        """``T_odom_base``, the last one measured, predicted or set."""
+        return self._pose
 
-    def put(self, T_odom_base: np.ndarray, covariance: np.ndarray) -> None:
-        """Say where the base is, whatever it was before."""
-        self._T_odom_base, self._covariance = T_odom_base, covariance
-        self._anchored = False
+    def reset(self, pose: PoseWithCovariance = PoseWithCovariance.identity()) -> None:
+        """Begin at a pose, with a camera whose odometry begins at the identity."""
+        self._pose = pose
+        self._is_lost = False
+        self._start: _Start | None = None
+        self._camera: PoseWithCovariance | None = PoseWithCovariance.identity()
+        self._last: _Sighting | None = None
 
-    def restart(self) -> None:
-        """Take note that the way to the camera's next pose tells nothing: the base stays."""
-        self._T_visual_camera = None
-        self._anchored = False
-
-    def follow(self, T_visual_camera: np.ndarray, covariance: np.ndarray,
-               T_base_camera: np.ndarray, mount: Mount = Mount.FIXED
-               ) -> tuple[np.ndarray, np.ndarray]:
+    def set_pose(self, pose: PoseWithCovariance, is_blind: bool = False) -> None:
         """
-        Return where the base is for a camera, and its 6x6 covariance.
+        Place the base at a pose ``T_odom_base``.
 
-        :param covariance: 6x6 of ``T_visual_camera``, accumulated.
-        :param T_base_camera: the extrinsic.
-        :param mount: what it means if that is another one than before.
+        The robot may have been carried there while the camera was lost: the motion of the camera
+        since it was last tracked is not added then.
+
+        :param is_blind: whether the camera's frames are not used either, as while paused.
         """
-        corrected = mount is Mount.FIXED and not np.array_equal(
-            T_base_camera, self._T_base_camera)
-        if self._T_base_camera is None or corrected:
-            self._T_base_camera = T_base_camera
-            self._anchored = False
-        if self._T_visual_camera is None:
-            self._T_visual_camera, self._visual_covariance = T_visual_camera, covariance
-            self._T_base_camera = T_base_camera
-        if not self._anchored:
-            self._anchor()
-        self._T_visual_camera, self._visual_covariance = T_visual_camera, covariance
-        self._T_base_camera = T_base_camera
-        T_camera_base = se3.inverse(T_base_camera)
-        self._T_odom_base = self._T_odom_visual @ T_visual_camera @ T_camera_base
-        self._covariance = self._start_covariance(self._T_odom_base) + self._way_covariance(
-            T_visual_camera, covariance, T_camera_base)
-        return self._T_odom_base, self._covariance
+        self._pose = pose
+        self._start = None
+        if is_blind or self._is_lost:
+            self._camera = None
 
-    def _anchor(self) -> None:
-        """Find the visual frame such that the base did not move; from here on motion counts."""
-        self._T_odom_visual = (self._T_odom_base @ self._T_base_camera
-                               @ se3.inverse(self._T_visual_camera))
-        self._start = self._T_odom_base, self._covariance
-        self._visual_start = self._T_visual_camera, self._visual_covariance
-        self._anchored = True
+    def update(self, update: OdometryUpdate, T_base_camera: np.ndarray,
+               mount: Mount = Mount.FIXED) -> BaseUpdate | None:
+        """
+        Return pose and motion of the base at a frame, None where its stamp is not a newer one.
 
-    def _start_covariance(self, T_odom_base: np.ndarray) -> np.ndarray:
-        T_start, covariance = self._start
-        return _carried(covariance, T_odom_base[:3, 3] - T_start[:3, 3])
+        :param T_base_camera: extrinsic at the frame, 4x4.
+        :param mount: what it means if that differs from the one before.
+        """
+        if update.status is Status.BAD_STAMP:
+            return None
+        state = _state(update)
+        self._is_lost = state is BaseState.LOST
+        if self._is_lost:
+            return BaseUpdate(update.stamp, state, self._pose)
+        motion = self._motion(update, T_base_camera, mount)
+        self._follow(_Sighting(update.stamp, update.pose, T_base_camera), mount)
+        return BaseUpdate(update.stamp, state, self._pose,
+                          motion if state is BaseState.TRACKED else None)
 
-    def _way_covariance(self, T_visual_camera: np.ndarray, covariance: np.ndarray,
-                        T_camera_base: np.ndarray) -> np.ndarray:
-        """Return what came to the camera's covariance since the start, as that of the base."""
-        T_start, start_covariance = self._visual_start
-        if start_covariance.any():
-            grown = covariance - _carried(
-                start_covariance, T_visual_camera[:3, 3] - T_start[:3, 3])
-            scales, axes = np.linalg.eigh(grown)
-            covariance = axes * np.maximum(scales, 0.0) @ axes.T
-        turn = np.kron(np.eye(2), self._T_odom_visual[:3, :3])
-        lever = T_visual_camera[:3, :3] @ T_camera_base[:3, 3]
-        return turn @ _carried(covariance, lever) @ turn.T
+    def _follow(self, now: _Sighting, mount: Mount) -> None:
+        """Add the motion of the camera since the start to the pose of the base there."""
+        before = now.T_base_camera if self._last is None else self._last.T_base_camera
+        if mount is Mount.FIXED and not np.array_equal(before, now.T_base_camera):
+            self._start, before = None, now.T_base_camera
+        if self._camera is None:
+            self._camera, before = now.pose, now.T_base_camera
+        if self._start is None:
+            self._start = _Start(self._pose, self._camera, before)
+        start = self._start
+        self._pose = (start.base @ start.T_base_camera @ _grown(start.camera, now.pose)
+                      @ se3.inverse(now.T_base_camera))
+        self._camera, self._last = now.pose, now
+
+    def _motion(self, update: OdometryUpdate, T_base_camera: np.ndarray,
+                mount: Mount) -> BaseMotion | None:
+        """Return the motion of the base, None where the extrinsic at its start is not known."""
+        increment = update.increment
+        if increment is None:
+            return None
+        before = T_base_camera
+        if mount is Mount.MOVING:
+            start = update.stamp - round(increment.interval * NANOSECONDS)
+            if self._last is None or self._last.stamp != start:
+                return None
+            before = self._last.T_base_camera
+        moved = before @ increment.pose @ se3.inverse(T_base_camera)
+        return BaseMotion.of(Increment(moved, increment.interval))
 
 
-def _carried(covariance: np.ndarray, lever: np.ndarray) -> np.ndarray:
-    """Return the covariance of a point that lies ``lever`` [m] from the one it is given for."""
-    carry = np.eye(6)
-    carry[:3, 3:] = -se3.skew(lever)
-    return carry @ covariance @ carry.T
+def _state(update: OdometryUpdate) -> BaseState:
+    if update.status.ok:
+        return BaseState.RECOVERED if update.recovered else BaseState.TRACKED
+    return BaseState.PREDICTED if update.predicted else BaseState.LOST
+
+
+def _grown(start: PoseWithCovariance, end: PoseWithCovariance) -> PoseWithCovariance:
+    """
+    Return the motion between two poses of one odometry, by what its covariance has grown.
+
+    The covariance of the end contains that of the start: the difference is that of the motion.
+    """
+    T_start_visual = se3.inverse(start.matrix)
+    if start.covariance.any():
+        inherited = (start @ (T_start_visual @ end.matrix)).covariance
+        variances, axes = np.linalg.eigh(end.covariance - inherited)
+        # rounding may leave variances just below zero
+        end = PoseWithCovariance(end.matrix, axes * np.maximum(variances, 0.0) @ axes.T)
+    motion: PoseWithCovariance = T_start_visual @ end
+    return motion

@@ -7,11 +7,43 @@ import numpy as np
 import pytest
 
 from aick_ros.geometry import se3
-from aick_ros.odometry.base_odometry import BasePose, Mount
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.odometry import OdometryUpdate
+from aick_ros.odometry.base_odometry import BaseOdometry, BaseState, Mount
+from aick_ros.registration.status import Status
 
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.3, -0.2, 0.5))
 CORRECTED = T_BASE_CAMERA @ se3.exp([0.05, 0.02, -0.03, 0.1, -0.2, 0.05])
 ORIGIN, CERTAIN = np.eye(4), np.zeros((6, 6))
+PERIOD = 33_333_333  # ns
+
+
+class Camera:
+    """A base odometry, and frames of the camera on it at a steady rate."""
+
+    def __init__(self, T_odom_base=ORIGIN, covariance=CERTAIN):
+        self.base = BaseOdometry(PoseWithCovariance(T_odom_base, covariance))
+        self.stamp = 0
+
+    def update(self, T=ORIGIN, S=CERTAIN, T_base_camera=T_BASE_CAMERA, mount=Mount.FIXED,
+               status=Status.OK, **values):
+        self.stamp += PERIOD
+        return self.base.update(OdometryUpdate(
+            self.stamp, status, '', PoseWithCovariance(T, S), None, **values),
+            T_base_camera, mount)
+
+    def follow(self, *pose, **mounted):
+        """Return pose and covariance of the base for a pose of the camera."""
+        pose = self.update(*pose, **mounted).pose
+        return pose.matrix, pose.covariance
+
+    def put(self, T_odom_base, covariance, is_blind=False):
+        self.base.set_pose(PoseWithCovariance(T_odom_base, covariance), is_blind)
+
+
+def moved_by(T, back=1, covariance=CERTAIN):
+    """Return the increment of a camera over some frames."""
+    return Increment(PoseWithCovariance(T, covariance), back * PERIOD / 1e9)
 
 
 @pytest.fixture
@@ -29,7 +61,7 @@ def way():
 
 
 def accumulate(steps, T_base_camera, T, S):
-    """The same by the formula of increments: d in the base frame, S' = F S F' + G Q G'."""
+    """Return the pose by adding each increment in the base frame, S' = F S F' + G Q G'."""
     for _, _, increment, covariance in steps:
         moved, Q = se3.change_body(increment, covariance, T_base_camera)
         S = se3.compose_covariance(T, S, moved, Q)
@@ -38,7 +70,7 @@ def accumulate(steps, T_base_camera, T, S):
 
 
 def test_with_a_fixed_camera_it_is_the_chain_seen_from_the_base(way):
-    base = BasePose(ORIGIN, CERTAIN)
+    base = Camera(ORIGIN, CERTAIN)
     for T, S, *_ in way:
         found, covariance = base.follow(T, S, T_BASE_CAMERA)
         expected, expected_covariance = se3.change_body(T, S, T_BASE_CAMERA)
@@ -48,7 +80,7 @@ def test_with_a_fixed_camera_it_is_the_chain_seen_from_the_base(way):
 
 def test_a_corrected_extrinsic_does_not_move_the_base(way):
     """From then on the increments are those seen with the new one."""
-    base = BasePose(ORIGIN, CERTAIN)
+    base = Camera(ORIGIN, CERTAIN)
     for T, S, *_ in way[:11]:
         before = base.follow(T, S, T_BASE_CAMERA)
     again = base.follow(*way[10][:2], CORRECTED)
@@ -64,63 +96,63 @@ def test_a_corrected_extrinsic_does_not_move_the_base(way):
 
 def test_a_camera_that_moves_on_the_base_does_not_move_the_base():
     """The camera pans and sways on a base that drives: of both only the driving is seen."""
-    told, start = se3.exp([4, -2, 1, 0.3, 0.2, 1.5]), se3.exp([0, 0, 0, 0, 0, 0.05])
-    base, T_base, T_told_base = BasePose(ORIGIN, CERTAIN), np.eye(4), np.eye(4)
+    placed, start = se3.exp([4, -2, 1, 0.3, 0.2, 1.5]), se3.exp([0, 0, 0, 0, 0, 0.05])
+    base, T_base, T_placed_base = Camera(ORIGIN, CERTAIN), np.eye(4), np.eye(4)
     for i in range(10):
         sway = se3.exp([0.01 * i, 0.0, 0.02 * i, 0.0, 0.1 * i, 0.0])
         T_base_camera = T_BASE_CAMERA @ sway @ start
         T_visual_camera = se3.inverse(T_BASE_CAMERA @ start) @ T_base @ T_base_camera
-        found, _ = base.follow(T_visual_camera, CERTAIN, T_base_camera, Mount.MOVING)
-        np.testing.assert_allclose(found, T_told_base @ T_base, atol=1e-9)
+        found, _ = base.follow(T_visual_camera, CERTAIN, T_base_camera, mount=Mount.MOVING)
+        np.testing.assert_allclose(found, T_placed_base @ T_base, atol=1e-9)
         if i == 4:  # it is put elsewhere while the camera moves
-            base.put(told, CERTAIN)
-            T_told_base = told @ se3.inverse(T_base)
+            base.put(placed, CERTAIN)
+            T_placed_base = placed @ se3.inverse(T_base)
         T_base = T_base @ se3.exp([0.1, 0.02, 0.0, 0.0, 0.0, 0.1])
 
 
-def test_put_somewhere_it_goes_on_from_there_as_sure_as_it_was_told(way):
-    told, sure = se3.exp([4, -2, 1, 0.3, 0.2, 1.5]), np.diag([1, 2, 3, 4, 5, 6.0])
-    base = BasePose(ORIGIN, CERTAIN)
+def test_placed_it_goes_on_from_there_with_that_covariance(way):
+    placed, placed_covariance = se3.exp([4, -2, 1, 0.3, 0.2, 1.5]), np.diag([1, 2, 3, 4, 5, 6.0])
+    base = Camera(ORIGIN, CERTAIN)
     for T, S, *_ in way[:6]:
         base.follow(T, S, T_BASE_CAMERA)
-    base.put(told, sure)
-    np.testing.assert_array_equal(base.T_odom_base, told)
+    base.put(placed, placed_covariance)
+    np.testing.assert_array_equal(base.base.pose.matrix, placed)
     for T, S, *_ in way[6:]:
         found = base.follow(T, S, T_BASE_CAMERA)
-    expected = accumulate(way[6:], T_BASE_CAMERA, told, sure)
+    expected = accumulate(way[6:], T_BASE_CAMERA, placed, placed_covariance)
     np.testing.assert_allclose(found[0], expected[0], atol=1e-12)
     np.testing.assert_allclose(found[1], expected[1], atol=1e-12)
 
 
-def test_it_starts_where_it_is_told(way):
-    told = se3.exp([4, -2, 1, 0.3, 0.2, 1.5])
-    base = BasePose(told, CERTAIN)
-    np.testing.assert_allclose(base.follow(*way[0][:2], T_BASE_CAMERA)[0], told, atol=1e-12)
+def test_it_starts_at_the_given_pose(way):
+    placed = se3.exp([4, -2, 1, 0.3, 0.2, 1.5])
+    base = Camera(placed, CERTAIN)
+    np.testing.assert_allclose(base.follow(*way[0][:2], T_BASE_CAMERA)[0], placed, atol=1e-12)
     found, _ = base.follow(*way[9][:2], T_BASE_CAMERA)
-    expected, _ = accumulate(way[1:10], T_BASE_CAMERA, told, CERTAIN)
+    expected, _ = accumulate(way[1:10], T_BASE_CAMERA, placed, CERTAIN)
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
-def test_when_the_camera_begins_anew_the_base_stays(way):
-    base = BasePose(ORIGIN, CERTAIN)
+def test_placed_while_blind_it_stays_until_the_next_pose_of_the_camera(way):
+    base = Camera(ORIGIN, CERTAIN)
     for T, S, *_ in way:
         before = base.follow(T, S, T_BASE_CAMERA)
-    base.restart()
+    base.put(*before, is_blind=True)
     after = base.follow(ORIGIN, CERTAIN, T_BASE_CAMERA)
     np.testing.assert_allclose(after[0], before[0], atol=1e-12)
     np.testing.assert_allclose(after[1], before[1], atol=1e-12)
 
 
-def test_put_somewhere_unseen_it_stays_there_until_the_next_pose_of_the_camera(way):
-    told, sure = se3.exp([4, -2, 1, 0.3, 0.2, 1.5]), np.diag([1, 2, 3, 4, 5, 6.0])
-    base = BasePose(ORIGIN, CERTAIN)
+def test_placed_while_lost_it_stays_there_until_the_next_pose_of_the_camera(way):
+    placed, placed_covariance = se3.exp([4, -2, 1, 0.3, 0.2, 1.5]), np.diag([1, 2, 3, 4, 5, 6.0])
+    base = Camera(ORIGIN, CERTAIN)
     for T, S, *_ in way[:6]:
         base.follow(T, S, T_BASE_CAMERA)
-    base.put(told, sure)
-    base.restart()
+    base.update(*way[8][:2], status=Status.TOO_FEW_MATCHES)
+    base.put(placed, placed_covariance)
     for T, S, *_ in way[12:]:
         found = base.follow(T, S, CORRECTED)
-    expected = accumulate(way[13:], CORRECTED, told, sure)
+    expected = accumulate(way[13:], CORRECTED, placed, placed_covariance)
     np.testing.assert_allclose(found[0], expected[0], atol=1e-12)
     np.testing.assert_allclose(found[1], expected[1], atol=1e-12)
 
@@ -128,11 +160,11 @@ def test_put_somewhere_unseen_it_stays_there_until_the_next_pose_of_the_camera(w
 def test_the_covariance_is_that_of_sampled_errors():
     """Monte Carlo: camera poses with drawn errors, each carried to the base by itself."""
     rng = np.random.default_rng(8)
-    told = se3.exp([1, 2, 3, 0.4, -0.3, 0.8])
+    placed = se3.exp([1, 2, 3, 0.4, -0.3, 0.8])
     root = np.diag([0.02, 0.01, 0.03, 0.02, 0.03, 0.01]) @ (
         np.eye(6) + 0.3 * rng.standard_normal((6, 6)))
     T_camera = se3.exp([0.5, -1.0, 2.0, 0.5, 0.3, -0.6])
-    base = BasePose(told, CERTAIN)
+    base = Camera(placed, CERTAIN)
     base.follow(ORIGIN, CERTAIN, T_BASE_CAMERA)
     T_base, covariance = base.follow(T_camera, root @ root.T, T_BASE_CAMERA)
     errors = []
@@ -140,9 +172,111 @@ def test_the_covariance_is_that_of_sampled_errors():
         true = np.array(T_camera)
         true[:3, :3] = se3.exp_rotation(delta[3:]) @ T_camera[:3, :3]
         true[:3, 3] += delta[:3]
-        moved = told @ T_BASE_CAMERA @ true @ se3.inverse(T_BASE_CAMERA)
+        moved = placed @ T_BASE_CAMERA @ true @ se3.inverse(T_BASE_CAMERA)
         errors.append(np.concatenate([
             moved[:3, 3] - T_base[:3, 3],
             se3.log_rotation(moved[:3, :3] @ T_base[:3, :3].T)]))
     sampled = np.cov(np.array(errors).T) / 0.1 ** 2
     np.testing.assert_allclose(sampled, covariance, atol=0.05 * np.abs(covariance).max())
+
+
+def test_it_is_where_a_robot_with_a_camera_drove():
+    """Twist and pose by the robot's own path, of which the camera sees its end of the mount."""
+    camera, T_odom_base, T_camera = Camera(), ORIGIN, ORIGIN
+    step = se3.exp([0.03, 0.01, 0.0, 0.0, 0.02, 0.1])
+    for i in range(5):
+        T_odom_base = T_odom_base @ step
+        seen = se3.inverse(T_BASE_CAMERA) @ T_odom_base @ T_BASE_CAMERA
+        found = camera.update(seen, increment=moved_by(se3.inverse(T_camera) @ seen))
+        T_camera = seen
+        np.testing.assert_allclose(found.pose.matrix, T_odom_base, atol=1e-12)
+        assert found.state is BaseState.TRACKED
+        np.testing.assert_allclose(found.motion.twist, se3.log(step) * 1e9 / PERIOD, atol=1e-9)
+
+
+@pytest.mark.parametrize('mount', Mount)
+def test_the_covariance_of_the_motion_is_that_of_sampled_errors(mount):
+    """
+    Monte Carlo about the axes of the base at the end of the increment, as REP-147 wants a twist.
+
+    The camera of a moving mount has another extrinsic at each end.
+    """
+    rng = np.random.default_rng(11)
+    T_base1_camera1 = CORRECTED if mount is Mount.MOVING else T_BASE_CAMERA
+    T_camera0_camera1 = se3.exp([0.2, -0.1, 0.3, 0.5, -0.9, 0.4])
+    root = np.diag([2, 1, 3, 4, 2, 6]) * 1e-3 @ (np.eye(6) + 0.3 * rng.standard_normal((6, 6)))
+    camera = Camera()
+    camera.update(mount=mount)
+    found = camera.update(T_camera0_camera1, CERTAIN, T_base1_camera1, mount,
+                          increment=moved_by(T_camera0_camera1, covariance=root @ root.T))
+    T_base0_base1 = T_BASE_CAMERA @ T_camera0_camera1 @ se3.inverse(T_base1_camera1)
+    errors = []
+    for noise in rng.standard_normal((20000, 6)) @ root.T:
+        true = (T_BASE_CAMERA @ se3.perturbed(T_camera0_camera1, noise)
+                @ se3.inverse(T_base1_camera1))
+        change = se3.inverse(T_base0_base1) @ true
+        errors.append(np.r_[change[:3, 3], se3.log_rotation(change[:3, :3])])
+    sampled = np.cov(np.array(errors).T)
+    sigmas = np.sqrt(np.diag(sampled))
+    for covariance in (found.motion.covariance,
+                       found.motion.twist_covariance * (PERIOD / 1e9) ** 2):
+        np.testing.assert_allclose(covariance / np.outer(sigmas, sigmas),
+                                   sampled / np.outer(sigmas, sigmas), atol=0.04)
+
+
+def test_the_motion_over_a_gap_is_known_where_the_camera_cannot_have_moved_on_the_base():
+    """The extrinsic of an earlier frame is not kept."""
+    for mount in Mount:
+        camera = Camera()
+        for _ in range(3):
+            camera.update(mount=mount)
+        found = camera.update(mount=mount, increment=moved_by(ORIGIN, back=2))
+        assert (found.motion is None) == (mount is Mount.MOVING)
+
+
+LOST, OK = {'status': Status.TOO_FEW_MATCHES}, {'increment': moved_by(ORIGIN)}
+
+
+@pytest.mark.parametrize('values, state, moves, has_motion', [
+    (OK, BaseState.TRACKED, True, True),
+    ({'status': Status.FIRST_FRAME}, BaseState.TRACKED, True, False),
+    ({**OK, 'recovered': True}, BaseState.RECOVERED, True, False),
+    ({**LOST, 'predicted': True}, BaseState.PREDICTED, True, False),
+    (LOST, BaseState.LOST, False, False)])
+def test_states(values, state, moves, has_motion):
+    camera = Camera()
+    camera.update()
+    found = camera.update(se3.exp([1.0, 0, 0, 0, 0, 0]), **values)
+    assert found.state is state
+    assert found.stamp == camera.stamp
+    assert np.linalg.norm(found.pose.translation) == pytest.approx(float(moves))
+    assert (found.motion is not None) == has_motion
+    assert camera.base.pose is found.pose
+
+
+def test_a_stamp_that_is_not_newer_is_no_update():
+    camera = Camera()
+    before = camera.base.pose
+    assert camera.update(se3.exp([1.0, 0, 0, 0, 0, 0]), status=Status.BAD_STAMP) is None
+    assert camera.base.pose is before
+
+
+def test_after_a_loss_the_motion_during_it_is_added():
+    camera, away = Camera(), se3.exp([0.4, -0.2, 0.1, 0.1, 0.3, -0.2])
+    camera.update()
+    camera.update(**LOST)
+    found = camera.update(away, recovered=True)
+    np.testing.assert_allclose(found.pose.matrix,
+                               T_BASE_CAMERA @ away @ se3.inverse(T_BASE_CAMERA), atol=1e-12)
+
+
+def test_reset_begins_at_the_origin_with_the_next_pose_of_the_camera(way):
+    camera = Camera(se3.exp([4, -2, 1, 0.3, 0.2, 1.5]))
+    for T, S, *_ in way[:6]:
+        camera.follow(T, S)
+    camera.base.reset()
+    for T, S, *_ in way[:9]:
+        found, covariance = camera.follow(T, S, CORRECTED)
+    expected = accumulate(way[1:9], CORRECTED, ORIGIN, CERTAIN)
+    np.testing.assert_allclose(found, expected[0], atol=1e-12)
+    np.testing.assert_allclose(covariance, expected[1], atol=1e-12)

@@ -14,6 +14,7 @@ from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.base_odometry import BaseOdometry
 from aick_ros.registration.status import Status
 from aick_ros.ros.conversions import from_pose
 from aick_ros.ros.output.publisher import OdometryPublisher
@@ -136,3 +137,16 @@ def test_a_corrected_extrinsic_does_not_move_the_path(make_probe, updates):
     after = publish(updates[1], se3.exp([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]))
     np.testing.assert_allclose(from_pose(after.pose.pose), from_pose(before.pose.pose),
                                atol=1e-12)
+
+
+@pytest.mark.parametrize('kind', ['velocity', 'increment'])
+def test_the_twist_of_a_camera_beside_the_base_is_that_of_the_base(make_probe, updates, kind):
+    T_base_camera = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.3, -0.2, 0.5))
+    sent = make_probe(twist_covariance=kind)(updates[1], T_base_camera).twist
+    motion = BaseOdometry().update(updates[1], T_base_camera).motion
+    linear, angular = sent.twist.linear, sent.twist.angular
+    np.testing.assert_allclose([linear.x, linear.y, linear.z, angular.x, angular.y, angular.z],
+                               motion.twist, atol=1e-12)
+    np.testing.assert_allclose(
+        np.reshape(sent.covariance, (6, 6)),
+        motion.twist_covariance if kind == 'velocity' else motion.covariance, atol=1e-12)
