@@ -52,7 +52,7 @@ def main() -> None:
     recording = np.load(arguments.frames)
     frames = [(image_message(colour, 'rgb8'), image_message(depth, '16UC1'))
               for colour, depth in zip(recording['colour'], recording['depth'])]
-    with program('camera', use_fastdds_profile):
+    with program('camera', use_fastdds_profile, interrupt=True):
         print(play(frames, recording['k'], arguments.rate, arguments.seconds, arguments.at_once))
 
 

@@ -112,16 +112,30 @@ def test_ends_cleanly_in_the_middle_of_work(rig, start_node, frames, how):
 @pytest.mark.parametrize('how', ENDINGS)
 def test_ends_cleanly_while_it_starts(ros_domain, how):
     """From the moment its own code runs: importing, initialising, subscribing."""
+    for delay in (0.02, 0.1, 0.15, 0.2, 0.25, 0.3):
+        assert ending(delay, [how]) == (0, ''), f'after {delay} s'
+
+
+@pytest.mark.parametrize('gap', [0.0, 0.002, 0.005, 0.01, 0.02])
+def test_two_signals_end_it_as_cleanly_as_one(ros_domain, gap):
+    """As where a terminal and launch, or systemd, signal the whole group; the worker is busy."""
+    for delay in (0.7, 1.0, 1.3):
+        assert ending(delay, [signal.SIGINT, signal.SIGINT], gap) == (0, ''), f'after {delay} s'
+
+
+def ending(delay, signals, gap=0.0):
+    """Start the node, signal it after some time [s]; return its exit code and complaints."""
     begin = ('from aick_ros.ros.process.entry_points import odom_node as run; '
              'print(flush=True); run()')
-    for delay in (0.02, 0.1, 0.15, 0.2, 0.25, 0.3):
-        process = subprocess.Popen([sys.executable, '-c', begin], stdout=subprocess.PIPE,
-                                   stderr=subprocess.PIPE, text=True)
-        process.stdout.readline()
-        time.sleep(delay)
+    process = subprocess.Popen([sys.executable, '-c', begin], stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True)
+    process.stdout.readline()
+    time.sleep(delay)
+    for i, how in enumerate(signals):
+        time.sleep(gap if i else 0.0)
         process.send_signal(how)
-        _, complaints = process.communicate(timeout=20)
-        assert (process.returncode, complaints) == (0, ''), f'after {delay} s'
+    _, complaints = process.communicate(timeout=20)
+    return process.returncode, complaints
 
 
 def test_a_parameter_out_of_range_is_refused_in_one_line(ros_domain):
@@ -139,5 +153,5 @@ def test_arguments_that_ros_refuses_are_one_line(ros_domain, tmp_path):
     run = subprocess.run([*NODE_COMMAND, '--ros-args', '--params-file', str(file)],
                          capture_output=True, text=True, timeout=30)
     assert run.returncode == 2
-    assert 'odom_node: ROS does not take these arguments' in run.stderr
+    assert 'odom_node: ROS rejects these arguments' in run.stderr
     assert 'Traceback' not in run.stderr

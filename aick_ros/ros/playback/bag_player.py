@@ -164,7 +164,8 @@ def _arguments() -> argparse.Namespace:
 def main() -> None:
     """Play the bag named on the command line."""
     arguments = _arguments()
-    with program('bag_player', use_fastdds_profile), suppress(EOFError):  # no more input to --step
+    with (program('bag_player', use_fastdds_profile, interrupt=True),
+          suppress(EOFError)):  # the end of the input to --step
         _play(BagPlayer(arguments.bag), arguments)
 
 

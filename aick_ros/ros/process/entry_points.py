@@ -1,17 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The executables: they prepare the process and say what is missing, then hand over."""
+"""The executables: each imports its program, or says which package is missing."""
 
 from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib import import_module
 
-_ENDINGS = (signal.SIGINT, signal.SIGTERM)
+from aick_ros.ros.process.signals import held, ignore
 
 _PACKAGES = {'rosbags': 'pip install rosbags', 'cv2': 'apt install python3-opencv',
              'numpy': 'apt install python3-numpy'}
@@ -28,28 +26,19 @@ def bag_player() -> None:
 
 
 def _run(name: str, module_name: str) -> None:
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # until the program has its own
     try:
-        with _ending_waits():
-            program = import_module(module_name)
+        with held():  # an interrupted import fails in unexpected ways
+            module = import_module(module_name)
     except KeyboardInterrupt:
-        return  # told to end before it began
+        ignore()
+        return
     except ModuleNotFoundError as error:
         if (error.name or '').startswith('aick_ros'):
             raise
-        module = (error.name or '').partition('.')[0]
-        remedy = _PACKAGES.get(module, "source a ROS 2 Jazzy workspace, or pip install "
+        package = (error.name or '').partition('.')[0]
+        remedy = _PACKAGES.get(package, "source a ROS 2 Jazzy workspace, or pip install "
                                "'aick_ros[ros]'")
         print(f'{name}: {error.name} is not installed: {remedy}', file=sys.stderr)
         sys.exit(2)
-    program.main()
-
-
-@contextmanager
-def _ending_waits() -> Iterator[None]:
-    """Hold back Ctrl-C and SIGTERM: an import that is interrupted fails in odd ways."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # until rclpy has its own
-    signal.pthread_sigmask(signal.SIG_BLOCK, _ENDINGS)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, _ENDINGS)
+    module.main()

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How a program that uses ROS begins and ends."""
+"""Start and end of a program that uses ROS."""
 
 from __future__ import annotations
 
@@ -9,29 +9,37 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
 
 from aick_ros.errors import InputError
+from aick_ros.ros.process.signals import ENDINGS, held, ignore
 
-_UNUSABLE_INPUT = 2
+_UNUSABLE_INPUT = 2  # by definition, the exit code of every command of this package
 
 
 @contextmanager
-def program(name: str, prepare: Callable[[], None] = lambda: None) -> Iterator[None]:
+def program(name: str, prepare: Callable[[], None] = lambda: None,
+            interrupt: bool = False) -> Iterator[None]:
     """
-    Use ROS, with the arguments of the command line, until the program is told to end.
+    Use ROS, with the arguments of the command line, until SIGINT or SIGTERM.
 
-    Ctrl-C, SIGTERM and what fails because of them are no errors. Input that cannot be used is
-    told in one line, and ends the process with exit code 2.
+    Either signal shuts the ROS context down, which ends :func:`rclpy.spin`. It does not raise
+    KeyboardInterrupt, which could leave a clean-up half done and a thread alive at the end of
+    the interpreter. Failures after the shutdown are no errors. An unusable input is reported in
+    one line and ends the process with exit code 2.
 
     :param name: of the program.
-    :param prepare: called before ROS begins.
+    :param prepare: called before ROS is initialised.
+    :param interrupt: whether the first signal raises KeyboardInterrupt as well, for a program
+        that blocks outside of ROS.
     """
     try:
-        with _ending_held():
+        with held():
             prepare()
+            _handle_signals(interrupt)
             _initialise()
         yield
     except InputError as error:
@@ -41,27 +49,30 @@ def program(name: str, prepare: Callable[[], None] = lambda: None) -> Iterator[N
         pass
     except Exception:
         if rclpy.ok():
-            raise  # else it was told to end in the middle of something
+            raise  # otherwise a consequence of the shutdown
     finally:
         _finish()
 
 
-@contextmanager
-def _ending_held() -> Iterator[None]:
-    """Let Ctrl-C and SIGTERM wait until ROS handles them."""
-    endings = (signal.SIGINT, signal.SIGTERM)
-    signal.pthread_sigmask(signal.SIG_BLOCK, endings)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, endings)
+def _handle_signals(interrupt: bool) -> None:
+    """Set Python's part of the handling; ROS adds its own, which shuts the context down."""
+    is_first = True
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        nonlocal is_first
+        if interrupt and is_first:
+            is_first = False
+            raise KeyboardInterrupt
+
+    for ending in ENDINGS:
+        signal.signal(ending, handle)
 
 
 def _initialise() -> None:
     try:
         rclpy.init()
-    except Exception as error:  # rclpy has its own types for what rcl refuses
-        raise InputError(f'ROS does not take these arguments: {error}') from None
+    except Exception as error:  # rcl's errors have no common base class
+        raise InputError(f'ROS rejects these arguments: {error}') from None
 
 
 def _finish() -> None:
@@ -69,4 +80,5 @@ def _finish() -> None:
         rclpy.try_shutdown()
     except Exception:
         if rclpy.ok():
-            raise  # else the handler of a signal was faster by a moment
+            raise  # otherwise the signal handler has shut the context down meanwhile
+    ignore()

@@ -1,0 +1,28 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The signals that end a program: Ctrl-C and what launch and systemd send."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+ENDINGS = (signal.SIGINT, signal.SIGTERM)
+
+
+@contextmanager
+def held() -> Iterator[None]:
+    """Hold the signals back until the end of the block."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, ENDINGS)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDINGS)
+
+
+def ignore() -> None:
+    """Ignore the signals from here on: the process is about to end by itself."""
+    for ending in ENDINGS:
+        signal.signal(ending, signal.SIG_IGN)
