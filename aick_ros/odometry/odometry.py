@@ -48,14 +48,11 @@ class Odometry:
     loss the pose goes on from where it was held.
 
     :param T_odom_camera: pose of the first frame; None: the identity.
-    :param predict: the motion between two stamps by another sensor, asked where a frame is lost.
     :param detector: used instead of the one that ``features.detector`` names.
     """
 
     def __init__(self, settings: Settings = Settings(), T_odom_camera: np.ndarray | None = None,
-                 predict: Predict = lambda before, now: None,
                  detector: Detector | None = None) -> None:
-        self._predict = predict
         self._detector = detector
         self._times = StageTimes()
         self._learned = Learned()
@@ -92,15 +89,18 @@ class Odometry:
         pose = np.eye(4) if T_odom_camera is None else T_odom_camera
         self._forget(pose, np.zeros((6, 6)))
 
-    def register_frame(self, frame: RgbdFrame) -> OdometryUpdate:
+    def register_frame(self, frame: RgbdFrame,
+                       predict: Predict = lambda before, now: None) -> OdometryUpdate:
         """
         Return where the camera was at a frame.
 
         A stamp that repeats or goes back a little is answered with BAD_STAMP and changes nothing;
         one that goes back by more than a second starts a new recording at the pose reached.
+
+        :param predict: motion of the camera by another sensor, called if the frame is lost.
         """
         self._times.take()
-        update = self._register(self._registrar.prepare(frame))
+        update = self._register(self._registrar.prepare(frame), predict)
         return dataclasses.replace(update, timing=self._times.take())
 
     def _forget(self, pose: np.ndarray, covariance: np.ndarray, is_lost: bool = False) -> None:
@@ -114,7 +114,7 @@ class Odometry:
         self._lost: Anchor | None = None
         self._is_lost = is_lost
 
-    def _register(self, prepared: PreparedFrame) -> OdometryUpdate:
+    def _register(self, prepared: PreparedFrame, predict: Predict) -> OdometryUpdate:
         if self._stamp is not None and prepared.stamp <= self._stamp:
             back = self._stamp - prepared.stamp
             if back <= RESTART_AFTER:
@@ -135,7 +135,7 @@ class Odometry:
                 return self._track(prepared, anchor, registration)
             failure = failure or (status, reason, registration, interval)
         status, reason, refused, interval = failure
-        held = self._hold(prepared, status, reason)
+        held = self._hold(prepared, status, reason, predict)
         if not refused.status.ok:
             return held
         return dataclasses.replace(held, rejected=Increment(
@@ -230,11 +230,12 @@ class Odometry:
             return
         self._earlier.append(anchor)
 
-    def _hold(self, prepared: PreparedFrame, status: Status, reason: str) -> OdometryUpdate:
+    def _hold(self, prepared: PreparedFrame, status: Status, reason: str,
+              predict: Predict) -> OdometryUpdate:
         self._is_lost = True
         anchor = self._tracked
         lost_for = (prepared.stamp - anchor.prepared.stamp) / NANOSECONDS
-        predicted = self._predict(anchor.prepared.stamp, prepared.stamp)
+        predicted = predict(anchor.prepared.stamp, prepared.stamp)
         if predicted is None:
             motion = self._motion_model.predict(self._twist, lost_for)
         else:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What others tell the node to do: services, and a pose to go on from."""
+"""Requests to the node: services, and a pose to continue from."""
 
 from __future__ import annotations
 
@@ -23,12 +23,13 @@ class Control:
     The services ``~/reset_odom``, ``~/pause_odom``, ``~/resume_odom`` and the topic ``set_pose``.
 
     :param odom_frame: the only frame in which a pose can be set.
-    :param on_reset: called when the odometry is to begin at the origin again.
-    :param on_pose: called with ``T_odom_base`` and its 6x6 covariance.
+    :param on_reset: called to restart the odometry at the origin.
+    :param on_pose: called with ``T_odom_base``, its 6x6 covariance, and whether the node is
+        paused.
     """
 
     def __init__(self, node: Node, odom_frame: str, on_reset: Callable[[], None],
-                 on_pose: Callable[[np.ndarray, np.ndarray], None]) -> None:
+                 on_pose: Callable[[np.ndarray, np.ndarray, bool], None]) -> None:
         self._logger = node.get_logger()
         self._odom_frame = odom_frame
         self._on_reset, self._on_pose = on_reset, on_pose
@@ -40,7 +41,7 @@ class Control:
 
     @property
     def paused(self) -> bool:
-        """Whether frames are to be left out."""
+        """Whether frames are skipped."""
         return self._paused
 
     def _reset(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
@@ -59,17 +60,17 @@ class Control:
 
     def _set_pose(self, message: PoseWithCovarianceStamped) -> None:
         try:
-            self._on_pose(*_pose_to_set(message, self._odom_frame))
+            self._on_pose(*_pose_to_set(message, self._odom_frame), self._paused)
         except InputError as error:
-            self._logger.warning(f'set_pose refused: {error}')
+            self._logger.warning(f'set_pose rejected: {error}')
 
 
 def _pose_to_set(message: PoseWithCovarianceStamped,
                  odom_frame: str) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return the pose of a message and its covariance.
+    Return the pose of a message, 4x4, and its 6x6 covariance.
 
-    :raises InputError: where it is none, or given in another frame.
+    :raises InputError: where they are not valid, or given in another frame.
     """
     frame = message.header.frame_id.lstrip('/')
     if frame not in ('', odom_frame):
@@ -81,5 +82,5 @@ def _pose_to_set(message: PoseWithCovarianceStamped,
     covariance = np.reshape(message.pose.covariance, (6, 6))
     if not np.isfinite(covariance).all() or np.linalg.eigvalsh(
             0.5 * (covariance + covariance.T))[0] < -1e-9:
-        raise InputError('its covariance is not finite or not positive')
+        raise InputError('its covariance is not finite or not positive semidefinite')
     return T_odom_base, 0.5 * (covariance + covariance.T)

@@ -8,43 +8,52 @@ from __future__ import annotations
 import time
 import traceback
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.clock import Clock, ClockType
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from aick_ros.errors import InputError
-from aick_ros.geometry import se3
+from aick_ros.messages.synchronizer import Pair
 from aick_ros.odometry import Odometry
 from aick_ros.ros.control import Control
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
+from aick_ros.ros.input.assembler import Arrival, FrameAssembler
+from aick_ros.ros.input.extrinsics import Extrinsics
 from aick_ros.ros.input.guess import Guess
-from aick_ros.ros.input.inputs import Arrival, Inputs
+from aick_ros.ros.input.pairing import Pairing
 from aick_ros.ros.input.rate_limit import RateLimit
+from aick_ros.ros.input.subscriptions import image_subscription
+from aick_ros.ros.input.transforms import Transforms
+from aick_ros.ros.input.watchdog import Watchdog
 from aick_ros.ros.output.publisher import OdometryPublisher
 from aick_ros.ros.output.views import Views
 from aick_ros.ros.parameters import LiveSettings, declare_settings
 from aick_ros.ros.process.program import program
 from aick_ros.ros.process.warm_up import warm_up
+from aick_ros.ros.work_queue import WorkQueue
 from aick_ros.ros.worker import Worker
 from aick_ros.settings import Settings
-from aick_ros.settings.node import NodeSettings
 
-_LONGEST_BACKLOG = 100  # pairs; at 640x480 one takes 1.5 to 2.1 MB
-_LARGEST_BACKLOG = 256 * 2 ** 20  # bytes
-_THROTTLE = 5.0  # seconds between two log lines of the same kind
+_LONGEST_BACKLOG = 100  # pairs; chosen: 3 s at 30 Hz
+_LARGEST_BACKLOG = 256 * 2 ** 20  # bytes; chosen: a pair of 640x480 takes 1.5 to 2.1 MB
+_SILENCE = 0.5  # seconds without an image after which no better partner is expected; chosen
+_THROTTLE = 5.0  # seconds between two log lines of the same kind; chosen
 
 
 class OdomNode(Node):
     """
     Visual odometry of an RGB-D camera.
 
-    Its inputs only pair images; a worker thread decodes them, registers and publishes. What is
-    asked of the node from outside is done on that thread too, between two frames.
+    The executor's thread pairs images and queues the pairs; a worker thread decodes them,
+    registers the frames and publishes. Services and changed parameters are tasks of the worker
+    between two frames.
 
     :raises InputError: where a parameter cannot be used.
     """
@@ -52,46 +61,77 @@ class OdomNode(Node):
     def __init__(self) -> None:
         super().__init__('odom_node', automatically_declare_parameters_from_overrides=True)
         settings, core = declare_settings(self)
-        self._live_settings = LiveSettings(core, self._change)
-        self._odometry = Odometry(core, predict=self._predict)
         self._diagnostics = Diagnostics(self)
-        self._views = Views(self, settings.odom_frame_id)
-        self._worker = self._make_worker(settings)
-        self._rate_limit = RateLimit(settings.max_update_rate)
-        self._inputs = Inputs(
-            self, settings, self._diagnostics, self._take, self._worker.nudge)
-        self._guess = Guess(self._inputs, settings) if settings.guess_frame_id else None
+        self._queue = WorkQueue[Arrival](
+            _LONGEST_BACKLOG if settings.process_every_frame else 1,
+            lambda arrival: arrival.size, _LARGEST_BACKLOG)
+        # what frames are made of
+        self._transforms = Transforms(
+            self, (settings.odom_frame_id, settings.guess_frame_id or settings.frame_id),
+            on_change=self._queue.wake)
+        self._extrinsics = Extrinsics(self._transforms, settings)
+        self._assembler = FrameAssembler(
+            self, settings, self._extrinsics, on_change=self._queue.wake)
+        # from frames to odometry
+        self._guess = (Guess(self._transforms, self._extrinsics, settings)
+                       if settings.guess_frame_id else None)
+        self._odometry = Odometry(core)
         self._publisher = OdometryPublisher(self, settings, self._guess)
+        self._views = Views(self, settings.odom_frame_id)
+        self._live_settings = LiveSettings(core, self._change_settings)
         self._control = Control(self, settings.odom_frame_id, self._reset, self._set_pose)
+        # from images to the queue
+        self._rate_limit = RateLimit(settings.max_update_rate)
+        self._pairing = Pairing(self, settings, self._diagnostics, self._enqueue)
+        self._inputs = [
+            image_subscription(self, 'rgb/image', settings.image_transport,
+                               self._pairing.take_colour, settings),
+            image_subscription(self, 'depth/image', settings.depth_transport,
+                               self._pairing.take_depth, settings),
+            *self._assembler.subscriptions]
+        self._watchdog = Watchdog(self, settings, self._inputs, self._pairing)
+        # steady timers: a /clock that stands still must not stop them
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(_SILENCE / 2, self._tend_inputs, clock=steady)
+        self.create_timer(1.0, self._report, clock=steady)
+        self._worker = Worker(self._queue, self._answer, self._is_ready)
         self._between_frames(lambda: warm_up(core))
-        # a steady timer: a /clock that stands still must not stop the report
-        self.create_timer(1.0, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def run(self) -> None:
+        """Answer frames until the context is shut down."""
+        self._worker.start()
+        rclpy.spin(self)
 
     def close(self) -> None:
-        """End the worker; the frame at hand is finished."""
-        self._worker.stop(timeout=0.5)
+        """Finish the frame at hand and end."""
+        self._worker.stop()
+        self.destroy_node()
 
     def set_parameters_atomically(self, parameter_list: Sequence[Parameter]
                                   ) -> SetParametersResult:
-        """Set parameters all or none; a refusal names range and unit."""
+        """Set parameters all or none; a rejection names range and unit."""
         return self._live_settings.set(parameter_list, super().set_parameters_atomically)
 
-    def _make_worker(self, settings: NodeSettings) -> Worker:
-        return Worker(
-            self._answer, capacity=_LONGEST_BACKLOG if settings.process_every_frame else 1,
-            ready=lambda arrival: self._inputs.is_ready(arrival),
-            size=_size, max_bytes=_LARGEST_BACKLOG)
+    # A frame, from the executor's thread ...
 
-    def _take(self, arrival: Arrival) -> None:
+    def _enqueue(self, pair: Pair) -> None:
+        """Queue a pair with the cameras as they are now."""
         if self._control.paused:
             self._diagnostics.count(Count.SKIPPED_WHILE_PAUSED)
-        elif not self._rate_limit.admits(arrival.pair.colour_stamp):
+        elif not self._rate_limit.admits(pair.colour_stamp):
             self._diagnostics.count(Count.SKIPPED_BY_RATE_LIMIT)
         else:
-            self._worker.put(arrival)
+            self._queue.put(self._assembler.arrival(pair))
+
+    # ... to the worker's
+
+    def _is_ready(self, arrival: Arrival) -> bool:
+        """Return whether a pair can be answered, or must not block the newest one, which can."""
+        return any(not self._assembler.missing_for(pair)
+                   for pair in (arrival.pair, self._pairing.newest) if pair)
 
     def _answer(self, arrival: Arrival) -> None:
-        """Register one pair and publish; whatever happens, the next one gets its turn."""
+        """Register a pair and publish; whatever happens, the next one is answered."""
         stamp = arrival.pair.colour_stamp
         try:
             self._register(arrival)
@@ -101,17 +141,23 @@ class OdomNode(Node):
                                       throttle_duration_sec=_THROTTLE)
         except Exception:  # a defect of ours in one frame must not end the odometry
             if not self.context.ok():
-                return  # told to end while at work: nobody can be answered any more
+                return  # a consequence of the shutdown
             self._diagnostics.damaged('internal error, see the log', Count.FAILED)
             self.get_logger().error(f'frame {stamp} ns failed, please report this:\n'
                                     f'{traceback.format_exc()}',
                                     throttle_duration_sec=_THROTTLE)
 
     def _register(self, arrival: Arrival) -> None:
-        frame = self._inputs.frame(arrival)
-        T_base_camera = self._T_base_camera = self._inputs.camera_in_base(arrival)
-        update = self._odometry.register_frame(frame)
-        self._publisher.publish(update, T_base_camera, self._inputs.camera_mount(arrival))
+        camera_frame = arrival.camera_frame
+        frame = self._assembler.frame(arrival)
+        T_base_camera = self._extrinsics.camera_in_base(camera_frame, frame.stamp)
+        mount = self._extrinsics.camera_mount(camera_frame)
+        if self._guess is None:
+            update = self._odometry.register_frame(frame)
+        else:
+            update = self._odometry.register_frame(
+                frame, partial(self._guess.camera_motion, camera_frame))
+        self._publisher.publish(update, T_base_camera, mount)
         self._diagnostics.answered(
             update, 1e3 * (time.monotonic() - arrival.paired_at),
             1e-6 * (self.get_clock().now().nanoseconds - update.stamp))
@@ -119,27 +165,9 @@ class OdomNode(Node):
             self.get_logger().warning(
                 f'frame {update.stamp} ns: {update.status.value}: {update.reason}',
                 throttle_duration_sec=_THROTTLE)
-        self._views.show(frame, update, self._publisher.T_odom_base, T_base_camera,
-                         arrival.pair.colour.header.frame_id)
+        self._views.show(frame, update, self._publisher.T_odom_base, T_base_camera, camera_frame)
 
-    def _predict(self, before: int, now: int) -> np.ndarray | None:
-        """Return ``T_camera0_camera1`` between two stamps [ns] by the guess, None without."""
-        moved = self._guess.motion(before, now) if self._guess else None
-        if moved is None:
-            return None
-        return se3.inverse(self._T_base_camera) @ moved @ self._T_base_camera
-
-    def _report(self) -> None:
-        complaint = self._inputs.complaint()
-        if complaint:
-            self.get_logger().warning(complaint, throttle_duration_sec=_THROTTLE)
-        for count, total in self._inputs.counts.items():
-            self._diagnostics.count_up_to(count, total)
-        self._diagnostics.count_up_to(Count.DROPPED_UNDER_LOAD, self._worker.dropped)
-        self._diagnostics.publish(
-            complaint, self._control.paused,
-            {'backlog': str(self._worker.backlog),
-             'backlog in MB': f'{self._worker.backlog_bytes / 1e6:.1f}'})
+    # Requests, done by the worker between two frames.
 
     def _reset(self) -> None:
         def reset() -> None:
@@ -149,38 +177,62 @@ class OdomNode(Node):
             self.get_logger().info('odometry reset')
         self._between_frames(reset)
 
-    def _set_pose(self, T_odom_base: np.ndarray, covariance: np.ndarray) -> None:
+    def _set_pose(self, T_odom_base: np.ndarray, covariance: np.ndarray, paused: bool) -> None:
         def set_pose() -> None:
-            self._publisher.set_pose(T_odom_base, covariance, self._control.paused)
+            self._publisher.set_pose(T_odom_base, covariance, paused)
             self.get_logger().info('pose set')
         self._between_frames(set_pose)
 
-    def _change(self, core: Settings) -> None:
+    def _change_settings(self, core: Settings) -> None:
         self._between_frames(lambda: self._odometry.change_settings(core))
 
-    def _between_frames(self, errand: Callable[[], None]) -> None:
+    def _between_frames(self, task: Callable[[], None]) -> None:
         def run() -> None:
             try:
-                errand()
-            except Exception:  # as little as a frame must it end the odometry
+                task()
+            except Exception:  # must not end the odometry, as little as a frame
                 self.get_logger().error('failed between two frames, please report this:\n'
                                         f'{traceback.format_exc()}')
-        self._worker.run(run)
+        self._queue.put_task(run)
 
+    # Timers.
 
-def _size(arrival: Arrival) -> int:
-    return len(arrival.pair.colour.data) + len(arrival.pair.depth.data)
+    def _tend_inputs(self) -> None:
+        if self._watchdog.silent_for() > _SILENCE:
+            self._pairing.flush()
+        for subscription in self._inputs:
+            subscription.adapt()
+        self._transforms.tend()
+
+    def _report(self) -> None:
+        complaint = self._complaint()
+        if complaint:
+            self.get_logger().warning(complaint, throttle_duration_sec=_THROTTLE)
+        for count, total in self._pairing.counts.items():
+            self._diagnostics.count_up_to(count, total)
+        self._diagnostics.count_up_to(Count.DROPPED_UNDER_LOAD, self._queue.dropped)
+        self._diagnostics.publish(
+            complaint, self._control.paused,
+            {'backlog': str(self._queue.backlog),
+             'backlog in MB': f'{self._queue.backlog_bytes / 1e6:.1f}'})
+
+    def _complaint(self) -> str:
+        """Return what is missing at the inputs, '' for nothing."""
+        newest = self._pairing.newest
+        return (self._watchdog.complaint_about_topics()
+                or (self._assembler.missing_for(newest) if newest else '')
+                or self._watchdog.complaint_about_clocks()
+                or self._watchdog.complaint_about_losses())
 
 
 def main() -> None:
-    """Run the node until it is told to end."""
+    """Run the node until SIGINT or SIGTERM."""
     with program('odom_node'):
         node = OdomNode()
         try:
-            rclpy.spin(node)
+            node.run()
         finally:
             node.close()
-            node.destroy_node()
 
 
 if __name__ == '__main__':

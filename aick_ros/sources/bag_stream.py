@@ -66,8 +66,7 @@ class BagStream:
 
     def flush(self) -> list[StampedMessage]:
         """Return the image that is kept, none or one; call it when no more will come."""
-        kept, self._kept = self._kept, None
-        if kept is None:
+        if self._kept is None:
             return []
-        self._last = kept.stamp
+        kept, self._kept, self._last = self._kept, None, self._kept.stamp
         return [kept]

@@ -25,7 +25,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.messages.depth_units import to_metres
+from aick_ros.messages.png_jpeg import to_metres
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
 from aick_ros.sources.image_files import read_colour, read_units

@@ -24,7 +24,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import (
     Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds)
-from aick_ros.messages.depth_units import to_metres
+from aick_ros.messages.png_jpeg import to_metres
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera

@@ -30,7 +30,7 @@ def pair():
     return Pair(100, encode_colour(COLOUR), 101, encode_depth(DEPTH))
 
 
-def test_registered_depth_is_enlarged_to_the_size_of_colour(pair):
+def test_registered_depth_is_brought_to_the_size_of_colour(pair):
     frame = FrameDecoder().decode(pair, CAMERA)
     assert (frame.stamp, frame.depth_stamp) == (100, 101)
     assert frame.depth.shape == (48, 64)

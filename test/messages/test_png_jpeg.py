@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""PNG and JPEG data: what OpenCV encoded is decoded, what is damaged is refused."""
+"""PNG and JPEG data: what OpenCV encoded comes back, what is damaged is refused."""
 
 import cv2
 import numpy as np
@@ -50,7 +50,7 @@ def test_units_are_left_as_they_are():
 
 @pytest.mark.parametrize('image', [GREY, BGR])
 def test_units_of_a_colour_image_are_refused(image):
-    with pytest.raises(InputError, match='channels of uint8.*use the depth'):
+    with pytest.raises(InputError, match='channels of uint8.*take the depth'):
         png_jpeg.decode_units(encoded(image))
 
 
@@ -78,3 +78,19 @@ def test_no_data_is_refused():
 def test_other_data_is_refused(data):
     with pytest.raises(InputError, match=f'its {len(data)} bytes are neither PNG nor JPEG'):
         png_jpeg.decode(data)
+
+
+@pytest.mark.parametrize('units_per_metre', [1000, 5000])
+def test_every_unit_is_the_nearest_float_and_comes_back(units_per_metre):
+    units = np.arange(65536, dtype=np.uint16).reshape(256, 256)
+    metres = png_jpeg.to_metres(units, units_per_metre)
+    nearest = (units.astype(np.float64) / units_per_metre).astype(np.float32)
+    assert metres.dtype == np.float32
+    assert np.isnan(metres[0, 0])
+    assert np.array_equal(metres.ravel()[1:], nearest.ravel()[1:])
+    assert np.array_equal(png_jpeg.to_units(metres, units_per_metre), units)
+
+
+def test_what_is_no_depth_becomes_no_unit():
+    depth = np.array([[np.nan, 0.0, -1.0, np.inf, 65.5354, 65.536, 0.0004, 0.0006]], np.float32)
+    assert png_jpeg.to_units(depth, 1000).tolist() == [[0, 0, 0, 0, 65535, 0, 0, 1]]

@@ -27,8 +27,8 @@ def rendered():
     return [source.frame(i) for i in range(COUNT)], source.ground_truth.poses
 
 
-def track(odometry, frames):
-    return [odometry.register_frame(frame) for frame in frames]
+def track(odometry, frames, **options):
+    return [odometry.register_frame(frame, **options) for frame in frames]
 
 
 def error(update, truth, start=0, index=None):
@@ -304,9 +304,9 @@ def test_a_lost_frame_is_where_another_sensor_saw_it(rendered):
     """The prediction carries the pose through the dark, and from there it is tracked on."""
     frames, truth = rendered
     true_pose = {frame.stamp: pose for frame, pose in zip(frames, truth)}
-    odometry = Odometry(predict=lambda before, now: se3.inverse(true_pose[before])
-                        @ true_pose[now])
-    updates = track(odometry, [*frames[:6], *map(black, frames[6:16]), *frames[16:]])
+    updates = track(
+        Odometry(), [*frames[:6], *map(black, frames[6:16]), *frames[16:]],
+        predict=lambda before, now: se3.inverse(true_pose[before]) @ true_pose[now])
     assert [update.predicted for update in updates] == 6 * [False] + 10 * [True] + 8 * [False]
     for i in (10, 15, 16, 23):
         assert error(updates[i], truth, 0, i)[0] < 0.03
@@ -316,8 +316,8 @@ def test_a_lost_frame_is_where_another_sensor_saw_it(rendered):
 def test_without_a_prediction_the_velocity_is_held(rendered):
     frames, _ = rendered
     shown = [*frames[:6], black(frames[6])]
-    silent, plain = (track(odometry, shown)[-1] for odometry in (
-        Odometry(predict=lambda before, now: None), Odometry()))
+    silent = track(Odometry(), shown, predict=lambda before, now: None)[-1]
+    plain = track(Odometry(), shown)[-1]
     np.testing.assert_array_equal(silent.T_odom_camera, plain.T_odom_camera)
     assert not silent.predicted
 

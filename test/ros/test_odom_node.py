@@ -192,7 +192,7 @@ def test_camera_info_of_zeros_is_refused_and_frames_wait(rig, start_node, frames
     rig.info.publish(CameraInfo(width=640, height=480))
     for frame in frames[:3]:
         rig.send(frame)
-    node.wait_for_log('camera_info on /rgb/camera_info refused: camera_info is not calibrated: '
+    node.wait_for_log('camera_info on /rgb/camera_info rejected: camera_info is not calibrated: '
                       'k[0] is 0')
     assert rig.odom == []
     rig.send_camera_info(frames[0].camera)

@@ -1,18 +1,19 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The worker's thread: order, newest only, readiness, errands."""
+"""The worker's thread: one job after the other, and an end that waits for the job at hand."""
 
 import threading
 
 import pytest
 
+from aick_ros.ros.work_queue import WorkQueue
 from aick_ros.ros.worker import Worker
 
 
 @pytest.fixture
 def gate():
-    """A gate at which the work stops, and what was worked on."""
+    """A gate at which the work stops, and the items worked on."""
     class Gate:
         def __init__(self):
             self.open, self.entered, self.done = (
@@ -26,88 +27,98 @@ def gate():
     return Gate()
 
 
-def drain(worker):
-    """Wait until the thread has looked at its queue once more."""
+@pytest.fixture
+def start(gate):
+    """Start a worker on a queue; return the worker."""
+    started = []
+
+    def start(queue, **options):
+        started.append(Worker(queue, gate.work, **options))
+        started[-1].start()
+        return started[-1]
+
+    yield start
+    gate.open.set()
+    for worker in started:
+        worker.stop()
+
+
+def wait_for_a_task(queue):
+    """Wait until the thread has checked its queue once more."""
     done = threading.Event()
-    worker.run(done.set)
+    queue.put_task(done.set)
     assert done.wait(5)
 
 
-def test_every_item_in_order(gate):
-    worker = Worker(gate.work, capacity=100)
+def test_items_are_done_in_order(gate, start):
+    queue = WorkQueue(capacity=100)
+    worker = start(queue)
     for item in range(50):
-        worker.put(item)
+        queue.put(item)
     gate.open.set()
     for _ in range(50):
         assert gate.entered.acquire(timeout=5)
-    worker.stop(5)
+    worker.stop()
     assert gate.done == list(range(50))
-    assert worker.dropped == 0
+    assert queue.dropped == 0
 
 
-def test_with_room_for_one_the_newest_is_next(gate):
-    worker = Worker(gate.work, capacity=1)
-    worker.put('first')
-    assert gate.entered.acquire(timeout=5)  # at work on the first
+def test_with_a_capacity_of_one_the_newest_is_next(gate, start):
+    queue = WorkQueue(capacity=1)
+    worker = start(queue)
+    queue.put('first')
+    assert gate.entered.acquire(timeout=5)
     for item in ('second', 'third', 'fourth'):
-        worker.put(item)
-    assert worker.backlog == 1
+        queue.put(item)
     gate.open.set()
     assert gate.entered.acquire(timeout=5)
-    worker.stop(5)
+    worker.stop()
     assert gate.done == ['first', 'fourth']
-    assert worker.dropped == 2
 
 
-def test_the_oldest_go_where_those_that_wait_are_too_large(gate):
-    worker = Worker(gate.work, capacity=100, size=len, max_bytes=10)
-    worker.put('at work')
-    assert gate.entered.acquire(timeout=5)
-    for item in ('aaaa', 'bbbb', 'cc', 'ddd', 'longer than all'):
-        worker.put(item)
-        assert worker.backlog_bytes <= 10 or worker.backlog == 1
-    assert (worker.backlog, worker.dropped) == (1, 4)
+def test_items_wait_until_they_are_ready(gate, start):
     gate.open.set()
-    assert gate.entered.acquire(timeout=5)
-    worker.stop(5)
-    assert gate.done == ['at work', 'longer than all']
-    assert worker.backlog_bytes == 0
-
-
-def test_items_wait_until_they_are_ready(gate):
-    gate.open.set()
-    ready = threading.Event()
-    worker = Worker(gate.work, capacity=10, ready=lambda item: ready.is_set())
-    worker.put('frame')
-    drain(worker)
+    ready, queue = threading.Event(), WorkQueue(capacity=10)
+    worker = start(queue, is_ready=lambda item: ready.is_set())
+    queue.put('frame')
+    wait_for_a_task(queue)
     assert gate.done == []
     ready.set()
-    worker.nudge()
+    queue.wake()
     assert gate.entered.acquire(timeout=5)
-    worker.stop(5)
+    worker.stop()
     assert gate.done == ['frame']
 
 
-def test_an_errand_runs_between_two_items(gate):
-    worker = Worker(gate.work, capacity=10)
-    worker.put('first')
+def test_a_task_runs_between_two_items(gate, start):
+    queue = WorkQueue(capacity=10)
+    worker = start(queue)
+    queue.put('first')
     assert gate.entered.acquire(timeout=5)
-    worker.put('second')
-    worker.run(lambda: gate.done.append('errand'))
+    queue.put('second')
+    queue.put_task(lambda: gate.done.append('task'))
     gate.open.set()
     assert gate.entered.acquire(timeout=5)
-    worker.stop(5)
-    assert gate.done == ['first', 'errand', 'second']
+    worker.stop()
+    assert gate.done == ['first', 'task', 'second']
 
 
-def test_stop_does_not_wait_for_what_is_queued(gate):
-    worker = Worker(gate.work, capacity=10)
+def test_stop_waits_for_the_item_at_hand_and_drops_the_others(gate, start):
+    queue = WorkQueue(capacity=10)
+    worker = start(queue)
     for item in range(5):
-        worker.put(item)
+        queue.put(item)
     assert gate.entered.acquire(timeout=5)
-    stopper = threading.Thread(target=worker.stop, args=(5,))
+    stopper = threading.Thread(target=worker.stop)
     stopper.start()
+    assert stopper.is_alive()
+    assert gate.done == []
+    queue.close()
     gate.open.set()
     stopper.join(5)
     assert not stopper.is_alive()
-    assert len(gate.done) < 5
+    assert gate.done == [0]
+
+
+def test_a_worker_that_never_started_can_be_stopped(gate):
+    Worker(WorkQueue(capacity=1), gate.work).stop()

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The odometry of the wheels, as TF tells it: it goes on where the camera is lost."""
+"""The guess: another odometry, the wheels' for example, that predicts a lost camera's motion."""
 
 from __future__ import annotations
 
@@ -15,40 +15,67 @@ from aick_ros.settings.node import NodeSettings
 
 
 class Finder(Protocol):
-    """Knows the transforms of the robot."""
+    """A source of transforms."""
 
     def find(self, target: str, source: str, stamp: int, wait: float = 0.0) -> np.ndarray | None:
         """Return ``T_target_source`` at a stamp [ns]; None: not known yet."""
 
 
+class Mounted(Protocol):
+    """A source of the pose of a camera on the robot."""
+
+    def camera_in_base(self, camera_frame: str, stamp: int) -> np.ndarray:
+        """Return ``T_base_camera`` at a stamp [ns]."""
+
+
 class Guess:
     """
-    Where ``frame_id`` is in ``guess_frame_id``.
+    Pose of ``frame_id`` in ``guess_frame_id``, as TF reports it.
 
     It may wait: not for the executor's thread.
     """
 
-    def __init__(self, transforms: Finder, settings: NodeSettings) -> None:
-        self._transforms = transforms
+    def __init__(self, transforms: Finder, extrinsics: Mounted, settings: NodeSettings) -> None:
+        self._transforms, self._extrinsics = transforms, extrinsics
         self._guess_frame, self._base_frame = settings.guess_frame_id, settings.frame_id
-        self._patience, self._wait = settings.wait_for_transform, 0.0
-        self.T_guess_base(0)  # so that TF is listened to from the start
-        self._wait = self._patience
+        self._longest_wait, self._wait = settings.wait_for_transform, 0.0
+        self.T_guess_base(0)  # subscribes to /tf from the start
+        self._wait = self._longest_wait
 
     def T_guess_base(self, stamp: int) -> np.ndarray | None:
-        """Return the pose by the wheels at a stamp [ns], 4x4; None: they tell none."""
+        """Return the pose at a stamp [ns], 4x4; None: it is not known."""
         try:
             found = self._transforms.find(
                 self._guess_frame, self._base_frame, stamp, self._wait)
         except InputError:
             found = None
-        # of what is silent one does not wait again for each frame
-        self._wait = 0.0 if found is None else self._patience
+        # a silent source must not delay every frame
+        self._wait = 0.0 if found is None else self._longest_wait
         return found
 
-    def motion(self, before: int, now: int) -> np.ndarray | None:
-        """Return ``T_base0_base1`` between two stamps [ns]; None: the wheels do not tell it."""
+    def base_motion(self, before: int, now: int) -> np.ndarray | None:
+        """Return ``T_base0_base1`` between two stamps [ns], 4x4; None: it is not known."""
         T_guess_base0, T_guess_base1 = self.T_guess_base(before), self.T_guess_base(now)
         if T_guess_base0 is None or T_guess_base1 is None:
             return None
-        return se3.inverse(T_guess_base0) @ T_guess_base1
+        motion: np.ndarray = se3.inverse(T_guess_base0) @ T_guess_base1
+        return motion
+
+    def camera_motion(self, camera_frame: str, before: int, now: int) -> np.ndarray | None:
+        """
+        Return ``T_camera0_camera1`` between two stamps [ns], 4x4; None: it is not known.
+
+        A camera that moves on the robot has another extrinsic at each of the stamps.
+
+        :param camera_frame: frame of the colour images.
+        """
+        T_base0_base1 = self.base_motion(before, now)
+        if T_base0_base1 is None:
+            return None
+        try:
+            T_base0_camera0 = self._extrinsics.camera_in_base(camera_frame, before)
+            T_base1_camera1 = self._extrinsics.camera_in_base(camera_frame, now)
+        except InputError:
+            return None
+        motion: np.ndarray = se3.inverse(T_base0_camera0) @ T_base0_base1 @ T_base1_camera1
+        return motion

@@ -1,41 +1,55 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Pairs colour and depth messages whose stamps can be believed."""
+"""Pairs of colour and depth images with trustworthy stamps."""
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from typing import Any
+
+from rclpy.node import Node
 
 from aick_ros.messages.stamp_monitor import StampMonitor
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.ros.conversions import to_stamp
 from aick_ros.ros.health.counts import Count
+from aick_ros.ros.health.diagnostics import Diagnostics
 from aick_ros.settings.node import NodeSettings
+
+_THROTTLE = 5.0  # seconds between two log lines of the same kind; chosen
 
 
 class Pairing:
     """
-    Takes images on the executor's thread.
+    Pairs images on the executor's thread.
 
     :param on_pair: called with each pair.
-    :param on_refused: called with the sentence that says why an image is left out.
+    :ivar newest: the last pair; None before the first.
+    :ivar newest_stamp: stamp of the last accepted image [ns]; 0 before the first.
+    :ivar paired_at: steady time of the last pair, or of the construction [s].
+    :ivar rejected_at: steady time at which an image was last rejected [s], with ``rejection``,
+        the reason.
     """
 
-    def __init__(self, settings: NodeSettings, on_pair: Callable[[Pair], None],
-                 on_refused: Callable[[str], None]) -> None:
-        self._on_pair, self._on_refused = on_pair, on_refused
+    def __init__(self, node: Node, settings: NodeSettings, diagnostics: Diagnostics,
+                 on_pair: Callable[[Pair], None]) -> None:
+        self._logger, self._diagnostics, self._on_pair = node.get_logger(), diagnostics, on_pair
+        self._registers_depth = settings.register_depth
         self._synchronizer = Synchronizer(
             settings.approx_sync_max_interval if settings.approx_sync else 0.0,
             settings.sync_queue_size)
         self._streams = {'rgb/image': StampMonitor(), 'depth/image': StampMonitor()}
+        self.newest: Pair | None = None
         self.newest_stamp = 0
+        self.paired_at = time.monotonic()
+        self.rejected_at, self.rejection = -math.inf, ''
 
     @property
     def counts(self) -> dict[Count, int]:
-        """Images that did not arrive or found no partner."""
+        """Numbers of images that did not arrive or found no partner."""
         unpaired = self._synchronizer.unpaired
         return {Count.COLOUR_UNPAIRED: unpaired['colour'],
                 Count.DEPTH_UNPAIRED: unpaired['depth'],
@@ -44,7 +58,7 @@ class Pairing:
 
     @property
     def missing_shares(self) -> dict[str, float]:
-        """Share of the images that did not arrive lately, by topic in the node's contract."""
+        """Share of the recent images that did not arrive, by unresolved topic name."""
         return {name: stream.missing_share for name, stream in self._streams.items()}
 
     def take_colour(self, message: Any) -> None:
@@ -56,22 +70,36 @@ class Pairing:
         self._take('depth/image', self._synchronizer.add_depth, message)
 
     def flush(self) -> None:
-        """Pair what waits for an image that will not come."""
-        self._hand_on(self._synchronizer.flush())
+        """Pair the images that wait for a better partner, which will not come."""
+        self._pass_on(self._synchronizer.flush())
 
     def _take(self, name: str, add: Callable[[int, Any], list[Pair]], message: Any) -> None:
         stamp, late = to_stamp(message.header.stamp), self._synchronizer.late
         fault = self._streams[name].check(stamp, time.monotonic())
         if fault:
-            self._on_refused(f'image on {name} left out: {fault}')
+            self._reject(name, fault)
         else:
             self.newest_stamp = stamp
-            self._hand_on(add(stamp, message))
+            self._pass_on(add(stamp, message))
         if self._synchronizer.late > late:
-            self._on_refused(f'image on {name} left out: its stamp of {stamp} ns repeats or goes '
-                             'back; does the driver publish twice, or the network change the '
-                             'order?')
+            self._reject(name, f'its stamp of {stamp} ns repeats or goes back; does the driver '
+                               'publish twice, or the network change the order?')
 
-    def _hand_on(self, pairs: list[Pair]) -> None:
+    def _reject(self, name: str, fault: str) -> None:
+        self._diagnostics.count(Count.IMAGES_REJECTED)
+        self.rejected_at, self.rejection = time.monotonic(), f'image on {name} rejected: {fault}'
+        self._logger.warning(self.rejection, throttle_duration_sec=_THROTTLE)
+
+    def _pass_on(self, pairs: list[Pair]) -> None:
         for pair in pairs:
+            self._diagnostics.count(Count.RECEIVED)
+            self.newest, self.paired_at = pair, time.monotonic()
+            self._check_frames(pair.colour.header.frame_id, pair.depth.header.frame_id)
             self._on_pair(pair)
+
+    def _check_frames(self, colour_frame: str, depth_frame: str) -> None:
+        if depth_frame != colour_frame and not self._registers_depth:
+            self._logger.warning(
+                f'depth images are of frame {depth_frame!r}, colour images of {colour_frame!r}: '
+                'if the driver does not register depth to colour, set register_depth to true',
+                once=True)

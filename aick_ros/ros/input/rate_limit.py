@@ -1,20 +1,20 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Leaves frames out evenly where they come faster than they are wanted."""
+"""A limit of the frame rate that skips frames evenly."""
 
 from __future__ import annotations
 
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 
-_JITTER = 0.1  # of a period: how much too early a frame may come
+_JITTER = 0.1  # of a period, by which a frame may come early; chosen
 
 
 class RateLimit:
     """
     Chooses frames by their stamps.
 
-    :param rate: frames a second at most [Hz]; 0: all.
+    :param rate: largest rate of chosen frames [Hz]; 0: no limit.
     """
 
     def __init__(self, rate: float) -> None:
@@ -22,7 +22,7 @@ class RateLimit:
         self._due: int | None = None
 
     def admits(self, stamp: int) -> bool:
-        """Return whether the frame of a stamp [ns] is wanted."""
+        """Return whether the frame of a stamp [ns] is chosen."""
         if not self._period:
             return True
         if self._due is None or self._due - stamp > self._period + RESTART_AFTER:

@@ -38,7 +38,8 @@ class AdaptiveSubscription:
     :param reliability: ``auto`` asks for reliable messages where every publisher offers them,
         ``reliable`` and ``best_effort`` stay as they are.
     :param latched: whether to ask for the last message that was published before.
-    :ivar received_at: when the last message came, or this was made, by the steady clock [s].
+    :ivar received_at: steady time of the last message, or of the construction [s].
+    :ivar may_be_silent: whether no further message is required; set by whoever takes them.
     """
 
     def __init__(self, node: Node, kind: Any, name: str, take: Callable[[Any], None],
@@ -52,6 +53,7 @@ class AdaptiveSubscription:
         self._new_brings_since: float | None = None
         self._old: Subscription | None = None
         self.received_at = time.monotonic()
+        self.may_be_silent = False
         # what is sent once must not be lost while the two sides discover each other
         reliable = reliability == 'reliable' or latched
         self._new = self._subscribe(QoSProfile(

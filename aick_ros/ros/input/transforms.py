@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""TF: the robot's transforms in, the odometry's out."""
+"""TF: the transforms of the robot in, that of the odometry out."""
 
 from __future__ import annotations
 
@@ -24,20 +24,24 @@ try:
 except ImportError:  # the pip wheels of ROS have none
     TFMessage = None
 
+TF_REMEDY = ('publish the static transform between them' if TFMessage is not None else
+             'tf2_msgs is not installed, so TF cannot be received')
+"""What to do where TF does not connect two frames."""
+
 _QUEUE = 100
-_MOST_UNSETTLED = 16  # pairs of frames; images of ever new frames must not fill the memory
-_OLDEST = NANOSECONDS // 2  # by which a moving link may be older or newer than an image
+_MOST_MOVING = 16  # pairs of frames; chosen: images of ever new frames must not fill the memory
+_LARGEST_GAP = NANOSECONDS // 2  # between an image and a moving link; chosen
 
 
 class Transforms:
     """
-    The transforms of the robot as its other nodes tell them, at the stamps of images.
+    The transforms of the robot at the stamps of images.
 
-    What only fixed links tell is looked up once. /tf, which may be busy, is listened to only as
-    long as something is asked for that the fixed links do not tell.
+    A transform of fixed links alone is looked up once. /tf, which may be busy, is subscribed to
+    only while a transform is requested that the fixed links do not give.
 
-    :param own: (parent, child) of the link that this node itself publishes; it tells nothing.
-    :param on_change: called when a transform has come.
+    :param own: (parent, child) of the link that this node itself publishes; it is ignored.
+    :param on_change: called when a transform was received.
     """
 
     def __init__(self, node: Node, own: tuple[str, str], on_change: Callable[[], None]) -> None:
@@ -47,7 +51,7 @@ class Transforms:
         self._tree = FrameTree()
         self._known: dict[tuple[str, str], np.ndarray] = {}
         self._changed = threading.Condition()
-        self._unsettled: set[tuple[str, str]] = set()
+        self._moving: set[tuple[str, str]] = set()
         self._listener: Subscription | None = None
         if TFMessage is not None:
             node.create_subscription(
@@ -56,41 +60,41 @@ class Transforms:
 
     def find(self, target: str, source: str, stamp: int, wait: float = 0.0) -> np.ndarray | None:
         """
-        Return ``T_target_source`` at a stamp, 4x4; None where nothing connects the two yet.
+        Return ``T_target_source`` at a stamp, 4x4; None where the two are not connected yet.
 
         :param stamp: [ns].
-        :param wait: how long to wait until something connects them, and moving links are told up
-            to the stamp [s]. Never wait on the executor's thread: nothing would come.
+        :param wait: longest wait until they are connected and moving links reach the stamp [s].
+            Never wait on the executor's thread: nothing would be received.
         :raises InputError: where a moving link is known only for other times.
         """
         target, source = _plain(target), _plain(source)
         with self._changed:
             if (target, source) in self._known:
                 return self._known[target, source]
-            self._changed.wait_for(lambda: self._is_told(target, source, stamp), wait)
+            self._changed.wait_for(lambda: self._reaches(target, source, stamp), wait)
             found = self._tree.find(target, source, stamp)
-            if found is not None and found.is_static:
+            if found is not None and found.is_fixed:
                 self._known[target, source] = found.T_target_source
-                self._unsettled.discard((target, source))
-            elif len(self._unsettled) < _MOST_UNSETTLED:
-                self._unsettled.add((target, source))
+                self._moving.discard((target, source))
+            elif len(self._moving) < _MOST_MOVING:
+                self._moving.add((target, source))
         if found is None:
             return None
-        if found.gap > _OLDEST:
+        if found.gap > _LARGEST_GAP:
             raise InputError(
-                f'the transform from {source!r} to {target!r} moves, and is known only '
-                f'{found.gap / NANOSECONDS:.1f} s off the image: check that the clocks agree and '
-                'that /tf goes on')
+                f'the transform from {source!r} to {target!r} moves, and the nearest one is '
+                f'{found.gap / NANOSECONDS:.1f} s from the image stamp: check that the clocks '
+                'agree and that /tf is still published')
         return found.T_target_source
 
     def is_fixed(self, target: str, source: str) -> bool:
-        """Return whether the transform between two frames was found of fixed links only."""
+        """Return whether the transform between two frames was found, of fixed links only."""
         with self._changed:
             return (_plain(target), _plain(source)) in self._known
 
     def tend(self) -> None:
-        """Listen to /tf, or no longer; to be called now and then on the executor's thread."""
-        wanted = bool(self._unsettled)
+        """Subscribe to /tf, or no longer; to be called regularly on the executor's thread."""
+        wanted = bool(self._moving)
         if wanted and self._listener is None and TFMessage is not None:
             self._listener = self._node.create_subscription(
                 TFMessage, '/tf', self._take_moving, QoSProfile(depth=_QUEUE))
@@ -98,17 +102,17 @@ class Transforms:
             self._node.destroy_subscription(self._listener)
             self._listener = None
             with self._changed:
-                self._tree.clear_dynamic()
+                self._tree.forget_moving()
 
-    def _is_told(self, target: str, source: str, stamp: int) -> bool:
+    def _reaches(self, target: str, source: str, stamp: int) -> bool:
         found = self._tree.find(target, source, stamp)
         return found is not None and found.gap == 0
 
     def _take_fixed(self, message: 'TFMessage') -> None:
         with self._changed:
             for link, T_parent_child in _links(message):
-                self._tree.set_static(_plain(link.header.frame_id), _plain(link.child_frame_id),
-                                      T_parent_child)
+                self._tree.fix(_plain(link.header.frame_id), _plain(link.child_frame_id),
+                               T_parent_child)
             self._known.clear()
             self._changed.notify_all()
         self._on_change()
@@ -118,14 +122,13 @@ class Transforms:
             for link, T_parent_child in _links(message):
                 parent, child = _plain(link.header.frame_id), _plain(link.child_frame_id)
                 if (parent, child) != self._own:
-                    self._tree.add_sample(
-                        parent, child, to_stamp(link.header.stamp), T_parent_child)
+                    self._tree.move(parent, child, to_stamp(link.header.stamp), T_parent_child)
             self._changed.notify_all()
         self._on_change()
 
 
 def _plain(frame: str) -> str:
-    """Return a frame's name without the slash that old drivers set in front."""
+    """Return the name of a frame without the leading slash of old drivers."""
     return frame.lstrip('/')
 
 
@@ -134,11 +137,11 @@ def _links(message: 'TFMessage') -> Iterator[tuple[TransformStamped, np.ndarray]
         try:
             yield link, from_transform(link.transform)
         except ValueError:
-            continue  # no transform: a null quaternion, or what is not finite
+            continue  # a null quaternion, or not finite
 
 
 class TransformBroadcaster:
-    """Publishes the odometry's transform on /tf; does nothing where tf2_msgs is missing."""
+    """Publishes the transform of the odometry on /tf; does nothing without tf2_msgs."""
 
     def __init__(self, node: Node) -> None:
         self._publisher = None

@@ -1,62 +1,49 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Notices topics that are silent, and says why where that can be seen."""
+"""Reports silent topics, and why they are silent where that can be seen."""
 
 from __future__ import annotations
 
-import math
 import time
+from collections.abc import Sequence
 
 from rclpy.node import Node
 from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.ros.input.pairing import Pairing
 from aick_ros.ros.input.subscriptions import AdaptiveSubscription
 from aick_ros.settings.node import NodeSettings
 
-_SILENT_AFTER = 5.0  # seconds
-_TOLERATED_LOSS = 0.2  # share of the images
-_TOLERATED_AHEAD = 1.0  # seconds
+_SILENT_AFTER = 5.0  # seconds; chosen
+_TOLERATED_LOSS = 0.2  # share of the images; chosen
+_TOLERATED_AHEAD = 1.0  # seconds; chosen
 _IMAGE = 'sensor_msgs/msg/Image'
-_MOST_NAMED = 6  # topics
+_MOST_NAMED = 6  # topics; chosen
 
 
 class Watchdog:
     """
-    Watches subscriptions by the steady clock.
+    Watches the subscriptions and the pairing of images by the steady clock.
 
-    :param subscriptions: name as in the node's contract -> subscription.
+    :param subscriptions: of images and calibrations.
     """
 
-    def __init__(self, node: Node, subscriptions: dict[str, AdaptiveSubscription],
-                 settings: NodeSettings) -> None:
+    def __init__(self, node: Node, settings: NodeSettings,
+                 subscriptions: Sequence[AdaptiveSubscription], pairing: Pairing) -> None:
         self._node = node
         self._settings = settings
-        self._paired = time.monotonic()
-        self._refused: tuple[float, str] = (-math.inf, '')
-        self._subscriptions = subscriptions
-        self._content: set[str] = set()
+        self._subscriptions = {subscription.name: subscription for subscription in subscriptions}
+        self._pairing = pairing
 
-    def wants_no_more(self, name: str) -> None:
-        """Take note that a topic may be silent from now on."""
-        self._content.add(name)
-
-    def refused(self, sentence: str) -> None:
-        """Take note of why an image was not even paired."""
-        self._refused = time.monotonic(), sentence
-
-    def saw_pair(self) -> None:
-        """Take note of a colour and a depth image that belong together."""
-        self._paired = time.monotonic()
-
-    def quiet_for(self) -> float:
-        """Return for how long no message has come on any topic [s]."""
+    def silent_for(self) -> float:
+        """Return for how long no message was received on any topic [s]."""
         return time.monotonic() - max(self._last().values())
 
-    def complaint(self) -> str:
-        """Return what is wrong with topics that are silent or do not fit, '' where none is."""
+    def complaint_about_topics(self) -> str:
+        """Return which topics are silent or do not match, and why; '' where none is."""
         now = time.monotonic()
         silent = [name for name, last in self._last().items() if now - last > _SILENT_AFTER]
         publishers = {name: self._subscriptions[name].publishers() for name in silent}
@@ -65,33 +52,30 @@ class Watchdog:
                      for name in silent if publishers[name]]
         if unpublished:
             sentences.append(self._explain_unpublished(unpublished))
-        if now - self._refused[0] < _SILENT_AFTER:
-            sentences.append(self._refused[1])
-        elif not silent and now - self._paired > _SILENT_AFTER:
+        if now - self._pairing.rejected_at < _SILENT_AFTER:
+            sentences.append(self._pairing.rejection)
+        elif not silent and now - self._pairing.paired_at > _SILENT_AFTER:
             sentences.append(self._explain_unpaired())
         return '; '.join(sentences)
 
-    def complaint_of_losses(self, missing: dict[str, float]) -> str:
-        """
-        Return which images do not arrive, '' where enough do.
-
-        :param missing: share of the images, by topic in the node's contract.
-        """
+    def complaint_about_losses(self) -> str:
+        """Return on which topics too many images do not arrive, '' where none is."""
         lost = [f'{share:.0%} of the images on {self._subscriptions[name].topic_name}'
-                for name, share in missing.items() if share > _TOLERATED_LOSS]
+                for name, share in self._pairing.missing_shares.items()
+                if share > _TOLERATED_LOSS]
         if not lost:
             return ''
         return (f'{" and ".join(lost)} do not arrive: if Fast DDS loses them, start the driver '
                 'with config/fastdds.xml of this package (FASTRTPS_DEFAULT_PROFILES_FILE; on this '
                 "node's side it changes nothing)")
 
-    def complaint_of_clocks(self, newest_stamp: int) -> str:
-        """Return how the clocks of camera and node contradict each other, '' where not."""
+    def complaint_about_clocks(self) -> str:
+        """Return how the clocks of camera and node differ, '' where they do not."""
         now = self._node.get_clock().now().nanoseconds
         if now == 0:
             return ('use_sim_time is true, and nobody publishes /clock: play the bag with '
                     '--clock, or set use_sim_time to false')
-        ahead = (newest_stamp - now) / NANOSECONDS
+        ahead = (self._pairing.newest_stamp - now) / NANOSECONDS
         if ahead > _TOLERATED_AHEAD:
             return (f"images are stamped {ahead:.1f} s ahead of this node's clock: let the "
                     'clocks of both computers be synchronized (chrony), or set use_sim_time '
@@ -101,7 +85,7 @@ class Watchdog:
     def _last(self) -> dict[str, float]:
         return {name: subscription.received_at
                 for name, subscription in self._subscriptions.items()
-                if name not in self._content}
+                if not subscription.may_be_silent}
 
     def _explain_unpublished(self, names: list[str]) -> str:
         topics = ', '.join(self._subscriptions[name].topic_name for name in names)

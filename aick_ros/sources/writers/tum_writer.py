@@ -13,7 +13,7 @@ import numpy as np
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import stamp_to_seconds, write_trajectory
-from aick_ros.messages.depth_units import to_units
+from aick_ros.messages.png_jpeg import to_units
 from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
 from aick_ros.sources.calibration import CAMERA_FILE, write_camera
 from aick_ros.sources.tum import UNITS_PER_METRE

@@ -111,21 +111,66 @@ class Wheels:
         return None if self.T is None else self.T(stamp)
 
 
-def guess_by(T):
+class Head:
+    """A camera on a head that turns by 0.2 rad per nanosecond, or is not known."""
+
+    T_neck_camera = se3.exp([0.1, 0.0, 0.3, 0.4, -0.2, 0.1])
+
+    def __init__(self):
+        self.error = None
+
+    def camera_in_base(self, camera_frame, stamp):
+        assert camera_frame == 'camera'
+        if self.error is not None:
+            raise self.error
+        return se3.exp([0, 0, 1.0, 0, 0, 0.2 * stamp]) @ self.T_neck_camera
+
+
+def guess_by(T, extrinsics=None):
     wheels = Wheels(T)
-    return Guess(wheels, NodeSettings(guess_frame_id='wheel_odom')), wheels
+    return Guess(wheels, extrinsics, NodeSettings(guess_frame_id='wheel_odom')), wheels
 
 
-def test_the_motion_is_that_between_the_stamps():
+def drive(stamp):
+    return T_WHEELS_START @ se3.exp([0.3 * stamp, 0, 0, 0, 0, 0.1 * stamp])
+
+
+def test_the_motion_of_the_base_is_that_between_the_stamps():
     guess, _ = guess_by(lambda stamp: T_WHEELS_START @ se3.exp([stamp, 0, 0, 0, 0, 0]))
-    np.testing.assert_allclose(guess.motion(3, 5), se3.exp([2, 0, 0, 0, 0, 0]), atol=1e-12)
+    np.testing.assert_allclose(guess.base_motion(3, 5), se3.exp([2, 0, 0, 0, 0, 0]), atol=1e-12)
+
+
+def test_the_turn_of_a_head_is_a_motion_of_its_camera():
+    """Seen from the world, T_world_camera = T_world_base @ T_base_camera at either stamp."""
+    head = Head()
+    guess, _ = guess_by(drive, head)
+    T_world_camera3, T_world_camera5 = (
+        drive(stamp) @ head.camera_in_base('camera', stamp) for stamp in (3, 5))
+    np.testing.assert_allclose(T_world_camera3 @ guess.camera_motion('camera', 3, 5),
+                               T_world_camera5, atol=1e-12)
+
+
+def test_the_turn_of_a_head_during_a_loss_does_not_move_the_base():
+    """The wheels stand still; the base is found again by the extrinsic at each stamp."""
+    head = Head()
+    guess, _ = guess_by(lambda stamp: T_WHEELS_START, head)
+    T_base3_base5 = (head.camera_in_base('camera', 3) @ guess.camera_motion('camera', 3, 5)
+                     @ se3.inverse(head.camera_in_base('camera', 5)))
+    np.testing.assert_allclose(T_base3_base5, np.eye(4), atol=1e-12)
+
+
+def test_without_the_extrinsic_there_is_no_motion_of_the_camera():
+    head = Head()
+    guess, _ = guess_by(drive, head)
+    head.error = InputError('the transform is too old')
+    assert guess.camera_motion('camera', 3, 5) is None
 
 
 @pytest.mark.parametrize('T', [None, InputError('too old')])
-def test_wheels_that_are_silent_are_not_waited_for_again(T):
+def test_silent_wheels_are_not_waited_for_again(T):
     guess, wheels = guess_by(T)
-    assert guess.motion(3, 5) is None
+    assert guess.base_motion(3, 5) is None
     wheels.T = lambda stamp: np.eye(4)
-    assert guess.motion(3, 5) is not None
-    assert guess.motion(3, 5) is not None
+    assert guess.base_motion(3, 5) is not None
+    assert guess.base_motion(3, 5) is not None
     assert wheels.waits == [0.0, 0.1, 0.0, 0.0, 0.1, 0.1, 0.1]

@@ -16,6 +16,7 @@ from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.ros.conversions import transform_stamped
 from aick_ros.ros.input.extrinsics import Extrinsics
+from aick_ros.ros.input.transforms import Transforms
 from aick_ros.settings.node import NodeSettings
 
 tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
@@ -43,9 +44,9 @@ class Robot:
         self._thread.start()
 
     def extrinsics(self, **settings):
-        self._extrinsics = Extrinsics(self.node, NodeSettings(**settings), self._count)
-        self.node.create_timer(0.05, self._extrinsics.tend)
-        return self._extrinsics
+        transforms = Transforms(self.node, ('odom', 'base_link'), self._count)
+        self.node.create_timer(0.05, transforms.tend)
+        return Extrinsics(transforms, NodeSettings(**settings))
 
     def tell(self, links, topic='/tf_static', stamp=0):
         """Publish {(parent, child): T_parent_child} and wait until it is heard."""
@@ -103,7 +104,7 @@ def test_the_parameters_go_first(robot):
 
 @pytest.mark.parametrize('name', ['camera_in_base', 'depth_in_colour'])
 def test_what_is_no_pose_is_refused(robot, name):
-    with pytest.raises(InputError, match=f'{name} = .* is no pose: it takes x y z qx qy qz qw'):
+    with pytest.raises(InputError, match=f'{name} = .* is no pose: x y z qx qy qz qw are'):
         robot.extrinsics(**{name: (1.0, 2.0, 3.0)})
 
 
@@ -174,7 +175,7 @@ def test_a_moving_transform_long_ago_is_refused(robot):
     ask_for_the_camera(robot, extrinsics)
     robot.tell({('base_link', 'camera'): pose(1)}, '/tf', 100 * SECOND)
     extrinsics.camera_in_base('camera', 100 * SECOND + SECOND // 4)
-    with pytest.raises(InputError, match='moves, and is known only 3.0 s off the image'):
+    with pytest.raises(InputError, match='the nearest one is 3.0 s from the image stamp'):
         extrinsics.camera_in_base('camera', 103 * SECOND)
 
 

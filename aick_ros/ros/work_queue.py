@@ -1,0 +1,98 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The queue between the executor's thread and the worker's."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+Item = TypeVar('Item')
+Job = Callable[[], None]
+
+
+class WorkQueue(Generic[Item]):
+    """
+    Items in order of arrival, and tasks that go before them, for one thread.
+
+    :param capacity: largest number of items; the oldest is dropped for a new one, so that with a
+        capacity of 1 the newest item is the next.
+    :param size: returns the size of an item [bytes].
+    :param max_bytes: largest total size of the items; one item is kept however large it is.
+    :ivar dropped: number of items dropped since the start.
+    """
+
+    def __init__(self, capacity: int, size: Callable[[Item], int] = lambda item: 0,
+                 max_bytes: float = math.inf) -> None:
+        self._capacity, self._max_bytes, self._size = capacity, max_bytes, size
+        self._items: deque[Item] = deque()
+        self._bytes = 0
+        self._tasks: deque[Job] = deque()
+        self._changed = threading.Condition()
+        self._is_closed = False
+        self.dropped = 0
+
+    @property
+    def backlog(self) -> int:
+        """Number of items that wait."""
+        return len(self._items)
+
+    @property
+    def backlog_bytes(self) -> int:
+        """Total size of the items that wait [bytes]."""
+        return self._bytes
+
+    def put(self, item: Item) -> None:
+        """Append an item."""
+        size = self._size(item)
+        with self._changed:
+            while self._items and (len(self._items) >= self._capacity
+                                   or self._bytes + size > self._max_bytes):
+                self._pop()
+                self.dropped += 1
+            self._items.append(item)
+            self._bytes += size
+            self._changed.notify()
+
+    def put_task(self, task: Job) -> None:
+        """Append a task; tasks are taken before the items that wait."""
+        with self._changed:
+            self._tasks.append(task)
+            self._changed.notify()
+
+    def wake(self) -> None:
+        """Have the thread check again whether the oldest item is ready."""
+        with self._changed:
+            self._changed.notify()
+
+    def close(self) -> None:
+        """End the queue: what still waits is not taken any more."""
+        with self._changed:
+            self._is_closed = True
+            self._changed.notify()
+
+    def take(self, work: Callable[[Item], None], is_ready: Callable[[Item], bool]) -> Job | None:
+        """
+        Wait for the next job and return it; None once the queue is closed.
+
+        :param work: called with the oldest item by the job.
+        :param is_ready: whether the oldest item can be worked on; until then it stays.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self._is_closed or self._tasks or (
+                self._items and is_ready(self._items[0])))
+            if self._is_closed:
+                return None
+            if self._tasks:
+                return self._tasks.popleft()
+            item = self._pop()
+        return lambda: work(item)
+
+    def _pop(self) -> Item:
+        item = self._items.popleft()
+        self._bytes -= self._size(item)
+        return item
