@@ -8,6 +8,7 @@ READY := $(VENV)/ready
 UNFINISHED := $(VENV)/unfinished
 TF2_MSGS := $(VENV)/tf2_msgs
 PINS := requirements/constraints.txt
+JOBS ?= 2
 
 # A ROS that the calling shell has sourced stays out of the virtual environment, and the traffic
 # stays on this machine.
@@ -25,12 +26,13 @@ endif
 
 help:
 	@echo 'make run              render a sequence, or take BAG=path, and run the node on it'
-	@echo 'make test             run every test (ARGS=... go to pytest)'
-	@echo 'make lint             check the style'
+	@echo 'make test             run every test, style and types included (ARGS=... go to pytest;'
+	@echo '                      JOBS=0 runs them in one process)'
+	@echo 'make lint             check style and types: flake8, isort, mypy'
 	@echo 'make setup            make .venv, which run, test and lint do by themselves'
 	@echo '                      (PYTHON=python3.12 chooses the interpreter, 3.11 or newer)'
-	@echo 'make baselines        install the rivals of aick benchmark into .venv too (1 GB)'
-	@echo 'make pcl              build those of PCL (takes libpcl-dev, cmake, g++)'
+	@echo 'make baselines        install the other methods of aick benchmark, too (1 GB)'
+	@echo 'make pcl              build those of PCL (needs libpcl-dev, cmake, g++)'
 	@echo 'make clean            remove .venv and what was built'
 
 setup: $(READY) $(TF2_MSGS)
@@ -40,10 +42,12 @@ run: setup
 	$(BIN)/aick demo $(if $(BAG),"$$BAG")
 
 test: setup
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest $(ARGS)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $(JOBS) --dist loadfile $(ARGS)
 
 lint: setup
 	$(BIN)/python -m flake8
+	$(BIN)/python -m isort --check-only --quiet .
+	$(BIN)/python -m mypy aick_ros examples
 
 baselines: setup
 	$(BIN)/python -m pip install --quiet --constraint $(PINS) --no-build-isolation \

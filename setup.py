@@ -15,8 +15,9 @@ CLI = ['typer>=0.12', 'rich>=13.8', 'pyyaml>=6.0']
 EVAL = [*CLI, 'matplotlib>=3.6']
 BASELINES = ['small_gicp>=1.0', 'open3d>=0.18', 'scipy>=1.11']
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces', 'pyyaml>=6.0']
-TEST = [*EVAL, 'pytest>=7.4', 'evo>=1.31', 'scipy>=1.11', 'flake8>=7.0', 'mahotas>=1.4',
-        'rvl>=1.0',
+LINT = ['flake8>=7.0', 'isort>=5.12', 'mypy>=1.11', 'types-PyYAML']
+TEST = [*EVAL, *LINT, 'pytest>=7.4', 'pytest-xdist>=3.5', 'evo>=1.31', 'scipy>=1.11',
+        'mahotas>=1.4', 'rvl>=1.0',
         # colcon calls commands of setup.py that setuptools 80 no longer has
         'colcon-common-extensions', 'setuptools<80']
 
@@ -39,8 +40,8 @@ setup(
     description='RGB-D visual odometry by Adaptive Iterative Closest Keypoint, for ROS 2 '
                 'and offline',
     license='Apache-2.0',
-    maintainer='aick_ros maintainers',
-    maintainer_email='maintainers@aick-ros.example',
+    maintainer='The aick_ros authors',
+    maintainer_email='aick_ros@no-address-yet.invalid',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),
     package_data={PACKAGE: ['py.typed', 'features/vocabularies/*']},
     python_requires='>=3.11',

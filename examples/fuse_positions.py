@@ -17,7 +17,7 @@ from collections.abc import Iterator
 import cv2
 import numpy as np
 
-from aick_ros import Increment, Odometry, PoseWithCovariance, RgbdSource, open_source
+from aick_ros import Increment, InputError, Odometry, PoseWithCovariance, RgbdSource, open_source
 
 SIGMA = 0.01  # of a measured position [m]
 
@@ -46,13 +46,16 @@ class PositionFilter:
             matrix, keep @ covariance @ keep.T + gain @ noise @ gain.T)
 
 
-def fuse(source: RgbdSource, period: float = 1.0) -> Iterator[tuple[int, PoseWithCovariance]]:
-    """Yield stamp and pose in the world of each tracked frame."""
-    assert source.ground_truth is not None
+def fuse(source: RgbdSource, period: float = 1.0
+         ) -> Iterator[tuple[PoseWithCovariance, np.ndarray]]:
+    """Yield the fused pose and the true one, 4x4, for each tracked frame."""
+    path = source.ground_truth
+    if path is None:
+        raise InputError(f'{source.name} has no ground truth to simulate positions from')
     rng = np.random.default_rng(0)
     odometry, fused, fixed = Odometry(), None, 0
     for frame in source.frames():
-        update, truth = odometry.register_frame(frame), source.ground_truth.at(frame.stamp)
+        update, truth = odometry.register_frame(frame), path.at(frame.stamp)
         if truth is None or not update.status.ok:
             continue
         if fused is None:
@@ -62,16 +65,15 @@ def fuse(source: RgbdSource, period: float = 1.0) -> Iterator[tuple[int, PoseWit
         if frame.stamp - fixed >= period * 1e9:
             fused.update(truth[:3, 3] + rng.normal(0.0, SIGMA, 3), SIGMA)
             fixed = frame.stamp
-        yield frame.stamp, fused.pose
+        yield fused.pose, truth
 
 
 def main(path: str) -> None:
     """Print error and standard deviation of the fused position for each frame."""
-    source = open_source(path)
-    for stamp, pose in fuse(source):
-        error = np.linalg.norm(pose.translation - source.ground_truth.at(stamp)[:3, 3])
+    for pose, truth in fuse(open_source(path)):
+        error = np.linalg.norm(pose.translation - truth[:3, 3])
         sigma = np.sqrt(np.trace(pose.covariance[:3, :3]))
-        print(f'{stamp / 1e9:.3f} s  error {1e3 * error:.1f} mm, sigma {1e3 * sigma:.1f} mm')
+        print(f'error {1e3 * error:.1f} mm, sigma {1e3 * sigma:.1f} mm')
 
 
 if __name__ == '__main__':

@@ -22,7 +22,8 @@ IMPORTS = {
     'odometry': 'errors geometry settings features frames registration',
     'sources': 'errors geometry settings features frames messages',
     'ros': 'errors geometry settings features frames messages registration odometry',
-    'evaluation': 'errors geometry settings features frames messages registration odometry sources',
+    'evaluation': 'errors geometry settings features frames messages registration odometry '
+                  'sources',
     'reports': 'errors geometry settings frames registration odometry sources evaluation',
     'cli': 'errors geometry settings features frames messages registration odometry sources ros '
            'evaluation reports',

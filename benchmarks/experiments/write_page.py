@@ -30,8 +30,7 @@ from aick_ros.reports.benchmark_plots import write_figures
 
 HERE = Path(__file__).resolve().parent
 sys.path.append(str(HERE.parent))
-from markdown_page import (  # noqa: E402
-    fill, joined, machine, number, ratio, table)
+from markdown_page import fill, joined, machine, number, ratio, table  # noqa: E402
 
 DOCS = HERE.parents[1] / 'docs'
 IMAGES = 'images/experiments'
