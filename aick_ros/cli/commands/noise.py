@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""``aick noise``: the noise model of a camera that nobody has characterised."""
+"""``aick noise``: the noise model of an unknown camera."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from aick_ros.cli.output.console import figure, progress, say, table
 from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.evaluation.noise.camera_noise import CameraNoise, estimate_noise
 from aick_ros.evaluation.noise.depth_noise import DepthNoise
-from aick_ros.evaluation.noise.pixel_noise import LEAST_FLOW, LEAST_PAIRS, PixelNoise
+from aick_ros.evaluation.noise.pixel_noise import MIN_FLOW, MIN_PAIRS, PixelNoise
 from aick_ros.sources import SourceOptions, open_source
 
 
@@ -31,11 +31,11 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
           depth_in_colour: options.DepthInColour = None,
           limit: options.Limit = None) -> int:
     """
-    Estimate the noise of a camera, as the lines to put into the file of parameters.
+    Estimate the noise of a camera, and print it as a parameter file.
 
     Record walls, floors and tables, from near and from far, with the camera moving slowly. Of
-    the parameters it uses features.detector, whose keypoints it looks at, sensor.min_depth and
-    sensor.max_depth; and the exponents where the recording does not tell them.
+    the parameters, features.detector, sensor.min_depth and sensor.max_depth are used; the
+    exponents of the noise are kept where the recording does not determine them.
     """
     settings = options.settings_from(None, config, assignments)
     if json is not None:
@@ -69,7 +69,7 @@ def _show(found: CameraNoise, on_stderr: bool) -> None:
 
 
 def _lines(found: CameraNoise) -> Iterator[str]:
-    """Yield a file of parameters for the node and ``--config``."""
+    """Yield the lines of a parameter file for the node and ``--config``."""
     depth, pixels = found.depth, found.pixels
     yield '/**:'
     yield '  ros__parameters:'
@@ -79,7 +79,7 @@ def _lines(found: CameraNoise) -> Iterator[str]:
     yield f'    sensor.depth_sigma: {depth.depth_sigma:.5f}'
     yield f'    sensor.depth_exponent: {depth.depth_exponent:.2f}{_kept(depth)}'
     if pixels is not None:
-        yield f'    # {sum(bin_.matches for bin_ in pixels.bins)} keypoints found in two images'
+        yield f'    # {sum(bin_.matches for bin_ in pixels.bins)} keypoints detected in two images'
         yield f'    features.{pixels.detector}.pixel_sigma: {pixels.pixel_sigma:.2f}'
         yield (f'    features.{pixels.detector}.pixel_exponent: {pixels.pixel_exponent:.2f}'
                f'{_kept(pixels)}')
@@ -90,20 +90,20 @@ def _kept(found: DepthNoise | PixelNoise) -> str:
 
 
 def _shortcomings(found: CameraNoise) -> Iterator[str]:
-    """Yield a sentence for each thing that the recording does not tell."""
+    """Yield a sentence for each quantity that the recording does not determine."""
     depth, pixels = found.depth, found.pixels
     if not depth.exponent_estimated:
-        yield (f'{_surfaces(depth)} only: too little to tell how the noise grows with the depth, '
-               f'so the exponent is kept at {depth.depth_exponent:g}. 2 is right for structured '
-               'light and stereo; for time of flight record from near and from far, or give '
-               '--set sensor.depth_exponent=0 (to 1)')
+        yield (f'{_surfaces(depth)} only: this range is too small to estimate how the noise grows '
+               f'with depth, so sensor.depth_exponent is kept at {depth.depth_exponent:g}. 2 is '
+               'right for structured light and stereo; for time of flight, record from near and '
+               'from far, or set it to a value from 0 to 1 with --set sensor.depth_exponent=0')
     if pixels is None:
-        yield (f'the noise of the keypoints is not told: it takes {LEAST_PAIRS} pairs of textured '
-               f'images between which things move by {LEAST_FLOW:g} pixels or more, there are '
-               f'{found.pairs}; record with the camera moving slowly')
+        yield (f'the noise of the keypoints is not estimated: at least {MIN_PAIRS} pairs of '
+               f'textured images with a flow of {MIN_FLOW:g} pixels or more are required, there '
+               f'are {found.pairs}; record with the camera moving slowly')
     elif not pixels.exponent_estimated:
-        yield (f'keypoints of {pixels.detector} of about one scale only: how their noise grows '
-               f'with the scale is kept at {pixels.pixel_exponent:g}')
+        yield (f'{pixels.detector} keypoints of about one scale only: '
+               f'features.{pixels.detector}.pixel_exponent is kept at {pixels.pixel_exponent:g}')
 
 
 def _surfaces(found: DepthNoise) -> str:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The noise of an unknown camera, estimated from a recording of anything with surfaces."""
+"""Noise of the colour and depth images of an unknown camera."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
 @dataclass(frozen=True)
 class CameraNoise:
     """
-    The noise of both images of a camera.
+    Noise of both images of a camera.
 
-    :param pairs: of colour images in which keypoints were compared.
-    :param pixels: of the keypoints; None where the recording does not tell.
+    :param pairs: number of pairs of colour images in which keypoints were compared.
+    :param pixels: noise of the keypoints; None where there is too little data.
     """
 
     depth: DepthNoise
@@ -30,7 +30,7 @@ class CameraNoise:
     pixels: PixelNoise | None
 
     def to_json(self) -> dict[str, Any]:
-        """Return what ``json.dumps`` takes: the depth's figures, and ``pixels`` or None."""
+        """Return the content of the JSON: the fields of ``depth``, and ``pixels`` or None."""
         pixels = None if self.pixels is None else dataclasses.asdict(self.pixels)
         return {**dataclasses.asdict(self.depth), 'pixels': pixels}
 
@@ -41,10 +41,10 @@ def estimate_noise(source: RgbdSource, settings: Settings = Settings(),
     """
     Estimate the noise of depth and of keypoints from a recording.
 
-    :param settings: whose detector and range of depths are used, and whose exponents are kept
-        where the recording does not tell them.
-    :param on_progress: told the number of frames done, after each.
-    :raises InputError: where the recording tells nothing about the depth.
+    :param settings: its detector and range of depth are used, and its exponents are kept where
+        the recording does not determine them.
+    :param on_progress: called after each frame with the number of frames done.
+    :raises InputError: where the recording does not determine the depth noise.
     """
     depth, pixels = DepthNoiseSamples(settings.sensor), PixelNoiseSamples(settings)
     for count, frame in enumerate(source.frames(on_damaged), 1):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The depth noise of an unknown camera, estimated from a recording of anything with surfaces."""
+"""Depth noise of an unknown camera, estimated from smooth surfaces in a recording."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.noise.noise_law import LEAST_SAMPLES, bins_of, fit_law
+from aick_ros.evaluation.noise.noise_law import MIN_SAMPLES, bins_of, fit_law
 from aick_ros.evaluation.noise.patch_noise import PatchNoise
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.settings import SensorSettings
 from aick_ros.settings.parameter import parameters
 
-_STEP = 16  # between the pixels that the range of depths is taken from [px]
-_OUTLYING = 0.1  # per cent of the depths, at each end
+_STEP = 16  # spacing of the pixels from which the range of depth is estimated [px]; chosen
+_OUTLIERS = 0.1  # share of outliers at each end of the range of depth [%]; chosen
 
 
 @dataclass(frozen=True)
 class DepthBin:
     """
-    The noise at some depths.
+    Noise in a bin of depths.
 
-    :param depth: mean of the patches [m].
-    :param patches: how many.
+    :param depth: mean depth of the patches [m].
+    :param patches: number of patches.
     :param sigma: median of their standard deviations [m].
     :param model: standard deviation by the model [m].
     """
@@ -41,16 +41,16 @@ class DepthBin:
 @dataclass(frozen=True)
 class DepthNoise:
     """
-    The noise model sigma = depth_sigma * depth ^ depth_exponent of a camera.
+    Noise model sigma = depth_sigma * depth ^ depth_exponent of a camera.
 
     :param source: name of the recording.
-    :param frames: it is estimated from.
-    :param nearest: depth that a thousandth of the pixels are nearer than [m].
-    :param farthest: depth that a thousandth of the pixels are farther than [m].
-    :param depth_sigma: at one metre [m].
-    :param exponent_estimated: False where the depths span too little to tell the exponent, and
-        the one of the settings was kept.
-    :param bins: with enough patches, by depth.
+    :param frames: number of frames.
+    :param nearest: 0.1 % quantile of the depth [m].
+    :param farthest: 99.9 % quantile of the depth [m].
+    :param depth_sigma: standard deviation at one metre [m].
+    :param exponent_estimated: False where the range of depth is too small to estimate the
+        exponent, and that of the settings was kept.
+    :param bins: bins with enough patches, by depth.
     """
 
     source: str
@@ -65,9 +65,10 @@ class DepthNoise:
 
 class DepthNoiseSamples:
     """
-    Gathers what the smooth surfaces of depth images tell of their noise.
+    Collects the noise on smooth surfaces of depth images.
 
-    :param sensor: its range is used, and its exponent where the images do not tell.
+    :param sensor: its range of depth is used, and its exponent where the images do not determine
+        one.
     """
 
     def __init__(self, sensor: SensorSettings = SensorSettings()) -> None:
@@ -76,7 +77,7 @@ class DepthNoiseSamples:
         self._ranges: list[np.ndarray] = []
 
     def add(self, frame: RgbdFrame) -> None:
-        """Take the next frame."""
+        """Add the next frame."""
         self._noises.append(PatchNoise.of(frame.depth, frame.camera, self._sensor))
         sparse = frame.depth[::_STEP, ::_STEP]
         self._ranges.append(sparse[np.isfinite(sparse)])
@@ -85,26 +86,27 @@ class DepthNoiseSamples:
         """
         Return the noise model.
 
-        :param name: of the recording.
-        :raises InputError: where there was no frame, too few smooth surfaces, or no noise.
+        :param name: name of the recording.
+        :raises InputError: without frames, enough smooth surfaces, or any noise.
         """
         if not self._noises:
-            raise InputError(f'{name} has no frame that can be used')
+            raise InputError(f'{name} has no usable frame')
         depths = np.concatenate([noise.depths for noise in self._noises])
         bins = bins_of(depths, np.concatenate([noise.sigmas for noise in self._noises]))
         if not bins:
             raise InputError(
                 f'{name}: {len(depths)} patches of smooth surface between '
                 f'{self._sensor.min_depth:g} and {self._sensor.max_depth:g} m, in '
-                f'{len(self._noises)} frames, are too few to tell the depth noise '
-                f'({LEAST_SAMPLES} at about the same depth): record walls, floors and tables, '
-                'slowly, from near and from far')
+                f'{len(self._noises)} frames, are too few to estimate the depth noise (at least '
+                f'{MIN_SAMPLES} at about the same depth are required): record walls, floors and '
+                'tables, with the camera moving slowly, from near and from far')
         declared = {p.name: p for p in parameters(self._sensor)}
-        if min(bin_.sigma for bin_ in bins) < declared['depth_sigma'].minimum:
-            raise InputError(f'{name}: its depth has no noise; was it rendered without?')
-        law = fit_law(bins, declared['depth_exponent'])
+        if min(bin_.sigma for bin_ in bins) < (declared['depth_sigma'].minimum or 0.0):
+            raise InputError(f'{name}: its depth has no noise; record with a real camera, or '
+                             'render without --perfect')
+        law = fit_law(bins, self._sensor.depth_exponent, declared['depth_exponent'])
         nearest, farthest = np.percentile(np.concatenate(self._ranges),
-                                          (_OUTLYING, 100 - _OUTLYING))
+                                          (_OUTLIERS, 100 - _OUTLIERS))
         return DepthNoise(
             name, len(self._noises), float(nearest), float(farthest), law.scale, law.exponent,
             law.exponent_estimated, tuple(DepthBin(bin_.at, bin_.count, bin_.sigma,

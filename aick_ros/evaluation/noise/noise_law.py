@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How a noise grows with something: a power law through the medians of many samples."""
+"""Power law of a standard deviation, fitted to the medians of binned samples."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ import numpy as np
 from aick_ros.evaluation.noise.power_law import fit_exponent, fit_scale
 from aick_ros.settings.parameter import Parameter
 
-LEAST_SAMPLES = 30
-"""Of a bin."""
+MIN_SAMPLES = 30  # chosen
+"""Minimum number of samples in a bin."""
 
-_BINS = 4  # each time what the noise grows with doubles
-_MOST_SAMPLES = 300  # of a bin, that count: beyond it is not their number that a bin is off by
-_LEAST_SPAN = 2.0  # last by first bin: less, and chance decides on the exponent
-_LEAST_BINS = 4
+_BINS_PER_OCTAVE = 4  # chosen
+_SATURATION = 300  # samples beyond which the weight of a bin no longer grows; chosen
+_MIN_SPAN = 2.0  # ratio of the last bin to the first that determines the exponent; chosen
+_MIN_BINS = 4  # number of bins that determines the exponent; chosen
 
 
 @dataclass(frozen=True)
 class Bin:
     """
-    Samples of about the same place.
+    Samples at about the same x.
 
-    :param at: mean of what the noise grows with.
-    :param count: how many.
-    :param sigma: their median.
+    :param at: geometric mean of x.
+    :param count: number of samples.
+    :param sigma: median of their standard deviations.
     """
 
     at: float
@@ -40,10 +40,10 @@ class Bin:
 @dataclass(frozen=True)
 class NoiseLaw:
     """
-    The law sigma = scale * x ^ exponent.
+    Power law sigma = scale * x ^ exponent.
 
-    :param exponent_estimated: False where the bins span too little, and the one given was kept.
-    :param bins: with enough samples, by x.
+    :param exponent_estimated: False where the range of x is too small, and the default was kept.
+    :param bins: bins with enough samples, by x.
     """
 
     scale: float
@@ -52,37 +52,39 @@ class NoiseLaw:
     bins: Sequence[Bin]
 
     def at(self, x: float) -> float:
-        """Return the standard deviation at some place."""
-        return self.scale * x ** self.exponent
+        """Return the standard deviation at x."""
+        return float(self.scale * x ** self.exponent)
 
 
 def bins_of(x: np.ndarray, sigmas: np.ndarray) -> list[Bin]:
     """
-    Return the bins that have enough samples, by x.
+    Return the bins with enough samples, by x.
 
-    :param x: N > 0, what the noise grows with.
-    :param sigmas: N, standard deviations, each as one sample has it.
+    :param x: N, positive.
+    :param sigmas: standard deviation of each sample, N.
     """
     found = []
-    numbers = np.rint(_BINS * np.log2(x)).astype(np.intp)
+    numbers = np.rint(_BINS_PER_OCTAVE * np.log2(x)).astype(np.intp)
     for number in np.unique(numbers):
         inside = numbers == number
-        if inside.sum() >= LEAST_SAMPLES:
+        if inside.sum() >= MIN_SAMPLES:
             found.append(Bin(float(np.exp(np.log(x[inside]).mean())), int(inside.sum()),
                              float(np.median(sigmas[inside]))))
     return found
 
 
-def fit_law(bins: Sequence[Bin], exponent: Parameter) -> NoiseLaw:
+def fit_law(bins: Sequence[Bin], default_exponent: float, declared: Parameter) -> NoiseLaw:
     """
-    Fit the law to one or more bins.
+    Fit the power law to one or more bins.
 
-    :param exponent: its range, and as its default what is kept where the bins span too little.
+    :param default_exponent: kept where the range of x is too small to estimate the exponent.
+    :param declared: declaration of the exponent, to whose range it is limited.
     """
     x, counts, sigmas = np.array([(bin_.at, bin_.count, bin_.sigma) for bin_ in bins]).T
-    weights = np.minimum(counts, _MOST_SAMPLES)
-    told = bool(len(bins) >= _LEAST_BINS and x[-1] >= _LEAST_SPAN * x[0])
-    power = exponent.default
-    if told:
-        power = min(max(fit_exponent(x, sigmas, weights), exponent.minimum), exponent.maximum)
-    return NoiseLaw(fit_scale(x, sigmas, weights, power), power, told, bins)
+    weights = np.minimum(counts, _SATURATION)
+    is_estimated = bool(len(bins) >= _MIN_BINS and x[-1] >= _MIN_SPAN * x[0])
+    exponent = default_exponent
+    if is_estimated:
+        exponent = float(np.clip(fit_exponent(x, sigmas, weights),
+                                 declared.minimum, declared.maximum))
+    return NoiseLaw(fit_scale(x, sigmas, weights, exponent), exponent, is_estimated, bins)

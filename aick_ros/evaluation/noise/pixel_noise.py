@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-How well a detector places a keypoint, by the keypoint's scale.
+Noise of the pixel position of keypoints, by their scale.
 
-Aligning two images around a keypoint places it to about a twentieth of a pixel. So where the
-alignment finds a keypoint of one image in another, and where the detector found it there, differ
-by the noise of the detector in both. Neither depth nor the motion of the camera has a part in it.
+Optical flow tracks a keypoint from one image to another to about a twentieth of a pixel. So the
+distance between the tracked keypoint and the same keypoint as detected in the second image is due
+to the noise of the detector in both images. Neither the depth nor the motion of the camera enters.
 """
 
 from __future__ import annotations
@@ -24,31 +24,31 @@ from aick_ros.registration.refinement.lucas_kanade import track_there_and_back
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import parameters
 
-LEAST_FLOW = 8.0
-"""Median motion between the images of a pair [px]: of less, both may have the same errors."""
+MIN_FLOW = 8.0  # chosen
+"""Minimum median flow of a pair of images [px]; below, the errors in both are correlated."""
 
-LEAST_PAIRS = 5
-"""Pairs that it takes."""
+MIN_PAIRS = 5  # chosen
+"""Minimum number of pairs of images."""
 
-_LEAST_TRACKED = 0.3  # share of the keypoints; of fewer the first image is out of sight
-_MOST_PAIRS = 100  # after which others add nothing
+_MIN_TRACKED = 0.3  # share of tracked keypoints; below, the view has changed too much; chosen
+_MAX_PAIRS = 100  # more pairs do not improve the estimate; chosen
 
-_WINDOW, _LEVELS = 11, 4  # of the alignment
-_NEAR = 5.0  # px at the finest scale: what is farther off is another keypoint
-_SAME_SCALE = 1.1  # ratio up to which two scales may be of one keypoint
+_WINDOW, _LEVELS = 11, 4  # of the optical flow; chosen
+_MAX_DISTANCE = 5.0  # [px] at the finest scale between track and detection; chosen
+_MAX_SCALE_RATIO = 1.1  # of a keypoint detected twice; chosen
 _MEDIAN_DISTANCE = 2.0 * np.sqrt(np.log(2.0))
-"""Of two points that scatter by 1 along each axis around one place."""
+"""Derived: median distance of two points with unit variance along each axis (Rayleigh)."""
 
 
 @dataclass(frozen=True)
 class ScaleBin:
     """
-    The noise of keypoints of about the same scale.
+    Noise of keypoints of about the same scale.
 
-    :param scale: their mean, 1 at the finest.
-    :param matches: keypoints found twice.
-    :param sigma: standard deviation along an axis of the image [px].
-    :param model: the same by the model [px].
+    :param scale: mean scale; 1 is the finest.
+    :param matches: number of keypoints detected in two images.
+    :param sigma: standard deviation along each axis of the image [px].
+    :param model: standard deviation by the model [px].
     """
 
     scale: float
@@ -60,14 +60,14 @@ class ScaleBin:
 @dataclass(frozen=True)
 class PixelNoise:
     """
-    The noise model sigma = pixel_sigma * scale ^ pixel_exponent of a detector.
+    Noise model sigma = pixel_sigma * scale ^ pixel_exponent of a detector.
 
-    :param detector: its name.
-    :param pairs: of frames it is estimated from.
-    :param pixel_sigma: at the finest scale [px].
-    :param exponent_estimated: False where the scales span too little to tell the exponent, and
-        the one of the settings was kept.
-    :param bins: with enough keypoints, by scale.
+    :param detector: name of the detector.
+    :param pairs: number of pairs of images.
+    :param pixel_sigma: standard deviation at the finest scale [px].
+    :param exponent_estimated: False where the range of scales is too small to estimate the
+        exponent, and that of the settings was kept.
+    :param bins: bins with enough keypoints, by scale.
     """
 
     detector: str
@@ -80,14 +80,14 @@ class PixelNoise:
 
 class PixelNoiseSamples:
     """
-    Gathers keypoints that were found in two images.
+    Collects keypoints that are detected in two images.
 
-    :param settings: whose detector is used; its exponent where the images do not tell.
+    :param settings: its detector is used, and its exponent where the images do not determine one.
     """
 
     def __init__(self, settings: Settings = Settings()) -> None:
         self._features = settings.features
-        self._most_unlike = settings.aick.lambda_f
+        self._max_descriptor_distance = settings.aick.lambda_f
         self._detector = make_detector(settings.features)
         self._before: tuple[np.ndarray, Features] | None = None
         self._scales: list[np.ndarray] = []
@@ -95,70 +95,68 @@ class PixelNoiseSamples:
 
     @property
     def pairs(self) -> int:
-        """How many pairs of frames there were."""
+        """Number of pairs of images."""
         return len(self._scales)
 
     def add(self, frame: RgbdFrame) -> None:
-        """Take the next frame; it makes a pair where the image has moved far enough."""
-        if self.pairs >= _MOST_PAIRS:
+        """Add the next frame; it makes a pair where the flow is large enough."""
+        if self.pairs >= _MAX_PAIRS:
             return
         grey = frame.grey
         if self._before is None or self._before[0].shape != grey.shape:
             self._before = grey, self._detector.detect(grey)
             return
-        before, found = self._before
-        seen, tracked = _aligned(before, grey, found.pixels)
-        if len(tracked) >= _LEAST_TRACKED * len(found.pixels):
-            moved = np.linalg.norm(seen - found.pixels[tracked], axis=1)
-            if len(moved) and np.median(moved) < LEAST_FLOW:
+        previous, detected = self._before
+        positions, found = track_there_and_back(previous, grey, detected.pixels, _WINDOW, _LEVELS)
+        tracked = np.flatnonzero(found)
+        positions = positions[tracked]
+        if len(tracked) >= _MIN_TRACKED * len(detected.pixels):
+            flow = np.linalg.norm(positions - detected.pixels[tracked], axis=1)
+            if len(flow) and np.median(flow) < MIN_FLOW:
                 return
         self._before = grey, self._detector.detect(grey)
         if len(tracked):
-            self._compare(_subset(found, tracked), seen, self._before[1])
+            self._compare(_subset(detected, tracked), positions, self._before[1])
 
     def model(self) -> PixelNoise | None:
-        """Return the noise model; None where the image moved too little, or shows too little."""
-        if self.pairs < LEAST_PAIRS:
+        """Return the noise model; None where there was too little flow or too little texture."""
+        if self.pairs < MIN_PAIRS:
             return None
         bins = bins_of(np.concatenate(self._scales),
                        np.concatenate(self._distances) / _MEDIAN_DISTANCE)
         if not bins:
             return None
         declared = {p.name: p for p in parameters(self._features.chosen)}
-        law = fit_law(bins, declared['pixel_exponent'])
+        law = fit_law(bins, self._features.chosen.pixel_exponent, declared['pixel_exponent'])
         return PixelNoise(
             self._features.detector, self.pairs, law.scale, law.exponent, law.exponent_estimated,
             tuple(ScaleBin(bin_.at, bin_.count, bin_.sigma, law.at(bin_.at)) for bin_ in bins))
 
-    def _compare(self, before: Features, seen: np.ndarray, now: Features) -> None:
-        """Find the keypoints that were seen among those detected, and how far off they are."""
+    def _compare(self, before: Features, tracked: np.ndarray, now: Features) -> None:
+        """
+        Match tracked keypoints to those detected, and keep the distances.
+
+        :param before: the tracked keypoints as detected in the first image, K.
+        :param tracked: Kx2, their positions in the second image.
+        :param now: keypoints detected in the second image.
+        """
         if not len(now.pixels):
             return
-        unlike = descriptor_distances(before.descriptors, now.descriptors)
-        apart = np.linalg.norm(seen[:, None] - now.pixels[None], axis=2)
+        descriptors = descriptor_distances(before.descriptors, now.descriptors)
+        distances = np.linalg.norm(tracked[:, None] - now.pixels[None], axis=2)
         scales = before.scales[:, None]
-        same = ((apart < _NEAR * scales) & (now.scales < _SAME_SCALE * scales)
-                & (scales < _SAME_SCALE * now.scales) & (unlike < self._most_unlike))
-        unlike = np.where(same, unlike, np.inf)
-        nearest, back = unlike.argmin(axis=1), unlike.argmin(axis=0)
-        rows = np.flatnonzero(same.any(axis=1) & (back[nearest] == np.arange(len(nearest))))
+        possible = ((distances < _MAX_DISTANCE * scales)
+                    & (now.scales < _MAX_SCALE_RATIO * scales)
+                    & (scales < _MAX_SCALE_RATIO * now.scales)
+                    & (descriptors < self._max_descriptor_distance))
+        descriptors = np.where(possible, descriptors, np.inf)
+        best, best_back = descriptors.argmin(axis=1), descriptors.argmin(axis=0)
+        is_mutual = best_back[best] == np.arange(len(best))
+        rows = np.flatnonzero(possible.any(axis=1) & is_mutual)
         self._scales.append(before.scales[rows].astype(np.float64))
-        self._distances.append(apart[rows, nearest[rows]])
+        self._distances.append(distances[rows, best[rows]])
 
 
 def _subset(features: Features, rows: np.ndarray) -> Features:
     return Features(features.pixels[rows], features.descriptors[rows], features.responses[rows],
                     features.scales[rows])
-
-
-def _aligned(before: np.ndarray, now: np.ndarray,
-             pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """
-    Follow keypoints into another image (Lucas and Kanade 1981, pyramids after Bouguet 2001).
-
-    :param pixels: Nx2.
-    :returns: Kx2, where they are seen, and K indices of those that were found.
-    """
-    seen, found = track_there_and_back(before, now, pixels, _WINDOW, _LEVELS)
-    kept = np.flatnonzero(found)
-    return seen[kept], kept

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The noise model on the terminal: a file of parameters, a table, JSON."""
+"""The noise model on the terminal: a parameter file, a table, JSON."""
 
 import dataclasses
 import json
@@ -28,7 +28,7 @@ def noise(aick, monkeypatch):
     return run
 
 
-def test_the_lines_are_a_file_of_parameters(noise, recording, tmp_path):
+def test_the_output_is_a_parameter_file(noise, recording, tmp_path):
     outcome = noise(recording, '--json', tmp_path / 'noise.json')
     figures = json.loads((tmp_path / 'noise.json').read_text())
     assert outcome.code == 0
@@ -43,7 +43,7 @@ def test_the_lines_are_a_file_of_parameters(noise, recording, tmp_path):
     assert f'depths from {figures["nearest"]:.2f} to {figures["farthest"]:.2f} m' in outcome.out
 
 
-def test_the_table_has_the_model_beside_the_measured(noise, recording, tmp_path):
+def test_the_table_compares_model_and_measurement(noise, recording, tmp_path):
     outcome = noise(recording, '--json', tmp_path / 'noise.json')
     figures = json.loads((tmp_path / 'noise.json').read_text())
     table = outcome.out[:outcome.out.index('/**:')]
@@ -55,28 +55,28 @@ def test_the_table_has_the_model_beside_the_measured(noise, recording, tmp_path)
                 f'{bin_["model"]:.2f}'] in [line.split() for line in table.splitlines()]
 
 
-def test_json_has_standard_output_for_itself(noise, recording):
+def test_json_on_standard_output_stands_alone(noise, recording):
     outcome = noise(recording, '--json', '-', '--limit', '6')
     figures = json.loads(outcome.out)
     assert (figures['frames'], figures['ended'], figures['damaged_images']) == (6, 'complete', 0)
     assert 'sensor.depth_sigma' in outcome.err
 
 
-def test_depths_that_span_too_little_are_said(noise, recording):
+def test_a_small_range_of_depth_is_reported(noise, recording):
     outcome = noise(recording, *NARROW)
     assert outcome.code == 0
-    assert 'too little to tell how the noise grows with the depth' in outcome.sentence
+    assert 'too small to estimate how the noise grows with depth' in outcome.sentence
     parameters = yaml.safe_load(outcome.out[outcome.out.index('/**:'):])['/**']['ros__parameters']
     assert parameters['sensor.depth_exponent'] == 2.0
     outcome = noise(recording, *NARROW, '--set', 'sensor.depth_exponent=0.5')
     assert 'sensor.depth_exponent: 0.50  # kept, not measured' in outcome.out
 
 
-def test_a_camera_at_rest_is_told_that_it_is(noise, recording, in_memory):
+def test_a_camera_at_rest_is_reported(noise, recording, in_memory):
     still = in_memory([next(recording.frames(raise_damage))] * 8)
     outcome = noise(still)
     assert outcome.code == 0
-    assert 'between which things move by 8 pixels or more, there are 0' in outcome.err
+    assert 'with a flow of 8 pixels or more are required, there are 0' in outcome.err
     assert 'sensor.depth_sigma' in outcome.out
     assert 'pixel_sigma' not in outcome.out
 
@@ -88,7 +88,7 @@ def test_the_keypoints_are_those_of_the_detector(noise, recording):
     assert 'features.orb' not in outcome.out
 
 
-def test_what_cannot_be_used_is_refused_in_one_sentence(noise, recording, in_memory, tmp_path):
+def test_unusable_input_is_refused_in_one_sentence(noise, recording, in_memory, tmp_path):
     blind = in_memory([dataclasses.replace(frame, depth=np.full_like(frame.depth, np.nan))
                        for frame in recording.frames(raise_damage)])
     outcome = noise(blind, '--json', tmp_path / 'noise.json')
@@ -98,7 +98,7 @@ def test_what_cannot_be_used_is_refused_in_one_sentence(noise, recording, in_mem
     assert list(tmp_path.iterdir()) == []
 
 
-def test_damage_and_a_broken_end_are_said(noise, recording, in_memory):
+def test_damaged_images_and_a_broken_end_are_reported(noise, recording, in_memory):
     def broken(index, on_damaged):
         on_damaged(InputError(f'torn before {index}'))
         if index == 10:

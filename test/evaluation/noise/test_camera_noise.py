@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Both noises of one reading of a recording, as JSON."""
+"""The noise of colour and depth images in one pass, as JSON."""
 
 import json
 
@@ -20,7 +20,7 @@ def room(**options):
     return SyntheticSource(SyntheticOptions(seed=2, rate=12.0, camera=CAMERA, **options))
 
 
-def test_both_noises_are_told():
+def test_both_noises_are_estimated():
     told = []
     found = estimate_noise(room(frames=14), on_progress=told.append)
     assert told == list(range(1, 15))
@@ -33,7 +33,7 @@ def test_both_noises_are_told():
     assert found.pairs == found.pixels.pairs
 
 
-def test_a_camera_at_rest_tells_of_its_depth_alone():
+def test_a_camera_at_rest_has_depth_noise_only():
     class Still:
         name, ground_truth = 'at rest', None
 
@@ -46,7 +46,7 @@ def test_a_camera_at_rest_tells_of_its_depth_alone():
     assert found.to_json()['pixels'] is None
 
 
-def test_nothing_is_an_error():
+def test_an_empty_recording_is_an_error():
     class Empty:
         name, ground_truth = 'an empty bag', None
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The noise model of sensors whose noise is known, from pictures of a furnished room."""
+"""The noise model of sensors whose noise is known, from images of a rendered room."""
 
 import dataclasses
 
@@ -55,7 +55,7 @@ def seen_by(sensor):
 
 
 def grown(sigma, exponent):
-    """Return what puts independent noise on each pixel that grows with a power of the depth."""
+    """Return a function that adds independent noise by a power law of the depth."""
     return lambda frame, rng: (frame.depth + sigma * frame.depth ** exponent
                                * rng.normal(size=frame.depth.shape))
 
@@ -76,7 +76,7 @@ def test_triangulating_sensors(room, sensor, sigma):
         assert bin_.sigma == pytest.approx(sigma * bin_.depth ** 2, rel=0.15)
 
 
-def test_a_place_that_jitters_adds_noise(room):
+def test_lateral_jitter_adds_noise(room):
     """Half a pixel on surfaces at an angle: more than without, and by less than a half."""
     found = estimate(Recorded(room, seen_by(DepthSensor())))
     sigma = found.depth_sigma * 1.5 ** (found.depth_exponent - 2.0)
@@ -92,7 +92,7 @@ def test_the_exponent_is_that_of_the_sensor(room, sigma, exponent):
         assert bin_.model == pytest.approx(sigma * bin_.depth ** exponent, rel=0.08)
 
 
-def test_what_spans_too_little_keeps_the_exponent_of_the_settings(room):
+def test_a_small_range_of_depth_keeps_the_exponent_of_the_settings(room):
     source = Recorded(room, grown(0.01, 0.0))
     narrow = {'min_depth': 1.2, 'max_depth': 1.9}
     kept = estimate(source, SensorSettings(**narrow))
@@ -114,8 +114,8 @@ def test_facts_of_the_recording(room):
     assert found.frames == len(FRAMES)
 
 
-def test_recordings_that_tell_nothing_are_refused(room):
-    with pytest.raises(InputError, match='a room has no frame'):
+def test_recordings_without_usable_data_are_refused(room):
+    with pytest.raises(InputError, match='a room has no usable frame'):
         estimate(Recorded([], None))
     with pytest.raises(InputError, match='a room: its depth has no noise'):
         estimate(Recorded(room, lambda frame, rng: frame.depth))

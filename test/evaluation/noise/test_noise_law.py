@@ -1,21 +1,21 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A law that samples were drawn from is found again."""
+"""A power law is recovered from samples drawn from it."""
 
 import dataclasses
 
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.noise.noise_law import LEAST_SAMPLES, bins_of, fit_law
+from aick_ros.evaluation.noise.noise_law import MIN_SAMPLES, bins_of, fit_law
 from aick_ros.settings.parameter import Parameter
 
 EXPONENT = Parameter('a.power', float, 1.5, 'A power.', minimum=0.0, maximum=4.0)
 
 
 def samples(x, scale, exponent, count=100):
-    """Return places, and what the median of many is the law's standard deviation of."""
+    """Return x, and standard deviations whose median at each x is that of the law."""
     x = np.repeat(x, count)
     factors = np.tile(np.linspace(0.5, 1.5, count), len(x) // count)
     return x, scale * x ** exponent * factors
@@ -24,7 +24,7 @@ def samples(x, scale, exponent, count=100):
 @pytest.mark.parametrize('scale, exponent', [(0.5, 0.0), (0.002, 2.0), (3.0, 0.7)])
 def test_a_law_is_found(scale, exponent):
     bins = bins_of(*samples(np.geomspace(0.5, 4.0, 13), scale, exponent))
-    law = fit_law(bins, EXPONENT)
+    law = fit_law(bins, 1.5, EXPONENT)
     assert law.exponent_estimated
     assert law.exponent == pytest.approx(exponent, abs=1e-6)
     assert law.scale == pytest.approx(scale, rel=1e-6)
@@ -38,16 +38,16 @@ def test_a_bin_is_the_middle_of_its_samples():
     (found,) = bins_of(x, sigmas)
     assert found.at == pytest.approx(np.exp(np.mean(np.log(x))))
     assert found.sigma == np.sort(sigmas)[250]
-    assert bins_of(x[:LEAST_SAMPLES - 1], sigmas[:LEAST_SAMPLES - 1]) == []
+    assert bins_of(x[:MIN_SAMPLES - 1], sigmas[:MIN_SAMPLES - 1]) == []
 
 
-def test_of_places_near_each_other_the_exponent_is_kept():
-    law = fit_law(bins_of(*samples(np.geomspace(1.0, 1.6, 4), 0.1, 0.0)), EXPONENT)
+def test_the_exponent_is_kept_where_the_range_is_small():
+    law = fit_law(bins_of(*samples(np.geomspace(1.0, 1.6, 4), 0.1, 0.0)), 1.5, EXPONENT)
     assert (law.exponent, law.exponent_estimated) == (1.5, False)
     assert law.at(1.25) == pytest.approx(0.1, rel=0.1)
 
 
 def test_the_exponent_keeps_to_its_range():
     narrow = dataclasses.replace(EXPONENT, maximum=1.0, default=0.5)
-    law = fit_law(bins_of(*samples(np.geomspace(0.5, 4.0, 13), 0.1, 2.0)), narrow)
+    law = fit_law(bins_of(*samples(np.geomspace(0.5, 4.0, 13), 0.1, 2.0)), 0.5, narrow)
     assert (law.exponent, law.exponent_estimated) == (1.0, True)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The noise that was put on a surface is found again, and nothing else is taken for noise."""
+"""Noise added to a surface is recovered, and nothing else is taken for noise."""
 
 import numpy as np
 import pytest
@@ -42,20 +42,20 @@ def test_white_noise_on_a_plane(distance, tilt, sigma):
     assert np.abs(found.depths[:, None] / centres - 1.0).min(axis=1).max() < 0.01
 
 
-def test_quantisation_is_noise_of_a_step_by_the_root_of_twelve():
+def test_quantisation_noise_is_the_step_by_the_root_of_twelve():
     step = 0.003
     inverse = 1.0 / plane(2.0, 0.5)
     found = measure(1.0 / (np.rint(inverse / step) * step))
     assert np.median(found.sigmas / found.depths ** 2) == pytest.approx(step / 12 ** 0.5, rel=0.05)
 
 
-def test_single_wild_pixels_do_not_count():
+def test_single_outliers_are_rejected():
     depth = noisy(plane(1.5), 0.002)
     depth.flat[::50] += 0.3
     assert np.median(measure(depth).sigmas) == pytest.approx(0.002, rel=0.05)
 
 
-def test_edges_holes_and_what_is_out_of_range_are_left_out():
+def test_edges_holes_and_depth_out_of_range_are_ignored():
     depth = noisy(plane(1.5), 0.002)
     depth[:, 12::SIDE] = np.nan
     assert len(measure(depth).sigmas) > 0.9 * PATCHES  # of a patch one column in 24 is missing
@@ -69,7 +69,7 @@ def test_edges_holes_and_what_is_out_of_range_are_left_out():
     assert len(measure(np.full((240, 320), np.nan)).sigmas) == 0
 
 
-def test_surfaces_that_bend_are_left_out():
+def test_curved_surfaces_are_ignored():
     # a ball of 10 cm, half a metre away, with a noise far smaller than what planes leave of it
     b = 0.5
     d2 = X ** 2 + Y ** 2 + 1.0
@@ -80,10 +80,10 @@ def test_surfaces_that_bend_are_left_out():
     assert len(measure(noisy(ball, 1e-5)).sigmas) == 0
 
 
-def test_steep_surfaces_are_left_out():
+def test_steep_surfaces_are_ignored():
     assert len(measure(noisy(plane(1.5, np.radians(75.0)), 0.001)).sigmas) < 0.5 * PATCHES
 
 
-def test_images_smaller_than_a_patch_tell_nothing():
+def test_images_smaller_than_a_patch_have_no_patches():
     camera = Camera(16, 12, 13.0, 13.0, 7.5, 5.5)
     assert len(PatchNoise.of(np.ones((12, 16), np.float32), camera, SensorSettings()).sigmas) == 0

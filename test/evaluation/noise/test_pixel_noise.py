@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The noise of keypoints against that which was put on them, and that of rendered rooms."""
+"""Noise of keypoints, against noise added to them and against rendered rooms."""
 
 import dataclasses
 
@@ -67,7 +67,7 @@ class KnownDetector:
 
 
 @pytest.mark.parametrize('sigma, exponent', [(0.3, 0.0), (0.3, 1.0), (0.5, 0.5)])
-def test_the_noise_that_was_put_on_keypoints_is_found(monkeypatch, sigma, exponent):
+def test_noise_added_to_keypoints_is_recovered(monkeypatch, sigma, exponent):
     monkeypatch.setattr(pixel_noise, 'make_detector', lambda _: KnownDetector(sigma, exponent))
     found = model_of(frames(25))
     assert found.pairs == 24
@@ -107,8 +107,8 @@ def true_noise(source, frames_, detector):
 
 
 @pytest.mark.parametrize('name, tolerance', [('orb', 0.12), ('surf', 0.3), ('sift', 0.4)])
-def test_in_a_rendered_room_it_is_the_error_of_reprojection(room, name, tolerance):
-    """Of SURF and SIFT the heavy tails, and the alignment's own noise, have a share in it."""
+def test_in_a_rendered_room_it_is_the_reprojection_error(room, name, tolerance):
+    """Heavy tails (SURF, SIFT) and the noise of the optical flow contribute to the difference."""
     source, taken = room
     found = model_of(taken, detector=name)
     assert found.detector == name
@@ -128,11 +128,11 @@ def test_in_a_rendered_room_it_is_the_error_of_reprojection(room, name, toleranc
     frames(1), frames(30, step=0), frames(4),
     [dataclasses.replace(frame, colour=np.zeros_like(frame.colour)) for frame in frames(20)]],
     ids=['one frame', 'a camera at rest', 'too few', 'darkness'])
-def test_what_does_not_tell_is_not_told(frames_):
+def test_too_little_data_gives_no_model(frames_):
     assert model_of(frames_) is None
 
 
-def test_frames_are_passed_over_until_the_image_has_moved():
+def test_frames_are_skipped_until_the_flow_is_large_enough():
     samples = PixelNoiseSamples()
     for frame in frames(21, step=1):
         samples.add(frame)
@@ -146,7 +146,7 @@ def test_few_scales_keep_the_exponent_of_the_settings():
     assert found.pixel_exponent == 0.6
 
 
-def test_images_of_another_size_begin_anew():
+def test_images_of_another_size_start_anew():
     small = Camera(160, 120, 131, 131, 79.5, 59.5)
     odd = RgbdFrame(9, picture(0)[:120, :160].copy(), NO_DEPTH[:120, :160], small)
     samples = PixelNoiseSamples()

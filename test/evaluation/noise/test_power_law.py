@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Power laws found in points on them, near them, and far off."""
+"""Power laws recovered from exact points, noisy points and outliers."""
 
 import numpy as np
 import pytest

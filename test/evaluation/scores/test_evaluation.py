@@ -184,5 +184,5 @@ def test_refuses_gaps_that_are_none(source, gaps):
 
 
 def test_refuses_a_recording_without_frames(source):
-    with pytest.raises(InputError, match='rendered has no frame'):
+    with pytest.raises(InputError, match='rendered has no usable frame'):
         evaluate(InMemory([], source.ground_truth), Settings(), on_damaged=ignore)
