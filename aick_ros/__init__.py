@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from aick_ros.errors import InputError
     from aick_ros.features.detector import Detector, Features
     from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
+    from aick_ros.frames.prepared import PreparedFrame
     from aick_ros.frames.rgbd import RgbdFrame
     from aick_ros.geometry.camera import Camera
     from aick_ros.geometry.pose import Increment, PoseWithCovariance
@@ -25,8 +26,9 @@ if TYPE_CHECKING:
     from aick_ros.registration.result import Registration
     from aick_ros.registration.status import Status
     from aick_ros.settings import Settings
+    from aick_ros.settings.parameter import with_values
     from aick_ros.settings.presets import preset
-    from aick_ros.sources import RgbdSource, open_source
+    from aick_ros.sources import RgbdSource, SourceOptions, open_source
 
 __version__ = '0.1.0'
 
@@ -42,22 +44,25 @@ _MODULES = {
     'Odometry': 'odometry',
     'OdometryUpdate': 'odometry',
     'PoseWithCovariance': 'geometry.pose',
+    'PreparedFrame': 'frames.prepared',
     'Registrar': 'registration.registrar',
     'Registration': 'registration.result',
     'RgbdFrame': 'frames.rgbd',
     'RgbdSource': 'sources',
     'Settings': 'settings',
+    'SourceOptions': 'sources',
     'Status': 'registration.status',
     'Trajectory': 'geometry.trajectory',
     'open_source': 'sources',
     'preset': 'settings.presets',
+    'with_values': 'settings.parameter',
 }
 
 __all__ = [
     '__version__', 'Aick', 'Camera', 'Detector', 'Features', 'Increment', 'InputError',
     'KeypointExtractor', 'KeypointFrame', 'Odometry', 'OdometryUpdate', 'PoseWithCovariance',
-    'Registrar', 'Registration', 'RgbdFrame', 'RgbdSource', 'Settings', 'Status', 'Trajectory',
-    'open_source', 'preset']
+    'PreparedFrame', 'Registrar', 'Registration', 'RgbdFrame', 'RgbdSource', 'Settings',
+    'SourceOptions', 'Status', 'Trajectory', 'open_source', 'preset', 'with_values']
 
 if not TYPE_CHECKING:  # type checkers would take it for a promise that any name exists
     def __getattr__(name: str) -> object:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The files of known cameras: the node's topics, and parameters that it takes."""
+"""The files of known cameras: the topics and parameters of the node, and published noise."""
 
 import math
 from pathlib import Path

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the package says about itself, in several files, agrees with itself and with the code."""
+"""Names, versions and requirements agree between the files that have them and with the code."""
 
 import ast
 import importlib

@@ -31,27 +31,30 @@ from aick_ros.settings.text import parameter_table  # noqa: E402
 
 GROUPS = {
     'Odometry': ['Odometry', 'OdometryUpdate', 'Status', 'Increment', 'PoseWithCovariance'],
-    'Frames and recordings': ['RgbdFrame', 'Camera', 'open_source', 'RgbdSource', 'Trajectory'],
-    'Registration': ['Registrar', 'Aick', 'Registration'],
+    'Frames and recordings': ['RgbdFrame', 'Camera', 'open_source', 'SourceOptions', 'RgbdSource',
+                              'Trajectory'],
+    'Registration': ['Registrar', 'PreparedFrame', 'Aick', 'Registration'],
     'Keypoints': ['KeypointExtractor', 'KeypointFrame', 'Detector', 'Features'],
-    'Settings and errors': ['Settings', 'preset', 'InputError'],
+    'Settings and errors': ['Settings', 'preset', 'with_values', 'InputError'],
 }
 TITLE = """\
 <!-- Written by tools/write_docs.py from the docstrings: edit them. -->
 
 # The library
 
-All names are imported from `aick_ros` itself, for example `from aick_ros import Odometry`.
-[examples/](../examples) shows them at work. Lengths are in metres, angles in radians, stamps in
-nanoseconds; `T_target_source` maps points of the frame `source` into the frame `target`;
-covariances are ordered (x, y, z, rot x, rot y, rot z).
+All names are imported from `aick_ros` itself, for example `from aick_ros import Odometry`. Lengths
+are in metres, angles in radians, stamps in nanoseconds; `T_target_source` maps points of the frame
+`source` into the frame `target`; covariances are ordered (x, y, z, rot x, rot y, rot z).
+
+Examples, each in a page of code:
+
 """
 BLOCK = r'(<!-- parameters of the {} -->\n).*?(<!-- end -->)'
 
 
 def api_page() -> str:
     """Return docs/api.md."""
-    parts = [TITLE]
+    parts = [TITLE, *map(_example, sorted((ROOT / 'examples').glob('*.py')))]
     for title, names in GROUPS.items():
         parts.append(f'\n## {title}\n')
         for name in names:
@@ -73,6 +76,11 @@ def node_file() -> str:
     """Return config/odom_node.yaml, as the command prints it."""
     return subprocess.run([sys.executable, '-m', 'aick_ros', 'parameters', '--format', 'yaml'],
                           cwd=ROOT, check=True, text=True, stdout=subprocess.PIPE).stdout
+
+
+def _example(file: Path) -> str:
+    first, *_ = (ast.get_docstring(ast.parse(file.read_text())) or '').splitlines()
+    return f'- [{file.name}](../examples/{file.name}): {first}\n'
 
 
 def _entry(name: str, thing: object) -> Iterator[str]:
