@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Depth at keypoints: sub-pixel sampling that respects edges, and the sensor's noise."""
+"""Depth at keypoints: sub-pixel sampling that preserves edges, and the noise model."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.
     """
     Return the depth at sub-pixel positions.
 
-    Between four pixels on one surface the inverse depth is interpolated, which is exact on a
-    plane. Where one of the four has no depth or they lie on both sides of an edge, the nearest
-    pixel is taken as it is: a value between two surfaces would be on neither.
+    Between four pixels of one surface the inverse depth is interpolated bilinearly, which is exact
+    on a plane. If one of the four has no depth or an edge lies between them, the depth of the
+    nearest pixel is returned: an interpolated value would lie on neither surface.
 
-    :param image: HxW float32 [m], NaN where there is none.
+    :param image: HxW float32 [m], NaN where invalid.
     :param pixels: Nx2 (u, v) [px].
-    :returns: N float64 [m], NaN where there is none or it is out of the sensor's range.
+    :returns: N float64 [m], NaN where invalid or outside of the range of the sensor.
     """
     height, width = image.shape
     u, v = np.asarray(pixels, np.float64).reshape(-1, 2).T
@@ -43,7 +43,7 @@ def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.
 
 
 def inverse_depth_sigma(z: np.ndarray, sensor: SensorSettings) -> np.ndarray | float:
-    """Return the standard deviation of the inverse of some depths [1/m], or the one of all."""
+    """Return the standard deviation of the inverse depth [1/m], one number if it is constant."""
     if sensor.depth_exponent == 2.0:
         return sensor.depth_sigma
     return sensor.depth_sigma * z ** (sensor.depth_exponent - 2.0)
@@ -52,19 +52,19 @@ def inverse_depth_sigma(z: np.ndarray, sensor: SensorSettings) -> np.ndarray | f
 def position_covariances(positions: np.ndarray, pixel_sigmas: np.ndarray, camera: Camera,
                          sensor: SensorSettings) -> np.ndarray:
     """
-    Return the covariance of back-projected points.
+    Return the covariances of back-projected points.
 
-    Pixel noise and depth noise are independent; the depth's grows with a power of the depth, its
-    square where it is triangulated (Khoshelham and Elberink 2012).
+    Pixel noise and depth noise are independent. The standard deviation of the depth is a power of
+    the depth, its square for triangulating sensors (Khoshelham and Elberink 2012).
 
     :param positions: Nx3 in the optical frame [m].
-    :param pixel_sigmas: N, standard deviation in the image [px].
+    :param pixel_sigmas: N, standard deviations of the pixels, in u and in v [px].
     :returns: Nx3x3 [m^2].
     """
     z = positions[:, 2]
     sigmas = inverse_depth_sigma(z, sensor) * z ** 2
-    along = positions / np.maximum(z, 1e-9)[:, None] * sigmas[:, None]
-    covariances = along[:, :, None] * along[:, None, :]
+    along_ray = positions / np.maximum(z, 1e-9)[:, None] * sigmas[:, None]
+    covariances: np.ndarray = along_ray[:, :, None] * along_ray[:, None, :]
     covariances[:, 0, 0] += (pixel_sigmas * z / camera.fx) ** 2
     covariances[:, 1, 1] += (pixel_sigmas * z / camera.fy) ** 2
     return covariances

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Keypoints of one frame, with their 3D positions and the covariance of these."""
+"""Keypoints of one frame with their 3D positions and covariances."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from aick_ros.settings import FeatureSettings, SensorSettings
 @dataclass(frozen=True, eq=False)
 class KeypointFrame:
     """
-    The keypoints of one frame that have depth, the strongest first; of a map, the oldest.
+    Keypoints with depth of one frame, the strongest first; of a map, the oldest first.
 
     :param stamp: [ns].
     :param positions: Nx3 float32 in the optical frame [m].
     :param descriptors: NxD, uint8 for binary ones (8 bits a column), float32 for others.
     :param covariances: Nx3x3 float32 of the positions [m^2].
-    :param pixels: Nx2 float32 (u, v) in the image as it was taken [px].
-    :param words: of the keypoints; None without a vocabulary.
+    :param pixels: Nx2 float32 (u, v) in the distorted image [px].
+    :param words: visual words of the keypoints; None without a vocabulary.
     """
 
     stamp: int
@@ -44,12 +44,12 @@ class KeypointFrame:
 
 class KeypointExtractor:
     """
-    Turns RGB-D frames into keypoint frames.
+    Extraction of the keypoints of RGB-D frames.
 
-    :param vocabulary: whose words the keypoints get; None: none.
-    :param word_radius: R_w, how near a word must be to be one of a keypoint's.
-    :param detector: used instead of the one that ``features.detector`` names; the noise of its
-        keypoints is still that of ``features.chosen``.
+    :param vocabulary: vocabulary of the visual words; None: no words.
+    :param word_radius: R_w, maximum descriptor distance between a keypoint and its words.
+    :param detector: replaces the one named by ``features.detector``; the noise of its keypoints is
+        that of ``features.chosen`` all the same.
     """
 
     def __init__(self, features: FeatureSettings, sensor: SensorSettings,
@@ -62,30 +62,31 @@ class KeypointExtractor:
         self._detector = detector or make_detector(features)
 
     def extract(self, frame: RgbdFrame) -> KeypointFrame:
-        """Return the keypoints of a frame; none where the image shows none."""
-        found = self._detector.detect(frame.grey)
-        depths = depth.sample(frame.depth, found.pixels, self._sensor)
+        """Return the keypoints of a frame; there may be none."""
+        detected = self._detector.detect(frame.grey)
+        depths = depth.sample(frame.depth, detected.pixels, self._sensor)
         kept = np.flatnonzero(np.isfinite(depths))
-        kept = kept[np.argsort(-found.responses[kept], kind='stable')]
-        kept = self._select(kept, found.pixels[kept])
-        positions = frame.camera.back_project(found.pixels[kept], depths[kept])
-        seen = np.isfinite(positions).all(axis=1)  # some pixels of a wide lens have no ray
-        kept, positions = kept[seen], positions[seen]
-        pixels = found.pixels[kept]
+        kept = kept[np.argsort(-detected.responses[kept], kind='stable')]
+        kept = self._select(kept, detected.pixels[kept])
+        positions = frame.camera.back_project(detected.pixels[kept], depths[kept])
+        has_ray = np.isfinite(positions).all(axis=1)  # false at the border of a wide lens
+        kept, positions = kept[has_ray], positions[has_ray]
+        pixels = detected.pixels[kept]
         noise = self._features.chosen
         covariances = depth.position_covariances(
-            positions, noise.pixel_sigma * found.scales[kept] ** noise.pixel_exponent,
+            positions, noise.pixel_sigma * detected.scales[kept] ** noise.pixel_exponent,
             frame.camera, self._sensor)
-        descriptors = found.descriptors[kept]
+        descriptors = detected.descriptors[kept]
         words = None if self._vocabulary is None else self._vocabulary.words_of(
             descriptors, self._word_radius)
         return KeypointFrame(frame.stamp, positions.astype(np.float32), descriptors,
                              covariances.astype(np.float32), pixels, words)
 
     def _select(self, keypoints: np.ndarray, pixels: np.ndarray) -> np.ndarray:
-        wanted, cell_size = self._features.max_keypoints, self._features.cell_size
-        if not wanted or len(keypoints) <= wanted:
+        """Return the keypoints to keep, out of all of them with the strongest first."""
+        maximum, cell_size = self._features.max_keypoints, self._features.cell_size
+        if not maximum or len(keypoints) <= maximum:
             return keypoints
         if not cell_size:
-            return keypoints[:wanted]
-        return keypoints[spread(pixels, wanted, cell_size)]
+            return keypoints[:maximum]
+        return np.take(keypoints, spread(pixels, maximum, cell_size))

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What registrations need of one frame, made once."""
+"""A frame prepared for registration."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from aick_ros.frames.surface import Surface
 @dataclass(frozen=True, eq=False)
 class PreparedFrame:
     """
-    One frame, ready to be registered.
+    One frame with everything that its registrations need, computed once.
 
-    :param grey: HxW uint8.
-    :param surface: of the depth image; None where the refinement does not use it.
-    :param depth_lag: how much later than the colour image the depth image was taken [s].
-    :param stamp_jitter: standard deviation of the stamps up to here about a steady rate [s].
+    :param grey: colour image in grey, HxW uint8.
+    :param surface: surface of the depth image; None if the refinement does not use it.
+    :param depth_lag: time from the colour image to the depth image [s].
+    :param stamp_jitter: standard deviation of the recent stamps about a constant rate [s].
     """
 
     frame: RgbdFrame
@@ -34,5 +34,5 @@ class PreparedFrame:
 
     @property
     def stamp(self) -> int:
-        """Of the colour image [ns]."""
+        """Stamp of the colour image [ns]."""
         return self.frame.stamp

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""One colour image with its registered depth image."""
+"""RGB-D frame: a colour image with its registered depth image."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from aick_ros.geometry.camera import Camera
 @dataclass(frozen=True, eq=False)
 class RgbdFrame:
     """
-    One colour image with its registered depth image.
+    Colour image with its registered depth image.
 
-    :param stamp: of the colour image [ns].
+    :param stamp: stamp of the colour image [ns].
     :param colour: HxWx3 (red, green, blue) or HxW uint8.
-    :param depth: HxW float32, z [m]; NaN where there is none.
-    :param camera: the colour camera, in whose image the depth is given.
-    :param depth_stamp: of the depth image [ns]; None: that of the colour image.
-    :raises InputError: where the images do not fit each other or the camera.
+    :param depth: HxW float32, z in the optical frame of the colour camera [m]; NaN where invalid.
+    :param camera: calibration of the colour camera.
+    :param depth_stamp: stamp of the depth image [ns]; None: that of the colour image.
+    :raises InputError: if the images do not fit each other or the camera.
     """
 
     stamp: int
@@ -34,22 +34,22 @@ class RgbdFrame:
     depth_stamp: int | None = None
 
     def __post_init__(self) -> None:
-        """Refuse images that do not belong together."""
+        """Reject images of wrong type or size."""
         if self.colour.dtype != np.uint8 or self.colour.shape[2:] not in ((), (3,)):
             raise InputError(f'the colour image is {self.colour.dtype} of shape '
-                             f'{self.colour.shape}: it takes uint8 of HxW or HxWx3')
+                             f'{self.colour.shape}: uint8 of shape HxW or HxWx3 is required')
         if self.depth.dtype != np.float32 or self.depth.ndim != 2:
             raise InputError(f'the depth image is {self.depth.dtype} of shape '
-                             f'{self.depth.shape}: it takes float32 metres of HxW')
+                             f'{self.depth.shape}: float32 of shape HxW, in metres, is required')
         size, camera = self.colour.shape[:2], (self.camera.height, self.camera.width)
         if self.depth.shape != size:
             raise InputError(
                 f'colour is {size[1]} x {size[0]} and depth {self.depth.shape[1]} x '
-                f'{self.depth.shape[0]} pixels: take the depth registered to the colour camera')
+                f'{self.depth.shape[0]} pixels: depth must be registered to the colour camera')
         if size != camera:
             raise InputError(
                 f'colour is {size[1]} x {size[0]} pixels and the camera calibrated for '
-                f'{camera[1]} x {camera[0]}: take the calibration of this resolution')
+                f'{camera[1]} x {camera[0]}: the calibration must be of the same resolution')
 
     @property
     def grey(self) -> np.ndarray:

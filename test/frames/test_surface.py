@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Surfaces of depth images of planes, whose points and normals are known in closed form."""
+"""Surfaces of depth images whose points and normals are known in closed form."""
 
 import numpy as np
 import pytest
@@ -16,11 +16,11 @@ PINHOLE = Camera(640, 480, 525, 520, 319.5, 239.5)
 BARREL = Camera(640, 480, 517.3, 516.5, 318.6, 255.3, 'plumb_bob',
                 (0.2624, -0.9531, -0.0054, 0.0026, 1.1633))  # a Kinect
 FISHEYE = Camera(640, 480, 300, 300, 319.5, 239.5, 'equidistant', (0.02, -0.01, 0.002, 0.0))
-AROUND = 2  # cells to each side that a plane is fitted to
+RADIUS = 2  # cells to each side in the fit of a plane
 
 
 def rays_of(camera):
-    """Return what each pixel sees on the plane z = 1, HxWx3."""
+    """Return the rays of all pixels, on the plane z = 1, HxWx3."""
     v, u = np.indices((camera.height, camera.width))
     rays = camera.normalize(np.column_stack([u.ravel(), v.ravel()]))
     return np.column_stack([rays, np.ones(len(rays))]).reshape(camera.height, camera.width, 3)
@@ -38,18 +38,18 @@ def surface_of(depth, camera=PINHOLE, count=1000):
 
 
 def in_image(cells):
-    """Return a row of cells as the image of cells that it is."""
+    """Return a value per cell as an image of cells."""
     return cells.reshape(PINHOLE.height // CELL, PINHOLE.width // CELL)
 
 
-def smallest_around(mask):
-    """Return whether all cells around each are true, by brute force; the border is not."""
+def eroded(mask):
+    """Return whether all cells around each cell are true, by brute force; false at the border."""
     rows, columns = mask.shape
     result = np.zeros_like(mask)
-    for row in range(AROUND, rows - AROUND):
-        for column in range(AROUND, columns - AROUND):
-            result[row, column] = mask[row - AROUND:row + AROUND + 1,
-                                       column - AROUND:column + AROUND + 1].all()
+    for row in range(RADIUS, rows - RADIUS):
+        for column in range(RADIUS, columns - RADIUS):
+            result[row, column] = mask[row - RADIUS:row + RADIUS + 1,
+                                       column - RADIUS:column + RADIUS + 1].all()
     return result
 
 
@@ -67,7 +67,7 @@ def test_points_and_normals_of_a_plane(camera, normal):
 
 
 @pytest.mark.parametrize('camera', [PINHOLE, BARREL], ids=['pinhole', 'barrel'])
-def test_cells_lie_where_a_camera_without_distortion_has_them(camera):
+def test_points_lie_on_the_rays_of_an_undistorted_camera(camera):
     surface = surface_of(plane_depth(camera, (0.2, 0.1, 1.0), 1.5), camera)
     v, u = np.indices((surface.grid.height, surface.grid.width)) * CELL + (CELL - 1) / 2
     rays = np.column_stack([(u.ravel() - camera.cx) / camera.fx,
@@ -76,16 +76,16 @@ def test_cells_lie_where_a_camera_without_distortion_has_them(camera):
     np.testing.assert_allclose(points[:, :2] / points[:, 2:], rays, atol=1e-6)
 
 
-def test_nothing_at_edges_and_at_the_border():
+def test_edges_and_the_border_are_not_usable():
     depth = np.full((480, 640), 2.0, np.float32)
     depth[:, 320:] = 1.0
     usable = in_image(surface_of(depth).usable)
     left = np.zeros_like(usable)
     left[:, :320 // CELL] = True
-    np.testing.assert_array_equal(usable, smallest_around(left) | smallest_around(~left))
+    np.testing.assert_array_equal(usable, eroded(left) | eroded(~left))
 
 
-def test_nothing_at_holes_and_out_of_range():
+def test_holes_and_depths_out_of_range_are_not_usable():
     depth = np.full((480, 640), 2.0, np.float32)
     holes = np.random.default_rng(0).integers((0, 0), (480, 640), (60, 2))
     depth[tuple(holes[:20].T)] = np.nan
@@ -93,27 +93,27 @@ def test_nothing_at_holes_and_out_of_range():
         depth[v // CELL * CELL:, u // CELL * CELL:][:CELL, :CELL] = value
     whole = np.ones((120, 160), bool)
     whole[tuple(holes.T // CELL)] = False
-    np.testing.assert_array_equal(in_image(surface_of(depth).usable), smallest_around(whole))
+    np.testing.assert_array_equal(in_image(surface_of(depth).usable), eroded(whole))
 
 
-def test_nothing_at_grazing_angles():
+def test_grazing_angles_are_not_usable():
     normal = np.array([0.0, 1.0, 0.0])  # the floor
     surface = surface_of(plane_depth(PINHOLE, normal, 0.15))
     rays = rays_of(PINHOLE)[1::CELL, 1::CELL]
     angles = np.degrees(np.arccos(rays @ normal / np.linalg.norm(rays, axis=2)))
     usable = in_image(surface.usable)
     assert not usable[angles > 81].any()
-    assert usable[AROUND:-AROUND, AROUND:-AROUND][
-        (angles < 78)[AROUND:-AROUND, AROUND:-AROUND]].all()
+    assert usable[RADIUS:-RADIUS, RADIUS:-RADIUS][
+        (angles < 78)[RADIUS:-RADIUS, RADIUS:-RADIUS]].all()
 
 
-def test_of_an_empty_image_nothing():
+def test_an_empty_image_has_no_usable_cells():
     surface = surface_of(np.full((480, 640), np.nan, np.float32))
     assert not surface.usable.any()
     assert len(surface.chosen) == 0
 
 
-def test_a_small_box_is_chosen_with_a_large_wall():
+def test_the_directions_of_a_small_box_are_chosen_beside_a_large_wall():
     depth = plane_depth(PINHOLE, (0, 0, 1.0), 2.0)
     left, right = plane_depth(PINHOLE, (0.6, 0, 0.8), 1.3), plane_depth(
         PINHOLE, (-0.6, 0, 0.8), 1.3)
@@ -129,7 +129,7 @@ def test_a_small_box_is_chosen_with_a_large_wall():
 
 
 @pytest.mark.parametrize('count', [10, 300, 3000, 100_000])
-def test_as_many_as_wanted_and_spread_over_the_image(count):
+def test_chosen_cells_are_spread_over_the_image_up_to_the_count(count):
     surface = surface_of(plane_depth(PINHOLE, (0.2, 0.1, 1.0), 2.0), count=count)
     assert surface.usable[surface.chosen].all()
     assert len(set(surface.chosen)) == len(surface.chosen)
@@ -140,7 +140,7 @@ def test_as_many_as_wanted_and_spread_over_the_image(count):
         assert parts.min() > 0.5 * len(surface.chosen) / 12
 
 
-def test_the_count_is_kept_on_surfaces_of_all_directions():
+def test_the_count_is_nearly_reached_on_a_surface_of_all_directions():
     rays = rays_of(PINHOLE)
     across = np.linalg.norm(np.cross(rays, (0, 0, 2.0)), axis=2) / np.linalg.norm(rays, axis=2)
     with np.errstate(invalid='ignore'):  # a ball of 0.7 m radius, 2 m away
@@ -175,8 +175,8 @@ def test_cells_at_is_projection_by_brute_force():
 
 
 @pytest.mark.parametrize('exponent', [0.0, 0.5, 1.0])
-def test_what_is_rough_goes_by_the_noise_at_that_depth(exponent):
-    """The inverse depth of time of flight is far noisier near by than far away."""
+def test_the_roughness_threshold_follows_the_noise_at_that_depth(exponent):
+    """The inverse depth of time of flight is far noisier at short range than at long range."""
     def usable(distance, step=0.0):
         sensor = SensorSettings(depth_sigma=0.01, depth_exponent=exponent)
         depth = np.full((480, 640), distance)
@@ -185,24 +185,32 @@ def test_what_is_rough_goes_by_the_noise_at_that_depth(exponent):
         depth += sensor.depth_sigma * depth ** exponent * noise
         return in_image(Surface.of(np.float32(depth), PINHOLE, sensor, 1000).usable)
 
-    whole = slice(AROUND, -AROUND)
+    whole = slice(RADIUS, -RADIUS)
     assert usable(0.15)[whole, whole].all()
     beside = 320 // CELL
-    # a fit is off by a fifth of a step, and may be by eight standard deviations
+    # the residual of a fit over a step is a fifth of it; eight standard deviations are allowed
     stepped = usable(4.0, step=60 * 0.01 * 4.0 ** exponent)[whole]
     assert not stepped[:, beside - 1:beside + 1].any()
-    assert stepped[:, AROUND:beside - AROUND].all()
+    assert stepped[:, RADIUS:beside - RADIUS].all()
 
 
 @pytest.mark.parametrize('index', [0, 50])
-def test_time_of_flight_depth_across_edges_is_left_out(index):
-    """A rendered room whose edges all have depth: what cells average over them is no surface."""
+def test_time_of_flight_depth_across_edges_is_not_usable(index):
+    """In a rendered room with depth at all edges: averages across them lie on no surface."""
     room = SyntheticSource(SyntheticOptions.perfect(seed=6, frames=100, camera=PINHOLE))
     sensor = SensorSettings(depth_sigma=0.005, depth_exponent=0.5)
     depth = room.frame(index).depth
     sigma = sensor.depth_sigma * depth ** sensor.depth_exponent
     noise = np.random.default_rng(index).normal(size=depth.shape)
     surface = Surface.of(np.float32(depth + sigma * noise), PINHOLE, sensor, 1000)
-    off = np.abs(surface.points[:, 2] - depth[2::CELL, 2::CELL].ravel())
+    error = np.abs(surface.points[:, 2] - depth[2::CELL, 2::CELL].ravel())
     assert np.mean(surface.usable) > 0.6
-    assert np.mean((off > 8 * sigma[2::CELL, 2::CELL].ravel())[surface.usable]) < 0.04
+    assert np.mean((error > 8 * sigma[2::CELL, 2::CELL].ravel())[surface.usable]) < 0.04
+
+
+def test_a_precise_sensor_keeps_a_near_plane():
+    """Rounding of float32, large in the squares of large inverse depths, is not roughness."""
+    sensor = SensorSettings(depth_sigma=2e-6)
+    depth = plane_depth(PINHOLE, np.array((0.0002, 0.0001, 1.0)), 0.2)
+    usable = in_image(Surface.of(depth, PINHOLE, sensor, 1000).usable)
+    assert usable[RADIUS:-RADIUS, RADIUS:-RADIUS].all()

@@ -1,0 +1,128 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Keypoints against the scene that was rendered, and the detector they come from."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros.errors import InputError
+from aick_ros.features import make_detector
+from aick_ros.frames import depth
+from aick_ros.frames.keypoints import KeypointExtractor
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry.camera import Camera
+from aick_ros.settings import FeatureSettings, SensorSettings
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)
+COLOUR = np.zeros((480, 640, 3), np.uint8)
+DEPTH = np.ones((480, 640), np.float32)
+
+
+@pytest.fixture(scope='module')
+def rendered():
+    return SyntheticSource(SyntheticOptions.perfect(seed=3, frames=20))
+
+
+def extract(frame, **features):
+    return KeypointExtractor(FeatureSettings(**features), SensorSettings()).extract(frame)
+
+
+def test_keypoints_lie_on_the_rendered_scene(rendered):
+    """The depth of a keypoint is between those rendered at the four pixels around it."""
+    frame = rendered.frame(0)
+    keypoints = extract(frame)
+    assert len(keypoints) > 300
+    np.testing.assert_allclose(frame.camera.project(keypoints.positions), keypoints.pixels,
+                               atol=1e-3)
+    column, row = np.floor(keypoints.pixels).astype(int).T
+    around = np.stack([frame.depth[np.clip(row + i, 0, 479), np.clip(column + j, 0, 639)]
+                       for i in (0, 1) for j in (0, 1)])
+    assert np.all(keypoints.positions[:, 2] >= np.nanmin(around, axis=0) - 1e-5)
+    assert np.all(keypoints.positions[:, 2] <= np.nanmax(around, axis=0) + 1e-5)
+
+
+def responses(frame):
+    """Return the responses of all keypoints with depth by descriptor and position, in order."""
+    found = make_detector(FeatureSettings()).detect(frame.grey)
+    valid = np.isfinite(depth.sample(frame.depth, found.pixels, SensorSettings()))
+    return {(tuple(pixel), bytes(descriptor)): response for pixel, descriptor, response in zip(
+        found.pixels[valid].tolist(), found.descriptors[valid], found.responses[valid])}
+
+
+def test_the_strongest_of_the_image_are_kept_strongest_first(rendered):
+    frame = rendered.frame(0)
+    all_responses = responses(frame)
+    kept = extract(frame, max_keypoints=100, cell_size=0.0)
+    found = [all_responses[tuple(pixel), bytes(descriptor)]
+             for pixel, descriptor in zip(kept.pixels.tolist(), kept.descriptors)]
+    assert len(all_responses) > 300
+    assert found == sorted(all_responses.values(), reverse=True)[:100]
+
+
+def test_the_strongest_of_each_cell_are_kept_strongest_first(rendered):
+    frame = rendered.frame(0)
+    strongest = {}
+    for (pixel, _), response in responses(frame).items():
+        cell = pixel[0] // 60, pixel[1] // 60
+        strongest[cell] = max(strongest.get(cell, 0), response)
+    kept = extract(frame, max_keypoints=len(strongest), cell_size=60.0)
+    assert len(strongest) > 50
+    assert {(u // 60, v // 60) for u, v in kept.pixels.tolist()} == set(strongest)
+    found = [responses(frame)[tuple(pixel), bytes(descriptor)]
+             for pixel, descriptor in zip(kept.pixels.tolist(), kept.descriptors)]
+    assert found == sorted(strongest.values(), reverse=True)
+
+
+def test_types_are_those_declared(rendered):
+    keypoints = extract(rendered.frame(0))
+    assert keypoints.descriptors.dtype == np.uint8
+    assert keypoints.positions.dtype == keypoints.covariances.dtype == np.float32
+    assert keypoints.pixels.dtype == np.float32
+
+
+def test_covariances_are_positive_and_follow_the_depth_noise(rendered):
+    keypoints = extract(rendered.frame(0))
+    assert keypoints.covariances.shape == (len(keypoints), 3, 3)
+    assert np.all(np.linalg.eigvalsh(keypoints.covariances.astype(float)) > 0)
+    along_z = np.sqrt(keypoints.covariances[:, 2, 2])
+    np.testing.assert_allclose(
+        along_z, SensorSettings().depth_sigma * keypoints.positions[:, 2] ** 2, rtol=1e-3)
+
+
+def test_grey_images_give_the_same_keypoints(rendered):
+    frame = rendered.frame(0)
+    grey = dataclasses.replace(frame, colour=frame.grey)
+    np.testing.assert_array_equal(extract(grey).pixels, extract(frame).pixels)
+
+
+@pytest.mark.parametrize('changes', [
+    {'colour': COLOUR}, {'depth': np.full_like(DEPTH, np.nan)},
+    {'colour': COLOUR, 'depth': np.full_like(DEPTH, np.nan)}], ids=['black', 'no depth', 'both'])
+def test_without_texture_or_depth_there_are_no_keypoints(rendered, changes):
+    keypoints = extract(dataclasses.replace(rendered.frame(0), **changes))
+    assert len(keypoints) == 0
+    assert keypoints.positions.shape == (0, 3)
+    assert keypoints.covariances.shape == (0, 3, 3)
+    assert keypoints.descriptors.shape[0] == 0
+
+
+def test_keypoints_without_a_ray_are_dropped(rendered):
+    frame = rendered.frame(0)
+    wide = dataclasses.replace(frame, camera=Camera(640, 480, 150, 150, 320, 240, 'equidistant',
+                                                    (0.02, -0.01, 0.003, -0.001)))
+    keypoints = extract(wide)
+    assert 0 < len(keypoints)
+    assert np.isfinite(keypoints.positions).all()
+    assert np.hypot(*(keypoints.pixels - (320, 240)).T).max() < 150 * np.pi / 2
+
+
+@pytest.mark.parametrize('size', [(1, 1), (1, 640), (3, 3)])
+def test_an_image_too_small_for_the_pyramid_is_rejected(size):
+    frame = RgbdFrame(0, np.zeros(size, np.uint8), np.ones(size, np.float32),
+                      dataclasses.replace(CAMERA, width=size[1], height=size[0]))
+    with pytest.raises(InputError, match='too small for the pyramid'):
+        extract(frame)
