@@ -2,13 +2,13 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Whether a sudden motion is the camera's, or that of something that moves before it.
+Whether a sudden motion is that of the camera, or of an object in front of it.
 
-A registration finds the motion that most keypoints share. Where a bus passes they are on the bus.
-It moves at once by metres a second, which no hand does to a camera; and the street behind it
-stays where it was. So where a motion is more sudden than a hand's, what is left without its
-keypoints is registered once more, from where the camera would be at constant velocity, and the
-images decide between the two.
+A registration finds the motion that most keypoints share. Where a bus passes, most are on the
+bus: it appears to accelerate the camera by more than the motion model allows, while the street
+behind it keeps its place. Such a motion is checked: the frame is registered once more without the
+keypoints of the first registration, from the pose at constant velocity, and the images decide
+between the two poses.
 """
 
 from __future__ import annotations
@@ -19,112 +19,130 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.pose_vote import PoseVote, pose_vote
 from aick_ros.registration.refinement.refinement import Refined, Refinement
+from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Evidence, Registration
-from aick_ros.settings import SensorSettings
+from aick_ros.settings import Settings
 
-_SUDDEN = 15.0, 30.0
-"""What changes of the motion by a hand stay below, with stamps that jitter [m/s^2, rad/s^2]."""
+# All chosen on rendered rooms with boards that move through 10 to 60 % of the view.
+_SUDDEN = 5.0, 2.0
+"""Acceleration and angular acceleration above which a motion is checked [sigma]."""
 
-_HAND = np.repeat([5.0, 15.0], 3)
-"""Standard deviation of such changes [m/s^2, rad/s^2]."""
+_PRIOR_FACTORS = 5.0 / 3.0, 1.0
+"""Standard deviations of the second pose's prior, by the sigmas of the motion model."""
 
-_FEWEST_TRACKS = 12  # fewer do not tell about a pose; the depth image alone does then
-_ALIKE = 0.015, np.radians(0.8)  # m and rad; poses nearer to each other are the same
-_SEEN = 0.6  # of the surfaces must be in view of both poses
-_LEAST = 0.07  # of the view must be for the second pose
+_SAME_POSE = 0.015, np.radians(0.8)  # m and rad; poses with smaller differences are the same
+_LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
+_LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
 _MAJORITY, _MINORITY = 0.6, 0.1
-"""Share of the view that must be for the second pose where a motion is just more sudden than a
-hand's, and where it is far more."""
+"""Share of the votes that the second pose needs: of a motion that is just sudden, and at least."""
 
 
 class DynamicObjectCheck:
-    """Doubts registrations whose motion comes all of a sudden."""
+    """
+    Checks registrations with a sudden motion for objects that move by themselves.
 
-    def __init__(self, refinement: Refinement, sensor: SensorSettings) -> None:
+    :param settings: the sensor, and the acceleration noise of the motion model.
+    """
+
+    def __init__(self, refinement: Refinement, settings: Settings) -> None:
         self._refinement = refinement
-        self._sensor = sensor
+        self._sensor = settings.sensor
+        sigmas = np.array([settings.odometry.acceleration_sigma,
+                           settings.odometry.angular_acceleration_sigma])
+        self._sudden = np.multiply(_SUDDEN, sigmas)
+        self._prior_sigmas = np.repeat(np.multiply(_PRIOR_FACTORS, sigmas), 3)
 
-    def check(self, found: Registration, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
-           elapsed: float) -> Registration:
+    def check(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
+              expected: np.ndarray, elapsed: float) -> Registration:
         """
-        Return the registration, or the one that more speaks for.
+        Return the registration, or the one without its keypoints if the images support that more.
 
-        Where it is not clear which, the difference becomes part of the covariance.
+        Where the images do not decide, the difference of the two poses adds to the covariance.
 
-        :param expected: ``T_target_source`` at constant velocity.
-        :param elapsed: for how long the velocity was not seen [s].
+        :param expected: ``T_target_source`` at constant velocity, 4x4.
+        :param elapsed: time since the velocity was measured [s].
         """
-        sudden = suddenness(se3.inverse(expected) @ found.T_target_source, elapsed)
-        if (sudden <= 1.0 or None in (source.surface, target.surface)
+        sudden = suddenness(se3.inverse(expected) @ found.T_target_source, elapsed, self._sudden)
+        if (sudden <= 1.0 or source.surface is None or target.surface is None
                 or source.grey.shape != target.grey.shape):
             return found
-        movers = [] if found.tracks is None else found.tracks.keypoints
-        refined = self._without(movers, source, target, expected)
-        second, covariance = _fused(expected, np.diag((0.5 * _HAND * elapsed ** 2) ** 2), refined)
-        apart = se3.inverse(found.T_target_source) @ second
-        if (np.linalg.norm(apart[:3, 3]) < _ALIKE[0]
-                and se3.angle(apart[:3, :3]) < _ALIKE[1]):
+        refined = self._without_keypoints_of(found, source, target, expected)
+        second = self._fuse(expected, refined, elapsed)
+        if _is_same(found.T_target_source, second.matrix):
             return found
-        ballot = pose_vote(source, target, found.T_target_source, second, self._sensor)
-        if not _is_for_second(ballot, sudden):
-            return _doubted(found, second, ballot)
+        vote = pose_vote(source, target, found.T_target_source, second.matrix, self._sensor)
+        if not _is_for_second(vote, sudden):
+            return _doubted(found, second.matrix, vote)
         return dataclasses.replace(
-            found, T_target_source=second, covariance=covariance, matches=found.matches[:0],
-            bias=refined.bias, tracks=refined.tracked,
+            found, T_target_source=second.matrix, covariance=second.covariance,
+            matches=found.matches[:0], bias=refined.bias, tracks=refined.tracked,
             support=len(refined.tracked), evidence=Evidence.DEPTH,
-            reason=f'{found.support} keypoints move by themselves, {ballot.second:.0%} of the '
+            reason=f'{found.support} keypoints move by themselves, {vote.second:.0%} of the '
                    'view shows another motion')
 
-    def _without(self, keypoints: np.ndarray, source: PreparedFrame, target: PreparedFrame,
-                 expected: np.ndarray) -> Refined:
-        """Return the pose by all but some keypoints of the source."""
-        rest = np.setdiff1d(np.arange(len(source.keypoints)), keypoints)
-        refined = self._refinement.refine(_of_keypoints(source, rest), target, expected)
-        if len(refined.tracked) < _FEWEST_TRACKS:
+    def _without_keypoints_of(self, found: Registration, source: PreparedFrame,
+                              target: PreparedFrame, expected: np.ndarray) -> Refined:
+        """Return the pose from all keypoints but those that support a registration."""
+        rest = np.arange(len(source.keypoints))
+        if found.tracks is not None:
+            rest = np.setdiff1d(rest, found.tracks.keypoints)
+        refined = self._refinement.refine(_with_keypoints(source, rest), target, expected)
+        if len(refined.tracked) < FEWEST_TO_CONFIRM:  # use the depth images alone
             refined = dataclasses.replace(self._refinement.refine(
-                _of_keypoints(source, rest[:0]), target, expected), bias=None)
+                _with_keypoints(source, rest[:0]), target, expected), bias=None)
         tracks = refined.tracked
         return dataclasses.replace(
             refined, tracked=dataclasses.replace(tracks, keypoints=rest[tracks.keypoints]))
 
+    def _fuse(self, expected: np.ndarray, refined: Refined, elapsed: float) -> PoseWithCovariance:
+        """Return a refined pose fused with the one at constant velocity (Kalman update)."""
+        prior = np.diag((0.5 * self._prior_sigmas * elapsed ** 2) ** 2)
+        gain = prior @ np.linalg.inv(prior + refined.covariance)
+        step = gain @ se3.difference(refined.T_target_source, expected)
+        covariance = (np.eye(6) - gain) @ prior
+        return PoseWithCovariance(se3.perturbed(expected, step),
+                                  0.5 * (covariance + covariance.T))
 
-def suddenness(change: np.ndarray, elapsed: float) -> float:
+
+def suddenness(change: np.ndarray, elapsed: float, limits: np.ndarray) -> float:
     """
-    Return how sudden a change of the motion is; 1 is the most that a hand does.
+    Return the apparent acceleration by its limit, the larger of the two ratios.
 
-    :param change: 4x4, from where the camera would be at constant velocity to where it is.
-    :param elapsed: the time in which it happened [s].
+    :param change: 4x4, from the camera at constant velocity to the camera.
+    :param elapsed: time since the velocity was measured [s].
+    :param limits: 2, acceleration [m/s^2] and angular acceleration [rad/s^2], such that the
+        change is at most the limit times the squared time.
     """
-    way = np.linalg.norm(change[:3, 3]), se3.angle(change[:3, :3])
-    return float(np.max(np.divide(way, _SUDDEN))) / elapsed ** 2
+    distances = np.array([np.linalg.norm(change[:3, 3]), se3.angle(change[:3, :3])])
+    return float(np.max(distances / limits)) / elapsed ** 2
 
 
-def _is_for_second(ballot: PoseVote, sudden: float) -> bool:
+def _is_same(first: np.ndarray, second: np.ndarray) -> bool:
+    difference = se3.inverse(first) @ second
+    return bool(np.linalg.norm(difference[:3, 3]) < _SAME_POSE[0]
+                and se3.angle(difference[:3, :3]) < _SAME_POSE[1])
+
+
+def _is_for_second(vote: PoseVote, sudden: float) -> bool:
     needed = max(_MINORITY, _MAJORITY * np.exp(0.5 * (1.0 - sudden)))
-    return ballot.seen > _SEEN and ballot.second > _LEAST and ballot.for_second > needed
+    return (vote.seen > _LEAST_SEEN and vote.second > _LEAST_FOR_SECOND
+            and vote.for_second > needed)
 
 
-def _doubted(found: Registration, second: np.ndarray, ballot: PoseVote) -> Registration:
-    """Return a registration that may be wrong: the variance is that of a choice of two."""
-    off = se3.difference(found.T_target_source, second)
-    return dataclasses.replace(
-        found, covariance=found.covariance + ballot.for_second * np.outer(off, off))
+def _doubted(found: Registration, second: np.ndarray, vote: PoseVote) -> Registration:
+    """Return a registration that may be wrong, with the variance of a choice between two poses."""
+    difference = se3.difference(found.T_target_source, second)
+    return dataclasses.replace(found, covariance=(
+        found.covariance + vote.for_second * np.outer(difference, difference)))
 
 
-def _fused(expected: np.ndarray, prior: np.ndarray,
-           refined: Refined) -> tuple[np.ndarray, np.ndarray]:
-    """Return a pose and its covariance where what is seen does not hold all of it."""
-    gain = prior @ np.linalg.inv(prior + refined.covariance)
-    step = gain @ se3.difference(refined.T_target_source, expected)
-    covariance = (np.eye(6) - gain) @ prior
-    return se3.perturbed(expected, step), 0.5 * (covariance + covariance.T)
-
-
-def _of_keypoints(view: PreparedFrame, chosen: np.ndarray) -> PreparedFrame:
-    """Return a view with some of its keypoints."""
-    keypoints = view.keypoints
-    return dataclasses.replace(view, keypoints=dataclasses.replace(
-        keypoints, words=None, **{name: getattr(keypoints, name)[chosen] for name in (
-            'positions', 'descriptors', 'covariances', 'pixels')}))
+def _with_keypoints(frame: PreparedFrame, chosen: np.ndarray) -> PreparedFrame:
+    """Return a frame with some of its keypoints, by their rows."""
+    keypoints = frame.keypoints
+    return dataclasses.replace(frame, keypoints=dataclasses.replace(
+        keypoints, words=None, positions=keypoints.positions[chosen],
+        descriptors=keypoints.descriptors[chosen], covariances=keypoints.covariances[chosen],
+        pixels=keypoints.pixels[chosen]))

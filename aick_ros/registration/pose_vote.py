@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Which of two poses the images show, part by part of the view.
+Vote of the images on two poses, block by block of the view.
 
-Keypoints have no say: an object may have most of them. What counts is the area of what is seen,
-its depth and its brightness, so that a plain wall weighs as much as a poster before it.
+Keypoints have no vote, as an object may have most of them. Depth and brightness are compared over
+the area of the visible surfaces, so a plain wall counts as much as a poster in front of it.
 """
 
 from __future__ import annotations
@@ -19,28 +19,33 @@ from aick_ros.frames.depth import inverse_depth_sigma
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.registration.refinement.residuals import SURFACE_NOISE
 from aick_ros.settings import SensorSettings
 
-_EVERY = 2  # of the cells has a vote
-_DEPTH = 5.6  # standard deviations of one pixel's depth that count as a whole misfit
-_GREY = 3.0  # grey levels on a plain surface that do
-_OFF_BY = 2.0  # px; and by so much a brightness may be misplaced
-_ROW = 1024  # points that are sampled in one row
-_SMOOTHED = 5  # px
-_LEAD = 0.5  # of the sum of the two misfits, by which a cell tells one pose from the other
-_PART = 6  # cells across a part of the view
-_FILLED = 0.3  # of its cells must be seen for a part to be counted
-_MAJORITY, _TURNOUT = 2.0, 0.1  # one pose leads in a part by so much, with so many of its cells
+_DEPTH_MISFIT = 4.0 * SURFACE_NOISE  # sigmas of one pixel's depth; derived: 4 of a surface
+_ROW = 1024  # points sampled in one row, fewer than the 32767 that cv2.remap takes
+
+# All below chosen on rendered rooms with boards that move through 10 to 60 % of the view.
+_STRIDE = 2  # every second cell votes
+_GREY_MISFIT = 3.0  # grey levels on a plain surface
+_DISPLACEMENT = 2.0  # px by which a brightness may be displaced without a misfit
+_SMOOTHING = 5  # px; side of the box filter of the images
+_LEAD = 0.5  # difference of the misfits, 0 to 2, with which a cell votes for a pose
+_BLOCK = 6  # cells across a block of the view
+_FILLED = 0.3  # share of its cells that must be seen for a block to count
+_MAJORITY, _TURNOUT = 2.0, 0.1
+"""A block is for a pose with so many times the other's votes, and votes of that share of cells."""
 
 
 @dataclass(frozen=True)
 class PoseVote:
     """
-    How much of a view is for each of two poses.
+    Shares of a view that support each of two poses.
 
-    :param first: share of the parts of the view that clearly fit the first pose better.
-    :param second: the same of the second.
-    :param seen: share of the surfaces that can be judged, as both poses put them into view.
+    :param first: share of the blocks of the view that clearly fit the first pose better.
+    :param second: share of the blocks of the view that clearly fit the second pose better.
+    :param seen: share of the surfaces that both poses put into view of the other frame.
     """
 
     first: float
@@ -49,90 +54,114 @@ class PoseVote:
 
     @property
     def for_second(self) -> float:
-        """Share of the second pose in the parts that tell the two apart, 0 where none does."""
+        """Share of the second pose among the blocks that vote, 0 where none does."""
         return self.second / max(self.first + self.second, 1e-9)
 
 
-def pose_vote(source: PreparedFrame, target: PreparedFrame, first: np.ndarray, second: np.ndarray,
-         sensor: SensorSettings) -> PoseVote:
+def pose_vote(source: PreparedFrame, target: PreparedFrame, first: np.ndarray,
+              second: np.ndarray, sensor: SensorSettings) -> PoseVote:
     """
-    Let the parts of a view vote on where it was seen from.
+    Let the blocks of the source's view vote on two poses.
 
-    A misfit counts up to a bound, so that what moves by itself does not outweigh what stands.
+    The misfit of a cell is bounded, so that objects that move do not outweigh the scene.
 
-    :param first: ``T_target_source``, 4x4; second: another one. Both views have a surface.
+    :param first: ``T_target_source``, 4x4.
+    :param second: another ``T_target_source``, 4x4.
+    :raises ValueError: if a frame has no surface.
     """
-    cells = np.flatnonzero(source.surface.usable)[::_EVERY]
-    greys = _smooth(source), _smooth(target)
-    images = *greys, _tolerance(greys[0])
-    misfits = [_misfit(source, target, images, pose, cells, sensor) for pose in (first, second)]
+    view, other = _View.of(source), _View.of(target)
+    cells = np.flatnonzero(view.surface.usable)[::_STRIDE]
+    tolerance = _grey_tolerance(view.grey)
+    misfits = [_misfits(view, other, tolerance, pose, cells, sensor) for pose in (first, second)]
     seen = np.isfinite(misfits[0]) & np.isfinite(misfits[1])
     lead = misfits[1][seen] - misfits[0][seen]
-    row, column = np.divmod(cells[seen], source.surface.grid.width)
-    part = (row // _PART) * source.surface.grid.width + column // _PART
-    for_first, for_second = (np.bincount(part, led) for led in (lead > _LEAD, lead < -_LEAD))
-    count = np.bincount(part)
-    counted = count >= _FILLED * _PART ** 2 / _EVERY
-    parts = max(np.count_nonzero(counted), 1)
-    shares = [np.count_nonzero(counted & (a > _MAJORITY * b) & (a > _TURNOUT * count)) / parts
-              for a, b in ((for_first, for_second), (for_second, for_first))]
-    return PoseVote(*shares, np.count_nonzero(seen) / max(len(cells), 1))
+    width = view.surface.grid.width
+    row, column = np.divmod(cells[seen], width)
+    block = (row // _BLOCK) * width + column // _BLOCK
+    count = np.bincount(block)
+    counted = count >= _FILLED * _BLOCK ** 2 / _STRIDE
+    for_first, for_second = (np.bincount(block, votes) for votes in (lead > _LEAD, lead < -_LEAD))
+
+    def share(votes: np.ndarray, others: np.ndarray) -> float:
+        won = counted & (votes > _MAJORITY * others) & (votes > _TURNOUT * count)
+        return float(np.count_nonzero(won) / max(int(np.count_nonzero(counted)), 1))
+
+    return PoseVote(share(for_first, for_second), share(for_second, for_first),
+                    float(np.count_nonzero(seen) / max(len(cells), 1)))
 
 
-def _smooth(view: PreparedFrame) -> np.ndarray:
-    return cv2.blur(view.grey, (_SMOOTHED, _SMOOTHED)).astype(np.float32)
-
-
-def _misfit(source: PreparedFrame, target: PreparedFrame, images: tuple[np.ndarray, np.ndarray, np.ndarray],
-            pose: np.ndarray, cells: np.ndarray, sensor: SensorSettings) -> np.ndarray:
+@dataclass(frozen=True, eq=False)
+class _View:
     """
-    Return 0 to 1 for the depth plus 0 to 1 for the brightness; NaN where it is not seen.
+    The part of a frame that votes.
 
-    :param images: brightness of the source and of the target, and what that of the source may be
-        off by.
+    :param grey: HxW float32, smoothed.
     """
-    before, now, tolerance = images
+
+    grey: np.ndarray
+    surface: Surface
+    camera: Camera
+
+    @classmethod
+    def of(cls, frame: PreparedFrame) -> _View:
+        if frame.surface is None:
+            raise ValueError('a vote on poses requires the surfaces of both frames')
+        grey = np.asarray(cv2.blur(frame.grey, (_SMOOTHING, _SMOOTHING)), np.float32)
+        return cls(grey, frame.surface, frame.frame.camera)
+
+    def sample(self, image: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """Return the values of an image of this view at points of its optical frame, N."""
+        if not len(points):
+            return np.empty(0, np.float32)
+        pixels = np.zeros((-(-len(points) // _ROW) * _ROW, 2), np.float32)
+        pixels[:len(points)] = self.camera.project(points)
+        u, v = (pixels[:, axis].reshape(-1, _ROW) for axis in (0, 1))
+        return np.asarray(cv2.remap(image, u, v, cv2.INTER_LINEAR,
+                                    borderMode=cv2.BORDER_REPLICATE)).ravel()[:len(points)]
+
+
+def _misfits(source: _View, target: _View, tolerance: np.ndarray, pose: np.ndarray,
+             cells: np.ndarray, sensor: SensorSettings) -> np.ndarray:
+    """
+    Return the misfit of each cell: of depth, 0 to 1, plus of brightness, 0 to 1; NaN if unseen.
+
+    :param tolerance: HxW, difference of brightness that is a whole misfit.
+    """
     points = source.surface.points[cells].astype(np.float64)
     moved = se3.transform(pose, points)
     seen, partners = target.surface.cells_at(moved)
-    misfit = np.full(len(cells), np.nan)
-    misfit[seen] = (_depth_misfit(moved[seen], target.surface, partners, sensor)
-                    + _grey_misfit(_sample(before, source, points[seen]),
-                                   _sample(now, target, moved[seen]),
-                                   _sample(tolerance, source, points[seen])))
-    return misfit
+    misfits = np.full(len(cells), np.nan)
+    misfits[seen] = (_depth_misfits(moved[seen], target.surface, partners, sensor)
+                     + _grey_misfits(source.sample(source.grey, points[seen]),
+                                     target.sample(target.grey, moved[seen]),
+                                     source.sample(tolerance, points[seen])))
+    return misfits
 
 
-def _depth_misfit(moved: np.ndarray, target: Surface, partners: np.ndarray,
-                  sensor: SensorSettings) -> np.ndarray:
+def _depth_misfits(moved: np.ndarray, target: Surface, partners: np.ndarray,
+                   sensor: SensorSettings) -> np.ndarray:
+    """Return the squared distances of points from the planes of the target, bounded by 1, N."""
     normals = target.normals[partners]
     z = moved[:, 2]
     slant = np.einsum('ij,ij->i', moved, normals)
     distances = np.einsum('ij,ij->i', moved - target.points[partners], normals)
     sigmas = inverse_depth_sigma(z, sensor) * z * slant
-    return np.minimum((distances / (_DEPTH * sigmas)) ** 2, 1.0)
+    misfits: np.ndarray = np.minimum((distances / (_DEPTH_MISFIT * sigmas)) ** 2, 1.0)
+    return misfits
 
 
-def _grey_misfit(before: np.ndarray, now: np.ndarray, tolerance: np.ndarray) -> np.ndarray:
+def _grey_misfits(before: np.ndarray, now: np.ndarray, tolerance: np.ndarray) -> np.ndarray:
+    """Return the squared differences of brightness, bounded by 1, N."""
     if not len(now):
         return now
     gain = np.median(now / np.maximum(before, 1.0))  # the exposure may have changed
-    return np.minimum(((now - gain * before) / tolerance) ** 2, 1.0)
+    misfits: np.ndarray = np.minimum(((now - gain * before) / tolerance) ** 2, 1.0)
+    return misfits
 
 
-def _tolerance(grey: np.ndarray) -> np.ndarray:
-    """Return what the brightness may be off by: more where it changes from pixel to pixel."""
-    slopes = sum(np.abs(cv2.Scharr(grey, -1, *axis)) for axis in ((1, 0), (0, 1))) / 32
-    around = np.ones((2 * _SMOOTHED - 1, 2 * _SMOOTHED - 1), np.uint8)
-    return _GREY + _OFF_BY * cv2.dilate(slopes, around)
-
-
-def _sample(image: np.ndarray, view: PreparedFrame, points: np.ndarray) -> np.ndarray:
-    """Return the values of an image at points of its optical frame, N."""
-    if not len(points):
-        return np.empty(0, np.float32)
-    # in rows, as remap takes no more than 32767 of them
-    pixels = np.zeros((-(-len(points) // _ROW) * _ROW, 2), np.float32)
-    pixels[:len(points)] = view.frame.camera.project(points)
-    return cv2.remap(image, pixels.reshape(-1, _ROW, 2), None, cv2.INTER_LINEAR,
-                     borderMode=cv2.BORDER_REPLICATE).ravel()[:len(points)]
+def _grey_tolerance(grey: np.ndarray) -> np.ndarray:
+    """Return the difference of brightness that is a whole misfit, larger near edges, HxW."""
+    slopes = (np.abs(cv2.Scharr(grey, -1, 1, 0)) + np.abs(cv2.Scharr(grey, -1, 0, 1))) / 32
+    around = np.ones((2 * _SMOOTHING - 1, 2 * _SMOOTHING - 1), np.uint8)
+    tolerance: np.ndarray = _GREY_MISFIT + _DISPLACEMENT * np.asarray(cv2.dilate(slopes, around))
+    return tolerance

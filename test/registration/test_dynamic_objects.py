@@ -54,7 +54,7 @@ def pair(frames, changes=None):
 
 
 def opinion(settings=Settings()):
-    return DynamicObjectCheck(Refinement(settings.refinement, settings.sensor), settings.sensor)
+    return DynamicObjectCheck(Refinement(settings.refinement, settings.sensor), settings)
 
 
 def off(pose, truth):
@@ -62,12 +62,15 @@ def off(pose, truth):
     return np.linalg.norm(E[:3, 3]), se3.angle(E[:3, :3])
 
 
+LIMITS = np.array([15.0, 30.0])
+
+
 def test_suddenness_is_the_change_by_what_a_hand_does():
-    assert suddenness(np.eye(4), 0.1) == 0.0
-    assert suddenness(se3.exp([0, 0.15, 0, 0, 0, 0]), 0.1) == pytest.approx(1.0)
-    assert suddenness(se3.exp([0, 0, 0, 0.6, 0, 0]), 0.1) == pytest.approx(2.0)
-    assert suddenness(se3.exp([0.15, 0, 0, 0, 0, 0]), 0.2) == pytest.approx(0.25)
-    assert suddenness(se3.exp([9, 0, 0, 0, 0, 0]), np.inf) == 0.0
+    assert suddenness(np.eye(4), 0.1, LIMITS) == 0.0
+    assert suddenness(se3.exp([0, 0.15, 0, 0, 0, 0]), 0.1, LIMITS) == pytest.approx(1.0)
+    assert suddenness(se3.exp([0, 0, 0, 0.6, 0, 0]), 0.1, LIMITS) == pytest.approx(2.0)
+    assert suddenness(se3.exp([0.15, 0, 0, 0, 0, 0]), 0.2, LIMITS) == pytest.approx(0.25)
+    assert suddenness(se3.exp([9, 0, 0, 0, 0, 0]), np.inf, LIMITS) == 0.0
 
 
 def moving(frames, picture, width, leap=LEAP):

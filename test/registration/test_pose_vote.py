@@ -39,13 +39,13 @@ def test_the_true_pose_has_the_votes_whatever_the_order(pair):
     *frames, truth = pair
     views = look(*frames)
     for wrong in (SHIFTED, se3.exp([0, 0, 0.06, 0, 0, 0]), se3.exp([0, 0, 0, 0, 0.05, 0])):
-        ballot = pose_vote(*views, truth, truth @ wrong, SENSOR)
-        assert ballot.first > 0.7
-        assert ballot.second < 0.02
-        assert ballot.seen > 0.7
+        vote = pose_vote(*views, truth, truth @ wrong, SENSOR)
+        assert vote.first > 0.7
+        assert vote.second < 0.02
+        assert vote.seen > 0.7
         swapped = pose_vote(*views, truth @ wrong, truth, SENSOR)
-        assert (swapped.second, swapped.first) == (ballot.first, ballot.second)
-        assert ballot.for_second < 0.03 < 0.97 < swapped.for_second
+        assert (swapped.second, swapped.first) == (vote.first, vote.second)
+        assert vote.for_second < 0.03 < 0.97 < swapped.for_second
 
 
 def test_views_of_many_pixels():
@@ -54,23 +54,23 @@ def test_views_of_many_pixels():
     grey = np.random.default_rng(0).integers(0, 255, (1080, 1920), np.uint8)
     frame = RgbdFrame(0, cv2.GaussianBlur(grey, (0, 0), 5), np.full((1080, 1920), 2, np.float32),
                       camera)
-    ballot = pose_vote(*look(frame, dataclasses.replace(frame, stamp=10 ** 9)), np.eye(4), SHIFTED,
-                  SENSOR)
-    assert ballot.seen > 0.8
-    assert ballot.first > 0.7 > 0.05 > ballot.second
+    vote = pose_vote(*look(frame, dataclasses.replace(frame, stamp=10 ** 9)), np.eye(4), SHIFTED,
+                     SENSOR)
+    assert vote.seen > 0.8
+    assert vote.first > 0.7 > 0.05 > vote.second
 
 
 def test_a_pose_beside_itself_has_no_votes(pair):
     *frames, truth = pair
-    ballot = pose_vote(*look(*frames), truth, truth, SENSOR)
-    assert (ballot.first, ballot.second, ballot.for_second) == (0, 0, 0)
+    vote = pose_vote(*look(*frames), truth, truth, SENSOR)
+    assert (vote.first, vote.second, vote.for_second) == (0, 0, 0)
 
 
 def test_another_exposure_is_not_another_pose(pair):
     source, target, truth = pair
     darker = dataclasses.replace(source, colour=(0.8 * source.colour).astype(np.uint8))
-    ballot = pose_vote(*look(darker, target), truth, truth @ SHIFTED, SENSOR)
-    assert ballot.for_second < 0.05
+    vote = pose_vote(*look(darker, target), truth, truth @ SHIFTED, SENSOR)
+    assert vote.for_second < 0.05
 
 
 @pytest.mark.parametrize('columns', [160, 320, 480])
@@ -79,9 +79,9 @@ def test_each_part_of_the_view_votes_for_itself(pair, columns):
     source, target, truth = pair
     colour, depth = source.colour.copy(), source.depth.copy()
     colour[:, :columns], depth[:, :columns] = target.colour[:, :columns], target.depth[:, :columns]
-    ballot = pose_vote(*look(dataclasses.replace(source, colour=colour, depth=depth), target), truth,
-                  np.eye(4), SENSOR)
-    assert ballot.for_second == pytest.approx(columns / 640, abs=0.12)
+    vote = pose_vote(*look(dataclasses.replace(source, colour=colour, depth=depth), target), truth,
+                     np.eye(4), SENSOR)
+    assert vote.for_second == pytest.approx(columns / 640, abs=0.12)
 
 
 def wall(truth, contrast):
@@ -102,21 +102,21 @@ def wall(truth, contrast):
 
 def test_faint_stains_on_a_plain_wall_have_a_vote():
     truth = se3.exp([40 / CAMERA.fx * 2.0, 0, 0, 0, 0, 0])
-    ballot = pose_vote(*wall(truth, contrast=8.0), truth, np.eye(4), SENSOR)
-    assert ballot.first > 0.5
-    assert ballot.second < 0.05
+    vote = pose_vote(*wall(truth, contrast=8.0), truth, np.eye(4), SENSOR)
+    assert vote.first > 0.5
+    assert vote.second < 0.05
 
 
 def test_a_wall_without_any_does_not_say_where_it_is():
     truth = se3.exp([40 / CAMERA.fx * 2.0, 0, 0, 0, 0, 0])
-    ballot = pose_vote(*wall(truth, contrast=0.0), truth, np.eye(4), SENSOR)
-    assert ballot.first < 0.02
-    assert ballot.second < 0.02
+    vote = pose_vote(*wall(truth, contrast=0.0), truth, np.eye(4), SENSOR)
+    assert vote.first < 0.02
+    assert vote.second < 0.02
 
 
 def test_nothing_seen_is_no_vote(pair):
     source, target, truth = pair
     blind = dataclasses.replace(target, depth=np.full_like(target.depth, np.nan))
     for views in (look(source, blind), look(blind, source)):
-        ballot = pose_vote(*views, truth, np.eye(4), SENSOR)
-        assert (ballot.first, ballot.second, ballot.seen) == (0, 0, 0)
+        vote = pose_vote(*views, truth, np.eye(4), SENSOR)
+        assert (vote.first, vote.second, vote.seen) == (0, 0, 0)

@@ -137,7 +137,8 @@ def test_a_slower_schedule_is_tried_where_a_short_one_fails(source, frames, monk
                 self._blind) else found
 
     tried = []
-    monkeypatch.setattr('aick_ros.registration.registrar.Aick', Short)
+    for module in ('registrar', 'verified_aick'):
+        monkeypatch.setattr(f'aick_ros.registration.{module}.Aick', Short)
     found, _ = register(frames[:4], {'aick.lambda_f': 0.21})
     assert tried == [(0.6, 10, 0.21), (0.93, 60, 0.21)]
     assert found.status is Status.OK

@@ -15,9 +15,9 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.registration.result import SensorBias, Registration
+from aick_ros.registration.result import Registration, SensorBias
 from aick_ros.registration.status import Status
-from aick_ros.registration.systematic_error import Uncertainty
+from aick_ros.registration.systematic_error import SystematicError
 
 NOISE = np.diag([2e-6, 1e-6, 4e-6, 1e-6, 2e-6, 3e-6])  # of the bias
 OWN = se3.skew([0.1, 0.2, 0.3]) @ se3.skew([0.1, 0.2, 0.3]).T
@@ -39,42 +39,41 @@ def registration(motion=np.eye(4), difference=np.zeros(6), covariance=OWN):
                         bias=SensorBias(difference, NOISE))
 
 
-def added(uncertainty, difference):
+def added(model, difference):
     """Return what steady stamps and a bias add, 6x6."""
-    complete = uncertainty.complete(registration(difference=difference), view(1 + PERIOD),
-                                    view(1))
+    complete = model.add_to(registration(difference=difference), view(1 + PERIOD), view(1))
     return complete.covariance - OWN
 
 
 def used():
-    """Return the uncertainty of a camera whose sensors have agreed for a while."""
-    uncertainty = Uncertainty()
+    """Return the model of a camera whose sensors have agreed for a while."""
+    model = SystematicError()
     for _ in range(60):
-        added(uncertainty, np.sqrt(np.diag(NOISE)))
-    return uncertainty
+        added(model, np.sqrt(np.diag(NOISE)))
+    return model
 
 
 def test_a_camera_not_seen_yet_is_not_trusted():
     """As much as a Kinect's sensors disagree by; a few registrations that agree are enough."""
-    uncertainty, agreed = Uncertainty(), np.sqrt(np.diag(NOISE))
-    first = np.sqrt(np.diag(added(uncertainty, agreed)))
+    model, agreed = SystematicError(), np.sqrt(np.diag(NOISE))
+    first = np.sqrt(np.diag(added(model, agreed)))
     assert 0.001 < first[0] < 0.01
     assert 0.05 < np.degrees(first[3]) < 0.3
     for _ in range(10):
-        last = added(uncertainty, agreed)
+        last = added(model, agreed)
     np.testing.assert_array_equal(last, 0.0)
 
 
 def test_a_bias_of_the_size_of_its_noise_adds_nothing():
-    uncertainty = used()
+    model = used()
     for _ in range(40):
-        np.testing.assert_array_equal(added(uncertainty, np.sqrt(np.diag(NOISE))), 0.0)
+        np.testing.assert_array_equal(added(model, np.sqrt(np.diag(NOISE))), 0.0)
 
 
 def test_noise_adds_little():
     rng = np.random.default_rng(3)
-    uncertainty = Uncertainty()
-    sums = [added(uncertainty, difference) for difference in rng.multivariate_normal(
+    model = SystematicError()
+    sums = [added(model, difference) for difference in rng.multivariate_normal(
         np.zeros(6), NOISE, 2000)]
     for part in (slice(0, 3), slice(3, 6)):
         share = np.diag(np.mean(sums[30:], axis=0))[part].sum() / np.diag(NOISE)[part].sum()
@@ -85,51 +84,51 @@ def test_noise_adds_little():
 def test_a_systematic_bias_adds_its_size(sigmas):
     """The mean square along an axis, and about one, whatever the axes in which it shows."""
     rng = np.random.default_rng(4)
-    systematic = sigmas * np.sqrt(np.diag(NOISE))
-    uncertainty, drawn, sums = Uncertainty(), [], []
+    constant = sigmas * np.sqrt(np.diag(NOISE))
+    model, drawn, sums = SystematicError(), [], []
     for noise in rng.multivariate_normal(np.zeros(6), NOISE, 300):
-        drawn.append(systematic + noise)
-        sums.append(np.diag(added(uncertainty, drawn[-1])))
+        drawn.append(constant + noise)
+        sums.append(np.diag(added(model, drawn[-1])))
     for part in (slice(0, 3), slice(3, 6)):
         expected = np.mean(np.array(drawn[30:])[:, part] ** 2)
         np.testing.assert_allclose(np.mean(sums[30:], axis=0)[part], expected, rtol=0.05)
 
 
 def test_an_unusual_bias_adds_its_size_at_once():
-    uncertainty = used()
+    model = used()
     sigmas = np.sqrt(np.diag(NOISE))
     for _ in range(30):
-        np.testing.assert_array_equal(added(uncertainty, 0.6 * sigmas), 0.0)
-    once = np.diag(added(uncertainty, 3 * sigmas))
+        np.testing.assert_array_equal(added(model, 0.6 * sigmas), 0.0)
+    once = np.diag(added(model, 3 * sigmas))
     for part in (slice(0, 3), slice(3, 6)):
         np.testing.assert_allclose(once[part], np.mean(9 * np.diag(NOISE)[part]))
-    np.testing.assert_array_equal(added(uncertainty, 0.6 * sigmas), 0.0)
+    np.testing.assert_array_equal(added(model, 0.6 * sigmas), 0.0)
 
 
 def test_where_the_sensors_never_agree_it_is_not_unusual():
     """What they are always off by is added once, not twice."""
-    uncertainty, sigmas = Uncertainty(), np.sqrt(np.diag(NOISE))
+    model, sigmas = SystematicError(), np.sqrt(np.diag(NOISE))
     for _ in range(400):
-        usual = added(uncertainty, 3 * sigmas)
+        usual = added(model, 3 * sigmas)
     np.testing.assert_allclose(np.diag(usual)[:3], np.mean(9 * np.diag(NOISE)[:3]), rtol=1e-5)
 
 
 def test_a_pose_by_one_sensor_has_what_the_two_disagreed_by_before():
-    uncertainty, sigmas = Uncertainty(), np.sqrt(np.diag(NOISE))
+    model, sigmas = SystematicError(), np.sqrt(np.diag(NOISE))
     for _ in range(40):
-        usual = added(uncertainty, 3 * sigmas)
+        usual = added(model, 3 * sigmas)
     alone = Registration(Status.OK, '', np.eye(4), OWN, np.empty((0, 2), np.intp), 1)
-    complete = uncertainty.complete(alone, view(1 + PERIOD), view(1))
+    complete = model.add_to(alone, view(1 + PERIOD), view(1))
     np.testing.assert_allclose(complete.covariance - OWN, usual)
 
 
 def test_what_is_over_is_forgotten():
-    uncertainty = Uncertainty()
+    model = SystematicError()
     for _ in range(50):
-        bad = added(uncertainty, 20 * np.sqrt(np.diag(NOISE)))
+        bad = added(model, 20 * np.sqrt(np.diag(NOISE)))
     assert bad[0, 0] > 100 * NOISE[0, 0]
     for _ in range(250):
-        good = added(uncertainty, np.zeros(6))
+        good = added(model, np.zeros(6))
     np.testing.assert_array_equal(good, 0.0)
 
 
@@ -139,12 +138,12 @@ def test_jitter_adds_the_way_made_in_it():
     motion = np.eye(4)
     motion[:3, 3] = velocity * PERIOD
     source, target = view(1 + PERIOD, jitter), view(1, jitter / 2)
-    moved = used().complete(registration(motion), source, target).covariance - OWN
+    moved = used().add_to(registration(motion), source, target).covariance - OWN
     np.testing.assert_allclose(moved, np.diag(3 * [2 * (3.3 * jitter * 1.3) ** 2] + 3 * [0]),
                                atol=1e-15)
     motion = np.eye(4)
     motion[:3, :3] = Rotation.from_rotvec(turn_rate * PERIOD).as_matrix()
-    turned = used().complete(registration(motion), source, target).covariance - OWN
+    turned = used().add_to(registration(motion), source, target).covariance - OWN
     np.testing.assert_allclose(turned, np.diag(3 * [0] + 3 * [2 * (3.3 * jitter * 2.0) ** 2]),
                                atol=1e-15)
 
@@ -156,8 +155,8 @@ def test_a_lagging_clock_adds_the_change_of_the_motion():
 
     def variance(change, jitter, known=expected):
         motion[:3, 3] = 0.02, change, 0.0
-        complete = used().complete(registration(motion), view(1 + PERIOD, jitter),
-                                   view(1, jitter), known)
+        complete = used().add_to(registration(motion), view(1 + PERIOD, jitter),
+                                 view(1, jitter), known)
         speed = np.hypot(0.02, change) / PERIOD
         return (complete.covariance - OWN)[0, 0] - 2 * (3.3 * jitter * speed) ** 2
 
@@ -174,7 +173,7 @@ def test_the_speed_changed_since_it_was_seen_not_since_the_keyframe():
     """A second after the keyframe, off constant velocity by 1 cm in the last frame."""
     jitter, motion = 0.004, se3.exp([0, 0.01, 0, 0, 0, 0])
     source, target = view(2, jitter), view(1, jitter)
-    complete = used().complete(registration(motion), source, target, np.eye(4), PERIOD)
+    complete = used().add_to(registration(motion), source, target, np.eye(4), PERIOD)
     added = (complete.covariance - OWN)[0, 0] - 2 * (3.3 * jitter * 0.01) ** 2
     assert added == pytest.approx((12 * jitter * 0.01 / PERIOD) ** 2 / 3)
 
@@ -183,31 +182,31 @@ def test_the_speed_changed_since_it_was_seen_not_since_the_keyframe():
 def test_which_of_the_two_views_is_the_later_one_does_not_matter(stamps):
     source, target = (view(seconds, 0.004) for seconds in stamps)
     moved = registration(se3.exp([0, 0.01, 0, 0, 0, 0]))
-    complete = used().complete(moved, source, target, np.eye(4), PERIOD)
+    complete = used().add_to(moved, source, target, np.eye(4), PERIOD)
     assert (complete.covariance - OWN)[0, 0] > (12 * 0.004 * 0.01 / PERIOD) ** 2 / 3
 
 
 def test_where_no_two_sensors_are_compared_nothing_is_added():
-    alone, uncertainty = dataclasses.replace(registration(), bias=None), Uncertainty()
+    alone, model = dataclasses.replace(registration(), bias=None), SystematicError()
     for i in range(5):
-        complete = uncertainty.complete(alone, view(1 + i + PERIOD), view(1 + i))
+        complete = model.add_to(alone, view(1 + i + PERIOD), view(1 + i))
         np.testing.assert_array_equal(complete.covariance, OWN)
 
 
 def test_one_sensor_alone_tells_nothing():
     alone = Registration(Status.TOO_FEW_MATCHES, '', np.eye(4), np.diag(6 * [np.inf]),
                          np.empty((0, 2), np.intp), 1)
-    assert Uncertainty().complete(alone, view(1.04), view(1)) is alone
+    assert SystematicError().add_to(alone, view(1.04), view(1)) is alone
 
 
 def test_infinite_stays_infinite():
     endless = registration(se3.exp([0.01, 0, 0, 0.01, 0, 0]), covariance=np.diag(6 * [np.inf]))
-    covariance = Uncertainty().complete(endless, view(1.04, 0.001), view(1)).covariance
+    covariance = SystematicError().add_to(endless, view(1.04, 0.001), view(1)).covariance
     assert np.isinf(np.diag(covariance)).all()
     np.testing.assert_array_equal(covariance[~np.eye(6, dtype=bool)], 0.0)
 
 
 def test_two_images_of_one_moment_have_no_speed():
     moved = registration(se3.exp([0.01, 0, 0, 0.01, 0, 0]))
-    covariance = used().complete(moved, view(1, 0.001), view(1), np.eye(4)).covariance
+    covariance = used().add_to(moved, view(1, 0.001), view(1), np.eye(4)).covariance
     np.testing.assert_array_equal(covariance, OWN)

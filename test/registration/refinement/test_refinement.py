@@ -307,7 +307,7 @@ def test_the_covariance_is_that_of_monte_carlo():
             squares.append(errors[-1] @ np.linalg.solve(covariances[-1], errors[-1]))
             off = refined.bias
             biass.append(off.difference @ np.linalg.solve(off.covariance,
-                                                                  off.difference))
+                                                          off.difference))
         ratios.append(np.mean(np.square(errors), axis=0)
                       / np.diag(np.mean(covariances, axis=0)))
     assert 3 < np.mean(squares) < 10

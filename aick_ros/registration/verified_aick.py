@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""AICK followed by a refinement whose tracks must confirm the pose."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+
+import numpy as np
+
+from aick_ros.features.detector import Detector
+from aick_ros.frames.keypoints import KeypointExtractor
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.aick.fit_covariance import fit_covariance
+from aick_ros.registration.dynamic_objects import DynamicObjectCheck
+from aick_ros.registration.refinement.refinement import Refinement
+from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
+from aick_ros.registration.result import Registration, failed
+from aick_ros.registration.stage_times import StageTimes
+from aick_ros.registration.status import Status
+from aick_ros.settings import Settings
+
+_SLOW_SCHEDULE = 0.93, 60
+"""alpha and iterations, chosen: descriptors keep their weight for longer than in the paper."""
+
+_CACHED_FRAMES = 8  # chosen: a lost frame is tried against several earlier ones
+_FEWEST_UNVERIFIED = 60  # chosen: matches that a pose needs if no tracks confirm it
+_UNVERIFIED_COVARIANCE_FACTOR = 100.0  # chosen: AICK's covariance has no systematic errors
+_SHARE_TRACKED = 0.5  # chosen: share of the keypoints that must be tracked to confirm a guess
+
+
+class VerifiedAick:
+    """
+    Registers frames by AICK and refines the pose; tracked keypoints must confirm it.
+
+    Where AICK finds no pose, or none that is confirmed, it runs once more with all keypoints and
+    a slower schedule. Where that fails too, the pose at constant velocity is refined.
+
+    :param aick: with the schedule of the settings.
+    :param times: adds up the time of each stage.
+    :param detector: used instead of the one that ``features.detector`` names.
+    """
+
+    def __init__(self, settings: Settings, aick: Aick, times: StageTimes,
+                 detector: Detector | None = None) -> None:
+        self._aick = aick
+        self._times = times
+        self._most_tracks = settings.refinement.max_tracks
+        self._refinement = Refinement(settings.refinement, settings.sensor)
+        self._dynamic_objects = DynamicObjectCheck(self._refinement, settings)
+        alpha, iterations = _SLOW_SCHEDULE
+        self._slow_aick = Aick(dataclasses.replace(settings.aick, alpha=alpha,
+                                                   iterations=iterations))
+        unlimited = dataclasses.replace(settings.features, max_keypoints=0)
+        self._all_keypoints = functools.lru_cache(_CACHED_FRAMES)(
+            KeypointExtractor(unlimited, settings.sensor, detector=detector).extract)
+
+    def register(self, source: PreparedFrame, target: PreparedFrame,
+                 expected: np.ndarray | None, elapsed: float) -> Registration:
+        """
+        Return the pose of the source in the target, its covariance caused by noise alone.
+
+        :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
+        :param elapsed: time since that velocity was measured [s].
+        """
+        with self._times.stage('registration'):
+            found = self._aick.align(source.keypoints, target.keypoints)
+        found = self._refine(source, target, found)
+        if not found.status.ok:
+            with self._times.stage('registration'):
+                slow = self._align_slowly(source.frame, target.frame)
+            found = self._refine(source, target, slow)
+        if expected is None:
+            return found
+        if not found.status.ok:
+            return self._refine_guess(source, target, expected, found)
+        with self._times.stage('refinement'):
+            return self._dynamic_objects.check(found, source, target, expected, elapsed)
+
+    def _align_slowly(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
+        """Return the registration by AICK with all keypoints and the slow schedule."""
+        found = self._slow_aick.register(self._all_keypoints(source), self._all_keypoints(target))
+        # its matches are rows of other keypoint frames than those of the caller
+        return dataclasses.replace(found, matches=found.matches[:0])
+
+    def _refine(self, source: PreparedFrame, target: PreparedFrame,
+                registration: Registration) -> Registration:
+        """Return the refined registration; failed if it was, or if tracks do not confirm it."""
+        if not registration.status.ok:
+            return registration
+        if source.grey.shape != target.grey.shape:  # the camera has changed its resolution
+            return _unverified(registration, source, target, 0)
+        with self._times.stage('refinement'):
+            refined = self._refinement.refine(source, target, registration.T_target_source)
+        if len(refined.tracked) < FEWEST_TO_CONFIRM:
+            return _unverified(registration, source, target, len(refined.tracked))
+        return dataclasses.replace(
+            registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
+            bias=refined.bias, support=len(refined.tracked), tracks=refined.tracked,
+            reason=f'{registration.reason}, {len(refined.tracked)} keypoints tracked')
+
+    def _refine_guess(self, source: PreparedFrame, target: PreparedFrame, guess: np.ndarray,
+                      failure: Registration) -> Registration:
+        """Return the refinement of a guessed pose; the failure if tracks do not confirm it."""
+        registration = self._refine(source, target, dataclasses.replace(
+            failure, status=Status.OK, T_target_source=guess, reason='by constant velocity'))
+        sought = min(len(source.keypoints), self._most_tracks)
+        fewest = max(FEWEST_TO_CONFIRM, _SHARE_TRACKED * sought)
+        return registration if registration.support >= fewest else failure
+
+
+def _unverified(registration: Registration, source: PreparedFrame, target: PreparedFrame,
+                tracked: int) -> Registration:
+    """Return a registration that tracks do not confirm: doubtful, failed if of few matches."""
+    reason = f'{registration.reason}, {tracked} keypoints tracked'
+    if registration.support < _FEWEST_UNVERIFIED:
+        return failed(Status.TOO_FEW_MATCHES, reason, registration.iterations)
+    covariance = registration.covariance
+    if len(registration.matches):
+        covariance = fit_covariance(registration.T_target_source, source.keypoints,
+                                    target.keypoints, registration.matches)
+    return dataclasses.replace(registration, reason=reason,
+                               covariance=_UNVERIFIED_COVARIANCE_FACTOR * covariance)
