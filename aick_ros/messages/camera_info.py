@@ -4,7 +4,7 @@
 """
 The camera that a sensor_msgs/CameraInfo message describes.
 
-Only the fields are looked at, so the messages of rclpy and of rosbags both do.
+Only the fields of a message are used, so messages of rclpy and of rosbags both work.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -22,8 +22,17 @@ from aick_ros.geometry.camera import Camera
 _RECTIFIED = re.compile(r'(^|[/_])rect(ified)?([/_]|$)')
 
 
+class RegionOfInterestMessage(Protocol):
+    """The fields of a sensor_msgs/RegionOfInterest that are used [px]."""
+
+    x_offset: int
+    y_offset: int
+    width: int
+    height: int
+
+
 class CameraInfoMessage(Protocol):
-    """The fields of a sensor_msgs/CameraInfo that matter here."""
+    """The fields of a sensor_msgs/CameraInfo that are used; ``k`` has 9 numbers, ``p`` 12."""
 
     width: int
     height: int
@@ -33,37 +42,37 @@ class CameraInfoMessage(Protocol):
     p: Sequence[float]
     binning_x: int
     binning_y: int
-    roi: Any
+    roi: RegionOfInterestMessage
 
 
 def is_rectified(topic: str) -> bool:
-    """Whether a topic's name says that its images are rectified, as image_proc names them."""
+    """Return whether the images of a topic are rectified by its name, as image_proc names them."""
     return _RECTIFIED.search(topic) is not None
 
 
 def to_camera(message: CameraInfoMessage, rectified: bool = False) -> Camera:
     """
-    Return the camera of a message, for the image as it is sent: cut out and binned.
+    Return the camera of a message, of the image as it is sent: cropped and binned.
 
-    :param rectified: of the rectified image, which ``p`` describes, or of the raw one, which
-        ``k`` and ``d`` do.
-    :raises InputError: where the fields describe no camera.
+    :param rectified: whether the image is rectified, as ``p`` describes, or raw, as ``k`` and
+        ``d`` do.
+    :raises InputError: where the fields do not describe a camera.
     """
     if rectified and message.p[0] != 0.0:
         p = np.reshape(message.p, (3, 4))
-        camera = Camera.from_camera_info(message.width, message.height, p[:, :3].ravel())
+        camera = Camera.from_camera_info(message.width, message.height, p[:, :3].ravel().tolist())
     else:
         camera = Camera.from_camera_info(message.width, message.height, message.k, message.d,
                                          message.distortion_model)
     if rectified and camera.distortion:
         raise InputError('the images are rectified, and camera_info has no p for them: calibrate '
-                         'the camera, or take its raw images (image_rectification says which '
-                         'they are)')
-    return _binned(_cut_out(camera, message.roi), message.binning_x or 1, message.binning_y or 1)
+                         'the camera, or use its raw images (the parameter image_rectification '
+                         'says which they are)')
+    return _binned(_cropped(camera, message.roi), message.binning_x or 1, message.binning_y or 1)
 
 
-def _cut_out(camera: Camera, roi: Any) -> Camera:
-    """Return the camera of a part of the image; a size of zero stands for all of it."""
+def _cropped(camera: Camera, roi: RegionOfInterestMessage) -> Camera:
+    """Return the camera of a part of the image; a width or height of zero means all of it."""
     if not roi.width or not roi.height:
         return camera
     if roi.x_offset + roi.width > camera.width or roi.y_offset + roi.height > camera.height:
@@ -76,7 +85,7 @@ def _cut_out(camera: Camera, roi: Any) -> Camera:
 
 
 def _binned(camera: Camera, columns: int, rows: int) -> Camera:
-    """Return the camera of an image of which so many pixels became one (as image_geometry)."""
+    """Return the camera of an image whose blocks of pixels became one pixel, as image_geometry."""
     return dataclasses.replace(
         camera, width=camera.width // columns, height=camera.height // rows,
         fx=camera.fx / columns, cx=camera.cx / columns, fy=camera.fy / rows, cy=camera.cy / rows)

@@ -2,62 +2,62 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The images in sensor_msgs/CompressedImage messages, as image_transport's plugins send them.
+The images in sensor_msgs/CompressedImage messages, as the plugins of image_transport send them.
 
-Only the fields of a message are looked at, so the messages of rclpy and of rosbags both do.
+Only the fields of a message are used, so messages of rclpy and of rosbags both work.
 """
 
 from __future__ import annotations
 
 import struct
-from typing import Any, Protocol
+from typing import Protocol
 
 import cv2
 import numpy as np
 
 from aick_ros.errors import InputError
-from aick_ros.messages.png_jpeg import decode_colour, decode_units, to_metres, valid_metres
-from aick_ros.messages.raw_image import MILLIMETRES
+from aick_ros.messages import png_jpeg
+from aick_ros.messages.depth_units import MILLIMETRES, to_metres, valid_metres
 from aick_ros.messages.rvl import decode_rvl
 
-_HEADER = struct.Struct('<4x2f')  # of compressedDepth: what says nothing, A and B
+_HEADER = struct.Struct('<4x2f')  # of compressedDepth: four unused bytes, A and B
 _RVL_SIZE = struct.Struct('<2i')  # columns and rows
 
 
 class CompressedImageMessage(Protocol):
-    """The fields of a sensor_msgs/CompressedImage that matter here."""
+    """The fields of a sensor_msgs/CompressedImage that are used."""
 
     format: str
-    data: Any
+    data: png_jpeg.ByteData
 
 
-def compressed_colour(message: CompressedImageMessage) -> np.ndarray:
+def decode_colour(message: CompressedImageMessage) -> np.ndarray:
     """
     Return the colour image in a message of the ``compressed`` transport.
 
     :returns: HxWx3 (red, green, blue) or HxW uint8.
-    :raises InputError: where the data is damaged, or depth.
+    :raises InputError: where the data is damaged or holds depth.
     """
     encoding, _, compression = message.format.partition(';')
     if 'compressedDepth' in message.format or encoding.strip() in ('16UC1', '32FC1'):
-        raise InputError(f'the colour image has format {message.format!r}, which is depth: take '
+        raise InputError(f'the colour image has format {message.format!r}, which is depth: use '
                          'the topic of the colour camera')
-    image = decode_colour(message.data)
-    # image_transport names the order it stored; without a name it is the encoding's own
+    image = png_jpeg.decode_colour(message.data)
+    # image_transport names the channel order it stored; without a name it is that of the encoding
     if encoding.startswith('rgb') and 'compressed' in compression and 'bgr' not in compression:
         return image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2RGB)
     return image
 
 
-def compressed_depth(message: CompressedImageMessage) -> np.ndarray:
+def decode_depth(message: CompressedImageMessage) -> np.ndarray:
     """
     Return the depth image in a message of the ``compressedDepth`` or ``compressed`` transport.
 
-    ``compressedDepth`` has a header before the PNG or RVL data, with two numbers A and B: where
-    the depth is 32FC1, it is A / (stored - B).
+    ``compressedDepth`` has a header before the PNG or RVL data, with two numbers A and B. For
+    32FC1 it stores inverse depth: depth = A / (stored - B), and 0 where there is none.
 
-    :returns: HxW float32 [m]; NaN where there is none.
-    :raises InputError: where the data is damaged, or colour.
+    :returns: HxW float32 [m]; NaN where there is no depth.
+    :raises InputError: where the data is damaged or holds colour.
     """
     header, units = _header_and_units(message)
     if not message.format.strip().startswith('32FC1'):
@@ -78,11 +78,11 @@ def _header_and_units(message: CompressedImageMessage) -> tuple[bytes, np.ndarra
     if 'rvl' not in message.format.lower():
         has_header = len(content) >= _HEADER.size and not content.startswith(b'\x89PNG')
         size = _HEADER.size if has_header else 0
-        return content[:size], decode_units(content[size:])
+        return content[:size], png_jpeg.decode_units(content[size:])
     start = _HEADER.size + _RVL_SIZE.size
     if len(content) < start:
         raise InputError(f'the depth image has format {message.format!r} and {len(content)} '
-                         f'bytes, of which the header takes {start}: it is truncated; record it '
-                         'again')
+                         f'bytes, fewer than the {start} of its header: it is truncated; record '
+                         'it again')
     width, height = _RVL_SIZE.unpack_from(content, _HEADER.size)
     return content[:_HEADER.size], decode_rvl(content[start:], width, height)

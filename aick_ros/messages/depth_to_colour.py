@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Depth of a camera beside the colour camera, as the colour camera would have measured it."""
+"""Depth images of a separate depth camera, reprojected into the image of the colour camera."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ import numpy as np
 
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pixel_map import PixelMap
+from aick_ros.messages.depth_units import EDGE
 
-_OVERLAP = 1.1  # of the footprints of two neighbours, so that slanted surfaces have no cracks
-_LONGEST_REACH = np.float32(8.0)  # px to each side; a damaged camera_info must not ask for more
-_JUMP = 0.05  # relative difference of depth to a neighbour that counts as an edge
+_OVERLAP = 1.1  # scale of the footprints, so that slanted surfaces have no cracks; chosen
+_LARGEST_HALF_WIDTH = np.float32(8.0)  # of a footprint [px]; chosen, bounds the time of a frame
 
 
 class DepthToColour:
     """
-    Projects depth images into the image of the colour camera.
+    Reprojects depth images into the image of the colour camera.
 
-    A pixel of the depth image covers as many of the colour image as its size and the two focal
-    lengths tell. Where several fall on one, the nearest counts. Within a footprint the depth
-    follows the surface's slope, whose inverse depth is linear in the image.
+    Each pixel of the depth image becomes a rectangle in the colour image, its footprint, whose
+    size follows from the two focal lengths. Where footprints overlap, the nearest surface wins.
+    Within a footprint the inverse depth is linear in the image, as on a plane.
 
-    :param depth_camera: that took the depth images.
-    :param colour_camera: in whose image they are wanted.
-    :param T_colour_depth: 4x4, between the two optical frames.
+    :param depth_camera: camera of the depth images.
+    :param colour_camera: camera of the colour images.
+    :param T_colour_depth: 4x4, from the depth to the colour camera's optical frame.
     """
 
     def __init__(self, depth_camera: Camera, colour_camera: Camera,
@@ -40,16 +40,16 @@ class DepthToColour:
         self._rays = np.ascontiguousarray(
             (rays @ T_colour_depth[:3, :3].T).T, np.float32).reshape(3, height, width)
         self._origin = T_colour_depth[:3, 3].astype(np.float32).reshape(3, 1, 1)
-        # how far a step of one depth pixel goes in the colour image; parallax is little beside it
+        # 2x2, d(colour pixel) / d(depth pixel) of a distant point; parallax changes it little
         self._step = (np.diag((colour_camera.fx, colour_camera.fy)) @ T_colour_depth[:2, :2]
                       @ np.diag((1 / depth_camera.fx, 1 / depth_camera.fy)))
 
     def reproject(self, depth: np.ndarray) -> np.ndarray:
         """
-        Return a depth image as seen by the colour camera.
+        Return a depth image as the colour camera would have measured it.
 
-        :param depth: hxw float32 as the depth camera has it, z [m]; NaN where there is none.
-        :returns: HxW float32, z in the colour camera [m]; NaN where none is measured.
+        :param depth: hxw float32, z in the depth camera [m]; NaN where there is no depth.
+        :returns: HxW float32, z in the colour camera [m]; NaN where there is no depth.
         """
         with np.errstate(divide='ignore', invalid='ignore'):
             x, y, z = self._rays * depth + self._origin
@@ -58,22 +58,27 @@ class DepthToColour:
         return self._splat(u, v, inverse)
 
     def _splat(self, u: np.ndarray, v: np.ndarray, inverse: np.ndarray) -> np.ndarray:
-        """Return the greatest of the inverse depths that cover each pixel, as depth."""
+        """
+        Return the depth of the nearest footprint at each pixel, HxW float32 [m].
+
+        :param u: column in the colour image of each depth pixel, hxw float32 [px]; ``v``: row.
+        :param inverse: inverse depth in the colour camera, hxw float32 [1/m]; 0 for none.
+        """
         width, height = self._colour_camera.width, self._colour_camera.height
-        reach = (0.5 * _OVERLAP * np.abs(self._step).sum(axis=1)).astype(np.float32)
-        reach = np.minimum(reach, _LONGEST_REACH)
-        margin = int(2 * reach.max()) + 1
-        left, top = np.ceil(u - reach[0]), np.ceil(v - reach[1])
+        half_size = (0.5 * _OVERLAP * np.abs(self._step).sum(axis=1)).astype(np.float32)
+        half_size = np.minimum(half_size, _LARGEST_HALF_WIDTH)
+        margin = int(2 * half_size.max()) + 1
+        left, top = np.ceil(u - half_size[0]), np.ceil(v - half_size[1])
         seen = np.flatnonzero((inverse > 0.0) & (left >= -margin) & (left < width)
                               & (top >= -margin) & (top < height))
         u, v, left, top, inverse, right_slope, down_slope = (
             a.reshape(-1)[seen] for a in (u, v, left, top, inverse, *self._slopes(inverse)))
         inverse = inverse + right_slope * (left - u) + down_slope * (top - v)
-        columns, rows = np.floor(u + reach[0]) - left, np.floor(v + reach[1]) - top
+        columns, rows = np.floor(u + half_size[0]) - left, np.floor(v + half_size[1]) - top
         stride = width + 2 * margin
         index = (top.astype(np.intp) + margin) * stride + left.astype(np.intp) + margin
         nearest = np.zeros((height + 2 * margin) * stride, np.float32)
-        for right, down in itertools.product(*(range(int(2 * r) + 1) for r in reach)):
+        for right, down in itertools.product(*(range(int(2 * r) + 1) for r in half_size)):
             covered = np.flatnonzero((columns >= right) & (rows >= down))
             np.maximum.at(nearest, index[covered] + (down * stride + right),
                           inverse[covered] + right * right_slope[covered]
@@ -82,18 +87,18 @@ class DepthToColour:
         return np.divide(1.0, nearest, out=np.full_like(nearest, np.nan), where=nearest > 0.0)
 
     def _slopes(self, inverse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the change of inverse depth with the colour image's u and v; 0 at edges."""
+        """Return the change of inverse depth per column and row of colour; 0 at edges."""
         right, down = _difference(inverse, axis=1), _difference(inverse, axis=0)
         (a, b), (c, d) = np.linalg.inv(self._step).astype(np.float32)
         return a * right + c * down, b * right + d * down
 
 
 def _difference(inverse: np.ndarray, axis: int) -> np.ndarray:
-    """Return the change of inverse depth a pixel; 0 beside edges, holes and the border."""
+    """Return the change of inverse depth per pixel; 0 beside edges, holes and the border."""
     lines = inverse if axis == 1 else inverse.T
     before, after = lines[:, :-2], lines[:, 2:]
     change = after - before
-    smooth = (before > 0.0) & (after > 0.0) & (np.abs(change) <= _JUMP * lines[:, 1:-1])
+    smooth = (before > 0.0) & (after > 0.0) & (np.abs(change) <= EDGE * lines[:, 1:-1])
     difference = np.zeros_like(lines)
     difference[:, 1:-1] = np.where(smooth, 0.5 * change, 0.0)
     return difference if axis == 1 else difference.T

@@ -32,11 +32,11 @@ class FrameDecoder:
     def __init__(self, image_transport: str = 'raw', depth_transport: str = 'raw',
                  names: tuple[str, str] = ('colour', 'depth')) -> None:
         self._decode_colour: Callable[[Any], np.ndarray] = (
-            raw_image.colour_image if image_transport == 'raw'
-            else compressed_image.compressed_colour)
+            raw_image.decode_colour if image_transport == 'raw'
+            else compressed_image.decode_colour)
         self._decode_depth: Callable[[Any], np.ndarray] = (
-            raw_image.depth_image if depth_transport == 'raw'
-            else compressed_image.compressed_depth)
+            raw_image.decode_depth if depth_transport == 'raw'
+            else compressed_image.decode_depth)
         self._colour_name, self._depth_name = names
         self._reprojections: dict[tuple[Camera, Camera, bytes], DepthToColour] = {}
 

@@ -74,7 +74,7 @@ class MissingImages:
         similar = np.abs(gaps[:, None] - gaps) <= _PERIOD_TOLERANCE * gaps[:, None]
         ratios = gaps / np.median(gaps[similar[similar.sum(axis=1).argmax()]])
         ratios[gaps > _LONGEST_GAP] = 1.0
-        periods = np.rint(ratios).astype(int)
+        periods: np.ndarray = np.rint(ratios).astype(int)
         unclear = np.mean(np.abs(ratios - periods) > _UNCLEAR) > _LARGEST_UNCLEAR_SHARE
         if unclear or periods.mean() > _LARGEST_MEAN_PERIODS:
             return np.ones(len(gaps), int)

@@ -4,39 +4,38 @@
 """
 The images in sensor_msgs/Image messages.
 
-Only the fields of a message are looked at, so the messages of rclpy and of rosbags both do. Depth
-follows REP 118: 16UC1 in millimetres with 0 for none, 32FC1 in metres with NaN for none.
+Only the fields of a message are used, so messages of rclpy and of rosbags both work. Depth follows
+REP 118: 16UC1 in millimetres with 0 for no depth, 32FC1 in metres with NaN for no depth.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import cv2
 import numpy as np
 
 from aick_ros.errors import InputError
-from aick_ros.messages.png_jpeg import to_8_bit, to_metres, to_units, valid_metres
-
-MILLIMETRES = 1000
+from aick_ros.messages.depth_units import MILLIMETRES, to_metres, to_units, valid_metres
+from aick_ros.messages.png_jpeg import ByteData, to_8_bit
 
 
 class ImageMessage(Protocol):
-    """The fields of a sensor_msgs/Image that matter here."""
+    """The fields of a sensor_msgs/Image that are used; ``step`` is the length of a row [byte]."""
 
     height: int
     width: int
     encoding: str
     is_bigendian: int
     step: int
-    data: Any
+    data: ByteData
 
 
 @dataclass(frozen=True, eq=False)
 class ImageFields:
-    """An image as the fields of a sensor_msgs/Image; ``data`` is flat uint8."""
+    """An image as the fields of a sensor_msgs/Image; ``data`` is flat, N uint8."""
 
     height: int
     width: int
@@ -47,7 +46,7 @@ class ImageFields:
 
 
 class _Layout(NamedTuple):
-    """How a pixel is stored, and what makes grey or red, green, blue of it; None: it is so."""
+    """How a pixel is stored, and how it becomes grey or red, green, blue; None: unchanged."""
 
     channels: int
     dtype: type = np.uint8
@@ -84,33 +83,36 @@ _COLOUR = {
 _DEPTH = {'16UC1': np.uint16, 'mono16': np.uint16, '32FC1': np.float32}
 
 COLOUR_ENCODINGS = tuple(_COLOUR)
+"""Encodings that :func:`decode_colour` decodes."""
+
 DEPTH_ENCODINGS = tuple(_DEPTH)
+"""Encodings that :func:`decode_depth` decodes."""
 
 
-def colour_image(message: ImageMessage) -> np.ndarray:
+def decode_colour(message: ImageMessage) -> np.ndarray:
     """
     Return the colour image in a message.
 
-    :returns: HxWx3 (red, green, blue) or HxW uint8; a view of the message's data for rgb8 and
-        mono8, so it lives and changes with it.
-    :raises InputError: where the fields contradict each other or the encoding is no colour.
+    :returns: HxWx3 (red, green, blue) or HxW uint8; a view of the message's data for rgb8
+        and mono8, which changes with it.
+    :raises InputError: where the fields contradict each other or the encoding is not of colour.
     """
     layout = _COLOUR.get(message.encoding)
     if layout is None:
         raise _wrong_encoding('colour', message.encoding, _COLOUR, _DEPTH)
     if layout.channels == 2 and message.width % 2:
-        raise InputError(f'the image is {message.width} pixels wide, and {message.encoding} has '
-                         'them in pairs: check the driver')
+        raise InputError(f'the image is {message.width} pixels wide, and {message.encoding} '
+                         'stores them in pairs: check the driver')
     pixels = _pixels(message, layout)
     return pixels if layout.convert is None else layout.convert(pixels)
 
 
-def depth_image(message: ImageMessage) -> np.ndarray:
+def decode_depth(message: ImageMessage) -> np.ndarray:
     """
     Return the depth image in a message.
 
-    :returns: HxW float32 [m]; NaN where there is none.
-    :raises InputError: where the fields contradict each other or the encoding is no depth.
+    :returns: HxW float32 [m]; NaN where there is no depth.
+    :raises InputError: where the fields contradict each other or the encoding is not of depth.
     """
     dtype = _DEPTH.get(message.encoding)
     if dtype is None:
@@ -120,22 +122,23 @@ def depth_image(message: ImageMessage) -> np.ndarray:
 
 
 def encode_colour(image: np.ndarray) -> ImageFields:
-    """Return a colour image, HxWx3 or HxW uint8, as a message's fields: rgb8 or mono8."""
+    """Return the fields of a message with a colour image, HxWx3 (rgb8) or HxW (mono8) uint8."""
     return _fields(image, 'mono8' if image.ndim == 2 else 'rgb8')
 
 
 def encode_depth(depth: np.ndarray, encoding: str = '32FC1') -> ImageFields:
     """
-    Return a depth image as a message's fields.
+    Return the fields of a message with a depth image.
 
-    :param depth: HxW float32 [m].
-    :param encoding: ``32FC1`` keeps every depth as it is, ``16UC1`` rounds to millimetres.
+    :param depth: HxW float32 [m], NaN where there is no depth.
+    :param encoding: ``32FC1`` keeps depth bit for bit, ``16UC1`` rounds to millimetres.
+    :raises InputError: for another encoding.
     """
     if encoding == '32FC1':
         return _fields(depth, encoding)
     if encoding == '16UC1':
         return _fields(to_units(depth, MILLIMETRES), encoding)
-    raise InputError(f'depth cannot be written as {encoding!r}: there are 32FC1 and 16UC1')
+    raise InputError(f'depth cannot be encoded as {encoding!r}: use 32FC1 or 16UC1')
 
 
 def _pixels(message: ImageMessage, layout: _Layout) -> np.ndarray:
@@ -147,10 +150,10 @@ def _pixels(message: ImageMessage, layout: _Layout) -> np.ndarray:
     row = width * layout.channels * dtype.itemsize
     if step < row:
         raise InputError(f'rows of the image have step {step}, and {width} pixels of '
-                         f'{message.encoding} take {row} bytes: check the driver')
+                         f'{message.encoding} need {row} bytes: check the driver')
     if len(message.data) < height * step:
         raise InputError(f'the image has {len(message.data)} bytes, and {height} rows of {step} '
-                         f'take {height * step}: check the driver or record it again')
+                         f'need {height * step}: check the driver or record it again')
     rows = np.frombuffer(message.data, np.uint8, height * step).reshape(height, step)
     pixels = rows[:, :row].view(dtype)
     return pixels if layout.channels == 1 else pixels.reshape(height, width, layout.channels)
@@ -162,10 +165,11 @@ def _fields(image: np.ndarray, encoding: str) -> ImageFields:
     return ImageFields(height, width, encoding, 0, image.strides[0], image.reshape(-1).view('u1'))
 
 
-def _wrong_encoding(kind: str, encoding: str, known: Any, others: Any) -> InputError:
+def _wrong_encoding(kind: str, encoding: str, known: Collection[str],
+                    others: Collection[str]) -> InputError:
     if encoding in others:
         other = 'depth' if kind == 'colour' else 'colour'
-        return InputError(f'the {kind} image has encoding {encoding}, which is {other}: take the '
+        return InputError(f'the {kind} image has encoding {encoding}, which is {other}: use the '
                           f'topic of the {kind} image')
-    return InputError(f'the {kind} image has unknown encoding {encoding!r}: there are '
+    return InputError(f'the {kind} image has unknown encoding {encoding!r}: known are '
                       + ', '.join(known))

@@ -4,10 +4,10 @@
 """
 RVL data to depth images (Wilson, Fast Lossless Depth Image Compression, ISS 2017).
 
-The pixels, row after row, are runs: how many zeros, how many others, and these as differences
-from the one before, 1 for -1, 2 for 1, 3 for -2 and so on. Each number is written in digits of
-three bits, the lowest first, each with a fourth bit that says whether another follows. Eight
-digits fill a 32-bit word from its top.
+The pixels, row by row, are runs: the number of zeros, the number of other pixels, and their
+differences from the previous non-zero pixel, zigzag coded: 0 for 0, 1 for -1, 2 for 1, 3 for -2
+and so on. Each number is written in digits of three bits, the lowest first, each with a fourth
+bit that is set where another digit follows. Eight digits fill a 32-bit word from its highest bit.
 """
 
 from __future__ import annotations
@@ -16,20 +16,21 @@ import numpy as np
 
 from aick_ros.errors import InputError
 
-_MOST_PIXELS = 2 ** 25
-_MOST_DIGITS = 9  # of a number, which keeps it below 2^31
+_LARGEST_IMAGE = 2 ** 25  # pixels; chosen, bounds the memory that damaged data may ask for
+_MOST_DIGITS = 9  # of a number; derived: keeps it below 2^31
 
 
 def decode_rvl(data: bytes, width: int, height: int) -> np.ndarray:
     """
     Return the image in RVL data.
 
-    :param data: without the size, which the transports send each in their own way.
+    :param data: without the image size, which each transport sends in its own way.
+    :param width: image columns [px]; ``height``: image rows [px].
     :returns: HxW uint16.
     :raises InputError: where the data is truncated or damaged.
     """
-    if not (width > 0 and height > 0 and width * height <= _MOST_PIXELS):
-        raise InputError(f'its RVL data is said to be of {width} x {height} pixels, so it is '
+    if not (width > 0 and height > 0 and width * height <= _LARGEST_IMAGE):
+        raise InputError(f'its RVL data is declared as {width} x {height} pixels, so it is '
                          'damaged: record it again')
     numbers = _numbers(_digits(data))
     heads = _heads_of_runs(numbers, width * height)
@@ -37,23 +38,23 @@ def decode_rvl(data: bytes, width: int, height: int) -> np.ndarray:
     end = heads[-1] + 2 + lengths[-1]
     is_difference = np.ones(end, bool)
     is_difference[heads] = is_difference[heads + 1] = False
-    folded = numbers[:end][is_difference]
+    zigzag = numbers[:end][is_difference]
     image = np.zeros(width * height, np.uint16)
     is_stored = np.repeat(np.tile([False, True], len(heads)), lengths)
     # the differences are taken modulo 2^16
-    image[is_stored] = np.cumsum((folded >> 1) ^ -(folded & 1), dtype=np.uint16)
+    image[is_stored] = np.cumsum((zigzag >> 1) ^ -(zigzag & 1), dtype=np.uint16)
     return image.reshape(height, width)
 
 
 def _digits(data: bytes) -> np.ndarray:
-    """Return the digits in their order, uint8: three bits, and 8 where another one follows."""
+    """Return the digits in order, N uint8: three bits, and 8 where another one follows."""
     words = np.frombuffer(data, '<u4', len(data) // 4)
-    from_the_top = words.astype('>u4').view(np.uint8)
-    return np.stack([from_the_top >> 4, from_the_top & 15], axis=1).ravel()
+    high_byte_first = words.astype('>u4').view(np.uint8)
+    return np.stack([high_byte_first >> 4, high_byte_first & 15], axis=1).ravel()
 
 
 def _numbers(digits: np.ndarray) -> np.ndarray:
-    """Return the numbers that are written in full, int32."""
+    """Return the complete numbers, N int32."""
     last = np.flatnonzero(digits < 8)
     if not len(last):
         return np.empty(0, np.int32)
@@ -68,7 +69,7 @@ def _numbers(digits: np.ndarray) -> np.ndarray:
 
 
 def _heads_of_runs(numbers: np.ndarray, pixels: int) -> np.ndarray:
-    """Return where in the numbers the two lengths of each run stand."""
+    """Return the index of the two lengths of each run in the numbers, N int."""
     heads, head, left = [], 0, pixels
     while left > 0:
         if head + 1 >= len(numbers):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Pairs colour images with depth images by stamp, as they arrive."""
+"""Pairing of colour images with depth images by stamp, as they arrive."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 
-_GAPS_KEPT = 30
-_LEAST_GAP = 0.8  # of the least gap seen lately: the next one may be shorter still
+_GAPS_KEPT = 30  # chosen: the last second at 30 Hz
+_GAP_MARGIN = 0.8  # chosen; the next gap may be this much shorter than the recent ones
 
 
 class Pair(NamedTuple):
-    """A colour image and the depth image nearest in time; stamps in ns."""
+    """A colour image and the depth image nearest in time; stamps in ns, images as added."""
 
     colour_stamp: int
     colour: Any
@@ -38,8 +38,8 @@ class _Stream:
         self.queue.append((stamp, image))
 
     def may_bring_nearer(self, interval: int) -> bool:
-        """Whether the next image may be nearer to a partner than the head, ``interval`` off."""
-        return interval > 0 and 2 * interval > _LEAST_GAP * min(self.gaps, default=0)
+        """Return whether a later image may be nearer than the head, at ``interval`` [ns]."""
+        return interval > 0 and 2 * interval > _GAP_MARGIN * min(self.gaps, default=0)
 
     def drop_head(self) -> None:
         self.queue.popleft()
@@ -55,13 +55,13 @@ class Synchronizer:
     """
     Pairs two streams of stamped images, each used at most once, in order.
 
-    A pair is given out as soon as no image still to come can fit better: at once where the two
-    stamps are less than half a period apart, otherwise one more image is waited for. So the pairs
-    do not depend on which stream's image arrives first, and a live camera and a recording of it
-    give the same ones.
+    A pair is returned as soon as no later image can fit better: at once where the two stamps
+    differ by less than half a period, otherwise after one more image. So the pairs do not depend
+    on which stream's image arrives first, and a live camera and a recording of it have the same
+    pairs.
 
     :param max_interval: largest difference of the stamps of a pair [s]; 0: equal stamps only.
-    :param queue_size: images of one stream that wait for a partner; None: any number.
+    :param queue_size: largest number of images of one stream that wait for a partner; None: any.
     """
 
     def __init__(self, max_interval: float = 0.02, queue_size: int | None = None) -> None:
@@ -73,24 +73,24 @@ class Synchronizer:
 
     @property
     def unpaired(self) -> dict[str, int]:
-        """How many images of each stream found no partner."""
+        """Number of images of each stream that were dropped without a partner."""
         return {'colour': self._colour.unpaired, 'depth': self._depth.unpaired}
 
     @property
     def late(self) -> int:
-        """How many images were refused because their stamp repeats or goes back."""
+        """Number of images that were rejected because their stamp repeats or goes back."""
         return self._late
 
     def add_colour(self, stamp: int, image: Any) -> list[Pair]:
-        """Take a colour image of a stamp [ns]; return the pairs that are now certain."""
+        """Add a colour image with its stamp [ns]; return the pairs that are now certain."""
         return self._add(self._colour, stamp, image)
 
     def add_depth(self, stamp: int, image: Any) -> list[Pair]:
-        """Take a depth image of a stamp [ns]; return the pairs that are now certain."""
+        """Add a depth image with its stamp [ns]; return the pairs that are now certain."""
         return self._add(self._depth, stamp, image)
 
     def flush(self) -> list[Pair]:
-        """Return the pairs that wait for an image; call it when none will come."""
+        """Return the pairs that wait for a later image; call it when none will come."""
         return self._take_pairs(ended=True)
 
     def _add(self, stream: _Stream, stamp: int, image: Any) -> list[Pair]:
@@ -100,7 +100,7 @@ class Synchronizer:
                 return []
             for other in (self._colour, self._depth):
                 if other.last is not None and other.last - stamp > RESTART_AFTER:
-                    other.restart()  # unless it has begun anew before this one
+                    other.restart()  # unless it has restarted already
         stream.append(stamp, image)
         pairs = self._take_pairs(ended=False)
         while self._queue_size is not None and len(stream.queue) > self._queue_size:
@@ -127,7 +127,7 @@ class Synchronizer:
 
 
 def _fits(older: _Stream, newer: _Stream, ended: bool) -> bool | None:
-    """Whether the two heads belong together; None where that hangs on an image to come."""
+    """Return whether the two heads are a pair; None where a later image decides it."""
     interval = newer.queue[0][0] - older.queue[0][0]
     if len(older.queue) == 1:
         return None if not ended and older.may_bring_nearer(interval) else True

@@ -4,7 +4,7 @@
 """
 ROS 2 bags (mcap, sqlite3) and ROS 1 bags, read message by message.
 
-Images are paired by the stamps of their headers. One whose stamp repeats or goes back is left out
+Images are paired by the stamps of their headers. An image whose stamp cannot be used is dropped
 and reported.
 """
 
@@ -37,8 +37,8 @@ class BagSource:
     """
     A bag; see :class:`aick_ros.sources.RgbdSource`.
 
-    :param path: the folder of a ROS 2 bag, one of its .mcap or .db3 files, or a .bag file.
-    :raises InputError: where the bag cannot be read or lacks what is needed.
+    :param path: folder of a ROS 2 bag, one of its .mcap or .db3 files, or a .bag file.
+    :raises InputError: where the bag cannot be read, or has no images or no calibration.
     """
 
     def __init__(self, path: Path, options: SourceOptions = SourceOptions()) -> None:
@@ -61,7 +61,7 @@ class BagSource:
 
     @property
     def raw_topics(self) -> tuple[str, str, str] | None:
-        """Topics of colour, depth and calibration; None unless all three are there, and raw."""
+        """Topics of colour, depth and calibration; None where one is missing or compressed."""
         if {self._topics.types[self._colour], self._topics.types[self._depth]} != {IMAGE}:
             return None
         try:
@@ -72,7 +72,7 @@ class BagSource:
 
     @cached_property
     def ground_truth(self) -> Trajectory | None:
-        """The poses on the ground truth's topic, or None; null quaternions are left out."""
+        """The poses on the topic of the ground truth, or None; null quaternions are skipped."""
         topic = self._topics.ground_truth(self._options.ground_truth_topic)
         if topic is None:
             return None
@@ -89,7 +89,7 @@ class BagSource:
                           np.array([poses[stamp] for stamp in stamps]))
 
     def __len__(self) -> int:
-        """Return the number of images of the topic that has fewer."""
+        """Return the number of images of the topic with fewer images."""
         return self._length
 
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
@@ -116,7 +116,7 @@ class BagSource:
                 'the two drivers')
 
     def _decoder_of(self, pair: Pair) -> Callable[[Pair], RgbdFrame]:
-        """Return what decodes a pair; InputError where the extrinsic that it needs is missing."""
+        """Return the function that decodes a pair; InputError where its extrinsic is missing."""
         if self._depth_camera is None:
             return partial(self._decoder.decode, camera=self._camera)
         return partial(self._decoder.decode_and_reproject, camera=self._camera,
@@ -145,11 +145,12 @@ class BagSource:
 
 
 def _stamp(message: Any) -> int:
-    return message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec
+    """Return the stamp in the header of a message [ns]."""
+    return int(message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec)
 
 
 def _pose(message: Any) -> np.ndarray:
-    """Return the pose in a message of one of the types in POSES; ValueError where it is none."""
+    """Return the pose in a message of a type in POSES, 4x4; ValueError where it is not a pose."""
     pose = getattr(message, 'pose', None) or message.transform
     pose = getattr(pose, 'pose', pose)
     position = pose.position if hasattr(pose, 'position') else pose.translation

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The messages of a ROS 1 or ROS 2 bag, with the errors a person can act on."""
+"""The messages of a ROS 1 or ROS 2 bag, with errors that say what to do."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class BagFile:
     """
     A bag on disk; every read opens it anew.
 
-    :param path: the folder of a ROS 2 bag, one of its .mcap or .db3 files, or a .bag file. A
-        folder without metadata.yaml will do where it has one storage file.
+    :param path: folder of a ROS 2 bag, one of its .mcap or .db3 files, or a .bag file. A folder
+        without metadata.yaml is accepted where it has one storage file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -43,7 +43,7 @@ class BagFile:
 
     def topics(self) -> dict[str, TopicInfo]:
         """
-        Return what the bag's index has about its topics.
+        Return the topics in the index of the bag, with type and number of messages.
 
         :raises InputError: where the bag cannot be read.
         """
@@ -54,8 +54,8 @@ class BagFile:
         """
         Yield the messages in the order in which they were recorded.
 
-        :param on_damaged: told of each message that cannot be deserialised.
-        :raises InputError: where the bag cannot be read on.
+        :param on_damaged: called with the error of each message that cannot be deserialised.
+        :raises InputError: where the bag cannot be read to its end.
         """
         with self._open() as reader:
             connections = [connection for connection in reader.connections
@@ -95,7 +95,8 @@ class BagFile:
 
 
 def _storage(path: Path) -> Path:
-    # rosbags takes whatever ends in .bag for a ROS 1 bag
+    """Return the path that rosbags is to open."""
+    # rosbags reads every path that ends in .bag as a ROS 1 bag
     if path.is_file() or (path / 'metadata.yaml').exists() and path.suffix != '.bag':
         return path
     files = sorted(file for file in path.iterdir() if file.suffix in ('.mcap', '.db3'))
@@ -108,4 +109,5 @@ def _storage(path: Path) -> Path:
 
 
 def _reason(error: Exception) -> str:
+    """Return the text of an error in one line, or its type where it has none."""
     return ' '.join(str(error).split()).rstrip('.') or type(error).__name__

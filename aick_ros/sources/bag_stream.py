@@ -66,7 +66,8 @@ class BagStream:
 
     def flush(self) -> list[StampedMessage]:
         """Return the image that is kept, none or one; call it when no more will come."""
-        if self._kept is None:
+        kept, self._kept = self._kept, None
+        if kept is None:
             return []
-        kept, self._kept, self._last = self._kept, None, self._kept.stamp
+        self._last = kept.stamp
         return [kept]

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Which of a bag's topics are the colour, the registered depth, the calibration, the truth."""
+"""Choice of the topics of a bag: colour, depth, calibrations and ground truth."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ COMPRESSED_IMAGE = 'sensor_msgs/msg/CompressedImage'
 CAMERA_INFO = 'sensor_msgs/msg/CameraInfo'
 POSES = ('geometry_msgs/msg/PoseStamped', 'geometry_msgs/msg/PoseWithCovarianceStamped',
          'geometry_msgs/msg/TransformStamped', 'nav_msgs/msg/Odometry')
-"""Types that a ground truth may have."""
+"""Types of messages that can be ground truth."""
 
 _IMAGES = (IMAGE, COMPRESSED_IMAGE)
 _DEPTH = re.compile(r'depth', re.IGNORECASE)
@@ -39,7 +39,7 @@ class BagTopics:
     The topics of a bag that have messages.
 
     :param types: topic -> type.
-    :param bag: name of the bag, for errors.
+    :param bag: path of the bag, for error messages.
     """
 
     types: Mapping[str, str]
@@ -47,11 +47,11 @@ class BagTopics:
 
     def colour(self, given: str | None, depth: str | None = None) -> str:
         """
-        Return the topic of the colour images; a raw one rather than a compressed one.
+        Return the topic of the colour images; raw ones are preferred to compressed ones.
 
-        :param given: the topic the user wants.
-        :param depth: the depth topic, where it is known already.
-        :raises InputError: where none fits or several do equally.
+        :param given: the topic that the user chose, or None.
+        :param depth: the depth topic, where the user chose it.
+        :raises InputError: where no topic fits, or several fit equally.
         """
         def fits(topic: str) -> bool:
             return not _DEPTH.search(topic) and not _NEITHER.search(topic)
@@ -80,15 +80,15 @@ class BagTopics:
         return self._choose('depth', given, _IMAGES, fits, rank)
 
     def info(self, given: str | None, colour: str) -> str:
-        """Return the topic of the colour camera's camera_info, the one beside the images first."""
+        """Return the topic of the colour camera's camera_info, preferably beside its images."""
         return self._info('camera_info', given, colour, is_depth=False)
 
     def depth_info(self, given: str | None, depth: str) -> str:
-        """Return the topic of the depth camera's camera_info, the one beside the images first."""
+        """Return the topic of the depth camera's camera_info, preferably beside its images."""
         return self._info('depth camera_info', given, depth, is_depth=True)
 
     def ground_truth(self, given: str | None) -> str | None:
-        """Return the topic of the ground truth, or None where there is none."""
+        """Return the topic of the ground truth, None where the bag has none."""
         def fits(topic: str) -> bool:
             return bool(_GROUND_TRUTH.search(topic))
 
@@ -97,7 +97,7 @@ class BagTopics:
         return self._choose('ground truth', given, POSES, fits, lambda topic: ())
 
     def __str__(self) -> str:
-        """Return the topics with their types, for a person."""
+        """Return the topics with their types, for error messages."""
         topics = (f'{topic} ({type_})' for topic, type_ in sorted(self.types.items()))
         return ', '.join(topics) or 'no messages'
 
@@ -135,13 +135,13 @@ class BagTopics:
         best = max(map(rank, candidates))
         chosen = [topic for topic in candidates if rank(topic) == best]
         if len(chosen) > 1:
-            raise InputError(f'{self.bag} has several topics that may be the {what} one, '
+            raise InputError(f'{self.bag} has several that may be the {what} topic, '
                              f'{", ".join(chosen)}: choose with {option}')
         return chosen[0]
 
 
 def _shared(topic: str, other: str | None) -> int:
-    """Return how many leading parts two topic names have in common."""
+    """Return the number of leading parts that two topic names have in common."""
     count = 0
     for part, other_part in zip(topic.split('/'), (other or '').split('/')):
         if part != other_part:

@@ -4,8 +4,8 @@
 """
 Calibration files: ``camera.json`` with the names of sensor_msgs/CameraInfo, and the YAML of ROS.
 
-The latter is what camera_calibration writes and drivers read, or a camera_info as ``ros2 topic
-echo`` prints it.
+The YAML is a file of camera_calibration, as drivers read it, or a camera_info as printed by ``ros2
+topic echo``.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ CAMERA_FILE = 'camera.json'
 
 HOW_TO_GIVE = (f'give one with --camera FILE, or put it into the folder as {CAMERA_FILE}: '
                '{"width": ..., "height": ..., "distortion_model": "plumb_bob", '
-               '"k": [nine numbers, row by row], "d": [...]}; --camera takes the YAML of '
+               '"k": [nine numbers, row by row], "d": [...]}; --camera reads the YAML of '
                'camera_calibration too')
 
 
@@ -33,7 +33,7 @@ def read_camera(path: Path) -> Camera:
     """
     Read a calibration file.
 
-    :raises InputError: naming the file, where it cannot be read or describes no camera.
+    :raises InputError: naming the file, where it cannot be read or does not describe a camera.
     """
     try:
         text = path.read_text()
@@ -48,17 +48,17 @@ def read_camera(path: Path) -> Camera:
     except InputError as error:
         raise InputError(f'{path}: {error}') from None
     except KeyError as error:
-        raise InputError(f'{path} has no {error}: it takes width, height, k (in YAML of '
+        raise InputError(f'{path} has no {error}: required are width, height, k (in YAML of '
                          'camera_calibration: image_width, image_height, camera_matrix) and, '
                          'where the image is distorted, distortion_model and d '
                          '(distortion_coefficients)') from None
     except (TypeError, ValueError, AttributeError, OverflowError):
-        raise InputError(f'{path} is no calibration: it takes an object with the numbers width '
-                         'and height and the lists of numbers k and d') from None
+        raise InputError(f'{path} is not a calibration: required is an object with the numbers '
+                         'width and height and the lists of numbers k and d') from None
 
 
 def _from_yaml(text: str) -> Any:
-    """Return the first document; ValueError where it is no YAML."""
+    """Return the first document; ValueError where the text is not YAML."""
     try:
         import yaml
     except ModuleNotFoundError:
@@ -66,7 +66,7 @@ def _from_yaml(text: str) -> Any:
     try:
         return next(yaml.safe_load_all(text), None)
     except yaml.YAMLError as error:
-        raise ValueError(f'it is no YAML: {" ".join(str(error).split())}') from None
+        raise ValueError(f'it is not YAML: {" ".join(str(error).split())}') from None
 
 
 def _as_camera_info(fields: Mapping[str, Any]) -> Mapping[str, Any]:

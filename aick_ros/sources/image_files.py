@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Colour and depth images in files."""
+"""Files with colour and depth images."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def read_colour(path: Path) -> np.ndarray:
 
 def read_units(path: Path) -> np.ndarray:
     """
-    Read a depth image, in whatever unit it is stored.
+    Read a depth image in a PNG file, in the unit in which it is stored.
 
     :returns: HxW uint16.
     :raises InputError: naming the file.

@@ -5,9 +5,9 @@
 Folders of numbered images, as 7-Scenes and 3DMatch have them.
 
 ``frame-000000.color.png`` or ``.jpg``, ``frame-000000.depth.png`` in millimetres (0 and 65535 for
-none), ``frame-000000.pose.txt`` with ``T_world_camera`` (optional), and the calibration as
-``camera.json`` or ``camera-intrinsics.txt``, in the folder or the one above. The numbers count at
-30 Hz, so a number that is missing leaves a gap in time.
+no depth), ``frame-000000.pose.txt`` with ``T_world_camera`` (optional), and the calibration as
+``camera.json`` or ``camera-intrinsics.txt``, in the folder or its parent. The stamps follow from
+the numbers at 30 Hz, so a missing number leaves a gap in time.
 """
 
 from __future__ import annotations
@@ -25,21 +25,20 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
-from aick_ros.messages.png_jpeg import to_metres
+from aick_ros.messages.depth_units import MILLIMETRES, to_metres
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
 from aick_ros.sources.image_files import read_colour, read_units
 
 RATE = 30
-"""Numbers a second."""
+"""Numbers per second."""
 
 START = NANOSECONDS
-"""Stamp of number 0 [ns]; not zero, which stands for a stamp that was never set."""
+"""Stamp of number 0 [ns]; not zero, which means that a stamp was never set."""
 
 INTRINSICS_FILE = 'camera-intrinsics.txt'
 
-_UNITS_PER_METRE = 1000
-_NO_DEPTH = 65535
+_NO_DEPTH = 65535  # of 7-Scenes, beside 0
 _FILE = re.compile(r'frame-(\d+)\.(?:(color)\.(?:png|jpe?g)|(depth)\.png|(pose)\.txt)')
 
 
@@ -47,7 +46,7 @@ class ImagesSource:
     """
     A folder of numbered images; see :class:`aick_ros.sources.RgbdSource`.
 
-    :raises InputError: where colour, depth or the calibration are missing or cannot be used.
+    :raises InputError: where colour, depth or the calibration is missing or cannot be used.
     """
 
     def __init__(self, folder: Path, options: SourceOptions = SourceOptions()) -> None:
@@ -58,12 +57,12 @@ class ImagesSource:
         for kind in ('color', 'depth'):
             if not self._files[kind]:
                 raise InputError(f'{folder} has no frame-000000.{kind}.png: a folder of numbered '
-                                 'images takes colour and depth')
-        self._camera, self._matrix = _find_camera(folder, options.camera)
+                                 'images has both colour and depth')
+        self._calibration = _find_camera(folder, options.camera)
 
     @cached_property
     def ground_truth(self) -> Trajectory | None:
-        """The poses, None where there are none; one that is not finite is left out."""
+        """The poses, None where there are none; poses that are not finite are skipped."""
         paths = self._files['pose']
         poses = {_stamp(number): _read_pose(paths[number]) for number in sorted(paths)}
         poses = {stamp: pose for stamp, pose in poses.items() if np.isfinite(pose).all()}
@@ -92,12 +91,12 @@ class ImagesSource:
             raise InputError(f'{path} has no frame-{number:06d}.depth.png beside it')
         colour, depth = read_colour(path), read_units(self._files['depth'][number])
         depth[depth == _NO_DEPTH] = 0
-        if self._camera is None:
-            self._camera = Camera.from_camera_info(colour.shape[1], colour.shape[0],
-                                                   self._matrix.ravel())
+        if not isinstance(self._calibration, Camera):
+            self._calibration = Camera.from_camera_info(colour.shape[1], colour.shape[0],
+                                                        self._calibration)
         try:
-            return RgbdFrame(_stamp(number), colour, to_metres(depth, _UNITS_PER_METRE),
-                             self._camera)
+            return RgbdFrame(_stamp(number), colour, to_metres(depth, MILLIMETRES),
+                             self._calibration)
         except InputError as error:
             raise InputError(f'{path}: {error}') from None
 
@@ -117,36 +116,39 @@ def _find_files(folder: Path) -> dict[str, dict[int, Path]]:
     return files
 
 
-def _find_camera(folder: Path, given: Path | None) -> tuple[Camera | None, np.ndarray | None]:
-    """Return the camera, or the matrix of one whose image size is still to be seen."""
+def _find_camera(folder: Path, given: Path | None) -> Camera | list[float]:
+    """Return the camera, or the nine numbers of k where the image size is not known yet."""
     if given is not None:
-        return read_camera(given), None
+        return read_camera(given)
     for place in (folder, folder.resolve().parent):
         if (place / CAMERA_FILE).exists():
-            return read_camera(place / CAMERA_FILE), None
+            return read_camera(place / CAMERA_FILE)
         if (place / INTRINSICS_FILE).exists():
-            return None, _read_intrinsics(place / INTRINSICS_FILE)
+            return _read_intrinsics(place / INTRINSICS_FILE)
     raise InputError(f'{folder} has no calibration: {HOW_TO_GIVE}, or as {INTRINSICS_FILE} with '
                      'three rows (7-Scenes: 585 0 320 / 0 585 240 / 0 0 1)')
 
 
-def _read_intrinsics(path: Path) -> np.ndarray:
+def _read_intrinsics(path: Path) -> list[float]:
+    """Return k, nine numbers row by row."""
     matrix = _read_matrix(path, (3, 3))
     if not np.isfinite(matrix).all() or matrix[0, 0] <= 0.0 or matrix[1, 1] <= 0.0:
-        raise InputError(f'{path} has no positive focal lengths: it takes fx 0 cx / 0 fy cy / '
-                         '0 0 1')
-    return matrix
+        raise InputError(f'{path} has no positive focal lengths: required are fx 0 cx / 0 fy cy '
+                         '/ 0 0 1')
+    return [float(number) for number in matrix.flat]
 
 
 def _read_pose(path: Path) -> np.ndarray:
+    """Return ``T_world_camera`` as it is written, 4x4; it may be not finite."""
     pose = _read_matrix(path, (4, 4))
     rotation = pose[:3, :3]
     if np.isfinite(pose).all() and not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-2):
-        raise InputError(f'{path} is no pose: its rotation is not orthonormal')
+        raise InputError(f'{path} is not a pose: its rotation is not orthonormal')
     return pose
 
 
 def _read_matrix(path: Path, shape: tuple[int, int]) -> np.ndarray:
+    """Read rows of numbers, float64."""
     try:
         return np.array(path.read_text().split(), np.float64).reshape(shape)
     except (OSError, ValueError) as error:
@@ -155,5 +157,5 @@ def _read_matrix(path: Path, shape: tuple[int, int]) -> np.ndarray:
 
 
 def _rigid(pose: np.ndarray) -> np.ndarray:
-    """Return a pose of few decimals with its rotation made orthonormal."""
+    """Return a pose that was rounded, its rotation orthonormal again, 4x4."""
     return se3.from_quaternion(se3.to_quaternion(pose[:3, :3]), pose[:3, 3])

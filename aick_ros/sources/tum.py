@@ -4,9 +4,9 @@
 """
 Folders of the TUM RGB-D benchmark (Sturm et al., IROS 2012).
 
-``rgb.txt`` and ``depth.txt`` list stamps and files, ``groundtruth.txt`` stamps and poses. A line
-whose stamp repeats is left out and reported, lines out of order are sorted, and one that cannot be
-read is refused.
+``rgb.txt`` and ``depth.txt`` list stamps and files, ``groundtruth.txt`` stamps and poses. Lines
+out of order are sorted, a line whose stamp repeats is skipped and reported, and a line that cannot
+be read is an error.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import (
     Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds)
-from aick_ros.messages.png_jpeg import to_metres
+from aick_ros.messages.depth_units import to_metres
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
 from aick_ros.sources.image_files import read_colour, read_units
 
 UNITS_PER_METRE = 5000
-"""What a depth PNG counts in."""
+"""Units of a depth PNG per metre, as the benchmark defines them."""
 
 CAMERAS = {
     '1': Camera(640, 480, 517.306408, 516.469215, 318.643040, 255.313989, 'plumb_bob',
@@ -40,23 +40,23 @@ CAMERAS = {
                 (0.231222, -0.784899, -0.003257, -0.000105, 0.917205)),
     '3': Camera(640, 480, 535.433105, 539.212524, 320.106653, 247.632132),
 }
-"""The benchmark's calibration of its three cameras; the images of the third are undistorted."""
+"""Camera number -> calibration of the benchmark; images of the third are undistorted."""
 
 _CAMERA_IN_PATH = re.compile(r'(?:freiburg|(?<![a-z])fr)([123])(?!\d)', re.IGNORECASE)
 
 
 class _List(NamedTuple):
-    """A list file: stamps with image files, strictly increasing, and what was left out."""
+    """A list file: stamps [ns], strictly increasing, with image files, and the skipped lines."""
 
     images: list[tuple[int, Path]]
-    left_out: list[InputError]
+    skipped: list[InputError]
 
 
 class TumSource:
     """
     A TUM folder; see :class:`aick_ros.sources.RgbdSource`.
 
-    :raises InputError: where the lists or the calibration are missing or cannot be used.
+    :raises InputError: where a list or the calibration is missing or cannot be used.
     """
 
     def __init__(self, folder: Path, options: SourceOptions = SourceOptions()) -> None:
@@ -65,7 +65,7 @@ class TumSource:
         self._camera = _find_camera(folder, options.camera)
         colour = _read_list(folder, 'rgb.txt')
         depth = _read_list(folder, 'depth.txt')
-        self._left_out = colour.left_out + depth.left_out
+        self._skipped = colour.skipped + depth.skipped
         self._pairs = _associate(colour.images, depth.images, options.max_interval)
         if not self._pairs:
             raise InputError(
@@ -75,7 +75,7 @@ class TumSource:
 
     @cached_property
     def ground_truth(self) -> Trajectory | None:
-        """The path in groundtruth.txt, or None."""
+        """The trajectory in groundtruth.txt, None where there is none."""
         path = self._folder / 'groundtruth.txt'
         return read_trajectory(path) if path.exists() else None
 
@@ -84,8 +84,8 @@ class TumSource:
         return len(self._pairs)
 
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
-        """Yield the associated pairs."""
-        for error in self._left_out:
+        """Yield the associated pairs as frames."""
+        for error in self._skipped:
             on_damaged(error)
         for pair in self._pairs:
             try:
@@ -124,29 +124,30 @@ def _read_list(folder: Path, name: str) -> _List:
         raise InputError(f'cannot read the list {path}: {error}; a TUM folder has rgb.txt and '
                          'depth.txt') from None
     images: dict[int, Path] = {}
-    left_out = []
+    skipped = []
     for number, line in enumerate(lines, 1):
         if not line.strip() or line.startswith('#'):
             continue
         stamp, file = _read_line(line, f'{path}, line {number}')
         if stamp in images:
-            left_out.append(InputError(
+            skipped.append(InputError(
                 f'{path}, line {number}: stamp {stamp_to_seconds(stamp)} repeats; the line is '
-                'left out'))
+                'skipped'))
         else:
             images[stamp] = folder / file
     if not images:
-        raise InputError(f'{path} lists no images: it takes lines of stamp and file name')
-    return _List(sorted(images.items()), left_out)
+        raise InputError(f'{path} lists no images: required are lines of stamp and file name')
+    return _List(sorted(images.items()), skipped)
 
 
 def _read_line(line: str, where: str) -> tuple[int, str]:
+    """Return the stamp [ns] and the file of a line."""
     try:
         stamp, file = line.split()
         return seconds_to_stamp(stamp), file
     except (ValueError, OverflowError):
-        raise InputError(f'{where}: {line.strip()[:80]!r} is no image; it takes a stamp in '
-                         'seconds and a file name') from None
+        raise InputError(f'{where}: {line.strip()[:80]!r} is not an image: required are a stamp '
+                         'in seconds and a file name') from None
 
 
 def _associate(colour: list[tuple[int, Path]], depth: list[tuple[int, Path]],

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The camera of a camera_info: which matrix counts, and what binning and a roi make of it."""
+"""The camera of a camera_info: which matrix is used, and the effect of binning and a roi."""
 
 from types import SimpleNamespace
 
@@ -24,7 +24,7 @@ def info(**changes):
     return SimpleNamespace(roi=SimpleNamespace(**roi), **fields)
 
 
-def test_of_the_raw_image_k_and_d_of_the_rectified_one_p():
+def test_raw_images_use_k_and_d_and_rectified_ones_p():
     assert to_camera(info()) == Camera(1280, 960, 1000, 1010, 640, 480, 'plumb_bob', tuple(D))
     assert to_camera(info(), rectified=True) == Camera(1280, 960, 900, 910, 630, 470)
 
@@ -36,8 +36,8 @@ def test_a_camera_without_distortion_needs_no_p():
 
 
 @pytest.mark.parametrize('rectified', [False, True])
-def test_a_point_is_seen_where_the_cut_out_binned_image_has_it(rectified):
-    """Oracle: project into the whole image, then cut out and bin the pixel by hand."""
+def test_a_point_projects_into_the_cropped_and_binned_image(rectified):
+    """Oracle: project into the whole image, then crop and bin the pixel by hand."""
     whole = to_camera(info(), rectified)
     sent = to_camera(info(binning_x=2, binning_y=4, roi={
         'x_offset': 100, 'y_offset': 40, 'width': 800, 'height': 640}), rectified)
@@ -47,9 +47,21 @@ def test_a_point_is_seen_where_the_cut_out_binned_image_has_it(rectified):
                                (whole.project(points) - (100, 40)) / (2, 4), atol=1e-9)
 
 
+@pytest.mark.parametrize('size', [{'width': 800}, {'height': 640}, {}])
+def test_a_roi_without_a_size_is_the_whole_image(size):
+    """As the message defines: 0 means that the roi is not used."""
+    roi = {'x_offset': 100, 'y_offset': 40, **size}
+    assert to_camera(info(roi=roi)) == to_camera(info())
+
+
+@pytest.mark.parametrize('roi', [{'x_offset': 480, 'y_offset': 320, 'width': 800, 'height': 640}])
+def test_a_roi_up_to_the_border_is_within(roi):
+    assert to_camera(info(roi=roi)).width == 800
+
+
 @pytest.mark.parametrize('roi', [{'x_offset': 600, 'width': 800, 'height': 100},
                                  {'y_offset': 900, 'width': 100, 'height': 100}])
-def test_a_roi_outside_the_image_is_refused(roi):
+def test_a_roi_outside_the_image_is_rejected(roi):
     with pytest.raises(InputError, match='is not within 1280 x 960: check the driver'):
         to_camera(info(roi=roi))
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Compressed image messages: what was compressed comes back, the rest is refused."""
+"""Compressed image messages: what was encoded is decoded, the rest is rejected."""
 
 import array
 import math
@@ -31,20 +31,20 @@ def compressed(format_, image, kind='.png', header=b'', container=bytes):
     ('rgb8; png compressed bgr8', '.png'), ('bgr8; png compressed bgr8', '.png'),
     ('png', '.png'), ('rgb8; jpeg compressed bgr8', '.jpg'), ('jpeg', '.jpg')])
 def test_compressed_colour_comes_back(format_, kind, container):
-    colour = compressed_image.compressed_colour(
+    colour = compressed_image.decode_colour(
         compressed(format_, BGR, kind, container=container))
     tolerance = 0 if kind == '.png' else 12
     assert np.abs(colour.astype(int) - BGR[:, :, ::-1]).max() <= tolerance
 
 
-def test_compressed_rgb_that_was_not_turned_to_bgr_is_not_turned_back():
-    colour = compressed_image.compressed_colour(compressed('rgb8; png compressed ', BGR))
+def test_compressed_rgb_that_was_stored_as_rgb_stays_rgb():
+    colour = compressed_image.decode_colour(compressed('rgb8; png compressed ', BGR))
     assert np.array_equal(colour, BGR)
 
 
 def test_compressed_grey_comes_back():
     for format_ in ('mono8; jpeg compressed ', 'rgb8; png compressed '):
-        colour = compressed_image.compressed_colour(compressed(format_, BGR[:, :, 0]))
+        colour = compressed_image.decode_colour(compressed(format_, BGR[:, :, 0]))
         assert np.array_equal(colour, BGR[:, :, 0])
 
 
@@ -52,7 +52,7 @@ def test_compressed_grey_comes_back():
     ('16UC1; compressedDepth png', bytes(12)), ('16UC1; compressedDepth', bytes(12)),
     ('16UC1', bytes(12)), ('16UC1; png compressed ', b''), ('png', b'')])
 def test_compressed_millimetres_come_back(format_, header):
-    depth = compressed_image.compressed_depth(compressed(format_, MILLIMETRES, header=header))
+    depth = compressed_image.decode_depth(compressed(format_, MILLIMETRES, header=header))
     expected = np.where(MILLIMETRES > 0, MILLIMETRES / 1000, np.nan).astype(np.float32)
     assert np.array_equal(depth, expected, equal_nan=True)
 
@@ -67,7 +67,7 @@ def test_compressed_inverse_depth_comes_back_within_its_quantisation():
         stored = np.where(metres < farthest, scale / metres + offset, 0).astype(np.uint16)
     header = struct.pack('<iff', 0, scale, offset)
     for format_ in ('32FC1; compressedDepth png', '32FC1; compressedDepth'):
-        depth = compressed_image.compressed_depth(compressed(format_, stored, header=header))
+        depth = compressed_image.decode_depth(compressed(format_, stored, header=header))
         assert np.isnan(depth[0, :3]).all()
         # one step of the stored number is depth^2 / A
         error = np.abs(depth - metres)[np.isfinite(depth)]
@@ -75,16 +75,26 @@ def test_compressed_inverse_depth_comes_back_within_its_quantisation():
         assert np.isfinite(depth).sum() == depth.size - 3
 
 
-def test_compressed_inverse_depth_without_quantisation_is_refused():
+def test_stored_inverse_depth_of_no_positive_depth_is_none():
+    """For B = 100, what is stored up to B is depth at infinity or behind the camera."""
+    stored = np.array([[0, 1, 99, 100, 101, 200, 65535]], np.uint16)
+    header = struct.pack('<iff', 0, 50.0, 100.0)
+    depth = compressed_image.decode_depth(
+        compressed('32FC1; compressedDepth png', stored, header=header))
+    expected = [[math.nan] * 4 + [50.0, 0.5, 50.0 / 65435]]
+    np.testing.assert_allclose(depth, expected, rtol=1e-6)
+
+
+def test_compressed_inverse_depth_without_quantisation_is_rejected():
     for header in (bytes(12), struct.pack('<iff', 0, math.nan, 0.0), b''):
         with pytest.raises(InputError, match='quantisation A .* must be positive'):
-            compressed_image.compressed_depth(
+            compressed_image.decode_depth(
                 compressed('32FC1; compressedDepth png', MILLIMETRES, header=header))
 
 
-def test_colour_in_place_of_compressed_depth_is_told():
+def test_colour_instead_of_compressed_depth_is_rejected():
     with pytest.raises(InputError, match='3 channels of uint8'):
-        compressed_image.compressed_depth(
+        compressed_image.decode_depth(
             compressed('rgb8; png compressed bgr8', BGR, header=bytes(12)))
 
 
@@ -97,7 +107,7 @@ def compressed_by_rvl(units, header=bytes(12)):
 
 @pytest.mark.parametrize('container', [bytes, lambda data: array.array('B', data)])
 def test_millimetres_compressed_by_rvl_come_back(container):
-    depth = compressed_image.compressed_depth(SimpleNamespace(
+    depth = compressed_image.decode_depth(SimpleNamespace(
         format='16UC1; compressedDepth rvl', data=container(compressed_by_rvl(MILLIMETRES))))
     expected = np.where(MILLIMETRES > 0, MILLIMETRES / 1000, np.nan).astype(np.float32)
     assert np.array_equal(depth, expected, equal_nan=True)
@@ -105,7 +115,7 @@ def test_millimetres_compressed_by_rvl_come_back(container):
 
 def test_inverse_depth_compressed_by_rvl_is_that_compressed_by_png():
     header = struct.pack('<iff', 0, 10100.0, -1009.0)
-    by_rvl, by_png = (compressed_image.compressed_depth(message) for message in (
+    by_rvl, by_png = (compressed_image.decode_depth(message) for message in (
         SimpleNamespace(format='32FC1;compressedDepth rvl',
                         data=compressed_by_rvl(MILLIMETRES, header)),
         compressed('32FC1; compressedDepth png', MILLIMETRES, header=header)))
@@ -114,27 +124,27 @@ def test_inverse_depth_compressed_by_rvl_is_that_compressed_by_png():
 
 
 @pytest.mark.parametrize('size, reason', [
-    (0, '0 bytes, of which the header takes 20: it is truncated'), (19, '19 bytes'),
+    (0, '0 bytes, fewer than the 20 of its header: it is truncated'), (19, '19 bytes'),
     (20, 'RVL data is truncated'), (200, 'RVL data is truncated')])
-def test_truncated_rvl_is_refused(size, reason):
+def test_truncated_rvl_is_rejected(size, reason):
     with pytest.raises(InputError, match=reason):
-        compressed_image.compressed_depth(SimpleNamespace(
+        compressed_image.decode_depth(SimpleNamespace(
             format='16UC1; compressedDepth rvl', data=compressed_by_rvl(MILLIMETRES)[:size]))
 
 
 @pytest.mark.parametrize('format_', ['16UC1; compressedDepth png', '32FC1; compressedDepth',
                                      '16UC1; png compressed '])
-def test_compressed_depth_in_place_of_colour_is_told(format_):
+def test_compressed_depth_instead_of_colour_is_rejected(format_):
     with pytest.raises(InputError, match='which is depth'):
-        compressed_image.compressed_colour(compressed(format_, MILLIMETRES, header=bytes(12)))
+        compressed_image.decode_colour(compressed(format_, MILLIMETRES, header=bytes(12)))
 
 
 @pytest.mark.parametrize('decode', [
-    compressed_image.compressed_colour, compressed_image.compressed_depth])
+    compressed_image.decode_colour, compressed_image.decode_depth])
 @pytest.mark.parametrize('data, reason', [
     (b'', 'it is empty: copy or record it again'), (b'\x01' * 11, 'neither PNG nor JPEG'),
     (b'\x01' * 500, 'neither PNG nor JPEG'),
     (cv2.imencode('.png', MILLIMETRES)[1].tobytes()[:900], '900 bytes of PNG data are truncated')])
-def test_damaged_compressed_data_is_refused(decode, data, reason):
+def test_damaged_compressed_data_is_rejected(decode, data, reason):
     with pytest.raises(InputError, match=reason):
         decode(SimpleNamespace(format='', data=data))

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Small depth images at the size of colour: exact on planes, nothing between two surfaces."""
+"""Enlarged depth images: exact on planes, no depth between two surfaces."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from aick_ros.messages.depth_scaling import enlarge
 
 
 def plane(height, width, factor):
-    """Depth of a slanted plane at the middles of blocks, in pixels of the large image."""
+    """Return the depth of a slanted plane at the centres of the blocks, HxW [m]."""
     v, u = (np.mgrid[:height, :width] + 0.5) * factor - 0.5
     return (1.0 / (0.4 + 0.0005 * u - 0.0003 * v)).astype(np.float32)
 
@@ -24,7 +24,7 @@ def test_exact_on_a_plane(factor):
                                plane(60 * factor, 80 * factor, 1)[inner, inner], rtol=1e-5)
 
 
-def test_at_edges_and_holes_blocks_of_what_was_measured():
+def test_edges_and_holes_are_blocks_of_measured_depth():
     small = np.full((60, 80), 3.0, np.float32)
     small[:, 40:] = 1.0
     small[10, 10] = np.nan
@@ -33,12 +33,12 @@ def test_at_edges_and_holes_blocks_of_what_was_measured():
     np.testing.assert_array_equal(large, np.kron(small, np.ones((2, 2))))
 
 
-def test_the_same_size_is_left_alone():
+def test_depth_of_the_same_size_is_returned_as_it_is():
     depth = plane(60, 80, 1)
     assert enlarge(depth, 80, 60) is depth
 
 
 @pytest.mark.parametrize('width, height', [(640, 512), (80, 120), (100, 75), (40, 30), (160, 60)])
-def test_other_factors_are_refused(width, height):
+def test_other_factors_are_rejected(width, height):
     with pytest.raises(InputError, match=f'colour is {width} x {height} and depth 80 x 60 pixels'):
         enlarge(plane(60, 80, 1), width, height)

@@ -25,7 +25,7 @@ def room():
 
 
 def views(room, colour, depth, T_colour_depth):
-    """Return the truth in the colour camera and what the depth camera measures."""
+    """Return the depth in the colour camera and in the depth camera, HxW [m]."""
     T_world_colour = room.pose(room.ground_truth.stamps[0])
     surfaces = room.scene.surfaces
     return (Renderer(surfaces, colour).render_depth(T_world_colour),
@@ -72,7 +72,7 @@ def test_the_nearest_surface_wins():
     assert not np.any(shadow[:, :left - 200 - wall_moved] == 3.0)
 
 
-def test_where_nothing_is_measured_is_nothing():
+def test_no_depth_appears_where_none_is_measured():
     empty = np.full((240, 320), np.nan, np.float32)
     behind = np.full((240, 320), 0.1, np.float32)
     backwards = se3.exp([0, 0, -0.5, 0, 0, 0])

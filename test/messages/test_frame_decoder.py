@@ -30,7 +30,7 @@ def pair():
     return Pair(100, encode_colour(COLOUR), 101, encode_depth(DEPTH))
 
 
-def test_registered_depth_is_brought_to_the_size_of_colour(pair):
+def test_registered_depth_is_enlarged_to_the_size_of_colour(pair):
     frame = FrameDecoder().decode(pair, CAMERA)
     assert (frame.stamp, frame.depth_stamp) == (100, 101)
     assert frame.depth.shape == (48, 64)
@@ -74,6 +74,6 @@ def test_the_damaged_image_is_named(pair, kind):
     ((CAMERA, dataclasses.replace(DEPTH_CAMERA, width=4_000_000_000)),
      'depth at 0.000000101: the image is 32 x 24 pixels and its camera calibrated for 4000000000'),
 ])
-def test_cameras_of_other_sizes_are_refused_before_any_work(pair, cameras, reason):
+def test_cameras_of_other_sizes_are_rejected_before_any_work(pair, cameras, reason):
     with pytest.raises(InputError, match=reason):
         FrameDecoder().decode_and_reproject(pair, *cameras, np.eye(4))

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""PNG and JPEG data: what OpenCV encoded comes back, what is damaged is refused."""
+"""PNG and JPEG data: what OpenCV encoded is decoded, what is damaged is rejected."""
 
 import cv2
 import numpy as np
@@ -49,48 +49,32 @@ def test_units_are_left_as_they_are():
 
 
 @pytest.mark.parametrize('image', [GREY, BGR])
-def test_units_of_a_colour_image_are_refused(image):
-    with pytest.raises(InputError, match='channels of uint8.*take the depth'):
+def test_units_of_a_colour_image_are_rejected(image):
+    with pytest.raises(InputError, match='channels of uint8.*use the depth'):
         png_jpeg.decode_units(encoded(image))
 
 
 @pytest.mark.parametrize('kind, name', [('.png', 'PNG'), ('.jpg', 'JPEG')])
-def test_truncated_data_is_refused_at_any_length(kind, name):
+def test_truncated_data_is_rejected_at_any_length(kind, name):
     data = encoded(BGR, kind)
     for length in range(20, len(data) - 1, 97):
         with pytest.raises(InputError, match=f'its {length} bytes of {name} data are truncated'):
             png_jpeg.decode(data[:length])
 
 
-def test_png_with_a_flipped_byte_is_refused():
+def test_png_with_a_flipped_byte_is_rejected():
     data = bytearray(encoded(DEPTH))
     data[len(data) // 2] ^= 0xff
     with pytest.raises(InputError, match='bytes of PNG data are damaged'):
         png_jpeg.decode(data)
 
 
-def test_no_data_is_refused():
+def test_no_data_is_rejected():
     with pytest.raises(InputError, match='it is empty: copy or record it again'):
         png_jpeg.decode(b'')
 
 
 @pytest.mark.parametrize('data', [b'\x00' * 100, b'P5 2 2 255 abcd'])
-def test_other_data_is_refused(data):
+def test_other_data_is_rejected(data):
     with pytest.raises(InputError, match=f'its {len(data)} bytes are neither PNG nor JPEG'):
         png_jpeg.decode(data)
-
-
-@pytest.mark.parametrize('units_per_metre', [1000, 5000])
-def test_every_unit_is_the_nearest_float_and_comes_back(units_per_metre):
-    units = np.arange(65536, dtype=np.uint16).reshape(256, 256)
-    metres = png_jpeg.to_metres(units, units_per_metre)
-    nearest = (units.astype(np.float64) / units_per_metre).astype(np.float32)
-    assert metres.dtype == np.float32
-    assert np.isnan(metres[0, 0])
-    assert np.array_equal(metres.ravel()[1:], nearest.ravel()[1:])
-    assert np.array_equal(png_jpeg.to_units(metres, units_per_metre), units)
-
-
-def test_what_is_no_depth_becomes_no_unit():
-    depth = np.array([[np.nan, 0.0, -1.0, np.inf, 65.5354, 65.536, 0.0004, 0.0006]], np.float32)
-    assert png_jpeg.to_units(depth, 1000).tolist() == [[0, 0, 0, 0, 65535, 0, 0, 1]]

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Image messages: against a decoder that takes one pixel after the other."""
+"""Image messages: against a decoder that reads pixel by pixel."""
 
 import array
 import dataclasses
@@ -20,7 +20,7 @@ SIZES = {'rgb8': 3, 'bgr8': 3, '8UC3': 3, 'rgba8': 4, 'bgra8': 4, '8UC4': 4, 'mo
          'yuv422_yuy2': 2, 'yuyv': 2, 'rgb16': 6, 'bgr16': 6,
          **{f'bayer_{pattern}{bits}': bits // 8 for bits in (8, 16)
             for pattern in ('rggb', 'bggr', 'gbrg', 'grbg')}}
-"""Bytes a pixel."""
+"""Bytes per pixel."""
 
 
 def message(encoding, padding=0, is_bigendian=0, container=lambda data: data, pixels=None):
@@ -54,7 +54,7 @@ def slow_colour(image, row, column):
 
 
 def slow_depth(image, row, column):
-    """Return the depth in metres, NaN for none."""
+    """Return the depth [m], NaN for none."""
     content = pixel_bytes(image, row, column)
     order = '>' if image.is_bigendian else '<'
     if image.encoding == '32FC1':
@@ -69,9 +69,9 @@ def slow_depth(image, row, column):
 @pytest.mark.parametrize('encoding', [
     'rgb8', 'bgr8', '8UC3', 'rgba8', 'bgra8', '8UC4', 'mono8', '8UC1', 'mono16',
     'rgb16', 'bgr16'])
-def test_colour_is_what_the_slow_decoder_reads(encoding, is_bigendian, padding):
+def test_colour_equals_the_slow_decoder(encoding, is_bigendian, padding):
     image = message(encoding, padding, is_bigendian)
-    colour = raw_image.colour_image(image)
+    colour = raw_image.decode_colour(image)
     assert colour.dtype == np.uint8
     assert colour.shape[:2] == (HEIGHT, WIDTH)
     for row in range(HEIGHT):
@@ -82,7 +82,7 @@ def test_colour_is_what_the_slow_decoder_reads(encoding, is_bigendian, padding):
 @pytest.mark.parametrize('padding', [0, 3, 4])
 @pytest.mark.parametrize('is_bigendian', [0, 1])
 @pytest.mark.parametrize('encoding', ['16UC1', 'mono16', '32FC1'])
-def test_depth_is_what_the_slow_decoder_reads(encoding, is_bigendian, padding):
+def test_depth_equals_the_slow_decoder(encoding, is_bigendian, padding):
     order = '>' if is_bigendian else '<'
     values = np.random.default_rng(3).uniform(0.3, 9.0, HEIGHT * WIDTH)
     if encoding == '32FC1':
@@ -92,7 +92,7 @@ def test_depth_is_what_the_slow_decoder_reads(encoding, is_bigendian, padding):
         values[0] = 0.0
         pixels = (values * 1000).astype(order + 'u2').tobytes()
     image = message(encoding, padding, is_bigendian, pixels=pixels)
-    depth = raw_image.depth_image(image)
+    depth = raw_image.decode_depth(image)
     expected = [[slow_depth(image, row, column) for column in range(WIDTH)]
                 for row in range(HEIGHT)]
     assert depth.dtype == np.float32 and depth.dtype.isnative
@@ -108,7 +108,7 @@ def test_yuv_is_converted_by_bt_601(encoding, luma, u, v, padding):
     pairs = np.empty((HEIGHT, WIDTH // 2, 4), np.uint8)
     pairs[..., luma::2] = rng.integers(60, 190, (HEIGHT, WIDTH // 2, 2))
     pairs[..., [u, v]] = rng.integers(100, 156, (HEIGHT, WIDTH // 2, 2))
-    colour = raw_image.colour_image(message(encoding, padding, pixels=pairs.tobytes()))
+    colour = raw_image.decode_colour(message(encoding, padding, pixels=pairs.tobytes()))
     for row in range(HEIGHT):
         for column in range(WIDTH):
             y, blue, red = (float(pairs[row, column // 2, index])
@@ -121,7 +121,7 @@ def test_yuv_is_converted_by_bt_601(encoding, luma, u, v, padding):
 @pytest.mark.parametrize('padding', [0, 3])
 @pytest.mark.parametrize('dtype', ['u1', '<u2', '>u2'])
 @pytest.mark.parametrize('pattern', ['rggb', 'bggr', 'gbrg', 'grbg'])
-def test_bayer_gives_back_an_even_colour(pattern, dtype, padding):
+def test_bayer_reproduces_a_uniform_colour(pattern, dtype, padding):
     colour = {'r': 200, 'g': 120, 'b': 40}
     tile = np.array([colour[letter] for letter in pattern]).reshape(2, 2)
     mosaic = np.tile(tile, (HEIGHT // 2, WIDTH // 2)).astype(dtype)
@@ -129,16 +129,16 @@ def test_bayer_gives_back_an_even_colour(pattern, dtype, padding):
         mosaic *= 257
     image = message(f'bayer_{pattern}{8 * mosaic.itemsize}', padding, int(dtype == '>u2'),
                     pixels=mosaic.tobytes())
-    assert (raw_image.colour_image(image) == (200, 120, 40)).all()
+    assert (raw_image.decode_colour(image) == (200, 120, 40)).all()
 
 
 @pytest.mark.parametrize('container', [
     lambda data: data, lambda data: array.array('B', data.tobytes()), lambda data: data.tobytes()])
 @pytest.mark.parametrize('padding', [0, 5])
 @pytest.mark.parametrize('encoding', ['rgb8', 'mono8', '8UC1'])
-def test_what_needs_no_conversion_is_a_view(encoding, padding, container):
+def test_an_encoding_without_conversion_is_a_view(encoding, padding, container):
     image = message(encoding, padding, container=container)
-    colour = raw_image.colour_image(image)
+    colour = raw_image.decode_colour(image)
     assert np.shares_memory(colour, np.frombuffer(image.data, np.uint8))
 
 
@@ -148,42 +148,51 @@ def test_every_known_encoding_has_a_size_here():
 
 
 @pytest.mark.parametrize('decode, encoding', [
-    (raw_image.colour_image, 'rgb8'), (raw_image.depth_image, '16UC1')])
+    (raw_image.decode_colour, 'rgb8'), (raw_image.decode_depth, '16UC1')])
 @pytest.mark.parametrize('changes, reason', [
     ({'height': 0}, '8 x 0 pixels'),
     ({'width': 0}, '0 x 6 pixels'),
-    ({'step': 7}, 'step 7, and 8 pixels of .* take (24|16) bytes'),
-    ({'data': np.zeros(90, np.uint8)}, 'has 90 bytes, and 6 rows of (24|16) take (144|96)'),
+    ({'step': 7}, 'step 7, and 8 pixels of .* need (24|16) bytes'),
+    ({'data': np.zeros(90, np.uint8)}, 'has 90 bytes, and 6 rows of (24|16) need (144|96)'),
     ({'data': b''}, 'has 0 bytes'),
-    ({'encoding': 'rgb9'}, "unknown encoding 'rgb9': there are .*(bgr8|32FC1)"),
+    ({'encoding': 'rgb9'}, "unknown encoding 'rgb9': known are .*(bgr8|32FC1)"),
     ({'encoding': ''}, "unknown encoding ''"),
 ])
-def test_fields_that_contradict_each_other_are_refused(decode, encoding, changes, reason):
+def test_fields_that_contradict_each_other_are_rejected(decode, encoding, changes, reason):
     image = dataclasses.replace(message(encoding), **changes)
     with pytest.raises(InputError, match=reason):
         decode(image)
 
 
-def test_yuv_of_odd_width_is_refused():
+@pytest.mark.parametrize('missing', [1, 5])
+@pytest.mark.parametrize('decode, encoding', [
+    (raw_image.decode_colour, 'rgb8'), (raw_image.decode_depth, '16UC1')])
+def test_a_last_row_without_its_padding_is_rejected(decode, encoding, missing):
+    image = message(encoding, padding=5)
+    with pytest.raises(InputError, match=f'has {image.data.size - missing} bytes, and 6 rows of'):
+        decode(dataclasses.replace(image, data=image.data[:-missing]))
+
+
+def test_yuv_of_odd_width_is_rejected():
     image = raw_image.ImageFields(2, 3, 'yuyv', 0, 6, np.zeros(12, np.uint8))
-    with pytest.raises(InputError, match='3 pixels wide, and yuyv has them in pairs'):
-        raw_image.colour_image(image)
+    with pytest.raises(InputError, match='3 pixels wide, and yuyv stores them in pairs'):
+        raw_image.decode_colour(image)
 
 
-def test_data_behind_the_last_row_is_ignored():
+def test_data_after_the_last_row_is_ignored():
     image = message('mono8')
     longer = dataclasses.replace(image, data=np.append(image.data, 7).astype(np.uint8))
-    assert np.array_equal(raw_image.colour_image(longer), raw_image.colour_image(image))
+    assert np.array_equal(raw_image.decode_colour(longer), raw_image.decode_colour(image))
 
 
-def test_depth_in_place_of_colour_is_told():
+def test_depth_instead_of_colour_is_rejected():
     with pytest.raises(InputError, match='colour image has encoding 16UC1, which is depth'):
-        raw_image.colour_image(message('16UC1'))
+        raw_image.decode_colour(message('16UC1'))
 
 
-def test_colour_in_place_of_depth_is_told():
+def test_colour_instead_of_depth_is_rejected():
     with pytest.raises(InputError, match='depth image has encoding bgr8, which is colour'):
-        raw_image.depth_image(message('bgr8'))
+        raw_image.decode_depth(message('bgr8'))
 
 
 RNG = np.random.default_rng(5)
@@ -194,24 +203,24 @@ BGR = RNG.integers(0, 256, (48, 64, 3), np.uint8)
 def test_encoded_colour_comes_back(image):
     fields = raw_image.encode_colour(image)
     assert fields.data.dtype == np.uint8 and fields.data.ndim == 1
-    assert np.array_equal(raw_image.colour_image(fields), image)
+    assert np.array_equal(raw_image.decode_colour(fields), image)
 
 
 def test_encoded_metres_come_back_bit_for_bit():
     depth = RNG.uniform(0.3, 9, (48, 64)).astype(np.float32)
     depth[3, 4] = np.nan
-    decoded = raw_image.depth_image(raw_image.encode_depth(depth))
+    decoded = raw_image.decode_depth(raw_image.encode_depth(depth))
     assert np.array_equal(decoded, depth, equal_nan=True)
 
 
 def test_encoded_millimetres_come_back_rounded():
     depth = RNG.uniform(0.3, 9, (48, 64)).astype(np.float32)
     depth[3, 4] = np.nan
-    decoded = raw_image.depth_image(raw_image.encode_depth(depth, '16UC1'))
+    decoded = raw_image.decode_depth(raw_image.encode_depth(depth, '16UC1'))
     assert np.isnan(decoded[3, 4]) and np.isnan(decoded).sum() == 1
     assert np.nanmax(np.abs(decoded - depth)) <= 0.000501
 
 
-def test_depth_in_another_encoding_is_refused():
-    with pytest.raises(InputError, match="'64FC1': there are 32FC1 and 16UC1"):
+def test_depth_in_another_encoding_is_rejected():
+    with pytest.raises(InputError, match="encoded as '64FC1': use 32FC1 or 16UC1"):
         raw_image.encode_depth(np.ones((2, 2), np.float32), '64FC1')

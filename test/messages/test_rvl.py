@@ -60,26 +60,26 @@ def test_data_behind_the_last_pixel_is_ignored():
 
 
 @pytest.mark.parametrize('name', ['a wall with holes', 'every number', 'every second pixel'])
-def test_truncated_data_is_refused(name):
+def test_truncated_data_is_rejected(name):
     data = encoded(IMAGES[name])
     for size in (*range(40), *range(40, len(data) - 4, 61), len(data) - 4):
         with pytest.raises(InputError, match='RVL data is truncated: .* compressedDepth.format'):
             decode_rvl(data[:size], 64, 48)
 
 
-def test_more_pixels_than_there_should_be_are_refused():
+def test_more_pixels_than_there_should_be_are_rejected():
     with pytest.raises(InputError, match='RVL data is damaged'):
         decode_rvl(encoded(IMAGES['nothing']), 640, 479)
 
 
 @pytest.mark.parametrize('width, height', [
     (0, 480), (640, 0), (-640, -480), (2 ** 31 - 1, 2 ** 31 - 1)])
-def test_impossible_sizes_are_refused(width, height):
+def test_impossible_sizes_are_rejected(width, height):
     with pytest.raises(InputError, match=f'{width} x {height} pixels, so it is damaged'):
         decode_rvl(encoded(IMAGES['nothing']), width, height)
 
 
-def test_a_number_that_never_ends_is_refused():
+def test_a_number_that_never_ends_is_rejected():
     with pytest.raises(InputError, match='RVL data is damaged'):
         decode_rvl(b'\xff' * 40 + bytes(40), 64, 48)
 
@@ -89,14 +89,14 @@ def test_runs_without_pixels_come_to_an_end():
         decode_rvl(bytes(10_000), 64, 48)
 
 
-def test_noise_is_decoded_or_refused():
+def test_noise_is_decoded_or_rejected():
     data = np.frombuffer(encoded(IMAGES['a wall with holes']), np.uint8)
-    refused = 0
+    rejected = 0
     for _ in range(300):
         damaged = data.copy()
         damaged[RNG.integers(0, len(data), 5)] ^= RNG.integers(1, 256, 5, np.uint8)
         try:
             assert decode_rvl(damaged.tobytes(), 64, 48).shape == (48, 64)
         except InputError:
-            refused += 1
-    assert refused > 150
+            rejected += 1
+    assert rejected > 150

@@ -53,7 +53,7 @@ def test_a_pause_a_loop_and_a_fast_bag_have_no_stray_stamps():
 
 
 @pytest.mark.parametrize('stamp', [0, -1])
-def test_an_image_without_a_stamp_is_refused(stamp):
+def test_an_image_without_a_stamp_is_rejected(stamp):
     monitor = StampMonitor()
     assert monitor.check(stamp, 0.0) == (
         f'its stamp is {stamp} ns; the driver must stamp its images')

@@ -63,7 +63,7 @@ def test_pairs_are_those_of_the_classical_association(offset_ms, jitter_ms, loss
 
 
 def test_near_half_a_period_the_pairs_are_as_many_and_as_good():
-    """There the best choice hangs on images far ahead; nearly all pairs are the same."""
+    """There the best choice depends on much later images; nearly all pairs are the same."""
     rng = np.random.default_rng(2)
     colour, depth = camera(rng, 600, 16.0, 2.0, 0.02)
     pairs, _ = run(arrivals(colour, depth))
@@ -85,7 +85,7 @@ def test_pairs_do_not_depend_on_the_order_of_arrival(offset_ms):
 
 
 def test_a_pair_that_cannot_be_beaten_does_not_wait():
-    """From the third frame on, the period is known: a pair is out with its second image."""
+    """From the third frame on the period is known: a pair is returned with its second image."""
     synchronizer = Synchronizer()
     for i in range(20):
         stamp = i * 33 * MS
@@ -107,7 +107,7 @@ def test_exact_pairs_equal_stamps_only():
     assert run(events, max_interval=0.0)[0] == [(10, 10), (30, 30)]
 
 
-def test_repeated_and_late_stamps_are_refused_and_counted():
+def test_repeated_and_late_stamps_are_rejected_and_counted():
     events = [(s * MS, kind) for s in (100, 133, 133, 120, 166) for kind in ('colour', 'depth')]
     pairs, synchronizer = run(events)
     assert pairs == [(s * MS, s * MS) for s in (100, 133, 166)]
@@ -119,6 +119,19 @@ def test_a_recording_that_starts_again_is_followed():
     pairs, synchronizer = run(once + once)
     assert pairs == 2 * [(stamp, stamp) for stamp, kind in once if kind == 'colour']
     assert synchronizer.late == 0
+
+
+@pytest.mark.parametrize('shift_ms', [2_000, 60_000])
+def test_after_a_restart_pairs_come_at_once(shift_ms):
+    """The gap back to the start is none of the stream: the period stays known."""
+    synchronizer = Synchronizer()
+    for start in (shift_ms * MS, 0):
+        for i in range(20):
+            stamp = start + i * 33 * MS
+            synchronizer.add_colour(stamp, None)
+            pairs = synchronizer.add_depth(stamp + 5 * MS, None)
+            if start == 0 or i > 2:
+                assert [pair.colour_stamp for pair in pairs] == [stamp]
 
 
 def test_the_queue_is_bounded():

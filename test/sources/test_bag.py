@@ -150,7 +150,7 @@ def test_a_storage_file_alone_will_do(tmp_path, recording, assert_same_frames, s
         assert_same_frames(list(BagSource(path).frames(raise_damage)), recording.recorded)
 
 
-def test_several_storage_files_without_metadata_are_refused(bag):
+def test_several_storage_files_without_metadata_are_rejected(bag):
     (bag / 'metadata.yaml').unlink()
     shutil.copy(bag / 'bag.mcap', bag / 'bag_1.mcap')
     with pytest.raises(InputError, match='has 2 storage files and no metadata.yaml.*reindex'):
@@ -262,7 +262,7 @@ def test_no_camera_info_says_how_to_give_one(tmp_path, recording):
         BagSource(write(tmp_path / 'bag', rows))
 
 
-def test_a_camera_info_of_zeros_is_refused(tmp_path, recording):
+def test_a_camera_info_of_zeros_is_rejected(tmp_path, recording):
     messages = Messages()
     rows = [(INFO, messages.info(recording.recorded[0].camera, np.zeros(9)))]
     rows += list(messages.recording(recording))[1:]
@@ -270,13 +270,13 @@ def test_a_camera_info_of_zeros_is_refused(tmp_path, recording):
         BagSource(write(tmp_path / 'bag', rows))
 
 
-def test_a_bag_without_images_is_refused(tmp_path, camera):
+def test_a_bag_without_images_is_rejected(tmp_path, camera):
     path = write(tmp_path / 'bag', [(INFO, Messages().info(camera))])
     with pytest.raises(InputError, match='no colour topic.*it has /rgb/camera_info'):
         BagSource(path)
 
 
-def test_an_empty_bag_is_refused(tmp_path):
+def test_an_empty_bag_is_rejected(tmp_path):
     with pytest.raises(InputError, match='no colour topic.*it has no messages'):
         BagSource(write(tmp_path / 'bag', []))
 
@@ -413,7 +413,7 @@ def test_a_recording_that_starts_again_is_read_once(tmp_path, recording):
     assert all('repeats or goes back from' in text for text in damage)
 
 
-def test_images_without_stamps_are_refused(tmp_path, recording):
+def test_images_without_stamps_are_rejected(tmp_path, recording):
     rows = list(Messages().recording(recording))
     for _, message in rows:
         message.header.stamp.sec = message.header.stamp.nanosec = 0
@@ -433,7 +433,7 @@ def test_the_interval_limits_the_pairs(bag, recording):
 
 @pytest.mark.parametrize('kind, share', [
     (kind, share) for kind in ('mcap', 'db3', 'bag') for share in (0.0, 0.01, 0.3, 0.7, 0.9)])
-def test_a_truncated_file_is_refused(tmp_path, recording, kind, share):
+def test_a_truncated_file_is_rejected(tmp_path, recording, kind, share):
     version = 1 if kind == 'bag' else 2
     storage = StoragePlugin.SQLITE3 if kind == 'db3' else StoragePlugin.MCAP
     path = write(tmp_path / NAMES[version], Messages(version).recording(recording), version,
@@ -446,13 +446,13 @@ def test_a_truncated_file_is_refused(tmp_path, recording, kind, share):
 
 @pytest.mark.parametrize('text', ['', 'a: [', 'rosbag2_bagfile_information: {version: 99}',
                                   'rosbag2_bagfile_information: {version: 5}', '3'])
-def test_damaged_metadata_is_refused(bag, text):
+def test_damaged_metadata_is_rejected(bag, text):
     (bag / 'metadata.yaml').write_text(text)
     with pytest.raises(InputError, match='bag cannot be read as a bag .*reindex'):
         BagSource(bag)
 
 
-def test_a_missing_storage_file_is_refused(bag):
+def test_a_missing_storage_file_is_rejected(bag):
     (bag / 'bag.mcap').unlink()
     with pytest.raises(InputError, match='cannot be read as a bag .*files are missing'):
         BagSource(bag)

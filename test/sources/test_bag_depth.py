@@ -133,13 +133,13 @@ def test_a_missing_extrinsic_ends_the_reading(tmp_path, views):
 
 
 @pytest.mark.parametrize('numbers', [NUMBERS[:6], (0.0,) * 7])
-def test_an_extrinsic_that_is_no_pose_is_refused(tmp_path, views, numbers):
+def test_an_extrinsic_that_is_no_pose_is_rejected(tmp_path, views, numbers):
     bag = write(tmp_path / 'bag', INFO, DEPTH_INFO, COLOUR, depth(views[1]))
     with pytest.raises(InputError, match='--depth-in-colour .* is no pose: x y z qx qy qz qw'):
         BagSource(bag, SourceOptions(register_depth=True, depth_in_colour=numbers))
 
 
-def test_a_missing_calibration_of_the_depth_camera_is_refused(tmp_path, views):
+def test_a_missing_calibration_of_the_depth_camera_is_rejected(tmp_path, views):
     bag = write(tmp_path / 'bag', INFO, COLOUR, depth(views[1]))
     with pytest.raises(InputError, match='no depth camera_info topic .*--depth-info-topic'):
         BagSource(bag, SourceOptions(register_depth=True))
@@ -163,7 +163,7 @@ def test_depth_of_another_size_than_its_calibration_is_reported(tmp_path, views)
 
 @pytest.mark.parametrize('options', [
     {'depth_info_topic': '/depth/camera_info'}, {'depth_in_colour': NUMBERS}])
-def test_without_register_depth_its_calibration_is_refused(tmp_path, views, options):
+def test_without_register_depth_its_calibration_is_rejected(tmp_path, views, options):
     bag = write(tmp_path / 'bag', INFO, DEPTH_INFO, COLOUR, depth(views[1]))
     with pytest.raises(InputError, match='has no effect without --register-depth'):
         BagSource(bag, SourceOptions(**options))

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Choosing topics: the bags of common cameras, and what cannot be chosen."""
+"""Choice of topics: the bags of common cameras, and ambiguous or missing topics."""
 
 import pytest
 
@@ -68,7 +68,7 @@ def test_topics_of_common_cameras_are_found(name):
     assert topics.ground_truth(None) is None
 
 
-def test_what_is_given_is_taken():
+def test_given_topics_are_used():
     types = {**CAMERAS['RealSense'][0], '/mocap/pose': POSE}
     topics = BagTopics(types, 'a.bag')
     infra = '/camera/camera/infra1/image_rect_raw'
@@ -81,7 +81,7 @@ def test_what_is_given_is_taken():
 
 def test_of_two_cameras_one_must_be_chosen():
     topics = BagTopics(TWO, 'two.bag')
-    with pytest.raises(InputError, match='two.bag has several topics that may be the colour one, '
+    with pytest.raises(InputError, match='two.bag has several that may be the colour topic, '
                        '/left/color/image_raw, /right/color/image_raw: .*--colour-topic'):
         topics.colour(None)
     colour = topics.colour('/right/color/image_raw')
@@ -90,7 +90,7 @@ def test_of_two_cameras_one_must_be_chosen():
     assert topics.colour(None, '/left/depth/image_raw') == '/left/color/image_raw'
 
 
-def test_missing_topics_are_told_with_what_there_is():
+def test_errors_about_missing_topics_list_those_of_the_bag():
     topics = BagTopics({'/depth/image': IMAGE, '/imu': 'sensor_msgs/msg/Imu'}, 'a.bag')
     listing = r'it has /depth/image \(sensor_msgs/msg/Image\), /imu \(sensor_msgs/msg/Imu\)'
     with pytest.raises(InputError, match=f'a.bag has no colour topic .*--colour-topic; {listing}'):
@@ -112,5 +112,5 @@ def test_ground_truth_is_found_by_its_name(topic, type_):
     assert topics.ground_truth(None) == topic
 
 
-def test_ground_truth_of_another_type_is_none():
+def test_a_topic_of_another_type_is_not_ground_truth():
     assert BagTopics({'/ground_truth': 'nav_msgs/msg/Path'}, 'a.bag').ground_truth(None) is None

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""camera.json: what is written comes back, what is no calibration is refused by name."""
+"""Calibration files: what is written is read back, other files are rejected by name."""
 
 import json
 
@@ -30,26 +30,26 @@ def test_names_are_those_of_camera_info(tmp_path):
         'k': [50, 0, 32, 0, 51, 24, 0, 0, 1], 'd': []}
 
 
-def test_distortion_may_be_left_out(tmp_path):
+def test_distortion_is_optional(tmp_path):
     (tmp_path / 'c.json').write_text(json.dumps(FIELDS))
     assert read_camera(tmp_path / 'c.json') == Camera(640, 480, 500, 501, 320, 240)
 
 
 @pytest.mark.parametrize('text, reason', [
     ('{"width": 640', 'cannot read the calibration'),
-    ('[1, 2]', 'no calibration: it takes an object'),
-    ('3', 'no calibration'),
-    (json.dumps({**FIELDS, 'k': 'abc'}), 'no calibration'),
-    (json.dumps({**FIELDS, 'k': [None] * 9}), 'no calibration'),
-    (json.dumps({**FIELDS, 'k': ['a'] * 9}), 'no calibration'),
-    (json.dumps({**FIELDS, 'width': 'wide'}), 'no calibration'),
+    ('[1, 2]', 'not a calibration: required is an object'),
+    ('3', 'not a calibration'),
+    (json.dumps({**FIELDS, 'k': 'abc'}), 'not a calibration'),
+    (json.dumps({**FIELDS, 'k': [None] * 9}), 'not a calibration'),
+    (json.dumps({**FIELDS, 'k': ['a'] * 9}), 'not a calibration'),
+    (json.dumps({**FIELDS, 'width': 'wide'}), 'not a calibration'),
     (json.dumps({**FIELDS, 'k': [1, 2, 3]}), 'k of camera_info has 3 numbers'),
     (json.dumps({**FIELDS, 'k': [0] * 9}), 'not calibrated'),
     (json.dumps({**FIELDS, 'd': [0.1]}), 'has 1 coefficients'),
     (json.dumps({**FIELDS, 'distortion_model': 'magic'}), "unknown distortion model 'magic'"),
     (json.dumps({key: FIELDS[key] for key in ('width', 'k')}), "has no 'height'"),
 ])
-def test_what_is_no_calibration_is_refused(tmp_path, text, reason):
+def test_a_file_without_a_calibration_is_rejected(tmp_path, text, reason):
     path = tmp_path / 'camera.json'
     path.write_text(text)
     with pytest.raises(InputError, match=reason) as caught:
@@ -99,19 +99,19 @@ def test_yaml_of_ros(tmp_path, name, text):
 
 
 @pytest.mark.parametrize('text, reason', [
-    ('image_width: [', 'cannot read the calibration .*: it is no YAML'),
-    ('', 'no calibration'),
+    ('image_width: [', 'cannot read the calibration .*: it is not YAML'),
+    ('', 'not a calibration'),
     (CALIBRATED.replace('image_width', 'breadth'), "has no 'image_width': .* image_height"),
     (CALIBRATED.replace('data', 'numbers'), "has no 'data'"),
-    (CALIBRATED.replace('camera_matrix:', 'camera_matrix: 3'), 'it is no YAML'),
+    (CALIBRATED.replace('camera_matrix:', 'camera_matrix: 3'), 'it is not YAML'),
 ])
-def test_yaml_that_is_no_calibration_is_refused(tmp_path, text, reason):
+def test_yaml_without_a_calibration_is_rejected(tmp_path, text, reason):
     (tmp_path / 'head.yaml').write_text(text)
     with pytest.raises(InputError, match=reason):
         read_camera(tmp_path / 'head.yaml')
 
 
-def test_distortion_may_be_left_out_of_yaml(tmp_path):
+def test_distortion_is_optional_in_yaml(tmp_path):
     (tmp_path / 'head.yaml').write_text(CALIBRATED[:CALIBRATED.index('distortion_model')])
     assert read_camera(tmp_path / 'head.yaml') == Camera(640, 480, 500.5, 501, 320, 240)
 

@@ -88,7 +88,7 @@ def test_intrinsics_may_lie_above(folder):
     assert next(ImagesSource(folder).frames(raise_damage)).camera.fx == 30.5
 
 
-def test_poses_are_optional_and_lost_ones_left_out(folder):
+def test_poses_are_optional_and_invalid_ones_are_skipped(folder):
     np.savetxt(folder / 'frame-000001.pose.txt', np.full((4, 4), -np.inf))
     source = ImagesSource(folder)
     assert len(source.ground_truth) == 3

@@ -54,7 +54,7 @@ def test_options_reach_the_reader(recorded_folder):
     ('colour_topic', '/a'), ('depth_topic', '/a'), ('info_topic', '/a'),
     ('ground_truth_topic', '/a'), ('register_depth', True), ('depth_info_topic', '/a'),
     ('depth_in_colour', (0, 0, 0, 0, 0, 0, 1))])
-def test_options_of_bags_are_refused_for_other_recordings(recorded_folder, name, value):
+def test_options_of_bags_are_rejected_for_other_recordings(recorded_folder, name, value):
     options, flag = SourceOptions(**{name: value}), f'--{name.replace("_", "-")}'
     with pytest.raises(InputError, match=f'{flag} has no effect on .*, which is not a bag: omit'):
         open_source(recorded_folder, options)
@@ -62,7 +62,7 @@ def test_options_of_bags_are_refused_for_other_recordings(recorded_folder, name,
         open_source('synthetic:1', options)
 
 
-def test_a_calibration_of_a_rendered_recording_is_refused(tmp_path):
+def test_a_calibration_of_a_rendered_recording_is_rejected(tmp_path):
     with pytest.raises(InputError, match='--camera has no effect on a rendered'):
         open_source('synthetic:1', SourceOptions(camera=tmp_path / 'a.json'))
 
@@ -71,7 +71,7 @@ def test_a_calibration_of_a_rendered_recording_is_refused(tmp_path):
     (None, 'nothing does not exist: a source is a ROS 2 bag'),
     ((), 'nothing is empty: a source is .*synthetic:SEED'),
     (('notes.txt', 'a.bag'), 'nothing is not a known kind of recording: .* TUM folder')])
-def test_other_paths_are_refused_with_the_known_kinds(tmp_path, content, reason):
+def test_other_paths_are_rejected_with_the_known_kinds(tmp_path, content, reason):
     path = tmp_path / 'nothing'
     if content is not None:
         path.mkdir()
@@ -81,7 +81,7 @@ def test_other_paths_are_refused_with_the_known_kinds(tmp_path, content, reason)
         open_source(path)
 
 
-def test_another_file_is_refused(tmp_path):
+def test_another_file_is_rejected(tmp_path):
     (tmp_path / 'a.txt').write_text('')
     with pytest.raises(InputError, match='a.txt is not a known kind of recording'):
         open_source(tmp_path / 'a.txt')

@@ -74,7 +74,7 @@ def test_real_frames_are_those_in_the_files(real_folder):
 @pytest.mark.parametrize('path, number', [
     ('rgbd_dataset_freiburg1_xyz', '1'), ('fr2_desk', '2'), ('fr3/office', '3'),
     ('freiburg1/cut_of_freiburg3', '3'), ('TUM-FR1-room', '1')])
-def test_the_camera_is_told_by_the_path(recorded_folder, tmp_path, path, number):
+def test_the_path_selects_the_camera(recorded_folder, tmp_path, path, number):
     (recorded_folder / 'camera.json').unlink()
     moved = tmp_path / 'elsewhere' / path
     shutil.copytree(recorded_folder, moved)
@@ -83,7 +83,7 @@ def test_the_camera_is_told_by_the_path(recorded_folder, tmp_path, path, number)
 
 
 @pytest.mark.parametrize('path', ['desk', 'fr4_desk', 'freiburg12', 'afr1ca', 'frame1'])
-def test_a_path_that_tells_no_camera_is_refused(recorded_folder, tmp_path, path):
+def test_a_path_without_a_camera_is_rejected(recorded_folder, tmp_path, path):
     (recorded_folder / 'camera.json').unlink()
     shutil.move(recorded_folder, tmp_path / path)
     with pytest.raises(InputError, match='no calibration.*--camera FILE.*camera.json'):
@@ -106,7 +106,7 @@ def test_lines_out_of_order_are_sorted(recorded_folder, recording, assert_same_f
     assert damage == []
 
 
-def test_stamps_that_repeat_are_left_out_and_reported(
+def test_stamps_that_repeat_are_skipped_and_reported(
         recorded_folder, recording, assert_same_frames):
     lines = (recorded_folder / 'rgb.txt').read_text().splitlines()
     lines[3:3] = [lines[2], lines[1]]
@@ -154,23 +154,23 @@ def test_a_missing_list_is_named(recorded_folder, name):
                                   'inf rgb/a.png'])
 def test_a_malformed_line_is_named(recorded_folder, line):
     edit(recorded_folder / 'depth.txt', lambda text: text.replace('# depth', f'# depth\n{line}'))
-    with pytest.raises(InputError, match='depth.txt, line 2: .*is no image'):
+    with pytest.raises(InputError, match='depth.txt, line 2: .*is not an image'):
         TumSource(recorded_folder)
 
 
-def test_a_binary_list_is_refused(recorded_folder):
+def test_a_binary_list_is_rejected(recorded_folder):
     (recorded_folder / 'rgb.txt').write_bytes(b'\xff\xfe\x00')
     with pytest.raises(InputError, match='cannot read the list .*rgb.txt'):
         TumSource(recorded_folder)
 
 
-def test_an_empty_list_is_refused(recorded_folder):
+def test_an_empty_list_is_rejected(recorded_folder):
     (recorded_folder / 'rgb.txt').write_text('# nothing\n')
     with pytest.raises(InputError, match='rgb.txt lists no images'):
         TumSource(recorded_folder)
 
 
-def test_lists_of_different_times_are_refused(recorded_folder):
+def test_lists_of_different_times_are_rejected(recorded_folder):
     edit(recorded_folder / 'depth.txt', lambda text: text.replace('\n1305', '\n1405'))
     with pytest.raises(InputError, match='none of the 6 images in rgb.txt and the 6 in depth.txt'):
         TumSource(recorded_folder)

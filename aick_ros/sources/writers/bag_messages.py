@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Frames and poses as ROS 2 messages, made and serialised by rosbags."""
+"""Images, cameras and poses as ROS 2 messages of rosbags."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _TYPES = TYPESTORE.types
 
 
 def image(stamp: int, fields: ImageFields) -> Any:
-    """Return a sensor_msgs/Image."""
+    """Return a sensor_msgs/Image with a stamp [ns]."""
     return _TYPES['sensor_msgs/msg/Image'](
         _header(stamp, OPTICAL_FRAME), fields.height, fields.width, fields.encoding,
         fields.is_bigendian, fields.step, fields.data)
 
 
 def camera_info(stamp: int, camera: Camera) -> Any:
-    """Return a sensor_msgs/CameraInfo of a camera that is not rectified."""
+    """Return a sensor_msgs/CameraInfo of raw images with a stamp [ns]."""
     projection = np.column_stack([camera.matrix, np.zeros(3)])
     region = _TYPES['sensor_msgs/msg/RegionOfInterest'](0, 0, 0, 0, False)
     return _TYPES['sensor_msgs/msg/CameraInfo'](
@@ -40,7 +40,7 @@ def camera_info(stamp: int, camera: Camera) -> Any:
 
 
 def pose(stamp: int, T_world_camera: np.ndarray) -> Any:
-    """Return a geometry_msgs/PoseStamped."""
+    """Return a geometry_msgs/PoseStamped of ``T_world_camera``, 4x4, with a stamp [ns]."""
     position = map(float, T_world_camera[:3, 3])
     quaternion = map(float, se3.to_quaternion(T_world_camera[:3, :3]))
     return _TYPES['geometry_msgs/msg/PoseStamped'](

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Writes ROS 2 bags, as a camera driver and a motion capture system would be recorded."""
+"""ROS 2 bags, as if a camera driver and a motion capture system had been recorded."""
 
 from __future__ import annotations
 
 import heapq
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from rosbags.rosbag2 import StoragePlugin, Writer
 
@@ -27,7 +27,7 @@ GROUND_TRUTH_TOPIC = '/ground_truth'
 
 STORAGES = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}
 
-_BAG_VERSION = 9  # of ROS 2 Jazzy
+_BAG_VERSION: Literal[9] = 9  # of ROS 2 Jazzy
 
 
 def write_bag(path: Path, source: RgbdSource, storage: str = 'mcap',
@@ -36,18 +36,18 @@ def write_bag(path: Path, source: RgbdSource, storage: str = 'mcap',
     """
     Write a recording as a ROS 2 bag.
 
-    Images and camera_info bear the stamps of the frames, the ground truth its own. Messages lie
-    in the order of their stamps, which are their log times too.
+    Images and camera_info have the stamps of the frames, the ground truth its own. Messages are in
+    the order of their stamps, which are also their log times.
 
-    :param path: the new folder; it appears when it is complete.
+    :param path: the new folder; it appears once it is complete.
     :param storage: a key of :data:`STORAGES`.
     :param depth_encoding: ``32FC1`` keeps the depth bit for bit, so that odometry over the bag
-        is odometry over the source; ``16UC1`` takes half the space and rounds to millimetres.
+        equals odometry over the source; ``16UC1`` has half the size and rounds to millimetres.
     :returns: the number of frames written.
     :raises InputError: where ``path`` exists, cannot be written, or there are no frames.
     """
     if storage not in STORAGES:
-        raise InputError(f'there is no bag storage {storage!r}: there are {", ".join(STORAGES)}')
+        raise InputError(f'there is no bag storage {storage!r}: use one of {", ".join(STORAGES)}')
     written = 0
     with new_folder(path) as folder, Writer(
             folder, version=_BAG_VERSION, storage_plugin=STORAGES[storage]) as writer:
@@ -64,7 +64,7 @@ def write_bag(path: Path, source: RgbdSource, storage: str = 'mcap',
 
 
 class _OrderedBag:
-    """Keeps messages back until none with an earlier stamp can come."""
+    """Delays messages until no message with an earlier stamp can come."""
 
     def __init__(self, writer: Writer) -> None:
         self._writer = writer

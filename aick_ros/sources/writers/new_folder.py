@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A folder that appears whole or not at all."""
+"""A folder that appears complete or not at all."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from aick_ros.errors import InputError
 @contextmanager
 def new_folder(path: Path) -> Iterator[Path]:
     """
-    Yield a path to write a folder at, and move it to ``path`` when all went well.
+    Yield a path to write a folder at, and move it to ``path`` after success.
 
-    It has the same name, lies in a hidden folder beside ``path``, and goes with it where writing
-    fails or is interrupted.
+    Until then it is inside a hidden folder beside ``path``, which is removed where writing fails
+    or is interrupted.
 
     :raises InputError: where ``path`` exists already or cannot be written.
     """

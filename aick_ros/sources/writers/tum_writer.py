@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Writes folders as the TUM RGB-D benchmark has them, with the calibration in camera.json."""
+"""Folders in the format of the TUM RGB-D benchmark, with the calibration in camera.json."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import stamp_to_seconds, write_trajectory
-from aick_ros.messages.png_jpeg import to_units
+from aick_ros.messages.depth_units import to_units
 from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
 from aick_ros.sources.calibration import CAMERA_FILE, write_camera
 from aick_ros.sources.tum import UNITS_PER_METRE
@@ -24,9 +24,9 @@ from aick_ros.sources.writers.new_folder import new_folder
 def write_tum(path: Path, source: RgbdSource, on_damaged: OnDamaged = raise_damage,
               progress: Progress = no_progress) -> int:
     """
-    Write a recording as a TUM folder; depth is rounded to 0.2 mm and ends at 13.1 m.
+    Write a recording as a TUM folder; depth is rounded to 0.2 mm, and omitted beyond 13.1 m.
 
-    :param path: the new folder; it appears when it is complete.
+    :param path: the new folder; it appears once it is complete.
     :returns: the number of frames written.
     :raises InputError: where ``path`` exists, cannot be written, or there are no frames.
     """
@@ -52,7 +52,7 @@ def write_tum(path: Path, source: RgbdSource, on_damaged: OnDamaged = raise_dama
 
 
 def _images(frame: RgbdFrame) -> dict[str, tuple[int, np.ndarray]]:
-    """Return folder -> stamp and image as OpenCV writes it."""
+    """Return folder -> stamp [ns] and image, in the channel order of OpenCV."""
     colour = frame.colour
     if colour.ndim == 3:
         colour = cv2.cvtColor(colour, cv2.COLOR_RGB2BGR)

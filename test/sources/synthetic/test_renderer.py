@@ -213,7 +213,7 @@ def test_surfaces_partly_behind_the_camera_are_seen(checkers):
     np.testing.assert_allclose(depth[below, 30], 50.0 / (below - 23.5), rtol=1e-6)
 
 
-def test_a_camera_with_distortion_is_refused(checkers):
+def test_a_camera_with_distortion_is_rejected(checkers):
     camera = Camera(64, 48, 50.0, 50.0, 31.5, 23.5, 'plumb_bob', (0.1, 0.0, 0.0, 0.0))
     with pytest.raises(InputError, match='without distortion'):
         Renderer([Rectangle(np.eye(4), 1.0, 1.0, checkers)], camera)

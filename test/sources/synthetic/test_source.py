@@ -221,7 +221,7 @@ def test_size_rate_and_intrinsics_are_the_given_ones(perfect):
     ({'rate': 1e-12}, 'rate is 1e-12 Hz: it takes 0.01 to 1000'),
     ({'depth_delay': float('inf')}, 'depth delay'),
     ({'camera': Camera(64, 48, 50, 50, 32, 24, 'plumb_bob', (0.1, 0, 0, 0))}, 'distortion')])
-def test_unusable_options_are_refused(options, message):
+def test_unusable_options_are_rejected(options, message):
     with pytest.raises(InputError, match=message):
         SyntheticOptions(**options)
 

@@ -166,9 +166,9 @@ def test_damage_ends_the_writing_unless_it_is_listened_to(tmp_path, recording):
 
 
 @pytest.mark.parametrize('changes, reason', [
-    ({'storage': 'tape'}, "no bag storage 'tape': there are mcap, sqlite3"),
-    ({'depth_encoding': '8UC1'}, "'8UC1': there are 32FC1 and 16UC1")])
-def test_unknown_formats_are_refused(tmp_path, recording, changes, reason):
+    ({'storage': 'tape'}, "no bag storage 'tape': use one of mcap, sqlite3"),
+    ({'depth_encoding': '8UC1'}, "'8UC1': use 32FC1 or 16UC1")])
+def test_unknown_formats_are_rejected(tmp_path, recording, changes, reason):
     with pytest.raises(InputError, match=reason):
         write_bag(tmp_path / 'out', recording, **changes)
     assert os.listdir(tmp_path) == []

@@ -33,7 +33,7 @@ def test_nothing_is_left_of_an_interrupted_one(tmp_path, error):
 
 
 @pytest.mark.parametrize('make', [os.mkdir, lambda path: open(path, 'w').close()])
-def test_an_existing_target_is_refused_and_left_alone(tmp_path, make):
+def test_an_existing_target_is_rejected_and_left_alone(tmp_path, make):
     make(tmp_path / 'target')
     with pytest.raises(InputError, match='target exists already: remove it or choose another'):
         with new_folder(tmp_path / 'target'):
@@ -41,7 +41,7 @@ def test_an_existing_target_is_refused_and_left_alone(tmp_path, make):
     assert os.listdir(tmp_path) == ['target']
 
 
-def test_a_target_that_cannot_be_written_is_refused(tmp_path):
+def test_a_target_that_cannot_be_written_is_rejected(tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(InputError, match='cannot write .*file/target: '):
         with new_folder(tmp_path / 'file' / 'target'):
