@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The command ``aick``: its commands, one a file, and what they share."""
+"""The command ``aick``: subcommands in commands/, their shared parts in input/ and output/."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _NEEDED = ('typer', 'rich', 'yaml')
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """
-    Run the command and exit: 0 done, 1 a defect of ours, 2 unusable input, 130 interrupted.
+    Run the command and exit: 0 done, 1 a defect of aick, 2 unusable input, 130 interrupted.
 
-    :param arguments: without the program's name; None: those of the process.
+    :param arguments: without the name of the program; None: those of the process.
     """
-    # Our matrices are small: BLAS threads bring little on an idle machine and cost several times
-    # the work on a busy one. NumPy reads this when it is first imported.
+    # The matrices are small: BLAS threads gain little on an idle machine and cost a multiple on a
+    # busy one. NumPy reads this variable when it is first imported.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     try:
         from aick_ros.cli.run import run

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The commands of ``aick``, in the order in which they are listed."""
+"""The subcommands of ``aick``, in the order in which ``aick --help`` lists them."""
 
 from __future__ import annotations
 
@@ -24,8 +24,9 @@ COMMANDS = (replay, evaluate, benchmark, simulate, convert, vocabulary, noise, p
 
 app = typer.Typer(
     add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
-    epilog='Exit codes: 0 done, 1 a defect of ours, 2 the input is unusable, 130 interrupted. '
-           '--traceback shows where a defect of ours lies.')
+    epilog='Exit codes: 0 done, 1 a defect of aick, 2 unusable input, 130 interrupted. '
+           '--traceback prints the traceback of a defect. "aick COMMAND --help" explains a '
+           'command.')
 for command in COMMANDS:
     app.command()(command)
 
@@ -36,8 +37,10 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
+Version = Annotated[bool, typer.Option(
+    '--version', callback=_show_version, is_eager=True, help='Print the version and exit.')]
+
+
 @app.callback()
-def options(version: Annotated[bool, typer.Option(
-        '--version', callback=_show_version, is_eager=True, help='Show the version.')] = False,
-        ) -> None:
-    """RGB-D odometry by Adaptive Iterative Closest Keypoint, on recordings."""
+def options(version: Version = False) -> None:
+    """RGB-D odometry by Adaptive Iterative Closest Keypoint (AICK), on recordings."""

@@ -1,8 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How a command ends: its last words and its exit code."""
+"""The end of a command: last messages and exit code."""
 
+from __future__ import annotations
+
+from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.input.reading import COMPLETE, INTERRUPTED, Reading
 from aick_ros.cli.output.console import say
 
@@ -14,12 +17,18 @@ PIPE_CLOSED = 141
 
 
 def of_reading(reading: Reading) -> int:
-    """Say what was wrong with a source that has been read; return the exit code."""
-    reading.damage.close()
+    """Report what was wrong with a source that has been read, and return the exit code."""
+    code = of_damage(reading.damage)
     if reading.ended == INTERRUPTED:
-        say('interrupted; what is written is complete up to there')
+        say('interrupted; the output is complete up to this point')
         return INTERRUPTED_BY_USER
     if reading.ended != COMPLETE:
         say(reading.ended)
         return UNUSABLE_INPUT
-    return UNUSABLE_INPUT if reading.damage.count else DONE
+    return code
+
+
+def of_damage(damage: DamageLog) -> int:
+    """Report the number of skipped images, and return the exit code."""
+    damage.close()
+    return UNUSABLE_INPUT if damage.count else DONE

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Runs one command line and turns what goes wrong into a sentence and an exit code."""
+"""Runs one command line; an error becomes one sentence and an exit code."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError
 
 _TRACEBACK = '--traceback'
-_OF_THE_USER = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EPERM, errno.EROFS)
+_USER_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EPERM, errno.EROFS)
 
 
 def run(arguments: Sequence[str]) -> int:
     """
     Run one command line.
 
-    :returns: the exit code, as :mod:`aick_ros.cli.outcome` has it.
+    :returns: an exit code of :mod:`aick_ros.cli.outcome`.
     """
     arguments = list(arguments) or ['--help']
     show_traceback = _TRACEBACK in arguments
@@ -44,11 +44,11 @@ def run(arguments: Sequence[str]) -> int:
         say('interrupted')
         return outcome.INTERRUPTED_BY_USER
     except BrokenPipeError:
-        # whoever reads our output has seen enough; Python must not try to flush the rest
+        # the reader of the output has closed the pipe; Python must not try to flush the rest
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return outcome.PIPE_CLOSED
     except Exception as error:
-        sentence = _of_the_user(error)
+        sentence = _user_sentence(error)
         if sentence:
             say(sentence)
             return outcome.UNUSABLE_INPUT
@@ -57,7 +57,7 @@ def run(arguments: Sequence[str]) -> int:
 
 
 def _invoke(arguments: list[str]) -> int:
-    """Run a command without the handling of errors that typer brings."""
+    """Run a command without the error handling of typer."""
     command = typer.main.get_command(app)
     try:
         with command.make_context('aick', arguments) as context:
@@ -68,11 +68,11 @@ def _invoke(arguments: list[str]) -> int:
     return code or outcome.DONE
 
 
-def _of_the_user(error: Exception) -> str:
-    """Return the sentence for an error that the user can mend, '' for any other."""
-    if isinstance(error, OSError) and error.errno in _OF_THE_USER:
+def _user_sentence(error: Exception) -> str:
+    """Return the sentence for an error that the user can correct, '' for any other."""
+    if isinstance(error, OSError) and error.errno in _USER_ERRORS:
         return f'{error.filename or "writing"}: {error.strerror}'
-    # typer's usage errors come from click or, in later versions, from a copy of it
+    # typer raises the usage errors of click or, in later versions, of its own copy of click
     if not hasattr(error, 'format_message'):
         return ''
     context: Any = getattr(error, 'ctx', None)
@@ -87,9 +87,9 @@ def _report_defect(error: Exception, arguments: Sequence[str], show_traceback: b
             + ''.join(traceback.format_exception(error)))
     if show_traceback:
         print(text, file=sys.stderr)
-        say(f'this is a defect of ours ({what}): please report it with the text above')
+        say(f'this is a defect of aick ({what}): please report it with the text above')
         return
     with tempfile.NamedTemporaryFile('w', prefix='aick-traceback-', suffix='.txt',
                                      delete=False) as file:
         file.write(text)
-    say(f'this is a defect of ours ({what}): please report it with the file {file.name}')
+    say(f'this is a defect of aick ({what}): please report it with the file {file.name}')

@@ -60,7 +60,7 @@ def test_usage_errors_are_one_line(aick, arguments, words):
 @pytest.mark.parametrize('make, words', [
     (lambda folder: None, 'does not exist'),
     (lambda folder: folder.mkdir(), 'is empty'),
-    (lambda folder: folder.write_bytes(b'nonsense'), 'no recording')])
+    (lambda folder: folder.write_bytes(b'nonsense'), 'not a known kind of recording')])
 def test_sources_that_are_none(aick, tmp_path, command, make, words):
     make(tmp_path / 'source')
     outcome = aick(*command, tmp_path / 'source', *(['out'] if command == ['convert'] else []))
@@ -75,7 +75,7 @@ def test_sources_that_are_none(aick, tmp_path, command, make, words):
     (['--preset', 'best'], "unknown preset 'best'"),
     (['--config', 'none.yaml'], 'cannot read the settings none.yaml'),
     (['--camera', 'none.json'], 'none.json'),
-    (['--json', 'none/figures.json'], 'there is no folder none')])
+    (['--json', 'none/figures.json'], 'the folder none does not exist')])
 def test_options_that_do_not_fit(aick, tmp_path, arguments, words):
     (tmp_path / 'rgb.txt').write_text('1.0 rgb/1.png\n')
     (tmp_path / 'depth.txt').write_text('1.0 depth/1.png\n')
@@ -97,7 +97,7 @@ def test_a_defect_is_ours_and_leaves_a_file_to_report(aick, monkeypatch, tmp_pat
     monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
     outcome = aick('replay', 'x')
     assert outcome.code == 1
-    assert 'a defect of ours (ZeroDivisionError: by zero)' in outcome.sentence
+    assert 'a defect of aick (ZeroDivisionError: by zero)' in outcome.sentence
     file = Path(re.search(r'\S+\.txt', outcome.sentence).group())
     text = file.read_text()
     assert text.startswith('aick replay x\n')

@@ -1,14 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""``aick benchmark``: methods side by side on the same pairs of frames."""
+"""``aick benchmark``: compares methods on the same pairs of frames."""
 
 from __future__ import annotations
 
 import datetime
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -16,7 +16,7 @@ from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.input.interruption import Interruption
-from aick_ros.cli.output.benchmark_figures import FigureFolder
+from aick_ros.cli.output.benchmark_plots import FigureFolder
 from aick_ros.cli.output.benchmark_table import show_results
 from aick_ros.cli.output.console import progress, say
 from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json, write_whole
@@ -34,24 +34,25 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.sources import RgbdSource, raise_damage
 
 Sources = Annotated[list[str], typer.Argument(
-    metavar='SOURCE...', show_default=False, help='Recordings with ground truth, of any kind.')]
+    metavar='SOURCE...', show_default=False, help='Recordings with ground truth, of any format.')]
 Methods = Annotated[str, typer.Option(
-    '--methods', metavar='NAME,NAME,...', help=f'all, or some of {", ".join(METHODS)}.')]
+    '--methods', metavar='NAME,NAME,...',
+    help=f'Methods to compare: all, or some of {", ".join(METHODS)}.')]
 Jobs = Annotated[int, typer.Option(
     '--jobs', metavar='N', min=1,
-    help='Methods that run at a time. With more than one they disturb each other\'s times.')]
+    help='Number of methods that run at a time. More than one distorts the measured times.')]
 TimeLimit = Annotated[float, typer.Option(
     '--time-limit', metavar='SECONDS', min=0.1,
-    help='What takes a method longer, on a frame or a pair, counts as failed.')]
+    help='Longest time for a frame or a pair; beyond it the method counts as failed there.')]
 Plots = Annotated[Path | None, typer.Option(
     '--plots', metavar='DIR', show_default=False,
-    help="Draw the paper's figures as PNG files; some take runs of their own.")]
+    help='Folder for the figures of the paper as PNG files; some of them need additional runs.')]
 Corridor = Annotated[int, typer.Option(
     '--corridor', metavar='N', min=0,
-    help='Frames of the walk along rendered shelves that --plots draws too; 0: no walk.')]
+    help='Number of frames of the rendered walk for Figure 10 (with --plots); 0: no walk.')]
 Pairs = Annotated[int | None, typer.Option(
     '--pairs', metavar='N', min=1, show_default=False,
-    help='At most so many pairs of each gap and source, taken evenly.')]
+    help='Maximum number of pairs per gap and recording, evenly spaced. Default: all.')]
 
 
 def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '1,2,3,5,8,10,15',
@@ -60,14 +61,13 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
               limit: options.Limit = None,
               max_interval: options.MaxInterval = Request.max_interval) -> int:
     """
-    Register the same pairs by AICK and its rivals: success ratios, times, the paper's figures.
+    Compare AICK and other methods on the same pairs of frames: success ratios and times.
 
-    Each method runs in a process of its own, in one thread. One that crashes or hangs stops none
-    of the others. Interrupted, the same command with --json FILE goes on where it was.
+    Each method runs in its own process, in one thread; a crash or hang does not affect the other
+    methods. After an interruption, the same command with --json FILE resumes the run.
     """
     chosen, numbers = methods_of(methods), options.gaps_from(gaps)
-    if json is not None:
-        check_target(json)
+    check_target(json)
     folder = None if plots is None else FigureFolder(plots)
     damage = DamageLog()
     recordings = _scan([Request(source, limit, max_interval) for source in sources], damage)
@@ -77,7 +77,7 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
                 [] if folder is None else variants(figures))
     missing = {method.name: method.missing for method in chosen if method not in installed}
     journal = Journal(_journal_path(json), recordings)
-    if plan.variants:
+    if folder is not None and plan.variants:
         _learn_vocabularies(folder.vocabularies)
     with Interruption() as interruption:
         unusable = _run(plan, journal, jobs, time_limit, interruption)
@@ -88,16 +88,13 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
     results = Results.of(plan, journal, {**missing, **unusable})
     curves = figure_data(figures, plan, journal)
     if json is not None:
-        write_json(json, {
-            'date': datetime.date.today().isoformat(), 'jobs': jobs, 'time_limit_s': time_limit,
-            **results.to_json(), 'figures': curves,
-            'corridor': None if reckoning is None else reckoning.end.to_json()})
+        write_json(json, {'jobs': jobs, 'time_limit_s': time_limit,
+                          **_content(results, curves, reckoning)})
     if folder is not None:
         folder.write(curves, results.recordings, reckoning)
     journal.delete()
     show_results(results, on_stderr=json == STANDARD_OUTPUT)
-    damage.close()
-    return outcome.UNUSABLE_INPUT if damage.count else outcome.DONE
+    return outcome.of_damage(damage)
 
 
 def _scan(requests: Sequence[Request], damage: DamageLog) -> list[Recording]:
@@ -106,8 +103,8 @@ def _scan(requests: Sequence[Request], damage: DamageLog) -> list[Recording]:
         with progress(f'reading {request.path}', request.limit or len(request.open())) as show:
             recording = Recording.scan(request, show, damage)
         if recording.name in recordings:
-            raise InputError(f'two sources are called {recording.name}: rename one, or name it '
-                             'only once')
+            raise InputError(f'two recordings are called {recording.name}: rename one of them, or '
+                             'give it only once')
         recordings[recording.name] = recording
     return list(recordings.values())
 
@@ -115,15 +112,15 @@ def _scan(requests: Sequence[Request], damage: DamageLog) -> list[Recording]:
 def _installed(methods: Sequence[Method]) -> list[Method]:
     for method in methods:
         if method.missing:
-            say(f'{method.name} is left out, it is not installed: {method.missing}')
+            say(f'{method.name} is skipped, it is not installed: {method.missing}')
     installed = [method for method in methods if not method.missing]
     if not installed:
-        raise InputError('none of the methods is installed: see the lines above')
+        raise InputError('none of the methods is installed: install one as the lines above say')
     return installed
 
 
 def _learn_vocabularies(folder: Path) -> None:
-    """Learn those that are not there yet; the next run with the same --plots has them."""
+    """Learn the missing vocabularies; the next run with the same --plots finds them."""
     wanted = missing_from(folder)
     if not wanted:
         return
@@ -142,7 +139,7 @@ def _journal_path(json: str | None) -> Path | None:
 def _run(plan: Plan, journal: Journal, jobs: int, time_limit: float,
          interruption: Interruption) -> dict[str, str]:
     if journal.lines_found:
-        say('going on where the last run was interrupted')
+        say('resuming the interrupted run')
     try:
         with progress('registering', plan.registrations, 'pairs') as show:
             return run(plan, journal, jobs, time_limit, show, lambda: interruption.requested)
@@ -151,7 +148,7 @@ def _run(plan: Plan, journal: Journal, jobs: int, time_limit: float,
 
 
 def _reckon(frames: int, interruption: Interruption) -> Reckoning:
-    """Walk along the shelves, until the user wants no more."""
+    """Estimate the path along the shelves, until Ctrl-C."""
     source, method = walk(frames), METHODS['aick']
     with progress('walking along shelves', frames) as show:
         return reckon(make(method.factory, method.options), _frames(source, interruption),
@@ -159,16 +156,23 @@ def _reckon(frames: int, interruption: Interruption) -> Reckoning:
 
 
 def _frames(source: RgbdSource, interruption: Interruption) -> Iterator[RgbdFrame]:
-    """Yield frames, at least one, until the user wants no more."""
+    """Yield frames, at least one, until Ctrl-C."""
     for frame in source.frames(raise_damage):
         yield frame
         if interruption.requested:
             return
 
 
+def _content(results: Results, curves: Mapping[str, Any],
+             reckoning: Reckoning | None) -> dict[str, Any]:
+    """Return the content of the JSON, without the options of the command."""
+    return {'date': datetime.date.today().isoformat(), **results.to_json(), 'figures': curves,
+            'corridor': None if reckoning is None else reckoning.end.to_json()}
+
+
 def _interrupted(json: str | None) -> int:
     if _journal_path(json) is None:
-        say('interrupted; nothing is kept: name a file with --json for that')
+        say('interrupted; nothing is kept: give --json FILE to be able to resume a run')
     else:
-        say(f'interrupted; the same command goes on from {_journal_path(json)}')
+        say(f'interrupted; the same command resumes from {_journal_path(json)}')
     return outcome.INTERRUPTED_BY_USER

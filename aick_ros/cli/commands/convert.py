@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""``aick convert``: any recording to a ROS 2 bag."""
+"""``aick convert``: writes any recording as a ROS 2 bag."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from aick_ros.sources import SourceOptions, open_source
 from aick_ros.sources.writers.bag_writer import STORAGES, write_bag
 
 Out = Annotated[Path, typer.Argument(
-    metavar='OUT', show_default=False, help='The folder of the new bag.')]
+    metavar='OUT', show_default=False, help='Folder of the new bag; it must not exist.')]
 Storage = Annotated[str, typer.Option(
-    '--storage', metavar='|'.join(STORAGES), help='How the bag is stored.')]
+    '--storage', metavar='|'.join(STORAGES), help='Storage of the bag.')]
 DepthEncoding = Annotated[str, typer.Option(
     '--depth-encoding', metavar='32FC1|16UC1',
-    help='32FC1 keeps the depth as it is, 16UC1 rounds to millimetres in half the space.')]
+    help='32FC1 keeps the depth exactly; 16UC1 rounds it to millimetres, in half the space.')]
 
 
 def convert(source: options.Source, out: Out, storage: Storage = 'mcap',
@@ -39,7 +39,7 @@ def convert(source: options.Source, out: Out, storage: Storage = 'mcap',
     """
     Write a recording as a ROS 2 bag: Image, CameraInfo, ground truth as PoseStamped.
 
-    The bag appears when it is complete; Ctrl-C leaves nothing behind.
+    The bag appears when it is complete; Ctrl-C leaves no files behind.
     """
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,

@@ -12,7 +12,7 @@ import typer
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import Reading
-from aick_ros.cli.output.console import figure, progress, say, table
+from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.evaluation.noise.camera_noise import CameraNoise, estimate_noise
 from aick_ros.evaluation.noise.depth_noise import DepthNoise
@@ -38,8 +38,7 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
     exponents of the noise are kept where the recording does not determine them.
     """
     settings = options.settings_from(None, config, assignments)
-    if json is not None:
-        check_target(json)
+    check_target(json)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
         register_depth, depth_info_topic, depth_in_colour))
@@ -56,14 +55,14 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
 
 def _show(found: CameraNoise, on_stderr: bool) -> None:
     table('depth noise', (
-        (figure(bin_.depth, digits=2), str(bin_.patches), figure(1e3 * bin_.sigma, digits=2),
-         figure(1e3 * bin_.model, digits=2)) for bin_ in found.depth.bins),
+        (decimal(bin_.depth, digits=2), str(bin_.patches), decimal(1e3 * bin_.sigma, digits=2),
+         decimal(1e3 * bin_.model, digits=2)) for bin_ in found.depth.bins),
         ('depth\n[m]', 'patches', 'sigma\n[mm]', 'model\n[mm]'), on_stderr)
     if found.pixels is not None:
         typer.echo(err=on_stderr)
         table(f'noise of {found.pixels.detector} keypoints', (
-            (figure(bin_.scale, digits=2), str(bin_.matches), figure(bin_.sigma, digits=2),
-             figure(bin_.model, digits=2)) for bin_ in found.pixels.bins),
+            (decimal(bin_.scale, digits=2), str(bin_.matches), decimal(bin_.sigma, digits=2),
+             decimal(bin_.model, digits=2)) for bin_ in found.pixels.bins),
             ('scale', 'matches', 'sigma\n[px]', 'model\n[px]'), on_stderr)
     typer.echo('\n' + '\n'.join(_lines(found)), err=on_stderr)
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""``aick parameters``: what can be set, and its defaults."""
+"""``aick parameters``: all parameters with their defaults."""
 
 from __future__ import annotations
 
@@ -20,15 +20,17 @@ _TITLE = ('Parameters of odom_node, made by "aick parameters --format yaml". Tho
 
 
 class Format(str, Enum):
-    """How the parameters are written."""
+    """Format of the output."""
 
     MARKDOWN = 'markdown'
     YAML = 'yaml'
 
 
-def parameters(format: Annotated[Format, typer.Option(
-        '--format', help='A table, or the file the node and --config read.')] = Format.MARKDOWN,
-        ) -> int:
+Form = Annotated[Format, typer.Option(
+    '--format', help='A table, or a parameter file for the node and --config.')]
+
+
+def parameters(format: Form = Format.MARKDOWN) -> int:
     """List all parameters with default, range and meaning."""
     if format is Format.YAML:
         text = config_text(NodeSettings(), commented=Settings(), title=_TITLE)

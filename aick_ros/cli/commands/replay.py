@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""``aick replay``: the odometry over a recording, into a folder."""
+"""``aick replay``: runs the odometry on a recording and writes a folder of results."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ import typer
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import COMPLETE, Reading
-from aick_ros.cli.output.console import figure, progress, say, table
+from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json, write_whole
 from aick_ros.cli.output.run_folder import RunFolder
 from aick_ros.errors import InputError
@@ -30,7 +30,7 @@ from aick_ros.settings import Settings
 from aick_ros.sources import SourceOptions, open_source
 
 Out = Annotated[Path, typer.Option(
-    '--out', metavar='DIR', help='Where the folder SOURCE-TIME of the run is made.')]
+    '--out', metavar='DIR', help='Folder in which the folder SOURCE-TIME of the run is made.')]
 
 
 def replay(source: options.Source, out: Out = Path('runs'), preset: options.Preset = None,
@@ -44,14 +44,13 @@ def replay(source: options.Source, out: Out = Path('runs'), preset: options.Pres
            depth_in_colour: options.DepthInColour = None,
            limit: options.Limit = None, json: options.JsonFile = None) -> int:
     """
-    Run the odometry over a recording, as fast as it can.
+    Run the odometry on a recording, as fast as possible.
 
-    Writes the path, the figures of each frame and of the run, the settings and a report.
-    Ctrl-C ends it with all files complete up to there.
+    Writes the trajectory, a table of all frames, a summary, the settings and an HTML report.
+    Ctrl-C ends the run with all files complete up to this point.
     """
     settings = options.settings_from(preset, config, assignments)
-    if json is not None:
-        check_target(json)
+    check_target(json)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
         register_depth, depth_info_topic, depth_in_colour))
@@ -71,7 +70,7 @@ def _run(reading: Reading, settings: Settings, out: Path) -> tuple[Path, RunSumm
         updates = _updates(reading, settings)
         first = next(updates, None)
         if first is None:
-            raise InputError(f'{reading.name} has no frame that can be used')
+            raise InputError(f'{reading.name} has no usable frame')
         with RunFolder(out, reading.name, settings, started) as folder:
             for record in chain([first], updates):
                 records.append(record)
@@ -95,7 +94,8 @@ def _write_report(folder: Path, summary: RunSummary, records: list[FrameRecord],
     try:
         from aick_ros.reports.run_report import report
     except ModuleNotFoundError as error:
-        say(f"no report.html without {error.name.partition('.')[0]}: pip install 'aick_ros[eval]'")
+        package = (error.name or '').partition('.')[0]
+        say(f"no report.html without {package}: pip install 'aick_ros[eval]'")
         return
     write_whole(folder / 'report.html', report(summary, records, ground_truth, started))
 
@@ -105,9 +105,9 @@ def _show(summary: RunSummary, folder: Path, on_stderr: bool) -> None:
     rows = [
         ('frames', str(summary.frames)),
         ('tracked', f'{summary.tracked} ({100 * summary.tracked / summary.frames:.1f} %)'),
-        ('frames a second', figure(summary.frames_per_second, digits=1)),
-        ('length of the path', figure(summary.path_length_m, ' m')),
-        ('from start to end', figure(summary.end_distance_m, ' m')),
+        ('frames per second', decimal(summary.frames_per_second, digits=1)),
+        ('path length', decimal(summary.path_length_m, ' m')),
+        ('start to end', decimal(summary.end_distance_m, ' m')),
     ]
     lost = {name: count for name, count in summary.status.items() if not Status[name].ok}
     if lost:
@@ -115,9 +115,9 @@ def _show(summary: RunSummary, folder: Path, on_stderr: bool) -> None:
                                               for name, count in lost.items())))
     if score.ate_rmse_m is not None and summary.tracked > 1:
         rows += [
-            ('RPE over 1 s, translation', figure(score.rpe_1s_translation_rmse_m, ' m', 4)),
-            ('RPE over 1 s, rotation', figure(score.rpe_1s_rotation_rmse_deg, ' deg', 2)),
-            ('ATE', figure(score.ate_rmse_m, ' m', 4))]
+            ('RPE over 1 s, translation', decimal(score.rpe_1s_translation_rmse_m, ' m', 4)),
+            ('RPE over 1 s, rotation', decimal(score.rpe_1s_rotation_rmse_deg, ' deg', 2)),
+            ('ATE', decimal(score.ate_rmse_m, ' m', 4))]
     if summary.ended != COMPLETE:
         rows.append(('ended', summary.ended))
     table(summary.source, [*rows, ('files', str(folder))], on_stderr=on_stderr)

@@ -20,13 +20,13 @@ from aick_ros.sources.writers.bag_writer import write_bag
 from aick_ros.sources.writers.tum_writer import write_tum
 
 _FOCAL_LENGTH = 525 / 640
-"""Of the camera, as a share of the image's width: that of a Kinect."""
+"""By definition: focal length of a Kinect, relative to the width of the image."""
 
-_LARGEST = 4096
+_SMALLEST, _LARGEST = 16, 4096  # [px]; chosen
 
 
 class Format(str, Enum):
-    """What a rendered recording is written as."""
+    """Format of the rendered recording."""
 
     MCAP = 'mcap'
     SQLITE3 = 'sqlite3'
@@ -34,24 +34,25 @@ class Format(str, Enum):
 
 
 Out = Annotated[Path, typer.Argument(
-    metavar='OUT', show_default=False, help='The folder of the new recording.')]
+    metavar='OUT', show_default=False, help='Folder of the new recording; it must not exist.')]
 Form = Annotated[Format, typer.Option(
-    '--format', help='A ROS 2 bag in one of two storages, or a TUM folder.')]
-Frames = Annotated[int, typer.Option('--frames', metavar='N', min=1, help='How many.')]
+    '--format', help='ROS 2 bag in MCAP or SQLite storage, or a TUM folder.')]
+Frames = Annotated[int, typer.Option('--frames', metavar='N', min=1, help='Number of frames.')]
 Seed = Annotated[int, typer.Option(
-    '--seed', metavar='N', min=0, help='Another one is another room and another path.')]
-Rate = Annotated[float, typer.Option('--rate', metavar='HZ', help='Frames a second.')]
-Size = Annotated[str, typer.Option('--size', metavar='WIDTHxHEIGHT', help='Of the images.')]
+    '--seed', metavar='N', min=0, help='Seed of the room and of the path of the camera.')]
+Rate = Annotated[float, typer.Option('--rate', metavar='HZ', help='Frames per second.')]
+Size = Annotated[str, typer.Option(
+    '--size', metavar='WIDTHxHEIGHT', help='Size of the images in pixels.')]
 Perfect = Annotated[bool, typer.Option(
-    '--perfect', help='Without noise, blur, changes of exposure and holes in the depth.')]
+    '--perfect', help='Render without noise, motion blur, exposure changes and missing depth.')]
 
 
 def simulate(out: Out, format: Form = Format.MCAP, frames: Frames = 150, seed: Seed = 0,
              rate: Rate = 30.0, size: Size = '640x480', perfect: Perfect = False) -> int:
     """
-    Render a handheld camera's recording of a furnished room, with exact ground truth.
+    Render a recording of a handheld camera in a furnished room, with exact ground truth.
 
-    It appears when it is complete; Ctrl-C leaves nothing behind.
+    The recording appears when it is complete; Ctrl-C leaves no files behind.
     """
     make = SyntheticOptions.perfect if perfect else SyntheticOptions
     source = SyntheticSource(make(seed=seed, frames=frames, rate=rate, camera=_camera(size)))
@@ -66,11 +67,11 @@ def simulate(out: Out, format: Form = Format.MCAP, frames: Frames = 150, seed: S
 
 
 def _camera(size: str) -> Camera:
-    width, _, height = size.partition('x')
-    if not (width.isdecimal() and height.isdecimal()
-            and 16 <= min(int(width), int(height)) <= max(int(width), int(height)) <= _LARGEST):
-        raise InputError(f'--size {size}: it takes two whole numbers from 16 to {_LARGEST}, for '
-                         'example 640x480')
-    width, height = int(width), int(height)
+    sides = size.split('x')
+    if not (len(sides) == 2 and all(side.isdecimal() for side in sides)
+            and all(_SMALLEST <= int(side) <= _LARGEST for side in sides)):
+        raise InputError(f'--size {size}: WIDTHxHEIGHT with whole numbers from {_SMALLEST} to '
+                         f'{_LARGEST} is required, for example --size 640x480')
+    width, height = map(int, sides)
     focal_length = _FOCAL_LENGTH * width
     return Camera(width, height, focal_length, focal_length, (width - 1) / 2, (height - 1) / 2)

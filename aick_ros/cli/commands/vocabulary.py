@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""``aick vocabulary``: words for the fast search, learned from recordings."""
+"""``aick vocabulary``: learns visual words for the fast search from recordings."""
 
 from __future__ import annotations
 
@@ -26,25 +26,26 @@ from aick_ros.sources import open_source
 
 Sources = Annotated[list[str], typer.Argument(
     metavar='SOURCE...', show_default=False,
-    help='Recordings to learn from, of any kind that is known: others than those it is used on.')]
+    help='Recordings to learn from, of any format; not those that it will be used on.')]
 Out = Annotated[Path, typer.Option(
-    '--out', metavar='FILE', show_default=False, help='The file of the vocabulary.')]
+    '--out', metavar='FILE', show_default=False, help='File of the new vocabulary (.npz).')]
 Words = Annotated[int, typer.Option(
-    '--words', metavar='N', min=1, max=100000, help='How many.')]
+    '--words', metavar='N', min=1, max=100000, help='Number of words.')]
 Every = Annotated[int, typer.Option(
-    '--every', metavar='N', min=1, help='Take each so many-th frame; neighbours are much alike.')]
+    '--every', metavar='N', min=1, help='Use every N-th frame; consecutive frames are similar.')]
 Seed = Annotated[int, typer.Option(
-    '--seed', metavar='N', min=0, help='Another one begins with other words.')]
+    '--seed', metavar='N', min=0, help='Seed of the clustering.')]
 
 
 def vocabulary(sources: Sources, out: Out, words: Words = 1000, every: Every = 10,
                seed: Seed = 0, preset: options.Preset = None, config: options.Config = None,
                assignments: options.Assignments = None, limit: options.Limit = None) -> int:
     """
-    Learn a vocabulary for the fast search: of the keypoints that the parameters choose.
+    Learn a vocabulary of visual words for the fast search (aick.vocabulary).
 
-    It takes them as the odometry would; --set features.detector=surf learns one of SURF. The
-    file appears when it is complete; Ctrl-C leaves nothing behind.
+    The keypoints are those of the odometry with the same parameters: for a vocabulary of SURF,
+    give --set features.detector=surf. The file appears when it is complete; Ctrl-C leaves no file
+    behind.
     """
     settings = options.settings_from(preset, config, assignments)
     check_target(str(out))
@@ -55,7 +56,7 @@ def vocabulary(sources: Sources, out: Out, words: Words = 1000, every: Every = 1
         if reading.ended != COMPLETE:
             raise InputError(f'{source}: {reading.ended}')
     if not descriptors:
-        raise InputError(f'{", ".join(sources)} has no frame that can be used')
+        raise InputError(f'{", ".join(sources)} has no usable frame')
     with progress('clustering', ROUNDS, 'rounds') as show:
         centres = learn_words(np.concatenate(descriptors), words, seed, ROUNDS, show)
     learned = Vocabulary(settings.features.detector, centres,
@@ -68,7 +69,7 @@ def vocabulary(sources: Sources, out: Out, words: Words = 1000, every: Every = 1
 
 
 def _descriptors(reading: Reading, every: int, settings: Settings) -> list[np.ndarray]:
-    """Return the descriptors of each frame taken."""
+    """Return the descriptors of each frame that is used."""
     extractor = KeypointExtractor(settings.features, settings.sensor)
     found = []
     with progress(reading.name, len(reading)) as show:

@@ -1,32 +1,32 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Tells of images that cannot be used."""
+"""Log of unusable images."""
 
 from __future__ import annotations
 
 from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError
 
-_MOST = 5
+_MAX_SHOWN = 5
 
 
 class DamageLog:
-    """Prints the first few damaged images, counts all."""
+    """Prints the first unusable images and counts all."""
 
     def __init__(self) -> None:
         self.count = 0
 
     def __call__(self, error: InputError) -> None:
-        """Take note of an image that is skipped."""
+        """Log an image that is skipped."""
         self.count += 1
-        if self.count <= _MOST:
+        if self.count <= _MAX_SHOWN:
             say(f'skipped: {error}')
-        elif self.count == _MOST + 1:
+        elif self.count == _MAX_SHOWN + 1:
             say('more images are skipped; they are counted, not listed')
 
     def close(self) -> None:
-        """Say how many there were."""
+        """Print the number of skipped images."""
         if self.count:
             noun = 'image was' if self.count == 1 else 'images were'
             say(f'{self.count} {noun} skipped, for the reasons above; all others were used')

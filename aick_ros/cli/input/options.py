@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Options that several commands share, and what they mean together."""
+"""Options shared by several commands, and the settings they give."""
 
 from __future__ import annotations
 
@@ -19,36 +19,36 @@ from aick_ros.settings.presets import PRESETS, preset
 
 Source = Annotated[str, typer.Argument(
     metavar='SOURCE', show_default=False,
-    help='A ROS 2 bag (folder, .mcap or .db3), a ROS 1 bag, a TUM folder, a folder of numbered '
-         'colour and depth files, or synthetic:SEED.')]
+    help='Recording: a ROS 2 bag (folder, .mcap or .db3), a ROS 1 bag, a TUM folder, a folder of '
+         'numbered colour and depth files, or synthetic:SEED, which is rendered.')]
 
 Preset = Annotated[str | None, typer.Option(
     '--preset', metavar='|'.join(PRESETS), show_default=False,
-    help='Start from the parameters of the paper instead of the defaults.')]
+    help='Start from parameters of the paper instead of the defaults.')]
 Config = Annotated[Path | None, typer.Option(
     '--config', metavar='FILE', show_default=False,
-    help="The node's YAML file of parameters; it changes the preset.")]
+    help='Parameter file (YAML) of the node; it overrides the preset.')]
 Assignments = Annotated[list[str] | None, typer.Option(
     '--set', metavar='NAME=VALUE', show_default=False,
-    help='Set one parameter, for example aick.alpha=0.7; it changes preset and file. Repeatable; '
-         '"aick parameters" lists them.')]
+    help='Set one parameter, for example aick.alpha=0.7; it overrides preset and file. May be '
+         'repeated. "aick parameters" lists all parameters.')]
 
 CameraFile = Annotated[Path | None, typer.Option(
     '--camera', metavar='FILE', show_default=False,
-    help="Calibration to use in place of the recording's own: camera.json, or the YAML of ROS's "
-         'camera_calibration.')]
+    help='Calibration that replaces that of the recording: camera.json, or the YAML file of '
+         'camera_calibration (ROS).')]
 ColourTopic = Annotated[str | None, typer.Option(
     '--colour-topic', metavar='TOPIC', show_default=False,
-    help='Colour images of a bag; without it they are found by type and name.')]
+    help='Topic of the colour images in a bag. Default: found by type and name.')]
 DepthTopic = Annotated[str | None, typer.Option(
     '--depth-topic', metavar='TOPIC', show_default=False,
-    help='Depth images registered to the colour images.')]
+    help='Topic of the depth images in a bag. Default: found by type and name.')]
 InfoTopic = Annotated[str | None, typer.Option(
     '--info-topic', metavar='TOPIC', show_default=False,
-    help='Calibration of the colour camera.')]
+    help='Topic of the calibration of the colour camera. Default: found by type and name.')]
 GroundTruthTopic = Annotated[str | None, typer.Option(
     '--ground-truth-topic', metavar='TOPIC', show_default=False,
-    help='Poses of the colour camera.')]
+    help='Topic of the true poses of the colour camera. Default: found by type and name.')]
 RegisterDepth = Annotated[bool, typer.Option(
     '--register-depth',
     help="Depth images of a bag are in their own camera's image: register them to colour.")]
@@ -62,23 +62,23 @@ DepthInColour = Annotated[
              'from /tf_static of the bag.')]
 MaxInterval = Annotated[float, typer.Option(
     '--max-interval', metavar='SECONDS', min=0.0,
-    help='Largest difference of stamps of a colour and a depth image.')]
+    help='Largest difference between the stamps of a colour image and its depth image.')]
 Limit = Annotated[int | None, typer.Option(
-    '--limit', metavar='N', min=1, show_default=False, help='Stop after so many frames.')]
+    '--limit', metavar='N', min=1, show_default=False, help='Stop after N frames.')]
 
 Gaps = Annotated[str, typer.Option(
-    '--gaps', metavar='N,N,...', help='Distances of the two frames of a pair.')]
+    '--gaps', metavar='N,N,...', help='Distances, in frames, between the two frames of a pair.')]
 JsonFile = Annotated[str | None, typer.Option(
     '--json', metavar='FILE', show_default=False,
-    help='Write the figures as JSON; - for standard output, and nothing else there.')]
+    help='Write the results as JSON; - writes them to standard output, and nothing else there.')]
 
 
 def settings_from(preset_name: str | None, config: Path | None,
                   assignments: Sequence[str] | None) -> Settings:
     """
-    Return the settings a user asks for: ``--set`` over ``--config`` over ``--preset``.
+    Return the settings of the options: ``--set`` overrides ``--config`` overrides ``--preset``.
 
-    :raises InputError: naming the option, for what does not fit.
+    :raises InputError: naming the option, for an unknown name or an invalid value.
     """
     file = read_settings_file(config) if config is not None else None
     preset_name = preset_name or (file.preset if file is not None else None)
@@ -92,19 +92,20 @@ def gaps_from(gaps: str) -> list[int]:
     """
     Return the gaps of ``--gaps``, sorted.
 
-    :raises InputError: where they are no whole numbers from 1 up.
+    :raises InputError: where they are not whole numbers of at least 1.
     """
     try:
         numbers = sorted({int(gap) for gap in gaps.split(',')})
     except ValueError:
         numbers = [0]
     if numbers[0] < 1:
-        raise InputError(f'--gaps {gaps}: it takes whole numbers from 1 up, for example 1,5,10')
+        raise InputError(f'--gaps {gaps}: whole numbers of at least 1 are required, for example '
+                         '--gaps 1,5,10')
     return numbers
 
 
 def _assignment(text: str) -> tuple[str, str]:
     name, equals, value = text.partition('=')
     if not equals:
-        raise InputError(f'--set {text}: it takes name=value, for example --set aick.alpha=0.7')
+        raise InputError(f'--set {text}: NAME=VALUE is required, for example --set aick.alpha=0.7')
     return name.strip(), value.strip()

@@ -1,27 +1,27 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Reads and decodes frames in a thread of its own, while others are worked on."""
+"""Reads and decodes frames in a thread of its own, while earlier ones are processed."""
 
 from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Iterator
+from collections.abc import Generator
 from dataclasses import dataclass
 
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.sources import OnDamaged, RgbdSource
 
-_FRAMES_AHEAD = 8
+_FRAMES_AHEAD = 8  # chosen
 
 
-def read_ahead(source: RgbdSource, on_damaged: OnDamaged) -> Iterator[RgbdFrame]:
+def read_ahead(source: RgbdSource, on_damaged: OnDamaged) -> Generator[RgbdFrame, None, None]:
     """
-    Yield the frames of a source, read some frames ahead.
+    Yield the frames of a source, which a thread reads ahead.
 
-    Order, damage reports and errors are those of the source itself, in the caller's thread.
+    Order, reports of damage and errors are those of the source, in the caller's thread.
     """
     reader = _Reader(source)
     reader.start()
@@ -43,11 +43,11 @@ class _Damage:
 
 
 class _Stopped(Exception):
-    """Nobody wants more frames."""
+    """The caller needs no more frames."""
 
 
 class _Reader(threading.Thread):
-    """Fills a queue with frames and damage, at the end an exception or None."""
+    """Fills a queue with frames and damage, then with an exception or None."""
 
     def __init__(self, source: RgbdSource) -> None:
         super().__init__(name='read_ahead', daemon=True)
@@ -57,7 +57,7 @@ class _Reader(threading.Thread):
         self._stopped = False
 
     def run(self) -> None:
-        end = None
+        end: BaseException | None = None
         try:
             for frame in self._source.frames(lambda error: self._put(_Damage(error))):
                 self._put(frame)
@@ -68,7 +68,7 @@ class _Reader(threading.Thread):
         self.items.put(end)
 
     def stop(self) -> None:
-        """End the thread; whatever is in the queue is lost."""
+        """End the thread and drop the frames in the queue."""
         self._stopped = True
         while self.is_alive():
             try:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A source as the commands read it."""
+"""A recording as the commands read it: ahead in a thread, limited, interruptible."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ INTERRUPTED = 'interrupted'
 
 class Reading:
     """
-    A source, read ahead, at most so many frames, until it breaks or the user wants no more.
+    A source that is read ahead, until its limit, an error, or Ctrl-C.
 
-    ``ended`` says after reading why there were no more frames: COMPLETE, INTERRUPTED, or the
-    sentence of what broke the source after its first frame. What breaks it before is raised.
-    While it is entered, the first Ctrl-C is the user's wish; otherwise it ends the program.
+    After reading, ``ended`` has the reason of the end: COMPLETE, INTERRUPTED, or the message of an
+    error after the first frame. An error before the first frame is raised. Inside a ``with`` block
+    the first Ctrl-C ends the reading; elsewhere it ends the program.
 
-    :param limit: most frames; None: all.
-    :param damage: for the images that cannot be used, where several sources have one log.
+    :param limit: maximum number of frames; None: all.
+    :param damage: log of unusable images, for several sources with one log.
     """
 
     def __init__(self, source: RgbdSource, limit: int | None,
@@ -42,17 +42,17 @@ class Reading:
         self._interruption = Interruption()
 
     def __enter__(self) -> Reading:
-        """Listen to Ctrl-C."""
+        """Catch Ctrl-C."""
         self._interruption.__enter__()
         return self
 
     def __exit__(self, *error: object) -> None:
-        """Leave Ctrl-C as it was."""
+        """Restore the handling of Ctrl-C."""
         self._interruption.__exit__(*error)
 
     @property
     def ground_truth(self) -> Trajectory | None:
-        """The path of the colour camera, or None."""
+        """True trajectory of the colour camera, or None."""
         return self._source.ground_truth
 
     def __len__(self) -> int:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Reads the node's parameter file."""
+"""The parameter file of the node, as settings."""
 
 from __future__ import annotations
 
@@ -21,16 +21,17 @@ NODE = 'odom_node'
 
 _PARAMETERS = 'ros__parameters'
 _OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides')
-_SHAPE = f'it takes "{NODE}:" or "/**:", in it "{_PARAMETERS}:", in it the parameters'
+_SHAPE = (f'write the parameters under "{_PARAMETERS}:", and that under "{NODE}:" or "/**:", as '
+          '"aick parameters --format yaml" does')
 
 
 @dataclass(frozen=True)
 class SettingsFile:
     """
-    What a parameter file says.
+    Content of a parameter file.
 
     :param preset: the preset it names, or None.
-    :param changes: dotted name -> value, of the core and of the node.
+    :param changes: dotted name -> value, of the algorithm and of the node.
     """
 
     path: Path
@@ -39,9 +40,9 @@ class SettingsFile:
 
     def applied_to(self, settings: Settings) -> Settings:
         """
-        Return the settings with the file's values; those of the node alone are checked only.
+        Return the settings with the values of the file; parameters of the node are only checked.
 
-        :raises InputError: naming the file, for an unknown name or a value that does not fit.
+        :raises InputError: naming the file, for an unknown name or an invalid value.
         """
         try:
             changed = with_values(_CoreAndNode(**vars(settings)), self.changes)
@@ -52,12 +53,12 @@ class SettingsFile:
 
 @dataclass(frozen=True)
 class _CoreAndNode(NodeSettings, Settings):
-    """All that may stand in a parameter file."""
+    """All parameters that a parameter file may have."""
 
 
 def read_settings_file(path: Path) -> SettingsFile:
     """
-    Read a ROS parameter file: the sections of all nodes, and of ours.
+    Read a ROS parameter file: the sections for all nodes and for this node.
 
     :raises InputError: naming the file, where it cannot be read or has no such section.
     """
@@ -67,15 +68,15 @@ def read_settings_file(path: Path) -> SettingsFile:
         raise InputError(f'cannot read the settings {path}: {error}') from None
     except yaml.YAMLError as error:
         reason = ' '.join(str(error).split())
-        raise InputError(f'{path} is no YAML: {reason}') from None
+        raise InputError(f'{path} is not valid YAML: {reason}') from None
     sections = list(_sections(content, ''))
     if not sections:
         raise InputError(f'{path} has no parameters: {_SHAPE}')
     ours = [values for node, values in sections if node.split('/')[-1] in (NODE, '*', '**')]
     if not ours:
         names = ', '.join(node for node, _ in sections)
-        raise InputError(f'{path} has parameters of {names}, not of {NODE}: {_SHAPE}')
-    changes = {}
+        raise InputError(f'{path} has parameters of {names}, but none of {NODE}: {_SHAPE}')
+    changes: dict[str, Any] = {}
     for values in ours:
         changes.update(_flat(values, '', path))
     preset = changes.pop('preset', None)
@@ -84,7 +85,7 @@ def read_settings_file(path: Path) -> SettingsFile:
 
 
 def _sections(content: Any, node: str) -> Iterator[tuple[str, Any]]:
-    """Yield node name and parameters; the names may be nested as namespaces."""
+    """Yield the name and parameters of each node; names may be nested as namespaces."""
     if not isinstance(content, Mapping):
         return
     for key, value in content.items():

@@ -1,36 +1,36 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a benchmark shows on the terminal."""
+"""Results of ``aick benchmark`` on the terminal."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from aick_ros.cli.output.console import figure, say, table
+from aick_ros.cli.output.console import decimal, say, table
 from aick_ros.evaluation.benchmark.results import MethodScore, Results
 
-_TROUBLE = ('crashed', 'took longer', 'given up', 'raised', 'a frame could not be prepared')
+_PROBLEMS = ('crashed', 'took longer', 'given up', 'raised', 'a frame could not be prepared')
 
 
 def show_results(results: Results, on_stderr: bool) -> None:
     """
-    Print a table for each recording, and a line for each method that was in trouble.
+    Print a table per recording, and a line for each method that crashed or could not run.
 
-    :param on_stderr: for when standard output is taken by JSON.
+    :param on_stderr: print on standard error, where JSON goes to standard output.
     """
     for recording, facts in results.recordings.items():
         gaps = list(facts['pairs'])
         columns = ('method', 'gap', 'pairs', 'failed', 'within\n3.3 mm', '10 mm', '50 mm',
-                   'p50\n[ms]', 'p99\n[ms]', 'a frame\n[ms]')
+                   'p50\n[ms]', 'p99\n[ms]', 'per frame\n[ms]')
         rows = (row for method, scores in results.methods.items()
                 for row in _rows(method, scores[recording], gaps))
         table(f'{recording}: {facts["frames"]} frames', rows, columns, on_stderr)
     for method, scores in results.methods.items():
         for recording, score in scores.items():
             for failure, count in score.failures.items():
-                if failure.startswith(_TROUBLE):
-                    say(f'{method} on {recording}: {count} pairs count as failed: {failure}')
+                if failure.startswith(_PROBLEMS):
+                    say(f'{method} on {recording}: {count} pairs failed: {failure}')
     for method, reason in results.not_run.items():
         say(f'{method} was not run: {reason}')
 
@@ -40,7 +40,7 @@ def _rows(method: str, score: MethodScore, gaps: Sequence[str]) -> Iterator[tupl
         pair = score.pairs[gap]
         first = gap == gaps[0]
         yield (method if first else '', gap, str(pair.count), str(pair.failed),
-               *(figure(ratio) for ratio in pair.success_ratio.values()),
-               figure(pair.registration_ms.p50, digits=2),
-               figure(pair.registration_ms.p99, digits=2),
-               figure(score.preparation_ms.p50, digits=1) if first else '')
+               *(decimal(ratio) for ratio in pair.success_ratio.values()),
+               decimal(pair.registration_ms.p50, digits=2),
+               decimal(pair.registration_ms.p99, digits=2),
+               decimal(score.preparation_ms.p50, digits=1) if first else '')

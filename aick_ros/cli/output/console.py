@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a person sees: sentences and progress on standard error, tables on standard output."""
+"""Terminal output: messages and progress on standard error, tables on standard output."""
 
 from __future__ import annotations
 
@@ -13,9 +13,15 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-_PLAIN = {'markup': False, 'highlight': False, 'emoji': False}
-_ERRORS = Console(stderr=True, **_PLAIN)
-_UPDATE_INTERVAL = 0.2  # s
+_UPDATE_INTERVAL = 0.2  # [s]; chosen
+
+
+def _console(stderr: bool) -> Console:
+    """Return a console that prints text as it is."""
+    return Console(stderr=stderr, markup=False, highlight=False, emoji=False)
+
+
+_ERRORS = _console(stderr=True)
 
 
 def say(text: str) -> None:
@@ -29,8 +35,8 @@ def progress(title: str, total: int, unit: str = 'frames') -> Iterator[Callable[
     """
     Show a progress bar on a terminal while the block runs.
 
-    :param unit: of what is counted.
-    :returns: what is to be told the number of units done; it costs next to nothing.
+    :param unit: plural noun of what is counted.
+    :returns: a function to be called with the number of units done, cheap enough for each one.
     """
     if not _ERRORS.is_terminal:
         yield lambda done: None
@@ -57,8 +63,8 @@ def table(title: str, rows: Iterable[Iterable[str]], columns: Sequence[str] = ('
     """
     Print a table, its first column to the left, the others to the right.
 
-    :param columns: their heads; empty ones are not shown.
-    :param on_stderr: for when standard output is taken by JSON.
+    :param columns: heads of the columns; not shown where all are empty.
+    :param on_stderr: print on standard error, where JSON goes to standard output.
     """
     content = Table(title=title, title_justify='left', title_style='bold', box=None,
                     pad_edge=False, show_header=any(columns), header_style='dim')
@@ -66,9 +72,9 @@ def table(title: str, rows: Iterable[Iterable[str]], columns: Sequence[str] = ('
         content.add_column(column, justify='right' if number else 'left', overflow='fold')
     for row in rows:
         content.add_row(*row)
-    (_ERRORS if on_stderr else Console(**_PLAIN)).print(content)
+    (_ERRORS if on_stderr else _console(stderr=False)).print(content)
 
 
-def figure(value: float | None, unit: str = '', digits: int = 3) -> str:
-    """Return a figure as a table shows it; a dash where there is none."""
+def decimal(value: float | None, unit: str = '', digits: int = 3) -> str:
+    """Return a number with fixed decimals for a table; a dash for None."""
     return '-' if value is None else f'{value:.{digits}f}{unit}'

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Files that appear whole or not at all."""
+"""Files written completely or not at all."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ STANDARD_OUTPUT = '-'
 
 def write_whole(path: Path, content: str | bytes) -> None:
     """
-    Write a file in one step, so that nobody ever finds half of it; links are followed.
+    Write a file atomically, so that no reader finds a part of it; links are followed.
 
-    A pipe or a device is written to as it is.
+    A pipe or a device is written to directly.
 
     :raises InputError: where it cannot be written.
     """
@@ -38,14 +38,15 @@ def write_whole(path: Path, content: str | bytes) -> None:
         raise InputError(f'cannot write {path}: {error.strerror}') from None
 
 
-def check_target(target: str) -> None:
+def check_target(target: str | None) -> None:
     """
-    Find out before a long run whether its JSON can be written.
+    Check before a long run that its JSON can be written.
 
+    :param target: a file, ``-`` for standard output, None for nothing.
     :raises InputError: where the folder of the file does not exist.
     """
-    if target != STANDARD_OUTPUT and not Path(target).parent.is_dir():
-        raise InputError(f'cannot write {target}: there is no folder {Path(target).parent}')
+    if target not in (None, STANDARD_OUTPUT) and not Path(target).parent.is_dir():
+        raise InputError(f'cannot write {target}: the folder {Path(target).parent} does not exist')
 
 
 def write_json(target: str | Path, content: Any) -> None:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""JSON for people and for ``diff``: short things on one line, long lists of numbers on a few."""
+"""JSON for people and for ``diff``: short values on one line, long lists of numbers wrapped."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ def json_text(content: Any, indent: str = '', before: int = 0) -> str:
     """
     Return content as JSON.
 
-    :param content: what ``json.dumps`` takes, with strings as keys.
-    :param indent: of the lines after the first.
-    :param before: characters before the text on its first line.
-    :raises ValueError: for a number that JSON does not have.
+    :param content: as for ``json.dumps``, with strings as keys.
+    :param indent: indentation of the lines after the first.
+    :param before: number of characters before the text on its first line.
+    :raises ValueError: for NaN or an infinite number.
     """
     line = json.dumps(content, allow_nan=False)
     if not isinstance(content, (dict, list, tuple)) or before + len(line) < _WIDTH:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The folder that a run writes, frame by frame."""
+"""The folder of a run, written frame by frame."""
 
 from __future__ import annotations
 
@@ -29,17 +29,17 @@ _AXES = ('x', 'y', 'z', 'rot_x', 'rot_y', 'rot_z')
 _TRIANGLE = np.triu_indices(6)
 _NAMES = tuple(f'cov_{a}{b}' for a, b in combinations_with_replacement(
     ('x', 'y', 'z', 'rx', 'ry', 'rz'), 2))
-"""Of the upper triangle of a covariance, row by row."""
+"""Upper triangle of a covariance, row by row."""
 
 
 def columns(stages: Sequence[str]) -> tuple[str, ...]:
     """
     Return the columns of frames.csv.
 
-    An increment is empty where there is none, its rotation a rotation vector. The covariances
-    are upper triangles, row by row [m^2, m rad, rad^2].
+    The columns of the increment are empty for a frame without one; its rotation is a rotation
+    vector. Covariances are upper triangles, row by row [m^2, m rad, rad^2].
 
-    :param stages: of the odometry.
+    :param stages: timed stages of the odometry.
     """
     return ('stamp', 'status', 'reason', 'keypoints', 'matches',
             *(f'increment_{axis}' for axis in _AXES),
@@ -53,10 +53,10 @@ class RunFolder:
     """
     ``SOURCE-TIME/`` with trajectory.tum and frames.csv, which grow with each frame.
 
-    Both have a line for each frame, lost ones too; each line is handed to the system at once, so
-    the files are whole whenever the run ends. ``latest`` beside the folder leads to the newest.
+    Both have a line per frame, including lost ones. Each line is flushed, so that the files are
+    complete whenever the run ends. The link ``latest`` beside the folder points to the newest run.
 
-    :param parent: where the folder is made.
+    :param parent: folder in which the folder is made.
     :param source: name of the recording.
     :raises InputError: where it cannot be written.
     """
@@ -73,7 +73,7 @@ class RunFolder:
         self._csv = csv.writer(self._frames, lineterminator='\n')
         self._stages: list[str] = []
         self._trajectory.write('# stamp tx ty tz qx qy qz qw\n')
-        lead_to(self.path)
+        link_latest(self.path)
 
     def __enter__(self) -> RunFolder:
         """Return itself; it is closed at the end of the block."""
@@ -85,7 +85,7 @@ class RunFolder:
         self._frames.close()
 
     def add(self, record: FrameRecord) -> None:
-        """Write one frame; the stages of the first are those of all."""
+        """Write one frame; the stages of the first frame determine the columns."""
         if not self._stages:
             self._stages = stages_of([record])
             self._csv.writerow(columns(self._stages))
@@ -95,7 +95,7 @@ class RunFolder:
         self._frames.flush()
 
     def write_summary(self, summary: RunSummary) -> None:
-        """Write the figures of the run."""
+        """Write the statistics of the run."""
         write_json(self.path / 'summary.json', summary.to_json())
 
     def _open(self, name: str) -> TextIO:
@@ -108,14 +108,14 @@ def _row(record: FrameRecord, stages: Sequence[str]) -> Iterator[str | int]:
     if record.increment is None:
         yield from [''] * (2 * len(_AXES))
     else:
-        moved = record.increment.pose
-        yield from (f'{value:.9f}' for value in moved.translation)
-        yield from (f'{value:.9f}' for value in se3.log_rotation(moved.rotation))
-        yield from (f'{value:.6e}' for value in np.diag(moved.covariance))
+        motion = record.increment.pose
+        yield from (f'{value:.9f}' for value in motion.translation)
+        yield from (f'{value:.9f}' for value in se3.log_rotation(motion.rotation))
+        yield from (f'{value:.6e}' for value in np.diag(motion.covariance))
     yield from (f'{value:.6e}' for value in np.diag(record.pose.covariance))
     yield from (f'{record.timing[stage]:.3f}' if stage in record.timing else ''
                 for stage in stages)
-    # as many digits as it takes for the matrix to stay positive definite
+    # enough digits for the matrix to stay positive definite
     if record.increment is None:
         yield from [''] * len(_TRIANGLE[0])
     else:
@@ -125,7 +125,7 @@ def _row(record: FrameRecord, stages: Sequence[str]) -> Iterator[str | int]:
 
 def make_folder(parent: Path, source: str, started: datetime) -> Path:
     """
-    Make and return a new folder for a run, named after its source and time.
+    Make a new folder for a run, named after its source and time, and return its path.
 
     :raises InputError: where it cannot be made.
     """
@@ -134,16 +134,16 @@ def make_folder(parent: Path, source: str, started: datetime) -> Path:
         path = parent / (name if number == 1 else f'{name}-{number}')
         try:
             path.mkdir(parents=True)
+            break
         except OSError as error:
             if isinstance(error, FileExistsError) and path.is_dir():
                 continue
             raise InputError(f'cannot make the folder {path}: {error.strerror}') from None
-        else:
-            return path
+    return path
 
 
-def lead_to(path: Path) -> None:
-    """Have ``latest`` beside a folder lead to it; a file system without links goes without."""
+def link_latest(path: Path) -> None:
+    """Link ``latest`` beside a folder to it, if the file system has links."""
     draft = path.with_name(f'.latest.{os.getpid()}')
     try:
         draft.symlink_to(path.name, target_is_directory=True)

@@ -63,7 +63,7 @@ def test_what_is_not_installed_is_named(aick, folder, without_rivals):
     assert outcome.code == 0
     assert list(figures['methods']) == ['aick-orb-350']
     assert figures['not_run'] == {'small-gicp': 'pip install small_gicp'}
-    assert 'small-gicp is left out, it is not installed: pip install small_gicp' in outcome.err
+    assert 'small-gicp is skipped, it is not installed: pip install small_gicp' in outcome.err
 
 
 def test_figures_come_with_the_walk_along_shelves(aick, folder, without_rivals, monkeypatch):
@@ -100,9 +100,9 @@ def test_interrupted_on_the_walk_it_goes_on_there(aick, folder, without_rivals, 
     (['--methods', 'icp'], "no method is called 'icp'"),
     (['--methods', 'small-gicp'], 'none of the methods is installed'),
     (['--gaps', '0'], '--gaps 0'),
-    (['--json', 'nowhere/figures.json'], 'no folder nowhere'),
-    (['--limit', '1'], 'a pair takes two'),
-    (['--plots', '/dev/null/plots'], 'cannot make the folder /dev/null/plots'),
+    (['--json', 'nowhere/figures.json'], 'the folder nowhere does not exist'),
+    (['--limit', '1'], 'at least 2 are required'),
+    (['--plots', '/dev/null/plots'], '--plots /dev/null/plots: cannot make the folder'),
     (['again'], 'again does not exist')])
 def test_refuses_what_cannot_be_run(aick, folder, without_rivals, arguments, sentence):
     outcome = aick('benchmark', folder, *arguments)
@@ -113,7 +113,7 @@ def test_refuses_what_cannot_be_run(aick, folder, without_rivals, arguments, sen
 
 def test_refuses_a_source_twice_and_one_without_ground_truth(aick, folder, tmp_path, in_memory,
                                                              recording):
-    assert 'two sources are called rendered' in aick('benchmark', folder, folder).sentence
+    assert 'two recordings are called rendered' in aick('benchmark', folder, folder).sentence
     write_tum(tmp_path / 'blind', in_memory(list(recording.frames(None))[:3]))
     assert 'blind has no ground truth' in aick('benchmark', 'blind').sentence
 
@@ -132,10 +132,10 @@ def test_interrupted_it_goes_on(folder, tmp_path):
         _, told = process.communicate(timeout=60)
     assert process.returncode == 130
     assert told.splitlines()[-1] == \
-        'aick: interrupted; the same command goes on from figures.json.partial'
+        'aick: interrupted; the same command resumes from figures.json.partial'
     first = partial.read_text()
     again = subprocess.run(command, **options, stdout=subprocess.DEVNULL, check=True)
-    assert 'going on where the last run was interrupted' in again.stderr
+    assert 'resuming the interrupted run' in again.stderr
     figures = json.loads((tmp_path / 'figures.json').read_text())
     assert [scores['rendered']['pairs']['3']['count']
             for scores in figures['methods'].values()] == [11, 11, 11]

@@ -173,13 +173,13 @@ def test_runs_lie_side_by_side_and_latest_is_the_last(replay, recording, tmp_pat
 def test_json_alone_on_standard_output(replay, recording):
     outcome, run = replay(recording, '--limit', '3', '--json', '-')
     assert json.loads(outcome.out) == summary(run)
-    assert 'length of the path' in outcome.err
+    assert 'path length' in outcome.err
 
 
 def test_json_into_a_file(replay, recording, tmp_path):
     outcome, run = replay(recording, '--limit', '3', '--json', tmp_path / 'figures.json')
     assert json.loads((tmp_path / 'figures.json').read_text()) == summary(run)
-    assert 'length of the path' in outcome.out
+    assert 'path length' in outcome.out
 
 
 def test_without_ground_truth_nothing_is_made_up(replay, recording, in_memory):
@@ -244,7 +244,7 @@ def test_a_recording_without_frames_leaves_nothing(replay, recording, in_memory,
 
     outcome, _ = replay(Empty([]))
     assert outcome.code == 2
-    assert 'in memory has no frame that can be used' in outcome.err
+    assert 'in memory has no usable frame' in outcome.err
     assert not (tmp_path / 'runs').exists()
 
 

@@ -64,7 +64,7 @@ def test_what_is_learned_can_be_used(aick, tmp_path, monkeypatch, recording):
 
 @pytest.mark.parametrize('option, value, words', [
     ('--words', '0', '--words'), ('--words', '99999', 'too few for 99999 words'),
-    ('--every', '0', '--every'), ('--out', 'no/where/words', 'there is no folder'),
+    ('--every', '0', '--every'), ('--out', 'no/where/words', 'does not exist'),
     ('--set', 'features.detector=brisk', "none of 'orb'")])
 def test_refuses_what_it_cannot_do(aick, tmp_path, option, value, words):
     outcome = aick('vocabulary', 'one', *(() if option == '--out' else ('--out', 'words')),
@@ -102,5 +102,5 @@ def test_without_keypoints_there_is_nothing_to_learn(aick, tmp_path, monkeypatch
     monkeypatch.setattr(vocabulary_module, 'open_source', lambda path: in_memory([]))
     outcome = aick('vocabulary', 'one', '--out', 'words')
     assert outcome.code == 2
-    assert 'has no frame' in outcome.sentence
+    assert 'has no usable frame' in outcome.sentence
     assert list(tmp_path.iterdir()) == []

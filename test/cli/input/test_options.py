@@ -81,10 +81,11 @@ def test_parameters_of_ros_and_of_the_node_do_no_harm(config):
     ('/**: {ros__parameters: {publish_tf: 3}}', 'publish_tf = 3 is not true or false'),
     ('/**: {ros__parameters: }', 'ros__parameters has no parameters'),
     ('/**: {ros__parameters: {preset: best}}', "unknown preset 'best'"),
-    ('aick: {alpha: 0.5}', 'has no parameters: it takes "odom_node:" or "/**:"'),
+    ('aick: {alpha: 0.5}', 'has no parameters: write the parameters under "ros__parameters:"'),
     ('', 'has no parameters'),
-    ('camera: {ros__parameters: {serial: 12}}', 'has parameters of /camera, not of odom_node'),
-    ('/**: {ros__parameters: [1, 2', 'is no YAML')])
+    ('camera: {ros__parameters: {serial: 12}}',
+     'has parameters of /camera, but none of odom_node'),
+    ('/**: {ros__parameters: [1, 2', 'is not valid YAML')])
 def test_refuses_a_file_with_one_sentence(config, text, sentence):
     with pytest.raises(InputError) as error:
         settings_from(None, config(text), None)
@@ -101,7 +102,7 @@ def test_refuses_a_file_that_is_not_there_or_no_text(tmp_path):
 
 
 @pytest.mark.parametrize('assignment, sentence', [
-    ('aick.alpha', '--set aick.alpha: it takes name=value'),
+    ('aick.alpha', '--set aick.alpha: NAME=VALUE is required'),
     ('aick.alpha=', "aick.alpha = '' is not a number"),
     ('aick.alpha=2', 'outside 0 to 1'),
     ('aick.apha=0.5', 'did you mean aick.alpha'),

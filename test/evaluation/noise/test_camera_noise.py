@@ -53,5 +53,5 @@ def test_an_empty_recording_is_an_error():
         def frames(self, on_damaged):
             return iter(())
 
-    with pytest.raises(InputError, match='an empty bag has no frame'):
+    with pytest.raises(InputError, match='an empty bag has no usable frame'):
         estimate_noise(Empty())
