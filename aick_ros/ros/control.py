@@ -13,6 +13,7 @@ from rclpy.node import Node
 from std_srvs.srv import Empty
 
 from aick_ros.errors import InputError
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.ros.conversions import from_pose
 
 _QUEUE = 10
@@ -24,12 +25,11 @@ class Control:
 
     :param odom_frame: the only frame in which a pose can be set.
     :param on_reset: called to restart the odometry at the origin.
-    :param on_pose: called with ``T_odom_base``, its 6x6 covariance, and whether the node is
-        paused.
+    :param on_pose: called with ``T_odom_base``, and whether the node is paused.
     """
 
     def __init__(self, node: Node, odom_frame: str, on_reset: Callable[[], None],
-                 on_pose: Callable[[np.ndarray, np.ndarray, bool], None]) -> None:
+                 on_pose: Callable[[PoseWithCovariance, bool], None]) -> None:
         self._logger = node.get_logger()
         self._odom_frame = odom_frame
         self._on_reset, self._on_pose = on_reset, on_pose
@@ -60,21 +60,20 @@ class Control:
 
     def _set_pose(self, message: PoseWithCovarianceStamped) -> None:
         try:
-            self._on_pose(*_pose_to_set(message, self._odom_frame), self._paused)
+            self._on_pose(_pose_to_set(message, self._odom_frame), self._paused)
         except InputError as error:
             self._logger.warning(f'set_pose rejected: {error}')
 
 
-def _pose_to_set(message: PoseWithCovarianceStamped,
-                 odom_frame: str) -> tuple[np.ndarray, np.ndarray]:
+def _pose_to_set(message: PoseWithCovarianceStamped, odom_frame: str) -> PoseWithCovariance:
     """
-    Return the pose of a message, 4x4, and its 6x6 covariance.
+    Return the pose of a message.
 
-    :raises InputError: where they are not valid, or given in another frame.
+    :raises InputError: where it is not valid, or given in another frame.
     """
     frame = message.header.frame_id.lstrip('/')
     if frame not in ('', odom_frame):
-        raise InputError(f'it is given in {frame!r}: give it in {odom_frame!r} (odom_frame_id)')
+        raise InputError(f'its frame is {frame!r}: {odom_frame!r} (odom_frame_id) is required')
     try:
         T_odom_base = from_pose(message.pose.pose)
     except ValueError as error:
@@ -83,4 +82,4 @@ def _pose_to_set(message: PoseWithCovarianceStamped,
     if not np.isfinite(covariance).all() or np.linalg.eigvalsh(
             0.5 * (covariance + covariance.T))[0] < -1e-9:
         raise InputError('its covariance is not finite or not positive semidefinite')
-    return T_odom_base, 0.5 * (covariance + covariance.T)
+    return PoseWithCovariance(T_odom_base, 0.5 * (covariance + covariance.T))

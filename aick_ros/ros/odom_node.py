@@ -10,7 +10,6 @@ import traceback
 from collections.abc import Callable, Sequence
 from functools import partial
 
-import numpy as np
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
@@ -19,8 +18,10 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from aick_ros.errors import InputError
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.messages.synchronizer import Pair
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.base_odometry import BaseOdometry
 from aick_ros.ros.control import Control
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
@@ -34,7 +35,7 @@ from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.input.watchdog import Watchdog
 from aick_ros.ros.output.publisher import OdometryPublisher
 from aick_ros.ros.output.views import Views
-from aick_ros.ros.parameters import LiveSettings, declare_settings
+from aick_ros.ros.parameters import LiveSettings, declare_settings, initial_pose
 from aick_ros.ros.process.program import program
 from aick_ros.ros.process.warm_up import warm_up
 from aick_ros.ros.work_queue import WorkQueue
@@ -76,6 +77,7 @@ class OdomNode(Node):
         self._guess = (Guess(self._transforms, self._extrinsics, settings)
                        if settings.guess_frame_id else None)
         self._odometry = Odometry(core)
+        self._base = BaseOdometry(initial_pose(settings))
         self._publisher = OdometryPublisher(self, settings, self._guess)
         self._views = Views(self, settings.odom_frame_id)
         self._live_settings = LiveSettings(core, self._change_settings)
@@ -157,7 +159,9 @@ class OdomNode(Node):
         else:
             update = self._odometry.register_frame(
                 frame, partial(self._guess.camera_motion, camera_frame))
-        self._publisher.publish(update, T_base_camera, mount)
+        base = self._base.update(update, T_base_camera, mount)
+        if base is not None:
+            self._publisher.publish(base)
         self._diagnostics.answered(
             update, 1e3 * (time.monotonic() - arrival.paired_at),
             1e-6 * (self.get_clock().now().nanoseconds - update.stamp))
@@ -165,21 +169,21 @@ class OdomNode(Node):
             self.get_logger().warning(
                 f'frame {update.stamp} ns: {update.status.value}: {update.reason}',
                 throttle_duration_sec=_THROTTLE)
-        self._views.show(frame, update, self._publisher.T_odom_base, T_base_camera, camera_frame)
+        self._views.show(frame, update, self._base.pose.matrix, T_base_camera, camera_frame)
 
     # Requests, done by the worker between two frames.
 
     def _reset(self) -> None:
         def reset() -> None:
             self._odometry.reset()
-            self._publisher.reset()
+            self._base.reset()
             self._views.reset()
             self.get_logger().info('odometry reset')
         self._between_frames(reset)
 
-    def _set_pose(self, T_odom_base: np.ndarray, covariance: np.ndarray, paused: bool) -> None:
+    def _set_pose(self, pose: PoseWithCovariance, paused: bool) -> None:
         def set_pose() -> None:
-            self._publisher.set_pose(T_odom_base, covariance, paused)
+            self._base.set_pose(pose, paused)
             self.get_logger().info('pose set')
         self._between_frames(set_pose)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from rcl_interfaces.msg import (
     FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult)
 from rclpy.node import Node
@@ -15,6 +16,8 @@ from rclpy.parameter import Parameter as RosParameter
 
 from aick_ros.errors import InputError
 from aick_ros.features.vocabulary import vocabulary_of
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
 from aick_ros.settings.parameter import Parameter, hint, parameters, values, with_values
@@ -48,6 +51,22 @@ def declare_settings(node: Node) -> tuple[NodeSettings, Settings]:
         for parameter in parameters(group):
             _declare(node, parameter, parameter.default, read_only)
     return own, core
+
+
+def initial_pose(settings: NodeSettings) -> PoseWithCovariance:
+    """
+    Return the initial pose ``T_odom_base``, the identity unless ``initial_pose`` is set.
+
+    :raises InputError: where the parameter is no pose.
+    """
+    numbers = settings.initial_pose
+    if not numbers:
+        return PoseWithCovariance.identity()
+    if len(numbers) != 6 or not np.isfinite(numbers).all():
+        raise InputError(f'initial_pose = {list(numbers)} is no pose: x y z [m] roll pitch yaw '
+                         '[rad] are required')
+    x, y, z, roll, pitch, yaw = numbers
+    return PoseWithCovariance(se3.from_roll_pitch_yaw(roll, pitch, yaw, (x, y, z)))
 
 
 class LiveSettings:

@@ -92,7 +92,7 @@ def test_from_a_pose_that_was_set_the_motion_goes_on(rig, start_node, frames, gi
     publisher = rig.node.create_publisher(PoseWithCovarianceStamped, 'set_pose', 1)
     rig.wait_until(publisher.get_subscription_count, 'the node to listen to set_pose')
     publisher.publish(pose_with_covariance(0, 'map', told, sure))
-    node.wait_for_log("set_pose rejected: it is given in 'map': give it in 'odom'")
+    node.wait_for_log("set_pose rejected: its frame is 'map': 'odom' (odom_frame_id) is required")
     publisher.publish(pose_with_covariance(0, given_in, told, sure))
     node.wait_for_log('pose set')
     after = answers(rig, frames[3:6])

@@ -3,12 +3,13 @@
 
 """ROS parameters are those of the settings, with their descriptions and ranges."""
 
+import numpy as np
 import pytest
 import rclpy
 from rclpy.parameter import Parameter as RosParameter
 
 from aick_ros.errors import InputError
-from aick_ros.ros.parameters import LiveSettings, declare_settings
+from aick_ros.ros.parameters import LiveSettings, declare_settings, initial_pose
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
 from aick_ros.settings.parameter import parameters, with_values
@@ -81,6 +82,26 @@ def test_single_parameters_change_the_preset(make_node):
 def test_refusals_say_what_to_do(make_node, overrides, sentence):
     with pytest.raises(InputError, match=sentence):
         declare_settings(make_node(**overrides))
+
+
+def test_the_initial_pose_turns_about_x_then_y_then_z():
+    """A point of the base by elementary rotations about the fixed axes."""
+    T = initial_pose(NodeSettings(initial_pose=(1.0, 2.0, 3.0, 0.1, 0.2, 0.3))).matrix
+    x, y, z = 0.5, -0.7, 0.9
+    y, z = y * np.cos(0.1) - z * np.sin(0.1), y * np.sin(0.1) + z * np.cos(0.1)
+    x, z = x * np.cos(0.2) + z * np.sin(0.2), -x * np.sin(0.2) + z * np.cos(0.2)
+    x, y = x * np.cos(0.3) - y * np.sin(0.3), x * np.sin(0.3) + y * np.cos(0.3)
+    np.testing.assert_allclose(T @ (0.5, -0.7, 0.9, 1.0), (1 + x, 2 + y, 3 + z, 1.0), atol=1e-12)
+
+
+def test_without_an_initial_pose_the_base_starts_at_the_origin():
+    np.testing.assert_array_equal(initial_pose(NodeSettings()).matrix, np.eye(4))
+
+
+@pytest.mark.parametrize('numbers', [(1.0, 2.0), (0.0,) * 7, (np.nan,) * 6])
+def test_an_initial_pose_that_is_no_pose_is_rejected(numbers):
+    with pytest.raises(InputError, match='x y z .m. roll pitch yaw .rad. are required'):
+        initial_pose(NodeSettings(initial_pose=numbers))
 
 
 @pytest.fixture

@@ -12,7 +12,8 @@ import numpy as np
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry.base_odometry import Mount
-from aick_ros.ros.input.transforms import TF_REMEDY, Transforms
+from aick_ros.ros.input.transforms import Transforms
+from aick_ros.ros.tf_messages import TF_REMEDY
 from aick_ros.settings.node import NodeSettings
 
 

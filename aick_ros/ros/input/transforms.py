@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""TF: the transforms of the robot in, that of the odometry out."""
+"""The transforms of the robot, from TF."""
 
 from __future__ import annotations
 
@@ -17,16 +17,8 @@ from rclpy.subscription import Subscription
 from aick_ros.errors import InputError
 from aick_ros.geometry.frame_tree import FrameTree
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.ros.conversions import from_transform, to_stamp, transform_stamped
-
-try:
-    from tf2_msgs.msg import TFMessage
-except ImportError:  # the pip wheels of ROS have none
-    TFMessage = None
-
-TF_REMEDY = ('publish the static transform between them' if TFMessage is not None else
-             'tf2_msgs is not installed, so TF cannot be received')
-"""What to do where TF does not connect two frames."""
+from aick_ros.ros.conversions import from_transform, to_stamp
+from aick_ros.ros.tf_messages import TFMessage
 
 _QUEUE = 100
 _MOST_MOVING = 16  # pairs of frames; chosen: images of ever new frames must not fill the memory
@@ -138,22 +130,3 @@ def _links(message: 'TFMessage') -> Iterator[tuple[TransformStamped, np.ndarray]
             yield link, from_transform(link.transform)
         except ValueError:
             continue  # a null quaternion, or not finite
-
-
-class TransformBroadcaster:
-    """Publishes the transform of the odometry on /tf; does nothing without tf2_msgs."""
-
-    def __init__(self, node: Node) -> None:
-        self._publisher = None
-        if TFMessage is None:
-            node.get_logger().warning(
-                'tf2_msgs is not installed: no TF is published (set publish_tf to false to '
-                'silence this)')
-        else:
-            self._publisher = node.create_publisher(TFMessage, '/tf', QoSProfile(depth=_QUEUE))
-
-    def send(self, stamp: int, frame_id: str, child_frame_id: str, T: np.ndarray) -> None:
-        """Publish ``T_frame_child`` at a stamp [ns]."""
-        if self._publisher is not None:
-            link: TransformStamped = transform_stamped(stamp, frame_id, child_frame_id, T)
-            self._publisher.publish(TFMessage(transforms=[link]))

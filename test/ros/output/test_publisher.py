@@ -1,152 +1,187 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is published of an update: contracts that the consumers rely on."""
-
-import dataclasses
+"""What is published of the base's pose and motion: contracts that the consumers rely on."""
 
 import numpy as np
 import pytest
 import rclpy
-from nav_msgs.msg import Odometry as OdometryMessage
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from nav_msgs.msg import Odometry
 
-from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.odometry import Odometry
-from aick_ros.odometry.base_odometry import BaseOdometry
-from aick_ros.registration.status import Status
-from aick_ros.ros.conversions import from_pose
+from aick_ros.odometry.base_odometry import BaseMotion, BaseState, BaseUpdate
+from aick_ros.ros.conversions import from_pose, from_transform, to_stamp
 from aick_ros.ros.output.publisher import OdometryPublisher
 from aick_ros.settings.node import NodeSettings
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+T_ODOM_BASE = se3.exp([1.0, -2.0, 0.5, 0.3, -0.2, 1.1])
+UNKNOWN = 9999.0 * np.eye(6)
 
 
-@pytest.fixture(scope='module')
-def updates():
-    source, odometry = SyntheticSource(SyntheticOptions(seed=5, frames=2)), Odometry()
-    return [odometry.register_frame(source.frame(i)) for i in range(2)]
+def covariance(seed):
+    """A covariance of six correlated numbers."""
+    factor = np.random.default_rng(seed).normal(0, 0.05, (6, 6))
+    return factor @ factor.T
+
+
+def base(state=BaseState.TRACKED, stamp=1, pose=T_ODOM_BASE, sigma=covariance(0), moves=True):
+    """The base at a frame, after a motion over 0.25 s unless it is lost."""
+    is_tracked = state is BaseState.TRACKED and moves
+    return BaseUpdate(stamp, state, PoseWithCovariance(pose, sigma), BaseMotion(
+        np.array([0.1, -0.2, 0.3, -0.4, 0.5, -0.6]), covariance(1), 0.25) if is_tracked else None)
 
 
 class Probe:
-    """The real publisher, and a subscriber of what it sends."""
+    """The real publisher, and subscribers of what it sends."""
 
-    def __init__(self, **settings):
-        self.node, self.received = rclpy.create_node('probe'), []
-        self.node.create_subscription(OdometryMessage, 'odom', self.received.append, 10)
-        self.publisher = OdometryPublisher(self.node, NodeSettings(publish_tf=False, **settings))
+    def __init__(self, guess=None, **settings):
+        self.node = rclpy.create_node('probe')
+        self.odom, self.poses, self.links = [], [], []
+        self.node.create_subscription(Odometry, 'odom', self.odom.append, 10)
+        self.node.create_subscription(
+            PoseWithCovarianceStamped, 'pose', self.poses.append, 10)
+        if settings.get('publish_tf', False):
+            tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
+            self.node.create_subscription(
+                tf2_msgs.TFMessage, '/tf', lambda m: self.links.extend(m.transforms), 10)
+        self.publish = OdometryPublisher(
+            self.node, NodeSettings(**{'publish_tf': False, **settings}), guess).publish
 
-    def __call__(self, update, T_base_camera=np.eye(4)):
-        self.received.clear()
-        if not self.publisher.publish(update, T_base_camera):
-            return None
+    def sent(self, *updates):
+        """Publish updates of ascending stamps; return the odometry when the last one came."""
+        for update in updates:
+            self.publish(update)
+        return self.receive(self.odom, updates[-1].stamp)
+
+    def receive(self, messages, stamp):
         for _ in range(100):
-            if self.received:
-                return self.received[0]
+            if messages and to_stamp(messages[-1].header.stamp) == stamp:
+                return messages[-1]
             rclpy.spin_once(self.node, timeout_sec=0.1)
         raise AssertionError('nothing was received')
 
 
 @pytest.fixture
-def make_probe(ros_domain):
+def probe(ros_domain):
+    """Make a publisher by its settings."""
     rclpy.init(args=[])
     probes = []
 
-    def make(**settings):
-        probes.append(Probe(**settings))
+    def make(**options):
+        probes.append(Probe(**options))
         return probes[-1]
 
     yield make
-    for probe in probes:
-        probe.node.destroy_node()
+    for made in probes:
+        made.node.destroy_node()
     rclpy.shutdown()
 
 
-@pytest.fixture
-def publish(make_probe):
-    """Publish an update with the real publisher; return the odometry that is received."""
-    return make_probe()
+def matrix(block):
+    return np.reshape(block.covariance, (6, 6))
 
 
-def test_a_tracked_camera_is_never_taken_for_a_lost_one(publish, updates):
+def twist_of(message):
+    linear, angular = message.twist.twist.linear, message.twist.twist.angular
+    return np.array([linear.x, linear.y, linear.z, angular.x, angular.y, angular.z])
+
+
+def test_a_tracked_base_is_sent_with_its_motion(probe):
+    made = probe(frame_id='body', odom_frame_id='start')
+    sent = made.sent(base(stamp=1_234_567_890))
+    assert (sent.header.frame_id, sent.child_frame_id) == ('start', 'body')
+    assert to_stamp(sent.header.stamp) == 1_234_567_890
+    np.testing.assert_allclose(from_pose(sent.pose.pose), T_ODOM_BASE, atol=1e-12)
+    np.testing.assert_allclose(matrix(sent.pose), covariance(0), rtol=1e-12)
+    np.testing.assert_allclose(twist_of(sent), [0.1, -0.2, 0.3, -0.4, 0.5, -0.6])
+    pose = made.receive(made.poses, 1_234_567_890)
+    assert (pose.header, pose.pose) == (sent.header, sent.pose)
+
+
+@pytest.mark.parametrize('kind, factor', [('velocity', 0.25 ** -2), ('increment', 1.0)])
+def test_the_covariance_of_the_twist_is_that_of_velocity_or_increment(probe, kind, factor):
+    """Of the velocity as nav_msgs defines it, or of the increment as RTAB-Map reads it."""
+    sent = probe(twist_covariance=kind).sent(base())
+    np.testing.assert_allclose(matrix(sent.twist), factor * covariance(1), rtol=1e-12)
+
+
+def test_a_tracked_camera_is_never_taken_for_a_lost_one(probe):
     """However far the uncertainty has grown, the first variance stays below 9999."""
-    far = dataclasses.replace(updates[1], pose=PoseWithCovariance(
-        updates[1].T_odom_camera, 1e6 * np.diag([1, 2, 3, 4, 5, 6.0])))
-    sent = np.reshape(publish(far).pose.covariance, (6, 6))
+    grown = 1e6 * np.diag([1, 2, 3, 4, 5, 6.0])
+    sent = matrix(probe().sent(base(sigma=grown)).pose)
     assert sent.max() < 9999
     np.testing.assert_allclose(sent / sent[0, 0], np.diag([1, 2, 3, 4, 5, 6.0]))
 
 
-def test_small_covariances_are_sent_as_they_are(publish, updates):
-    sent = np.reshape(publish(updates[1]).pose.covariance, (6, 6))
-    np.testing.assert_allclose(sent, updates[1].pose.covariance, rtol=1e-9, atol=1e-15)
+def test_without_a_motion_the_twist_is_zero_and_unknown(probe):
+    sent = probe().sent(base(moves=False))
+    assert not twist_of(sent).any()
+    np.testing.assert_array_equal(matrix(sent.twist), UNKNOWN)
+    np.testing.assert_allclose(matrix(sent.pose), covariance(0), rtol=1e-12)
 
 
-def test_of_a_bad_stamp_nothing_is_sent(publish, updates):
-    assert publish(dataclasses.replace(updates[1], status=Status.BAD_STAMP)) is None
+def test_after_a_loss_the_first_pose_is_unknown(probe):
+    sent = probe().sent(base(BaseState.RECOVERED))
+    np.testing.assert_allclose(from_pose(sent.pose.pose), T_ODOM_BASE, atol=1e-12)
+    np.testing.assert_array_equal(matrix(sent.pose), UNKNOWN)
+    np.testing.assert_array_equal(matrix(sent.twist), UNKNOWN)
 
 
-def lost(update):
-    return dataclasses.replace(update, status=Status.TOO_FEW_MATCHES, reason='3 matches')
+NOT_MEASURED = pytest.mark.parametrize('state', [BaseState.LOST, BaseState.PREDICTED])
 
 
-def test_lost_with_the_policy_null_is_a_null_quaternion(make_probe, updates):
-    publish = make_probe(lost_policy='null')
-    publish(updates[1])
-    pose = publish(lost(updates[1])).pose
-    q, p = pose.pose.orientation, pose.pose.position
+@NOT_MEASURED
+def test_lost_with_the_policy_hold_is_the_last_pose_without_weight(probe, state):
+    sent = probe().sent(base(state))
+    np.testing.assert_allclose(from_pose(sent.pose.pose), T_ODOM_BASE, atol=1e-12)
+    assert not twist_of(sent).any()
+    np.testing.assert_array_equal(matrix(sent.pose), UNKNOWN)
+    np.testing.assert_array_equal(matrix(sent.twist), UNKNOWN)
+
+
+@NOT_MEASURED
+def test_lost_with_the_policy_null_is_a_null_quaternion(probe, state):
+    sent = probe(lost_policy='null').sent(base(state))
+    q, p = sent.pose.pose.orientation, sent.pose.pose.position
     assert (q.x, q.y, q.z, q.w, p.x, p.y, p.z) == (0,) * 7
-    assert np.diag(np.reshape(pose.covariance, (6, 6))).tolist() == [9999.0] * 6
+    np.testing.assert_array_equal(matrix(sent.pose), UNKNOWN)
 
 
-def test_lost_with_the_policy_silent_is_silence(make_probe, updates):
-    publish = make_probe(lost_policy='silent')
-    publish(updates[1])
-    assert publish(lost(updates[1])) is None
-    assert publish(updates[1]) is not None
+@NOT_MEASURED
+def test_lost_with_the_policy_silent_is_silence(probe, state):
+    made = probe(lost_policy='silent')
+    made.sent(base(stamp=1), base(state, stamp=2), base(stamp=3))
+    assert [to_stamp(message.header.stamp) for message in made.odom] == [1, 3]
 
 
-def test_the_covariance_of_the_twist_as_rtabmap_reads_it(make_probe, updates):
-    """That of the increment: by the square of the interval less than the velocity's."""
-    velocity, increment = (
-        np.reshape(make_probe(twist_covariance=kind)(updates[1]).twist.covariance, (6, 6))
-        for kind in ('velocity', 'increment'))
-    np.testing.assert_allclose(increment, velocity * updates[1].increment.interval ** 2, rtol=1e-6)
-    np.testing.assert_allclose(
-        np.linalg.eigvalsh(increment),
-        np.linalg.eigvalsh(updates[1].increment.pose.covariance), rtol=1e-6)
+class Guess:
+    """Another odometry of the base, which fails at one stamp."""
+
+    def T_guess_base(self, stamp):
+        return None if stamp == 4 else se3.exp([0.2 * stamp, 1.0, 0.0, 0.0, 0.0, -0.4])
 
 
-def test_the_initial_pose_is_that_of_the_base(make_probe, updates):
-    publish = make_probe(initial_pose=(1.0, 2.0, 3.0, 0.1, 0.2, 0.3))
-    T = se3.from_roll_pitch_yaw(0.1, 0.2, 0.3, (1.0, 2.0, 3.0))
-    for update in updates:
-        np.testing.assert_allclose(from_pose(publish(update).pose.pose), T @ update.T_odom_camera,
-                                   atol=1e-12)
+def test_tf_places_the_base_and_stops_while_it_is_lost(probe):
+    made = probe(publish_tf=True, frame_id='body', odom_frame_id='start')
+    made.sent(base(stamp=1), base(BaseState.LOST, stamp=2), base(BaseState.RECOVERED, stamp=3))
+    made.receive(made.links, 3)
+    assert [to_stamp(link.header.stamp) for link in made.links] == [1, 3]
+    for link in made.links:
+        assert (link.header.frame_id, link.child_frame_id) == ('start', 'body')
+        np.testing.assert_allclose(from_transform(link.transform), T_ODOM_BASE, atol=1e-12)
 
 
-@pytest.mark.parametrize('numbers', [(1.0, 2.0), (0.0,) * 7, (np.nan,) * 6])
-def test_an_initial_pose_that_is_none_is_refused(make_probe, numbers):
-    with pytest.raises(InputError, match='it takes x y z .m. roll pitch yaw .rad.'):
-        make_probe(initial_pose=numbers)
-
-
-def test_a_corrected_extrinsic_does_not_move_the_path(make_probe, updates):
-    publish = make_probe()
-    before = publish(updates[1])
-    after = publish(updates[1], se3.exp([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]))
-    np.testing.assert_allclose(from_pose(after.pose.pose), from_pose(before.pose.pose),
-                               atol=1e-12)
-
-
-@pytest.mark.parametrize('kind', ['velocity', 'increment'])
-def test_the_twist_of_a_camera_beside_the_base_is_that_of_the_base(make_probe, updates, kind):
-    T_base_camera = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.3, -0.2, 0.5))
-    sent = make_probe(twist_covariance=kind)(updates[1], T_base_camera).twist
-    motion = BaseOdometry().update(updates[1], T_base_camera).motion
-    linear, angular = sent.twist.linear, sent.twist.angular
-    np.testing.assert_allclose([linear.x, linear.y, linear.z, angular.x, angular.y, angular.z],
-                               motion.twist, atol=1e-12)
-    np.testing.assert_allclose(
-        np.reshape(sent.covariance, (6, 6)),
-        motion.twist_covariance if kind == 'velocity' else motion.covariance, atol=1e-12)
+def test_tf_to_the_guess_frame_places_the_base_too(probe):
+    """TF chains odom -> guess -> base; while the pose is predicted it continues."""
+    made = probe(guess=Guess(), publish_tf=True, guess_frame_id='wheels')
+    made.sent(base(stamp=1), base(BaseState.PREDICTED, stamp=2), base(BaseState.LOST, stamp=3),
+              base(stamp=4), base(stamp=5))
+    made.receive(made.links, 5)
+    assert [to_stamp(link.header.stamp) for link in made.links] == [1, 2, 5]
+    for link in made.links:
+        assert (link.header.frame_id, link.child_frame_id) == ('odom', 'wheels')
+        T_odom_base = from_transform(link.transform) @ Guess().T_guess_base(
+            to_stamp(link.header.stamp))
+        np.testing.assert_allclose(T_odom_base, T_ODOM_BASE, atol=1e-12)
