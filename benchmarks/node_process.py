@@ -18,7 +18,7 @@ from nav_msgs.msg import Odometry
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
 from aick_ros.ros.conversions import to_stamp
-from aick_ros.ros.playback.live_run import NODE_COMMAND
+from aick_ros.ros.playback.node_process import NODE_COMMAND
 
 _TICKS = os.sysconf('SC_CLK_TCK')
 _PAGE = os.sysconf('SC_PAGE_SIZE')

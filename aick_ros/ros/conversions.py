@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Stamps and poses to ROS messages."""
+"""Stamps and poses to ROS messages and back."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 
 UNKNOWN = np.diag(np.full(6, 9999.0))
-"""The covariance that RTAB-Map and robot_localization take for no measurement."""
+"""Covariance that RTAB-Map and robot_localization take for no measurement; by definition."""
 
-_LEAST_VARIANCE = 1e-9  # consumers take zero for 'not set'
+_LEAST_VARIANCE = 1e-9  # chosen: consumers take zero for not set
 
 
 def to_stamp(time: Time) -> int:
     """Return the stamp [ns] of a message."""
-    return time.sec * NANOSECONDS + time.nanosec
+    return int(time.sec) * NANOSECONDS + int(time.nanosec)
 
 
 def to_time(stamp: int) -> Time:
@@ -51,29 +51,29 @@ def pose(T: np.ndarray) -> Pose:
 
 def pose_with_covariance(stamp: int, frame_id: str, T: np.ndarray,
                          covariance: np.ndarray) -> PoseWithCovarianceStamped:
-    """Return a pose of ``frame_id`` with its 6x6 covariance."""
+    """Return a pose in ``frame_id`` with its 6x6 covariance."""
     return PoseWithCovarianceStamped(header=header(stamp, frame_id), pose=PoseWithCovariance(
         pose=pose(T), covariance=_row_major(covariance)))
 
 
 def null_pose(stamp: int, frame_id: str) -> PoseWithCovarianceStamped:
-    """Return what RTAB-Map takes for a lost camera: a quaternion of zeros, no weight."""
+    """Return what RTAB-Map takes for a lost camera: a zero quaternion, covariance 9999."""
     message = pose_with_covariance(stamp, frame_id, np.eye(4), UNKNOWN)
     message.pose.pose.orientation.w = 0.0
     return message
 
 
-def odometry(located: PoseWithCovarianceStamped, child_frame_id: str, twist: np.ndarray,
+def odometry(pose: PoseWithCovarianceStamped, child_frame_id: str, twist: np.ndarray,
              twist_covariance: np.ndarray) -> Odometry:
     """
-    Return a pose with the velocity that led to it.
+    Return a pose and a velocity as odometry.
 
     :param twist: (vx, vy, vz, wx, wy, wz) in the child frame [m/s, rad/s].
     :param twist_covariance: 6x6 in the child frame.
     """
     vx, vy, vz, wx, wy, wz = np.asarray(twist, np.float64).tolist()
     return Odometry(
-        header=located.header, child_frame_id=child_frame_id, pose=located.pose,
+        header=pose.header, child_frame_id=child_frame_id, pose=pose.pose,
         twist=TwistWithCovariance(
             twist=Twist(linear=Vector3(x=vx, y=vy, z=vz), angular=Vector3(x=wx, y=wy, z=wz)),
             covariance=_row_major(twist_covariance)))
@@ -93,7 +93,7 @@ def from_pose(message: Pose) -> np.ndarray:
     """
     Return the pose of a message, 4x4.
 
-    :raises ValueError: where it is none.
+    :raises ValueError: where it is not valid.
     """
     p, q = message.position, message.orientation
     return se3.from_quaternion((q.x, q.y, q.z, q.w), (p.x, p.y, p.z))
@@ -103,7 +103,7 @@ def from_transform(message: Transform) -> np.ndarray:
     """
     Return the pose of a transform, 4x4.
 
-    :raises ValueError: where it is none.
+    :raises ValueError: where it is not valid.
     """
     t, q = message.translation, message.rotation
     return se3.from_quaternion((q.x, q.y, q.z, q.w), (t.x, t.y, t.z))
@@ -111,10 +111,10 @@ def from_transform(message: Transform) -> np.ndarray:
 
 def _row_major(covariance: np.ndarray) -> np.ndarray:
     """
-    Return the 36 numbers of a covariance that no consumer takes for something else.
+    Return the 36 numbers of a covariance, changed where consumers would misread them.
 
-    RTAB-Map takes 1.0 and 0 at the first place for 'not set', and what is not finite is refused
-    everywhere.
+    RTAB-Map takes 1.0 and 0 at the first place for not set; numbers that are not finite are
+    rejected everywhere.
     """
     if not np.isfinite(covariance).all():
         return UNKNOWN.ravel()

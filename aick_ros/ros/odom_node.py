@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 
 import rclpy
@@ -109,8 +109,7 @@ class OdomNode(Node):
         self._worker.stop()
         self.destroy_node()
 
-    def set_parameters_atomically(self, parameter_list: Sequence[Parameter]
-                                  ) -> SetParametersResult:
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
         """Set parameters all or none; a rejection names range and unit."""
         return self._live_settings.set(parameter_list, super().set_parameters_atomically)
 

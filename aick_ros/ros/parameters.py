@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""ROS parameters made from the settings: read at the start, changed while the node runs."""
+"""ROS parameters of the settings: read at the start, changed while the node runs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import TypeVar
 
 import numpy as np
 from rcl_interfaces.msg import (
@@ -20,31 +20,33 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
-from aick_ros.settings.parameter import Parameter, hint, parameters, values, with_values
+from aick_ros.settings.parameter import Parameter, Value, hint, parameters, values, with_values
 from aick_ros.settings.presets import PRESETS, preset
 
 _PRESET = Parameter(
     'preset', str, '', 'Start from the parameters of the paper, '
     + ' or '.join(PRESETS) + "; '': from the defaults.")
 
+_Settings = TypeVar('_Settings', NodeSettings, Settings)
 _OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides.')
 
 
 def declare_settings(node: Node) -> tuple[NodeSettings, Settings]:
     """
-    Declare every parameter and return what the user has set.
+    Declare every parameter and return the settings.
 
-    The preset is taken first, single parameters change it.
+    A preset replaces the defaults; single parameters change it.
 
-    :param node: made with ``automatically_declare_parameters_from_overrides``, so that what the
-        user gave comes of whatever type, and our own check can explain a refusal.
+    :param node: made with ``automatically_declare_parameters_from_overrides``, which accepts
+        values of any type, so that the error message is that of the settings.
     :raises InputError: naming the parameter, its range and its unit.
     """
-    given = {name: parameter.value
+    # a node made so returns parameters, not the bare values that its annotation says
+    given = {name: getattr(parameter, 'value')
              for name, parameter in node.get_parameters_by_prefix('').items()}
     _warn_of_unknown(node, given)
-    chosen = given.get(_PRESET.name, '')
-    core = preset(str(_PRESET.convert(chosen))) if chosen else Settings()
+    chosen = str(_PRESET.convert(given.get(_PRESET.name, '')))
+    core = preset(chosen) if chosen else Settings()
     own, core = _checked(_chosen(NodeSettings(), given)), _chosen(core, given)
     _declare(node, _PRESET, chosen, read_only=True)
     for group, read_only in ((own, True), (core, False)):
@@ -80,12 +82,12 @@ class LiveSettings:
         self._core = core
         self._on_change = on_change
 
-    def set(self, asked: Sequence[RosParameter],
-            store: Callable[[Sequence[RosParameter]], SetParametersResult]) -> SetParametersResult:
+    def set(self, asked: list[RosParameter],
+            store: Callable[[list[RosParameter]], SetParametersResult]) -> SetParametersResult:
         """
-        Take parameters all or none: each in its range, and all of them together.
+        Set parameters all or none, after checking each one and all of them together.
 
-        :param store: keeps those that are good, and refuses what ROS itself refuses.
+        :param store: stores the parameters, unless ROS itself rejects them.
         """
         changes = {parameter.name: parameter.value for parameter in asked}
         try:
@@ -100,7 +102,7 @@ class LiveSettings:
             self._on_change(core)
         return result
 
-    def _changed(self, changes: Mapping[str, Any]) -> Settings:
+    def _changed(self, changes: Mapping[str, object]) -> Settings:
         own = [_PRESET.name, *values(NodeSettings)]
         for name in changes:
             if name in own:
@@ -108,11 +110,11 @@ class LiveSettings:
                                  'is started, in its parameter file or with -p')
         core = with_values(self._core, {
             name: value for name, value in changes.items() if not name.startswith(_OF_ROS)})
-        vocabulary_of(core)  # refuses one that cannot be read, or of another detector
+        vocabulary_of(core)  # rejects one that cannot be read, or of another detector
         return core
 
 
-def _warn_of_unknown(node: Node, given: Mapping[str, Any]) -> None:
+def _warn_of_unknown(node: Node, given: Mapping[str, object]) -> None:
     known = [_PRESET.name, *values(NodeSettings), *values(Settings)]
     for name in given:
         if name not in known and not name.startswith(_OF_ROS):
@@ -121,14 +123,14 @@ def _warn_of_unknown(node: Node, given: Mapping[str, Any]) -> None:
                 f'{hint(name, known)}')
 
 
-def _chosen(group: Any, given: Mapping[str, Any]) -> Any:
+def _chosen(group: _Settings, given: Mapping[str, object]) -> _Settings:
     known = values(group)
     return with_values(group, {  # an empty list comes as None
         name: value for name, value in given.items() if name in known and value is not None})
 
 
 def _checked(own: NodeSettings) -> NodeSettings:
-    """Refuse frames between which there can be no transform."""
+    """Reject frames between which there can be no transform."""
     names = [name for name in ('frame_id', 'odom_frame_id', 'guess_frame_id')
              if name != 'guess_frame_id' or own.guess_frame_id]
     frames = [getattr(own, name) for name in names]
@@ -138,15 +140,15 @@ def _checked(own: NodeSettings) -> NodeSettings:
     return own
 
 
-def _declare(node: Node, parameter: Parameter, value: Any, read_only: bool) -> None:
-    if node.has_parameter(parameter.name):  # as the user gave it, of whatever type
+def _declare(node: Node, parameter: Parameter, value: Value, read_only: bool) -> None:
+    if node.has_parameter(parameter.name):  # as the user set it, of any type
         node.undeclare_parameter(parameter.name)
     node.declare_parameter(parameter.name, _ros_value(value), _descriptor(parameter, read_only),
                            ignore_override=True)
 
 
-def _ros_value(value: Any) -> Any:
-    # of an empty list rclpy cannot tell the type
+def _ros_value(value: Value) -> Value | list[float]:
+    # rclpy cannot infer the type of an empty list
     return (list(value) or '') if isinstance(value, tuple) else value
 
 
@@ -156,6 +158,8 @@ def _descriptor(parameter: Parameter, read_only: bool) -> ParameterDescriptor:
         name=parameter.name, description=parameter.description + unit, read_only=read_only,
         dynamic_typing=parameter.type is tuple,
         additional_constraints=parameter.range_text if parameter.choices else '')
+    if parameter.minimum is None or parameter.maximum is None:
+        return descriptor
     if parameter.type is float:
         descriptor.floating_point_range = [FloatingPointRange(
             from_value=float(parameter.minimum), to_value=float(parameter.maximum))]

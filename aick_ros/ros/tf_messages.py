@@ -3,6 +3,8 @@
 
 """The message of TF, which the pip wheels of ROS do not have."""
 
+__all__ = ['TFMessage', 'TF_REMEDY']
+
 try:
     from tf2_msgs.msg import TFMessage
 except ImportError:

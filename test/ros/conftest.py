@@ -20,7 +20,7 @@ from rclpy.qos import ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros.ros.conversions import to_stamp
-from aick_ros.ros.playback.live_run import NODE_COMMAND
+from aick_ros.ros.playback.node_process import NODE_COMMAND
 
 OPTICAL = 'camera_rgb_optical_frame'
 QUEUE = 1000

@@ -16,7 +16,7 @@ from std_srvs.srv import Empty
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.ros.conversions import from_pose, pose_with_covariance
-from aick_ros.ros.playback.live_run import NODE_COMMAND
+from aick_ros.ros.playback.node_process import NODE_COMMAND
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource

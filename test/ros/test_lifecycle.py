@@ -15,7 +15,7 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.ros.conversions import from_pose
-from aick_ros.ros.playback.live_run import NODE_COMMAND
+from aick_ros.ros.playback.node_process import NODE_COMMAND
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT = 12

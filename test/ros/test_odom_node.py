@@ -16,7 +16,7 @@ from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.registration.stage_times import STAGES
 from aick_ros.ros.conversions import from_pose, from_transform, to_stamp
-from aick_ros.ros.playback.live_run import NODE_COMMAND
+from aick_ros.ros.playback.node_process import NODE_COMMAND
 from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 

@@ -32,7 +32,7 @@ from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer
 
 if TYPE_CHECKING:
-    from aick_ros.ros.playback.live_run import LiveRun
+    from aick_ros.ros.playback.answers import LiveRun
 
 _NODE_TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info')
 _WRITTEN_TOPICS = (bag_writer.COLOUR_TOPIC, bag_writer.DEPTH_TOPIC, bag_writer.INFO_TOPIC)

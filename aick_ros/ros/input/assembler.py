@@ -23,7 +23,7 @@ from aick_ros.settings.node import NodeSettings
 
 
 class Arrival(NamedTuple):
-    """A pair of images, the cameras as they were then (None: unknown), the steady time [s]."""
+    """A pair of images, the cameras at that time (None: unknown), its steady time [s]."""
 
     pair: Pair
     camera: Camera | None
@@ -61,12 +61,12 @@ class FrameAssembler:
     def subscriptions(self) -> list[AdaptiveSubscription]:
         """The subscriptions of the calibrations."""
         return [calibration.subscription for calibration in (self._colour, self._depth)
-                if calibration]
+                if calibration is not None]
 
     def arrival(self, pair: Pair) -> Arrival:
         """Return a pair with the cameras as they are now."""
-        return Arrival(pair, self._colour.camera, self._depth and self._depth.camera,
-                       time.monotonic())
+        depth_camera = None if self._depth is None else self._depth.camera
+        return Arrival(pair, self._colour.camera, depth_camera, time.monotonic())
 
     def missing_for(self, pair: Pair) -> str:
         """Return what a pair needs before it can be registered, '' for nothing."""

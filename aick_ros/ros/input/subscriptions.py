@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Subscriptions that match what the publishers of their topic offer."""
+"""Subscriptions whose QoS matches that of the publishers."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from aick_ros.ros.conversions import to_stamp
 from aick_ros.settings.node import NodeSettings
 
 _CAMERA_INFO_QUEUE = 10
-_OVERLAP = 0.2  # seconds for which both bring messages
+_OVERLAP = 0.2  # seconds for which both subscriptions receive; chosen
 
 
 class AdaptiveSubscription:
     """
-    Subscribes anew when the publishers offer more, or less, than was asked of them.
+    Subscribes again when the publishers offer another QoS than was requested.
 
-    The old subscription goes some time after the new one has begun to bring messages, so nothing
-    is missed, and an image that both bring is taken once.
+    The old subscription is destroyed some time after the new one received its first message, so
+    that nothing is missed; an image that both receive is taken once.
 
-    :param name: of the topic in the node's contract, which is remapped.
-    :param suffix: of the topic after remapping, as image_transport names its transports.
+    :param name: unresolved name of the topic.
+    :param suffix: suffix of the topic after remapping, as image_transport names its transports.
     :param take: called with each message.
-    :param reliability: ``auto`` asks for reliable messages where every publisher offers them,
-        ``reliable`` and ``best_effort`` stay as they are.
-    :param latched: whether to ask for the last message that was published before.
+    :param reliability: ``auto`` requests reliable messages where every publisher offers them;
+        ``reliable`` and ``best_effort`` do not change.
+    :param latched: whether to request the last message that was published before.
     :ivar received_at: steady time of the last message, or of the construction [s].
     :ivar may_be_silent: whether no further message is required; set by whoever takes them.
     """
@@ -54,7 +54,7 @@ class AdaptiveSubscription:
         self._old: Subscription | None = None
         self.received_at = time.monotonic()
         self.may_be_silent = False
-        # what is sent once must not be lost while the two sides discover each other
+        # a message sent once must not be lost during discovery
         reliable = reliability == 'reliable' or latched
         self._new = self._subscribe(QoSProfile(
             depth=depth, reliability=ReliabilityPolicy.RELIABLE if reliable
@@ -62,20 +62,20 @@ class AdaptiveSubscription:
 
     @property
     def topic_name(self) -> str:
-        """The topic as others see it."""
-        return self._new.topic_name
+        """Resolved name of the topic."""
+        return str(self._new.topic_name)
 
     @property
     def qos_profile(self) -> QoSProfile:
-        """What is asked of publishers now."""
+        """Requested QoS."""
         return self._new.qos_profile
 
     def publishers(self) -> list[TopicEndpointInfo]:
-        """Return who publishes the topic."""
+        """Return the publishers of the topic."""
         return self._node.get_publishers_info_by_topic(self.topic_name)
 
     def published_instead(self) -> tuple[str, str]:
-        """Return the topic of another transport that is published, and that; '' where none is."""
+        """Return the topic and the name of another transport that is published; '' without one."""
         base = self._topic.removesuffix(self._suffix)
         for transport in ('raw', 'compressed', 'compressedDepth'):
             topic = base if transport == 'raw' else f'{base}/{transport}'
@@ -84,7 +84,7 @@ class AdaptiveSubscription:
         return '', ''
 
     def adapt(self) -> None:
-        """Look at the publishers; to be called now and then on the executor's thread."""
+        """Match the QoS of the publishers; to be called regularly on the executor's thread."""
         if (self._new_brings_since is not None
                 and time.monotonic() - self._new_brings_since > _OVERLAP):
             self._drop_old()
@@ -97,7 +97,7 @@ class AdaptiveSubscription:
     def _wanted(self) -> QoSProfile:
         offers = [publisher.qos_profile for publisher in self.publishers()]
         if not offers:
-            return self.qos_profile  # nobody to ask: stay as it is
+            return self.qos_profile
         reliable, kept = (
             all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers),
             all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers))
@@ -113,7 +113,7 @@ class AdaptiveSubscription:
         self._generation = generation = object()
         return self._node.create_subscription(
             self._kind, self._topic, partial(self._receive, generation), qos,
-            # a mismatch is cured, or explained by the watchdog
+            # a mismatch is resolved here, or explained by the watchdog
             event_callbacks=SubscriptionEventCallbacks(use_default_callbacks=False))
 
     def _receive(self, generation: object, message: Any) -> None:
@@ -137,7 +137,7 @@ class AdaptiveSubscription:
 
 def image_subscription(node: Node, name: str, transport: str, take: Callable[[Any], None],
                        settings: NodeSettings) -> AdaptiveSubscription:
-    """Subscribe to images of a transport, whose topic image_transport names so."""
+    """Subscribe to images of a transport, by the topic name of image_transport."""
     kind, suffix = (Image, '') if transport == 'raw' else (CompressedImage, f'/{transport}')
     return AdaptiveSubscription(node, kind, name, take, settings.topic_queue_size,
                                 settings.qos_reliability, suffix)
@@ -145,5 +145,5 @@ def image_subscription(node: Node, name: str, transport: str, take: Callable[[An
 
 def camera_info_subscription(node: Node, name: str,
                              take: Callable[[CameraInfo], None]) -> AdaptiveSubscription:
-    """Subscribe to calibrations, those too that were sent once before."""
+    """Subscribe to calibrations, also those that were published once before."""
     return AdaptiveSubscription(node, CameraInfo, name, take, _CAMERA_INFO_QUEUE, latched=True)

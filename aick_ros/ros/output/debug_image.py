@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A picture of what the odometry saw in a frame."""
+"""A picture of the keypoints and matches of a frame."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _TEXT_HEIGHT = 16  # px
 
 def draw_matches(colour: np.ndarray, update: OdometryUpdate) -> np.ndarray:
     """
-    Return the image with its keypoints, and a line from where each matched one was.
+    Return the image with its keypoints, and a line to the match of each in the reference.
 
-    :param colour: HxWx3 or HxW uint8, the image of the update; it is left as it is.
+    :param colour: HxWx3 or HxW uint8, the image of the update; it is not changed.
     :returns: HxWx3 uint8 (red, green, blue).
     """
     picture = cv2.cvtColor(colour, cv2.COLOR_GRAY2RGB) if colour.ndim == 2 else colour.copy()
@@ -28,8 +28,8 @@ def draw_matches(colour: np.ndarray, update: OdometryUpdate) -> np.ndarray:
         _dot(picture, centre, _KEYPOINT)
     if update.reference is not None:
         source, target = update.matches.T
-        ways = np.stack([_fixed_point(update.reference.pixels[target]), pixels[source]], axis=1)
-        cv2.polylines(picture, list(ways), False, _MATCH, 1, cv2.LINE_AA, _SUBPIXEL_BITS)
+        lines = np.stack([_fixed_point(update.reference.pixels[target]), pixels[source]], axis=1)
+        cv2.polylines(picture, list(lines), False, _MATCH, 1, cv2.LINE_AA, _SUBPIXEL_BITS)
         for centre in pixels[source]:
             _dot(picture, centre, _MATCH)
     _caption(picture, f'{update.status.value}: {update.reason}',
@@ -38,7 +38,8 @@ def draw_matches(colour: np.ndarray, update: OdometryUpdate) -> np.ndarray:
 
 
 def _fixed_point(pixels: np.ndarray) -> np.ndarray:
-    return np.rint(pixels * 2 ** _SUBPIXEL_BITS).astype(np.int32)
+    fixed_point: np.ndarray = np.rint(pixels * 2 ** _SUBPIXEL_BITS).astype(np.int32)
+    return fixed_point
 
 
 def _dot(picture: np.ndarray, centre: np.ndarray, colour: tuple[int, int, int]) -> None:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a person looks at: path, keypoints and matches, made only while somebody subscribes."""
+"""Path, keypoints and matches for display, made only while somebody subscribes."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from aick_ros.odometry import OdometryUpdate
 from aick_ros.ros import conversions
 from aick_ros.ros.output.debug_image import draw_matches
 
-_LONGEST_PATH = 1000  # poses
-_QUEUE = 1  # a picture is looked at now or not at all
+_LONGEST_PATH = 1000  # poses; chosen
+_QUEUE = 1  # only the newest is displayed
 
 
 class Views:
@@ -35,17 +35,17 @@ class Views:
         self._debug_image = node.create_publisher(Image, 'debug_image', _QUEUE)
 
     def reset(self) -> None:
-        """Begin the path anew."""
+        """Restart the path."""
         self._poses.clear()
 
     def show(self, frame: RgbdFrame, update: OdometryUpdate, T_odom_base: np.ndarray,
              T_base_camera: np.ndarray, camera_frame: str) -> None:
         """
-        Publish what somebody wants to see of a frame.
+        Publish what has a subscriber.
 
-        :param T_odom_base: as it is published.
-        :param T_base_camera: the extrinsic.
-        :param camera_frame: of the images.
+        :param T_odom_base: published pose, 4x4.
+        :param T_base_camera: extrinsic, 4x4.
+        :param camera_frame: frame of the images.
         """
         header = conversions.header(update.stamp, self._odom_frame)
         if update.status.ok:
@@ -61,7 +61,7 @@ class Views:
                 draw_matches(frame.colour, update)))
 
     def _lengthen(self, pose: PoseStamped) -> None:
-        """Add a pose; of a path that is too long every second one goes, its start stays."""
+        """Append a pose; a path that is too long loses every second one, but not its start."""
         if len(self._poses) >= _LONGEST_PATH:
             del self._poses[1::2]
         self._poses.append(pose)

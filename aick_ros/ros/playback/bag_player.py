@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Plays a ROS 2 bag over DDS, so that it stands in for a camera."""
+"""Player of ROS 2 bags over DDS, in place of a camera."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ class Played:
     A message that was published.
 
     :param topic: its name in the bag.
-    :param stamp: of its header [ns]; None where the type is not an image.
-    :param published_at: by the monotonic clock [s].
+    :param stamp: stamp of its header [ns]; None unless it is an image.
+    :param published_at: monotonic time [s].
     """
 
     topic: str
@@ -56,8 +56,8 @@ class BagPlayer(Node):
     Publishes the messages of a bag, byte for byte, as they were recorded.
 
     :param path: folder of a ROS 2 bag.
-    :param arguments: of this node beside those of the process: ``--ros-args -r a:=b``.
-    :raises InputError: where it cannot be read or has nothing to play.
+    :param arguments: arguments of this node beside those of the process, ``--ros-args -r a:=b``.
+    :raises InputError: where the bag cannot be read or has nothing to play.
     """
 
     def __init__(self, path: Path, arguments: Sequence[str] = ()) -> None:
@@ -68,7 +68,7 @@ class BagPlayer(Node):
 
     @property
     def topics(self) -> list[str]:
-        """The topics that are played."""
+        """Topics that are played."""
         return list(self._publishers_by_topic)
 
     def has_subscribers(self, topics: Iterable[str]) -> bool:
@@ -109,7 +109,7 @@ class BagPlayer(Node):
                     publishers[connection.topic] = self.create_publisher(
                         kind, connection.topic, _qos(connection.topic))
         if not publishers:
-            raise InputError(f'{self._path} has no topic that can be played')
+            raise InputError(f'{self._path} has no topic whose message type is installed')
         return publishers
 
 
@@ -119,27 +119,31 @@ def _reading(path: Path) -> Iterator[Reader]:
         with Reader(path) as reader:
             yield reader
     except (ReaderError, OSError, ValueError, KeyError) as error:
-        raise InputError(f'cannot play {path}: {error}; it takes the folder of a ROS 2 bag '
-                         '(aick convert makes one of other recordings)') from None
+        raise InputError(f'cannot play {path}: {error}; the folder of a ROS 2 bag is '
+                         'required (aick convert makes one of other recordings)') from None
 
 
 def _header_stamp(message: bytes) -> int:
     """Return the stamp [ns] of a serialized message that begins with a header."""
     little_endian = message[1] & 1
+    seconds: int
+    nanoseconds: int
     seconds, nanoseconds = struct.unpack_from('<iI' if little_endian else '>iI', message, 4)
     return seconds * NANOSECONDS + nanoseconds
 
 
 def _message_class(name: str) -> type | None:
+    """Return the class of a message type, None where it is not installed."""
     package, _, kind = name.replace('/', '.').rpartition('.')
     try:
-        return getattr(import_module(package), kind)
+        found: type = getattr(import_module(package), kind)
     except (ImportError, AttributeError):
         return None
+    return found
 
 
 def _qos(topic: str) -> QoSProfile:
-    """Reliable, which suits every subscriber; kept for late ones where TF expects that."""
+    """Return a reliable QoS, which matches every subscriber; latched where TF expects that."""
     latched = topic == '/tf_static'
     return QoSProfile(
         depth=_QUEUE, reliability=ReliabilityPolicy.RELIABLE,
@@ -149,15 +153,15 @@ def _qos(topic: str) -> QoSProfile:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog='bag_player', description='Play a ROS 2 bag over DDS with /clock. Topics are '
-        'remapped as ever: --ros-args -r /camera/rgb/image_raw:=/rgb/image')
+        'remapped by --ros-args -r /camera/rgb/image_raw:=/rgb/image')
     parser.add_argument('bag', type=Path, help='folder of a ROS 2 bag')
-    parser.add_argument('--rate', type=float, default=1.0, help='times as fast (default 1)')
-    parser.add_argument('--step', action='store_true', help='play a frame for each Enter')
-    parser.add_argument('--wait', type=float, default=10.0, metavar='S', help='wait at most so '
-                        'many seconds for subscribers of the images (default 10)')
+    parser.add_argument('--rate', type=float, default=1.0, help='playback rate (default 1)')
+    parser.add_argument('--step', action='store_true', help='play one frame per Enter')
+    parser.add_argument('--wait', type=float, default=10.0, metavar='S', help='longest '
+                        'wait for subscribers of the images [s] (default 10)')
     arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
     if not arguments.rate > 0:
-        parser.error(f'--rate is {arguments.rate:g}: it takes a number above 0')
+        parser.error(f'--rate is {arguments.rate:g}: a number above 0 is required')
     return arguments
 
 
@@ -175,8 +179,8 @@ def _play(player: BagPlayer, arguments: argparse.Namespace) -> None:
     while not player.has_subscribers(images):
         if time.monotonic() > deadline:
             player.get_logger().warning(
-                f'nobody listens to all of {", ".join(images)}: remap them, or those of the node, '
-                'to each other')
+                f'not all of {", ".join(images)} have a subscriber: remap them to the topics of '
+                'the node')
             break
         time.sleep(0.01)
     pace = StepByStep() if arguments.step else RealTime(arguments.rate)

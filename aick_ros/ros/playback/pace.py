@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""When the messages of a bag are due."""
+"""Pace at which the messages of a bag are played."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from aick_ros.geometry.stamps import NANOSECONDS
 
 class RealTime:
     """
-    Due as they were recorded.
+    Waits until a message is due, by the time of its recording.
 
-    :param rate: times as fast; infinite: as fast as the publishers take them.
+    :param rate: playback rate, 1 as recorded; infinite: no waiting.
     """
 
     def __init__(self, rate: float = 1.0) -> None:
@@ -23,7 +23,7 @@ class RealTime:
         self._start: tuple[int, float] | None = None
 
     def __call__(self, stamp: int) -> None:
-        """Return when a message of this stamp [ns] is due."""
+        """Wait until a message recorded at this time [ns] is due."""
         now = time.monotonic()
         if self._start is None:
             self._start = stamp, now
@@ -34,9 +34,9 @@ class RealTime:
 
 class StepByStep:
     """
-    Due when a person, or a program, says so: one line on standard input a step.
+    Waits for one line on standard input per step.
 
-    :param step: messages nearer in time than this belong to one step [s].
+    :param step: messages within this time belong to one step [s].
     """
 
     def __init__(self, step: float = 0.02) -> None:
@@ -45,12 +45,12 @@ class StepByStep:
 
     def __call__(self, stamp: int) -> None:
         """
-        Return when a message of this stamp [ns] is due.
+        Wait until a message recorded at this time [ns] is due.
 
         :raises EOFError: where standard input has ended.
         """
         if self._last is None or stamp - self._last > self._step:
-            print(f'{stamp / NANOSECONDS:.3f} s, Enter plays on', file=sys.stderr, flush=True)
+            print(f'{stamp / NANOSECONDS:.3f} s, Enter continues', file=sys.stderr, flush=True)
             if not sys.stdin.readline():
                 raise EOFError
             self._last = stamp

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Files that come with the package: where they are, however it was installed."""
+"""Paths of the files of the package, however it was installed."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PROFILES_VARIABLE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 
 def config_file(name: str) -> Path:
     """
-    Return the path of a file of the folder ``config``.
+    Return the path of a file in the folder ``config``.
 
     :raises InputError: where it is not installed.
     """
@@ -36,10 +36,10 @@ def config_file(name: str) -> Path:
 
 def use_fastdds_profile() -> None:
     """
-    Give this process the shared-memory segment that images need, unless the user chose one.
+    Set the Fast DDS profile of this process, unless the user set one.
 
-    With Fast DDS's default of 512 KiB most best-effort images are lost. It must be called before
-    rclpy.init().
+    With the default shared-memory segment of 512 KiB most best-effort images are lost. Call it
+    before rclpy.init().
     """
     if PROFILES_VARIABLE not in os.environ:
         os.environ[PROFILES_VARIABLE] = str(config_file('fastdds.xml'))

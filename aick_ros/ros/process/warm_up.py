@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the first frame would otherwise wait for."""
+"""Work that would otherwise delay the first frame."""
 
 from __future__ import annotations
 

@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A subscriber that records the odometry of a node."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray
+from nav_msgs.msg import Odometry
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+
+from aick_ros.ros.conversions import from_pose, to_stamp
+from aick_ros.ros.playback.answers import Answer
+
+_DIAGNOSED = 'odom_node: odometry'
+_LONGEST_PAUSE = 3.0  # seconds after which no further answer is expected; chosen
+_POLL = 0.005  # seconds; chosen
+_QUEUE = 1000
+
+
+class Listener(Node):
+    """
+    Records answers, and whether the node is there.
+
+    :ivar answers: in order of arrival.
+    :ivar heard: whether diagnostics of the node were received; its odometry will be, too.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('odometry_listener')
+        self.answers: list[Answer] = []
+        self.heard = False
+        self.create_subscription(Odometry, 'odom', self._take, _QUEUE)
+        self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, _QUEUE)
+
+    def wait_for_answers(self, count: int) -> None:
+        """Wait for a number of answers, or until no more come."""
+        seen = -1
+        while len(self.answers) not in (seen, count):
+            seen = len(self.answers)
+            wait_until(lambda: len(self.answers) > seen, _LONGEST_PAUSE)
+
+    def _hear(self, message: DiagnosticArray) -> None:
+        self.heard |= any(status.name == _DIAGNOSED for status in message.status)
+
+    def _take(self, message: Odometry) -> None:
+        now = time.monotonic()
+        twist = message.twist.twist
+        self.answers.append(Answer(
+            to_stamp(message.header.stamp), from_pose(message.pose.pose),
+            np.reshape(message.pose.covariance, (6, 6)),
+            np.array([twist.linear.x, twist.linear.y, twist.linear.z,
+                      twist.angular.x, twist.angular.y, twist.angular.z]), now))
+
+
+@contextmanager
+def listening() -> Iterator[Listener]:
+    """Record answers for the length of a block, on a thread of its own."""
+    listener = Listener()
+    executor = SingleThreadedExecutor()
+    executor.add_node(listener)
+    thread = threading.Thread(target=_spin, args=(executor,), daemon=True)
+    thread.start()
+    try:
+        yield listener
+    finally:
+        executor.shutdown()
+        thread.join()
+        listener.destroy_node()
+
+
+def _spin(executor: SingleThreadedExecutor) -> None:
+    try:
+        executor.spin()
+    except ExternalShutdownException:
+        pass
+
+
+def wait_until(condition: Callable[[], bool], timeout: float) -> bool:
+    """Wait for a condition, at most ``timeout`` [s]; return whether it came true."""
+    deadline = time.monotonic() + timeout
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(_POLL)
+    return True
