@@ -26,27 +26,27 @@ def generate_launch_description():
         DeclareLaunchArgument('camera', default_value='', choices=['', *cameras],
                               description='Topics and noise of a known camera'),
         DeclareLaunchArgument('namespace', default_value='',
-                              description='Of the node, where several run'),
+                              description='Namespace of the node, where several run'),
         DeclareLaunchArgument('rgb_topic', default_value='',
-                              description="Colour images; '': as the camera has it"),
+                              description="Topic of the colour images; '': that of the camera"),
         DeclareLaunchArgument('depth_topic', default_value='',
-                              description="Registered depth images; '': as the camera has it"),
+                              description="Topic of the depth images; '': that of the camera"),
         DeclareLaunchArgument('camera_info_topic', default_value='',
-                              description="Calibration of the colour images; '': as above"),
+                              description="Topic of the calibration; '': that of the camera"),
         DeclareLaunchArgument('depth_camera_info_topic', default_value='',
-                              description='Calibration of depth images, for register_depth'),
+                              description='Topic of the depth calibration, for register_depth'),
         DeclareLaunchArgument('frame_id', default_value='',
-                              description="Frame whose motion is published; '': as in the file"),
+                              description="Frame whose motion is published; '': from params_file"),
         DeclareLaunchArgument('odom_frame_id', default_value='',
-                              description="Frame the pose is given in; '': as in the file"),
+                              description="Frame of the published pose; '': from params_file"),
         DeclareLaunchArgument('publish_tf', default_value='',
-                              description="Whether to publish TF; '': as in the file"),
+                              description="Whether to publish TF; '': from params_file"),
         DeclareLaunchArgument('camera_in_base', default_value='',
-                              description="Extrinsic x y z qx qy qz qw; '': as in the file"),
+                              description="Extrinsic x y z qx qy qz qw; '': from params_file"),
         DeclareLaunchArgument('use_sim_time', default_value='false',
                               description='Whether time comes from /clock'),
         DeclareLaunchArgument('params_file', default_value='',
-                              description="Parameters of the node; '': the defaults"),
+                              description="Parameter file of the node; '': the defaults"),
         DeclareLaunchArgument('rviz', default_value='false', choices=['true', 'false'],
                               description='Whether to show path, keypoints and matches'),
         OpaqueFunction(function=start_nodes),
@@ -54,7 +54,7 @@ def generate_launch_description():
 
 
 def start_nodes(context):
-    """Start what was asked for: camera over defaults, file over both, arguments over all."""
+    """Start the nodes: camera over defaults, parameter file over both, arguments over all."""
     def argument(name):
         return LaunchConfiguration(name).perform(context)
 
@@ -91,5 +91,5 @@ def start_nodes(context):
 
 
 def _profile():
-    """Return the shared memory that debug images need, unless the user chose another."""
+    """Return the Fast DDS profile that debug images need, unless the user set one."""
     return {} if PROFILES in os.environ else {PROFILES: str(SHARE / 'config' / 'fastdds.xml')}

@@ -20,7 +20,7 @@ SHARE = Path(get_package_share_directory('aick_ros'))
 
 
 def generate_launch_description():
-    """Start the node and play the bag to it; all ends with the bag."""
+    """Start the node and play the bag to it; the launch ends with the bag."""
     player = Node(
         package='aick_ros', executable='bag_player', output='screen',
         arguments=[LaunchConfiguration('bag'), '--rate', LaunchConfiguration('rate')],
@@ -37,24 +37,30 @@ def generate_launch_description():
             'rviz': LaunchConfiguration('rviz'),
             'use_sim_time': 'true'}.items())
     return LaunchDescription([
-        DeclareLaunchArgument('bag', description='Folder of a ROS 2 bag'),
-        DeclareLaunchArgument('rate', default_value='1.0', description='Times as fast'),
-        DeclareLaunchArgument('rgb_topic', default_value='/camera/rgb/image_raw',
-                              description='Colour images of the bag'),
-        DeclareLaunchArgument('depth_topic', default_value='/camera/depth/image_raw',
-                              description='Registered depth images of the bag'),
-        DeclareLaunchArgument('camera_info_topic', default_value='/camera/rgb/camera_info',
-                              description='Calibration of the colour images of the bag'),
-        DeclareLaunchArgument('frame_id', default_value='',
-                              description="Frame whose motion is published; '': base_link"),
-        DeclareLaunchArgument('camera_in_base', default_value='',
-                              description='Extrinsic x y z qx qy qz qw, for a bag without TF'),
-        DeclareLaunchArgument('params_file', default_value='',
-                              description="Parameters of the node; '': the defaults"),
-        DeclareLaunchArgument('rviz', default_value='false', choices=['true', 'false'],
-                              description='Whether to show path, keypoints and matches'),
+        *_arguments(),
         odometry, player,
         RegisterEventHandler(OnProcessExit(target_action=player, on_exit=[
             TimerAction(period=2.0, actions=[  # for the last frames to be answered
                 EmitEvent(event=Shutdown(reason='the bag is over'))])])),
     ])
+
+
+def _arguments():
+    return [
+        DeclareLaunchArgument('bag', description='Folder of a ROS 2 bag'),
+        DeclareLaunchArgument('rate', default_value='1.0', description='Playback rate'),
+        DeclareLaunchArgument('rgb_topic', default_value='/camera/rgb/image_raw',
+                              description='Topic of the colour images'),
+        DeclareLaunchArgument('depth_topic', default_value='/camera/depth/image_raw',
+                              description='Topic of the depth images'),
+        DeclareLaunchArgument('camera_info_topic', default_value='/camera/rgb/camera_info',
+                              description='Topic of the calibration'),
+        DeclareLaunchArgument('frame_id', default_value='',
+                              description="Frame whose motion is published; '': from params_file"),
+        DeclareLaunchArgument('camera_in_base', default_value='',
+                              description='Extrinsic x y z qx qy qz qw, for a bag without TF'),
+        DeclareLaunchArgument('params_file', default_value='',
+                              description="Parameter file of the node; '': the defaults"),
+        DeclareLaunchArgument('rviz', default_value='false', choices=['true', 'false'],
+                              description='Whether to show path, keypoints and matches'),
+    ]

@@ -12,4 +12,4 @@ except ImportError:
 
 TF_REMEDY = ('publish the static transform between them' if TFMessage is not None else
              'tf2_msgs is not installed, so TF cannot be received')
-"""What to do where TF does not connect two frames."""
+"""Remedy where TF does not connect two frames."""

@@ -118,7 +118,7 @@ class Rig:
         return client.call(request or kind.Request())
 
     def values(self):
-        """What the node last said in /diagnostics, by name."""
+        """Values of the last message on /diagnostics, by key."""
         return {value.key: value.value for value in self.diagnostics[-1].status[0].values}
 
     def stamps(self):

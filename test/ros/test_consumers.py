@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What RTAB-Map, robot_localization and nav2 conclude from the node's messages over DDS."""
+"""Conclusions of RTAB-Map, robot_localization and nav2 from the messages of the node."""
 
 import dataclasses
 import math
@@ -24,7 +24,7 @@ UNKNOWN = 9999.0
 
 
 class Map(Enum):
-    """What RTAB-Map does with its map at a message."""
+    """Reaction of RTAB-Map to a message."""
 
     EXTENDED = 'the new place is linked to the last one'
     NEW = 'a new map is begun: the odometry was lost or has been reset'
@@ -96,7 +96,7 @@ class Nav2:
         self._base_frame = base_frame
 
     def speed(self, message):
-        """Return the forward speed it believes in [m/s]."""
+        """Return the estimated forward speed [m/s]."""
         assert message.child_frame_id == self._base_frame
         return math.hypot(message.twist.twist.linear.x, message.twist.twist.linear.y)
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What others tell the node to do, over DDS: reset, pause, set a pose, change parameters."""
+"""Requests to the node over DDS: reset, pause, set a pose, change parameters."""
 
 import dataclasses
 
@@ -88,17 +88,17 @@ def test_paused_it_is_silent_and_resumed_it_goes_on(rig, start_node, frames):
 def test_from_a_pose_that_was_set_the_motion_goes_on(rig, start_node, frames, given_in):
     node = start_node()
     answers(rig, frames[:3])
-    told, sure = se3.exp([3, -1, 2, 0.2, 0.1, 2.0]), np.diag([1, 2, 3, 4, 5, 6.0])
+    pose_set, covariance_set = se3.exp([3, -1, 2, 0.2, 0.1, 2.0]), np.diag([1, 2, 3, 4, 5, 6.0])
     publisher = rig.node.create_publisher(PoseWithCovarianceStamped, 'set_pose', 1)
     rig.wait_until(publisher.get_subscription_count, 'the node to listen to set_pose')
-    publisher.publish(pose_with_covariance(0, 'map', told, sure))
+    publisher.publish(pose_with_covariance(0, 'map', pose_set, covariance_set))
     node.wait_for_log("set_pose rejected: its frame is 'map': 'odom' (odom_frame_id) is required")
-    publisher.publish(pose_with_covariance(0, given_in, told, sure))
+    publisher.publish(pose_with_covariance(0, given_in, pose_set, covariance_set))
     node.wait_for_log('pose set')
     after = answers(rig, frames[3:6])
     chain = offline(frames[:6])
     for pose, expected in zip(after, chain[3:]):
-        np.testing.assert_allclose(pose, told @ se3.inverse(chain[2]) @ expected, atol=1e-6)
+        np.testing.assert_allclose(pose, pose_set @ se3.inverse(chain[2]) @ expected, atol=1e-6)
     covariance = np.reshape(rig.odom[-1].pose.covariance, (6, 6))
     assert covariance[5, 5] == pytest.approx(6.0, rel=0.01)
 
@@ -120,13 +120,13 @@ def pause(rig, frames):
 @pytest.mark.parametrize('blind', [lose_sight, pause])
 def test_a_pose_that_was_set_unseen_is_where_the_camera_is_found_again(
         rig, start_node, frames, blind):
-    """What the camera sees to have moved since before is the way there, not one from there."""
+    """The motion that the camera sees since before led to the pose; it does not follow it."""
     node = start_node()
     blind(rig, frames)
-    told = se3.exp([3, -1, 2, 0.2, 0.1, 2.0])
+    pose_set = se3.exp([3, -1, 2, 0.2, 0.1, 2.0])
     publisher = rig.node.create_publisher(PoseWithCovarianceStamped, 'set_pose', 1)
     rig.wait_until(publisher.get_subscription_count, 'the node to listen to set_pose')
-    publisher.publish(pose_with_covariance(0, 'odom', told, np.eye(6)))
+    publisher.publish(pose_with_covariance(0, 'odom', pose_set, np.eye(6)))
     node.wait_for_log('pose set')
     rig.call(Empty, '/odom_node/resume_odom')
     after = answers(rig, frames[5:8])
@@ -134,7 +134,7 @@ def test_a_pose_that_was_set_unseen_is_where_the_camera_is_found_again(
                     if blind is lose_sight else [*frames[:3], *frames[5:8]])[-3:]
     assert np.abs(chain[0] - np.eye(4)).max() > 0.01  # it was found where it is now
     for pose, expected in zip(after, chain):
-        np.testing.assert_allclose(pose, told @ se3.inverse(chain[0]) @ expected, atol=1e-6)
+        np.testing.assert_allclose(pose, pose_set @ se3.inverse(chain[0]) @ expected, atol=1e-6)
 
 
 def test_a_reset_while_lost_begins_where_the_camera_is_found_again(rig, start_node, frames):
@@ -153,7 +153,7 @@ def test_paused_while_lost_it_finds_back_when_resumed(rig, start_node, frames):
     rig.call(Empty, '/odom_node/pause_odom')
     rig.send(frames[5])
     rig.wait_until(lambda: rig.values().get('frames skipped while paused') == '1',
-                   'the frame left out')
+                   'the skipped frame')
     rig.call(Empty, '/odom_node/resume_odom')
     after = answers(rig, frames[6:8])
     expected = offline([*frames[:3], *map(covered, frames[3:5]), *frames[6:8]])[-2:]
@@ -223,13 +223,13 @@ def test_a_dump_of_the_parameters_starts_the_same_node(rig, start_node, frames, 
     assert 'changes nothing' not in second.log
 
 
-def test_names_of_parameters_that_are_not_known_are_told(rig, start_node):
+def test_unknown_parameters_are_reported(rig, start_node):
     node = start_node(aick__alhpa=0.5)
     node.wait_for_log("parameter 'aick.alhpa' is not one of this node and changes nothing: did "
                       'you mean aick.alpha')
 
 
-def test_frames_are_left_out_evenly(rig, start_node, frames):
+def test_frames_are_skipped_evenly(rig, start_node, frames):
     start_node(max_update_rate=15.0)
     rig.send_camera_info(frames[0].camera)
     for frame in frames[:9]:

@@ -138,7 +138,7 @@ def ending(delay, signals, gap=0.0):
     return process.returncode, complaints
 
 
-def test_a_parameter_out_of_range_is_refused_in_one_line(ros_domain):
+def test_a_parameter_out_of_range_is_rejected_in_one_line(ros_domain):
     run = subprocess.run(
         [*NODE_COMMAND, '--ros-args', '-p', 'aick.alpha:=1.5'],
         capture_output=True, text=True, timeout=30)
@@ -147,7 +147,7 @@ def test_a_parameter_out_of_range_is_refused_in_one_line(ros_domain):
     assert run.stderr.count('\n') == 1
 
 
-def test_arguments_that_ros_refuses_are_one_line(ros_domain, tmp_path):
+def test_arguments_that_ros_rejects_are_one_line(ros_domain, tmp_path):
     file = tmp_path / 'parameters.yaml'
     file.write_text('odom_node: [')
     run = subprocess.run([*NODE_COMMAND, '--ros-args', '--params-file', str(file)],

@@ -187,7 +187,7 @@ def test_after_a_damaged_frame_the_next_good_one_is_answered(rig, start_node, fr
     assert 'Traceback' not in node.log
 
 
-def test_camera_info_of_zeros_is_refused_and_frames_wait(rig, start_node, frames):
+def test_camera_info_of_zeros_is_rejected_and_frames_wait(rig, start_node, frames):
     node = start_node()
     rig.info.publish(CameraInfo(width=640, height=480))
     for frame in frames[:3]:
@@ -200,7 +200,7 @@ def test_camera_info_of_zeros_is_refused_and_frames_wait(rig, start_node, frames
         rig.answer(frame.stamp)
 
 
-def test_stamps_that_repeat_or_go_back_are_left_out(rig, start_node, frames):
+def test_images_whose_stamp_repeats_or_goes_back_are_rejected(rig, start_node, frames):
     node = start_node()
     rig.send_camera_info(frames[0].camera)
     for i in (0, 1, 2, 2, 1, 3, 4):
@@ -247,7 +247,7 @@ def test_frames_that_wait_for_a_partner_are_answered_when_none_can_come(rig, sta
     assert len(send_all(rig, late)) == 4
 
 
-def test_diagnostics_tell_the_status(rig, start_node, frames):
+def test_diagnostics_report_the_status(rig, start_node, frames):
     start_node()
     send_all(rig, [*frames[:4], black(frames[4])])
     rig.wait_until(lambda: any('keypoints' in message.status[0].message
@@ -280,7 +280,7 @@ def test_a_publisher_whose_qos_does_not_match_is_explained(rig, start_node, fram
     assert 'set qos_reliability to auto' in node.log
 
 
-def test_a_camera_info_sent_once_will_do(rig, start_node, frames):
+def test_a_camera_info_sent_once_is_enough(rig, start_node, frames):
     node = start_node()
     rig.send_camera_info(frames[0].camera)
     for i in range(35):
@@ -307,7 +307,7 @@ def test_frames_that_wait_keep_the_camera_they_came_with(rig, start_node, frames
         np.testing.assert_allclose(pose_of(rig.answer(frame.stamp)), expected, atol=1e-6)
 
 
-def test_images_without_stamp_are_left_out(rig, start_node, frames):
+def test_images_without_a_stamp_are_rejected(rig, start_node, frames):
     node = start_node()
     rig.send_camera_info(frames[0].camera)
     rig.send(dataclasses.replace(frames[0], stamp=0, depth_stamp=None))

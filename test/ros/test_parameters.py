@@ -79,7 +79,7 @@ def test_single_parameters_change_the_preset(make_node):
     ({'frame_id': 'odom'}, 'they must be different frames'),
     ({'guess_frame_id': 'odom'}, "guess_frame_id = 'odom': they must be different frames"),
     ({'camera_in_base': ['a', 'b']}, 'is not a list of numbers')])
-def test_refusals_say_what_to_do(make_node, overrides, sentence):
+def test_rejections_say_what_to_do(make_node, overrides, sentence):
     with pytest.raises(InputError, match=sentence):
         declare_settings(make_node(**overrides))
 
@@ -106,12 +106,12 @@ def test_an_initial_pose_that_is_no_pose_is_rejected(numbers):
 
 @pytest.fixture
 def live(make_node):
-    """A node's parameters while it runs: set them, see what the node stores and is told."""
+    """Parameters of a running node: what is stored, and the changes passed on."""
     class Live:
         def __init__(self):
-            self.node, self.told = make_node(), []
+            self.node, self.changes = make_node(), []
             _, core = declare_settings(self.node)
-            self._settings = LiveSettings(core, self.told.append)
+            self._settings = LiveSettings(core, self.changes.append)
 
         def set(self, **changes):
             return self._settings.set(
@@ -121,22 +121,22 @@ def live(make_node):
     return Live()
 
 
-def test_good_changes_are_stored_and_told_as_one(live):
+def test_valid_changes_are_stored_and_passed_on_as_one(live):
     assert live.set(aick__alpha=0.3, features__max_keypoints=200).successful
     assert live.node.get_parameter('aick.alpha').value == 0.3
-    assert live.told == [with_values(
+    assert live.changes == [with_values(
         Settings(), {'aick.alpha': 0.3, 'features.max_keypoints': 200})]
 
 
 def test_a_whole_number_does_for_a_real_one(live):
     assert live.set(odometry__max_speed=2).successful
     assert live.node.get_parameter('odometry.max_speed').value == 2.0
-    assert live.told[0].odometry.max_speed == 2.0
+    assert live.changes[0].odometry.max_speed == 2.0
 
 
-def test_what_changes_nothing_is_not_told(live):
+def test_a_value_that_is_set_already_is_not_passed_on(live):
     assert live.set(aick__alpha=0.6).successful
-    assert live.told == []
+    assert live.changes == []
 
 
 @pytest.mark.parametrize('changes, reason', [
@@ -156,7 +156,7 @@ def test_of_a_bad_change_nothing_is_taken(live, changes, reason):
     assert not result.successful
     assert reason in result.reason
     assert live.node.get_parameter('aick.lambda_e').value == 0.01
-    assert live.told == []
+    assert live.changes == []
 
 
 def test_changes_that_only_fit_together_are_taken_together(live):
@@ -167,10 +167,10 @@ def test_changes_that_only_fit_together_are_taken_together(live):
 def test_parameters_of_ros_itself_are_left_to_it(live):
     assert live.set(use_sim_time=True).successful
     assert live.node.get_parameter('use_sim_time').value is True
-    assert live.told == []
+    assert live.changes == []
 
 
-def test_names_that_are_not_known_are_told_with_the_nearest_one(make_node, capfd):
+def test_unknown_names_are_reported_with_the_nearest_one(make_node, capfd):
     declare_settings(make_node(aick__alhpa=0.5, frame='body', use_sim_time=False))
     log = capfd.readouterr().err
     assert "'aick.alhpa' is not one of this node and changes nothing: did you mean aick.al" in log

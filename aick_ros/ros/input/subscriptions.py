@@ -50,7 +50,7 @@ class AdaptiveSubscription:
         self._node, self._kind, self._take = node, kind, take
         self._reliability, self._latched, self._depth = reliability, latched, depth
         self._taken: deque[int] = deque(maxlen=2 * depth)
-        self._new_brings_since: float | None = None
+        self._overlap_since: float | None = None
         self._old: Subscription | None = None
         self.received_at = time.monotonic()
         self.may_be_silent = False
@@ -85,8 +85,8 @@ class AdaptiveSubscription:
 
     def adapt(self) -> None:
         """Match the QoS of the publishers; to be called regularly on the executor's thread."""
-        if (self._new_brings_since is not None
-                and time.monotonic() - self._new_brings_since > _OVERLAP):
+        if (self._overlap_since is not None
+                and time.monotonic() - self._overlap_since > _OVERLAP):
             self._drop_old()
         wanted, present = self._wanted(), self.qos_profile
         if (wanted.reliability, wanted.durability) == (present.reliability, present.durability):
@@ -98,15 +98,14 @@ class AdaptiveSubscription:
         offers = [publisher.qos_profile for publisher in self.publishers()]
         if not offers:
             return self.qos_profile
-        reliable, kept = (
-            all(offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers),
-            all(offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers))
-        if self._reliability != 'auto':
-            reliable = self._reliability == 'reliable'
+        reliable = self._reliability == 'reliable' if self._reliability != 'auto' else all(
+            offer.reliability == ReliabilityPolicy.RELIABLE for offer in offers)
+        latched = self._latched and all(
+            offer.durability == DurabilityPolicy.TRANSIENT_LOCAL for offer in offers)
         return QoSProfile(
             depth=self._depth,
             reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
-            durability=DurabilityPolicy.TRANSIENT_LOCAL if kept and self._latched
+            durability=DurabilityPolicy.TRANSIENT_LOCAL if latched
             else DurabilityPolicy.VOLATILE)
 
     def _subscribe(self, qos: QoSProfile) -> Subscription:
@@ -119,9 +118,9 @@ class AdaptiveSubscription:
     def _receive(self, generation: object, message: Any) -> None:
         self.received_at = time.monotonic()
         if self._old is not None:
-            if generation is self._generation and self._new_brings_since is None:
-                self._new_brings_since = self.received_at
-            # a calibration does no harm twice, and many have no stamp
+            if generation is self._generation and self._overlap_since is None:
+                self._overlap_since = self.received_at
+            # a calibration may be taken twice, and many have no stamp
             stamp = to_stamp(message.header.stamp)
             if not self._latched and stamp in self._taken:
                 return
@@ -131,7 +130,7 @@ class AdaptiveSubscription:
     def _drop_old(self) -> None:
         if self._old is not None:
             self._node.destroy_subscription(self._old)
-            self._old, self._new_brings_since = None, None
+            self._old, self._overlap_since = None, None
             self._taken.clear()
 
 

@@ -103,10 +103,10 @@ class Watchdog:
         return sentence + others
 
     def _topics_of_images(self) -> list[str]:
-        """Return the first few topics on which others publish images."""
+        """Return the first topics on which other nodes publish images."""
         topics = [topic for topic, kinds in self._node.get_topic_names_and_types()
                   if _IMAGE in kinds and self._node.count_publishers(topic)
-                  and not topic.endswith('/debug_image')]  # ours, or that of a node like this
+                  and not topic.endswith('/debug_image')]  # of this package
         return sorted(topics)[:_MOST_NAMED]
 
     def _explain_unpaired(self) -> str:

@@ -1,4 +1,4 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What each executable does before and around its node."""
+"""Start and end of the executables."""

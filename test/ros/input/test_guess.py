@@ -63,9 +63,9 @@ def test_the_wheels_bridge_a_loss(rig, start_node, recording, wheels):
                wait_for_transform=1.0, camera_in_base='[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]')
     answers = play(rig, frames, truth, wheels)
     for i, answer in enumerate(answers):
-        apart = se3.inverse(truth[i]) @ from_pose(answer.pose.pose)
-        assert np.linalg.norm(apart[:3, 3]) < 0.04, i
-        # the camera vouches for what it saw only, and not for the first frame after a loss
+        error = se3.inverse(truth[i]) @ from_pose(answer.pose.pose)
+        assert np.linalg.norm(error[:3, 3]) < 0.04, i
+        # only what the camera measured has a covariance, and not the first frame after a loss
         assert (answer.pose.covariance[0] == LOST) == (i in DARK or i == DARK.stop)
     moved = se3.inverse(truth[DARK.start]) @ truth[DARK.stop]
     assert np.linalg.norm(moved[:3, 3]) > 0.08  # it would have been missed by more

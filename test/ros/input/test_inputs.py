@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What cameras really send, over DDS to the node in its own process."""
+"""Images and calibrations as real cameras send them, over DDS to the node in its process."""
 
 import dataclasses
 import time
@@ -387,7 +387,7 @@ def test_lost_images_name_the_cure(rig, start_node, frames):
         'colour images that did not arrive', 0)) < 80, 'the count in /diagnostics')
 
 
-def test_one_stamp_in_the_future_is_left_out(rig, start_node, frames):
+def test_one_stamp_in_the_future_is_rejected(rig, start_node, frames):
     """Published on /tf it would have tf2 refuse the transforms of all others."""
     node = start_node()
     rig.send_camera_info(frames[0].camera)
@@ -455,7 +455,7 @@ def test_a_topic_of_another_transport_is_named(rig, start_node, frames):
     node.wait_for_log('there is /rgb/image/compressed: set image_transport to compressed')
 
 
-def test_depth_of_another_frame_is_pointed_out_once(rig, start_node, frames):
+def test_depth_of_another_frame_is_reported_once(rig, start_node, frames):
     node = start_node()
     rig.send_camera_info(frames[0].camera)
     for frame in frames:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Frames left out evenly, by their stamps."""
+"""Frames skipped evenly, by their stamps."""
 
 import numpy as np
 import pytest

@@ -30,7 +30,7 @@ def pose(seed):
 
 
 class Robot:
-    """A node with extrinsics, which another one tells of the robot's frames."""
+    """A node with extrinsics, and another one that publishes the frames of the robot."""
 
     def __init__(self):
         self.node, self.other = rclpy.create_node('probe'), rclpy.create_node('robot')
@@ -48,7 +48,7 @@ class Robot:
         self.node.create_timer(0.05, transforms.tend)
         return Extrinsics(transforms, NodeSettings(**settings))
 
-    def tell(self, links, topic='/tf_static', stamp=0):
+    def publish(self, links, topic='/tf_static', stamp=0):
         """Publish {(parent, child): T_parent_child} and wait until it is heard."""
         before = self.heard
         self._publishers[topic].publish(tf2_msgs.TFMessage(transforms=[
@@ -86,8 +86,8 @@ def robot(ros_domain):
 
 def test_down_a_chain_and_up_another(robot):
     extrinsics = robot.extrinsics()
-    robot.tell({('map', 'base_link'): pose(1), ('map', 'mast'): pose(2),
-                ('mast', 'head'): pose(3), ('head', 'camera'): pose(4)})
+    robot.publish({('map', 'base_link'): pose(1), ('map', 'mast'): pose(2),
+                   ('mast', 'head'): pose(3), ('head', 'camera'): pose(4)})
     T_map_camera = pose(2) @ pose(3) @ pose(4)
     np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0),
                                np.linalg.inv(pose(1)) @ T_map_camera, atol=1e-9)
@@ -103,14 +103,14 @@ def test_the_parameters_go_first(robot):
 
 
 @pytest.mark.parametrize('name', ['camera_in_base', 'depth_in_colour'])
-def test_what_is_no_pose_is_refused(robot, name):
+def test_a_parameter_that_is_no_pose_is_rejected(robot, name):
     with pytest.raises(InputError, match=f'{name} = .* is no pose: x y z qx qy qz qw are'):
         robot.extrinsics(**{name: (1.0, 2.0, 3.0)})
 
 
 def test_a_leading_slash_of_old_drivers_does_not_matter(robot):
     extrinsics = robot.extrinsics()
-    robot.tell({('base_link', '/camera'): pose(1)})
+    robot.publish({('base_link', '/camera'): pose(1)})
     for frame in ('camera', '/camera'):
         np.testing.assert_allclose(extrinsics.camera_in_base(frame, 0), pose(1), atol=1e-9)
 
@@ -131,14 +131,14 @@ def test_without_a_transform_one_sentence_names_both_frames(robot):
 
 def test_a_fixed_transform_sent_again_counts(robot):
     extrinsics = robot.extrinsics()
-    robot.tell({('base_link', 'camera'): pose(1)})
+    robot.publish({('base_link', 'camera'): pose(1)})
     np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0), pose(1), atol=1e-9)
-    robot.tell({('base_link', 'camera'): pose(2)})
+    robot.publish({('base_link', 'camera'): pose(2)})
     np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0), pose(2), atol=1e-9)
 
 
 def ask_for_the_camera(robot, extrinsics):
-    """Have the node notice that fixed links do not tell, so that it listens to /tf."""
+    """Request what fixed links do not give, so that the node subscribes to /tf."""
     with pytest.raises(InputError):
         extrinsics.camera_in_base('camera', 0, wait=False)
     robot.wait_until(robot.listeners)
@@ -146,11 +146,11 @@ def ask_for_the_camera(robot, extrinsics):
 
 def test_a_moving_transform_is_taken_at_the_stamp(robot):
     extrinsics = robot.extrinsics(wait_for_transform=0.0)
-    robot.tell({('head', 'camera'): pose(1)})
+    robot.publish({('head', 'camera'): pose(1)})
     ask_for_the_camera(robot, extrinsics)
     for i in range(4):
-        robot.tell({('base_link', 'head'): se3.exp([0, 0, 0, 0, 0, 0.1 * i])}, '/tf',
-                   100 * SECOND + i * SECOND // 10)
+        robot.publish({('base_link', 'head'): se3.exp([0, 0, 0, 0, 0, 0.1 * i])}, '/tf',
+                      100 * SECOND + i * SECOND // 10)
     T_base_head = se3.exp([0, 0, 0, 0, 0, 0.15])
     np.testing.assert_allclose(
         extrinsics.camera_in_base('camera', 100 * SECOND + 15 * SECOND // 100),
@@ -161,8 +161,8 @@ def test_a_frame_waits_for_the_moving_transform_of_its_stamp(robot):
     """Not on the executor's thread: there nothing would come while it waits."""
     extrinsics = robot.extrinsics(wait_for_transform=8.0)
     ask_for_the_camera(robot, extrinsics)
-    robot.tell({('base_link', 'camera'): pose(1)}, '/tf', 100 * SECOND)
-    later = threading.Timer(0.3, robot.tell, (
+    robot.publish({('base_link', 'camera'): pose(1)}, '/tf', 100 * SECOND)
+    later = threading.Timer(0.3, robot.publish, (
         {('base_link', 'camera'): pose(2)}, '/tf', 101 * SECOND))
     later.start()
     np.testing.assert_allclose(extrinsics.camera_in_base('camera', 101 * SECOND), pose(2),
@@ -170,28 +170,28 @@ def test_a_frame_waits_for_the_moving_transform_of_its_stamp(robot):
     later.join()
 
 
-def test_a_moving_transform_long_ago_is_refused(robot):
+def test_a_moving_transform_long_ago_is_rejected(robot):
     extrinsics = robot.extrinsics(wait_for_transform=0.0)
     ask_for_the_camera(robot, extrinsics)
-    robot.tell({('base_link', 'camera'): pose(1)}, '/tf', 100 * SECOND)
+    robot.publish({('base_link', 'camera'): pose(1)}, '/tf', 100 * SECOND)
     extrinsics.camera_in_base('camera', 100 * SECOND + SECOND // 4)
     with pytest.raises(InputError, match='the nearest one is 3.0 s from the image stamp'):
         extrinsics.camera_in_base('camera', 103 * SECOND)
 
 
-def test_the_odometry_itself_tells_nothing_of_the_camera(robot):
-    """Where a camera stands in the room, base_link -> odom -> room must not place it."""
+def test_the_odometry_itself_does_not_place_the_camera(robot):
+    """A camera fixed in the room must not be placed by base_link -> odom -> room."""
     extrinsics = robot.extrinsics(wait_for_transform=0.0)
-    robot.tell({('odom', 'camera'): pose(1)})
+    robot.publish({('odom', 'camera'): pose(1)})
     ask_for_the_camera(robot, extrinsics)
-    robot.tell({('odom', 'base_link'): pose(2)}, '/tf', 100 * SECOND)
+    robot.publish({('odom', 'base_link'): pose(2)}, '/tf', 100 * SECOND)
     with pytest.raises(InputError, match="no transform from 'camera'"):
         extrinsics.camera_in_base('camera', 100 * SECOND)
 
 
-def test_tf_is_left_alone_where_fixed_transforms_tell_all(robot):
+def test_tf_is_unsubscribed_once_fixed_transforms_suffice(robot):
     extrinsics = robot.extrinsics()
     ask_for_the_camera(robot, extrinsics)
-    robot.tell({('base_link', 'camera'): pose(1)})
+    robot.publish({('base_link', 'camera'): pose(1)})
     extrinsics.camera_in_base('camera', 0)
     robot.wait_until(lambda: not robot.listeners())

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is published of the base's pose and motion: contracts that the consumers rely on."""
+"""Messages and TF of the base: contracts that the consumers rely on."""
 
 import numpy as np
 import pytest

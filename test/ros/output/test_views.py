@@ -38,7 +38,7 @@ def updates(frames):
     return [odometry.register_frame(frame) for frame in frames]
 
 
-def test_views_come_while_somebody_looks_and_change_nothing(rig, start_node, frames, updates):
+def test_views_are_published_to_subscribers_and_change_nothing(rig, start_node, frames, updates):
     start_node(frame_id='base_link', camera_in_base='[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]')
     rig.send_camera_info(frames[0].camera)
     for frame in frames[:3]:
@@ -109,7 +109,7 @@ def views(ros_domain):
     rclpy.shutdown()
 
 
-def test_nothing_is_drawn_while_nobody_looks(views, frames, updates, monkeypatch):
+def test_nothing_is_drawn_without_a_subscriber(views, frames, updates, monkeypatch):
     def refuse(*arguments):
         raise AssertionError('drawn for nobody')
     monkeypatch.setattr('aick_ros.ros.output.views.draw_matches', refuse)
