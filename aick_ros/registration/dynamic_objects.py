@@ -70,7 +70,9 @@ class DynamicObjectCheck:
                 or source.grey.shape != target.grey.shape):
             return found
         refined = self._without_keypoints_of(found, source, target, expected)
-        second = self._fuse(expected, refined, elapsed)
+        prior = np.diag((0.5 * self._prior_sigmas * elapsed ** 2) ** 2)
+        second = fuse(PoseWithCovariance(expected, prior),
+                      PoseWithCovariance(refined.T_target_source, refined.covariance))
         if _is_same(found.T_target_source, second.matrix):
             return found
         vote = pose_vote(source, target, found.T_target_source, second.matrix, self._sensor)
@@ -97,14 +99,14 @@ class DynamicObjectCheck:
         return dataclasses.replace(
             refined, tracked=dataclasses.replace(tracks, keypoints=rest[tracks.keypoints]))
 
-    def _fuse(self, expected: np.ndarray, refined: Refined, elapsed: float) -> PoseWithCovariance:
-        """Return a refined pose fused with the one at constant velocity (Kalman update)."""
-        prior = np.diag((0.5 * self._prior_sigmas * elapsed ** 2) ** 2)
-        gain = prior @ np.linalg.inv(prior + refined.covariance)
-        step = gain @ se3.difference(refined.T_target_source, expected)
-        covariance = (np.eye(6) - gain) @ prior
-        return PoseWithCovariance(se3.perturbed(expected, step),
-                                  0.5 * (covariance + covariance.T))
+
+def fuse(prior: PoseWithCovariance, measured: PoseWithCovariance) -> PoseWithCovariance:
+    """Return the pose that two independent estimates of it give together (Kalman update)."""
+    gain = prior.covariance @ np.linalg.inv(prior.covariance + measured.covariance)
+    step = gain @ se3.difference(measured.matrix, prior.matrix)
+    covariance = (np.eye(6) - gain) @ prior.covariance
+    return PoseWithCovariance(se3.perturbed(prior.matrix, step),
+                              0.5 * (covariance + covariance.T))
 
 
 def suddenness(change: np.ndarray, elapsed: float, limits: np.ndarray) -> float:

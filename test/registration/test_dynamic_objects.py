@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Whom sudden motions are believed of: rendered views with and without something that moves."""
+"""Sudden motions of the camera, and of objects in front of it, in rendered views."""
 
 import dataclasses
 
@@ -12,7 +12,8 @@ import pytest
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.dynamic_objects import DynamicObjectCheck, suddenness
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.registration.dynamic_objects import DynamicObjectCheck, fuse, suddenness
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence
@@ -73,6 +74,35 @@ def test_suddenness_is_the_change_by_what_a_hand_does():
     assert suddenness(se3.exp([9, 0, 0, 0, 0, 0]), np.inf, LIMITS) == 0.0
 
 
+def test_fused_informations_add():
+    """Two estimates of one pose: the inverse of the covariance is the sum of the inverses."""
+    rng = np.random.default_rng(2)
+    roots = 1e-3 * rng.normal(size=(2, 6, 6))
+    prior, measured = (PoseWithCovariance(se3.exp(1e-5 * rng.normal(size=6)), root @ root.T)
+                       for root in roots)
+    informations = [np.linalg.inv(pose.covariance) for pose in (prior, measured)]
+    fused = fuse(prior, measured)
+    np.testing.assert_allclose(np.linalg.inv(fused.covariance), sum(informations), rtol=1e-5,
+                               atol=1e-8 * informations[0].max())
+    errors = [se3.difference(pose.matrix, fused.matrix) for pose in (prior, measured)]
+    pulls = [information @ error for information, error in zip(informations, errors)]
+    np.testing.assert_allclose(pulls[0], -pulls[1], rtol=1e-2)  # the weighted mean
+
+
+def test_a_sudden_motion_is_one_beyond_the_motion_model(frames):
+    """Five times the noise of the acceleration: with a calmer model less is sudden."""
+    shown, _ = frames
+    source, target, found = pair(shown[:2])
+    moved = found.T_target_source @ se3.exp([0.015, 0, 0, 0, 0, 0])  # 13.5 m/s^2
+    assert opinion().check(found, source, target, moved, PERIOD) is found
+    asked = []
+    calm = opinion(with_values(Settings(), {'odometry.acceleration_sigma': 1.0}))
+    calm._refinement.refine = lambda *args: asked.append(args) or Refinement(
+        Settings().refinement, Settings().sensor).refine(*args)
+    calm.check(found, source, target, moved, PERIOD)
+    assert asked
+
+
 def moving(frames, picture, width, leap=LEAP):
     """Return views with a board that leaps, what is found, and the truth."""
     shown, poses = frames
@@ -91,7 +121,9 @@ def test_a_board_that_has_most_keypoints_is_not_the_world(frames, picture, width
     assert np.sqrt(np.linalg.eigvalsh(weighed.covariance).max()) < 0.02
     error = se3.difference(weighed.T_target_source, truth)
     assert error @ np.linalg.solve(weighed.covariance, error) < 30
-    assert not np.isin(weighed.tracks.keypoints, found.tracks.keypoints).any()
+    tracks = weighed.tracks
+    assert not np.isin(tracks.keypoints, found.tracks.keypoints).any()
+    np.testing.assert_array_equal(tracks.points, source.keypoints.positions[tracks.keypoints])
     assert 'keypoints move by themselves' in weighed.reason
     assert weighed.support == len(weighed.tracks)
     assert weighed.evidence is Evidence.DEPTH

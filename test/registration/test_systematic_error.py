@@ -148,6 +148,15 @@ def test_jitter_adds_the_way_made_in_it():
                                atol=1e-15)
 
 
+def test_the_larger_jitter_of_the_two_frames_counts():
+    motion = se3.exp([0.01, 0, 0, 0, 0, 0])
+    jitters = [(0.004, 0.001), (0.001, 0.004), (0.004, 0.004)]
+    covariances = [used().add_to(registration(motion), view(1 + PERIOD, later),
+                                 view(1, earlier)).covariance for later, earlier in jitters]
+    np.testing.assert_array_equal(covariances[0], covariances[2])
+    np.testing.assert_array_equal(covariances[1], covariances[2])
+
+
 def test_a_lagging_clock_adds_the_change_of_the_motion():
     """Quadratic in the jitter and in the change of speed; nothing where the speed holds."""
     expected, motion = np.eye(4), np.eye(4)

@@ -113,6 +113,57 @@ def test_finds_the_motion_without_a_guess(seed):
     assert np.linalg.norm(error[3:]) < 0.001
 
 
+def test_three_matches_are_enough():
+    positions = np.array([[0, 0, 1], [1, 0, 1], [0, 1, 2]], float)
+    T = se3.exp([0.1, -0.2, 0.3, 0.2, -0.1, 0.3])
+    descriptors = np.random.default_rng(0).integers(0, 256, (3, 32), dtype=np.uint8)
+    result = Aick().register(keypoint_frame(positions, descriptors),
+                             keypoint_frame(se3.transform(T, positions), descriptors))
+    assert result.status is Status.OK
+    np.testing.assert_allclose(result.T_target_source, T, atol=1e-6)
+
+
+def brute_force_matches(source, target, T, w, settings):
+    """Eq. 1 and 2 over all pairs of float descriptors, in double precision."""
+    difference = source.descriptors[:, None].astype(float) - target.descriptors
+    moved = se3.transform(T, source.positions.astype(float))
+    d = (1 - w) * np.linalg.norm(moved[:, None] - target.positions, axis=2) + w * (
+        difference ** 2).sum(axis=2)
+    threshold = (1 - w) * settings.lambda_e + w * settings.lambda_f
+    return [(a, b) for a, b in enumerate(d.argmin(axis=1)) if d[a, b] < threshold]
+
+
+@pytest.mark.parametrize('w', [0.0, 0.05])
+def test_a_source_that_has_moved_far_is_searched_anew(w):
+    """The candidates near the first pose are not those near the second one."""
+    rng = np.random.default_rng(8)
+    positions = rng.uniform((-1, -1, 1), (1, 1, 3), (200, 3))
+    descriptors = rng.uniform(0, 0.2, (200, 6)).astype(np.float32)
+    T = se3.exp([0.4, -0.3, 0.2, 0.1, 0.3, -0.2])
+    source = keypoint_frame(positions, descriptors)
+    target = keypoint_frame(se3.transform(T, positions) + rng.normal(0, 0.002, (200, 3)),
+                            descriptors)
+    search = FullSearch(source, target, AickSettings())
+    for pose in (np.eye(4), T, np.eye(4), T):
+        expected = brute_force_matches(source, target, pose, w, AickSettings())
+        assert [tuple(match) for match in search.closest(pose, w)] == expected
+    assert len(expected) > 190
+
+
+def test_rounding_of_far_positions_loses_no_match():
+    """At 300 m the squares in float32 are exact to some centimetres squared only."""
+    rng = np.random.default_rng(9)
+    positions = rng.normal(0, 90, (400, 3)) + (0, 0, 300)
+    descriptors = rng.uniform(0, 0.2, (400, 6)).astype(np.float32)
+    source = keypoint_frame(positions, descriptors)
+    target = keypoint_frame(positions + rng.normal(0, 0.002, (400, 3)), descriptors)
+    settings = AickSettings(lambda_e=0.01)
+    expected = brute_force_matches(source, target, np.eye(4), 0.0, settings)
+    matches = FullSearch(source, target, settings).closest(np.eye(4), 0.0)
+    assert [tuple(match) for match in matches] == expected
+    assert len(expected) > 390
+
+
 @pytest.mark.parametrize('scale', [1.0, 30.0])
 @pytest.mark.parametrize('count', [100, 200])
 def test_search_leaves_out_no_pair_that_can_match(scale, count):
@@ -123,14 +174,10 @@ def test_search_leaves_out_no_pair_that_can_match(scale, count):
     order = rng.permutation(count)
     source = keypoint_frame(positions, descriptors[0])
     target = keypoint_frame(positions[order] + rng.normal(0, 0.01, (count, 3)), descriptors[1])
-    d_d = ((descriptors[0][:, None].astype(float) - descriptors[1]) ** 2).sum(axis=2)
     settings = AickSettings(lambda_e=0.05)
     search, T, found = FullSearch(source, target, settings), np.eye(4), 0
     for w in (1.0, 0.7, 0.4, 0.2, 0.1, 0.05, 0.02, 0.01, 0.0, 0.3):
-        moved = se3.transform(T, source.positions.astype(float))
-        d = (1 - w) * np.linalg.norm(moved[:, None] - target.positions, axis=2) + w * d_d
-        threshold = (1 - w) * settings.lambda_e + w * settings.lambda_f
-        expected = [(a, b) for a, b in enumerate(d.argmin(axis=1)) if d[a, b] < threshold]
+        expected = brute_force_matches(source, target, T, w, settings)
         assert [tuple(match) for match in search.closest(T, w)] == expected
         found += len(expected)
         T = T @ se3.exp(rng.normal(0, 0.005, 6) / np.repeat((1, scale), 3))

@@ -171,9 +171,9 @@ def test_the_robust_cost_is_stationary(small_pair, mode):
         gradient = np.array(rises) / (2 * np.diag(steps))
         return np.linalg.norm(refined.covariance @ gradient / sigmas)
 
-    assert slope(np.zeros(6)) < 0.02
+    at_minimum = slope(np.zeros(6))
     for axis in np.diag(sigmas):
-        assert slope(axis) > 0.3
+        assert at_minimum < 0.2 * slope(axis)
 
 
 def test_keypoints_alone_leave_the_depth_image_out(small_pair):
@@ -294,7 +294,7 @@ def test_nothing_to_see_is_not_sure_of_anything():
 
 def test_the_covariance_is_that_of_monte_carlo():
     """Other noise on the same images: the error by its covariance, on average 6."""
-    squares, ratios, biass = [], [], []
+    squares, ratios, biases = [], [], []
     for seed, first, second in ((1, 0, 3), (2, 40, 45), (3, 10, 12)):
         source, target, truth = rendered(seed, first, second, colour=ColourSensor.perfect(),
                                          depth=DepthSensor.perfect())
@@ -306,13 +306,13 @@ def test_the_covariance_is_that_of_monte_carlo():
             covariances.append(refined.covariance)
             squares.append(errors[-1] @ np.linalg.solve(covariances[-1], errors[-1]))
             off = refined.bias
-            biass.append(off.difference @ np.linalg.solve(off.covariance,
-                                                          off.difference))
+            biases.append(off.difference @ np.linalg.solve(off.covariance,
+                                                           off.difference))
         ratios.append(np.mean(np.square(errors), axis=0)
                       / np.diag(np.mean(covariances, axis=0)))
     assert 3 < np.mean(squares) < 10
     assert 0.3 < np.mean(ratios) < 2
-    assert 2 < np.mean(biass) < 10
+    assert 2 < np.mean(biases) < 10
 
 
 def test_joint_is_nearer_to_the_truth_than_aick():
@@ -366,12 +366,29 @@ def test_the_tracked_keypoints_are_those_the_pose_explains():
     assert np.abs(error_of(refined.T_target_source, truth)).max() < 0.003
 
 
-def test_where_few_keypoints_are_found_they_are_sought_again_from_the_better_pose():
+@pytest.mark.parametrize('threshold', [20, 40])
+def test_where_few_keypoints_are_found_they_are_sought_again_from_the_better_pose(threshold):
+    """From a first pose with a large error few are tracked, but as many as from the truth stay."""
+    settings = with_values(SETTINGS, {'features.orb.fast_threshold': threshold})
     source, target, truth = rendered(3, 0, 8)
+    source, target = look(settings, (source, target))
+    tracker = Tracker(settings.refinement, settings.sensor)
+    every = len(tracker.track(source, target, truth))
+    firsts = [se3.exp([0, 0, 0, 0, np.radians(angle), 0]) @ truth for angle in (2.5, 3, 3.5, 4)]
+    counts = [len(tracker.track(source, target, first)) for first in firsts]
+    few = [first for first, count in zip(firsts, counts)
+           if 7 <= count < 0.5 * len(source.keypoints)]
+    assert few, counts
+    refined = refine(settings, source, target, few[0])
+    assert len(refined.tracked) > 0.9 * every
+    assert np.linalg.norm(error_of(refined.T_target_source, truth)[:3]) < 0.002
+
+
+def test_the_bias_is_the_pose_by_keypoints_less_the_one_by_depth():
+    """The surface of the source is displaced by one centimetre, its keypoints are not."""
+    source, target, truth = rendered(2, 0, 2)
     source, target = look(SETTINGS, (source, target))
-    off = se3.exp([0, 0, 0, 0, np.radians(3), 0]) @ truth  # 27 pixels
-    found = Tracker(SETTINGS.refinement, SETTINGS.sensor).track(source, target, off)
-    assert len(found) < 0.5 * len(source.keypoints)
-    refined = refine(SETTINGS, source, target, off)
-    assert len(refined.tracked) > 0.8 * len(source.keypoints)
-    assert np.linalg.norm(error_of(refined.T_target_source, truth)[:3]) < 0.001
+    shift = np.array([0.0, 0.0, 0.01])  # the pose by depth is that much nearer
+    surface = dataclasses.replace(source.surface, points=np.float32(source.surface.points + shift))
+    refined = refine(SETTINGS, dataclasses.replace(source, surface=surface), target, truth)
+    np.testing.assert_allclose(refined.bias.difference[:3], truth[:3, :3] @ shift, atol=0.004)
