@@ -158,4 +158,4 @@ def _read_matrix(path: Path, shape: tuple[int, int]) -> np.ndarray:
 
 def _rigid(pose: np.ndarray) -> np.ndarray:
     """Return a pose that was rounded, its rotation orthonormal again, 4x4."""
-    return se3.from_quaternion(se3.to_quaternion(pose[:3, :3]), pose[:3, 3])
+    return se3.from_quaternion(se3.to_quaternion(pose[:3, :3]).tolist(), pose[:3, 3].tolist())

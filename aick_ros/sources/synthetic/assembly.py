@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Building things out of boxes, cylinders, balls and panels, each in the frame of its owner."""
+"""Objects made of boxes, cylinders, balls and panels, each in the frame of its owner."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from aick_ros.geometry import se3
 from aick_ros.sources.synthetic.surfaces import Disc, Rectangle, Round, Surface
 
 Material = Callable[[np.random.Generator, float, float], np.ndarray]
-"""Makes the picture, HxWx3 uint8, of a surface of some width and height [m]."""
+"""Makes the texture, HxWx3 uint8, of a surface of a given width and height [m]."""
 
 _FACES = {
     'front': ((1, 0, 0), (0, 0, -1)),
@@ -25,7 +25,7 @@ _FACES = {
     'top': ((1, 0, 0), (0, -1, 0)),
     'bottom': ((1, 0, 0), (0, 1, 0)),
 }
-"""Side of a box -> what is right and what is down to who looks at it from outside."""
+"""Face of a box -> its right and its down direction, seen from outside."""
 
 _VISIBLE = ('front', 'left', 'right', 'top')
 _OVERLAP = 0.02  # [m]
@@ -34,7 +34,7 @@ _OVERLAP = 0.02  # [m]
 @dataclass(frozen=True, eq=False)
 class Block:
     """
-    A box that is in the way of cameras and of light.
+    A box that neither a camera nor light can pass.
 
     :param T_world_block: pose of its centre.
     :param size: extent along its axes [m].
@@ -48,17 +48,18 @@ class Block:
         beyond = np.abs(se3.transform(se3.inverse(self.T_world_block), points))
         beyond -= (self.size / 2).astype(points.dtype)
         outside = np.linalg.norm(np.maximum(beyond, 0), axis=1)
-        return outside + np.minimum(beyond.max(axis=1), 0)
+        distance: np.ndarray = outside + np.minimum(beyond.max(axis=1), 0)
+        return distance
 
 
 class Assembly:
     """
     Collects surfaces and blocks.
 
-    x is to the right, y away from and z up for who looks at the front of a thing; positions are
-    of the centre of its bottom.
+    Seen from the front of an object, x is to the right, y away and z up; its position is that of
+    the centre of its bottom.
 
-    :param rng: makes the textures.
+    :param rng: for the textures.
     """
 
     def __init__(self, rng: np.random.Generator) -> None:
@@ -85,7 +86,7 @@ class Assembly:
         """Return points given here, Nx3, in the world."""
         return se3.transform(self._T_world_here, points)
 
-    def box(self, size: tuple[float, float, float], material: Material,
+    def box(self, size: Sequence[float] | np.ndarray, material: Material,
             faces: Mapping[str, Material] | None = None, open_faces: tuple[str, ...] = (),
             ) -> None:
         """
@@ -93,17 +94,17 @@ class Assembly:
 
         :param size: along x, y and z [m].
         :param material: of its front, left, right and top.
-        :param faces: other materials of faces; 'back' and 'bottom' are there only if named here.
-        :param open_faces: left out.
+        :param faces: other materials of faces; 'back' and 'bottom' exist only if named here.
+        :param open_faces: faces to omit.
         """
-        size = np.asarray(size, float)
-        self._add_block(size)
+        extent = np.asarray(size, float)
+        self._add_block(extent)
         materials = {**dict.fromkeys(_VISIBLE, material), **(faces or {})}
         for face, own in materials.items():
             if face not in open_faces:
-                self._add_face(size, face, own)
+                self._add_face(extent, face, own)
 
-    def room(self, size: tuple[float, float, float], walls: Sequence[Material],
+    def room(self, size: Sequence[float] | np.ndarray, walls: Sequence[Material],
              floor: Material, ceiling: Material) -> None:
         """
         Add a box seen from inside.
@@ -117,7 +118,7 @@ class Assembly:
 
     def panel(self, width: float, height: float, material: Material, glows: bool = False,
               shape: type[Rectangle] = Rectangle) -> None:
-        """Add an upright picture, seen from the front; what glows needs no light."""
+        """Add an upright picture, seen from the front; one that glows needs no light."""
         rotation = _rotation('front')
         self._add(shape, rotation, rotation @ (-width / 2, -height, 0), width, height, material,
                   self.glowing if glows else self.surfaces)
@@ -164,7 +165,7 @@ class Assembly:
         rotation = _rotation(face)
         width, height, depth = np.abs(rotation.T @ size)
         if inside:
-            # reaching into the walls beside it, so that no gap is left
+            # extended into the adjacent walls, so that there is no gap
             width, height, depth = width + _OVERLAP, height + _OVERLAP, -depth
         corner = np.array([-width, -height, -depth]) / 2
         self._add(Rectangle, rotation, rotation @ corner + (0, 0, size[2] / 2), width, height,

@@ -96,6 +96,7 @@ def _pack(pictures: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         x, shelf = x + width, max(shelf, height)
     atlas = np.zeros((y + shelf, _WIDTH, 3), np.uint8)
     for picture, (x, y) in zip(pictures, corners - _BORDER):
-        framed = cv2.copyMakeBorder(picture, *[_BORDER] * 4, cv2.BORDER_REPLICATE)
+        framed = cv2.copyMakeBorder(picture, _BORDER, _BORDER, _BORDER, _BORDER,
+                                    cv2.BORDER_REPLICATE)
         atlas[y:y + framed.shape[0], x:x + framed.shape[1]] = framed
     return atlas, corners

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 
@@ -23,7 +25,7 @@ def landscape(rng: np.random.Generator, rows: int, columns: int, sky: Colour | N
     share = np.linspace(0, 1, rows, dtype=np.float32)[:, None, None]
     air = np.repeat(above + share * (0.7 * (255 - above)), columns, axis=1)
     clouds = np.maximum(cloud(rng, (rows, columns), (rows / 4, columns / 3), 4), 0)[..., None]
-    image = np.clip(air + 70 * clouds, 0, 255).astype(np.uint8)
+    image: np.ndarray = np.clip(air + 70 * clouds, 0, 255).astype(np.uint8)
     centre = int(rng.uniform(0.15, 0.85) * columns), int(rng.uniform(0.12, 0.4) * rows)
     cv2.circle(image, centre, max(3, rows // 14), (255, 244, 210), -1, cv2.LINE_AA)
     colour = np.asarray(land or hue(rng, (0.2, 0.6), (0.5, 0.7)))
@@ -84,7 +86,7 @@ def diagram(rng: np.random.Generator, rows: int, columns: int) -> np.ndarray:
     return image
 
 
-def lines(rng: np.random.Generator, image: np.ndarray, pitch: int, inks: list[Colour]) -> None:
+def lines(rng: np.random.Generator, image: np.ndarray, pitch: int, inks: Sequence[Colour]) -> None:
     """Write lines of words too small to be read."""
     for top in range(2, len(image) - 4, pitch):
         ink, column = inks[int(rng.integers(len(inks)))], int(rng.integers(0, 3)) * 8
@@ -98,7 +100,7 @@ def lines(rng: np.random.Generator, image: np.ndarray, pitch: int, inks: list[Co
 
 
 def ornament(rng: np.random.Generator, image: np.ndarray, centre: tuple[int, int],
-             colours: list[Colour]) -> None:
+             colours: Sequence[Colour]) -> None:
     """Draw one ornament of two colours."""
     size = int(rng.integers(5, 15))
     outer, inner = (colours[int(i)] for i in rng.permutation(len(colours))[:2])

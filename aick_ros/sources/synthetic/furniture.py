@@ -10,13 +10,13 @@ the middle of its back at (0, 0, 0) for what stands at a wall, of its bottom for
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from aick_ros.sources.synthetic import materials, prints
 from aick_ros.sources.synthetic.assembly import Assembly, Material
-from aick_ros.sources.synthetic.materials import Colour, hue
+from aick_ros.sources.synthetic.materials import Colour, hue, scaled
 from aick_ros.sources.synthetic.surfaces import Disc
 
 _DARK = (52, 48, 46)
@@ -76,7 +76,7 @@ def sofa(here: Assembly, colour: Colour) -> None:
             (0.42, 0.12, 0.38), pattern, {'front': kind})
 
 
-def cabinet(here: Assembly, width: float, colour: Colour, clutter: tuple[Clutter, ...]) -> None:
+def cabinet(here: Assembly, width: float, colour: Colour, clutter: Sequence[Clutter]) -> None:
     """Put up a chest of drawers with things on it; 0.45 m deep, 0.85 m high."""
     depth, height = 0.45, 0.85
     wood = materials.wood(colour)
@@ -181,7 +181,7 @@ def bowl(here: Assembly) -> None:
               materials.plain((70, 50, 40), 0.2))
     for x, y, colour in ((-0.05, 0.02, (190, 60, 44)), (0.04, 0.045, (214, 160, 50)),
                          (0.025, -0.045, (120, 150, 60))):
-        here.at(x, y, 0.05).ball(0.042, materials.glaze(colour, tuple(0.7 * c for c in colour)))
+        here.at(x, y, 0.05).ball(0.042, materials.glaze(colour, scaled(colour, 0.7)))
 
 
 def radio(here: Assembly) -> None:

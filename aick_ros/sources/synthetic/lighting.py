@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -55,7 +54,7 @@ def illuminate(surfaces: Sequence[Surface], blocks: Sequence[Block], lamps: Sequ
         for source in lamp.points.astype(np.float32):
             light += _from_lamp(points, normals, source, lamp, shadowing) / len(lamp.points)
     ends = np.cumsum([shape[0] * shape[1] for shape, *_ in grids])[:-1]
-    return [dataclasses.replace(surface, image=_lit(surface.image, part.reshape(*shape, 3)))
+    return [surface.with_image(_lit(surface.image, part.reshape(*shape, 3)))
             for surface, part, (shape, *_) in zip(surfaces, np.split(light, ends), grids)]
 
 
@@ -78,11 +77,12 @@ def _from_lamp(points: np.ndarray, normals: np.ndarray, source: np.ndarray, lamp
     light = np.zeros(len(points), np.float32)
     # at least half a metre, so that what is beside a lamp does not glare
     light[lit] = facing[lit] / (squared[lit] * np.maximum(squared[lit], 0.25))
-    return light[:, None] * lamp.power.astype(np.float32)
+    coloured: np.ndarray = light[:, None] * lamp.power.astype(np.float32)
+    return coloured
 
 
 def _blocked(points: np.ndarray, rays: np.ndarray, block: Block) -> np.ndarray:
-    """Whether a block is between points and points + rays."""
+    """Return whether a block is between points and points + rays, N bool."""
     T_block_world = se3.inverse(block.T_world_block).astype(np.float32)
     start = T_block_world[:3, :3] @ points.T + T_block_world[:3, 3:]
     ray = T_block_world[:3, :3] @ rays.T
@@ -91,7 +91,8 @@ def _blocked(points: np.ndarray, rays: np.ndarray, block: Block) -> np.ndarray:
     one, other = (-half - start) / ray, (half - start) / ray
     enters = np.minimum(one, other).max(axis=0)
     leaves = np.maximum(one, other).min(axis=0)
-    return (enters < leaves) & (leaves > 0) & (enters < 1)
+    blocked: np.ndarray = (enters < leaves) & (leaves > 0) & (enters < 1)
+    return blocked
 
 
 def _lit(image: np.ndarray, light: np.ndarray) -> np.ndarray:

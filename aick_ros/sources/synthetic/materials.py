@@ -27,11 +27,13 @@ def cloud(rng: np.random.Generator, shape: tuple[int, int], cell: tuple[float, f
 
     :param cell: rows and columns from one hill to the next [texels]; halved in each octave.
     """
-    total, weight = np.zeros(shape, np.float32), 1.0
+    total: np.ndarray = np.zeros(shape, np.float32)
+    weight = 1.0
     for octave in range(octaves):
         grid = [max(2, int(np.ceil(n / c * 2 ** octave)) + 1) for n, c in zip(shape, cell)]
         hills = rng.uniform(-1, 1, grid).astype(np.float32)
-        total += weight * cv2.resize(hills, shape[::-1], interpolation=cv2.INTER_CUBIC)
+        noise: np.ndarray = cv2.resize(hills, shape[::-1], interpolation=cv2.INTER_CUBIC)
+        np.add(total, np.float32(weight) * noise, out=total)
         weight *= 0.6
     return total
 
@@ -50,8 +52,16 @@ def shade(image: np.ndarray, tone: np.ndarray) -> np.ndarray:
 def hue(rng: np.random.Generator, saturation: tuple[float, float] = (0.2, 0.6),
         value: tuple[float, float] = (0.35, 0.85)) -> Colour:
     """Return a colour of any hue."""
-    hsv = np.float32([[[rng.uniform(0, 360), rng.uniform(*saturation), rng.uniform(*value)]]])
-    return tuple(float(c) for c in 255 * cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)[0, 0])
+    hsv = np.array([[[rng.uniform(0, 360), rng.uniform(*saturation), rng.uniform(*value)]]],
+                   np.float32)
+    red, green, blue = 255 * cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)[0, 0]
+    return float(red), float(green), float(blue)
+
+
+def scaled(colour: Colour, factor: float) -> Colour:
+    """Return a colour, lighter or darker by a factor."""
+    red, green, blue = colour
+    return factor * red, factor * green, factor * blue
 
 
 def plain(colour: Colour, roughness: float = 0.04) -> Material:
@@ -174,7 +184,7 @@ def curtain(colour: Colour, stripes: Colour) -> Material:
 def leaves(colour: Colour = (70, 120, 55)) -> Material:
     """Dense foliage."""
     def make(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
-        image = blank(width, height, 0.002, tuple(0.35 * c for c in colour))
+        image = blank(width, height, 0.002, scaled(colour, 0.35))
         rows, columns = image.shape[:2]
         for i in range(int(9000 * width * height)):
             centre = (int(rng.integers(columns)), int(rng.integers(rows)))
@@ -205,7 +215,7 @@ def _grain(rng: np.random.Generator, shape: tuple[int, int], texel: float) -> np
     fine = cloud(rng, shape, (0.006 / texel, 0.2 / texel), 2)
     across = np.arange(shape[0], dtype=np.float32)[:, None] * np.float32(texel)
     rings = np.sin(2 * np.pi * across / 0.035 + 5 * cloud(rng, shape, (0.08 / texel, 0.6 / texel)))
-    tone = 1 + 0.10 * fine + 0.07 * rings
+    tone: np.ndarray = 1 + 0.10 * fine + 0.07 * rings
     for _ in range(int(3 * shape[0] * shape[1] * texel ** 2)):
         centre = (int(rng.integers(shape[1])), int(rng.integers(shape[0])))
         for axes, dark in (((9, 4), 0.8), ((6, 3), 0.6), ((3, 1), 0.4)):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The smear of a picture taken while the camera moves."""
+"""Motion blur of images taken while the camera moves."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ _MOST_TAPS = 9
 def motion_blur(colour: np.ndarray, depth: np.ndarray, camera: Camera,
                 T_start_end: np.ndarray) -> np.ndarray:
     """
-    Return a picture smeared along the way of its pixels while the shutter is open.
+    Return an image blurred along the motion of its pixels during the exposure.
 
-    :param colour: HxWx3 uint8, seen in the middle of the time.
+    :param colour: HxWx3 uint8, of the middle of the exposure.
     :param depth: HxW float32 [m].
-    :param T_start_end: motion of the camera while the shutter is open.
+    :param T_start_end: motion of the camera during the exposure, 4x4.
     """
     flow_u, flow_v = _flow(depth, camera, se3.log(T_start_end).astype(np.float32))
     longest = float(np.sqrt(np.max(flow_u ** 2 + flow_v ** 2)))
@@ -31,14 +31,16 @@ def motion_blur(colour: np.ndarray, depth: np.ndarray, camera: Camera,
     rows, columns = np.indices(depth.shape, np.float32)
     total = np.full(colour.shape, taps // 2, np.uint16)
     for share in (np.arange(taps, dtype=np.float32) + np.float32(0.5)) / taps - np.float32(0.5):
-        total += cv2.remap(colour, columns + share * flow_u, rows + share * flow_v,
-                           cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        moved: np.ndarray = cv2.remap(
+            colour, columns + share * flow_u, rows + share * flow_v, cv2.INTER_LINEAR,
+            borderMode=cv2.BORDER_REPLICATE)
+        total += moved
     return (total // taps).astype(np.uint8)
 
 
 def _flow(depth: np.ndarray, camera: Camera,
           twist: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far pixels move [px] when the camera moves by a small twist."""
+    """Return the optical flow, u and v, each HxW [px], of a small twist of the camera."""
     right, down, forward, *turn = twist
     x = ((np.arange(camera.width) - camera.cx) / camera.fx).astype(np.float32)
     y = ((np.arange(camera.height) - camera.cy) / camera.fy).astype(np.float32)[:, None]

@@ -56,4 +56,5 @@ def attitude(yaw: float, pitch: float, roll: float) -> np.ndarray:
     forward = np.array([np.cos(pitch) * np.cos(yaw), np.cos(pitch) * np.sin(yaw), np.sin(pitch)])
     right = np.array([np.sin(yaw), -np.cos(yaw), 0.0])
     level = np.column_stack([right, np.cross(forward, right), forward])
-    return level @ se3.exp_rotation((0, 0, roll))
+    rotation: np.ndarray = level @ se3.exp_rotation((0, 0, roll))
+    return rotation

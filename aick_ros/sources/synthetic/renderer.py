@@ -174,7 +174,8 @@ def _in_front(points: np.ndarray) -> np.ndarray:
     crossings = [points[i] + (points[j] - points[i]) * ((z[i] - _NEAR) / (z[i] - z[j]))
                  for i, j in pairs]
     part = np.array([*points[z > _NEAR], *crossings])
-    return part[:, :2] / part[:, 2:]
+    image: np.ndarray = part[:, :2] / part[:, 2:]
+    return image
 
 
 def _edges(surface: np.ndarray) -> np.ndarray:
@@ -207,12 +208,14 @@ def _neighbours(surface: np.ndarray, rows: np.ndarray,
 def _joined(centres: _Samples, others: _Samples) -> _Samples:
     """Put samples of any shape in one row, as float32, which is enough for colour."""
     *numbers, surface = ([one.ravel(), other.ravel()] for one, other in zip(centres, others))
-    return _Samples(*(np.concatenate(pair, dtype=np.float32, casting='same_kind')
-                      for pair in numbers), np.concatenate(surface))
+    joined = [np.concatenate(pair, dtype=np.float32, casting='same_kind') for pair in numbers]
+    return _Samples._make([*joined, np.concatenate(surface)])
 
 
 def _groups(values: np.ndarray) -> list[tuple[int, slice]]:
     """Return each of the sorted values with the stretch of the array that it fills."""
-    starts = np.flatnonzero(np.diff(values, prepend=values[:1] - 1)) if len(values) else []
+    if not len(values):
+        return []
+    starts = np.flatnonzero(np.diff(values, prepend=values[:1] - 1))
     return [(int(values[start]), slice(start, stop))
             for start, stop in zip(starts, [*starts[1:], len(values)])]

@@ -37,9 +37,9 @@ def furnished_room(seed: int) -> Scene:
         # who stands at the wall looks along its y
         turned = room.at(turn=quarter * np.pi / 2)
         lamps += furnish(turned.at(y=across / 2), along)
-    carpet = rng.uniform((1.9, 1.3), (2.3, 1.6))
+    carpet_width, carpet_height = rng.uniform((1.9, 1.3), (2.3, 1.6))
     turned = room.at(turn=rng.uniform(-0.15, 0.15))
-    turned.at(z=0.004).sheet(*carpet, prints.rug)
+    turned.at(z=0.004).sheet(carpet_width, carpet_height, prints.rug)
     furniture.coffee_table(turned.at(*rng.uniform(-0.2, 0.2, 2)), _one(rng, _WOODS))
     furniture.stool(turned.at(rng.choice((-0.8, 0.8)), rng.uniform(-0.3, 0.3)),
                     materials.hue(rng))

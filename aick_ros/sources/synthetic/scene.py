@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A scene to render: its surfaces, what is in the way, and where a camera may go."""
+"""A scene to render: its surfaces, its obstacles, and where a camera may go."""
 
 from __future__ import annotations
 
@@ -23,23 +23,25 @@ class Zone:
 
     @property
     def centre(self) -> np.ndarray:
-        """The middle."""
-        return (self.low + self.high) / 2
+        """The centre, 3 [m]."""
+        centre: np.ndarray = (self.low + self.high) / 2
+        return centre
 
     def depth(self, points: np.ndarray) -> np.ndarray:
         """Return how far inside Nx3 points are [m], negative outside."""
-        return np.minimum(points - self.low, self.high - points).min(axis=1)
+        depth: np.ndarray = np.minimum(points - self.low, self.high - points).min(axis=1)
+        return depth
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
     """
-    What is there to see; world z is up, the floor at 0.
+    Surfaces and obstacles; world z is up, the floor at 0.
 
-    :param surfaces: all that is seen.
-    :param blocks: all that is in the way.
-    :param interior: between the walls, floor and ceiling.
-    :param free: where a camera may be.
+    :param surfaces: all visible surfaces.
+    :param blocks: all obstacles.
+    :param interior: the space between the walls, floor and ceiling.
+    :param free: the space where a camera may be.
     """
 
     surfaces: tuple[Surface, ...]
@@ -49,7 +51,7 @@ class Scene:
 
     @classmethod
     def assemble(cls, assembly: Assembly, lamps: list[Lamp], interior: Zone, free: Zone) -> Scene:
-        """Make a scene of what was put together, lit by lamps."""
+        """Make a scene of an assembly, lit by lamps."""
         blocks = tuple(assembly.blocks)
         dark = cls((), blocks, interior, free)
         lit = illuminate(assembly.surfaces, blocks, lamps, dark.clearance)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a Kinect-like camera makes of a perfect picture."""
+"""Imperfections of a Kinect-like camera, added to perfect images."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ class ColourSensor:
     Imperfections of the colour image; 0 switches one off.
 
     :param sigma: standard deviation of the noise [grey levels].
-    :param shutter: how long a picture is exposed, its stamp in the middle [s].
-    :param exposure_swing: how far the automatic exposure goes up and down (0.15: 15 %).
+    :param shutter: exposure time, with the stamp in its middle [s].
+    :param exposure_swing: amplitude of the automatic exposure's gain (0.15: 15 %).
     :raises InputError: where one is negative.
     """
 
@@ -35,8 +35,8 @@ class ColourSensor:
     exposure_swing: float = 0.15
 
     def __post_init__(self) -> None:
-        """Refuse negative numbers."""
-        _refuse_negative('colour', self)
+        """Reject negative numbers."""
+        _reject_negative('colour', self)
 
     @classmethod
     def perfect(cls) -> ColourSensor:
@@ -45,7 +45,7 @@ class ColourSensor:
 
     def measure(self, colour: np.ndarray, gain: float, rng: np.random.Generator) -> np.ndarray:
         """
-        Return the picture as the sensor reads it out.
+        Return the image that the sensor measures.
 
         :param colour: HxWx3 uint8.
         :param gain: of the exposure.
@@ -65,17 +65,17 @@ class DepthSensor:
     Imperfections of the depth image, which is triangulated from a projected pattern.
 
     Noise and quantisation are those of the disparity, so they grow with the square of the depth;
-    they are given for one metre. The pattern comes from the right of the camera, so that things
-    throw a shadow to their left in which there is no depth.
+    the numbers are for a depth of one metre. The projector is to the right of the camera, so that
+    objects throw a shadow to their left in which there is no depth.
 
     :param sigma: standard deviation of the noise at one metre [m]; 0: none.
-    :param grain: over how many pixels the noise is alike [px]; 0: each has its own.
+    :param grain: correlation length of the noise [px]; 0: independent pixels.
     :param step: of the quantisation at one metre [m]; 0: none.
-    :param edge_jitter: standard deviation of the place that a depth is from [px]; 0: none.
-    :param baseline: from camera to projector [m]; 0: no shadows.
-    :param max_incidence: a surface seen at a larger angle has no depth [rad]; pi / 2: all have.
-    :param min_depth: nothing nearer has depth [m]; 0: all has.
-    :param max_depth: nothing farther has depth [m]; inf: all has.
+    :param edge_jitter: standard deviation of the pixel whose depth is measured [px]; 0: none.
+    :param baseline: distance from the camera to the projector [m]; 0: no shadows.
+    :param max_incidence: largest incidence angle with depth [rad]; pi / 2: no limit.
+    :param min_depth: smallest depth that is measured [m]; 0: no limit.
+    :param max_depth: largest depth that is measured [m]; inf: no limit.
     :raises InputError: where one is negative.
     """
 
@@ -89,8 +89,8 @@ class DepthSensor:
     max_depth: float = 5.0
 
     def __post_init__(self) -> None:
-        """Refuse negative numbers."""
-        _refuse_negative('depth', self)
+        """Reject negative numbers."""
+        _reject_negative('depth', self)
 
     @classmethod
     def perfect(cls) -> DepthSensor:
@@ -100,19 +100,19 @@ class DepthSensor:
 
     def measure(self, depth: np.ndarray, camera: Camera, rng: np.random.Generator) -> np.ndarray:
         """
-        Return the depth image as the sensor makes it.
+        Return the depth image that the sensor measures.
 
         :param depth: HxW float32 [m], NaN where there is none.
-        :param camera: that took it.
+        :param camera: of the image.
         :returns: HxW float32 [m], NaN where there is none.
         """
-        inverse = 1 / depth
+        inverse: np.ndarray = 1 / depth
         missing = self._missing(depth, inverse, camera)
         if self.edge_jitter > 0:
-            place = _moved_places(self.edge_jitter, depth.shape, rng)
-            inverse = cv2.remap(inverse, *place, cv2.INTER_NEAREST,
+            pixels = _jittered_pixels(self.edge_jitter, depth.shape, rng)
+            inverse = cv2.remap(inverse, *pixels, cv2.INTER_NEAREST,
                                 borderMode=cv2.BORDER_REPLICATE)
-            missing = cv2.remap(missing.astype(np.uint8), *place, cv2.INTER_NEAREST,
+            missing = cv2.remap(missing.astype(np.uint8), *pixels, cv2.INTER_NEAREST,
                                 borderMode=cv2.BORDER_REPLICATE) > 0
         if self.sigma > 0:
             inverse += self.sigma * _grained(_normal(rng, depth.shape), self.grain)
@@ -133,38 +133,39 @@ class DepthSensor:
 
 
 def _shadow(inverse: np.ndarray, disparity: float) -> np.ndarray:
-    """Return what a projector to the right does not reach because of something nearer."""
+    """Return the pixels that a projector to the right does not reach, HxW bool."""
     columns = np.arange(inverse.shape[1], dtype=np.float32)
     seen_at = np.nan_to_num(columns - np.float32(disparity) * inverse, nan=np.inf)
     farthest_left = np.minimum.accumulate(seen_at[:, ::-1], axis=1)[:, ::-1]
     shadow = np.zeros(inverse.shape, bool)
-    # up to a pixel is a matter of rounding
+    # differences up to a pixel are rounding
     shadow[:, :-1] = seen_at[:, :-1] > farthest_left[:, 1:] + 1
     return shadow
 
 
 def _cos_incidence(inverse: np.ndarray, camera: Camera) -> np.ndarray:
-    """Return the cosine of the angle between ray and surface normal."""
+    """Return the cosine of the angle between ray and surface normal, HxW."""
     # on a plane the inverse depth is linear in the pixel: a x + b y + c, with normal (a, b, c)
-    kernel = np.float32([[-0.5, 0, 0.5]])
+    kernel = np.array([[-0.5, 0, 0.5]], np.float32)
     a = cv2.filter2D(inverse, -1, kernel, borderType=cv2.BORDER_REPLICATE) * np.float32(camera.fx)
     b = cv2.filter2D(inverse, -1, kernel.T, borderType=cv2.BORDER_REPLICATE) * np.float32(
         camera.fy)
     x = ((np.arange(camera.width) - camera.cx) / camera.fx).astype(np.float32)
     y = ((np.arange(camera.height) - camera.cy) / camera.fy).astype(np.float32)[:, None]
     c = inverse - a * x - b * y
-    return inverse / np.sqrt((a * a + b * b + c * c) * (x * x + y * y + 1))
+    cosine: np.ndarray = inverse / np.sqrt((a * a + b * b + c * c) * (x * x + y * y + 1))
+    return cosine
 
 
-def _moved_places(sigma: float, shape: tuple[int, int],
-                  rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+def _jittered_pixels(sigma: float, shape: tuple[int, int],
+                     rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     rows, columns = np.indices(shape, np.float32)
-    sigma = np.float32(sigma)
-    return columns + sigma * _normal(rng, shape), rows + sigma * _normal(rng, shape)
+    scale = np.float32(sigma)
+    return columns + scale * _normal(rng, shape), rows + scale * _normal(rng, shape)
 
 
 def _normal(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
-    """Return normally distributed numbers, float32, much faster than the generator does."""
+    """Return standard normal numbers, float32, much faster than the generator."""
     return _NORMAL.take(rng.integers(0, _QUANTILES, shape, np.uint16))
 
 
@@ -172,12 +173,12 @@ def _grained(noise: np.ndarray, grain: float) -> np.ndarray:
     """Smooth noise over some pixels and keep its standard deviation."""
     if grain == 0.0:
         return noise
-    kernel = cv2.getGaussianKernel(2 * int(np.ceil(3 * grain)) + 1, grain)
+    kernel: np.ndarray = cv2.getGaussianKernel(2 * int(np.ceil(3 * grain)) + 1, grain)
     kernel /= np.linalg.norm(kernel)
     return cv2.sepFilter2D(noise, -1, kernel, kernel, borderType=cv2.BORDER_REFLECT_101)
 
 
-def _refuse_negative(name: str, sensor: ColourSensor | DepthSensor) -> None:
+def _reject_negative(name: str, sensor: ColourSensor | DepthSensor) -> None:
     for parameter, value in vars(sensor).items():
         if not value >= 0:
-            raise InputError(f'{name} sensor: {parameter} is {value:g}: it takes 0 or more')
+            raise InputError(f'{name} sensor: {parameter} is {value:g}: it must be 0 or more')

@@ -35,17 +35,17 @@ _SLOWEST, _FASTEST = 0.01, 1000.0  # Hz
 @dataclass(frozen=True)
 class SyntheticOptions:
     """
-    What to render.
+    Options of a rendered recording.
 
-    :param seed: another one is another room and another path.
-    :param frames: how many.
+    :param seed: selects the room and the path.
+    :param frames: number of frames.
     :param rate: of the frames [Hz].
-    :param camera: without distortion.
+    :param camera: a camera without distortion.
     :param start: stamp of the first frame [ns].
-    :param depth_delay: how much later than its colour image a depth image is taken [s].
-    :param colour: imperfections of the colour image.
-    :param depth: imperfections of the depth image.
-    :raises InputError: where nothing could be rendered.
+    :param depth_delay: time from a colour image to its depth image [s].
+    :param colour: imperfections of the colour images.
+    :param depth: imperfections of the depth images.
+    :raises InputError: where an option is out of range.
     """
 
     seed: int = 0
@@ -63,13 +63,13 @@ class SyntheticOptions:
             raise InputError(f'seed {self.seed} and {self.frames} frames: the seed takes 0 or '
                              'more, the frames 1 or more')
         if not _SLOWEST <= self.rate <= _FASTEST:
-            raise InputError(f'the rate is {self.rate:g} Hz: it takes {_SLOWEST:g} to '
+            raise InputError(f'the rate is {self.rate:g} Hz: it must be {_SLOWEST:g} to '
                              f'{_FASTEST:g}')
         if self.camera.distortion:
             raise InputError('the camera has distortion: synthetic sequences are rendered '
                              'without; leave the coefficients out')
         if not np.isfinite(self.depth_delay):
-            raise InputError(f'the depth delay is {self.depth_delay:g} s: it takes a number')
+            raise InputError(f'the depth delay is {self.depth_delay:g} s: it must be finite')
 
     @classmethod
     def perfect(cls, **options: Any) -> SyntheticOptions:
@@ -150,9 +150,10 @@ class SyntheticSource:
         return self._path.pose(self._time(stamp))
 
     def _exposed(self, stamp: int) -> np.ndarray:
-        """Return the motion of the camera while the shutter is open."""
+        """Return the motion of the camera during the exposure, 4x4."""
         half = round(self._options.colour.shutter / 2 * NANOSECONDS)
-        return se3.inverse(self.pose(stamp - half)) @ self.pose(stamp + half)
+        T_start_end: np.ndarray = se3.inverse(self.pose(stamp - half)) @ self.pose(stamp + half)
+        return T_start_end
 
     def _stamp(self, index: int) -> int:
         return self._options.start + round(index * NANOSECONDS / self._options.rate)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What a scene is made of: textured rectangles, discs, cylinders, cones and spheres.
+Surfaces of a scene: textured rectangles, discs, cylinders, cones and spheres.
 
 A ray is given by its coordinates (x, y) on the plane z = 1 of the camera. A hit is given by its
 inverse depth, because on a plane this is linear in x and y; 0 stands for no hit. A surface has
@@ -11,6 +11,7 @@ coordinates (s, t) in metres, from the top left of its image to the right and do
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -19,12 +20,12 @@ import numpy as np
 
 class TexturePoints(NamedTuple):
     """
-    Where on a surface rays hit it; all of one shape.
+    The points of a surface that rays hit; all arrays of one shape.
 
     :param s: along the image's rows [m].
     :param t: along the image's columns [m].
-    :param stretch_s: what a pixel covers beyond its width because it looks at the surface
-        aslant, as a vector on the surface [m]; stretch_t likewise.
+    :param stretch_s: how much more than its width a pixel covers at oblique incidence, as a vector
+        on the surface [m]; stretch_t likewise.
     """
 
     s: np.ndarray
@@ -34,23 +35,31 @@ class TexturePoints(NamedTuple):
 
 
 class Surface(Protocol):
-    """
-    A piece of surface with a texture.
+    """A piece of surface with a texture."""
 
-    ``T_world_surface`` is its pose, ``width`` and ``height`` [m] are what ``image`` (HxWx3 uint8)
-    covers, ``one_sided`` says that it is seen from negative z only, ``hull`` is Kx3 points in the
-    world that have it between them.
-    """
+    @property
+    def T_world_surface(self) -> np.ndarray:
+        """Pose, 4x4."""
 
-    T_world_surface: np.ndarray
-    width: float
-    height: float
-    image: np.ndarray
-    one_sided: bool
+    @property
+    def width(self) -> float:
+        """Width of the image [m]."""
+
+    @property
+    def height(self) -> float:
+        """Height of the image [m]."""
+
+    @property
+    def image(self) -> np.ndarray:
+        """Texture, HxWx3 uint8."""
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether the surface is visible from negative z only."""
 
     @property
     def hull(self) -> np.ndarray:
-        """Return the corners around the surface."""
+        """Points in the world whose convex hull contains the surface, Kx3 [m]."""
 
     def inverse_depth(self, T_surface_camera: np.ndarray, x: np.ndarray,
                       y: np.ndarray) -> np.ndarray:
@@ -63,6 +72,9 @@ class Surface(Protocol):
     def points(self, s: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return points of the surface in the world and the normals there, both Nx3."""
 
+    def with_image(self, image: np.ndarray) -> Surface:
+        """Return the same surface with another texture, HxWx3 uint8."""
+
 
 @dataclass(frozen=True, eq=False)
 class Rectangle:
@@ -70,7 +82,7 @@ class Rectangle:
     A rectangle seen from one side.
 
     The surface frame has its origin in the top left corner, x to the right, y down and z away
-    from who looks at it.
+    from the visible side.
     """
 
     T_world_surface: np.ndarray
@@ -81,7 +93,7 @@ class Rectangle:
 
     @property
     def hull(self) -> np.ndarray:
-        """Return the four corners, 4x3."""
+        """The four corners, 4x3 [m]."""
         s = np.array([0.0, self.width, self.width, 0.0])
         t = np.array([0.0, 0.0, self.height, self.height])
         return self.points(s, t)[0]
@@ -94,7 +106,8 @@ class Rectangle:
                   & _not_negative(self.width * depth - right, x, y)
                   & _not_negative(down, x, y)
                   & _not_negative(self.height * depth - down, x, y))
-        return _linear(depth, x, y) * inside
+        inverse_depth: np.ndarray = _linear(depth, x, y) * inside
+        return inverse_depth
 
     def texture_points(self, T_surface_camera: np.ndarray, x: np.ndarray, y: np.ndarray,
                        inverse_depth: np.ndarray, pixel_size: float) -> TexturePoints:
@@ -113,6 +126,10 @@ class Rectangle:
         points = origin + s[:, None] * right + t[:, None] * down
         return points, np.broadcast_to(-away, points.shape)
 
+    def with_image(self, image: np.ndarray) -> Rectangle:
+        """Return the same surface with another texture, HxWx3 uint8."""
+        return dataclasses.replace(self, image=image)
+
 
 class Disc(Rectangle):
     """The disc within a square."""
@@ -125,7 +142,9 @@ class Disc(Rectangle):
         radius = self.width / 2
         from_centre = np.square(_linear(right, x, y) - radius * inverse_depth)
         from_centre += np.square(_linear(down, x, y) - radius * inverse_depth)
-        return inverse_depth * (from_centre <= np.square(radius * inverse_depth))
+        inside: np.ndarray = from_centre <= np.square(radius * inverse_depth)
+        within: np.ndarray = inverse_depth * inside
+        return within
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,11 +177,13 @@ class Round:
 
     @property
     def hull(self) -> np.ndarray:
-        """Return the corners of the box around it, 8x3."""
+        """The corners of the box around it, 8x3 [m]."""
         radius = self._largest_radius
         corners = np.array([[x, y, z] for x in (-radius, radius) for y in (-radius, radius)
                             for z in (self.low, self.high)])
-        return corners @ self.T_world_surface[:3, :3].T + self.T_world_surface[:3, 3]
+        hull: np.ndarray = (corners @ self.T_world_surface[:3, :3].T
+                            + self.T_world_surface[:3, 3])
+        return hull
 
     def inverse_depth(self, T_surface_camera: np.ndarray, x: np.ndarray,
                       y: np.ndarray) -> np.ndarray:
@@ -174,12 +195,13 @@ class Round:
         q_do = _linear(q[3, :3], x, y)
         discriminant = q_do * q_do - q_dd * q[3, 3]
         # of the two roots this is the one at which a ray enters
-        inverse_depth = (np.sqrt(np.maximum(discriminant, 0)) - q_do) / q[3, 3]
+        inverse_depth: np.ndarray = (np.sqrt(np.maximum(discriminant, 0)) - q_do) / q[3, 3]
         axis, origin = T_surface_camera[2, :3], T_surface_camera[2, 3]
         along = _linear(axis, x, y) + origin * inverse_depth
         hit = ((discriminant > 0) & (inverse_depth > 0) & (along >= self.low * inverse_depth)
                & (along <= self.high * inverse_depth))
-        return inverse_depth * hit
+        seen: np.ndarray = inverse_depth * hit
+        return seen
 
     def texture_points(self, T_surface_camera: np.ndarray, x: np.ndarray, y: np.ndarray,
                        inverse_depth: np.ndarray, pixel_size: float) -> TexturePoints:
@@ -203,11 +225,16 @@ class Round:
         rotation = self.T_world_surface[:3, :3].T
         return points @ rotation + self.T_world_surface[:3, 3], normals @ rotation
 
+    def with_image(self, image: np.ndarray) -> Round:
+        """Return the same surface with another texture, HxWx3 uint8."""
+        return dataclasses.replace(self, image=image)
+
     @property
     def _largest_radius(self) -> float:
         a, b, c = self.profile
         top = [-b / (2 * c)] if c < 0 and self.low < -b / (2 * c) < self.high else []
-        return max(np.sqrt(max(a + b * z + c * z * z, 0)) for z in [self.low, self.high, *top])
+        return max(float(np.sqrt(max(a + b * z + c * z * z, 0)))
+                   for z in [self.low, self.high, *top])
 
     @property
     def _quadric(self) -> np.ndarray:
@@ -216,12 +243,14 @@ class Round:
 
 
 def _linear(coefficients: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    return coefficients[0] * x + (coefficients[1] * y + coefficients[2])
+    value: np.ndarray = coefficients[0] * x + (coefficients[1] * y + coefficients[2])
+    return value
 
 
 def _not_negative(coefficients: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Whether a linear function is; on a grid much faster than computing it."""
-    return coefficients[0] * x >= -(coefficients[1] * y + coefficients[2])
+    """Return where a linear function is >= 0; on a grid much faster than computing it."""
+    result: np.ndarray = coefficients[0] * x >= -(coefficients[1] * y + coefficients[2])
+    return result
 
 
 def _plane_coefficients(T_surface_camera: np.ndarray) -> np.ndarray:

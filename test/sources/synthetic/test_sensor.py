@@ -173,5 +173,5 @@ def test_motion_blur_smears_a_dot_along_its_way(axis, pixel):
     lambda: DepthSensor(sigma=-0.1), lambda: ColourSensor(shutter=-1.0),
     lambda: DepthSensor(step=math.nan)])
 def test_negative_imperfections_are_rejected(make):
-    with pytest.raises(InputError, match='it takes 0 or more'):
+    with pytest.raises(InputError, match='it must be 0 or more'):
         make()

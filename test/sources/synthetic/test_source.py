@@ -217,8 +217,8 @@ def test_size_rate_and_intrinsics_are_the_given_ones(perfect):
     ({'seed': -1}, 'seed takes 0'),
     ({'rate': 0.0}, 'rate is 0 Hz'),
     ({'rate': float('nan')}, 'rate is nan'),
-    ({'rate': 1e12}, r'rate is 1e\+12 Hz: it takes 0.01 to 1000'),
-    ({'rate': 1e-12}, 'rate is 1e-12 Hz: it takes 0.01 to 1000'),
+    ({'rate': 1e12}, r'rate is 1e\+12 Hz: it must be 0.01 to 1000'),
+    ({'rate': 1e-12}, 'rate is 1e-12 Hz: it must be 0.01 to 1000'),
     ({'depth_delay': float('inf')}, 'depth delay'),
     ({'camera': Camera(64, 48, 50, 50, 32, 24, 'plumb_bob', (0.1, 0, 0, 0))}, 'distortion')])
 def test_unusable_options_are_rejected(options, message):
