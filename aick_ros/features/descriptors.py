@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Squared L2 distances of descriptors: d_d of Eq. 1.
+Descriptor distances d_d (Eq. 1): squared L2, or normalised Hamming.
 
-That of binary descriptors is the Hamming distance, here as a share of the bits, so that the
-paper's thresholds hold. Descriptors are NxD uint8 (8 bits a column) or float32.
+The squared L2 distance of bit vectors is the Hamming distance. It is divided by the number of
+bits, so that the thresholds of the paper apply. Descriptors are NxD uint8 (8 bits per column) or
+float32.
 """
 
 from __future__ import annotations
@@ -16,15 +17,16 @@ from functools import lru_cache
 import numpy as np
 
 _BITS = np.array([number.bit_count() for number in range(1 << 16)], np.uint8)
-_BLOCK = 64  # rows compared at once: what they need fits into the cache
-_SMALL = 120_000  # bytes; larger arrays the system hands out anew, and clears, each time
+_BLOCK = 64  # rows per block: the intermediate results fit into the cache
+_CHUNK_BYTES = 120_000  # below the size from which malloc maps, and clears, new pages
 
 
 def descriptor_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     """
     Return the distances of all pairs, NxM float32.
 
-    :param source: N descriptors; target: M of the same type.
+    :param source: N descriptors.
+    :param target: M descriptors of the same type.
     """
     distances, start = np.empty((len(source), len(target)), np.float32), 0
     for block in distance_blocks(source, target):
@@ -34,45 +36,47 @@ def descriptor_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:
 
 
 def distance_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the rows of :func:`descriptor_distances`, some at a time, all in the same memory."""
+    """Yield the rows of :func:`descriptor_distances` in blocks, all in the same buffer."""
     if source.dtype != np.uint8:
         return _float_blocks(source, target)
     if hasattr(np, 'bitwise_count'):
         return _bit_blocks(source, target)
-    root = np.sqrt(_share(source))
-    return _float_blocks(*(np.unpackbits(descriptors, axis=1).astype(np.float32) * root
+    scale = np.sqrt(_bit_fraction(source))
+    return _float_blocks(*(np.unpackbits(descriptors, axis=1).astype(np.float32) * scale
                            for descriptors in (source, target)))
 
 
 def pair_distances(source: np.ndarray, target: np.ndarray, source_rows: np.ndarray,
                    target_rows: np.ndarray) -> np.ndarray:
     """
-    Return the distances of some pairs, K float32.
+    Return the distances of given pairs, K float32.
 
-    :param source: N descriptors; target: M of the same type.
-    :param source_rows: K, of the source; target_rows: K, of the target.
+    :param source: N descriptors.
+    :param target: M descriptors of the same type.
+    :param source_rows: K indices of the source; ``target_rows`` likewise.
     """
     combine = _differing_bits if source.dtype == np.uint8 else _products
-    step = max(_SMALL // source[:1].nbytes, 1) if len(source) else 1
+    step = max(_CHUNK_BYTES // source[:1].nbytes, 1) if len(source) else 1
     distances = np.empty(len(source_rows), np.float32)
     for start in range(0, len(distances), step):
-        part = slice(start, start + step)
-        distances[part] = combine(source.take(source_rows[part], axis=0),
-                                  target.take(target_rows[part], axis=0))
+        chunk = slice(start, start + step)
+        distances[chunk] = combine(source.take(source_rows[chunk], axis=0),
+                                   target.take(target_rows[chunk], axis=0))
     if combine is _products:
         distances *= -2.0
         distances += _squared_lengths(source).take(source_rows)
         distances += _squared_lengths(target).take(target_rows)
-        np.maximum(distances, 0.0, out=distances)
+        np.maximum(distances, 0.0, out=distances)  # against rounding
     return distances
 
 
 def _float_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarray]:
-    memory = np.empty((_BLOCK, len(target)), np.float32)
-    source_squares, target_squares = (_squared_lengths(of)[:, None] for of in (source, target))
+    buffer = np.empty((_BLOCK, len(target)), np.float32)
+    source_squares, target_squares = (
+        _squared_lengths(vectors)[:, None] for vectors in (source, target))
     for start in range(0, len(source), _BLOCK):
         rows = slice(start, start + _BLOCK)
-        block = memory[:len(source) - start]
+        block = buffer[:len(source) - start]
         np.matmul(source[rows] * np.float32(-2.0), target.T, out=block)
         block += source_squares[rows]
         block += target_squares.T
@@ -80,55 +84,63 @@ def _float_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarray
 
 
 def _bit_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarray]:
-    unit, source, columns = _share(source), _chunks(source), _chunks(target).T.copy()
-    differing, counts, sums, memory = (np.empty((_BLOCK, len(target)), kind) for kind in (
+    unit, source, columns = _bit_fraction(source), _words(source), _words(target).T.copy()
+    differing, counts, sums, buffer = (np.empty((_BLOCK, len(target)), kind) for kind in (
         source.dtype, np.uint8, np.uint16, np.float32))
     for start in range(0, len(source), _BLOCK):
         rows = source[start:start + _BLOCK]
-        part = slice(len(rows))
-        sums[part] = 0
+        used = slice(len(rows))
+        sums[used] = 0
         for number, column in enumerate(columns):
-            np.bitwise_xor(rows[:, number, None], column, out=differing[part])
-            np.bitwise_count(differing[part], out=counts[part])
-            sums[part] += counts[part]
-        yield np.multiply(sums[part], unit, out=memory[part])
+            np.bitwise_xor(rows[:, number, None], column, out=differing[used])
+            np.bitwise_count(differing[used], out=counts[used])
+            sums[used] += counts[used]
+        yield np.multiply(sums[used], unit, out=buffer[used])
 
 
 def _products(source: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Return the dot products of the rows; overwrites the source."""
     source *= target
-    return source @ _ones(source.shape[1])
+    return _row_sums(source)
 
 
 def _differing_bits(source: np.ndarray, target: np.ndarray) -> np.ndarray:
-    counts = _bit_counts(_chunks(source) ^ _chunks(target)).astype(np.float32)
-    return counts @ _ones(counts.shape[1]) * _share(source)
+    """Return the fractions of differing bits of the rows."""
+    counts = _bit_counts(_words(source) ^ _words(target)).astype(np.float32)
+    fractions: np.ndarray = _row_sums(counts) * _bit_fraction(source)
+    return fractions
 
 
 def _squared_lengths(vectors: np.ndarray) -> np.ndarray:
-    return (vectors * vectors) @ _ones(vectors.shape[1])
+    return _row_sums(vectors * vectors)
+
+
+def _row_sums(rows: np.ndarray) -> np.ndarray:
+    """Return the sums of the rows, by a product that is faster than NumPy's sum of short rows."""
+    sums: np.ndarray = rows @ _ones(rows.shape[1])
+    return sums
 
 
 @lru_cache(maxsize=4)
 def _ones(count: int) -> np.ndarray:
-    """Return ones to sum with, which NumPy's sums along short rows are slower than."""
     ones = np.ones(count, np.float32)
     ones.flags.writeable = False
     return ones
 
 
-def _share(descriptors: np.ndarray) -> np.float32:
-    """Return one bit as a share of all."""
+def _bit_fraction(descriptors: np.ndarray) -> np.float32:
+    """Return one bit as a fraction of all bits."""
     return np.float32(1.0 / (8 * descriptors.shape[1]))
 
 
-def _chunks(descriptors: np.ndarray) -> np.ndarray:
-    """Return binary descriptors in the largest numbers that hold them."""
+def _words(descriptors: np.ndarray) -> np.ndarray:
+    """Return a view of binary descriptors as words of 64 bits, or of 8 if the width is odd."""
     return descriptors.view(np.uint64 if descriptors.shape[1] % 8 == 0 else np.uint8)
 
 
 def _look_up_bit_counts(numbers: np.ndarray) -> np.ndarray:
-    """Return how many bits are set, KxC uint8, perhaps for parts of the numbers."""
+    """Return the numbers of set bits, KxC uint8; of a 64-bit number for each 16 bits of it."""
     return _BITS.take(numbers.view(np.uint16) if numbers.itemsize == 8 else numbers)
 
 
-_bit_counts = getattr(np, 'bitwise_count', _look_up_bit_counts)  # new in NumPy 2
+_bit_counts = getattr(np, 'bitwise_count', _look_up_bit_counts)  # NumPy 2 only

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Keypoint detectors, one a file.
+Interface of the keypoint detectors, one file per detector.
 
-A detector is a class with ``detect(grey) -> Features``; its file is imported where it is chosen.
+A detector is a class with ``detect(grey) -> Features``; its file is imported when it is chosen.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ class Features:
     Keypoints of an image.
 
     :param pixels: Nx2 float32 (u, v) [px].
-    :param descriptors: NxD uint8 (binary, 8 bits a column) or float32.
+    :param descriptors: NxD uint8 (binary, 8 bits per column) or float32.
     :param responses: N float32, larger is stronger.
-    :param scales: N float32, size relative to the finest; 1 at the finest.
+    :param scales: N float32, scale relative to the finest; 1 at the finest.
     """
 
     pixels: np.ndarray
@@ -35,14 +35,14 @@ class Features:
 
 
 class Detector(Protocol):
-    """Finds keypoints and describes them."""
+    """Keypoint detector with descriptor."""
 
     def detect(self, grey: np.ndarray) -> Features:
-        """Return the keypoints of an HxW uint8 image; none is a valid answer."""
+        """Return the keypoints of an HxW uint8 image; there may be none."""
 
 
 def make_detector(settings: FeatureSettings) -> Detector:
-    """Return the detector that the settings name."""
+    """Return the detector named by the settings."""
     if settings.detector == 'surf':
         from aick_ros.features.surf import SurfDetector
         return SurfDetector(settings)

@@ -12,28 +12,28 @@ import numpy as np
 from aick_ros.errors import InputError
 from aick_ros.features.descriptors import descriptor_distances
 
-_CHUNK = 4096  # descriptors whose distances to all words are held at once
-_SEEDED_FROM = 20000  # descriptors, at random: seeding looks at all of them for each word
+_CHUNK = 4096  # descriptors per block: bounds the memory of the distances to all words
+_SEEDING_SAMPLE = 20000  # chosen: random descriptors for seeding, whose time grows with them
 
-ROUNDS = 12
-"""Of assigning descriptors to words and words to descriptors; more change little."""
+ROUNDS = 12  # chosen: more change the words little
+"""Maximum number of k-means iterations."""
 
 
 def learn_words(descriptors: np.ndarray, count: int, seed: int = 0, rounds: int = ROUNDS,
                 progress: Callable[[int], None] = lambda done: None) -> np.ndarray:
     """
-    Return the centres of clusters: means, or the majority of each bit.
+    Return the cluster centres of descriptors: means, or the majority of each bit.
 
-    They are seeded far apart (k-means++, Arthur and Vassilvitskii 2007); a word that loses all
-    its descriptors starts anew at the one that is worst represented. The same descriptors and
-    seed give the same words.
+    Seeding is by k-means++ (Arthur and Vassilvitskii 2007). An empty cluster is moved to the
+    descriptor with the largest distance to its word. The result depends on descriptors and seed
+    only.
 
-    :param descriptors: NxD uint8 (binary, 8 bits a column) or float32.
-    :param count: of words.
-    :param rounds: most; fewer where nothing changes any more.
-    :param progress: told the number of rounds done, after each.
+    :param descriptors: NxD uint8 (binary, 8 bits per column) or float32.
+    :param count: number of words.
+    :param rounds: maximum number of iterations; fewer if the assignment converges.
+    :param progress: called with the number of completed iterations after each.
     :returns: count x D, of the type of the descriptors.
-    :raises InputError: where there are fewer different descriptors than words.
+    :raises InputError: if there are fewer distinct descriptors than words.
     """
     distinct = len(np.unique(descriptors, axis=0))
     if distinct < count:
@@ -44,10 +44,10 @@ def learn_words(descriptors: np.ndarray, count: int, seed: int = 0, rounds: int 
     members = np.full(len(descriptors), -1)
     for done in range(rounds):
         before = members
-        members, away = _closest(descriptors, words)
+        members, distances = _closest(descriptors, words)
         words = _centres(descriptors, members, count)
         empty = np.flatnonzero(np.bincount(members, minlength=count) == 0)
-        words[empty] = descriptors[np.argsort(-away, kind='stable')[:len(empty)]]
+        words[empty] = descriptors[np.argsort(-distances, kind='stable')[:len(empty)]]
         progress(done + 1)
         if np.array_equal(members, before):
             break
@@ -55,32 +55,34 @@ def learn_words(descriptors: np.ndarray, count: int, seed: int = 0, rounds: int 
 
 
 def _seeds(descriptors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return descriptors far from each other: each with a chance that grows with its distance."""
-    several = rng.permutation(len(descriptors))[:max(_SEEDED_FROM, 4 * count)]
-    sample = np.unique(descriptors[several], axis=0)
+    """Return descriptors drawn with a probability proportional to their squared distance."""
+    subset = rng.permutation(len(descriptors))[:max(_SEEDING_SAMPLE, 4 * count)]
+    sample = np.unique(descriptors[subset], axis=0)
     if len(sample) < count:
         sample = np.unique(descriptors, axis=0)
     points = _points(sample)
     chosen = [int(rng.integers(len(sample)))]
-    away = _away(points, chosen[0])
+    squared_distances = _squared_distances(points, chosen[0])
     for _ in range(count - 1):
-        share = np.cumsum(away, dtype=np.float64)
-        place = np.searchsorted(share, rng.random() * share[-1], side='right')
-        chosen.append(min(int(place), len(sample) - 1))
-        np.minimum(away, _away(points, chosen[-1]), out=away)
-    return sample[chosen]
+        cumulative = np.cumsum(squared_distances, dtype=np.float64)
+        drawn = np.searchsorted(cumulative, rng.random() * cumulative[-1], side='right')
+        chosen.append(min(int(drawn), len(sample) - 1))
+        np.minimum(squared_distances, _squared_distances(points, chosen[-1]),
+                   out=squared_distances)
+    seeds: np.ndarray = sample[chosen]
+    return seeds
 
 
-def _away(points: np.ndarray, chosen: int) -> np.ndarray:
+def _squared_distances(points: np.ndarray, index: int) -> np.ndarray:
     """Return the squared distances of points from one of them."""
     squares = np.einsum('ij,ij->i', points, points)
-    away = squares + squares[chosen] - 2.0 * (points @ points[chosen])
-    away[chosen] = 0.0
-    return np.maximum(away, 0.0)
+    distances: np.ndarray = squares + squares[index] - 2.0 * (points @ points[index])
+    distances[index] = 0.0
+    return np.maximum(distances, 0.0, out=distances)
 
 
 def _points(descriptors: np.ndarray) -> np.ndarray:
-    """Return descriptors as points whose squared distance grows with that of the descriptors."""
+    """Return descriptors as points whose squared L2 distance is proportional to theirs."""
     if descriptors.dtype == np.uint8:
         return np.unpackbits(descriptors, axis=1).astype(np.float32)
     return descriptors
@@ -89,17 +91,17 @@ def _points(descriptors: np.ndarray) -> np.ndarray:
 def _closest(descriptors: np.ndarray, words: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the closest word of each descriptor, and its distance."""
     members = np.empty(len(descriptors), np.intp)
-    away = np.empty(len(descriptors), np.float32)
+    distances = np.empty(len(descriptors), np.float32)
     for start in range(0, len(descriptors), _CHUNK):
-        part = slice(start, start + _CHUNK)
-        to_words = descriptor_distances(descriptors[part], words)
-        members[part] = to_words.argmin(axis=1)
-        away[part] = to_words.min(axis=1)
-    return members, away
+        chunk = slice(start, start + _CHUNK)
+        to_words = descriptor_distances(descriptors[chunk], words)
+        members[chunk] = to_words.argmin(axis=1)
+        distances[chunk] = to_words.min(axis=1)
+    return members, distances
 
 
 def _centres(descriptors: np.ndarray, members: np.ndarray, count: int) -> np.ndarray:
-    """Return the mean of each cluster, or the majority of its bits; zeros where it is empty."""
+    """Return the mean or the majority of the bits of each cluster; zeros if it is empty."""
     order = np.argsort(members, kind='stable')
     word, starts = np.unique(members[order], return_index=True)
     sizes = np.diff(starts, append=len(order))[:, None]

@@ -19,8 +19,8 @@ class OrbDetector:
     def __init__(self, settings: FeatureSettings) -> None:
         orb = settings.orb
         self._scale_factor = orb.scale_factor
-        self._least_side = 2 * orb.scale_factor ** (orb.levels - 1)
-        self._orb = cv2.ORB_create(
+        self._min_side = 2 * orb.scale_factor ** (orb.levels - 1)
+        self._orb = cv2.ORB_create(  # type: ignore[attr-defined]  # missing in the stubs
             nfeatures=orb.nfeatures, scaleFactor=orb.scale_factor, nlevels=orb.levels,
             edgeThreshold=orb.edge_threshold, firstLevel=0, WTA_K=2,
             scoreType=cv2.ORB_HARRIS_SCORE, patchSize=orb.patch_size,
@@ -30,9 +30,9 @@ class OrbDetector:
         """
         Return the keypoints of an HxW uint8 image.
 
-        :raises InputError: where the smallest pyramid level would be empty.
+        :raises InputError: if the smallest pyramid level would be empty.
         """
-        if min(grey.shape) < self._least_side:
+        if min(grey.shape) < self._min_side:
             raise InputError(
                 f'an image of {grey.shape[1]} x {grey.shape[0]} pixels is too small for the '
                 'pyramid: lower features.orb.levels or features.orb.scale_factor')
@@ -41,7 +41,8 @@ class OrbDetector:
             return Features(np.empty((0, 2), np.float32), np.empty((0, 32), np.uint8),
                             np.empty(0, np.float32), np.empty(0, np.float32))
         octaves = np.array([keypoint.octave for keypoint in keypoints], np.float32)
+        pixels = cv2.KeyPoint_convert(keypoints)  # type: ignore[attr-defined]  # as above
         return Features(
-            cv2.KeyPoint_convert(keypoints), descriptors,
+            pixels, descriptors,
             np.array([keypoint.response for keypoint in keypoints], np.float32),
             np.float32(self._scale_factor) ** octaves)

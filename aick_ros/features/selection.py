@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Which keypoints to keep where there are more than are wanted."""
+"""Selection of keypoints spread evenly over the image."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ import numpy as np
 
 def spread(pixels: np.ndarray, count: int, cell_size: float) -> np.ndarray:
     """
-    Return the keypoints to keep: as evenly from all cells of a grid as there are keypoints.
+    Return the keypoints to keep, spread as evenly as possible over the cells of a grid.
 
-    Strong keypoints crowd on a few textured things, and what they say of the camera's motion is
-    then much the same. So the strongest of each cell come first, then the second of each.
+    Strong keypoints cluster on a few textured objects and then constrain the motion poorly. So the
+    strongest of each cell are kept first, then the second of each, and so on.
 
     :param pixels: Nx2 (u, v) [px], the strongest first.
+    :param count: maximum number of keypoints.
     :param cell_size: side of a cell [px].
-    :returns: indices, at most ``count``, the strongest first.
+    :returns: indices, the strongest first.
     """
     column, row = (pixels // cell_size).astype(np.intp).T
     cell = row * (column.max(initial=0) + 1) + column

@@ -13,14 +13,15 @@ from aick_ros.settings import FeatureSettings
 
 
 class SiftDetector:
-    """Extrema of differences of Gaussians with 128 gradient sums, here of length 1."""
+    """Extrema of differences of Gaussians with 128 gradient sums, scaled to unit length."""
 
     def __init__(self, settings: FeatureSettings) -> None:
         sift = settings.sift
-        # by place: versions of OpenCV differ in the names
-        self._sift = cv2.SIFT_create(sift.nfeatures, sift.octave_layers, sift.contrast_threshold,
-                                     sift.edge_threshold, sift.sigma)
-        # the first octave is of the image doubled, and a size two standard deviations
+        # positional arguments, because their names differ between versions of OpenCV
+        self._sift = cv2.SIFT_create(  # type: ignore[attr-defined]  # missing in the stubs
+            sift.nfeatures, sift.octave_layers, sift.contrast_threshold, sift.edge_threshold,
+            sift.sigma)
+        # the first octave is of the doubled image, and the size is two standard deviations
         self._finest = sift.sigma * 2.0 ** (1.0 / sift.octave_layers)
 
     def detect(self, grey: np.ndarray) -> Features:
@@ -30,8 +31,9 @@ class SiftDetector:
             return Features(np.empty((0, 2), np.float32), np.empty((0, 128), np.float32),
                             np.empty(0, np.float32), np.empty(0, np.float32))
         length = np.linalg.norm(descriptors, axis=1, keepdims=True)
+        pixels = cv2.KeyPoint_convert(keypoints)  # type: ignore[attr-defined]  # as above
         return Features(
-            cv2.KeyPoint_convert(keypoints),
+            pixels,
             descriptors / np.maximum(length, np.finfo(np.float32).tiny),
             np.array([keypoint.response for keypoint in keypoints], np.float32),
             np.array([keypoint.size for keypoint in keypoints], np.float32)

@@ -14,14 +14,14 @@ from aick_ros.settings import FeatureSettings
 
 
 class SurfDetector:
-    """Blobs of the box-filter Hessian with descriptors of 64 Haar sums of length 1."""
+    """Blobs of the box-filter Hessian with 64 sums of Haar responses, scaled to unit length."""
 
     def __init__(self, settings: FeatureSettings) -> None:
         self._surf = settings.surf
         self._finest = filter_sizes(0, self._surf.intervals)[1]
 
     def detect(self, grey: np.ndarray) -> Features:
-        """Return the keypoints of an HxW uint8 image; none where no filter fits into it."""
+        """Return the keypoints of an HxW uint8 image; none if it is smaller than a filter."""
         surf = self._surf
         blobs = find_blobs(grey, surf.octaves, surf.intervals, surf.init_sample, surf.threshold)
         return Features(blobs.pixels, describe(grey, blobs.pixels, SCALE_OF_SIZE * blobs.sizes),

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Vocabulary of visual words, and the words of a frame's keypoints (III-B).
+Vocabulary of visual words, and the inverted index of a frame (III-B).
 
-With one, a keypoint is compared only with those of the other frame that know its closest word.
+A keypoint is compared only with those of the other frame that are indexed under its closest word.
 """
 
 from __future__ import annotations
@@ -21,20 +21,22 @@ from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.settings import Settings
 
 VERSION = 1
-"""Of the files; one of another version is refused."""
+"""Version of the file format; other versions are rejected."""
 
 SHIPPED = Path(__file__).parent / 'vocabularies'
+"""Folder of the vocabularies shipped with the package."""
+
 _SUFFIX = '.npz'
 
 
 @dataclass(frozen=True, eq=False)
 class Vocabulary:
     """
-    Words: the centres of clusters of many descriptors.
+    Visual words: cluster centres of many descriptors.
 
-    :param detector: whose descriptors they are, as ``features.detector`` names it.
+    :param detector: detector of the descriptors, as named in ``features.detector``.
     :param words: WxD, of the type of the descriptors.
-    :param learned_from: a sentence for people.
+    :param learned_from: description of the training data.
     """
 
     detector: str
@@ -47,10 +49,11 @@ class Vocabulary:
 
     def words_of(self, descriptors: np.ndarray, radius: float) -> FrameWords:
         """
-        Return the words of the keypoints of a frame.
+        Return the inverted index of the keypoints of a frame.
 
         :param descriptors: NxD.
-        :param radius: R_w, in the unit of ``aick.lambda_f``; infinite: each keypoint has all.
+        :param radius: R_w, a descriptor distance as ``aick.lambda_f``; infinite: every keypoint is
+            indexed under every word.
         """
         to_words = descriptor_distances(descriptors, self.words)
         word, keypoint = np.nonzero((to_words < radius).T)
@@ -58,7 +61,7 @@ class Vocabulary:
         return FrameWords(self, to_words.argmin(axis=1), keypoint, starts)
 
     def to_bytes(self) -> bytes:
-        """Return the content of a file that :func:`load` reads; the same words, the same bytes."""
+        """Return the content of a vocabulary file, the same bytes for the same words."""
         file = io.BytesIO()
         np.savez_compressed(file, version=VERSION, detector=self.detector, count=len(self),
                             words=self.words, learned_from=self.learned_from)
@@ -68,13 +71,13 @@ class Vocabulary:
 @dataclass(frozen=True, eq=False)
 class FrameWords:
     """
-    The words of N keypoints.
+    Inverted index of the N keypoints of a frame.
 
-    :param vocabulary: they are of.
-    :param closest: N, the closest word of each keypoint.
-    :param keypoints: the keypoints that have word 0 in Psi, then those that have word 1, ...;
-        those of a word in ascending order.
-    :param starts: W+1, where the keypoints of a word begin; those of the next end them.
+    :param vocabulary: vocabulary of W words.
+    :param closest: N, closest word of each keypoint.
+    :param keypoints: keypoints whose set Psi contains word 0, then word 1, and so on; ascending
+        for each word.
+    :param starts: W+1, offsets in ``keypoints``: word w has ``starts[w]`` to ``starts[w + 1]``.
     """
 
     vocabulary: Vocabulary
@@ -83,25 +86,25 @@ class FrameWords:
     starts: np.ndarray
 
     def pairs(self, target: FrameWords) -> np.ndarray:
-        """Return the pairs that are compared, 2xK, sorted by keypoint here, then there."""
+        """Return the pairs (keypoint, target keypoint) to compare, 2xK, sorted by both."""
         first = target.starts.take(self.closest)
         lengths = target.starts.take(self.closest + 1) - first
         ends = lengths.cumsum()
         count = int(ends[-1]) if len(ends) else 0
         rows = np.empty((2, count), np.intp)
         rows[0] = np.arange(len(lengths)).repeat(lengths)
-        # where the keypoints of a word begin there, less where its pairs begin here
-        places = (first - ends + lengths).repeat(lengths)
-        places += np.arange(count)
-        rows[1] = target.keypoints.take(places)
+        # offset of the word in the target, minus offset of the pairs of this keypoint
+        offsets = (first - ends + lengths).repeat(lengths)
+        offsets += np.arange(count)
+        rows[1] = target.keypoints.take(offsets)
         return rows
 
 
 def vocabulary_of(settings: Settings) -> Vocabulary | None:
     """
-    Return the vocabulary that the settings name, None for the full search.
+    Return the vocabulary named by the settings, None for the exhaustive search.
 
-    :raises InputError: where there is none, or it is damaged, or of another detector.
+    :raises InputError: if it is missing, damaged, or of another detector.
     """
     name = settings.aick.vocabulary
     if not name:
@@ -116,39 +119,39 @@ def vocabulary_of(settings: Settings) -> Vocabulary | None:
 
 
 def shipped() -> list[str]:
-    """Return the names of the vocabularies that come with the package."""
+    """Return the names of the vocabularies shipped with the package."""
     return sorted(path.stem for path in SHIPPED.glob(f'*{_SUFFIX}'))
 
 
 def load(path: Path) -> Vocabulary:
     """
-    Read a vocabulary.
+    Read a vocabulary file.
 
-    :raises InputError: where it cannot be read or is not one of this version.
+    :raises InputError: if it cannot be read, or is damaged or of another version.
     """
     try:
         with np.load(path, allow_pickle=False) as file:
             version = int(file['version'])
             if version != VERSION:
-                raise InputError(f'the vocabulary {path} is of version {version}, and version '
-                                 f'{VERSION} is needed: learn it again with `aick vocabulary`')
+                raise InputError(f'the vocabulary {path} is of version {version}, but version '
+                                 f'{VERSION} is required: learn it again with `aick vocabulary`')
             vocabulary = Vocabulary(str(file['detector']), file['words'],
                                     str(file['learned_from']))
             count = int(file['count'])
     except InputError:
         raise
     except FileNotFoundError:
-        raise InputError(f'there is no vocabulary {path}: aick.vocabulary takes a file or one of '
-                         f'{", ".join(shipped())}') from None
+        raise InputError(f'there is no vocabulary {path}: aick.vocabulary must be a file or one '
+                         f'of {", ".join(shipped())}') from None
     except OSError as error:
         raise InputError(f'cannot read the vocabulary {path}: {error.strerror}') from None
     except (ValueError, KeyError, EOFError, TypeError, AttributeError,
             zipfile.BadZipFile) as error:
-        raise InputError(f'{path} is no vocabulary, or a truncated one ({error}): learn it again '
+        raise InputError(f'{path} is not a vocabulary, or is truncated ({error}): learn it again '
                          'with `aick vocabulary`') from None
     words = vocabulary.words
     usable = words.ndim == 2 and words.dtype in (np.uint8, np.float32)
     if not usable or not len(words) == count > 0:
-        raise InputError(f'the vocabulary {path} says {count} words and has {words.dtype} of '
+        raise InputError(f'the vocabulary {path} declares {count} words but has {words.dtype} of '
                          f'shape {words.shape}: learn it again with `aick vocabulary`')
     return vocabulary

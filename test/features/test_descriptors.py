@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Distances of descriptors against plain loops, with and without NumPy 2's counting of bits."""
+"""Descriptor distances against plain loops, with the bit counting of NumPy 2 and without."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def random_descriptors(binary, width, counts):
 
 @pytest.fixture(params=['counting bits', 'without'])
 def numpy_version(request, monkeypatch):
-    """NumPy 1 cannot count bits; what is done there must be the same."""
+    """NumPy 1 has no bitwise_count; the fallback must give the same."""
     if request.param == 'without':
         monkeypatch.setattr(descriptors, '_bit_counts', descriptors._look_up_bit_counts)
         monkeypatch.delattr(np, 'bitwise_count', raising=False)
@@ -35,7 +35,7 @@ def numpy_version(request, monkeypatch):
 @pytest.mark.parametrize('binary', [True, False], ids=['binary', 'float'])
 @pytest.mark.parametrize('width', [32, 61, 64])
 @pytest.mark.parametrize('counts', [(7, 9), (130, 5), (1, 1)], ids=str)
-def test_distances_of_all_pairs_and_of_some(binary, width, counts, numpy_version):
+def test_distances_of_all_pairs_and_of_given_pairs(binary, width, counts, numpy_version):
     source, target = random_descriptors(binary, width, counts)
     expected = np.float32([[plain_distance(a, b) for b in target] for a in source])
     np.testing.assert_allclose(descriptor_distances(source, target), expected, rtol=1e-4,
@@ -45,14 +45,26 @@ def test_distances_of_all_pairs_and_of_some(binary, width, counts, numpy_version
                                rtol=1e-4, atol=1e-6)
 
 
-def test_opposite_bits_are_farthest_apart(numpy_version):
+@pytest.mark.parametrize('binary', [True, False], ids=['binary', 'float'])
+def test_distances_of_identical_descriptors_are_small_and_never_negative(binary, numpy_version):
+    """Rounding makes |a|^2 + |b|^2 - 2ab of equal floats negative now and then."""
+    source, = random_descriptors(binary, 64, [2000])
+    rows = np.arange(len(source))
+    of_pairs = pair_distances(source, source.copy(), rows, rows)
+    of_all = np.diagonal(descriptor_distances(source, source.copy()))
+    for distances in (of_pairs, of_all):
+        assert distances.min() >= 0.0
+        assert distances.max() < 1e-4
+
+
+def test_complementary_bits_have_distance_one(numpy_version):
     source, target = np.zeros((2, 32), np.uint8), np.full((3, 32), 255, np.uint8)
     np.testing.assert_array_equal(descriptor_distances(source, target), np.ones((2, 3)))
 
 
 @pytest.mark.parametrize('binary', [True, False], ids=['binary', 'float'])
 @pytest.mark.parametrize('counts', [(0, 4), (4, 0), (0, 0)], ids=str)
-def test_distances_of_nothing(binary, counts, numpy_version):
+def test_empty_input_gives_empty_distances(binary, counts, numpy_version):
     source, target = random_descriptors(binary, 32, counts)
     assert descriptor_distances(source, target).shape == counts
     none = np.empty(0, np.intp)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What all detectors have in common, and how well they find and tell apart what they saw."""
+"""The contract of all detectors, and their repeatability under known image changes."""
 
 import cv2
 import numpy as np
@@ -27,19 +27,19 @@ def detector(name):
 
 
 def share_matched(name, before, after, scale=1.0, shift=(0, 0)):
-    """Share of the strongest keypoints whose nearest descriptor lies within 2 pixels."""
-    views = [detector(name).detect(view) for view in (before, after)]
+    """Return the fraction of the strongest keypoints whose nearest descriptor is within 2 px."""
+    found = [detector(name).detect(image) for image in (before, after)]
     pixels, descriptors = zip(*(
-        (view.pixels[best], view.descriptors[best]) for view in views
-        for best in [np.argsort(-view.responses)[:STRONGEST]]))
+        (features.pixels[best], features.descriptors[best]) for features in found
+        for best in [np.argsort(-features.responses)[:STRONGEST]]))
     moved = scale * pixels[0] + np.float32(shift)
-    seen = ((moved > 20) & (moved < np.float32(after.shape[::-1]) - 20)).all(axis=1)
+    inside = ((moved > 20) & (moved < np.float32(after.shape[::-1]) - 20)).all(axis=1)
     nearest = descriptor_distances(*descriptors).argmin(axis=1)
-    return np.mean(np.linalg.norm(moved - pixels[1][nearest], axis=1)[seen] < 2.0)
+    return np.mean(np.linalg.norm(moved - pixels[1][nearest], axis=1)[inside] < 2.0)
 
 
 @pytest.mark.parametrize('name', DETECTORS)
-def test_features_have_the_types_they_say(name, grey):
+def test_features_have_the_declared_types_and_ranges(name, grey):
     features = detector(name).detect(grey)
     count = len(features.pixels)
     assert count > 300
@@ -56,8 +56,8 @@ def test_features_have_the_types_they_say(name, grey):
 
 
 @pytest.mark.parametrize('name', DETECTORS)
-def test_nothing_to_see_is_a_valid_answer(name, grey):
-    nothing, something = (detector(name).detect(view) for view in (np.zeros_like(grey), grey))
+def test_an_image_without_texture_has_no_keypoints(name, grey):
+    nothing, something = (detector(name).detect(image) for image in (np.zeros_like(grey), grey))
     assert nothing.pixels.shape == (0, 2)
     assert nothing.descriptors.shape == (0, something.descriptors.shape[1])
     assert nothing.descriptors.dtype == something.descriptors.dtype
@@ -72,7 +72,7 @@ def test_the_same_image_gives_the_same_features(name, grey):
 
 
 @pytest.mark.parametrize('alpha, beta', [(0.7, 10), (0.5, 0), (0.8, 50)])
-def test_surf_knows_dimmed_keypoints_again_as_well_as_orb(grey, alpha, beta):
+def test_surf_matches_dimmed_keypoints_as_well_as_orb(grey, alpha, beta):
     dimmed = cv2.convertScaleAbs(grey, alpha=alpha, beta=beta)
     surf, orb = (share_matched(name, grey, dimmed) for name in ('surf', 'orb'))
     assert surf > 0.95
@@ -80,7 +80,7 @@ def test_surf_knows_dimmed_keypoints_again_as_well_as_orb(grey, alpha, beta):
 
 
 @pytest.mark.parametrize('shift', [(8, -6), (-16, 4), (7.5, -5.3)])
-def test_surf_knows_shifted_keypoints_again_as_well_as_orb(grey, shift):
+def test_surf_matches_shifted_keypoints_as_well_as_orb(grey, shift):
     moved = cv2.warpAffine(grey, np.float32([[1, 0, shift[0]], [0, 1, shift[1]]]),
                            grey.shape[::-1])
     surf, orb = (share_matched(name, grey, moved, shift=shift) for name in ('surf', 'orb'))
@@ -89,28 +89,28 @@ def test_surf_knows_shifted_keypoints_again_as_well_as_orb(grey, shift):
 
 
 @pytest.mark.parametrize('scale', [0.8, 0.9, 1.1, 1.25])
-def test_surf_knows_scaled_keypoints_again_nearly_as_well_as_orb(grey, scale):
+def test_surf_matches_scaled_keypoints_nearly_as_well_as_orb(grey, scale):
     scaled = cv2.resize(grey, None, fx=scale, fy=scale,
                         interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR)
-    middle = 0.5 * (scale - 1)  # pixels are counted from the middle of the first
-    surf, orb = (share_matched(name, grey, scaled, scale, (middle, middle))
+    shift = 0.5 * (scale - 1)  # the origin is the centre of the first pixel
+    surf, orb = (share_matched(name, grey, scaled, scale, (shift, shift))
                  for name in ('surf', 'orb'))
     assert surf > 0.5
     assert surf > orb - 0.1
 
 
 @pytest.mark.parametrize('scale', [1.25, 1.5])
-def test_surf_finds_scaled_keypoints_where_they_are_and_as_large(grey, scale):
-    """Smaller images lack the smallest ones; of larger ones the grid is coarse, but not biased."""
+def test_surf_keypoints_scale_in_position_and_size(grey, scale):
+    """Enlarged only: in smaller images the smallest keypoints are missing."""
     scaled = cv2.resize(grey, None, fx=scale, fy=scale, interpolation=cv2.INTER_LINEAR)
-    before, after = (detector('surf').detect(view) for view in (grey, scaled))
+    before, after = (detector('surf').detect(image) for image in (grey, scaled))
     best = np.argsort(-before.responses)[:STRONGEST]
     moved = scale * before.pixels[best] + 0.5 * (scale - 1)
     size = scale * before.scales[best]
-    away = np.linalg.norm(moved[:, None] - after.pixels, axis=2)
-    nearest = away.argmin(axis=1)
-    assert np.mean(away.min(axis=1) < 2.0 * size) > 0.9
-    found = away.min(axis=1) < 1.0
+    distances = np.linalg.norm(moved[:, None] - after.pixels, axis=2)
+    nearest = distances.argmin(axis=1)
+    assert np.mean(distances.min(axis=1) < 2.0 * size) > 0.9
+    found = distances.min(axis=1) < 1.0
     np.testing.assert_allclose(
         np.median((after.pixels[nearest] - moved)[found], axis=0), 0.0, atol=0.1)
     assert np.median((after.scales[nearest] / size)[found]) == pytest.approx(1.0, abs=0.06)

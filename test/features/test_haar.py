@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Descriptors against direct summation over pixels."""
+"""SURF descriptors against direct summation over pixels."""
 
 import cv2
 import numpy as np
@@ -17,13 +17,13 @@ def grey():
 
 
 def describe_by_summation(grey, pixel, scale):
-    """Bay et al. 2008, 4.2, upright: one sample after the other, all pixels of its wavelet."""
+    """Bay et al. 2008, 4.2, upright: a loop over samples and all pixels of their wavelets."""
     reach = 400
     wide = np.pad(grey, reach, mode='edge').astype(float)
     first = [round(place + 0.5 - 12.5 * scale) + reach for place in pixel]
 
     def wavelet(i, j):
-        """The sample's middle is the corner i (down), j (right) of pixels."""
+        """The sample is centred on the pixel corner i (down), j (right)."""
         row, column = first[1] + (i + 1) * scale, first[0] + (j + 1) * scale
         window = wide[row - scale:row + scale, column - scale:column + scale]
         right, below = window[:, scale:].sum(), window[scale:].sum()
@@ -49,7 +49,7 @@ def describe_by_summation(grey, pixel, scale):
 
 @pytest.mark.parametrize('pixel, scale', [
     ((80.2, 60.3), 2.0), ((79.6, 61.2), 2.7), ((70.0, 55.0), 4.1),
-    ((3.0, 118.0), 2.0), ((158.6, 2.2), 9.0)])  # the last two look beyond the border
+    ((3.0, 118.0), 2.0), ((158.6, 2.2), 9.0)])  # the last two reach beyond the border
 def test_descriptors_are_those_of_direct_summation(grey, pixel, scale):
     found = describe(grey, np.array([pixel], np.float32), np.array([scale], np.float32))
     assert found.dtype == np.float32
@@ -57,20 +57,20 @@ def test_descriptors_are_those_of_direct_summation(grey, pixel, scale):
         found[0], describe_by_summation(grey, pixel, round(scale)), atol=1e-5)
 
 
-def test_one_keypoint_does_not_change_another(grey):
+def test_descriptors_do_not_depend_on_other_keypoints(grey):
     pixels = np.array([[80.2, 60.3], [3.0, 118.0], [40.4, 40.9]], np.float32)
     scales = np.array([2.0, 12.0, 3.0], np.float32)
     alone = [describe(grey, pixels[i:i + 1], scales[i:i + 1])[0] for i in range(3)]
     np.testing.assert_allclose(describe(grey, pixels, scales), alone, atol=1e-6)
 
 
-def test_brightness_and_contrast_change_nothing(grey):
+def test_descriptors_are_invariant_to_brightness_and_contrast(grey):
     pixels, scales = np.array([[80.2, 60.3]], np.float32), np.array([3.0], np.float32)
     dimmed = cv2.convertScaleAbs(grey, alpha=0.5, beta=60)
     np.testing.assert_allclose(describe(dimmed, pixels, scales), describe(grey, pixels, scales),
                                atol=0.02)
 
 
-def test_no_texture_gives_no_numbers_that_are_none():
+def test_descriptors_without_texture_are_zero():
     flat = np.full((100, 100), 7, np.uint8)
     assert not describe(flat, np.array([[50.0, 50.0]], np.float32), np.array([2.0])).any()

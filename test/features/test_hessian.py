@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Blobs against direct summation, blobs of known place, and an independent implementation."""
+"""Blobs against direct summation, rendered blobs, and an independent implementation."""
 
 import cv2
 import numpy as np
@@ -40,7 +40,7 @@ def determinant_by_summation(grey, row, column, size):
     return d_xx * d_yy - 0.81 * d_xy ** 2
 
 
-def test_sizes_are_those_of_bay():
+def test_filter_sizes_are_those_of_the_paper():
     assert filter_sizes(0, 4) == [9, 15, 21, 27]
     assert filter_sizes(1, 4) == [15, 27, 39, 51]
     assert filter_sizes(2, 4) == [27, 51, 75, 99]
@@ -54,20 +54,20 @@ def test_determinants_are_those_of_direct_summation(phases, step, size):
     assert found.shape == grey[::step, ::step].shape
     for i, row in enumerate(range(0, grey.shape[0], step)):
         for j, column in enumerate(range(0, grey.shape[1], step)):
-            sticks_out = min(row, column, grey.shape[0] - 1 - row,
-                             grey.shape[1] - 1 - column) < size // 2
-            expected = 0.0 if sticks_out else determinant_by_summation(grey, row, column, size)
+            exceeds = min(row, column, grey.shape[0] - 1 - row,
+                          grey.shape[1] - 1 - column) < size // 2
+            expected = 0.0 if exceeds else determinant_by_summation(grey, row, column, size)
             assert found[i, j] == pytest.approx(expected, rel=1e-4, abs=1e-9)
 
 
-def test_sums_do_not_overflow():
-    """The integral of a large white image does not fit into 32 bits, the sums over boxes do."""
+def test_box_sums_survive_the_overflow_of_the_integral():
+    """The integral of a large white image exceeds 32 bits, the sums over boxes do not."""
     white = np.full((3000, 3000), 255, np.uint8)
     assert BoxSums(white, 2).sums(-5, -5, 11, 11, 2, 1490, (1, 1))[0, 0] == 255 * 121
 
 
 def test_blobs_are_the_maxima_of_the_determinant():
-    """Each blob lies beside a maximum among 26 neighbours that a loop finds, and all are found."""
+    """Each blob is next to a maximum among 26 neighbours found by a loop, with its response."""
     grey, threshold = noise(3), 1e-5
     sizes = filter_sizes(0, 3)
     layers = np.array([[[
@@ -84,15 +84,15 @@ def test_blobs_are_the_maxima_of_the_determinant():
     assert len(found.sizes) > 10
     at_maximum = np.array(sorted(maxima))
     for pixel, response in zip(found.pixels, found.responses):
-        beside = at_maximum[np.abs(at_maximum - pixel).max(axis=1) <= 0.76]
-        assert any(maxima[tuple(place)] == pytest.approx(response, rel=1e-3) for place in beside)
-    assert len(found.sizes) > 0.6 * len(maxima)  # those left out have their vertex elsewhere
+        close = at_maximum[np.abs(at_maximum - pixel).max(axis=1) <= 0.76]
+        assert any(maxima[tuple(node)] == pytest.approx(response, rel=1e-3) for node in close)
+    assert len(found.sizes) > 0.6 * len(maxima)  # the vertices of the others are too far away
 
 
 @pytest.mark.parametrize('sigma', [3.0, 6.0, 12.0, 24.0])
-@pytest.mark.parametrize('away', [(0.0, 0.0), (1.0, 1.0), (0.3, 0.7), (-0.5, 1.4)])
-def test_a_round_blob_is_found_at_its_centre(sigma, away):
-    centre = np.array([160.0, 120.0]) + away
+@pytest.mark.parametrize('offset', [(0.0, 0.0), (1.0, 1.0), (0.3, 0.7), (-0.5, 1.4)])
+def test_a_round_blob_is_found_at_its_centre(sigma, offset):
+    centre = np.array([160.0, 120.0]) + offset
     found = find_blobs(blob(centre, sigma), 4, 5, 2, 1e-5)
     nearest = np.argmin(np.linalg.norm(found.pixels - centre, axis=1))
     np.testing.assert_allclose(found.pixels[nearest], centre, atol=0.02 * sigma + 0.15)
@@ -106,12 +106,12 @@ def test_sizes_grow_with_the_blob():
     np.testing.assert_allclose(np.divide(sizes[1:], sizes[:-1]), 1.5, atol=0.15)
 
 
-def test_hardly_a_blob_is_found_twice():
-    """The outer layers of one octave are inner ones of the next."""
+def test_blobs_are_rarely_found_twice():
+    """Layers of one octave are searched in the next one too."""
     found = find_blobs(noise(7, 240, 320), 5, 5, 2, 1e-5)
-    away = np.linalg.norm(found.pixels[:, None] - found.pixels, axis=2)
-    alike = np.abs(np.log(found.sizes[:, None] / found.sizes)) < 0.05
-    assert np.count_nonzero((away < 1.0) & alike) <= 1.01 * len(found.sizes)
+    distances = np.linalg.norm(found.pixels[:, None] - found.pixels, axis=2)
+    same_size = np.abs(np.log(found.sizes[:, None] / found.sizes)) < 0.05
+    assert np.count_nonzero((distances < 1.0) & same_size) <= 1.01 * len(found.sizes)
 
 
 @pytest.mark.parametrize('shape', [(1, 1), (8, 300), (20, 20), (21, 21), (40, 16)])
@@ -119,21 +119,21 @@ def test_small_images_have_few_blobs_or_none(shape):
     assert len(find_blobs(noise(0, *shape), 5, 5, 2, 0.0).sizes) < 20
 
 
-def test_an_independent_implementation_finds_the_strong_ones_too():
+def test_the_strongest_blobs_of_an_independent_implementation_are_found():
     """
-    The strongest keypoints of mahotas have one of ours within 1.5 pixels, and the same strength.
+    The strongest keypoints of mahotas have one of ours within 1.5 px, with the same response.
 
-    mahotas 1.4 moves its keypoints from the sample to the side opposite to that of the vertex
-    (a round blob 0.3 pixels right of a sample is reported 0.3 pixels left of it), so its places
-    are good to a sample: it is asked for samples of one pixel.
+    mahotas 1.4 applies the interpolated offset with the wrong sign (a round blob 0.3 px right of a
+    sample is reported 0.3 px left of it), so its positions are accurate to a sample only: a
+    sampling step of one pixel is used.
     """
     surf = pytest.importorskip('mahotas.features.surf')
     grey = SyntheticSource(SyntheticOptions(seed=3, frames=1)).frame(0).grey
     theirs = surf.interest_points(grey, 4, 5, 1, threshold=1e-5 * 255 ** 2)
     theirs = theirs[np.argsort(-theirs[:, 3])][:200]
     ours = find_blobs(grey, 4, 5, 1, 1e-5)
-    away = np.linalg.norm(theirs[:, None, 1::-1] - ours.pixels, axis=2)
-    found = away.min(axis=1) < 1.5
+    distances = np.linalg.norm(theirs[:, None, 1::-1] - ours.pixels, axis=2)
+    found = distances.min(axis=1) < 1.5
     assert found.mean() > 0.7
-    strength = ours.responses[away.argmin(axis=1)] * 255 ** 2 / theirs[:, 3]
-    assert np.median(strength[found]) == pytest.approx(1.0, rel=0.02)
+    ratio = ours.responses[distances.argmin(axis=1)] * 255 ** 2 / theirs[:, 3]
+    assert np.median(ratio[found]) == pytest.approx(1.0, rel=0.02)

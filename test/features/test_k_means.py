@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Clusters against clusters that are there, and against what defines them."""
+"""Visual words against simulated clusters, and against the condition of convergence."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from aick_ros.features.k_means import learn_words
 
 
 def clusters(binary, count=12, size=60, seed=0):
-    """Return centres and descriptors scattered around them."""
+    """Return cluster centres and noisy descriptors of each."""
     rng = np.random.default_rng(seed)
     if binary:
         centres = rng.integers(0, 256, (count, 32), dtype=np.uint8)
@@ -27,16 +27,16 @@ def clusters(binary, count=12, size=60, seed=0):
 
 @pytest.mark.parametrize('binary', [True, False], ids=['binary', 'float'])
 @pytest.mark.parametrize('seed', range(3))
-def test_finds_the_clusters_that_are_there(binary, seed):
-    """With words to spare: k-means only ever finds a local optimum."""
+def test_simulated_clusters_are_found(binary, seed):
+    """With more words than clusters, because k-means finds a local optimum only."""
     centres, descriptors = clusters(binary, seed=seed)
-    away = descriptor_distances(centres, learn_words(descriptors, 2 * len(centres), seed))
-    assert away.min(axis=1).max() < 0.02
+    distances = descriptor_distances(centres, learn_words(descriptors, 2 * len(centres), seed))
+    assert distances.min(axis=1).max() < 0.02
 
 
 @pytest.mark.parametrize('binary', [True, False], ids=['binary', 'float'])
-def test_words_are_the_centres_of_what_is_closest_to_them(binary):
-    """What k-means and k-majority converge to, checked with plain loops."""
+def test_words_are_the_centres_of_their_clusters(binary):
+    """The fixed point of k-means and of k-majority, checked with plain loops."""
     _, descriptors = clusters(binary, count=5, size=40)
     words = learn_words(descriptors, 8, rounds=200)
     members = descriptor_distances(descriptors, words).argmin(axis=1)
@@ -52,18 +52,18 @@ def test_words_are_the_centres_of_what_is_closest_to_them(binary):
 
 
 @pytest.mark.parametrize('binary', [True, False], ids=['binary', 'float'])
-def test_the_seed_decides(binary):
+def test_the_result_depends_on_the_seed_only(binary):
     _, descriptors = clusters(binary)
     words = [learn_words(descriptors, 30, seed, rounds=3) for seed in (1, 1, 2)]
     np.testing.assert_array_equal(words[0], words[1])
     assert not np.array_equal(words[0], words[2])
 
 
-def test_progress_is_told_after_each_round():
-    told = []
-    learn_words(clusters(True)[1], 100, rounds=4, progress=told.append)
-    assert told == list(range(1, len(told) + 1))
-    assert 1 <= len(told) <= 4
+def test_progress_is_reported_after_each_round():
+    reported = []
+    learn_words(clusters(True)[1], 100, rounds=4, progress=reported.append)
+    assert reported == list(range(1, len(reported) + 1))
+    assert 1 <= len(reported) <= 4
 
 
 def test_as_many_words_as_descriptors_are_the_descriptors():
@@ -72,7 +72,7 @@ def test_as_many_words_as_descriptors_are_the_descriptors():
     assert set(map(bytes, words)) == set(map(bytes, descriptors))
 
 
-def test_too_few_descriptors_are_refused():
+def test_too_few_descriptors_are_rejected():
     same = np.zeros((50, 32), np.uint8)
     with pytest.raises(InputError, match='50 descriptors, 1 of them different, are too few for 2 '
                                          'words: take more frames or fewer words'):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Keypoints are taken evenly, the strongest of each cell first."""
+"""Even selection of keypoints against a loop over the cells."""
 
 from collections import defaultdict
 
@@ -11,8 +11,8 @@ import pytest
 from aick_ros.features.selection import spread
 
 
-def by_turns(pixels, count, cell_size):
-    """Go round the cells and take the strongest left in each, until there are enough."""
+def round_robin(pixels, count, cell_size):
+    """Take the strongest remaining keypoint of each cell in turn until there are enough."""
     cells = defaultdict(list)
     for i, (u, v) in enumerate(pixels):
         cells[int(u // cell_size), int(v // cell_size)].append(i)
@@ -25,12 +25,12 @@ def by_turns(pixels, count, cell_size):
 
 @pytest.mark.parametrize('count', [0, 1, 50, 200, 299, 300, 1000])
 @pytest.mark.parametrize('cell_size', [10, 60, 1000])
-def test_goes_round_the_cells(count, cell_size):
+def test_the_selection_is_round_robin(count, cell_size):
     rng = np.random.default_rng(0)
     crowd = rng.normal((100, 100), 10, (200, 2)).clip(0)
     pixels = rng.permutation(np.concatenate([crowd, rng.uniform(0, 480, (100, 2))]))
-    assert spread(pixels, count, cell_size).tolist() == by_turns(pixels, count, cell_size)
+    assert spread(pixels, count, cell_size).tolist() == round_robin(pixels, count, cell_size)
 
 
-def test_of_nothing_nothing_is_kept():
+def test_without_keypoints_the_selection_is_empty():
     assert len(spread(np.empty((0, 2), np.float32), 10, 60)) == 0

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Vocabularies: their files, what is refused, and which words a keypoint has."""
+"""Vocabularies: their files, rejected files, and the words of keypoints."""
 
 import io
 
@@ -27,7 +27,7 @@ def settings(**changes):
 
 
 def altered(tmp_path, **fields):
-    """Write a vocabulary with some fields replaced, or left out where None."""
+    """Write a vocabulary with some fields replaced, or removed if None."""
     with np.load(io.BytesIO(Vocabulary('orb', BINARY, 'a test').to_bytes())) as file:
         content = {**{name: file[name] for name in file.files}, **fields}
     path = tmp_path / 'altered.npz'
@@ -36,7 +36,7 @@ def altered(tmp_path, **fields):
 
 
 @pytest.mark.parametrize('words', [BINARY, FLOAT], ids=['binary', 'float'])
-def test_a_file_is_read_as_it_was_written(tmp_path, words):
+def test_a_file_is_read_back_unchanged(tmp_path, words):
     path = tmp_path / 'words'
     path.write_bytes(Vocabulary('orb', words, 'a test').to_bytes())
     read = load(path)
@@ -47,52 +47,53 @@ def test_a_file_is_read_as_it_was_written(tmp_path, words):
 
 
 @pytest.mark.parametrize('share', [0.0, 0.1, 0.5, 0.98])
-def test_a_truncated_file_is_refused(tmp_path, share):
+def test_a_truncated_file_is_rejected(tmp_path, share):
     content = Vocabulary('orb', BINARY).to_bytes()
     path = tmp_path / 'cut.npz'
     path.write_bytes(content[:int(share * len(content))])
-    with pytest.raises(InputError, match='cut.npz is no vocabulary, or a truncated one'):
+    with pytest.raises(InputError, match='cut.npz is not a vocabulary, or is truncated'):
         load(path)
 
 
 @pytest.mark.parametrize('content', [b'hello', b'\x93NUMPY\x01\x00v\x00', bytes(1000)])
-def test_another_kind_of_file_is_refused(tmp_path, content):
+def test_another_kind_of_file_is_rejected(tmp_path, content):
     (tmp_path / 'file').write_bytes(content)
-    with pytest.raises(InputError, match='file is no vocabulary'):
+    with pytest.raises(InputError, match='file is not a vocabulary'):
         load(tmp_path / 'file')
 
 
-def test_an_array_alone_is_refused(tmp_path):
+def test_a_plain_array_is_rejected(tmp_path):
     np.save(tmp_path / 'array.npy', BINARY)
-    with pytest.raises(InputError, match='array.npy is no vocabulary'):
+    with pytest.raises(InputError, match='array.npy is not a vocabulary'):
         load(tmp_path / 'array.npy')
 
 
 @pytest.mark.parametrize('fields, sentence', [
-    ({'version': 2}, 'is of version 2, and version 1 is needed: learn it again'),
-    ({'count': 21}, r'says 21 words and has uint8 of shape \(20, 32\)'),
-    ({'words': BINARY[:0], 'count': 0}, 'says 0 words'),
+    ({'version': 2}, 'is of version 2, but version 1 is required: learn it again'),
+    ({'version': 0}, 'is of version 0, but version 1 is required: learn it again'),
+    ({'count': 21}, r'declares 21 words but has uint8 of shape \(20, 32\)'),
+    ({'words': BINARY[:0], 'count': 0}, 'declares 0 words'),
     ({'words': BINARY.ravel()}, r'uint8 of shape \(640,\)'),
     ({'words': BINARY.astype(np.int64)}, 'has int64'),
-    ({'words': None}, 'is no vocabulary'),
-    ({'version': None}, 'is no vocabulary'),
-    ({'version': 'first'}, 'is no vocabulary')])
-def test_what_does_not_fit_is_refused(tmp_path, fields, sentence):
+    ({'words': None}, 'is not a vocabulary'),
+    ({'version': None}, 'is not a vocabulary'),
+    ({'version': 'first'}, 'is not a vocabulary')])
+def test_inconsistent_files_are_rejected(tmp_path, fields, sentence):
     with pytest.raises(InputError, match=sentence):
         load(altered(tmp_path, **fields))
 
 
-def test_what_is_not_there_is_named_with_what_is():
+def test_a_missing_vocabulary_is_reported_with_those_available():
     with pytest.raises(InputError, match='no vocabulary nowhere: .* orb-1000, surf-1000'):
         vocabulary_of(settings(aick__vocabulary='nowhere'))
 
 
-def test_a_folder_is_refused(tmp_path):
+def test_a_folder_is_rejected(tmp_path):
     with pytest.raises(InputError, match='cannot read the vocabulary'):
         load(tmp_path)
 
 
-def test_another_detector_is_refused():
+def test_a_vocabulary_of_another_detector_is_rejected():
     with pytest.raises(InputError, match='surf-1000 is of surf keypoints and features.detector is '
                                          'orb: choose another'):
         vocabulary_of(settings(aick__vocabulary='surf-1000'))
@@ -109,24 +110,24 @@ def test_shipped_vocabularies_fit_their_detector(detector):
     keypoints = KeypointExtractor(chosen.features, chosen.sensor, vocabulary, 0.25).extract(frame)
     closest = descriptor_distances(keypoints.descriptors, vocabulary.words).min(axis=1)
     other = np.random.default_rng(0).permutation(len(keypoints))
-    strangers = descriptor_distances(keypoints.descriptors, keypoints.descriptors[other])
-    assert np.median(closest) < 0.7 * np.median(strangers)  # they stand for what is seen
+    random_pairs = descriptor_distances(keypoints.descriptors, keypoints.descriptors[other])
+    assert np.median(closest) < 0.7 * np.median(random_pairs)  # the words represent the image
 
 
-def test_no_vocabulary_no_words():
+def test_without_a_vocabulary_the_search_is_exhaustive():
     assert vocabulary_of(Settings()) is None
 
 
 @pytest.mark.parametrize('descriptors, words, radius', [
     (BINARY, BINARY[::2], 0.48), (FLOAT, FLOAT[1::3], 110.0), (BINARY, BINARY[:1], 0.0),
     (BINARY, BINARY[5:9], np.inf), (BINARY[:0], BINARY, 0.5)])
-def test_words_are_those_of_the_paper(descriptors, words, radius):
-    """III-B: Psi has the words nearer than R_w; the index has the keypoints of each word."""
+def test_the_index_is_that_of_the_paper(descriptors, words, radius):
+    """III-B: Psi has the words closer than R_w; the index has the keypoints of each word."""
     found = Vocabulary('test', words).words_of(descriptors, radius)
-    near = descriptor_distances(descriptors, words)
+    distances = descriptor_distances(descriptors, words)
     assert found.starts.shape == (len(words) + 1,)
     for word in range(len(words)):
         index = found.keypoints[found.starts[word]:found.starts[word + 1]]
-        assert list(index) == [k for k in range(len(descriptors)) if near[k, word] < radius]
-    assert list(found.closest) == [min(range(len(words)), key=lambda word: near[k, word])
+        assert list(index) == [k for k in range(len(descriptors)) if distances[k, word] < radius]
+    assert list(found.closest) == [min(range(len(words)), key=lambda word: distances[k, word])
                                    for k in range(len(descriptors))]
