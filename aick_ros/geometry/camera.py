@@ -18,23 +18,23 @@ DISTORTION_MODELS = {
     'rational_polynomial': (0, 8, 12, 14),
     'equidistant': (4,),
 }
-"""Model name -> the numbers of coefficients it may have; 0 stands for no distortion."""
+"""Model name -> allowed numbers of coefficients; 0: no distortion."""
 
-_REPROJECTED_WITHIN = 0.1  # px; what is off by more has not been undistorted
-_UNDISTORT_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-9)
+_MAX_ROUND_TRIP_ERROR = 0.1  # px; chosen: a larger error means that undistortion failed
+_UNDISTORT_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-9)  # chosen
 
 
 @dataclass(frozen=True)
 class Camera:
     """
-    A calibrated camera; depth is registered to its image.
+    Calibrated camera.
 
     :param width: image columns [px].
     :param height: image rows [px].
     :param fx: focal length [px]; fy, cx, cy likewise (``k`` of CameraInfo).
     :param distortion_model: a key of :data:`DISTORTION_MODELS`.
-    :param distortion: the model's coefficients (``d`` of CameraInfo); empty: none.
-    :raises InputError: where the numbers describe no camera.
+    :param distortion: coefficients of the model (``d`` of CameraInfo); empty: no distortion.
+    :raises InputError: if a value is invalid.
     """
 
     width: int
@@ -47,23 +47,24 @@ class Camera:
     distortion: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what is no camera."""
+        """Reject invalid values."""
         intrinsics = (self.fx, self.fy, self.cx, self.cy)
         if not np.all(np.isfinite(intrinsics)) or self.fx <= 0 or self.fy <= 0:
             raise InputError(
                 f'the camera has fx {self.fx:g}, fy {self.fy:g}, cx {self.cx:g}, cy {self.cy:g}: '
                 'focal lengths must be positive; calibrate the camera')
         if self.width <= 0 or self.height <= 0:
-            raise InputError(f'the camera has an image of {self.width} x {self.height} pixels')
+            raise InputError(f'the camera image has {self.width} x {self.height} pixels: '
+                             'width and height must be positive')
         if self.distortion_model not in DISTORTION_MODELS:
             raise InputError(
-                f'unknown distortion model {self.distortion_model!r}: there are '
+                f'unknown distortion model {self.distortion_model!r}: supported are '
                 + ', '.join(DISTORTION_MODELS))
         counts = DISTORTION_MODELS[self.distortion_model]
         if len(self.distortion) not in counts:
             raise InputError(
                 f'distortion model {self.distortion_model} has {len(self.distortion)} '
-                f'coefficients: it takes {", ".join(map(str, counts))}')
+                f'coefficients: it must have {" or ".join(map(str, counts))}')
         if not np.all(np.isfinite(self.distortion)):
             raise InputError(f'the distortion coefficients {self.distortion} are not all finite')
 
@@ -71,21 +72,22 @@ class Camera:
     def from_camera_info(cls, width: int, height: int, k: Sequence[float],
                          d: Sequence[float] = (), distortion_model: str = '') -> Camera:
         """
-        Make a camera of the fields of a sensor_msgs/CameraInfo.
+        Return the camera described by the fields of a sensor_msgs/CameraInfo.
 
         :param k: 3x3 intrinsic matrix, row-major.
-        :param d: distortion coefficients; all zero counts as none.
-        :raises InputError: where the fields describe no camera, for example ``k`` of zeros.
+        :param d: distortion coefficients; all zero: no distortion.
+        :param distortion_model: a key of :data:`DISTORTION_MODELS`; empty: plumb_bob.
+        :raises InputError: if a field is invalid, for example ``k`` all zero (not calibrated).
         """
         if len(k) != 9:
-            raise InputError(f'k of camera_info has {len(k)} numbers: it takes 9, row by row')
+            raise InputError(f'k of camera_info has {len(k)} numbers: 9 are required, row by row')
         if k[0] == 0.0:
             raise InputError('camera_info is not calibrated: k[0] is 0; calibrate the camera or '
                              'start its driver with a calibration file')
         model = distortion_model or 'plumb_bob'
         distortion = tuple(float(c) for c in d)
         if model == 'equidistant':
-            distortion = distortion or (0.0,) * 4  # still a fisheye
+            distortion = distortion or (0.0,) * 4  # an equidistant projection all the same
         elif not any(distortion):
             distortion = ()
         return cls(int(width), int(height), float(k[0]), float(k[4]), float(k[2]), float(k[5]),
@@ -98,11 +100,10 @@ class Camera:
 
     def normalize(self, pixels: np.ndarray) -> np.ndarray:
         """
-        Return the undistorted coordinates on the plane z = 1.
+        Return the undistorted coordinates of pixels on the plane z = 1.
 
-        :param pixels: Nx2 (u, v) [px], of the image as it was taken.
-        :returns: Nx2 float64; NaN where no point in front of the camera is seen, beyond the
-            angle up to which the distortion model holds.
+        :param pixels: Nx2 (u, v) in the distorted image [px].
+        :returns: Nx2 float64; NaN where the distortion model has no ray in front of the camera.
         """
         pixels = np.ascontiguousarray(pixels, np.float64).reshape(-1, 1, 2)
         if not self.distortion or len(pixels) == 0:
@@ -113,24 +114,24 @@ class Camera:
         else:
             normalized = _undistort(pixels, self.matrix, np.array(self.distortion))
         normalized = normalized.reshape(-1, 2)
-        again = self.project(np.column_stack([normalized, np.ones(len(normalized))]))
-        off = np.abs(again - pixels[:, 0]).max(axis=1)
-        return np.where((off < _REPROJECTED_WITHIN)[:, None], normalized, np.nan)
+        reprojected = self.project(np.column_stack([normalized, np.ones(len(normalized))]))
+        error = np.abs(reprojected - pixels[:, 0]).max(axis=1)
+        return np.where((error < _MAX_ROUND_TRIP_ERROR)[:, None], normalized, np.nan)
 
     def back_project(self, pixels: np.ndarray, depths: np.ndarray) -> np.ndarray:
         """
-        Return the points seen at the pixels, in the optical frame (REP-103).
+        Return the points at pixels with given depths, in the optical frame (REP-103).
 
         :param pixels: Nx2 (u, v) [px].
         :param depths: N, z of the points [m].
-        :returns: Nx3 float64 [m].
+        :returns: Nx3 float64 [m]; NaN where a pixel has no ray.
         """
         depths = np.asarray(depths, np.float64)
         return np.column_stack([self.normalize(pixels) * depths[:, None], depths])
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """
-        Return the pixels at which points are seen.
+        Return the pixels onto which points project.
 
         :param points: Nx3 in the optical frame [m], z > 0.
         :returns: Nx2 float64 (u, v) [px]; may lie outside the image.
@@ -138,19 +139,20 @@ class Camera:
         points = np.ascontiguousarray(points, np.float64).reshape(-1, 1, 3)
         if len(points) == 0:
             return np.empty((0, 2))
-        still = np.zeros(3)
+        zero = np.zeros(3)
         if self.distortion and self.distortion_model == 'equidistant':
             pixels, _ = cv2.fisheye.projectPoints(
-                points, still, still, self.matrix, np.array(self.distortion))
+                points, zero, zero, self.matrix, np.array(self.distortion))
         else:
             pixels, _ = cv2.projectPoints(
-                points, still, still, self.matrix, np.array(self.distortion or (0.0,) * 4))
+                points, zero, zero, self.matrix, np.array(self.distortion or (0.0,) * 4))
         return pixels.reshape(-1, 2)
 
 
 def _undistort(pixels: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -> np.ndarray:
-    """Undistort to convergence; OpenCV's own default of five iterations is too few at corners."""
+    """Undistort to convergence; the five iterations of OpenCV's default are too few at corners."""
     if hasattr(cv2, 'undistortPointsIter'):  # OpenCV 4
-        return cv2.undistortPointsIter(
-            pixels, matrix, distortion, None, None, _UNDISTORT_CRITERIA)
-    return cv2.undistortPoints(pixels, matrix, distortion, criteria=_UNDISTORT_CRITERIA)
+        return np.asarray(cv2.undistortPointsIter(
+            pixels, matrix, distortion, None, None, _UNDISTORT_CRITERIA))
+    return np.asarray(
+        cv2.undistortPoints(pixels, matrix, distortion, criteria=_UNDISTORT_CRITERIA))

@@ -1,102 +1,127 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The tree of coordinate frames that /tf_static and /tf describe."""
+"""Tree of coordinate frames, made of the transforms of /tf_static and /tf."""
 
 from __future__ import annotations
 
 from bisect import bisect_left
 from collections import deque
-from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from aick_ros.geometry import se3
-from aick_ros.geometry.stamps import RESTART_AFTER
+from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
 
-_SAMPLES_KEPT = 500  # of a moving link: five seconds at 100 Hz
+_HISTORY = 10 * NANOSECONDS  # of a dynamic link, as tf2 keeps by default
+_MAX_SAMPLES = 20_000  # of a dynamic link: the whole history at 2 kHz
 
 
-class Found(NamedTuple):
+class FrameTransform(NamedTuple):
     """
-    A transform between two frames.
+    A transform between two frames at a stamp.
 
     :param T_target_source: 4x4.
-    :param is_fixed: whether no link on the way moves.
-    :param gap: how far the moment asked for lies outside of what is known of a moving link [ns].
+    :param is_static: whether all links between the frames are static.
+    :param gap: time from the stamp to the nearest sample of a dynamic link that does not cover
+        it [ns]; 0: all are static or interpolated.
     """
 
     T_target_source: np.ndarray
-    is_fixed: bool = True
+    is_static: bool = True
     gap: int = 0
 
 
-@dataclass
-class _Moving:
-    parent: str
-    stamps: deque[int] = field(default_factory=lambda: deque(maxlen=_SAMPLES_KEPT))
-    poses: deque[np.ndarray] = field(default_factory=lambda: deque(maxlen=_SAMPLES_KEPT))
+class _DynamicLink:
+    """The last samples of a link that moves."""
 
-    def at(self, stamp: int) -> Found:
-        after = bisect_left(self.stamps, stamp)
-        if after == len(self.stamps):
-            return Found(self.poses[-1], False, stamp - self.stamps[-1])
+    def __init__(self, parent: str) -> None:
+        self.parent = parent
+        self._stamps: deque[int] = deque(maxlen=_MAX_SAMPLES)
+        self._poses: deque[np.ndarray] = deque(maxlen=_MAX_SAMPLES)
+
+    def restarts_at(self, stamp: int) -> bool:
+        return bool(self._stamps) and self._stamps[-1] - stamp > RESTART_AFTER
+
+    def add(self, stamp: int, T_parent_child: np.ndarray) -> None:
+        if self._stamps and stamp <= self._stamps[-1]:
+            return
+        self._stamps.append(stamp)
+        self._poses.append(T_parent_child)
+        # the first one kept may be older, so that a slow link covers the whole history too
+        while len(self._stamps) > 1 and self._stamps[1] <= stamp - _HISTORY:
+            self._stamps.popleft()
+            self._poses.popleft()
+
+    def at(self, stamp: int) -> FrameTransform:
+        after = bisect_left(self._stamps, stamp)
+        if after == len(self._stamps):
+            return FrameTransform(self._poses[-1], False, stamp - self._stamps[-1])
         if after == 0:
-            return Found(self.poses[0], False, self.stamps[0] - stamp)
-        start, end = self.stamps[after - 1], self.stamps[after]
-        return Found(se3.interpolate(self.poses[after - 1], self.poses[after],
-                                       (stamp - start) / (end - start)), False)
+            return FrameTransform(self._poses[0], False, self._stamps[0] - stamp)
+        start, end = self._stamps[after - 1], self._stamps[after]
+        return FrameTransform(se3.interpolate(self._poses[after - 1], self._poses[after],
+                                              (stamp - start) / (end - start)), False)
 
 
 class FrameTree:
-    """Links of frames, fixed ones and moving ones, and what follows of them."""
+    """Static and dynamic links between frames, and the transforms along chains of them."""
 
     def __init__(self) -> None:
-        self._fixed: dict[str, tuple[str, np.ndarray]] = {}
-        self._moving: dict[str, _Moving] = {}
+        self._static: dict[str, tuple[str, np.ndarray]] = {}
+        self._dynamic: dict[str, _DynamicLink] = {}
 
-    def fix(self, parent: str, child: str, T_parent_child: np.ndarray) -> None:
-        """Set a fixed link, which replaces what was known of the child."""
-        self._fixed[child] = parent, T_parent_child
+    def set_static(self, parent: str, child: str, T_parent_child: np.ndarray) -> None:
+        """Set a static link; it replaces any earlier one of the child."""
+        self._static[child] = parent, T_parent_child
 
-    def move(self, parent: str, child: str, stamp: int, T_parent_child: np.ndarray) -> None:
-        """Set where a moving link was at a stamp [ns]; a clock set back starts it anew."""
-        link = self._moving.get(child)
-        if (link is None or link.parent != parent
-                or link.stamps[-1] - stamp > RESTART_AFTER):
-            link = self._moving[child] = _Moving(parent)
-        if not link.stamps or stamp > link.stamps[-1]:
-            link.stamps.append(stamp)
-            link.poses.append(T_parent_child)
+    def add_sample(self, parent: str, child: str, stamp: int, T_parent_child: np.ndarray) -> None:
+        """
+        Add a sample of a dynamic link.
 
-    def forget_moving(self) -> None:
-        """Forget all moving links."""
-        self._moving.clear()
+        :param stamp: [ns]; one that is not newer than the last is ignored, one that goes back by
+            more than ``RESTART_AFTER`` (a clock set back) clears the history of the link.
+        """
+        link = self._dynamic.get(child)
+        if link is None or link.parent != parent or link.restarts_at(stamp):
+            link = self._dynamic[child] = _DynamicLink(parent)
+        link.add(stamp, T_parent_child)
 
-    def find(self, target: str, source: str, stamp: int) -> Found | None:
-        """Return the transform between two frames at a stamp [ns], None where nothing is known."""
+    def clear_dynamic(self) -> None:
+        """Forget all dynamic links."""
+        self._dynamic.clear()
+
+    def find(self, target: str, source: str, stamp: int) -> FrameTransform | None:
+        """
+        Return the transform between two frames at a stamp [ns], None if they are not connected.
+
+        Dynamic links are interpolated; outside of their history the nearest sample is taken.
+        """
         targets, sources = self._chain(target, stamp), self._chain(source, stamp)
-        for frame, above_target in targets.items():
+        for frame, ancestor_target in targets.items():
             if frame in sources:
-                above_source = sources[frame]
-                return Found(
-                    se3.inverse(above_target.T_target_source) @ above_source.T_target_source,
-                    above_target.is_fixed and above_source.is_fixed,
-                    max(above_target.gap, above_source.gap))
+                ancestor_source = sources[frame]
+                return FrameTransform(
+                    se3.inverse(ancestor_target.T_target_source) @ ancestor_source.T_target_source,
+                    ancestor_target.is_static and ancestor_source.is_static,
+                    max(ancestor_target.gap, ancestor_source.gap))
         return None
 
-    def _chain(self, frame: str, stamp: int) -> dict[str, Found]:
-        """Return the transforms from the frame to itself and its ancestors, nearest first."""
-        chain, reached = {}, Found(np.eye(4))
+    def _chain(self, frame: str, stamp: int) -> dict[str, FrameTransform]:
+        """Return the transforms from a frame to itself and each of its ancestors, in order."""
+        chain: dict[str, FrameTransform] = {}
+        reached = FrameTransform(np.eye(4))
         while frame not in chain:  # a loop of frames ends where it began
             chain[frame] = reached
-            if frame in self._fixed:
-                frame, link = self._fixed[frame][0], Found(self._fixed[frame][1])
-            elif frame in self._moving:
-                frame, link = self._moving[frame].parent, self._moving[frame].at(stamp)
+            if frame in self._static:
+                parent, T_parent_frame = self._static[frame]
+                frame, link = parent, FrameTransform(T_parent_frame)
+            elif frame in self._dynamic:
+                frame, link = self._dynamic[frame].parent, self._dynamic[frame].at(stamp)
             else:
                 break
-            reached = Found(link.T_target_source @ reached.T_target_source,
-                            link.is_fixed and reached.is_fixed, max(link.gap, reached.gap))
+            reached = FrameTransform(link.T_target_source @ reached.T_target_source,
+                                     link.is_static and reached.is_static,
+                                     max(link.gap, reached.gap))
         return chain

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-SE(3): inverse, exponential, logarithm, quaternions, the error of a pose.
+SE(3): inverse, exponential, logarithm, quaternions, and the error of a pose.
 
-A pose is a 4x4 float64 matrix ``T_target_source``. A twist or an error is a vector of six,
-(x, y, z, rot x, rot y, rot z). Covariances belong to the error model of geometry_msgs: with
-T = [R p], the true T is [exp(theta) R, p + delta], about fixed axes of the target frame.
+A pose is a 4x4 float64 matrix ``T_target_source``. Twists and errors are 6-vectors
+(x, y, z, rot x, rot y, rot z). The error model is that of geometry_msgs: with T = [R p], the true
+pose is [exp(theta) R, p + delta], in the fixed axes of the target frame.
 """
 
 from __future__ import annotations
@@ -15,11 +15,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+_Vector = Sequence[float] | np.ndarray
+
 
 def transform(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return the points moved by a pose; Nx3, of the points' own type."""
+    """Return transformed points, Nx3, of the type of the points."""
     pose = pose.astype(points.dtype)
-    moved = points @ pose[:3, :3].T
+    moved: np.ndarray = points @ pose[:3, :3].T
     moved += pose[:3, 3]
     return moved
 
@@ -32,51 +34,54 @@ def inverse(pose: np.ndarray) -> np.ndarray:
     return inverted
 
 
-def skew(v: Sequence[float]) -> np.ndarray:
+def skew(v: _Vector) -> np.ndarray:
     """Return the matrix of the cross product with v, 3x3."""
     x, y, z = v
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-def exp_rotation(theta: Sequence[float]) -> np.ndarray:
-    """Return the rotation by a rotation vector [rad], 3x3 (Rodrigues)."""
-    theta = np.asarray(theta, np.float64)
-    angle = float(np.linalg.norm(theta))
-    k = skew(theta)
-    # sin(a)/a and (1 - cos(a))/a^2, written so that they hold down to zero
-    return np.eye(3) + np.sinc(angle / np.pi) * k + 0.5 * np.sinc(angle / 2 / np.pi) ** 2 * k @ k
+def exp_rotation(theta: _Vector) -> np.ndarray:
+    """Return the rotation matrix of a rotation vector [rad], 3x3 (Rodrigues)."""
+    vector = np.asarray(theta, np.float64)
+    angle = float(np.linalg.norm(vector))
+    k = skew(vector)
+    # sin(a)/a and (1 - cos(a))/a^2 in a form that is accurate down to zero
+    sine, versine = np.sinc(angle / np.pi), 0.5 * np.sinc(angle / 2 / np.pi) ** 2
+    rotation: np.ndarray = np.eye(3) + sine * k + versine * k @ k
+    return rotation
 
 
 def log_rotation(rotation: np.ndarray) -> np.ndarray:
-    """Return the rotation vector [rad] of a rotation, its length from 0 to pi."""
+    """Return the rotation vector [rad] of a rotation matrix; its length is 0 to pi."""
     quaternion = to_quaternion(rotation)
     sine = float(np.linalg.norm(quaternion[:3]))
     if sine == 0.0:
         return np.zeros(3)
-    return quaternion[:3] * (2.0 * np.arctan2(sine, quaternion[3]) / sine)
+    vector: np.ndarray = quaternion[:3] * (2.0 * np.arctan2(sine, quaternion[3]) / sine)
+    return vector
 
 
-def exp(twist: Sequence[float]) -> np.ndarray:
-    """Return the pose reached by a constant body twist (x, y, z, rot x, rot y, rot z)."""
-    twist = np.asarray(twist, np.float64)
+def exp(twist: _Vector) -> np.ndarray:
+    """Return the pose reached by a constant body twist in unit time (exponential map)."""
+    linear, angular = np.asarray(twist, np.float64).reshape(2, 3)
     pose = np.eye(4)
-    pose[:3, :3] = exp_rotation(twist[3:])
-    pose[:3, 3] = _left_jacobian(twist[3:]) @ twist[:3]
+    pose[:3, :3] = exp_rotation(angular)
+    pose[:3, 3] = _left_jacobian(angular) @ linear
     return pose
 
 
 def log(pose: np.ndarray) -> np.ndarray:
-    """Return the twist whose :func:`exp` is the pose."""
+    """Return the twist whose exponential is the pose, 6 (logarithmic map)."""
     theta = log_rotation(pose[:3, :3])
     return np.concatenate([np.linalg.solve(_left_jacobian(theta), pose[:3, 3]), theta])
 
 
-def interpolate(start: np.ndarray, end: np.ndarray, share: float) -> np.ndarray:
-    """Return the pose at a share of the way: straight in position, constant turn in rotation."""
+def interpolate(start: np.ndarray, end: np.ndarray, fraction: float) -> np.ndarray:
+    """Return the pose between two: linear in position, slerp in rotation."""
     pose = np.eye(4)
-    turn = log_rotation(start[:3, :3].T @ end[:3, :3])
-    pose[:3, :3] = start[:3, :3] @ exp_rotation(share * turn)
-    pose[:3, 3] = (1.0 - share) * start[:3, 3] + share * end[:3, 3]
+    rotation_vector = log_rotation(start[:3, :3].T @ end[:3, :3])
+    pose[:3, :3] = start[:3, :3] @ exp_rotation(fraction * rotation_vector)
+    pose[:3, 3] = (1.0 - fraction) * start[:3, 3] + fraction * end[:3, 3]
     return pose
 
 
@@ -104,17 +109,18 @@ def to_quaternion(rotation: np.ndarray) -> np.ndarray:
     return -q if q[3] < 0 else q
 
 
-def from_quaternion(quaternion: Sequence[float],
-                    translation: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
+def from_quaternion(quaternion: _Vector,
+                    translation: _Vector = (0.0, 0.0, 0.0)) -> np.ndarray:
     """
-    Return the pose of a quaternion (x, y, z, w), normalised here, and a translation [m].
+    Return the pose of a quaternion (x, y, z, w) of any length and a translation [m].
 
-    :raises ValueError: where a number is not finite or the quaternion is zero.
+    :raises ValueError: if a number is not finite or the quaternion is zero.
     """
     x, y, z, w = np.asarray(quaternion, np.float64)
     norm = float(np.sqrt(x * x + y * y + z * z + w * w))
     if not np.isfinite(norm) or norm < 1e-9 or not np.all(np.isfinite(translation)):
-        raise ValueError(f'quaternion {x:g} {y:g} {z:g} {w:g} or translation is no pose')
+        raise ValueError(f'quaternion {x:g} {y:g} {z:g} {w:g} with translation '
+                         f'{", ".join(f"{t:g}" for t in translation)} is not a pose')
     x, y, z, w = x / norm, y / norm, z / norm, w / norm
     pose = np.eye(4)
     pose[:3, :3] = [
@@ -126,8 +132,8 @@ def from_quaternion(quaternion: Sequence[float],
 
 
 def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float,
-                        translation: Sequence[float] = (0.0, 0.0, 0.0)) -> np.ndarray:
-    """Return the pose of turns about the fixed axes x, then y, then z [rad] (REP-103)."""
+                        translation: _Vector = (0.0, 0.0, 0.0)) -> np.ndarray:
+    """Return the pose of rotations about the fixed axes x, then y, then z [rad] (REP-103)."""
     pose = np.eye(4)
     pose[:3, :3] = (exp_rotation((0.0, 0.0, yaw)) @ exp_rotation((0.0, pitch, 0.0))
                     @ exp_rotation((roll, 0.0, 0.0)))
@@ -136,24 +142,24 @@ def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float,
 
 
 def perturbed(pose: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Return a pose with an error (x, y, z, rot x, rot y, rot z) about the target's axes."""
-    moved = pose.copy()
-    moved[:3, :3] = exp_rotation(error[3:]) @ pose[:3, :3]
-    moved[:3, 3] += error[:3]
-    return moved
+    """Return a pose with an error added in the axes of the target frame (boxplus)."""
+    result = pose.copy()
+    result[:3, :3] = exp_rotation(error[3:]) @ pose[:3, :3]
+    result[:3, 3] += error[:3]
+    return result
 
 
 def difference(pose: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return the error that makes a pose of a reference, 6: the inverse of ``perturbed``."""
+    """Return the error of a pose against a reference, 6: the inverse of :func:`perturbed`."""
     return np.concatenate([pose[:3, 3] - reference[:3, 3],
                            log_rotation(pose[:3, :3] @ reference[:3, :3].T)])
 
 
 def point_jacobian(arms: np.ndarray) -> np.ndarray:
     """
-    Return the derivatives of moved points by the error of a pose, Nx3x6.
+    Return the derivatives of transformed points with respect to the error of the pose, Nx3x6.
 
-    :param arms: Nx3, the points turned but not shifted by the pose.
+    :param arms: Nx3, the points rotated but not translated by the pose.
     """
     jacobian = np.zeros((len(arms), 3, 6))
     jacobian[:, (0, 1, 2), (0, 1, 2)] = 1.0
@@ -162,9 +168,9 @@ def point_jacobian(arms: np.ndarray) -> np.ndarray:
     return jacobian
 
 
-def scaled(motion: np.ndarray, share: float) -> np.ndarray:
-    """Return the pose that a constant body twist reaches after a share of the time."""
-    return motion if share == 1.0 else exp(share * log(motion))
+def scaled(motion: np.ndarray, factor: float) -> np.ndarray:
+    """Return the motion of the same constant body twist over a multiple of the time."""
+    return motion if factor == 1.0 else exp(factor * log(motion))
 
 
 def compose_covariance(pose: np.ndarray, covariance: np.ndarray, increment: np.ndarray,
@@ -217,11 +223,13 @@ def change_body(increment: np.ndarray, covariance: np.ndarray,
 
 
 def _left_jacobian(theta: np.ndarray) -> np.ndarray:
+    """Return the left Jacobian of SO(3), 3x3."""
     angle = float(np.linalg.norm(theta))
     k = skew(theta)
     half_versine = 0.5 * np.sinc(angle / 2 / np.pi) ** 2
-    if angle < 1e-4:
+    if angle < 1e-4:  # derived: the next term of the series is below eps
         third = 1.0 / 6.0 - angle ** 2 / 120.0
     else:
         third = (1.0 - np.sinc(angle / np.pi)) / angle ** 2
-    return np.eye(3) + half_versine * k + third * k @ k
+    jacobian: np.ndarray = np.eye(3) + half_versine * k + third * k @ k
+    return jacobian

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Stamps: whole nanoseconds since an epoch, as in the header of a ROS message."""
+"""Stamps: integer nanoseconds since an epoch, as in the header of a ROS message."""
 
 NANOSECONDS = 1_000_000_000
 """Nanoseconds in one second."""
 
-RESTART_AFTER = NANOSECONDS
-"""A stamp that goes back by more than this [ns] starts a new recording, by less it is late."""
+RESTART_AFTER = NANOSECONDS  # chosen: no camera or bus delivers images so late
+"""A stamp that goes back by more than this [ns] starts a new recording; by less, it is late."""

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A camera's path over time, and its text form: stamp tx ty tz qx qy qz qw."""
+"""Trajectories, and their TUM text format: stamp tx ty tz qx qy qz qw."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from aick_ros.geometry.stamps import NANOSECONDS
 @dataclass(frozen=True)
 class Trajectory:
     """
-    Poses over time.
+    Camera poses over time.
 
     :param stamps: N int64 [ns], strictly increasing.
     :param poses: Nx4x4 float64, ``T_world_camera`` [m].
@@ -36,27 +36,28 @@ class Trajectory:
         Return the pose at a stamp, interpolated (rotation along the shortest arc).
 
         :param stamp: [ns].
-        :param max_gap: longest hole that is interpolated over [s].
-        :returns: 4x4 float64, or None outside the path or in a hole.
+        :param max_gap: longest interval between two poses that is interpolated [s].
+        :returns: 4x4 float64; None outside of the trajectory or in a longer interval.
         """
         after = int(np.searchsorted(self.stamps, stamp))
         if after < len(self) and self.stamps[after] == stamp:
-            return self.poses[after].copy()
+            pose: np.ndarray = self.poses[after]
+            return pose.copy()
         if after in (0, len(self)):
             return None
         before = after - 1
         gap = int(self.stamps[after] - self.stamps[before])
         if gap > max_gap * NANOSECONDS:
             return None
-        share = (stamp - int(self.stamps[before])) / gap
-        return se3.interpolate(self.poses[before], self.poses[after], share)
+        fraction = (stamp - int(self.stamps[before])) / gap
+        return se3.interpolate(self.poses[before], self.poses[after], fraction)
 
 
 def seconds_to_stamp(text: str) -> int:
     """
     Return the stamp [ns] of decimal seconds, exact to the nanosecond.
 
-    :raises ValueError: where the text is no number.
+    :raises ValueError: if the text is not a number.
     """
     whole, _, fraction = text.strip().partition('.')
     if not (whole.isdigit() and (fraction or '0').isdigit()):
@@ -65,22 +66,22 @@ def seconds_to_stamp(text: str) -> int:
 
 
 def stamp_to_seconds(stamp: int) -> str:
-    """Return decimal seconds with nine decimals of a stamp [ns]."""
+    """Return a stamp [ns] as decimal seconds with nine decimals."""
     sign, stamp = ('-', -stamp) if stamp < 0 else ('', stamp)
     return f'{sign}{stamp // NANOSECONDS}.{stamp % NANOSECONDS:09d}'
 
 
 def format_pose(stamp: int, pose: np.ndarray) -> str:
-    """Return one line of a TUM trajectory file, without its end."""
+    """Return one line of a TUM trajectory file, without the newline."""
     numbers = np.concatenate([pose[:3, 3], se3.to_quaternion(pose[:3, :3])])
     return stamp_to_seconds(stamp) + ''.join(f' {number:.9f}' for number in numbers)
 
 
 def read_trajectory(path: Path) -> Trajectory:
     """
-    Read a TUM trajectory file; lines with # are comments, repeated stamps are left out.
+    Read a TUM trajectory file; lines with # are comments, repeated stamps are ignored.
 
-    :raises InputError: naming file and line of what is no pose.
+    :raises InputError: with file and line, if the file cannot be read or a line is not a pose.
     """
     stamps, poses = [], []
     for number, line in enumerate(_lines(path), 1):
@@ -92,8 +93,8 @@ def read_trajectory(path: Path) -> Trajectory:
             x, y, z, *quaternion = (float(word) for word in words[1:8])
             pose = se3.from_quaternion(quaternion, (x, y, z))
         except (ValueError, IndexError, OverflowError):
-            raise InputError(f'{path}, line {number}: {line.strip()[:80]!r} is no pose; it takes '
-                             'stamp tx ty tz qx qy qz qw') from None
+            raise InputError(f'{path}, line {number}: {line.strip()[:80]!r} is not a pose; '
+                             'a line must have stamp tx ty tz qx qy qz qw') from None
         stamps.append(stamp)
         poses.append(pose)
     if not stamps:

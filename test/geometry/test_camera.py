@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The camera against the models' equations, written out."""
+"""Cameras against the equations of the distortion models."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def distort(camera, x, y):
 
 @pytest.mark.parametrize('camera', [FR1, RATIONAL, FISHEYE, PINHOLE],
                          ids=lambda camera: f'{camera.distortion_model}{len(camera.distortion)}')
-def test_projects_and_back_projects_by_the_equations(camera):
+def test_projection_and_back_projection_follow_the_equations(camera):
     u, v = np.meshgrid(np.linspace(0, 639, 17), np.linspace(0, 479, 13))
     pixels = np.column_stack([u.ravel(), v.ravel()])
     depths = np.linspace(0.5, 5, len(pixels))
@@ -44,12 +44,12 @@ def test_projects_and_back_projects_by_the_equations(camera):
     x, y = points[:, 0] / depths, points[:, 1] / depths
     if camera.distortion:
         x, y = distort(camera, x, y)
-    again = np.column_stack([camera.fx * x + camera.cx, camera.fy * y + camera.cy])
-    np.testing.assert_allclose(again, pixels, atol=1e-3)
-    np.testing.assert_allclose(camera.project(points), again, atol=1e-6)
+    expected = np.column_stack([camera.fx * x + camera.cx, camera.fy * y + camera.cy])
+    np.testing.assert_allclose(expected, pixels, atol=1e-3)
+    np.testing.assert_allclose(camera.project(points), expected, atol=1e-6)
 
 
-def test_of_no_points_there_are_no_pixels():
+def test_empty_input_gives_empty_output():
     assert FR1.normalize(np.empty((0, 2))).shape == (0, 2)
     assert FR1.project(np.empty((0, 3))).shape == (0, 2)
     assert FISHEYE.back_project(np.empty((0, 2)), np.empty(0)).shape == (0, 3)
@@ -64,7 +64,7 @@ def test_from_camera_info():
 
 
 @pytest.mark.parametrize('d', [[0.0] * 4, []])
-def test_a_fisheye_with_coefficients_of_zero_is_still_a_fisheye(d):
+def test_a_fisheye_with_zero_coefficients_stays_equidistant(d):
     camera = Camera.from_camera_info(640, 480, K, d, 'equidistant')
     (x, y), = camera.normalize([(camera.cx + camera.fx * 0.5, camera.cy)])
     assert (x, y) == pytest.approx((np.tan(0.5), 0.0))
@@ -74,22 +74,26 @@ def test_a_fisheye_with_coefficients_of_zero_is_still_a_fisheye(d):
     Camera(640, 480, 150, 150, 320, 240, 'equidistant', (0.02, -0.01, 0.003, -0.001)),
     Camera(640, 480, 350, 350, 320, 240, 'plumb_bob', (-0.35, 0.0, 0.0, 0.0))],
     ids=['beyond a right angle', 'beyond the turning point of the polynomial'])
-def test_pixels_that_see_nothing_in_front_of_the_camera_are_nan(camera):
-    centre, corner = camera.normalize([(330, 245), (0, 0)])
-    assert np.isfinite(centre).all()
-    assert np.isnan(corner).all()
+def test_pixels_without_a_ray_in_front_of_the_camera_are_nan(camera):
+    """Also on the row and the column of the centre, where one coordinate alone is right."""
+    with_ray = camera.normalize([(330, 245), (320, 250), (310, 240)])
+    assert np.isfinite(with_ray).all()
+    outside = 320 + 2.5 * camera.fx
+    without = camera.normalize([(0, 0), (outside, 240), (640 - outside, 240), (320, outside),
+                                (320, 480 - outside)])
+    assert np.isnan(without).all()
 
 
 @pytest.mark.parametrize('fields, sentence', [
     ((640, 480, [0.0] * 9), r'k\[0\] is 0; calibrate'),
-    ((640, 480, K[:8]), '8 numbers: it takes 9'),
+    ((640, 480, K[:8]), '8 numbers: 9 are required'),
     ((0, 0, K), '0 x 0 pixels'),
     ((640, 480, [-500.0, *K[1:]]), 'focal lengths must be positive'),
     ((640, 480, [float('nan'), *K[1:]]), 'focal lengths must be positive'),
-    ((640, 480, K, [0.1, 0.2, 0.3], 'plumb_bob'), '3 coefficients: it takes 0, 4, 5'),
+    ((640, 480, K, [0.1, 0.2, 0.3], 'plumb_bob'), '3 coefficients: it must have 0 or 4 or 5'),
     ((640, 480, K, [0.1, 0.2, 0.3, float('inf')], 'plumb_bob'), 'not all finite'),
     ((640, 480, K, [0.1] * 4, 'thin_prism'), "unknown distortion model 'thin_prism'"),
 ])
-def test_refuses_what_is_no_camera(fields, sentence):
+def test_invalid_calibrations_are_rejected(fields, sentence):
     with pytest.raises(InputError, match=sentence):
         Camera.from_camera_info(*fields)

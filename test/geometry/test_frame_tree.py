@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Chains of fixed and moving frames, written out by hand."""
+"""Transforms along chains of static and dynamic links, written out by hand."""
 
 import numpy as np
 import pytest
@@ -19,55 +19,83 @@ def pose(seed):
 @pytest.fixture
 def tree():
     tree = FrameTree()
-    tree.fix('mast', 'head', pose(1))
-    tree.fix('head', 'camera', pose(2))
-    tree.fix('base', 'wheel', pose(3))
+    tree.set_static('mast', 'head', pose(1))
+    tree.set_static('head', 'camera', pose(2))
+    tree.set_static('base', 'wheel', pose(3))
     return tree
 
 
 def test_down_a_chain_and_up_another(tree):
-    tree.fix('base', 'mast', pose(4))
+    tree.set_static('base', 'mast', pose(4))
     found = tree.find('wheel', 'camera', 0)
     np.testing.assert_allclose(
         found.T_target_source, np.linalg.inv(pose(3)) @ pose(4) @ pose(1) @ pose(2), atol=1e-9)
-    assert found.is_fixed and found.gap == 0
+    assert found.is_static and found.gap == 0
 
 
-def test_a_moving_link_is_interpolated(tree):
-    """A mast that turns about its axis at a steady rate."""
+def test_a_dynamic_link_is_interpolated(tree):
+    """A mast that rotates about its axis at a constant rate."""
     for i in range(5):
-        tree.move('base', 'mast', (10 + i) * SECOND, se3.exp([0, 0, 0, 0, 0, 0.2 * i]))
+        tree.add_sample('base', 'mast', (10 + i) * SECOND, se3.exp([0, 0, 0, 0, 0, 0.2 * i]))
     found = tree.find('base', 'camera', round(12.3 * SECOND))
     np.testing.assert_allclose(found.T_target_source,
                                se3.exp([0, 0, 0, 0, 0, 0.46]) @ pose(1) @ pose(2), atol=1e-9)
-    assert not found.is_fixed and found.gap == 0
+    assert not found.is_static and found.gap == 0
 
 
 @pytest.mark.parametrize('seconds, gap, nearest', [(14.5, 0.5, 0.8), (9.75, 0.25, 0.0)])
-def test_outside_of_what_is_known_the_nearest_and_how_far_off(tree, seconds, gap, nearest):
+def test_outside_of_the_history_the_nearest_sample_is_taken(tree, seconds, gap, nearest):
     for i in range(5):
-        tree.move('base', 'mast', (10 + i) * SECOND, se3.exp([0, 0, 0, 0, 0, 0.2 * i]))
+        tree.add_sample('base', 'mast', (10 + i) * SECOND, se3.exp([0, 0, 0, 0, 0, 0.2 * i]))
     found = tree.find('base', 'mast', round(seconds * SECOND))
     np.testing.assert_allclose(found.T_target_source, se3.exp([0, 0, 0, 0, 0, nearest]))
     assert found.gap == gap * SECOND
 
 
-def test_a_clock_set_back_starts_a_moving_link_anew(tree):
-    tree.move('base', 'mast', 100 * SECOND, pose(4))
-    tree.move('base', 'mast', 10 * SECOND, pose(5))
+@pytest.mark.parametrize('rate', [0.05, 1, 100, 1000])
+def test_the_last_ten_seconds_are_kept_at_any_rate(tree, rate):
+    """A mast that rotates at 0.1 rad/s, sampled at a rate [Hz]."""
+    period = round(SECOND / rate)
+    for stamp in range(0, 20 * SECOND + period, period):
+        tree.add_sample('base', 'mast', stamp, se3.exp([0, 0, 0, 0, 0, 0.1 * stamp / SECOND]))
+    for seconds in (10.0005, 15.6789, 19.9):
+        found = tree.find('base', 'mast', round(seconds * SECOND))
+        assert found.gap == 0
+        np.testing.assert_allclose(found.T_target_source,
+                                   se3.exp([0, 0, 0, 0, 0, 0.1 * seconds]), atol=1e-9)
+
+
+def test_older_samples_are_dropped_and_their_number_is_bounded(tree):
+    for stamp in range(0, 30 * SECOND, SECOND // 10):
+        tree.add_sample('base', 'mast', stamp, pose(4))
+    assert tree.find('base', 'mast', 0).gap == pytest.approx(20 * SECOND, abs=SECOND)
+    for stamp in range(30 * SECOND, 30 * SECOND + 50_000):  # one per nanosecond
+        tree.add_sample('base', 'mast', stamp, pose(4))
+    assert tree.find('base', 'mast', 30 * SECOND).gap > 10_000
+
+
+def test_samples_that_are_not_newer_are_ignored(tree):
+    for seconds, seed in ((10, 1), (11, 2), (10.5, 3), (11, 4)):
+        tree.add_sample('base', 'mast', round(seconds * SECOND), pose(seed))
+    np.testing.assert_allclose(tree.find('base', 'mast', 11 * SECOND).T_target_source, pose(2))
+
+
+def test_a_clock_set_back_clears_the_history(tree):
+    tree.add_sample('base', 'mast', 100 * SECOND, pose(4))
+    tree.add_sample('base', 'mast', 10 * SECOND, pose(5))
     found = tree.find('base', 'mast', 10 * SECOND)
     np.testing.assert_allclose(found.T_target_source, pose(5))
     assert found.gap == 0
 
 
-def test_nothing_is_guessed(tree):
+def test_unconnected_frames_have_no_transform(tree):
     assert tree.find('base', 'camera', 0) is None
     assert tree.find('base', 'elsewhere', 0) is None
     np.testing.assert_array_equal(tree.find('base', 'base', 0).T_target_source, np.eye(4))
 
 
 def test_a_loop_of_frames_ends(tree):
-    tree.fix('base', 'mast', pose(4))
-    tree.fix('camera', 'base', pose(5))
+    tree.set_static('base', 'mast', pose(4))
+    tree.set_static('camera', 'base', pose(5))
     assert tree.find('elsewhere', 'camera', 0) is None
     assert tree.find('base', 'camera', 0) is not None

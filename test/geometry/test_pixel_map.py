@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Whole images of points land where the camera itself puts single ones."""
+"""Dense projection against the projection of single points."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ FISHEYE = Camera(640, 480, 300, 302, 320, 240, 'equidistant', (0.02, -0.01, 0.00
 
 @pytest.mark.parametrize('camera', [PINHOLE, BARREL, KINECT, FISHEYE],
                          ids=['pinhole', 'barrel', 'kinect', 'fisheye'])
-def test_pixels_are_those_of_the_camera(camera):
+def test_pixels_agree_with_the_camera(camera):
     v, u = np.mgrid[1:479:7, 1:639:9]
     seen = camera.normalize(np.column_stack([u.ravel(), v.ravel()]))
     x, y = seen.T.reshape(2, *u.shape).astype(np.float32)
@@ -26,8 +26,8 @@ def test_pixels_are_those_of_the_camera(camera):
     np.testing.assert_allclose(found, np.stack([u, v]), atol=0.12)
 
 
-def test_what_lies_outside_is_not_folded_into_the_image():
-    """At this angle the polynomial has turned round and meets the image again."""
+def test_points_outside_of_the_field_of_view_are_not_folded_into_the_image():
+    """At this angle the polynomial has passed its maximum and points back into the image."""
     camera = Camera(640, 480, 517, 517, 320, 240, 'plumb_bob', (-0.4, 0.05, 0, 0, 0))
     x = np.full((1, 1), 1.93, np.float32)
     assert abs(camera.project([(1.93, 0.0, 1.0)])[0, 0] - 320) < 300

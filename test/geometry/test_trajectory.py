@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Paths over time and their text form."""
+"""Trajectories: interpolation against SciPy, and the TUM format."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def path_of(count, seed=0):
     return Trajectory(stamps, np.array([se3.exp(rng.normal(0, 1, 6)) for _ in range(count)]))
 
 
-def test_interpolates_as_slerp():
+def test_interpolation_is_linear_in_position_and_slerp_in_rotation():
     path = path_of(6)
     slerp = Slerp(path.stamps - path.stamps[0],
                   Rotation.from_matrix(path.poses[:, :3, :3]))
@@ -34,13 +34,13 @@ def test_interpolates_as_slerp():
         np.testing.assert_allclose(pose[:3, 3], expected)
 
 
-def test_at_a_pose_it_is_that_pose():
+def test_at_a_stamp_of_the_trajectory_its_pose_is_returned():
     path = path_of(3)
     for stamp, pose in zip(path.stamps, path.poses):
         np.testing.assert_array_equal(path.at(int(stamp)), pose)
 
 
-def test_outside_and_in_a_hole_there_is_none():
+def test_outside_and_in_a_long_gap_there_is_no_pose():
     path = path_of(3)
     assert path.at(int(path.stamps[0]) - 1) is None
     assert path.at(int(path.stamps[-1]) + 1) is None
@@ -69,17 +69,17 @@ def test_file_round_trip(tmp_path):
 
 
 @pytest.mark.parametrize('text, sentence', [
-    ('1.0 1 2 3 0 0 0\n', r"line 1: '1\.0 1 2 3 0 0 0' is no pose"),
+    ('1.0 1 2 3 0 0 0\n', r"line 1: '1\.0 1 2 3 0 0 0' is not a pose"),
     ('# a comment\n1.0 0 0 0 0 0 0 1\n2.0 a b c 0 0 0 1\n', 'line 3'),
     ('1.0 0 0 0 0 0 0 0\n', 'line 1'), ('inf 0 0 0 0 0 0 1\n', 'line 1'),
     ('1e30 0 0 0 0 0 0 1\n', 'line 1'), ('# nothing\n', 'has no poses'), ('', 'has no poses')])
-def test_refuses_what_is_no_trajectory(tmp_path, text, sentence):
+def test_invalid_files_are_rejected_with_the_line(tmp_path, text, sentence):
     file = tmp_path / 'groundtruth.txt'
     file.write_text(text)
     with pytest.raises(InputError, match=sentence):
         read_trajectory(file)
 
 
-def test_a_missing_file_is_named(tmp_path):
+def test_a_missing_file_is_reported_with_its_name(tmp_path):
     with pytest.raises(InputError, match='nowhere.txt'):
         read_trajectory(tmp_path / 'nowhere.txt')

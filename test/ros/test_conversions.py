@@ -28,7 +28,7 @@ def test_poses_survive():
 def test_a_null_quaternion_is_no_pose():
     transform = Transform()
     transform.rotation.w = 0.0
-    with pytest.raises(ValueError, match='no pose'):
+    with pytest.raises(ValueError, match='not a pose'):
         conversions.from_transform(transform)
 
 

@@ -122,7 +122,7 @@ class _Problem:
         step = -inverse @ (equations[0].gradient + equations[1].gradient)
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
         return Refined(se3.perturbed(pose, step),
-                       inverse @ (noises[0] + noises[1] + 2 * _PRIOR) @ inverse,
+                       inverse @ (noises[0] + noises[1] + _PRIOR) @ inverse,
                        self._tracks[inliers], _bias(equations, noises) if by_depth else None)
 
     def _of_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:

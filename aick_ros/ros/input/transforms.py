@@ -65,7 +65,7 @@ class Transforms:
                 return self._known[target, source]
             self._changed.wait_for(lambda: self._reaches(target, source, stamp), wait)
             found = self._tree.find(target, source, stamp)
-            if found is not None and found.is_fixed:
+            if found is not None and found.is_static:
                 self._known[target, source] = found.T_target_source
                 self._moving.discard((target, source))
             elif len(self._moving) < _MOST_MOVING:
@@ -94,7 +94,7 @@ class Transforms:
             self._node.destroy_subscription(self._listener)
             self._listener = None
             with self._changed:
-                self._tree.forget_moving()
+                self._tree.clear_dynamic()
 
     def _reaches(self, target: str, source: str, stamp: int) -> bool:
         found = self._tree.find(target, source, stamp)
@@ -103,8 +103,8 @@ class Transforms:
     def _take_fixed(self, message: 'TFMessage') -> None:
         with self._changed:
             for link, T_parent_child in _links(message):
-                self._tree.fix(_plain(link.header.frame_id), _plain(link.child_frame_id),
-                               T_parent_child)
+                self._tree.set_static(_plain(link.header.frame_id), _plain(link.child_frame_id),
+                                      T_parent_child)
             self._known.clear()
             self._changed.notify_all()
         self._on_change()
@@ -114,7 +114,8 @@ class Transforms:
             for link, T_parent_child in _links(message):
                 parent, child = _plain(link.header.frame_id), _plain(link.child_frame_id)
                 if (parent, child) != self._own:
-                    self._tree.move(parent, child, to_stamp(link.header.stamp), T_parent_child)
+                    self._tree.add_sample(
+                        parent, child, to_stamp(link.header.stamp), T_parent_child)
             self._changed.notify_all()
         self._on_change()
 

@@ -281,15 +281,24 @@ def test_a_picture_on_the_wall_holds_what_the_wall_leaves_free(mode):
     assert error @ np.linalg.solve(refined.covariance, error) < 30
 
 
-def test_nothing_to_see_is_not_sure_of_anything():
+def test_what_nothing_observes_has_the_variance_of_the_prior():
+    """Closed form: 1 m^2 and 1 rad^2, here in all directions."""
     nothing = np.full((480, 640), np.nan, np.float32)
     views = look(SETTINGS, [RgbdFrame(stamp, np.zeros((480, 640), np.uint8), nothing, CAMERA)
                             for stamp in (0, INTERVAL)])
     first = se3.exp(OFF)
     refined = refine(SETTINGS, *views, first)
     np.testing.assert_array_equal(refined.T_target_source, first)
-    assert np.linalg.eigvalsh(refined.covariance).min() >= 1
+    np.testing.assert_array_equal(refined.covariance, np.eye(6))
     assert len(refined.tracked) == 0
+
+
+def test_a_direction_along_a_wall_has_the_variance_of_the_prior():
+    """Of the wall only the distance and two rotations are observed."""
+    refined, _, free = refine_bare('wall')
+    assert free.shape == (3, 6)
+    for direction in np.eye(6)[[0, 1]]:
+        assert direction @ refined.covariance @ direction == pytest.approx(1.0, abs=0.01)
 
 
 def test_the_covariance_is_that_of_monte_carlo():

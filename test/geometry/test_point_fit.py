@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Rigid transforms of matched points against exact motions and a general solver."""
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from aick_ros.geometry import point_fit, se3
+
+
+def random_pose(rng):
+    return se3.exp(rng.normal(0, 1, 6))
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(3)
+
+
+def fit_moments(source, target):
+    """Fit through the moments of homogeneous points."""
+    source, target = (point_fit.homogeneous(np.asarray(points, float))
+                      for points in (source, target))
+    return point_fit.fit_moments(source.T @ target)
+
+
+fits = pytest.mark.parametrize('fit', [point_fit.fit, fit_moments])
+
+
+@fits
+def test_fit_recovers_an_exact_motion(rng, fit):
+    for _ in range(20):
+        T, source = random_pose(rng), rng.normal(0, 1, (rng.integers(3, 40), 3))
+        np.testing.assert_allclose(fit(source, se3.transform(T, source)), T, atol=1e-9)
+
+
+@fits
+def test_fit_is_the_least_squares_solution(rng, fit):
+    T, source = random_pose(rng), rng.normal(0, 1, (30, 3))
+    target = se3.transform(T, source) + rng.normal(0, 0.1, source.shape)
+
+    def residuals(x):
+        moved = source @ Rotation.from_rotvec(x[3:]).as_matrix().T + x[:3]
+        return (moved - target).ravel()
+
+    best = least_squares(residuals, np.r_[T[:3, 3], se3.log_rotation(T[:3, :3])])
+    found = fit(source, target)
+    moved = se3.transform(found, source)
+    assert np.sum((moved - target) ** 2) == pytest.approx(2 * best.cost, rel=1e-6)
+
+
+@fits
+def test_fit_never_reflects(rng, fit):
+    """Of points and their mirror image: the best rotation, not the reflection."""
+    for _ in range(50):
+        source = rng.normal(0, 1, (10, 3))
+        T = fit(source, source * (-1, 1, 1))
+        assert np.linalg.det(T[:3, :3]) == pytest.approx(1.0)
+
+
+@fits
+def test_fit_of_coplanar_points(rng, fit):
+    for noise in (0.0, 1e-3):
+        source = np.c_[rng.normal(0, 1, (20, 2)), np.zeros(20)]
+        T = random_pose(rng)
+        found = fit(source, se3.transform(T, source) + rng.normal(0, noise, (20, 3)))
+        assert np.linalg.det(found[:3, :3]) == pytest.approx(1.0)
+        np.testing.assert_allclose(found, T, atol=1e-9 + 3 * noise)
+
+
+@fits
+@pytest.mark.parametrize('points', [
+    np.zeros((0, 3)), np.zeros((2, 3)), np.full((10, 3), 1.7),
+    np.outer(np.arange(10.0), (1, 2, 3)) + 5, [[0, 0, 0], [1, 1, 1], [2, 2, 2]]],
+    ids=['none', 'two', 'one point', 'line', 'three on a line'])
+def test_points_that_do_not_determine_a_rotation_are_rejected(points, fit):
+    for dtype in (np.float32, np.float64):
+        points = np.asarray(points, dtype)
+        with pytest.raises(point_fit.DegenerateGeometryError, match='point'):
+            fit(points, points)
