@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Why a registration or a frame is good, or is not."""
+"""Outcome of a registration or of a frame."""
 
 from enum import Enum
 
 
 class Status(Enum):
-    """Outcome of a registration or of a frame; the value is the sentence a person reads."""
+    """Outcome of a registration or of a frame; the value is its description for people."""
 
     NO_FRAME = 'no frame yet'
     OK = 'registered'

@@ -24,7 +24,7 @@ from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 PERIOD = 1 / 30
 LEAP = 35  # px a frame, at one metre 2 m/s
 JOLT = se3.exp([0.08, -0.03, 0.02, 0, 0, 0])
-"""Off from constant velocity by 79 m/s^2 in one frame."""
+"""A deviation from constant velocity by 79 m/s^2 in one frame."""
 
 
 @pytest.fixture(scope='module')
@@ -48,7 +48,7 @@ def paste(frame, picture, left, width, top=60):
 
 
 def pair(frames, changes=None):
-    """Return the registrar's view of the last two of some frames, and what it makes of them."""
+    """Return the prepared last two of some frames, and their registration."""
     registrar = Registrar(with_values(Settings(), changes or {}))
     target, source = (registrar.prepare(frame) for frame in frames)
     return source, target, registrar.register(source, target)
@@ -66,7 +66,7 @@ def off(pose, truth):
 LIMITS = np.array([15.0, 30.0])
 
 
-def test_suddenness_is_the_change_by_what_a_hand_does():
+def test_suddenness_is_the_acceleration_by_its_limit():
     assert suddenness(np.eye(4), 0.1, LIMITS) == 0.0
     assert suddenness(se3.exp([0, 0.15, 0, 0, 0, 0]), 0.1, LIMITS) == pytest.approx(1.0)
     assert suddenness(se3.exp([0, 0, 0, 0.6, 0, 0]), 0.1, LIMITS) == pytest.approx(2.0)
@@ -104,14 +104,14 @@ def test_a_sudden_motion_is_one_beyond_the_motion_model(frames):
 
 
 def moving(frames, picture, width, leap=LEAP):
-    """Return views with a board that leaps, what is found, and the truth."""
+    """Return prepared frames with a board that leaps, the registration, and the truth."""
     shown, poses = frames
     shown = [paste(shown[0], picture, 60, width), paste(shown[1], picture, 60 + leap, width)]
     return *pair(shown), se3.inverse(poses[0]) @ poses[1]
 
 
 @pytest.mark.parametrize('width', [330, 460])
-def test_a_board_that_has_most_keypoints_is_not_the_world(frames, picture, width):
+def test_a_board_with_most_keypoints_is_recognised_as_an_object(frames, picture, width):
     source, target, found, truth = moving(frames, picture, width)
     assert off(found.T_target_source, truth)[0] > 0.05
     weighed = opinion().check(found, source, target, truth, PERIOD)
@@ -131,8 +131,8 @@ def test_a_board_that_has_most_keypoints_is_not_the_world(frames, picture, width
     assert len(weighed.matches) == 0
 
 
-def test_a_board_that_may_be_the_world_is_doubted(frames, picture):
-    """It has most of the view and starts slowly: the difference is the uncertainty."""
+def test_an_undecided_vote_enlarges_the_covariance(frames, picture):
+    """The board has most of the view and starts slowly: the difference of the poses is added."""
     source, target, found, truth = moving(frames, picture, 460, 11)
     weighed = opinion().check(found, source, target, truth, PERIOD)
     np.testing.assert_array_equal(weighed.T_target_source, found.T_target_source)
@@ -142,7 +142,7 @@ def test_a_board_that_may_be_the_world_is_doubted(frames, picture):
     assert after < 0.1 * before
 
 
-def test_a_camera_that_changes_its_resolution_has_no_second_opinion(frames):
+def test_frames_of_two_resolutions_are_not_checked(frames):
     (first, second, *_), _ = frames
     smaller = RgbdFrame(second.stamp, cv2.resize(second.colour, (320, 240)),
                         np.ascontiguousarray(second.depth[::2, ::2]),
@@ -158,8 +158,8 @@ def test_a_camera_that_changes_its_resolution_has_no_second_opinion(frames):
 
 
 @pytest.mark.parametrize('jolt', [JOLT, se3.exp([0, 0, 0, 0.05, 0.1, -0.05])])
-def test_a_jolt_of_the_camera_is_believed(frames, jolt):
-    """Nothing but the camera moves: all of the view is for the motion, however sudden."""
+def test_a_jolt_of_the_camera_is_accepted(frames, jolt):
+    """Only the camera moves: all of the view supports the motion, however sudden."""
     shown, poses = frames
     source, target, found = pair(shown[:2])
     weighed = opinion().check(found, source, target, found.T_target_source @ jolt, PERIOD)
@@ -169,15 +169,15 @@ def test_a_jolt_of_the_camera_is_believed(frames, jolt):
     assert sigmas[1] < sigmas[0] + 0.01
 
 
-def test_what_a_hand_can_do_is_not_looked_at_twice(frames, picture):
+def test_motions_within_the_model_are_not_checked(frames, picture):
     source, target, found, truth = moving(frames, picture, 460)
     near = found.T_target_source @ se3.exp([0.015, 0, 0, 0, 0.03, 0])
     assert opinion().check(found, source, target, near, PERIOD) is found
-    # nor what happened while nobody looked
+    # nor a motion over a time so long that the model allows it
     assert opinion().check(found, source, target, truth, 0.3) is found
 
 
-def test_without_depth_images_there_is_no_second_opinion(frames, picture):
+def test_frames_without_surfaces_are_not_checked(frames, picture):
     shown, poses = frames
     settings = {'refinement.mode': 'keypoints'}
     source, target, found = pair(shown[:2], settings)
@@ -186,7 +186,7 @@ def test_without_depth_images_there_is_no_second_opinion(frames, picture):
         found, source, target, expected, PERIOD) is found
 
 
-def test_the_pairwise_registration_knows_no_motion_and_asks_nobody(frames, picture, monkeypatch):
+def test_a_registration_without_expected_pose_is_not_checked(frames, picture, monkeypatch):
     monkeypatch.setattr(DynamicObjectCheck, 'check', lambda *_: pytest.fail('asked'))
     shown, _ = frames
     pair([paste(shown[0], picture, 60, 460), paste(shown[1], picture, 60 + LEAP, 460)])

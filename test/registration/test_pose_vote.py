@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""PoseVote on two poses of rendered views, of which the true one is known."""
+"""Votes on the true pose and a wrong one of rendered frames."""
 
 import dataclasses
 
@@ -29,7 +29,7 @@ def look(*frames):
 
 @pytest.fixture(scope='module')
 def pair():
-    """Return a frame, an earlier one, and where the first was seen from the second."""
+    """Return a frame, an earlier one, and the pose of the first in the second."""
     source = SyntheticSource(SyntheticOptions(seed=5, frames=5))
     poses = source.ground_truth.poses
     return source.frame(4), source.frame(0), se3.inverse(poses[0]) @ poses[4]
@@ -85,7 +85,7 @@ def test_each_part_of_the_view_votes_for_itself(pair, columns):
 
 
 def wall(truth, contrast):
-    """Return two frames of a wall that is flat, so that its depth does not tell of a shift."""
+    """Return two frames of a flat wall, whose depth does not observe a shift."""
     stains = np.random.default_rng(0).normal(0, 1, (600, 800)).astype(np.float32)
     stains = cv2.GaussianBlur(stains, (0, 0), 6)
     stains *= contrast / stains.std()
@@ -100,21 +100,21 @@ def wall(truth, contrast):
     return look(*frames)
 
 
-def test_faint_stains_on_a_plain_wall_have_a_vote():
+def test_faint_stains_on_a_plain_wall_vote():
     truth = se3.exp([40 / CAMERA.fx * 2.0, 0, 0, 0, 0, 0])
     vote = pose_vote(*wall(truth, contrast=8.0), truth, np.eye(4), SENSOR)
     assert vote.first > 0.5
     assert vote.second < 0.05
 
 
-def test_a_wall_without_any_does_not_say_where_it_is():
+def test_a_wall_without_stains_does_not_vote():
     truth = se3.exp([40 / CAMERA.fx * 2.0, 0, 0, 0, 0, 0])
     vote = pose_vote(*wall(truth, contrast=0.0), truth, np.eye(4), SENSOR)
     assert vote.first < 0.02
     assert vote.second < 0.02
 
 
-def test_nothing_seen_is_no_vote(pair):
+def test_frames_without_depth_do_not_vote(pair):
     source, target, truth = pair
     blind = dataclasses.replace(target, depth=np.full_like(target.depth, np.nan))
     for views in (look(source, blind), look(blind, source)):

@@ -44,7 +44,7 @@ def motion(source, target, index):
 
 
 def register(frames, changes=None, expected=None, blank=False):
-    """Return how a new registrar puts the last of some frames in the first, and its views."""
+    """Return the registration of the last of some frames to the first, and the prepared frames."""
     registrar = Registrar(with_values(Settings(), changes or {}))
     views = [registrar.prepare(frame) for frame in frames]
     if blank:
@@ -72,7 +72,7 @@ def test_without_refinement_it_is_aick_bit_for_bit(frames, name):
 
 
 @pytest.mark.parametrize('mode', ['keypoints', 'joint'])
-def test_refined_it_is_nearer_to_the_truth(source, frames, mode):
+def test_refinement_improves_the_accuracy(source, frames, mode):
     refined, unrefined = ([], [])
     for errors, name in ((refined, mode), (unrefined, 'none')):
         for i in range(3, COUNT):
@@ -86,13 +86,13 @@ def test_a_wrong_guess_changes_nothing_where_aick_finds_the_pose(frames):
     guessed, _ = register(frames[:4], expected=TURNED)
     for name in ('status', 'reason', 'T_target_source', 'matches', 'support'):
         np.testing.assert_array_equal(getattr(guessed, name), getattr(plain, name))
-    # stamps are whole nanoseconds, which is jitter enough to tell of a speed that changed
+    # stamps are whole nanoseconds: their jitter times the changed speed adds a little
     np.testing.assert_allclose(guessed.covariance, plain.covariance, rtol=1e-6)
 
 
 @pytest.mark.parametrize('axis', range(3))
 @pytest.mark.parametrize('degrees', [30, -30, 60])
-def test_a_wrong_guess_is_put_right_or_not_believed(source, frames, axis, degrees):
+def test_a_wrong_guess_is_corrected_or_rejected(source, frames, axis, degrees):
     turned = se3.exp(np.radians(degrees) * np.eye(6)[3 + axis])
     found, _ = register(frames[:4], BLIND, expected=turned @ motion(source, 0, 3))
     if found.status is Status.OK:
@@ -105,12 +105,12 @@ def test_a_wrong_guess_is_put_right_or_not_believed(source, frames, axis, degree
         assert np.isinf(np.diag(found.covariance)).all()
 
 
-def test_a_guess_that_shows_nothing_is_not_believed(source, frames):
+def test_a_guess_without_overlap_is_rejected(source, frames):
     behind = se3.exp([0, 0, 0, 0, np.radians(60), 0]) @ motion(source, 0, 3)
     assert register(frames[:4], BLIND, expected=behind)[0].status is Status.TOO_FEW_MATCHES
 
 
-def test_a_guess_about_right_is_refined(source, frames):
+def test_a_guess_with_a_small_error_is_refined(source, frames):
     truth = motion(source, 0, 3)
     about = truth @ se3.exp([0.01, -0.01, 0.01, 0.005, 0.005, -0.005])
     assert register(frames[:4], BLIND)[0].status is Status.TOO_FEW_MATCHES
@@ -146,8 +146,8 @@ def test_a_slower_schedule_is_tried_where_a_short_one_fails(source, frames, monk
     assert error(found.T_target_source, motion(source, 0, 3))[0] < 0.003
 
 
-def test_with_too_few_tracks_the_pose_is_that_of_aick_and_doubted(frames):
-    """One image goes blank after its keypoints were found: nothing can be followed into it."""
+def test_with_too_few_tracks_the_covariance_of_aick_is_enlarged(frames):
+    """One image goes blank after its detection: nothing can be tracked into it."""
     found, views = register(frames[:4], blank=True)
     alone = Aick(Settings().aick).register(views[-1].keypoints, views[0].keypoints)
     np.testing.assert_array_equal(found.T_target_source, alone.T_target_source)
@@ -156,7 +156,7 @@ def test_with_too_few_tracks_the_pose_is_that_of_aick_and_doubted(frames):
     assert found.reason == f'{alone.reason}, 0 keypoints tracked'
 
 
-def test_of_few_matches_and_too_few_tracks_nothing_is_believed(frames):
+def test_few_matches_and_too_few_tracks_are_rejected(frames):
     found, views = register(frames[:4], {'features.orb.nfeatures': 29}, blank=True)
     alone = Aick(Settings().aick).register(views[-1].keypoints, views[0].keypoints)
     assert alone.status is Status.OK

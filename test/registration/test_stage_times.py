@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The times of the stages by a clock that is set by hand."""
+"""Times of the stages by a simulated clock."""
 
 import pytest
 
@@ -31,7 +31,7 @@ def test_stages_are_summed_up_and_what_lies_between_them_is_not(wait):
         'features': 4.0, 'surface': 0.0, 'registration': 3.0, 'refinement': 0.0, 'total': 7.0})
 
 
-def test_what_was_taken_is_gone(wait):
+def test_take_resets_the_times(wait):
     times = StageTimes()
     with times.stage('features'):
         wait(0.004)
@@ -39,7 +39,7 @@ def test_what_was_taken_is_gone(wait):
     assert times.take() == dict.fromkeys([*STAGES, 'total'], 0.0)
 
 
-def test_a_stage_that_fails_took_its_time_too(wait):
+def test_the_time_of_a_failed_stage_counts(wait):
     times = StageTimes()
     with pytest.raises(ZeroDivisionError), times.stage('surface'):
         wait(0.5)

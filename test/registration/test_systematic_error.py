@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is added to a covariance, against closed forms and draws from what noise may do."""
+"""Covariance of systematic errors, against closed forms and random noise."""
 
 import dataclasses
 
@@ -46,15 +46,15 @@ def added(model, difference):
 
 
 def used():
-    """Return the model of a camera whose sensors have agreed for a while."""
+    """Return the model of a camera that had no bias for a while."""
     model = SystematicError()
     for _ in range(60):
         added(model, np.sqrt(np.diag(NOISE)))
     return model
 
 
-def test_a_camera_not_seen_yet_is_not_trusted():
-    """As much as a Kinect's sensors disagree by; a few registrations that agree are enough."""
+def test_a_new_camera_has_the_prior_of_the_bias():
+    """It has the size of a Kinect's bias; a few registrations without bias end it."""
     model, agreed = SystematicError(), np.sqrt(np.diag(NOISE))
     first = np.sqrt(np.diag(added(model, agreed)))
     assert 0.001 < first[0] < 0.01
@@ -105,15 +105,15 @@ def test_an_unusual_bias_adds_its_size_at_once():
     np.testing.assert_array_equal(added(model, 0.6 * sigmas), 0.0)
 
 
-def test_where_the_sensors_never_agree_it_is_not_unusual():
-    """What they are always off by is added once, not twice."""
+def test_a_constant_bias_is_not_unusual():
+    """A constant bias is added once, not twice."""
     model, sigmas = SystematicError(), np.sqrt(np.diag(NOISE))
     for _ in range(400):
         usual = added(model, 3 * sigmas)
     np.testing.assert_allclose(np.diag(usual)[:3], np.mean(9 * np.diag(NOISE)[:3]), rtol=1e-5)
 
 
-def test_a_pose_by_one_sensor_has_what_the_two_disagreed_by_before():
+def test_a_pose_by_keypoints_alone_has_the_bias_measured_before():
     model, sigmas = SystematicError(), np.sqrt(np.diag(NOISE))
     for _ in range(40):
         usual = added(model, 3 * sigmas)
@@ -122,7 +122,7 @@ def test_a_pose_by_one_sensor_has_what_the_two_disagreed_by_before():
     np.testing.assert_allclose(complete.covariance - OWN, usual)
 
 
-def test_what_is_over_is_forgotten():
+def test_a_past_bias_is_forgotten():
     model = SystematicError()
     for _ in range(50):
         bad = added(model, 20 * np.sqrt(np.diag(NOISE)))
@@ -132,8 +132,8 @@ def test_what_is_over_is_forgotten():
     np.testing.assert_array_equal(good, 0.0)
 
 
-def test_jitter_adds_the_way_made_in_it():
-    """Both stamps are off, by 3.3 jitters, so the interval is by the root of two of that."""
+def test_jitter_adds_the_distance_travelled_in_it():
+    """Both stamps have errors of 3.3 jitters, their interval of sqrt(2) times as much."""
     velocity, turn_rate, jitter = np.array([0.3, -0.4, 1.2]), np.array([0.0, 0.0, 2.0]), 0.004
     motion = np.eye(4)
     motion[:3, 3] = velocity * PERIOD
@@ -178,8 +178,8 @@ def test_a_lagging_clock_adds_the_change_of_the_motion():
     assert variance(0.01, 0.002) == pytest.approx(one / 4)
 
 
-def test_the_speed_changed_since_it_was_seen_not_since_the_keyframe():
-    """A second after the keyframe, off constant velocity by 1 cm in the last frame."""
+def test_the_speed_changes_since_it_was_measured_not_since_the_keyframe():
+    """A second after the keyframe, with 1 cm of deviation from constant velocity."""
     jitter, motion = 0.004, se3.exp([0, 0.01, 0, 0, 0, 0])
     source, target = view(2, jitter), view(1, jitter)
     complete = used().add_to(registration(motion), source, target, np.eye(4), PERIOD)
@@ -188,21 +188,21 @@ def test_the_speed_changed_since_it_was_seen_not_since_the_keyframe():
 
 
 @pytest.mark.parametrize('stamps', [(2, 1), (1, 2)])
-def test_which_of_the_two_views_is_the_later_one_does_not_matter(stamps):
+def test_the_order_of_the_two_frames_does_not_matter(stamps):
     source, target = (view(seconds, 0.004) for seconds in stamps)
     moved = registration(se3.exp([0, 0.01, 0, 0, 0, 0]))
     complete = used().add_to(moved, source, target, np.eye(4), PERIOD)
     assert (complete.covariance - OWN)[0, 0] > (12 * 0.004 * 0.01 / PERIOD) ** 2 / 3
 
 
-def test_where_no_two_sensors_are_compared_nothing_is_added():
+def test_without_a_measured_bias_nothing_is_added():
     alone, model = dataclasses.replace(registration(), bias=None), SystematicError()
     for i in range(5):
         complete = model.add_to(alone, view(1 + i + PERIOD), view(1 + i))
         np.testing.assert_array_equal(complete.covariance, OWN)
 
 
-def test_one_sensor_alone_tells_nothing():
+def test_a_failed_registration_stays_as_it_is():
     alone = Registration(Status.TOO_FEW_MATCHES, '', np.eye(4), np.diag(6 * [np.inf]),
                          np.empty((0, 2), np.intp), 1)
     assert SystematicError().add_to(alone, view(1.04), view(1)) is alone
@@ -215,7 +215,7 @@ def test_infinite_stays_infinite():
     np.testing.assert_array_equal(covariance[~np.eye(6, dtype=bool)], 0.0)
 
 
-def test_two_images_of_one_moment_have_no_speed():
+def test_two_images_with_one_stamp_have_no_speed():
     moved = registration(se3.exp([0.01, 0, 0, 0.01, 0, 0]))
     covariance = used().add_to(moved, view(1, 0.001), view(1), np.eye(4)).covariance
     np.testing.assert_array_equal(covariance, OWN)

@@ -166,8 +166,8 @@ def test_rounding_of_far_positions_loses_no_match():
 
 @pytest.mark.parametrize('scale', [1.0, 30.0])
 @pytest.mark.parametrize('count', [100, 200])
-def test_search_leaves_out_no_pair_that_can_match(scale, count):
-    """The candidates kept while the source moves give what all pairs give."""
+def test_search_skips_no_pair_that_can_match(scale, count):
+    """The candidates kept while the source moves give the matches of all pairs."""
     rng = np.random.default_rng(4)
     positions = scale * rng.normal(0, 0.3, (count, 3)) + (0, 0, scale)
     descriptors = rng.uniform(0, 0.5, (2, count, 6)).astype(np.float32)
@@ -184,14 +184,14 @@ def test_search_leaves_out_no_pair_that_can_match(scale, count):
     assert found > 3 * count
 
 
-def test_covariance_is_that_of_many_repetitions():
-    """Monte Carlo: the scatter of the results is what each of them says of itself."""
+def test_covariance_is_consistent_with_monte_carlo():
+    """The scatter of repeated results agrees with the covariance of each (NEES)."""
     rng = np.random.default_rng(5)
     positions = rng.uniform((-1, -1, 1), (1, 1, 3), (80, 3))
     descriptors = rng.integers(0, 256, (80, 32), dtype=np.uint8)
     T = se3.exp([0.1, -0.05, 0.2, 0.1, 0.2, -0.1])
     target = keypoint_frame(se3.transform(T, positions), descriptors, sigma=1e-6)
-    aick, errors, claimed = Aick(AickSettings(lambda_e=0.05)), [], []
+    aick, errors, covariances = Aick(AickSettings(lambda_e=0.05)), [], []
     for _ in range(400):
         noisy = keypoint_frame(positions + rng.normal(0, 0.003, positions.shape), descriptors,
                                sigma=0.003)
@@ -199,8 +199,8 @@ def test_covariance_is_that_of_many_repetitions():
         errors.append(np.r_[
             result.T_target_source[:3, 3] - T[:3, 3],
             se3.log_rotation(result.T_target_source[:3, :3] @ T[:3, :3].T)])
-        claimed.append(result.covariance)
-    information = np.linalg.inv(np.mean(claimed, axis=0))
+        covariances.append(result.covariance)
+    information = np.linalg.inv(np.mean(covariances, axis=0))
     nees = np.einsum('ni,ij,nj->n', errors, information, errors)
     assert 5.4 < nees.mean() < 6.6  # 6 expected, standard deviation of the mean 0.17
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The covariance of a fit against Monte Carlo, and against the exact motion of a rendered room."""
+"""Covariance of a fit against Monte Carlo, and against the true motion in a rendered room."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ MATCHES = np.column_stack([np.arange(COUNT)] * 2)
 
 
 def keypoints(positions, roots, pixels):
-    """Return keypoints whose noise is ``roots`` times that of a normal distribution."""
+    """Return keypoints with noise covariances ``roots @ roots^T``."""
     covariances = roots @ roots.transpose(0, 2, 1)
     return KeypointFrame(0, positions.astype(np.float32), np.zeros((len(positions), 32), np.uint8),
                          covariances.astype(np.float32), pixels.astype(np.float32))
@@ -31,10 +31,10 @@ def error(T, truth):
     return np.r_[truth[:3, 3] - T[:3, 3], se3.log_rotation(truth[:3, :3] @ T[:3, :3].T)]
 
 
-@pytest.mark.parametrize('group', [1, 4], ids=['alone', 'four at a place'])
-@pytest.mark.parametrize('larger', [1.0, 3.0], ids=['as said', 'three times'])
-def test_it_is_that_of_many_repetitions(group, larger):
-    """Each keypoint has noise of its own shape; those of one place have it in common."""
+@pytest.mark.parametrize('group', [1, 4], ids=['single', 'four per cell'])
+@pytest.mark.parametrize('larger', [1.0, 3.0], ids=['noise as modelled', 'three times the noise'])
+def test_consistent_with_monte_carlo(group, larger):
+    """Each keypoint has its own covariance; keypoints of one cell share their noise."""
     rng = np.random.default_rng(7)
     places = rng.uniform((-1, -1, 1), (1, 1, 3), (COUNT // group, 3))
     roots = rng.normal(0, 0.004, (2, COUNT // group, 3, 3))
@@ -54,8 +54,8 @@ def test_it_is_that_of_many_repetitions(group, larger):
     assert 5.0 < np.mean(found) < 7.0  # 6 expected, standard deviation of the mean 0.2
 
 
-def test_small_residuals_promise_nothing():
-    """What is left of a match is small because it would not be one otherwise."""
+def test_small_residuals_do_not_reduce_the_covariance():
+    """Residuals of matches are small by selection."""
     rng = np.random.default_rng(1)
     positions = rng.uniform((-1, -1, 1), (1, 1, 3), (COUNT, 3))
     roots = np.tile(0.005 * np.eye(3), (COUNT, 1, 1))
@@ -63,12 +63,12 @@ def test_small_residuals_promise_nothing():
     source = keypoints(positions, roots, pixels)
     target = keypoints(se3.transform(T_TARGET_SOURCE, positions), roots, pixels)
     covariance = fit_covariance(T_TARGET_SOURCE, source, target, MATCHES)
-    # of a mean of so many points, each off in both frames; turns about their centre add to it
+    # variance of a mean of noisy points in both frames; the rotation adds to it
     assert np.trace(covariance[:3, :3]) >= 3 * 2 * 0.005 ** 2 / COUNT
 
 
 @pytest.mark.parametrize('name', ['paper-full', 'paper-fast', 'paper-fast-surf'])
-def test_in_a_rendered_room_errors_are_those_it_promises(name):
+def test_consistent_in_a_rendered_room(name):
     camera = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
     room = SyntheticSource(SyntheticOptions(seed=4, frames=150, camera=camera))
     settings = preset(name)

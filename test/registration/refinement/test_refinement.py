@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The joint problem against a general solver, Monte Carlo and scenes that leave motions free."""
+"""The joint problem against a general solver, Monte Carlo and scenes with free motions."""
 
 import dataclasses
 import functools
@@ -49,7 +49,7 @@ def error_of(found, truth):
 
 
 def rendered(seed, first, second, **options):
-    """Return two frames of a room, the second first, and where it was seen from the other."""
+    """Return two frames of a room, the second first, and its pose in the first."""
     source = SyntheticSource(SyntheticOptions(seed=seed, **options), room(seed))
     poses = source.ground_truth.poses
     return (source.frame(second), source.frame(first),
@@ -57,7 +57,7 @@ def rendered(seed, first, second, **options):
 
 
 def noisy(frame, seed):
-    """Return what a Kinect makes of a perfect frame; another seed is other noise."""
+    """Return a perfect frame with the noise of a Kinect."""
     rng = np.random.default_rng(seed)
     return RgbdFrame(frame.stamp, ColourSensor().measure(frame.colour, 1.0, rng),
                      DepthSensor().measure(frame.depth, frame.camera, rng), frame.camera)
@@ -65,7 +65,7 @@ def noisy(frame, seed):
 
 class FrozenProblem:
     """
-    The joint problem written out once more, around a pose that is taken for its solution.
+    An independent implementation of the joint problem, around a pose taken as its solution.
 
     Covariances and the partners of points are those at that pose, as Gauss and Newton see them
     there. The least-squares problem has its minimum where Gauss and Newton stop.
@@ -176,7 +176,7 @@ def test_the_robust_cost_is_stationary(small_pair, mode):
         assert at_minimum < 0.2 * slope(axis)
 
 
-def test_keypoints_alone_leave_the_depth_image_out(small_pair):
+def test_keypoints_alone_have_no_bias(small_pair):
     refined, _ = problem_of(small_pair, mode='keypoints')
     joint, _ = problem_of(small_pair, mode='joint')
     assert refined.bias is None
@@ -194,7 +194,7 @@ def plane(normal, distance):
 
 
 def cylinder(x, z, radius):
-    """Return the same of a cylinder whose axis is along y."""
+    """Return the function from rays to the lengths at which they meet a cylinder along y."""
     def meet(origin, rays):
         start, along = origin[[0, 2]] - (x, z), rays[..., [0, 2]]
         a, b = np.sum(along ** 2, axis=-1), along @ start
@@ -215,7 +215,7 @@ BARE = {
     'wall and floor': ([plane(Z, 1.8), plane(Y, 0.6)], [(X, NO_MOVE)]),
     'corner': ([plane(Z, 1.8), plane(Y, 0.6), plane(X, 0.5)], []),
 }
-"""Surfaces of one colour, and the motions along which they stay what they are."""
+"""Surfaces of one colour, and the motions that leave them unchanged."""
 
 
 def bare_view(surfaces, T_target_camera, seed, stamp):
@@ -240,7 +240,7 @@ def refine_bare(name):
 
 
 @pytest.mark.parametrize('name', BARE)
-def test_the_covariance_is_large_where_nothing_holds_and_small_elsewhere(name):
+def test_the_covariance_is_large_in_unobserved_directions_only(name):
     refined, _, free = refine_bare(name)
     variances, directions = np.linalg.eigh(refined.covariance)
     assert np.count_nonzero(variances > 0.3 ** 2) == len(free)
@@ -251,7 +251,7 @@ def test_the_covariance_is_large_where_nothing_holds_and_small_elsewhere(name):
 
 
 @pytest.mark.parametrize('name', BARE)
-def test_what_is_held_is_found_and_what_is_free_stays(name):
+def test_observed_directions_are_found_and_free_ones_stay(name):
     refined, truth, free = refine_bare(name)
     error = error_of(refined.T_target_source, truth)
     start = error_of(np.eye(4), truth)
@@ -264,7 +264,7 @@ def test_what_is_held_is_found_and_what_is_free_stays(name):
 
 
 @pytest.mark.parametrize('mode', ['keypoints', 'joint'])
-def test_a_picture_on_the_wall_holds_what_the_wall_leaves_free(mode):
+def test_a_picture_on_the_wall_observes_the_motions_along_it(mode):
     settings = with_values(SETTINGS, {'refinement.mode': mode})
     texels = np.random.default_rng(0).integers(20, 235, (75, 100, 3), np.uint8)
     picture = Rectangle(se3.from_quaternion((0, 0, 0, 1), (-1.5, -1.1, 1.8)), 3.0, 2.2,
@@ -302,7 +302,7 @@ def test_a_direction_along_a_wall_has_the_variance_of_the_prior():
 
 
 def test_the_covariance_is_that_of_monte_carlo():
-    """Other noise on the same images: the error by its covariance, on average 6."""
+    """Repeated noise on the same images: the NEES is 6 on average."""
     squares, ratios, biases = [], [], []
     for seed, first, second in ((1, 0, 3), (2, 40, 45), (3, 10, 12)):
         source, target, truth = rendered(seed, first, second, colour=ColourSensor.perfect(),
@@ -324,7 +324,7 @@ def test_the_covariance_is_that_of_monte_carlo():
     assert 2 < np.mean(biases) < 10
 
 
-def test_joint_is_nearer_to_the_truth_than_aick():
+def test_joint_is_more_accurate_than_aick():
     nearer = []
     for seed, first, second in ((1, 0, 5), (1, 60, 62), (1, 100, 108), (2, 0, 5), (2, 30, 32),
                                 (2, 80, 88), (3, 0, 5), (3, 120, 128)):
@@ -338,8 +338,8 @@ def test_joint_is_nearer_to_the_truth_than_aick():
     assert np.mean(nearer, axis=0).min() > 0.8
 
 
-def test_depth_images_of_other_moments_are_placed_at_their_own():
-    """The depth of the target is late; who is told so is nearer to the truth."""
+def test_a_known_lag_of_the_depth_images_is_corrected():
+    """The depth of the target is late; with a known lag the pose is more accurate."""
     lag, errors = 0.02, []
     for seed, first in ((1, 0), (2, 30), (3, 60)):
         source, _, truth = rendered(seed, first, first + 2)
@@ -351,12 +351,12 @@ def test_depth_images_of_other_moments_are_placed_at_their_own():
         errors.append([np.linalg.norm(error_of(
             refine(SETTINGS, *pair, truth).T_target_source, truth)[:3])
             for pair in (known, ignored)])
-    told, untold = np.transpose(errors)
-    assert (told < 0.5 * untold).all()
+    with_lag, without_lag = np.transpose(errors)
+    assert (with_lag < 0.5 * without_lag).all()
 
 
 def test_the_tracked_keypoints_are_those_the_pose_explains():
-    """A picture that is carried along before the camera belongs to another motion."""
+    """An object carried in front of the camera has another motion."""
     source, target, truth = rendered(3, 0, 8)
     carried = np.zeros((480, 640), bool)
     carried[300:, 400:] = True

@@ -138,7 +138,7 @@ def test_reprojection_of_noise_as_modelled_is_standard_normal():
     np.testing.assert_allclose(np.cov(values), np.eye(2), atol=0.08)
 
 
-def test_track_depth_without_depths_is_left_out():
+def test_tracks_without_depth_are_skipped():
     tracks = tracks_of()
     depths = tracks.depths.copy()
     depths[::2] = np.nan
@@ -153,11 +153,11 @@ def test_point_to_plane_at_the_true_pose_is_zero():
     found = point_to_plane(corner(POSE), corner(), POSE, SENSOR, WIDTH, REACH)
     assert np.abs(found.values).max() < 0.5  # in the creases, which cells make round
     assert np.median(np.abs(found.values)) < 0.02
-    assert np.linalg.cond(found.jacobian) < 100  # three walls tell all
+    assert np.linalg.cond(found.jacobian) < 100  # three walls observe all directions
 
 
-def test_point_to_plane_of_a_noisy_wall_tells_nothing_along_it():
-    """Noise of the normals must not count as roughness that holds the wall."""
+def test_point_to_plane_of_a_noisy_wall_observes_nothing_along_it():
+    """Noise of the normals must not count as observed roughness."""
     def noisy(pose, seed):
         depth = DepthSensor().measure(corner_depth(pose, np.array([[0.0, 0, 1]])), CAMERA,
                                       np.random.default_rng(seed))
@@ -173,7 +173,7 @@ def test_point_to_plane_of_a_noisy_wall_tells_nothing_along_it():
 
 @pytest.mark.parametrize('normal', CORNER, ids=['left', 'right', 'floor'])
 def test_point_to_plane_counts_in_units_of_the_noise_along_the_ray(normal):
-    """What an inverse depth that is off by 1.4 deviations moves a point off its plane."""
+    """The unit is the distance from the plane by 1.4 sigma of inverse depth."""
     source, target = corner(POSE, normal[None]), corner(normals=normal[None])
     found = point_to_plane(source, target, POSE, SENSOR, WIDTH, REACH)
     moved = se3.transform(POSE, source.points[source.chosen].astype(float))
@@ -183,7 +183,7 @@ def test_point_to_plane_counts_in_units_of_the_noise_along_the_ray(normal):
                                (pushed - moved) @ normal, rtol=0.02)
 
 
-def test_point_to_plane_leaves_out_what_is_far_or_of_another_direction():
+def test_point_to_plane_drops_far_pairs_and_other_normals():
     target = corner()
     behind = se3.perturbed(np.eye(4), np.array([0, 0, 0.3, 0, 0, 0]))
     assert len(point_to_plane(corner(), target, behind, SENSOR, WIDTH, 0.1).values) == 0
@@ -211,16 +211,16 @@ def test_weights_are_the_same_whatever_makes_all_residuals_larger(dimensions):
     squares = np.random.default_rng(0).chisquare(dimensions, 20000)
     median = stats.chi2.median(dimensions)
     as_the_noise_is = geman_mcclure(squares, WIDTH)
-    for scale in (0.5, 1.0):  # surer than the noise is no residual
+    for scale in (0.5, 1.0):  # the width never shrinks below the noise
         np.testing.assert_allclose(robust_weights(scale ** 2 * squares, WIDTH, median),
                                    geman_mcclure(scale ** 2 * squares, WIDTH), atol=0.01)
     np.testing.assert_allclose(robust_weights(9 * squares, WIDTH, median), as_the_noise_is,
                                atol=0.01)
-    assert robust_weights(1e4 * squares, WIDTH, median).mean() < 0.1  # nothing fits such a pose
+    assert robust_weights(1e4 * squares, WIDTH, median).mean() < 0.1  # beyond the largest scale
     assert robust_weights(squares[:0], WIDTH, median).shape == (0,)
 
 
-def test_a_third_that_moves_by_itself_does_not_widen_the_weights_much():
+def test_a_third_of_outliers_hardly_widens_the_weights():
     rng = np.random.default_rng(0)
     squares = rng.chisquare(2, 900)
     squares[:300] += 20.0 ** 2
@@ -256,7 +256,7 @@ def test_the_jacobian_of_a_scaled_error_is_scaled():
 @pytest.mark.parametrize('common', [0.0, 1.0, 3.0])
 @pytest.mark.parametrize('parts, most', [(40, 8.5), (100, 7.0)])
 def test_gradient_noise_makes_estimates_consistent(parts, most, common):
-    """Monte Carlo: residuals of a block have a part in common; NEES of least-squares fits."""
+    """Monte Carlo: residuals of a block have a common error; NEES of least-squares fits."""
     rng = np.random.default_rng(6)
     size = 15
     blocks = np.repeat(np.arange(parts), size) * 3
