@@ -61,6 +61,10 @@ class KeypointExtractor:
         self._sensor = sensor
         self._detector = detector or make_detector(features)
 
+    def __deepcopy__(self, memo: dict[int, object]) -> KeypointExtractor:
+        """Return itself: it does not change, and OpenCV's detectors cannot be copied."""
+        return self
+
     def extract(self, frame: RgbdFrame) -> KeypointFrame:
         """Return the keypoints of a frame; there may be none."""
         detected = self._detector.detect(frame.grey)

@@ -31,7 +31,7 @@ _APART = 6.0  # px; a keypoint nearer to one of the map is that one seen anew
 
 
 class LocalMap:
-    """Fuses keypoints over the frames and keyframes that see them; compare OneFrame."""
+    """Fuses keypoints over the frames and keyframes that see them; compare SingleFrame."""
 
     def __init__(self, settings: Settings) -> None:
         self._sensor = settings.sensor

@@ -11,24 +11,27 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.settings import OdometrySettings
 
+# chosen for wheels; not measured
+_SLIP = 0.1  # standard deviation of a motion by another sensor, as a fraction of it
+_MIN_SLIP = 0.01  # m and rad; its lower bound
+
 
 class MotionModel:
     """
     Constant velocity with acceleration noise, within limits of speed and turn rate.
 
-    A camera that nobody sees keeps its body velocity for ``hold_time`` and then stands still. A
-    constant acceleration a moves it by a t^2 / 2 from there.
+    An unobserved camera keeps its body velocity for ``hold_time`` and then stands still. A
+    constant acceleration a adds a displacement of a t^2 / 2.
     """
 
     def __init__(self, settings: OdometrySettings) -> None:
         self._hold_time = settings.hold_time
-        self._max_speed = settings.max_speed
-        self._max_turn_rate = settings.max_turn_rate
+        self._max_speed, self._max_turn_rate = settings.max_speed, settings.max_turn_rate
         self._acceleration_sigmas = np.repeat(
             [settings.acceleration_sigma, settings.angular_acceleration_sigma], 3)
 
     def holds(self, elapsed: float) -> bool:
-        """Return whether the velocity still counts a time [s] after it was measured."""
+        """Return whether the velocity is still used some time [s] after it was measured."""
         return elapsed <= self._hold_time
 
     def predict(self, twist: np.ndarray | None, elapsed: float) -> PoseWithCovariance:
@@ -46,8 +49,18 @@ class MotionModel:
         return PoseWithCovariance(se3.exp(velocity * min(elapsed, self._hold_time)),
                                   np.diag(sigmas ** 2))
 
+    def with_slip(self, motion: np.ndarray) -> PoseWithCovariance:
+        """
+        Return a motion measured by another sensor, with the covariance assumed for it.
+
+        :param motion: ``T_camera0_camera1``, 4x4.
+        """
+        amount = np.array([np.linalg.norm(motion[:3, 3]), se3.angle(motion[:3, :3])])
+        sigmas = np.repeat(_SLIP * amount + _MIN_SLIP, 3)
+        return PoseWithCovariance(motion, np.diag(sigmas ** 2))
+
     def violation(self, increment: Increment) -> str | None:
-        """Return how an increment exceeds the limits, in one sentence; None: it does not."""
+        """Return which limits an increment exceeds, with the numbers; None if it exceeds none."""
         speed = np.linalg.norm(increment.pose.translation) / increment.interval
         turn_rate = se3.angle(increment.pose.rotation) / increment.interval
         if speed <= self._max_speed and turn_rate <= self._max_turn_rate:

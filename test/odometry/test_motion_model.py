@@ -69,3 +69,11 @@ def test_increments_beyond_a_limit_are_named(speed, turn_rate, exceeds, interval
                              'and odometry.max_turn_rate 1')
     else:
         assert violation is None
+
+
+def test_a_motion_by_another_sensor_is_known_to_a_tenth_and_a_centimetre():
+    motion = np.eye(4)
+    motion[:3, :3], motion[:3, 3] = se3.exp_rotation([0.0, 0.4, 0.0]), (0.0, 3.0, 4.0)
+    found = MotionModel(OdometrySettings()).with_slip(motion)
+    np.testing.assert_array_equal(found.matrix, motion)
+    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), [0.51] * 3 + [0.05] * 3)

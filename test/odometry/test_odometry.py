@@ -3,7 +3,9 @@
 
 """The odometry on rendered frames, where the truth is known, and on frames that fail it."""
 
+import copy
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -125,6 +127,46 @@ def test_a_keyframe_adds_its_error_once(rendered):
     assert all(np.linalg.norm(end[:3, 3]) < 0.01 for end in ends)
 
 
+@pytest.mark.parametrize('reference', ['previous', 'keyframe'])
+def test_the_covariance_is_that_of_the_keyframe_and_one_registration(
+        rendered, monkeypatch, reference):
+    """Sampled: the error of the keyframe is kept, and that of each registration is added to it."""
+    registered, register = {}, Registrar.register
+
+    def recorded(self, source, target, *args):
+        found = register(self, source, target, *args)
+        registered[source.stamp, target.stamp] = found.pose
+        return found
+
+    monkeypatch.setattr(Registrar, 'register', recorded)
+    settings = with_values(Settings(), {'odometry.reference': reference})
+    updates = track(Odometry(settings), rendered[0][:12])
+    rng, scale, count = np.random.default_rng(9), 0.1, 4000
+    sampled = {updates[0].stamp: np.tile(np.eye(4), (count, 1, 1))}
+    for update in updates[1:]:
+        pose = registered[update.stamp, update.reference.stamp]
+        noise = scale * rng.multivariate_normal(np.zeros(6), pose.covariance, count)
+        sampled[update.stamp] = np.array([
+            start @ se3.perturbed(pose.matrix, error)
+            for start, error in zip(sampled[update.reference.stamp], noise)])
+    end = updates[-1]
+    errors = [se3.difference(pose, end.T_odom_camera) for pose in sampled[end.stamp]]
+    expected = np.cov(np.transpose(errors)) / scale ** 2
+    sigmas = np.sqrt(np.diag(expected))
+    np.testing.assert_allclose(end.pose.covariance / np.outer(sigmas, sigmas),
+                               expected / np.outer(sigmas, sigmas), atol=0.1)
+
+
+def test_a_copy_continues_on_its_own(rendered):
+    frames, _ = rendered
+    odometry = Odometry()
+    track(odometry, frames[:3])
+    other = copy.deepcopy(odometry)
+    ends = [track(each, frames[3:6])[-1] for each in (odometry, other)]
+    np.testing.assert_array_equal(ends[0].T_odom_camera, ends[1].T_odom_camera)
+    np.testing.assert_array_equal(ends[0].pose.covariance, ends[1].pose.covariance)
+
+
 def test_a_map_knows_more_than_its_last_frame(rendered):
     frames, _ = rendered
     updates = track(Odometry(with_values(Settings(), {'odometry.reference': 'map'})), frames)
@@ -206,15 +248,16 @@ def test_in_another_place_it_goes_on_from_the_pose_reached(rendered):
     np.testing.assert_allclose(moved, expected, atol=0.02)
 
 
-def test_motion_gate(rendered):
+@pytest.mark.parametrize('limit', ['max_speed', 'max_turn_rate'])
+def test_motion_gate(rendered, limit):
     frames, _ = rendered
-    slow = dataclasses.replace(Settings(), odometry=OdometrySettings(max_speed=0.01))
+    slow = with_values(Settings(), {f'odometry.{limit}': 0.01})
     updates = track(Odometry(slow), [frames[0], frames[6]])
     assert updates[1].status is Status.MOTION_GATE
-    assert 'odometry.max_speed is 0.01' in updates[1].reason
+    assert re.search(rf'odometry.{limit} (is )?0.01', updates[1].reason)
 
 
-def test_what_is_not_believed_can_be_judged(rendered):
+def test_a_rejected_increment_is_reported(rendered):
     frames, truth = rendered
     slow = dataclasses.replace(Settings(), odometry=OdometrySettings(max_speed=0.01))
     updates = track(Odometry(slow), [frames[0], frames[3], frames[6], black(frames[7])])
@@ -226,7 +269,7 @@ def test_what_is_not_believed_can_be_judged(rendered):
     assert updates[0].rejected is updates[3].rejected is None
 
 
-def test_too_few_matches_are_not_believed(rendered):
+def test_too_few_matches_are_rejected(rendered):
     frames, _ = rendered
     strict = with_values(Settings(), {'odometry.min_matches': 400})
     updates = track(Odometry(strict), frames[:2])

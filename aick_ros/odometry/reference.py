@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The frames that a new frame is registered to."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
+
+# chosen on a rendered camera that is lifted while a hand covers it
+_EARLIER_FRAMES = 3
+_EARLIER_SPACING = 0.3  # s
+
+_MAX_ATTEMPTS = 3
+"""Most registrations per frame: a lost one costs about 45 ms each, most of it slow schedules."""
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """
+    A frame with its pose.
+
+    :param pose: ``T_odom_camera``.
+    :param in_keyframe: ``T_keyframe_camera`` as registered; the identity, without error, if the
+        frame is a keyframe itself.
+    """
+
+    prepared: PreparedFrame
+    pose: PoseWithCovariance
+    in_keyframe: PoseWithCovariance = field(default_factory=PoseWithCovariance.identity)
+
+    @property
+    def stamp(self) -> int:
+        """Stamp of the frame [ns]."""
+        return self.prepared.stamp
+
+    def motion_to(self, in_keyframe: PoseWithCovariance) -> PoseWithCovariance:
+        """
+        Return the motion from this frame to another one registered to the same keyframe.
+
+        The noise of the keyframe is in both registrations, about half of each variance, and
+        cancels.
+
+        :param in_keyframe: ``T_keyframe_camera`` of the other frame.
+        :returns: ``T_camera0_camera1``.
+        """
+        motion = in_keyframe.relative_to(self.in_keyframe)
+        if not self.in_keyframe.covariance.any():
+            return motion
+        return PoseWithCovariance(motion.matrix, 0.5 * motion.covariance)
+
+
+class References:
+    """
+    The keyframe, the last tracked frame, earlier ones and the last lost one.
+
+    :param first: a frame that is the keyframe and the last tracked frame in one.
+    """
+
+    def __init__(self, first: Reference) -> None:
+        self.keyframe = self.last = first
+        self._earlier: deque[Reference] = deque(maxlen=_EARLIER_FRAMES)
+        self._lost: Reference | None = None
+        self._turn = 0
+
+    def track(self, last: Reference, keyframe: Reference) -> None:
+        """Advance to a tracked frame and the keyframe that the next one is registered to."""
+        spacing = _EARLIER_SPACING * NANOSECONDS
+        if not self._earlier or self.last.stamp - self._earlier[-1].stamp >= spacing:
+            self._earlier.append(self.last)
+        self.keyframe, self.last = keyframe, last
+        self._lost, self._turn = None, 0
+
+    def lose(self, lost: Reference) -> None:
+        """Keep a lost frame: the next one may show the same place."""
+        self._turn += self._lost is not None
+        self._lost = lost
+
+    def candidates(self) -> Iterator[Reference]:
+        """
+        Yield what to register a frame to until one registration is accepted, a few at most.
+
+        After the keyframe come the last tracked frame and earlier ones, the newest first. While
+        lost frames follow each other, these take turns, and the last lost frame comes at the end.
+        """
+        yield self.keyframe
+        others = {reference.stamp: reference for reference in (self.last, *reversed(self._earlier))
+                  if reference.stamp != self.keyframe.stamp}
+        in_turn = deque(others.values())
+        in_turn.rotate(-self._turn)
+        at_the_end = [] if self._lost is None else [self._lost]
+        yield from list(in_turn)[:_MAX_ATTEMPTS - 1 - len(at_the_end)]
+        yield from at_the_end

@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The frames that a new frame is registered to, and motions between frames of one keyframe."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.reference import Reference, References
+
+ORIGIN = PoseWithCovariance.identity()
+
+
+@pytest.fixture
+def poses():
+    rng = np.random.default_rng(5)
+    return [se3.exp(rng.normal(0, 0.3, 6)) for _ in range(2)]
+
+
+def test_the_motion_between_two_frames_of_a_keyframe(poses):
+    """Three frames with equal noise: the keyframe's is in both registrations and cancels."""
+    rng = np.random.default_rng(6)
+    deviation = 1e-4
+    registered = [PoseWithCovariance(pose, 2 * deviation ** 2 * np.eye(6)) for pose in poses]
+    motion = Reference(None, ORIGIN, registered[0]).motion_to(registered[1])
+    np.testing.assert_allclose(motion.matrix, se3.inverse(poses[0]) @ poses[1], atol=1e-12)
+    errors = []
+    for _ in range(4000):
+        common, *own = rng.normal(0, deviation, (3, 6))
+        seen = [se3.perturbed(pose, noise - common) for pose, noise in zip(poses, own)]
+        found = se3.inverse(seen[0]) @ seen[1]
+        errors.append(se3.difference(found, motion.matrix))
+    found = np.cov(np.array(errors).T)
+    # the lever arm of the keyframe's rotation does not cancel: within a quarter, rotations exact
+    assert np.trace(motion.covariance[3:, 3:]) == pytest.approx(np.trace(found[3:, 3:]), rel=0.1)
+    assert np.trace(motion.covariance[:3, :3]) == pytest.approx(np.trace(found[:3, :3]), rel=0.25)
+
+
+def test_the_motion_from_a_keyframe_is_its_registration(poses):
+    registered = PoseWithCovariance(poses[0], np.diag(np.arange(1.0, 7.0)))
+    found = Reference(None, ORIGIN).motion_to(registered)
+    np.testing.assert_allclose(found.matrix, poses[0], atol=1e-12)
+    np.testing.assert_allclose(found.covariance, registered.covariance, atol=1e-12)
+
+
+def reference(seconds):
+    return Reference(SimpleNamespace(stamp=round(seconds * NANOSECONDS)), ORIGIN)
+
+
+def tracked(times, keyframe=None):
+    """Return the references after frames at some times [s]; without a keyframe each is one."""
+    references = References(reference(times[0]))
+    for seconds in times[1:]:
+        last = reference(seconds)
+        references.track(last, last if keyframe is None else reference(keyframe))
+    return references
+
+
+def seconds(references):
+    return [candidate.stamp / NANOSECONDS for candidate in references.candidates()]
+
+
+def test_the_keyframe_comes_first_then_the_last_frame_then_an_earlier_one():
+    assert seconds(tracked([0.0])) == [0.0]
+    assert seconds(tracked([0.0, 0.1, 0.2], keyframe=0.1)) == [0.1, 0.2, 0.0]
+
+
+def test_earlier_frames_are_three_tenths_of_a_second_apart():
+    references = tracked([i / 10 for i in range(14)])
+    in_turn = set()
+    for i in range(4):
+        in_turn |= set(seconds(references))
+        references.lose(reference(2.0 + i / 10))
+    assert in_turn == {1.3, 1.2, 0.9, 0.6} | {2.0, 2.1, 2.2}
+
+
+def test_a_keyframe_is_not_a_candidate_twice():
+    references = tracked([0.0, 0.1, 0.5], keyframe=0.0)
+    assert seconds(references) == [0.0, 0.5]
+
+
+@pytest.mark.parametrize('lost', range(8))
+def test_at_most_three_candidates_and_in_turn_all(lost):
+    """Lost frames in a row: each is compared with the keyframe and the lost one before it."""
+    references = tracked([i / 10 for i in range(14)], keyframe=1.25)
+    for i in range(lost):
+        references.lose(reference(2.0 + i / 10))
+    found = seconds(references)
+    assert len(found) == 3
+    assert found[0] == 1.25
+    if lost:
+        in_turn = [1.3, 1.2, 0.9, 0.6]
+        assert found[1:] == [in_turn[(lost - 1) % 4], 2.0 + (lost - 1) / 10]
+
+
+def test_after_a_tracked_frame_the_lost_ones_are_forgotten():
+    references = tracked([0.0, 0.4, 0.8])
+    for i in range(2):
+        references.lose(reference(1.0 + i / 10))
+    references.track(reference(1.4), reference(1.4))
+    assert seconds(references) == [1.4, 0.8, 0.4]
