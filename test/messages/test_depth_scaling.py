@@ -33,6 +33,14 @@ def test_edges_and_holes_are_blocks_of_measured_depth():
     np.testing.assert_array_equal(large, np.kron(small, np.ones((2, 2))))
 
 
+@pytest.mark.parametrize('ratio, is_edge', [(1.03, False), (1.08, True)])
+def test_a_step_of_more_than_5_percent_is_an_edge(ratio, is_edge):
+    small = np.ones((6, 8), np.float32)
+    small[:, 4:] = ratio
+    between = ~np.isin(enlarge(small, 16, 12), np.float32([1.0, ratio]))
+    assert between.any() != is_edge
+
+
 def test_depth_of_the_same_size_is_returned_as_it_is():
     depth = plane(60, 80, 1)
     assert enlarge(depth, 80, 60) is depth

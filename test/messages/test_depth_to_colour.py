@@ -98,3 +98,21 @@ def test_a_distorted_colour_camera(room):
     error = np.abs(found[v.ravel(), u.ravel()] / expected - 1)
     assert np.nanmedian(error) < 5e-4
     assert np.nanmean(error < 0.01) > 0.9
+
+
+def test_oblong_pixels_leave_no_cracks():
+    """A wall: every colour pixel that the depth image covers has its depth."""
+    oblong = Camera(80, 240, 65.5, 262, 39.5, 119.5)
+    wall = np.full((240, 80), 2.0, np.float32)
+    for turn in (0.0, np.pi / 2):
+        found = DepthToColour(oblong, COLOUR, se3.exp([0, 0, 0, 0, 0, turn])).reproject(wall)
+        np.testing.assert_allclose(found[10:230, 50:270], 2.0, rtol=1e-6)
+
+
+def test_the_footprint_of_a_pixel_is_bounded():
+    """A damaged camera_info may describe a depth camera of very few pixels."""
+    coarse = Camera(4, 3, 2, 2, 1.5, 1)
+    depth = np.full((3, 4), np.nan, np.float32)
+    depth[1, 1] = 2.0
+    found = DepthToColour(coarse, COLOUR, np.eye(4)).reproject(depth)
+    assert 0 < np.isfinite(found).sum() <= 17 ** 2

@@ -41,6 +41,7 @@ def test_depth_of_another_camera_is_reprojected_with_the_latest_extrinsic(pair):
     decoder = FrameDecoder()
     for T in (np.eye(4), T_COLOUR_DEPTH):
         frame = decoder.decode_and_reproject(pair, CAMERA, DEPTH_CAMERA, T)
+        assert (frame.stamp, frame.depth_stamp, frame.camera) == (100, 101, CAMERA)
         np.testing.assert_array_equal(
             frame.depth, DepthToColour(DEPTH_CAMERA, CAMERA, T).reproject(DEPTH))
 

@@ -104,3 +104,26 @@ def test_nothing_is_counted_between_stamps_that_jitter(jitter, seed):
     count, share = missing(np.sort(ticks + rng.normal(0.0, jitter, 900) * SECOND / 30))
     assert count <= 2
     assert share < 0.05
+
+
+def test_images_are_not_missing_in_a_pause():
+    ticks = np.arange(60) * SECOND // 30
+    assert missing(np.concatenate([START + ticks, START + 7 * SECOND + ticks])) == (0, 0.0)
+
+
+@pytest.mark.parametrize('late_by, counted', [(3, 0), (12, 1)])
+def test_the_count_waits_for_late_images_and_never_decreases(late_by, counted):
+    """The image at index 100 arrives after some of those that follow it."""
+    order = np.insert(np.delete(np.arange(200), 100), 100 + late_by, 100)
+    counter, counts = MissingImages(), []
+    for index in order:
+        counter.add(int(START + index * SECOND // 30))
+        counts.append(counter.count)
+    assert counts == sorted(counts)
+    assert counts[-1] == counted
+
+
+def test_nothing_is_counted_where_nearly_all_images_are_lost():
+    """Bursts of 2 images of a camera of 200 Hz, 0.9 s apart: the period itself is in doubt."""
+    ticks = np.concatenate([[index, index + 1] for index in range(0, 60 * 180, 180)])
+    assert missing(START + ticks * SECOND // 200) == (0, 0.0)

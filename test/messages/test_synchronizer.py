@@ -134,6 +134,36 @@ def test_after_a_restart_pairs_come_at_once(shift_ms):
                 assert [pair.colour_stamp for pair in pairs] == [stamp]
 
 
+def test_images_that_wait_at_a_restart_are_counted_as_unpaired():
+    synchronizer = Synchronizer()
+    for stamp in (60_000, 60_033, 0):
+        synchronizer.add_colour(stamp * MS, None)
+    assert synchronizer.unpaired == {'colour': 2, 'depth': 0}
+
+
+def test_a_restart_is_found_by_either_stream_once():
+    """Depth restarts first, at a stamp just after that of its colour image."""
+    before = [(60_000 * MS, 'colour'), (60_000 * MS, 'depth')]
+    pairs, synchronizer = run([*before, (5 * MS, 'depth'), (0, 'colour')])
+    assert pairs == [(60_000 * MS, 60_000 * MS), (0, 5 * MS)]
+    assert synchronizer.unpaired == {'colour': 0, 'depth': 0}
+
+
+def test_of_two_equally_near_images_the_earlier_one_is_paired():
+    events = [(0, 'depth'), (5 * MS, 'colour'), (10 * MS, 'depth')]
+    assert run(events)[0] == [(5 * MS, 0)]
+
+
+def test_a_camera_that_becomes_slower_is_followed():
+    """After a second at the new rate the pairs do not wait for another image."""
+    synchronizer, stamp = Synchronizer(), 0
+    for period in [11] * 60 + [33] * 60:
+        stamp += period * MS
+        synchronizer.add_colour(stamp, None)
+        pairs = synchronizer.add_depth(stamp + 12 * MS, None)
+    assert [pair.colour_stamp for pair in pairs] == [stamp]
+
+
 def test_the_queue_is_bounded():
     synchronizer = Synchronizer(queue_size=5)
     for stamp in range(1000):

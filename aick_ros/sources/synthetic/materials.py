@@ -40,8 +40,8 @@ def cloud(rng: np.random.Generator, shape: tuple[int, int], cell: tuple[float, f
 
 def tint(colour: Colour | np.ndarray, tone: np.ndarray) -> np.ndarray:
     """Return a picture of a colour, lighter and darker by a tone (1 leaves it), HxW."""
-    image = tone[..., None] * np.asarray(colour, np.float32)
-    return np.clip(image, 0, 255).astype(np.uint8)
+    image: np.ndarray = np.clip(tone[..., None] * np.asarray(colour, np.float32), 0, 255)
+    return image.astype(np.uint8)
 
 
 def shade(image: np.ndarray, tone: np.ndarray) -> np.ndarray:
