@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The figures of a benchmark: success ratios over threshold, time and settings."""
+"""Figures of a benchmark: success ratios over thresholds and time, for methods and settings."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _COLOURS = {
     'pnp': '#8c5a2b', 'gicp': '#c62828', 'gicp-tuned': '#ef7070', 'ndt': '#6a3fa0',
     'ndt-tuned': '#a987d3', 'small-gicp': '#c62878', 'open3d-hybrid': '#7a7f00',
     'open3d-plane': '#b5ba3c', 'opencv-depth': '#00897b', 'opencv-rgbd': '#63c5ba'}
-"""Of each method, the same in all figures."""
+"""Colour of each method in all figures."""
 
 _MARKERS = 'osD^vPX*'
-_SIZE = 5.0, 3.9  # of a panel [inch]
+_SIZE = 5.0, 3.9  # width and height of a panel [inch]
 _LABELS = {Axis.THRESHOLD.value: 'threshold on the translation error [mm]',
            Axis.GAP.value: 'time between the frames [ms]'}
 
@@ -38,9 +38,9 @@ def write_figures(figures: Mapping[str, Any], recordings: Mapping[str, Any],
     Draw the figures of a benchmark into PNG files.
 
     :param figures: number -> data, as the JSON of ``aick benchmark`` has it.
-    :param recordings: name -> facts, from there too.
-    :param folder: exists.
-    :returns: the files, in the order of the figures.
+    :param recordings: name -> number of frames and period, from the same JSON.
+    :param folder: an existing folder.
+    :returns: the paths of the files, in the order of the figures.
     """
     paths = []
     for number, content in figures.items():
@@ -69,9 +69,10 @@ def _figure(content: Mapping[str, Any], recordings: Mapping[str, Any]) -> Figure
 
 
 def _title(content: Mapping[str, Any]) -> str:
+    title = str(content['title'])
     if content['axis'] == Axis.THRESHOLD.value:
-        return content['title']
-    return f'{content["title"]}; success within {1e3 * THRESHOLD:g} mm'
+        return title
+    return f'{title}; success within {1e3 * THRESHOLD:g} mm'
 
 
 def _draw(axes: Axes, content: Mapping[str, Any], recording: str, period: float) -> None:
@@ -90,7 +91,7 @@ def _draw(axes: Axes, content: Mapping[str, Any], recording: str, period: float)
 
 
 def _colour(name: str, place: int, count: int) -> Any:
-    """Return a method's own colour, or its place on a scale where settings are varied."""
+    """Return the colour of a method, or one of a colour map where settings are varied."""
     if name in _COLOURS:
         return _COLOURS[name]
     return colormaps['viridis'](0.9 * (1 - place / max(count - 1, 1)))

@@ -1,13 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How every figure looks, and how it is written."""
+"""Style of all figures, and their output as PNG and SVG."""
 
 from __future__ import annotations
 
 import io
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -22,12 +23,12 @@ TRUTH = '#52606d'
 LOST = '#c62828'
 KEYPOINT = '#39ff6a'
 SERIES = (SECOND, ESTIMATE, '#2f8f6b', '#7b5aa6')
-"""Colours of things side by side, the first ones first."""
+"""Colours of data series, in order."""
 
-MANY = 20000
-"""Lines of more points are drawn as pixels in an SVG, which would be too large otherwise."""
+MANY = 20000  # chosen
+"""Lines with more points are rasterised, as an SVG would become too large."""
 
-_STYLE = {
+_STYLE: dict[Any, Any] = {
     'axes.edgecolor': MUTED, 'axes.labelcolor': INK, 'axes.titlecolor': INK,
     'axes.titlesize': 11, 'axes.titleweight': 'bold', 'axes.titlelocation': 'left',
     'axes.spines.top': False, 'axes.spines.right': False,
@@ -42,10 +43,11 @@ Drawing = Callable[[Figure], None]
 
 def figure(width: float, height: float, draw: Drawing) -> Figure:
     """
-    Return a figure in our style.
+    Return a figure in the common style.
 
-    :param width: [inch]; height likewise.
-    :param draw: puts the content into the figure.
+    :param width: [inch].
+    :param height: [inch].
+    :param draw: draws the content into the figure.
     """
     with matplotlib.rc_context(_STYLE):
         canvas = Figure(figsize=(width, height), layout='constrained')
@@ -70,6 +72,6 @@ def write_png(content: Figure, path: Path) -> None:
 
 
 def legend_above(axes: Axes) -> None:
-    """Put the legend above the axes at the right, where it hides nothing."""
+    """Place the legend above the axes at the right, outside of the data."""
     axes.legend(loc='lower right', bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.2,
                 handlelength=1.4, columnspacing=1.2)

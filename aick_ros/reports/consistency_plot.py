@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How far errors are from what their covariances promise."""
+"""Histogram of the NEES, which shows whether covariances are consistent."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from aick_ros.evaluation.scores.consistency import (
     DOF, QUANTILE_95, QUANTILE_997, Consistency, density)
 from aick_ros.reports import canvas
 
-_END = 24.0  # of the axis; 0.05 % of right ones are beyond
+_END = 24.0  # of the axis; with correct covariances 0.05 % of the values are larger
 _TICKS = (0, 6, 12, 18, 24)
-_BEYOND = 25.5  # where the bar of the ones beyond stands
+_BEYOND = 25.5  # position of the bar of the larger values
 _WIDTH = 1.0  # of a bar
 
 
 def nees_figure(values: Sequence[float], title: str) -> Figure:
     """
-    Return the histogram of some NEES beside the density that right covariances have.
+    Return the histogram of NEES and the density for correct covariances.
 
-    :param values: one or more; infinite ones count as beyond the axis.
+    :param values: at least one; infinite ones count as beyond the axis.
     """
-    values = np.asarray(values, np.float64)
+    nees = np.asarray(values, np.float64)
     edges = np.arange(0.0, _END + _WIDTH, _WIDTH)
-    shares = 100 * np.histogram(values, edges)[0] / len(values)
-    beyond = 100 * float(np.mean(values > _END))
+    shares = 100 * np.histogram(nees, edges)[0] / len(nees)
+    beyond = 100 * float(np.mean(nees > _END))
 
     def draw(figure: Figure) -> None:
         axes = figure.subplots()
@@ -41,11 +41,11 @@ def nees_figure(values: Sequence[float], title: str) -> Figure:
                       ha='center', va='bottom', fontsize=9, color=canvas.INK)
         curve = np.linspace(0.0, _END, 300)
         axes.plot(curve, 100 * _WIDTH * density(curve), color=canvas.SECOND, linewidth=2.2,
-                  label='where the covariances are right')
+                  label='correct covariances')
         _mark(axes, QUANTILE_95, '95 %')
         _mark(axes, QUANTILE_997, '99.7 %')
         axes.set_xticks([*_TICKS, _BEYOND], [*map(str, _TICKS), 'beyond'])
-        axes.set(title=title, xlabel=f'NEES, 6 degrees of freedom\n{_sentence(values)}',
+        axes.set(title=title, xlabel=f'NEES, 6 degrees of freedom\n{_sentence(nees)}',
                  ylabel='% of the increments', xlim=(0.0, _BEYOND + _WIDTH))
         axes.margins(y=0.08)
         canvas.legend_above(axes)
@@ -60,7 +60,6 @@ def _mark(axes: Axes, quantile: float, share: str) -> None:
 
 
 def _sentence(values: np.ndarray) -> str:
-    figures = Consistency.of(values)
-    mean = '-' if figures.nees_mean is None else f'{figures.nees_mean:.1f}'
-    return (f'{len(values)} increments, mean {mean} (right: {DOF}), inside the 95 % ellipsoid '
-            f'{100 * figures.inside_95:.1f} %')
+    mean = Consistency.of(values).nees_mean
+    return (f'{len(values)} increments, mean {"-" if mean is None else f"{mean:.1f}"} (correct: '
+            f'{DOF}), inside the 95 % ellipsoid {100 * np.mean(values <= QUANTILE_95):.1f} %')

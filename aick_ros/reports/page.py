@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The frame of an HTML page that needs no other file, no network and no script."""
+"""Parts of a self-contained HTML page, without scripts or other files."""
 
 from __future__ import annotations
 
@@ -53,9 +53,10 @@ $body
 
 def page(title: str, *parts: str) -> str:
     """
-    Return a whole page.
+    Return a complete page.
 
-    :param title: plain text; parts: HTML.
+    :param title: plain text.
+    :param parts: HTML.
     """
     return _PAGE.substitute(title=escape(title), body='\n'.join(parts))
 
@@ -66,14 +67,14 @@ def heading(text: str, level: int = 2) -> str:
 
 
 def paragraph(text: str, kind: str = '') -> str:
-    """Return a paragraph; its kind is ``quiet``, ``notice`` or none."""
+    """Return a paragraph; its kind is ``quiet``, ``notice`` or ''."""
     return f'<p class="{kind}">{escape(text)}</p>' if kind else f'<p>{escape(text)}</p>'
 
 
-def tiles(figures: Iterable[tuple[str, str]]) -> str:
-    """Return figures that catch the eye, from pairs of label and value."""
+def tiles(facts: Iterable[tuple[str, str]]) -> str:
+    """Return a row of large numbers, from pairs of label and value."""
     inner = ''.join(f'<div class="tile"><b>{escape(value)}</b><span>{escape(label)}</span></div>'
-                    for label, value in figures)
+                    for label, value in facts)
     return f'<div class="tiles">{inner}</div>'
 
 
@@ -86,5 +87,5 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 
 def picture(svg: str) -> str:
-    """Return a picture as wide as the page."""
+    """Return an SVG image as wide as the page."""
     return f'<figure>{svg}</figure>'

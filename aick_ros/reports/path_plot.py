@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The path, seen from above and from the side."""
+"""Plot of a trajectory from above and from the side."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _VIEWS = {'From above': (0, 1), 'From the side': (0, 2)}
 @dataclass(frozen=True, eq=False)
 class View:
     """
-    What the camera saw.
+    An image of the camera with its keypoints.
 
     :param image: HxWx3 (red, green, blue) or HxW uint8.
     :param keypoints: Nx2 (u, v) [px].
@@ -37,11 +37,11 @@ class View:
 def plot_trajectory(path_png: Path, estimate: Trajectory, ground_truth: Trajectory | None = None,
                     title: str = '', views: Sequence[View] = ()) -> None:
     """
-    Write a picture of a path.
+    Write a plot of a trajectory as PNG.
 
-    :param estimate: in a frame whose z is up; with ground truth it is aligned to that.
-    :param ground_truth: None, or the path it should be, in a world whose z is up.
-    :param views: shown above the path, side by side.
+    :param estimate: in a frame with z up; it is aligned to the ground truth, if there is one.
+    :param ground_truth: in a world frame with z up, or None.
+    :param views: shown side by side above the plot.
     """
     canvas.write_png(path_figure(estimate, ground_truth, title=title, views=views), path_png)
 
@@ -50,23 +50,25 @@ def path_figure(estimate: Trajectory, ground_truth: Trajectory | None = None,
                 lost: np.ndarray | None = None, title: str = '',
                 views: Sequence[View] = ()) -> Figure:
     """
-    Return the path from above (x, y) and from the side (x, z).
+    Return a plot of a trajectory from above (x, y) and from the side (x, z).
 
-    :param estimate: in a frame whose z is up; with ground truth it is aligned to that.
-    :param lost: N bool, the poses of the estimate that were held; they are marked.
-    :param views: shown above the path, side by side.
+    :param estimate: in a frame with z up; it is aligned to the ground truth, if there is one.
+    :param ground_truth: in a world frame with z up, or None.
+    :param lost: N bool, poses of lost frames, which are marked.
+    :param views: shown side by side above the plot.
     """
     errors = compare(estimate, ground_truth) if ground_truth is not None else None
     positions, true_positions = estimate.poses[:, :3, 3], None
-    if errors is not None:
+    if ground_truth is not None and errors is not None:
         positions = (errors.T_world_odom @ estimate.poses)[:, :3, 3]
         inside = slice(*np.searchsorted(ground_truth.stamps, estimate.stamps[[0, -1]]))
         true_positions = ground_truth.poses[inside, :3, 3]
 
     def draw(figure: Figure) -> None:
-        below = figure
+        below: Figure | SubFigure = figure
         if views:
-            above, below = figure.subfigures(2, 1, height_ratios=(_STRIP, _PATH))
+            above, below = np.asarray(
+                figure.subfigures(2, 1, height_ratios=(_STRIP, _PATH)), object)
             _draw_strip(above, views)
         both = below.subplots(1, 2)
         for axes, (name, view) in zip(both, _VIEWS.items()):

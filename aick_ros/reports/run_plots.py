@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What happened during a run, over time: errors, matches, durations."""
+"""Plots of a run over time: errors, keypoints, matches, stage times."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def error_figure(errors: TrajectoryErrors, start: int) -> Figure:
     """
     Return the error of position and rotation over time, after alignment.
 
-    :param start: stamp that counts as time 0 [ns].
+    :param start: stamp of time 0 [ns].
     """
     times = _times(errors.estimate.stamps, start)
 
@@ -58,7 +58,7 @@ def tracking_figure(records: Sequence[FrameRecord]) -> Figure:
 
 
 def timing_figure(records: Sequence[FrameRecord]) -> Figure:
-    """Return the distribution of the time each stage takes."""
+    """Return the distributions of the stage times."""
     times = {stage: np.array([record.timing[stage] for record in records
                               if stage in record.timing])
              for stage in stages_of(records) if stage != 'total'}
@@ -68,10 +68,10 @@ def timing_figure(records: Sequence[FrameRecord]) -> Figure:
         axes = figure.subplots()
         bins = np.linspace(0.0, 1.05 * longest, 80)
         for (stage, values), colour in zip(times.items(), cycle(canvas.SERIES)):
-            # what is longer than the axis goes into its last bin
-            axes.hist(np.minimum(values, bins[-1]), bins, color=colour, alpha=0.7,
+            # times beyond the axis count in its last bin
+            axes.hist(np.minimum(values, bins[-1]), list(bins), color=colour, alpha=0.7,
                       label=f'{stage}, median {np.median(values):.1f} ms')
-        axes.set(title='Time a frame', xlabel='ms', ylabel='frames', xlim=(0, bins[-1]))
+        axes.set(title='Time per frame', xlabel='ms', ylabel='frames', xlim=(0, bins[-1]))
         canvas.legend_above(axes)
 
     return canvas.figure(10.0, 3.0, draw)
@@ -82,7 +82,7 @@ def _times(stamps: np.ndarray, start: int) -> np.ndarray:
 
 
 def _shade(axes: Axes, times: np.ndarray, lost: np.ndarray) -> None:
-    """Shade each run of lost frames from its first frame to the one after it."""
+    """Shade each sequence of lost frames, up to the frame after it."""
     edges = np.flatnonzero(np.diff(np.r_[False, lost, False].astype(np.int8)))
     for i, (first, after) in enumerate(edges.reshape(-1, 2)):
         end = times[min(after, len(times) - 1)]

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The report of a run as one HTML file."""
+"""Report of a run as one HTML file."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from datetime import datetime
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from aick_ros.evaluation.scores.frame_record import FrameRecord, trajectory_of
 from aick_ros.evaluation.scores.run_summary import RunSummary
@@ -24,16 +25,16 @@ from aick_ros.settings.parameter import values
 
 _T_body_optical = np.array(
     [[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
-_MOST_LOSSES = 20
+_MAX_LOSSES = 20
 
 
 def report(summary: RunSummary, records: Sequence[FrameRecord],
            ground_truth: Trajectory | None, started: datetime) -> str:
     """
-    Return the report of a run, a page that needs no other file.
+    Return the report of a run, a self-contained HTML page.
 
-    :param records: of all frames, one at least.
-    :param started: when the run began.
+    :param records: of all frames, at least one.
+    :param started: start time of the run.
     """
     return page.page(f'{summary.source}: odometry', *_head(summary, started),
                      *_pictures(records, ground_truth), *_losses(summary, records),
@@ -56,7 +57,7 @@ def _tiles(summary: RunSummary) -> Iterator[tuple[str, str]]:
     yield 'frames tracked', f'{100 * summary.tracked / summary.frames:.4g} %'
     yield 'path length', f'{summary.path_length_m:.2f} m'
     yield 'start to end', f'{summary.end_distance_m:.2f} m'
-    yield 'frames a second', f'{summary.frames_per_second:.0f}'
+    yield 'frames per second', f'{summary.frames_per_second:.0f}'
     score = summary.trajectory
     if score.ate_rmse_m is not None:
         yield 'ATE', f'{100 * score.ate_rmse_m:.1f} cm'
@@ -72,17 +73,17 @@ def _pictures(records: Sequence[FrameRecord],
     errors = compare(estimate, ground_truth) if ground_truth is not None else None
     yield page.heading('Path of the camera')
     if errors is None:
-        yield page.paragraph('Seen from where the camera was at the start: x forward, y to the '
+        yield page.paragraph('In the frame of the camera at the start: x forward, y to the '
                              'left, z up.', 'quiet')
         estimate = Trajectory(estimate.stamps, _T_body_optical @ estimate.poses)
         yield _picture(path_figure(estimate, lost=lost))
     else:
-        yield page.paragraph('In the frame of the ground truth, to which the estimate is '
-                             'aligned by its positions.', 'quiet')
+        yield page.paragraph('In the frame of the ground truth, to which the positions of the '
+                             'estimate are aligned.', 'quiet')
         yield _picture(path_figure(estimate, ground_truth, lost))
         yield page.heading('Errors')
-        yield page.paragraph('Positions are aligned by positions, rotations by rotations; ATE and '
-                             'RPE above are root mean squares.', 'quiet')
+        yield page.paragraph('Positions and rotations are aligned separately; ATE and RPE above '
+                             'are root mean squares.', 'quiet')
         yield _picture(error_figure(errors, records[0].stamp))
     yield page.heading('Tracking')
     yield _picture(tracking_figure(records))
@@ -90,7 +91,7 @@ def _pictures(records: Sequence[FrameRecord],
     yield _picture(timing_figure(records))
 
 
-def _picture(figure: canvas.Figure) -> str:
+def _picture(figure: Figure) -> str:
     return page.picture(canvas.to_svg(figure))
 
 
@@ -103,9 +104,9 @@ def _losses(summary: RunSummary, records: Sequence[FrameRecord]) -> Iterator[str
                        if not Status[name].ok)
     yield page.paragraph(f'{len(lost)} of {summary.frames}: {counts}. Their pose was held.')
     yield page.table(('stamp', 'reason'), ((stamp_to_seconds(record.stamp), record.reason)
-                                           for record in lost[:_MOST_LOSSES]))
-    if len(lost) > _MOST_LOSSES:
-        yield page.paragraph(f'{len(lost) - _MOST_LOSSES} more are in frames.csv.', 'quiet')
+                                           for record in lost[:_MAX_LOSSES]))
+    if len(lost) > _MAX_LOSSES:
+        yield page.paragraph(f'{len(lost) - _MAX_LOSSES} more are in frames.csv.', 'quiet')
 
 
 def _settings(summary: RunSummary) -> Iterator[str]:

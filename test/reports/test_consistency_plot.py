@@ -15,12 +15,12 @@ def bars(figure):
     return [bar.get_height() for bar in figure.axes[0].patches]
 
 
-def test_bars_and_curve_agree_where_the_covariances_are_right():
+def test_bars_and_curve_agree_for_correct_covariances():
     values = stats.chi2(6).ppf((np.arange(5000) + 0.5) / 5000)
     figure = nees_figure(values, 'office')
     expected = 100 * np.diff(stats.chi2(6).cdf(np.arange(25)))
     np.testing.assert_allclose(bars(figure)[:-1], expected, atol=0.05)
-    curve = next(line for line in figure.axes[0].lines if line.get_label().startswith('where'))
+    curve = next(line for line in figure.axes[0].lines if line.get_label().startswith('correct'))
     np.testing.assert_allclose(curve.get_ydata(), 100 * stats.chi2(6).pdf(curve.get_xdata()))
     assert 'mean 6.0' in figure.axes[0].get_xlabel()
     assert '95.0 %' in figure.axes[0].get_xlabel()

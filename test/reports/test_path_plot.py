@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is drawn of a path."""
+"""Content of the plot of a trajectory."""
 
 import cv2
 import numpy as np
@@ -55,8 +55,15 @@ def test_writes_a_picture(records, ground_truth, tmp_path):
 
 
 @pytest.mark.parametrize('count', [1, 2])
-def test_a_path_may_be_short(records, ground_truth, tmp_path, count):
+@pytest.mark.parametrize('truth', ['none', 'present', 'later'])
+def test_a_path_may_be_short(records, ground_truth, count, truth):
+    """One or two poses are drawn, with their ground truth only where it covers them."""
     estimate = trajectory_of(records[:count])
     later = Trajectory(ground_truth.stamps + NANOSECONDS * 60, ground_truth.poses)
-    for truth in (None, ground_truth, later):
-        plot_trajectory(tmp_path / 'path.png', estimate, truth)
+    known = {'none': None, 'present': ground_truth, 'later': later}[truth]
+    positions = (ground_truth if truth == 'present' else estimate).poses[:count, :3, 3]
+    for view, axes in zip(drawn(path_figure(estimate, known)), [(0, 1), (0, 2)]):
+        np.testing.assert_allclose(view['estimate'], positions[:, axes], atol=1e-9)
+        np.testing.assert_allclose(view['start'], positions[:1, axes], atol=1e-9)
+        np.testing.assert_allclose(view['end'], positions[-1:, axes], atol=1e-9)
+        assert ('ground truth' in view) == (truth == 'present')

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Methods to register two RGB-D frames, ours and others', one a file.
+Methods that register two RGB-D frames, AICK and others, one per file.
 
-All have the interface of :class:`Baseline`; :mod:`aick_ros.evaluation.baselines.registry` has
-their names and settings. Each file imports what it needs, so that one that is not installed
-stops none of the others.
+All implement :class:`Baseline`; :mod:`aick_ros.evaluation.baselines.registry` has their names and
+settings. Each file imports its own library, so that a missing one does not affect the others.
 """
 
 from __future__ import annotations
@@ -22,10 +21,10 @@ from aick_ros.frames.rgbd import RgbdFrame
 @dataclass(frozen=True, eq=False)
 class Estimate:
     """
-    What a method makes of a pair of frames.
+    Result of a method for a pair of frames.
 
-    :param T_target_source: 4x4 float64 [m], or None where it found none.
-    :param failure: why it found none, in words without numbers so that they can be counted.
+    :param T_target_source: 4x4 float64 [m]; None where the registration failed.
+    :param failure: reason of the failure, without numbers so that equal reasons can be counted.
     """
 
     T_target_source: np.ndarray | None
@@ -36,12 +35,12 @@ class Baseline(Protocol):
     """
     Registers pairs of frames, without an initial guess.
 
-    The two steps are timed apart: the first is done once a frame, however many frames it is
-    registered to, which is why the paper leaves it out of its runtimes.
+    The two steps are timed separately: the first is done once per frame, however many frames it is
+    registered to, which is why the paper does not count it.
     """
 
     def prepare(self, frame: RgbdFrame) -> Any:
-        """Return all that can be made of one frame alone."""
+        """Return everything that can be computed from one frame alone."""
 
     def register(self, source: Any, target: Any) -> Estimate:
-        """Return where the source was, seen from the target; both as prepared."""
+        """Return the estimate of ``T_target_source`` of two prepared frames."""

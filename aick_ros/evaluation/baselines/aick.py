@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""AICK itself, as one method among others."""
+"""AICK as one of the compared methods."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from aick_ros.settings.presets import preset
 
 class AickMethod:
     """
-    AICK with the settings of a preset, some of them changed.
+    AICK with the settings of a preset and changes to them.
 
     :param preset_name: '' for the defaults.
     :param changes: dotted name -> value.
@@ -36,10 +36,9 @@ class AickMethod:
 
     def register(self, source: PreparedFrame, target: PreparedFrame) -> Estimate:
         """Return the transform."""
-        if self._paper:  # which has no covariance
-            registration = self._paper.align(source.keypoints, target.keypoints)
-        else:
-            registration = self._registrar.register(source, target)
+        # the paper's algorithm has no covariance, whose time would count otherwise
+        registration = (self._paper.align(source.keypoints, target.keypoints) if self._paper
+                        else self._registrar.register(source, target))
         if not registration.status.ok:
             return Estimate(None, registration.status.value)
         return Estimate(registration.T_target_source)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Frames as the dense methods want them: point clouds, and images of an ideal pinhole camera."""
+"""Input of the dense methods: point clouds, and images of an ideal pinhole camera."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from aick_ros.geometry.camera import Camera
 
 def point_cloud(frame: RgbdFrame, max_depth: float) -> np.ndarray:
     """
-    Return the points that the depth image shows, Nx3 float64 in the optical frame [m].
+    Return the points of the depth image, Nx3 float64 in the optical frame [m].
 
-    :param max_depth: farther points are left out [m].
+    :param max_depth: farther points are ignored [m].
     """
     rays = _rays(frame.camera)
     depths = frame.depth.ravel().astype(np.float64)
@@ -29,9 +29,9 @@ def point_cloud(frame: RgbdFrame, max_depth: float) -> np.ndarray:
 
 def undistorted(frame: RgbdFrame) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return colour and depth as a camera of the same matrix without distortion would see them.
+    Return colour and depth of a camera with the same matrix and no distortion.
 
-    Depth is taken from the nearest pixel: between two surfaces there is nothing.
+    Depth is taken from the nearest pixel, as interpolation would join separate surfaces.
 
     :returns: HxWx3 or HxW uint8, and HxW float32 [m], NaN where there is none.
     """
@@ -55,7 +55,7 @@ def _rays(camera: Camera) -> np.ndarray:
 
 @lru_cache(maxsize=1)
 def _undistortion(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
-    """Return where in the image the pixels of the ideal camera are seen, HxW each."""
+    """Return the columns and rows of the ideal camera's pixels in the image, HxW each."""
     rays = (_pixels(camera) - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
     seen = camera.project(np.column_stack([rays, np.ones(len(rays))])).astype(np.float32)
     columns, rows = seen.T.reshape(2, camera.height, camera.width)

@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Open3D's dense odometry: the hybrid of colour and depth (Park et al. 2017), and point to plane.
+Dense odometry of Open3D: the hybrid of colour and depth (Park et al. 2017), and point to plane.
 
 Measured on handheld Kinect sequences, undistorted images: the hybrid of Open3D's older pipeline is
-more accurate than that of its tensor pipeline (and slower); point to plane gains by twice the
-default iterations and by depth up to four metres in place of three.
+more accurate than that of its tensor pipeline (and slower); point to plane is more accurate with
+twice the default iterations and with depth up to four metres instead of three.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from aick_ros.evaluation.baselines.dense import undistorted
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 
-_MAX_DEPTH = 4.0  # [m]
-_FEWEST = 100  # pixels with depth; of none it makes the identity
-_ITERATIONS = (20, 10, 5)  # from the coarsest level to the finest
+_MAX_DEPTH = 4.0  # [m]; measured on freiburg1_xyz_150 and freiburg1_rpy_100
+_MIN_DEPTHS = 100  # pixels with depth; without any it returns the identity; chosen
+_ITERATIONS = (20, 10, 5)  # from the coarsest level to the finest; measured on the same
 
 _dense = open3d.t.pipelines.odometry
 _older = open3d.pipelines.odometry
@@ -84,13 +84,13 @@ class Open3dPlane:
                 source_images, target_images, matrix, depth_scale=1.0, depth_max=_MAX_DEPTH,
                 criteria_list=[_dense.OdometryConvergenceCriteria(n) for n in _ITERATIONS],
                 method=_dense.Method.PointToPlane)
-        except RuntimeError:  # how it says that its equations are singular
+        except RuntimeError:  # where its equations are singular
             return _estimate(False, np.eye(4))
         return _estimate(True, result.transformation.numpy())
 
 
 def _has_depth(depth: np.ndarray) -> bool:
-    return np.count_nonzero(depth > 0) >= _FEWEST
+    return int(np.count_nonzero(depth > 0)) >= _MIN_DEPTHS
 
 
 def _image(kind: type, pixels: np.ndarray) -> Any:
@@ -99,5 +99,5 @@ def _image(kind: type, pixels: np.ndarray) -> Any:
 
 def _estimate(found: bool, T_target_source: np.ndarray) -> Estimate:
     if not found or not np.isfinite(T_target_source).all():
-        return Estimate(None, 'Open3D found none')
+        return Estimate(None, 'Open3D found no transform')
     return Estimate(np.array(T_target_source, np.float64))

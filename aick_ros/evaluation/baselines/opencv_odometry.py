@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-OpenCV's dense odometry, ``cv2.Odometry``: on depth (ICP), or on depth and colour.
+Dense odometry of OpenCV, ``cv2.Odometry``: on depth (ICP), or on depth and colour.
 
-It takes a pinhole camera: the images are undistorted, which on handheld Kinect sequences is worth
-a few hundredths of the success ratio. Of its two variants the one called "common" is at least as
-accurate as the "fast" one, and faster.
+It requires a pinhole camera: the images are undistorted, which on handheld Kinect sequences gains
+a few hundredths of the success ratio. Of its two variants, "common" is at least as accurate as
+"fast", and faster.
 """
 
 from __future__ import annotations
@@ -19,19 +19,20 @@ import numpy as np
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.evaluation.baselines.dense import undistorted
 from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry.camera import Camera
 
 
 class OpencvOdometry:
     """
-    Coarse to fine from the identity, with OpenCV's own settings.
+    Coarse to fine from the identity, with the default settings of OpenCV.
 
-    :param colour: whether colour is used beside depth.
+    :param colour: whether colour is used in addition to depth.
     """
 
     def __init__(self, colour: bool) -> None:
         self._type = cv2.OdometryType_RGB_DEPTH if colour else cv2.OdometryType_DEPTH
         self._odometry: Any = None
-        self._camera = None
+        self._camera: Camera | None = None
 
     def prepare(self, frame: RgbdFrame) -> Any:
         """Return pyramids, normals and gradients, for both roles."""
@@ -48,7 +49,7 @@ class OpencvOdometry:
         """Return the transform."""
         found, T_target_source = self._odometry.compute(source, target)
         if not found or not np.isfinite(T_target_source).all():
-            return Estimate(None, 'OpenCV found none')
+            return Estimate(None, 'OpenCV found no transform')
         return Estimate(T_target_source)
 
     def _make(self, matrix: np.ndarray) -> Any:

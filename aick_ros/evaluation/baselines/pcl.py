@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""GICP and 3D-NDT of the Point Cloud Library, in a program of ours: ``benchmarks/pcl/``."""
+"""GICP and 3D-NDT of the Point Cloud Library, in the program of ``benchmarks/pcl/``."""
 
 from __future__ import annotations
 
@@ -19,32 +19,35 @@ from aick_ros.evaluation.baselines import Estimate
 from aick_ros.evaluation.baselines.dense import point_cloud
 from aick_ros.frames.rgbd import RgbdFrame
 
-_POSE_BYTES = 16 * 8
+_POSE_BYTES = 16 * 8  # by definition: 4x4 float64
 _BUILT = Path(aick_ros.__file__).parents[1] / 'build' / 'pcl' / 'pcl_register'
 
 
 def find_program() -> str | None:
-    """Return the program: where ``make pcl`` puts it, or on the path."""
+    """Return the program, built by ``make pcl`` or on the PATH; None where there is none."""
     return str(_BUILT) if os.access(_BUILT, os.X_OK) else shutil.which('pcl_register')
 
 
 class Pcl:
     """
-    One registration of PCL, from the identity; everything is done anew for each pair.
+    One registration method of PCL, from the identity; nothing is shared between pairs.
 
-    :param arguments: of the program: the method and its settings.
-    :param max_depth: farther points are left out [m].
+    :param arguments: arguments of the program: the method and its settings.
+    :param max_depth: farther points are ignored [m].
+    :raises OSError: where the program is missing.
     """
 
     def __init__(self, arguments: Sequence[str], max_depth: float) -> None:
         self._max_depth = max_depth
-        self._process = subprocess.Popen([find_program(), *arguments], stdin=subprocess.PIPE,
-                                         stdout=subprocess.PIPE)
+        self._process = subprocess.Popen([find_program() or 'pcl_register', *arguments],
+                                         stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        assert self._process.stdin is not None and self._process.stdout is not None
+        self._input, self._output = self._process.stdin, self._process.stdout
 
     def __del__(self) -> None:
         """End the program."""
-        self._process.stdin.close()
-        self._process.stdout.close()
+        self._input.close()
+        self._output.close()
         self._process.kill()
         self._process.wait()
 
@@ -56,17 +59,17 @@ class Pcl:
         """
         Return the transform.
 
-        :raises OSError: where the program is gone.
+        :raises OSError: where the program has ended.
         """
-        stream = self._process.stdin
+        stream = self._input
         stream.write(struct.pack('=2I', len(source), len(target)))
         stream.write(source.tobytes())
         stream.write(target.tobytes())
         stream.flush()
-        answer = self._process.stdout.read(_POSE_BYTES)
+        answer = self._output.read(_POSE_BYTES)
         if len(answer) < _POSE_BYTES:
             raise OSError(f'pcl_register ended with exit code {self._process.wait()}')
         T_target_source = np.frombuffer(answer).reshape(4, 4)
         if not np.isfinite(T_target_source).all():
-            return Estimate(None, 'PCL found none')
+            return Estimate(None, 'PCL found no transform')
         return Estimate(T_target_source)

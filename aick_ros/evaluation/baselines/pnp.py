@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-PnP: ORB keypoints matched by descriptor, RANSAC on their reprojection, refined on the inliers.
+PnP: ORB keypoints matched by descriptor, RANSAC on the reprojection error, refined on inliers.
 
-The usual way to visual odometry with OpenCV. Source keypoints are points in space, target
-keypoints are rays, so that lens distortion needs no model here.
+The usual visual odometry with OpenCV. Source keypoints are 3D points, target keypoints are rays,
+so that no model of the lens distortion is needed here.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.settings.presets import preset
 
-_FEWEST = 6  # what OpenCV's refinement takes
-_MODELS = 500
-_CONFIDENCE = 0.999
+_MIN_INLIERS = 6  # by definition: required by the refinement of OpenCV
+_MODELS = 500  # chosen
+_CONFIDENCE = 0.999  # chosen
 
 
 class Pnp:
     """
     Perspective-n-point on the ORB keypoints of the paper's full mode.
 
-    :param reprojection: largest error of an inlier [px].
+    :param reprojection: largest reprojection error of an inlier [px].
     """
 
     def __init__(self, reprojection: float) -> None:
@@ -45,7 +45,7 @@ class Pnp:
         """Return the transform."""
         (source_frame, _), (target_frame, focal_length) = source, target
         matches = self._matcher.match(source_frame.descriptors, target_frame.descriptors)
-        if len(matches) < _FEWEST:
+        if len(matches) < _MIN_INLIERS:
             return Estimate(None, 'too few matches')
         points = source_frame.positions[[match.queryIdx for match in matches]].astype(float)
         rays = target_frame.positions[[match.trainIdx for match in matches]].astype(float)
@@ -53,7 +53,7 @@ class Pnp:
         found, rotation, translation, inliers = cv2.solvePnPRansac(
             points, rays, np.eye(3), None, iterationsCount=_MODELS, confidence=_CONFIDENCE,
             reprojectionError=self._reprojection / focal_length, flags=cv2.SOLVEPNP_EPNP)
-        if not found or inliers is None or len(inliers) < _FEWEST:
+        if not found or inliers is None or len(inliers) < _MIN_INLIERS:
             return Estimate(None, 'too few inliers')
         kept = inliers.ravel()
         rotation, translation = cv2.solvePnPRefineLM(

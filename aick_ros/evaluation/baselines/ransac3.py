@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-3-point RANSAC on matched keypoints, as the paper describes it (IV-B).
+3-point RANSAC on matched keypoints, as described in the paper (IV-B).
 
-Pairs are formed by descriptor alone, three of them make a model, and its inliers are the
-keypoints that come to lie near any keypoint of the other frame.
+Matches are formed by descriptor alone, three of them determine a model, and its inliers are the
+keypoints that it moves close to any keypoint of the other frame.
 """
 
 from __future__ import annotations
@@ -23,18 +23,18 @@ from aick_ros.geometry import point_fit
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset
 
-_SAMPLE = 3
+_SAMPLE = 3  # by definition
 
 
 class ThreePointRansac:
     """
-    The best of many rigid transforms through three pairs, refitted to its inliers.
+    The best of many rigid transforms through three matches, refitted to its inliers.
 
-    :param preset_name: whose keypoints are used.
+    :param preset_name: preset whose keypoints are used.
     :param changes: dotted name -> value.
-    :param models: how many are tried.
+    :param models: number of models.
     :param lambda_e: largest distance of an inlier [m].
-    :param lambda_f: largest descriptor distance of a pair.
+    :param lambda_f: largest descriptor distance of a match.
     """
 
     def __init__(self, preset_name: str, changes: dict[str, Any] | None = None,
@@ -52,25 +52,25 @@ class ThreePointRansac:
                  target: tuple[KeypointFrame, cKDTree | None]) -> Estimate:
         """Return the transform; the same pair always gives the same one."""
         (source_frame, _), (target_frame, target_tree) = source, target
-        pairs = self._pairs(source_frame, target_frame)
-        if len(pairs) < _SAMPLE:
-            return Estimate(None, 'too few pairs')
+        matches = self._matches(source_frame, target_frame)
+        if target_tree is None or len(matches) < _SAMPLE:
+            return Estimate(None, 'too few matches')
         rng = np.random.default_rng([source_frame.stamp, target_frame.stamp])
-        models = self._fit_samples(source_frame.positions[pairs[:, 0]],
-                                   target_frame.positions[pairs[:, 1]], rng)
+        models = self._fit_samples(source_frame.positions[matches[:, 0]],
+                                   target_frame.positions[matches[:, 1]], rng)
         if not len(models):
-            return Estimate(None, 'no three pairs span a triangle')
+            return Estimate(None, 'no three matches span a triangle')
         return self._refit_best(models, source_frame.positions, target_frame.positions,
                                 target_tree)
 
-    def _pairs(self, source: KeypointFrame, target: KeypointFrame) -> np.ndarray:
-        """Return the keypoints most alike, Kx2, where they are alike enough."""
+    def _matches(self, source: KeypointFrame, target: KeypointFrame) -> np.ndarray:
+        """Return the match of each source keypoint with a similar one, Kx2."""
         if not len(source) or not len(target):
             return np.empty((0, 2), np.intp)
         distances = descriptor_distances(source.descriptors, target.descriptors)
         closest = distances.argmin(axis=1)
-        alike = np.flatnonzero(distances[np.arange(len(source)), closest] <= self._lambda_f)
-        return np.column_stack([alike, closest[alike]])
+        similar = np.flatnonzero(distances[np.arange(len(source)), closest] <= self._lambda_f)
+        return np.column_stack([similar, closest[similar]])
 
     def _fit_samples(self, source: np.ndarray, target: np.ndarray,
                      rng: np.random.Generator) -> np.ndarray:
@@ -87,8 +87,8 @@ class ThreePointRansac:
                     target_tree: cKDTree) -> Estimate:
         moved = source @ models[:, :3, :3].transpose(0, 2, 1) + models[:, None, :3, 3]
         distances, closest = target_tree.query(moved, distance_upper_bound=self._lambda_e)
-        inliers = np.isfinite(distances)
-        best = inliers.sum(axis=1).argmax()
+        inliers, closest = np.isfinite(distances), np.asarray(closest)
+        best = int(inliers.sum(axis=1).argmax())
         kept = np.flatnonzero(inliers[best])
         try:
             return Estimate(point_fit.fit(source[kept], target[closest[best, kept]]))

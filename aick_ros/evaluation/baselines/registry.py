@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The methods by name: which class, with which settings, and what it takes to have it.
+The compared methods by name: class, settings, requirements.
 
-A further method is one entry here, and one file beside this one where its class is new.
+To add a method, add an entry here and, for a new class, a file in this folder.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ _HERE = __package__
 @dataclass(frozen=True)
 class Need:
     """
-    Something that a method takes beside the plain install.
+    Something that a method requires beyond the plain installation.
 
-    :param is_met: tells whether it is there.
-    :param install: how to get it.
+    :param is_met: returns whether it is installed.
+    :param install: command that installs it.
     """
 
     is_met: Callable[[], bool]
@@ -43,10 +43,10 @@ class Method:
     """
     A method with its settings.
 
-    :param title: of one line, for tables and legends.
-    :param settings: what it was run with, in words.
-    :param factory: ``module:class`` that is called with the options.
-    :param needs: all that must be installed.
+    :param title: one line, for tables and legends.
+    :param settings: settings in words.
+    :param factory: ``module:class``, called with the options.
+    :param needs: requirements.
     """
 
     name: str
@@ -58,19 +58,20 @@ class Method:
 
     @property
     def identity(self) -> str:
-        """What decides about its results, as text."""
+        """Everything that determines the results, as text."""
         return f'{self.factory} {json.dumps(self.options, sort_keys=True)}'
 
     @property
     def missing(self) -> str:
-        """How to install what is not there; '' where all is."""
+        """Command that installs what is missing; '' where nothing is."""
         return ' && '.join(need.install for need in self.needs if not need.is_met())
 
 
 def make(factory: str, options: Mapping[str, Any]) -> Baseline:
     """Return the method of a factory (``module:class``), ready to run."""
     module, _, name = factory.partition(':')
-    return getattr(import_module(module), name)(**options)
+    method: Baseline = getattr(import_module(module), name)(**options)
+    return method
 
 
 def methods_of(names: str) -> list[Method]:
@@ -78,18 +79,18 @@ def methods_of(names: str) -> list[Method]:
     Return the methods of a list of names.
 
     :param names: separated by commas; ``all`` for all.
-    :raises InputError: for an unknown name, with those there are.
+    :raises InputError: for an unknown name; the message lists the known ones.
     """
     wanted = list(METHODS) if names == 'all' else [name.strip() for name in names.split(',')]
     for name in wanted:
         if name not in METHODS:
-            raise InputError(f'no method is called {name!r}: there are all, '
+            raise InputError(f'no method is called {name!r}: the methods are all, '
                              f'{", ".join(METHODS)}')
     return [METHODS[name] for name in dict.fromkeys(wanted)]
 
 
 def aick(name: str, title: str, settings: str, preset: str = '', **changes: Any) -> Method:
-    """Return AICK with a preset's settings; in the names of changes ``__`` stands for a dot."""
+    """Return AICK with a preset's settings; ``__`` in the names of changes stands for a dot."""
     dotted = {key.replace('__', '.'): value for key, value in changes.items()}
     return Method(name, title, settings, f'{_HERE}.aick:AickMethod',
                   {'preset_name': preset, 'changes': dotted})

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Pure dead reckoning along a rendered row of bookshelves: Figure 10 of the paper.
+Dead reckoning along a rendered row of bookshelves: Figure 10 of the paper.
 
-Each frame is registered to the one before it, and the transforms are chained. Whatever is wrong
-with one of them, its rotation above all, bends all that comes after it.
+Each frame is registered to the previous one, and the transforms are chained. An error of one of
+them, above all of its rotation, distorts the rest of the path.
 """
 
 from __future__ import annotations
@@ -24,16 +24,15 @@ from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.corridor import WalkingPath, corridor
 
-FRAMES = 1000
-_RATE, _SPEED = 20.0, 0.25  # [Hz], [m/s]; the rate is the paper's
-_ENDS = 2.4  # [m] of the corridor at which nobody walks
-_NEAREST_FRAMES = 5  # one of so many gives its points
-_STEP = 5  # [px] between these points
-_MAX_DEPTH = 1.8  # [m]; only what is near is shown, as in the paper
+_RATE, _SPEED = 20.0, 0.25  # [Hz] by definition: as in the paper, [m/s] chosen
+_ENDS = 2.4  # length of the corridor beyond both ends of the path [m]; chosen
+_FRAME_STEP = 5  # every so many frames points are collected; chosen
+_PIXEL_STEP = 5  # spacing of these points [px]; chosen
+_MAX_DEPTH = 1.8  # [m]; only near points are shown, as in the paper; chosen
 
 
 def walk(frames: int, seed: int = 1) -> SyntheticSource:
-    """Return somebody's walk along shelves, of so many frames, with a Kinect's noise."""
+    """Return a rendered walk along shelves with the noise of a Kinect."""
     options = SyntheticOptions(seed=seed, frames=frames, rate=_RATE)
     duration = frames / _RATE
     scene = corridor(seed, np.ceil(_SPEED * duration + _ENDS))
@@ -44,10 +43,10 @@ def walk(frames: int, seed: int = 1) -> SyntheticSource:
 @dataclass(frozen=True)
 class EndPoint:
     """
-    Where dead reckoning ends; the fields are keys of the JSON.
+    Error at the end of dead reckoning; the fields are keys of the JSON.
 
-    :param length_m: of the true path.
-    :param failed: registrations of which there were none; the camera was taken to stand still.
+    :param length_m: length of the true path.
+    :param failed: number of failed registrations, for which the camera was assumed to stand still.
     """
 
     frames: int
@@ -57,17 +56,18 @@ class EndPoint:
     failed: int
 
     def to_json(self) -> dict[str, Any]:
-        """Return what ``json.dumps`` takes."""
+        """Return the content of the JSON."""
         return asdict(self)
 
 
 @dataclass(frozen=True, eq=False)
 class Reckoning:
     """
-    What dead reckoning makes of a walk, in the world of its true start.
+    Result of dead reckoning, in the world frame, from the true start.
 
-    :param positions: Nx3, of the camera [m]; true_positions likewise.
-    :param points: Mx3, what it saw [m].
+    :param positions: estimated positions of the camera, Nx3 [m].
+    :param true_positions: Nx3 [m].
+    :param points: observed points, Mx3 [m].
     :param colours: Mx3 uint8 (red, green, blue), of the points.
     """
 
@@ -81,38 +81,45 @@ class Reckoning:
 def reckon(method: Baseline, frames: Iterable[RgbdFrame], ground_truth: Trajectory,
            on_progress: Callable[[int], None] = lambda frames: None) -> Reckoning:
     """
-    Chain the registrations of frames to the ones before them.
+    Chain the registrations of each frame to the previous one.
 
-    :param frames: at least one, all inside the ground truth.
-    :param on_progress: told the number of frames done.
+    :param frames: at least one, all covered by the ground truth.
+    :param on_progress: called with the number of frames done.
+    :raises ValueError: for a frame that the ground truth does not cover.
     """
-    poses, truths, failed, before = [], [], 0, None
+    poses: list[np.ndarray] = []
+    true_poses: list[np.ndarray] = []
+    failed, previous = 0, None
     points, colours = [], []
     for number, frame in enumerate(frames):
-        truths.append(ground_truth.at(frame.stamp))
+        true_pose = ground_truth.at(frame.stamp)
+        if true_pose is None:
+            raise ValueError(f'the ground truth does not cover the stamp {frame.stamp}')
+        true_poses.append(true_pose)
         prepared = method.prepare(frame)
-        T_before_now = np.eye(4)
+        T_previous_now = np.eye(4)
         if number:
-            estimate = method.register(prepared, before)
+            estimate = method.register(prepared, previous)
             failed += estimate.T_target_source is None
             if estimate.T_target_source is not None:
-                T_before_now = estimate.T_target_source
-        poses.append(poses[-1] @ T_before_now if poses else truths[0])
-        before = prepared
-        if number % _NEAREST_FRAMES == 0:
-            seen, painted = _near_points(frame)
-            points.append(se3.transform(poses[-1], seen))
-            colours.append(painted)
+                T_previous_now = estimate.T_target_source
+        poses.append(poses[-1] @ T_previous_now if poses else true_pose)
+        previous = prepared
+        if number % _FRAME_STEP == 0:
+            near_points, near_colours = _near_points(frame)
+            points.append(se3.transform(poses[-1], near_points))
+            colours.append(near_colours)
         on_progress(number + 1)
-    return Reckoning(_end_point(np.array(poses), np.array(truths), failed),
-                     np.array(poses)[:, :3, 3], np.array(truths)[:, :3, 3],
+    return Reckoning(_end_point(np.array(poses), np.array(true_poses), failed),
+                     np.array(poses)[:, :3, 3], np.array(true_poses)[:, :3, 3],
                      np.concatenate(points), np.concatenate(colours))
 
 
 def _near_points(frame: RgbdFrame) -> tuple[np.ndarray, np.ndarray]:
     """Return points of a frame on a grid of pixels, Nx3 [m], and their colours."""
     colour, depth = undistorted(frame)
-    v, u = (index.ravel() for index in np.mgrid[:depth.shape[0]:_STEP, :depth.shape[1]:_STEP])
+    height, width = depth.shape
+    v, u = (index.ravel() for index in np.mgrid[:height:_PIXEL_STEP, :width:_PIXEL_STEP])
     z = depth[v, u].astype(np.float64)
     with np.errstate(invalid='ignore'):
         kept = (z > 0) & (z < _MAX_DEPTH)

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The figures of the paper that are curves: which methods they show, over what, and their data.
+The figures of the paper with curves of success ratios: their methods, axes and data.
 
-A further figure is one entry. A method of which nothing was measured is left out of its figures.
+To add a figure, add an entry. A method without measurements is omitted from its figures.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from aick_ros.evaluation.benchmark.recording import Recording
 from aick_ros.evaluation.benchmark.runner import Plan
 from aick_ros.evaluation.benchmark.vocabularies import SIZES, file_name
 
-THRESHOLDS = tuple(round(0.001 * i, 3) for i in range(51))
-"""Of the translation error [m], where it is the axis."""
+THRESHOLDS = tuple(round(0.001 * i, 3) for i in range(51))  # by definition: as in the paper
+"""Thresholds of the translation error [m], as values of the axis."""
 
-THRESHOLD = 0.01
-"""Of the translation error [m], where the axis is another."""
+THRESHOLD = 0.01  # by definition: as in the paper
+"""Threshold of the translation error [m] in figures with another axis."""
 
 
 class Axis(Enum):
-    """What a figure shows the success ratio over; the value is the name in the JSON."""
+    """The horizontal axis of a figure; the value is the name in the JSON."""
 
     THRESHOLD = 'threshold_m'
     GAP = 'gap'
@@ -42,8 +42,8 @@ class Figure:
     """
     A figure of success ratios.
 
-    :param number: of the paper, or a name of ours.
-    :param curves: a method each.
+    :param number: number in the paper, or a name.
+    :param curves: one method per curve.
     """
 
     number: str
@@ -53,7 +53,7 @@ class Figure:
 
     @property
     def variants(self) -> tuple[Method, ...]:
-        """The methods that are in no list of methods: settings varied for this figure."""
+        """Methods with settings varied for this figure, which are not in the registry."""
         return tuple(method for method in self.curves if method.name not in METHODS)
 
 
@@ -62,7 +62,7 @@ def _named(*names: str) -> tuple[Method, ...]:
 
 
 def _sweep(name: str, parameter: str, labels: Mapping[Any, str]) -> tuple[Method, ...]:
-    """Return a method once for each value of a parameter, with the label of the value."""
+    """Return a method once per value of a parameter, with the label of the value."""
     base = METHODS.get(name)
     if base is None:
         return ()
@@ -89,9 +89,9 @@ def _sizes(name: str, detector: str, folder: Path) -> tuple[Method, ...]:
 
 def paper_figures(vocabularies: Path | None = None) -> tuple[Figure, ...]:
     """
-    Return the figures in the order of the paper, those of ours after the one they belong to.
+    Return the figures in the order of the paper, additional ones after the related figure.
 
-    :param vocabularies: folder with those of :mod:`.vocabularies`; None: no figure of sizes.
+    :param vocabularies: folder of :mod:`.vocabularies`; None: no figures of their sizes.
     """
     papers = _named('aick-orb', 'aick-surf', 'ransac3', 'gicp', 'ndt', 'gicp-tuned', 'ndt-tuned')
     todays = _named('aick', 'aick-orb', 'aick-surf', 'pnp', 'small-gicp', 'open3d-hybrid',
@@ -127,17 +127,17 @@ def paper_figures(vocabularies: Path | None = None) -> tuple[Figure, ...]:
 
 
 def variants(figures: Sequence[Figure]) -> list[Method]:
-    """Return the methods that only figures need, each once."""
+    """Return the methods that only the figures need, each once."""
     return list({method.identity: method
                  for figure in figures for method in figure.variants}.values())
 
 
 def figure_data(figures: Sequence[Figure], plan: Plan, journal: Journal) -> dict[str, Any]:
     """
-    Return the data of figures as JSON takes it.
+    Return the data of figures, as content of the JSON.
 
-    :returns: number -> title, axis and, by the name of the method, its curve: a label, and for
-        each recording x and success ratios.
+    :returns: number -> title, axis and curves: name of the method -> label and, per recording, x
+        and success ratios.
     """
     data = {}
     for figure in figures:
@@ -155,7 +155,7 @@ def figure_data(figures: Sequence[Figure], plan: Plan, journal: Journal) -> dict
 
 
 def _curve(axis: Axis, method: Method, recording: Recording, plan: Plan,
-           journal: Journal) -> dict[str, list]:
+           journal: Journal) -> dict[str, list[float]]:
     lines = journal.pairs[method.identity, recording.name]
     errors: dict[int, list[float]] = {gap: [] for gap in plan.gaps}
     for pair in plan.pairs[recording.name]:
@@ -164,8 +164,9 @@ def _curve(axis: Axis, method: Method, recording: Recording, plan: Plan,
             errors[pair.gap].append(np.inf if translation is None else translation)
     if axis is Axis.THRESHOLD:
         nearest = np.array(errors[min(plan.gaps)])
-        x, ratios = list(THRESHOLDS), [np.mean(nearest < threshold) for threshold in THRESHOLDS]
+        points = [(threshold, np.mean(nearest < threshold)) for threshold in THRESHOLDS]
     else:
-        x = [gap for gap in plan.gaps if errors[gap]]
-        ratios = [np.mean(np.array(errors[gap]) < THRESHOLD) for gap in x]
-    return {'x': x, 'success_ratio': [round(float(ratio), 4) for ratio in ratios]}
+        points = [(gap, np.mean(np.array(errors[gap]) < THRESHOLD))
+                  for gap in plan.gaps if errors[gap]]
+    return {'x': [x for x, _ in points],
+            'success_ratio': [round(float(ratio), 4) for _, ratio in points]}

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What a benchmark has measured so far, kept in a file so that an interrupted run can go on.
+Measurements of a benchmark in a file, so that an interrupted run can be resumed.
 
-The file has a line of JSON for each frame prepared and each pair registered. Its first line tells
-of which run it is: what was measured on other data or another machine must not mix with ours.
+The file has a line of JSON per prepared frame and per registered pair. The first line identifies
+the run: measurements on other data or another machine must not be mixed.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from aick_ros.evaluation.scores.machine import machine_facts
 
 @dataclass(frozen=True)
 class FrameLine:
-    """How long a method took to prepare a frame."""
+    """Time that a method needed to prepare a frame."""
 
     method: str
     recording: str
@@ -37,12 +37,13 @@ class FrameLine:
 @dataclass(frozen=True)
 class PairLine:
     """
-    What came of one registration.
+    Result of one registration.
 
-    :param method: the identity of the method.
-    :param translation: [m]; rotation: [rad]; both None where it failed.
-    :param milliseconds: None where the method did not end, or was not asked.
-    :param failure: '' where there is a transform.
+    :param method: identity of the method.
+    :param translation: error [m]; None where the registration failed.
+    :param rotation: error [rad]; None where the registration failed.
+    :param milliseconds: None where the method did not end or was not run.
+    :param failure: reason of the failure; '' on success.
     """
 
     method: str
@@ -59,11 +60,11 @@ Line = FrameLine | PairLine
 
 class Journal:
     """
-    The lines of a run, in memory and, where there is one, in a file.
+    The lines of a run, in memory and optionally in a file.
 
-    :param path: None: in memory alone.
-    :param recordings: what is measured.
-    :raises InputError: where the file is of another run or cannot be written.
+    :param path: None: in memory only.
+    :param recordings: recordings of the run.
+    :raises InputError: where the file belongs to another run or cannot be written.
     """
 
     def __init__(self, path: Path | None, recordings: Sequence[Recording]) -> None:
@@ -85,19 +86,19 @@ class Journal:
             raise InputError(f'cannot write {path}: {error.strerror}') from None
 
     def add(self, line: Line) -> None:
-        """Keep a line; may be called from any thread."""
+        """Store a line; may be called from any thread."""
         with self._lock:
             self._keep(line)
             self._write(json.dumps(asdict(line)))
 
     def close(self) -> None:
-        """Leave the file for the next run."""
+        """Close the file, for the next run."""
         if self._file is not None:
             self._file.close()
             self._file = None
 
     def delete(self) -> None:
-        """Remove the file: the run is complete and its figures are written."""
+        """Remove the file, as the run is complete."""
         self.close()
         if self._path is not None:
             self._path.unlink(missing_ok=True)
@@ -115,14 +116,14 @@ class Journal:
             self._file.flush()
 
     def _read(self, path: Path, header: str) -> None:
-        """Take up what is there; a last line that was cut off is cut away."""
+        """Read the lines of an earlier run; an incomplete last line is removed."""
         content = path.read_text(encoding='utf-8')
         whole = content[:content.rfind('\n') + 1]
         lines = whole.splitlines()
         if lines and lines[0] != header:
             raise InputError(
-                f'{path} is of a run on other recordings, another machine or other versions: '
-                'delete it to start anew, or name another --json file')
+                f'{path} belongs to a run on other recordings, another machine or other versions: '
+                'delete it to start anew, or give another --json file')
         for number, text in enumerate(lines[1:], 2):
             self._keep(_parse(path, number, text))
         self.lines_found = max(len(lines) - 1, 0)
@@ -143,5 +144,5 @@ def _parse(path: Path, number: int, text: str) -> Line:
             return PairLine(**{**content, 'pair': FramePair(*content['pair'])})
         return FrameLine(**content)
     except (ValueError, TypeError):
-        raise InputError(f'{path}, line {number} is no result: delete the file to start '
+        raise InputError(f'{path}, line {number} is not a result: delete the file to start '
                          'anew') from None

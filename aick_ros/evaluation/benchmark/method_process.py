@@ -4,8 +4,8 @@
 """
 The process in which one method registers the pairs of one recording.
 
-It takes one job as a line of JSON on standard input and answers with lines of JSON. Before each
-step it says which, so that who watches knows what it died of. What the method itself prints goes
+It reads one job as a line of JSON from standard input and answers with lines of JSON. It announces
+each step, so that the supervisor knows the step of a crash. The output of the method itself goes
 to standard error.
 """
 
@@ -28,34 +28,34 @@ from aick_ros.evaluation.benchmark.recording import Request
 from aick_ros.evaluation.scores.frame_pairs import FramePair
 from aick_ros.frames.rgbd import RgbdFrame
 
-Say = Callable[..., None]
+Report = Callable[..., None]
 
-_BROKEN = object()  # stands for a frame that the method could not prepare
+_BROKEN = object()  # in place of a frame that the method could not prepare
 
 
 def main() -> None:
-    """Do the job that comes on standard input."""
-    say = _speak_on(_take_standard_output())
+    """Run the job that is read from standard input."""
+    report = _writer(_reserve_standard_output())
     job = json.loads(sys.stdin.readline())
     cv2.setNumThreads(1)
     try:
         method = make(job['factory'], job['options'])
     except Exception as error:
-        say(unusable=f'{type(error).__name__}: {error}')
+        report(unusable=f'{type(error).__name__}: {error}')
         return
-    say(ready=True)
+    report(ready=True)
     request = Request(**job['request'])
     frames = islice(request.open().frames(_skip), request.limit)
-    register_pairs(method, frames, [FramePair(*pair) for pair in job['pairs']], say)
-    say(end=True)
+    register_pairs(method, frames, [FramePair(*pair) for pair in job['pairs']], report)
+    report(end=True)
 
 
 def register_pairs(method: Baseline, frames: Iterable[RgbdFrame], pairs: Iterable[FramePair],
-                   say: Say) -> None:
+                   report: Report) -> None:
     """
-    Prepare the frames of the pairs once each, register the pairs, and say what came of it.
+    Prepare the frames of the pairs once each, register the pairs, and report the results.
 
-    Only the frames that are still needed are kept.
+    Only frames that later pairs need are kept.
     """
     by_source: dict[int, list[FramePair]] = {}
     last_use: dict[int, int] = {}
@@ -66,58 +66,58 @@ def register_pairs(method: Baseline, frames: Iterable[RgbdFrame], pairs: Iterabl
     for index, frame in enumerate(frames):
         if index not in last_use:
             continue
-        prepared[index] = _prepare(method, index, frame, say)
+        prepared[index] = _prepare(method, index, frame, report)
         for pair in by_source.get(index, ()):
-            _register(method, pair, prepared[pair.source], prepared[pair.target], say)
+            _register(method, pair, prepared[pair.source], prepared[pair.target], report)
         prepared = {i: content for i, content in prepared.items() if last_use[i] > index}
 
 
-def _prepare(method: Baseline, index: int, frame: RgbdFrame, say: Say) -> Any:
-    say(step='frame', frame=index)
+def _prepare(method: Baseline, index: int, frame: RgbdFrame, report: Report) -> Any:
+    report(step='frame', frame=index)
     start = time.perf_counter()
     try:
         content = method.prepare(frame)
     except Exception as error:
         print(f'frame {index}: {type(error).__name__}: {error}', file=sys.stderr)
         return _BROKEN
-    say(frame=index, ms=1e3 * (time.perf_counter() - start))
+    report(frame=index, ms=1e3 * (time.perf_counter() - start))
     return content
 
 
-def _register(method: Baseline, pair: FramePair, source: Any, target: Any, say: Say) -> None:
+def _register(method: Baseline, pair: FramePair, source: Any, target: Any, report: Report) -> None:
     if source is _BROKEN or target is _BROKEN:
-        say(pair=pair, ms=None, T_target_source=None, failure='a frame could not be prepared')
+        report(pair=pair, ms=None, T_target_source=None, failure='a frame could not be prepared')
         return
-    say(step='pair', pair=pair)
+    report(step='pair', pair=pair)
     start = time.perf_counter()
     try:
         estimate = method.register(source, target)
     except Exception as error:
         print(f'pair {pair}: {type(error).__name__}: {error}', file=sys.stderr)
-        say(pair=pair, ms=1e3 * (time.perf_counter() - start), T_target_source=None,
-            failure=f'raised {type(error).__name__}')
+        report(pair=pair, ms=1e3 * (time.perf_counter() - start), T_target_source=None,
+               failure=f'raised {type(error).__name__}')
         return
     milliseconds, T_target_source = 1e3 * (time.perf_counter() - start), estimate.T_target_source
-    say(pair=pair, ms=milliseconds, failure=estimate.failure,
-        T_target_source=None if T_target_source is None else T_target_source.tolist())
+    report(pair=pair, ms=milliseconds, failure=estimate.failure,
+           T_target_source=None if T_target_source is None else T_target_source.tolist())
 
 
-def _take_standard_output() -> TextIO:
-    """Return what was standard output, and let all that is printed go to standard error."""
+def _reserve_standard_output() -> TextIO:
+    """Return standard output, and redirect everything printed to standard error."""
     answers = os.fdopen(os.dup(1), 'w', encoding='utf-8')
     os.dup2(2, 1)
     return answers
 
 
-def _speak_on(stream: TextIO) -> Say:
-    def say(**message: Any) -> None:
+def _writer(stream: TextIO) -> Report:
+    def report(**message: Any) -> None:
         stream.write(json.dumps(message) + '\n')
         stream.flush()
-    return say
+    return report
 
 
 def _skip(error: InputError) -> None:
-    """Take no notice: who looked through the recording has told of it."""
+    """Ignore a damaged image: the scan of the recording has reported it."""
 
 
 if __name__ == '__main__':

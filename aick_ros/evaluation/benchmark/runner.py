@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Runs the methods of a benchmark over its recordings, several processes at a time."""
+"""Runs the methods of a benchmark on its recordings, several processes at a time."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from aick_ros.evaluation.scores.frame_pairs import FramePair
 @dataclass(frozen=True)
 class Plan:
     """
-    What is to be run.
+    Methods, recordings and pairs of a benchmark.
 
-    :param methods: those that are installed.
+    :param methods: installed methods.
     :param gaps: distances of the two frames of a pair.
-    :param most_pairs: of each gap and recording; None: all.
-    :param variants: methods that only figures need.
+    :param most_pairs: maximum number of pairs per gap and recording; None: all.
+    :param variants: methods that only the figures need.
     """
 
     methods: Sequence[Method]
@@ -42,12 +42,12 @@ class Plan:
 
     @property
     def registrations(self) -> int:
-        """How many pairs there are in all."""
+        """Total number of registrations."""
         runs = len(self.methods) + len(self.variants)
         return runs * sum(map(len, self.pairs.values()))
 
     def jobs(self, journal: Journal) -> list[Job]:
-        """Return what the journal has not yet."""
+        """Return the jobs for all pairs that the journal does not have."""
         jobs = []
         for method in (*self.methods, *self.variants):
             for recording in self.recordings:
@@ -63,11 +63,11 @@ def run(plan: Plan, journal: Journal, processes: int, time_limit: float,
     """
     Register all pairs that the journal does not have.
 
-    :param processes: how many methods run at a time; beyond one they disturb each other's times.
+    :param processes: number of methods that run at a time; more than one distorts the times.
     :param time_limit: longest time for a frame or a pair [s].
-    :param on_progress: told how many pairs are done.
-    :param is_stopped: asked several times a second; the rest is left for the next run.
-    :returns: name -> why it did not start, of the methods of which nothing can be had.
+    :param on_progress: called with the number of pairs done.
+    :param is_stopped: called several times a second; the rest is left for the next run.
+    :returns: name of each method that did not start -> the reason.
     """
     jobs = plan.jobs(journal)
     done = plan.registrations - sum(len(job.pairs) for job in jobs)

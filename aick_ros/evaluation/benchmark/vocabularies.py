@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Vocabularies of many sizes, for the figure that compares them: learned from rendered rooms."""
+"""Vocabularies of several sizes for the figure that compares them, from rendered rooms."""
 
 from __future__ import annotations
 
@@ -18,50 +18,50 @@ from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 SIZES = (10, 30, 100, 300, 1000, 5000)
-"""How many words; the paper went from 10 to 5,000."""
+"""Numbers of words. By definition: the paper has 10 to 5,000."""
 
 DETECTORS = {'orb': 'paper-full', 'surf': 'paper-full-surf'}
-"""Detector -> the preset whose keypoints are learned from."""
+"""Detector -> preset of its keypoints."""
 
 ROOMS = range(1000, 1012)
-"""Seeds of the rooms."""
+"""Seeds of the rooms. Chosen: other rooms than those of the tests."""
 
-_FRAMES_A_ROOM, _RATE = 5, 0.7  # [Hz]; neighbours in time are much alike
-_ROUNDS = 5  # of clustering; with so few descriptors a word more change nothing
+_FRAMES_PER_ROOM, _RATE = 5, 0.7  # [-, Hz]; consecutive frames are similar; chosen
+_ROUNDS = 5  # of the clustering; more make no difference with few descriptors per word; chosen
 
 Wanted = tuple[str, int]
 """A detector and a number of words."""
 
-TRAINING_FRAMES = len(ROOMS) * _FRAMES_A_ROOM
+TRAINING_FRAMES = len(ROOMS) * _FRAMES_PER_ROOM
 
 
 def file_name(wanted: Wanted) -> str:
-    """Return what a vocabulary is called in its folder."""
+    """Return the file name of a vocabulary."""
     detector, size = wanted
     return f'{detector}-{size}.npz'
 
 
 def missing_from(folder: Path) -> list[Wanted]:
-    """Return the vocabularies that a folder does not have."""
+    """Return the vocabularies that are missing in a folder."""
     every = ((detector, size) for detector in DETECTORS for size in SIZES)
     return [wanted for wanted in every if not (folder / file_name(wanted)).is_file()]
 
 
 def training_frames() -> Iterator[RgbdFrame]:
-    """Yield the frames that are learned from."""
+    """Yield the frames to learn from."""
     for seed in ROOMS:
-        room = SyntheticSource(SyntheticOptions(seed, _FRAMES_A_ROOM, _RATE))
-        for index in range(_FRAMES_A_ROOM):
+        room = SyntheticSource(SyntheticOptions(seed, _FRAMES_PER_ROOM, _RATE))
+        for index in range(_FRAMES_PER_ROOM):
             yield room.frame(index)
 
 
 def learn(wanted: Sequence[Wanted], frames: Iterator[RgbdFrame],
           on_progress: Callable[[int], None]) -> Iterator[tuple[Wanted, Vocabulary]]:
     """
-    Yield each vocabulary as soon as it is learned.
+    Yield each vocabulary when it is learned.
 
-    :param frames: to learn from; all keypoints with depth are taken.
-    :param on_progress: told how many frames and then vocabularies are done.
+    :param frames: frames to learn from; all keypoints with depth are used.
+    :param on_progress: called with the number of frames, then frames and vocabularies, done.
     """
     extractors = {detector: _extractor(detector) for detector, _ in wanted}
     found: dict[str, list[np.ndarray]] = {detector: [] for detector in extractors}

@@ -36,7 +36,7 @@ def test_finds_a_known_motion():
 def test_one_program_serves_all_pairs():
     pcl = Pcl(GICP, 4.0)
     nothing = np.empty((0, 3), np.float32)
-    assert pcl.register(nothing, nothing).failure == 'PCL found none'
+    assert pcl.register(nothing, nothing).failure == 'PCL found no transform'
     assert np.allclose(pcl.register(surface(), surface()).T_target_source, np.eye(4), atol=1e-4)
 
 

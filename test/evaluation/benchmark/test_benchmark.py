@@ -103,8 +103,8 @@ def test_fewer_pairs_are_taken_evenly_and_for_all_alike(recording):
 
 @pytest.mark.parametrize(('lines', 'message'), [
     ('{"recordings": {}}\n', 'other recordings'),
-    ('HEADER\nnonsense\n', 'line 2 is no result'),
-    ('HEADER\n{"method": "a"}\n', 'line 2 is no result')])
+    ('HEADER\nnonsense\n', 'line 2 is not a result'),
+    ('HEADER\n{"method": "a"}\n', 'line 2 is not a result')])
 def test_refuses_what_is_of_another_run(recording, tmp_path, lines, message):
     path = tmp_path / 'x.partial'
     Journal(path, [recording]).close()
