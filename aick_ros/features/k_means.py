@@ -76,9 +76,10 @@ def _seeds(descriptors: np.ndarray, count: int, rng: np.random.Generator) -> np.
 def _squared_distances(points: np.ndarray, index: int) -> np.ndarray:
     """Return the squared distances of points from one of them."""
     squares = np.einsum('ij,ij->i', points, points)
-    distances: np.ndarray = squares + squares[index] - 2.0 * (points @ points[index])
+    distances: np.ndarray = np.maximum(
+        squares + squares[index] - 2.0 * (points @ points[index]), 0.0)
     distances[index] = 0.0
-    return np.maximum(distances, 0.0, out=distances)
+    return distances
 
 
 def _points(descriptors: np.ndarray) -> np.ndarray:

@@ -19,6 +19,7 @@ from aick_ros.frames import depth
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Registration
@@ -128,7 +129,8 @@ class LocalMap:
         points = view.keypoints.positions[tracks.keypoints].astype(np.float64)
         positions = se3.transform(T_camera_map, points)
         by_pose = se3.point_jacobian(points @ rotation.T)
-        pose = se3.inverse_covariance(registration.T_target_source, registration.covariance)
+        pose = PoseWithCovariance(registration.T_target_source,
+                                  registration.covariance).inverse().covariance
         covariances = (rotation @ view.keypoints.covariances[tracks.keypoints] @ rotation.T
                        + by_pose @ pose @ by_pose.transpose(0, 2, 1))
         seen = np.column_stack([tracks.rays, np.ones(len(tracks))]) * tracks.depths[:, None]

@@ -50,32 +50,30 @@ def moved_by(T, back=1, covariance=CERTAIN):
 def way():
     """Increments of a camera with their covariances, and the chain of both."""
     rng = np.random.default_rng(3)
-    T, S, way = np.eye(4), np.zeros((6, 6)), [(np.eye(4), np.zeros((6, 6)), None, None)]
+    pose, way = PoseWithCovariance.identity(), [(ORIGIN, CERTAIN, None, None)]
     for _ in range(20):
         increment = se3.exp(0.1 * rng.standard_normal(6))
         root = 0.01 * rng.standard_normal((6, 6))
-        S = se3.compose_covariance(T, S, increment, root @ root.T)
-        T = T @ increment
-        way.append((T, S, increment, root @ root.T))
+        pose = pose @ PoseWithCovariance(increment, root @ root.T)
+        way.append((pose.matrix, pose.covariance, increment, root @ root.T))
     return way
 
 
 def accumulate(steps, T_base_camera, T, S):
     """Return the pose by adding each increment in the base frame, S' = F S F' + G Q G'."""
+    pose = PoseWithCovariance(T, S)
     for _, _, increment, covariance in steps:
-        moved, Q = se3.change_body(increment, covariance, T_base_camera)
-        S = se3.compose_covariance(T, S, moved, Q)
-        T = T @ moved
-    return T, S
+        pose = pose @ PoseWithCovariance(increment, covariance).in_body(T_base_camera)
+    return pose.matrix, pose.covariance
 
 
 def test_with_a_fixed_camera_it_is_the_chain_seen_from_the_base(way):
     base = Camera(ORIGIN, CERTAIN)
     for T, S, *_ in way:
         found, covariance = base.follow(T, S, T_BASE_CAMERA)
-        expected, expected_covariance = se3.change_body(T, S, T_BASE_CAMERA)
-        np.testing.assert_allclose(found, expected, atol=1e-12)
-        np.testing.assert_allclose(covariance, expected_covariance, atol=1e-12)
+        expected = PoseWithCovariance(T, S).in_body(T_BASE_CAMERA)
+        np.testing.assert_allclose(found, expected.matrix, atol=1e-12)
+        np.testing.assert_allclose(covariance, expected.covariance, atol=1e-12)
 
 
 def test_a_corrected_extrinsic_does_not_move_the_base(way):
