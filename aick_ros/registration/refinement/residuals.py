@@ -10,8 +10,10 @@ The Jacobians are with respect to the pose error of :mod:`aick_ros.geometry.se3`
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from statistics import NormalDist
 
 import numpy as np
 
@@ -35,8 +37,11 @@ Up to the first the direction counts as observed, from the second as not, linear
 """
 
 _LARGEST_SCALE = 4.0  # chosen: of the residuals of a right pose, in units of their noise
-_MEDIAN_1 = 0.455  # derived: of chi-square with 1 degree of freedom
-_MEDIAN_2 = 1.386  # derived: of chi-square with 2 degrees of freedom
+# Medians of chi-square with 1 and 2 degrees of freedom; derived. They are rounded because all
+# published figures were measured with three digits, and long steps amplify the fourth.
+_MEDIAN_1 = round(NormalDist().inv_cdf(0.75) ** 2, 3)
+_MEDIAN_2 = round(2.0 * math.log(2.0), 3)
+
 _REGULARIZATION = 1e-3 * np.eye(6)  # chosen: 30 m and 30 rad; makes any information invertible
 
 
