@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Keypoint detectors, descriptors and visual words."""
+"""Keypoints, their descriptors and their words."""
 
 from aick_ros.features.detector import Detector, Features, make_detector
 
