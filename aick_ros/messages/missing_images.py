@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How many images of a stream are missing, estimated from the gaps between their stamps."""
+"""Number of missing images of a stream, estimated from the gaps between their stamps."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from array import array  # not generic at run time
 
 ByteData: TypeAlias = 'bytes | bytearray | memoryview | array[int] | np.ndarray'
-"""What messages and files have their data in; rclpy has arrays, rosbags uint8 ndarrays."""
+"""Data of messages and files; rclpy has arrays, rosbags uint8 ndarrays."""
 
 _SIGNATURES = {
     'PNG': (b'\x89PNG\r\n\x1a\n', b'IEND\xaeB`\x82'),

@@ -46,7 +46,7 @@ class ImageFields:
 
 
 class _Layout(NamedTuple):
-    """How a pixel is stored, and how it becomes grey or red, green, blue; None: unchanged."""
+    """Storage of a pixel, and its conversion to grey or red, green, blue; None: unchanged."""
 
     channels: int
     dtype: type = np.uint8

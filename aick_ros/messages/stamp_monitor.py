@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Which stamps of a stream of images can be used, live or recorded."""
+"""Detection of stray stamps in a stream of images, live or recorded."""
 
 from __future__ import annotations
 

@@ -104,8 +104,8 @@ class BagCameras:
                 except ValueError:
                     continue
                 # tf of ROS 1 set a slash in front of the names
-                tree.fix(link.header.frame_id.lstrip('/'), link.child_frame_id.lstrip('/'),
-                         T_parent_child)
+                tree.set_static(link.header.frame_id.lstrip('/'), link.child_frame_id.lstrip('/'),
+                                T_parent_child)
         return tree
 
 
