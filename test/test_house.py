@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Imports run one way: each folder imports only from those named beside it."""
+"""Imports run one way: each folder imports only from those named beside it, never in a circle."""
 
 import ast
+import graphlib
 import sys
 from pathlib import Path
 
@@ -74,3 +75,12 @@ def test_only_the_ros_folder_imports_rclpy():
     for room in set(IMPORTS) - {'ros'}:
         for path in files_of(room):
             assert 'rclpy' not in {name.partition('.')[0] for name in imported(path)}, path
+
+
+def test_no_imports_run_in_a_circle():
+    files = {'.'.join(path.relative_to(PACKAGE.parent).with_suffix('').parts): path
+             for path in PACKAGE.rglob('*.py') if path.name != '__init__.py'}
+    graph = {module: {name if name in files else name.rpartition('.')[0]
+                      for name in imported(path)} & set(files)
+             for module, path in files.items()}
+    assert len(list(graphlib.TopologicalSorter(graph).static_order())) == len(files)

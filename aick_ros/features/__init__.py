@@ -3,6 +3,7 @@
 
 """Keypoints, their descriptors and their words."""
 
-from aick_ros.features.detector import Detector, Features, make_detector
+from aick_ros.features.choice import make_detector
+from aick_ros.features.detector import Detector, Features
 
 __all__ = ['Detector', 'Features', 'make_detector']

@@ -1,11 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""
-Interface of the keypoint detectors, one file per detector.
-
-A detector is a class with ``detect(grey) -> Features``; its file is imported when it is chosen.
-"""
+"""Interface of the keypoint detectors: a class with ``detect(grey) -> Features``."""
 
 from __future__ import annotations
 
@@ -13,8 +9,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-
-from aick_ros.settings import FeatureSettings
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,15 +33,3 @@ class Detector(Protocol):
 
     def detect(self, grey: np.ndarray) -> Features:
         """Return the keypoints of an HxW uint8 image; there may be none."""
-
-
-def make_detector(settings: FeatureSettings) -> Detector:
-    """Return the detector named by the settings."""
-    if settings.detector == 'surf':
-        from aick_ros.features.surf import SurfDetector
-        return SurfDetector(settings)
-    if settings.detector == 'sift':
-        from aick_ros.features.sift import SiftDetector
-        return SiftDetector(settings)
-    from aick_ros.features.orb import OrbDetector
-    return OrbDetector(settings)

@@ -14,13 +14,12 @@ from pathlib import Path
 
 import numpy as np
 
-import aick_ros
 from aick_ros.evaluation.baselines import Estimate
 from aick_ros.evaluation.baselines.dense import point_cloud
 from aick_ros.frames.rgbd import RgbdFrame
 
 _POSE_BYTES = 16 * 8  # by definition: 4x4 float64
-_BUILT = Path(aick_ros.__file__).parents[1] / 'build' / 'pcl' / 'pcl_register'
+_BUILT = Path(__file__).parents[3] / 'build' / 'pcl' / 'pcl_register'
 
 
 def find_program() -> str | None:

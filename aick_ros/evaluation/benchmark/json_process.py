@@ -23,8 +23,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
 
-import aick_ros
-
 ONE_THREAD = {name: '1' for name in (
     'OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'NUMEXPR_NUM_THREADS')}
 
@@ -42,7 +40,7 @@ class JsonProcess:
 
     def __init__(self, module: str, request: object) -> None:
         self._errors = tempfile.TemporaryFile()
-        package = str(Path(aick_ros.__file__).parents[1])
+        package = str(Path(__file__).parents[3])
         path = os.pathsep.join(filter(None, (package, os.environ.get('PYTHONPATH'))))
         self._process = subprocess.Popen(
             [sys.executable, '-m', module],

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import os
 import platform
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import cv2
 import numpy as np
-
-import aick_ros
 
 
 def machine_facts() -> dict[str, str | int]:
@@ -25,8 +24,15 @@ def machine_facts() -> dict[str, str | int]:
         'python': platform.python_version(),
         'numpy': np.__version__,
         'opencv': cv2.__version__,
-        'aick_ros': aick_ros.__version__,
+        'aick_ros': _installed_version(),
     }
+
+
+def _installed_version() -> str:
+    try:
+        return version('aick_ros')
+    except PackageNotFoundError:
+        return 'not installed'
 
 
 def _cpu() -> str:
