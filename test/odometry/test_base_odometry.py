@@ -178,8 +178,8 @@ def test_the_covariance_is_that_of_sampled_errors():
     np.testing.assert_allclose(sampled, covariance, atol=0.05 * np.abs(covariance).max())
 
 
-def test_it_is_where_a_robot_with_a_camera_drove():
-    """Twist and pose by the robot's own path, of which the camera sees its end of the mount."""
+def test_pose_and_twist_are_those_of_a_driving_robot():
+    """The camera's path follows from the robot's by the extrinsic."""
     camera, T_odom_base, T_camera = Camera(), ORIGIN, ORIGIN
     step = se3.exp([0.03, 0.01, 0.0, 0.0, 0.02, 0.1])
     for i in range(5):

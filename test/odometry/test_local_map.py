@@ -121,7 +121,7 @@ def test_a_point_seen_elsewhere_is_not_taken_over(views, registrations):
     right = np.delete(np.arange(len(wrong)), np.s_[::2])
     both = fusing.propagate(begun, views[-1], dataclasses.replace(registration, tracks=wrong))
     only = fusing.propagate(begun, views[-1],
-                          dataclasses.replace(registration, tracks=registration.tracks[right]))
+                            dataclasses.replace(registration, tracks=registration.tracks[right]))
     first = len(np.flatnonzero(np.isin(only.keypoints.pixels, both.keypoints.pixels).all(axis=1)))
     assert first == len(only.keypoints.pixels) == len(both.keypoints.pixels)
 
@@ -149,8 +149,8 @@ def test_placing_is_registering_the_other_way_round(views):
     for axis in np.eye(6):
         moved = se3.inverse(se3.perturbed(found.T_target_source, 1e-6 * axis))
         columns.append(np.r_[moved[:3, 3] - placed.T_target_source[:3, 3],
-                             se3.log_rotation(moved[:3, :3]
-                                                @ placed.T_target_source[:3, :3].T)] / 1e-6)
+                             se3.log_rotation(
+                                 moved[:3, :3] @ placed.T_target_source[:3, :3].T)] / 1e-6)
     jacobian = np.transpose(columns)
     np.testing.assert_allclose(placed.covariance, jacobian @ found.covariance @ jacobian.T,
                                rtol=1e-3, atol=1e-12)
