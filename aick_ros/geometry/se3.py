@@ -173,55 +173,6 @@ def scaled(motion: np.ndarray, factor: float) -> np.ndarray:
     return motion if factor == 1.0 else exp(factor * log(motion))
 
 
-def compose_covariance(pose: np.ndarray, covariance: np.ndarray, increment: np.ndarray,
-                       increment_covariance: np.ndarray) -> np.ndarray:
-    """
-    Return the covariance of ``pose @ increment``, both errors independent.
-
-    :param covariance: 6x6 of the pose; increment_covariance: 6x6 of the increment.
-    """
-    rotation = pose[:3, :3]
-    carry = np.eye(6)
-    carry[:3, 3:] = -skew(rotation @ increment[:3, 3])
-    turn = np.kron(np.eye(2), rotation)
-    return carry @ covariance @ carry.T + turn @ increment_covariance @ turn.T
-
-
-def relative_covariance(start: np.ndarray, start_covariance: np.ndarray, end: np.ndarray,
-                        end_covariance: np.ndarray) -> np.ndarray:
-    """
-    Return the covariance of ``inverse(start) @ end``, both errors independent, 6x6.
-
-    :param start: a pose, with its 6x6 covariance; end likewise, in the same frame.
-    """
-    back = np.kron(np.eye(2), start[:3, :3].T)
-    carry = np.eye(6)
-    carry[:3, 3:] = -skew(end[:3, 3] - start[:3, 3])  # a turn of the start swings the end
-    return back @ (end_covariance + carry @ start_covariance @ carry.T) @ back.T
-
-
-def inverse_covariance(pose: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Return the covariance of the inverse of a pose, 6x6."""
-    return relative_covariance(pose, covariance, np.eye(4), np.zeros((6, 6)))
-
-
-def change_body(increment: np.ndarray, covariance: np.ndarray,
-                T_base_camera: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """
-    Return a camera's motion and its 6x6 covariance as the motion of the base it is fixed to.
-
-    :param increment: ``T_camera0_camera1``.
-    :param T_base_camera: the extrinsic.
-    :returns: ``T_base0_base1`` and its covariance.
-    """
-    T_camera_base = inverse(T_base_camera)
-    rotation = T_base_camera[:3, :3]
-    lever = increment[:3, :3] @ T_camera_base[:3, 3]
-    adjoint = np.kron(np.eye(2), rotation)
-    adjoint[:3, 3:] = -rotation @ skew(lever)
-    return (T_base_camera @ increment @ T_camera_base, adjoint @ covariance @ adjoint.T)
-
-
 def _left_jacobian(theta: np.ndarray) -> np.ndarray:
     """Return the left Jacobian of SO(3), 3x3."""
     angle = float(np.linalg.norm(theta))
