@@ -26,6 +26,7 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory, write_trajectory
+from aick_ros.settings.parameter import Value
 from aick_ros.sources import RgbdSource, SourceOptions, open_source
 from aick_ros.sources.bag import BagSource
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -105,8 +106,8 @@ def _player(rate: float) -> Callable[[Path, Topics, Callable[[int], None]], Live
     except ModuleNotFoundError as error:
         raise InputError(f'the node requires ROS 2, but {error.name} is missing: source a ROS 2 '
                          "Jazzy workspace, or pip install 'aick_ros[ros]'") from None
-    parameters = {'process_every_frame': True, 'camera_in_base': _CAMERA_IN_BASE,
-                  'topic_queue_size': 30}
+    parameters: dict[str, Value] = {
+        'process_every_frame': True, 'camera_in_base': _CAMERA_IN_BASE, 'topic_queue_size': 30}
     return lambda bag, topics, on_progress: run_live(
         bag, dict(zip(_NODE_TOPICS, topics)), parameters, RealTime(rate), on_progress=on_progress)
 

@@ -21,7 +21,7 @@ from aick_ros.settings import Settings
 from aick_ros.sources import RgbdSource
 
 if TYPE_CHECKING:
-    from aick_ros.ros.playback.live_run import LiveRun
+    from aick_ros.ros.playback.answers import LiveRun
 
 _IMAGES = 4  # of the recording, above the plot of the path
 
