@@ -20,7 +20,7 @@ from aick_ros.settings import FeatureSettings, SensorSettings
 @dataclass(frozen=True, eq=False)
 class KeypointFrame:
     """
-    Keypoints with depth of one frame, the strongest first; of a map, the oldest first.
+    Keypoints with depth of one frame, the strongest first.
 
     :param stamp: [ns].
     :param positions: Nx3 float32 in the optical frame [m].

@@ -49,8 +49,8 @@ class PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of this pose and another one."""
         if isinstance(other, np.ndarray):
             other = PoseWithCovariance(other)
-        lever = _at_point(self.rotation @ other.translation)
-        rotate = _in_axes(self.rotation)
+        lever = at_point(self.rotation @ other.translation)
+        rotate = in_axes(self.rotation)
         return PoseWithCovariance(
             self.matrix @ other.matrix,
             lever @ self.covariance @ lever.T + rotate @ other.covariance @ rotate.T)
@@ -61,12 +61,28 @@ class PoseWithCovariance:
 
     def inverse(self) -> PoseWithCovariance:
         """Return ``T_source_target``, its covariance in the axes of the source."""
-        back = _in_axes(self.rotation.T) @ _at_point(-self.translation)
+        back = in_axes(self.rotation.T) @ at_point(-self.translation)
         return PoseWithCovariance(se3.inverse(self.matrix), back @ self.covariance @ back.T)
 
     def relative_to(self, start: PoseWithCovariance) -> PoseWithCovariance:
         """Return ``inverse(start) @ self`` of two poses with independent errors in one frame."""
         return start.inverse() @ self
+
+    def since(self, start: PoseWithCovariance) -> PoseWithCovariance:
+        """
+        Return ``inverse(start) @ self`` of a later pose on the same path.
+
+        Its covariance is what has been added along the path: that of the later pose contains that
+        of the start.
+        """
+        T_start_odom = PoseWithCovariance(se3.inverse(start.matrix))
+        if not start.covariance.any():
+            return T_start_odom @ self
+        inherited = (start @ (T_start_odom.matrix @ self.matrix)).covariance
+        variances, axes = np.linalg.eigh(self.covariance - inherited)
+        # rounding may leave variances just below zero
+        added = axes * np.maximum(variances, 0.0) @ axes.T
+        return T_start_odom @ PoseWithCovariance(self.matrix, added)
 
     def in_body(self, T_base_camera: np.ndarray) -> PoseWithCovariance:
         """
@@ -108,12 +124,12 @@ def unknown_covariance() -> np.ndarray:
     return np.diag(np.full(6, np.inf))
 
 
-def _in_axes(rotation: np.ndarray) -> np.ndarray:
+def in_axes(rotation: np.ndarray) -> np.ndarray:
     """Return the 6x6 matrix that expresses an error in rotated axes."""
     return np.kron(np.eye(2), rotation)
 
 
-def _at_point(arm: np.ndarray) -> np.ndarray:
+def at_point(arm: np.ndarray) -> np.ndarray:
     """Return the 6x6 matrix that moves an error to a point displaced by a lever arm [m]."""
     jacobian = np.eye(6)
     jacobian[:3, 3:] = -se3.skew(arm)

@@ -168,7 +168,7 @@ class BaseOdometry:
         if self._start is None:
             self._start = _Start(self._pose, self._camera, before)
         start = self._start
-        self._pose = (start.base @ start.T_base_camera @ _grown(start.camera, now.pose)
+        self._pose = (start.base @ start.T_base_camera @ now.pose.since(start.camera)
                       @ se3.inverse(now.T_base_camera))
         self._camera, self._last = now.pose, now
 
@@ -192,19 +192,3 @@ def _state(update: OdometryUpdate) -> BaseState:
     if update.status.ok:
         return BaseState.RECOVERED if update.recovered else BaseState.TRACKED
     return BaseState.PREDICTED if update.predicted else BaseState.LOST
-
-
-def _grown(start: PoseWithCovariance, end: PoseWithCovariance) -> PoseWithCovariance:
-    """
-    Return the motion between two poses of one odometry, by what its covariance has grown.
-
-    The covariance of the end contains that of the start: the difference is that of the motion.
-    """
-    T_start_visual = se3.inverse(start.matrix)
-    if start.covariance.any():
-        inherited = (start @ (T_start_visual @ end.matrix)).covariance
-        variances, axes = np.linalg.eigh(end.covariance - inherited)
-        # rounding may leave variances just below zero
-        end = PoseWithCovariance(end.matrix, axes * np.maximum(variances, 0.0) @ axes.T)
-    motion: PoseWithCovariance = T_start_visual @ end
-    return motion

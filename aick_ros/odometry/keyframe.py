@@ -1,38 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How long a keyframe serves as the reference, and what it gains from other frames."""
+"""How long a keyframe serves as the reference."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Registration
 from aick_ros.settings import Settings
-
-
-class SingleFrame:
-    """A keyframe that stays as its one frame shows it; compare LocalMap."""
-
-    def register(self, registrar: Registrar, prepared: PreparedFrame, keyframe: PreparedFrame,
-                 expected: np.ndarray | None, elapsed: float) -> Registration:
-        """Return the registration of a frame to a keyframe, ``T_keyframe_camera``."""
-        return registrar.register(prepared, keyframe, expected, elapsed)
-
-    def start(self, prepared: PreparedFrame) -> PreparedFrame:
-        """Return the first keyframe."""
-        return prepared
-
-    def update(self, keyframe: PreparedFrame, registration: Registration) -> PreparedFrame:
-        """Return the keyframe after a frame was registered to it."""
-        return keyframe
-
-    def propagate(self, keyframe: PreparedFrame, prepared: PreparedFrame,
-                  registration: Registration) -> PreparedFrame:
-        """Return the keyframe that a frame becomes."""
-        return prepared
 
 
 class KeyframePolicy:

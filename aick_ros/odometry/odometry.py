@@ -17,8 +17,8 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
-from aick_ros.odometry.keyframe import KeyframePolicy, SingleFrame
-from aick_ros.odometry.local_map import LocalMap
+from aick_ros.odometry.keyframe import KeyframePolicy
+from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.odometry.update import OdometryUpdate
@@ -57,6 +57,9 @@ class Odometry:
     to this lost one as well. So a bad pair is bridged, a camera that was covered finds back to
     where it was, and after a long loss the odometry continues from the predicted pose.
 
+    Poses are added up in a frame of their own, by dead reckoning; the memory of the keyframes
+    corrects what is published.
+
     :param T_odom_camera: pose of the first frame; None: the identity.
     :param detector: used instead of the one that ``features.detector`` names.
     """
@@ -66,6 +69,7 @@ class Odometry:
         self._detector = detector
         self._times = StageTimes()
         self._learned = Learned()
+        self._memory: KeyframeMemory | None = None
         self._apply(settings, Registrar(settings, self._times, self._learned, detector))
         self.reset(T_odom_camera)
 
@@ -81,7 +85,7 @@ class Odometry:
         registrar = Registrar(settings, self._times, self._learned, self._detector)
         has_changed = settings.features.detector != self._settings.features.detector
         if self._detector is None and has_changed:
-            self._begin(self._pose, self._is_lost or self._references is not None)
+            self._begin(self._published, self._is_lost or self._references is not None)
         self._apply(settings, registrar)
 
     def _apply(self, settings: Settings, registrar: Registrar) -> None:
@@ -89,9 +93,8 @@ class Odometry:
         self._registrar = registrar
         self._motion_model = MotionModel(settings.odometry)
         self._policy = KeyframePolicy(settings)
-        # without a refinement there are no tracks to fuse
-        fuses = settings.odometry.reference == 'map' and settings.refinement.mode != 'none'
-        self._fusion: LocalMap | SingleFrame = LocalMap(settings) if fuses else SingleFrame()
+        if self._memory is not None:
+            self._memory.configure(settings, registrar)
 
     def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
         """Forget everything; the next frame gets the pose given, or the identity."""
@@ -103,7 +106,13 @@ class Odometry:
         self._stamp: int | None = None
         self._twist: np.ndarray | None = None
         self._references: References | None = None
+        self._memory = None
         self._policy.begin()
+
+    @property
+    def _published(self) -> PoseWithCovariance:
+        """The last pose, corrected by keyframes that were found again."""
+        return self._pose if self._memory is None else self._memory.published(self._pose)
 
     def register_frame(self, frame: RgbdFrame,
                        predict: Predict = lambda before, now: None) -> OdometryUpdate:
@@ -125,15 +134,15 @@ class Odometry:
             if back <= RESTART_AFTER:
                 return self._update(prepared, Status.BAD_STAMP,
                                     f'{back / NANOSECONDS:.6f} s before the last frame')
-            self._begin(self._pose, is_lost=True)
+            self._begin(self._published, is_lost=True)
         self._stamp = prepared.stamp
-        if self._references is None:
+        if self._references is None or self._memory is None:
             return self._start(prepared)
         failures = []
         for reference in self._references.candidates():
             attempt = self._attempt(prepared, reference, self._references.last)
             if attempt.status.ok:
-                return self._track(prepared, attempt, self._references)
+                return self._track(prepared, attempt, self._references, self._memory)
             failures.append(attempt)
         predicted = predict(self._references.last.stamp, prepared.stamp)
         return self._lose(prepared, failures[0], self._references, predicted)
@@ -145,7 +154,9 @@ class Odometry:
             return self._update(prepared, Status.TOO_FEW_KEYPOINTS,
                                 f'{count} keypoints with depth, at least {required} are required')
         recovered, self._is_lost = self._is_lost, False
-        self._references = References(Reference(self._fusion.start(prepared), self._pose))
+        first = Reference(prepared, self._pose)
+        self._references = References(first)
+        self._memory = KeyframeMemory(self._settings, self._registrar, first)
         return dataclasses.replace(
             self._update(prepared, Status.FIRST_FRAME, f'{count} keypoints'), recovered=recovered)
 
@@ -156,8 +167,7 @@ class Odometry:
         if self._twist is not None and self._motion_model.holds(elapsed):
             moved = last.pose.matrix @ self._motion_model.predict(self._twist, elapsed).matrix
             expected = se3.inverse(reference.pose.matrix) @ moved
-        registration = self._fusion.register(
-            self._registrar, prepared, reference.prepared, expected, elapsed)
+        registration = self._registrar.register(prepared, reference.prepared, expected, elapsed)
         increment = Increment(registration.pose, _seconds(reference.stamp, prepared.stamp))
         return _Attempt(reference, registration, increment, *self._check(registration, increment))
 
@@ -173,27 +183,28 @@ class Odometry:
             return Status.MOTION_GATE, violation
         return Status.OK, registration.reason
 
-    def _track(self, prepared: PreparedFrame, attempt: _Attempt,
-               references: References) -> OdometryUpdate:
+    def _track(self, prepared: PreparedFrame, attempt: _Attempt, references: References,
+               memory: KeyframeMemory) -> OdometryUpdate:
         """Add the motion to the pose, and choose the next keyframe."""
         reference, registration, increment = (
             attempt.reference, attempt.registration, attempt.increment)
         if reference is references.keyframe:
+            detour = np.zeros((6, 6))
             increment = Increment(references.last.motion_to(registration.pose),
                                   _seconds(references.last.stamp, prepared.stamp))
         else:
+            detour = registration.covariance
             self._policy.begin()
         recovered, self._is_lost = self._is_lost, False
         self._twist = increment.twist
         self._pose = reference.pose @ registration.pose
         if self._policy.keeps(prepared, registration):
-            keyframe = Reference(
-                self._fusion.update(reference.prepared, registration), reference.pose)
+            keyframe = Reference(reference.prepared, reference.pose)
             last = Reference(prepared, self._pose, in_keyframe=registration.pose)
         else:
-            keyframe = last = Reference(
-                self._fusion.propagate(reference.prepared, prepared, registration), self._pose)
+            keyframe = last = Reference(prepared, self._pose)
         references.track(last, keyframe)
+        memory.track(keyframe, self._pose.matrix, detour)
         return dataclasses.replace(
             self._update(prepared, Status.OK, registration.reason), increment=increment,
             recovered=recovered, reference=reference.prepared.keypoints,
@@ -222,7 +233,7 @@ class Odometry:
             predicted=predicted is not None)
 
     def _update(self, prepared: PreparedFrame, status: Status, reason: str) -> OdometryUpdate:
-        return OdometryUpdate(prepared.stamp, status, reason, self._pose, prepared)
+        return OdometryUpdate(prepared.stamp, status, reason, self._published, prepared)
 
 
 def _seconds(start: int, end: int) -> float:

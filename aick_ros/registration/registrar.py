@@ -17,7 +17,6 @@ from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
-from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.result import Registration
@@ -85,25 +84,19 @@ class Registrar:
         found = self._verified.register(source, target, expected, elapsed)
         return self._learned.systematic_error.add_to(found, source, target, expected, elapsed)
 
-    def place(self, source: PreparedFrame, target: PreparedFrame,
-              expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
+    def recognize(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
         """
-        Return the pose of the source in the target, from keypoints of the target.
+        Return the pose of the source in the target, of two frames that may show the same place.
 
-        They are tracked into the source, which is more accurate where the target's keypoints are
-        known better than those of one frame. The tracks of the result are of the target.
-
-        :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
-        :param elapsed: time since that velocity was measured [s].
+        It is found by appearance alone, in one attempt. Nothing is learned of the camera: the two
+        may as well show places that look alike.
         """
-        if expected is not None:
-            expected = se3.inverse(expected)
-        found = self.register(target, source, expected, elapsed)
-        if not found.status.ok:
-            return found
-        pose = found.pose.inverse()
-        return dataclasses.replace(found, T_target_source=pose.matrix, covariance=pose.covariance,
-                                   matches=found.matches[:, ::-1], bias=None)
+        if self._verified is None:
+            with self._times.stage('registration'):
+                return self._aick.register(source.keypoints, target.keypoints)
+        found = self._verified.recognize(source, target)
+        without_bias = dataclasses.replace(found, bias=None)
+        return self._learned.systematic_error.add_to(without_bias, source, target)
 
     def _depth_lag(self, frame: RgbdFrame) -> float:
         """Return how much later than the colour image the depth image was taken [s]."""

@@ -67,9 +67,7 @@ class VerifiedAick:
         :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
         :param elapsed: time since that velocity was measured [s].
         """
-        with self._times.stage('registration'):
-            found = self._aick.align(source.keypoints, target.keypoints)
-        found = self._refine(source, target, found)
+        found = self.recognize(source, target)
         if not found.status.ok:
             with self._times.stage('registration'):
                 slow = self._align_slowly(source.frame, target.frame)
@@ -80,6 +78,12 @@ class VerifiedAick:
             return self._refine_guess(source, target, expected, found)
         with self._times.stage('refinement'):
             return self._dynamic_objects.check(found, source, target, expected, elapsed)
+
+    def recognize(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
+        """Return the pose of the source in the target by AICK in one attempt, without a guess."""
+        with self._times.stage('registration'):
+            found = self._aick.align(source.keypoints, target.keypoints)
+        return self._refine(source, target, found)
 
     def _align_slowly(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
         """Return the registration by AICK with all keypoints and the slow schedule."""

@@ -58,7 +58,7 @@ class AickSettings:
         'fraction of differing bits.', minimum=1e-3, maximum=10.0)
     vocabulary: str = parameter(
         '', 'Vocabulary of the fast search (III-B): a file, or the name of a vocabulary shipped '
-        'with the package. Empty: exhaustive search, as always if odometry.reference is map.')
+        'with the package. Empty: exhaustive search.')
     word_radius: float = parameter(
         0.26, 'R_w: a keypoint is indexed under each visual word at a smaller descriptor distance '
         '(as in lambda_f); above 4: under every word.', minimum=0.0, maximum=10.0)
@@ -75,7 +75,7 @@ class RefinementSettings:
     iterations: int = parameter(
         3, 'Maximum number of iterations.', minimum=1, maximum=100)
     max_tracks: int = parameter(
-        400, 'Maximum number of tracked keypoints: the strongest, or the oldest of a map.',
+        400, 'Maximum number of tracked keypoints: the strongest.',
         minimum=3, maximum=20000)
     track_window: int = parameter(
         9, 'Side length of the tracking window.', unit='px', minimum=5, maximum=51)
@@ -96,9 +96,9 @@ class OdometrySettings:
     """Reference frame of the registrations, acceptance gates, and prediction after a failure."""
 
     reference: str = parameter(
-        'keyframe', 'Reference of each registration: the previous frame, a keyframe, or a map of '
-        'keypoints fused over the last keyframes (a keyframe if refinement.mode is none).',
-        choices=('previous', 'keyframe', 'map'))
+        'keyframe', 'Reference of each registration: the previous frame (the paper), or a '
+        'keyframe. Keyframes that are found again replace the map of earlier versions.',
+        choices=('previous', 'keyframe'))
     min_overlap: float = parameter(
         0.7, 'Minimum fraction of keypoints matched to the keyframe; below it the keyframe is '
         'replaced.', minimum=0.0, maximum=1.0)
@@ -118,6 +118,30 @@ class OdometrySettings:
     angular_acceleration_sigma: float = parameter(
         15.0, 'Angular acceleration noise (1 sigma) of the constant-velocity model.',
         unit='rad/s^2', minimum=0.001, maximum=10000.0)
+    max_keyframes: int = parameter(
+        30, 'Maximum number of keyframes that are kept to be found again; 0 keeps none: the '
+        'drift is not corrected.', minimum=0, maximum=1000)
+    keyframe_megabytes: float = parameter(
+        100.0, 'Maximum memory of the keyframes that are kept; one takes 2 MB at 640x480.',
+        unit='MB', minimum=1.0, maximum=100000.0)
+    reuse_distance: float = parameter(
+        0.3, 'Maximum distance at which a keyframe is sought again.', unit='m', minimum=0.01,
+        maximum=10.0)
+    reuse_angle: float = parameter(
+        0.35, 'Maximum angle at which a keyframe is sought again.', unit='rad', minimum=0.01,
+        maximum=3.2)
+    reuse_age: float = parameter(
+        2.0, 'Minimum age of a keyframe that is sought again.', unit='s', minimum=0.0,
+        maximum=3600.0)
+    reuse_interval: float = parameter(
+        0.5, 'Minimum time between two searches, each of two registrations at most.', unit='s',
+        minimum=0.0, maximum=3600.0)
+    correction_step: float = parameter(
+        0.002, 'Maximum correction of the position per frame.', unit='m', minimum=1e-5,
+        maximum=10.0)
+    correction_turn: float = parameter(
+        0.0017, 'Maximum correction of the orientation per frame.', unit='rad', minimum=1e-5,
+        maximum=3.2)
 
 
 @dataclass(frozen=True)

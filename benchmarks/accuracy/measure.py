@@ -48,7 +48,7 @@ SKIPS = (2, 4, 8)
 MODES = ('none', 'keypoints', 'joint')
 DEFAULT = 'joint'
 ONE_CLOCK = 'one-clock'
-REFERENCES = ('previous', 'map')  # beside the keyframe, which is the default
+REFERENCES = ('previous',)  # beside the keyframe, which is the default
 _KEPT = ('pairs', 'trajectory', 'consistency', 'silent_failures', 'keypoints_mean')
 
 

@@ -21,8 +21,7 @@ CHANGES = [
     {'aick.vocabulary': 'orb-1000'}, {'refinement.mode': 'none'},
     {'refinement.surface_points': 100}, {'refinement.max_tracks': 50},
     {'features.max_keypoints': 150}, {'features.orb.patch_size': 21}, {},
-    {'odometry.reference': 'map'}, {'odometry.reference': 'map', 'refinement.mode': 'none'},
-    {'odometry.reference': 'map'}, {'odometry.reference': 'previous'}, {},
+    {'odometry.max_keyframes': 0}, {'odometry.reference': 'previous'}, {},
 ]
 
 

@@ -115,7 +115,7 @@ def test_uncertainty_grows_along_the_way(rendered):
 def test_a_keyframe_adds_its_error_once(rendered):
     frames, truth = rendered
     sums, ends = [], []
-    for reference in ('previous', 'keyframe', 'map'):
+    for reference in ('previous', 'keyframe'):
         chosen = with_values(Settings(), {'odometry.reference': reference})
         updates = track(Odometry(chosen), frames)
         sums.append(np.trace(updates[-1].pose.covariance))
@@ -165,16 +165,6 @@ def test_a_copy_continues_on_its_own(rendered):
     ends = [track(each, frames[3:6])[-1] for each in (odometry, other)]
     np.testing.assert_array_equal(ends[0].T_odom_camera, ends[1].T_odom_camera)
     np.testing.assert_array_equal(ends[0].pose.covariance, ends[1].pose.covariance)
-
-
-def test_a_map_knows_more_than_its_last_frame(rendered):
-    frames, _ = rendered
-    updates = track(Odometry(with_values(Settings(), {'odometry.reference': 'map'})), frames)
-    known = updates[-1].reference
-    single = next(u.keypoints for u in updates if u.keypoints.stamp == known.stamp)
-    surer = (known.covariances[:len(single), 2, 2].astype(float)
-             < 0.9 * (Settings().sensor.depth_sigma * known.positions[:len(single), 2] ** 2) ** 2)
-    assert surer.mean() > 0.5
 
 
 def test_starts_where_it_is_told(rendered):

@@ -1,0 +1,165 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Keyframes that are kept, and the pose as they determine it once they are found again."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance, in_axes
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.keyframe_graph import KeyframeGraph
+from aick_ros.odometry.keyframe_search import KeyframeSearch, candidates, view_distances
+from aick_ros.odometry.pose_correction import PoseCorrection
+from aick_ros.odometry.reference import Reference
+from aick_ros.registration.registrar import Registrar
+from aick_ros.settings import Settings
+
+
+class KeyframeMemory:
+    """
+    Corrects dead reckoning by keyframes that are found again.
+
+    Dead reckoning is the chain of the keyframes alone. The memory keeps them in a graph, adds
+    what is measured when one is found again, and lets the published pose approach the solution.
+
+    :param first: the first keyframe; the published pose begins at its pose.
+    """
+
+    def __init__(self, settings: Settings, registrar: Registrar, first: Reference) -> None:
+        self._graph = KeyframeGraph(0, first.pose)
+        self._frames = {0: _compact(first.prepared)}
+        self._view_covariances = {0: np.zeros((6, 6))}
+        self._newest, self._reckoned = 0, first.pose
+        self._search: KeyframeSearch | None = None
+        self._searched = first.stamp
+        self._correction = PoseCorrection(settings.odometry)
+        self._error = np.zeros(6)  # of the published pose, not corrected yet
+        self.reused = 0
+        self.configure(settings, registrar)
+
+    @property
+    def frames(self) -> tuple[PreparedFrame, ...]:
+        """The keyframes that are kept, oldest first."""
+        return tuple(self._frames.values())
+
+    def configure(self, settings: Settings, registrar: Registrar) -> None:
+        """Continue with other settings."""
+        self._settings, self._registrar = settings, registrar
+        self._correction.configure(settings.odometry)
+
+    def track(self, keyframe: Reference, T_reckoned_camera: np.ndarray,
+              detour: np.ndarray) -> None:
+        """
+        Advance by one tracked frame.
+
+        :param keyframe: of the next frame, its pose by dead reckoning.
+        :param T_reckoned_camera: pose of the frame by dead reckoning, 4x4.
+        :param detour: 6x6, added to the covariance of a new keyframe that was not registered to
+            the one before.
+        """
+        if keyframe.stamp != self._frames[self._newest].stamp:
+            self._add(keyframe, detour)
+        if self._search is not None:
+            self._step(self._search)
+        if self.reused == 0:
+            return
+        T_odom_reckoned = (self._graph.pose(self._newest).matrix
+                           @ se3.inverse(self._reckoned.matrix))
+        self._error = self._correction.approach(
+            T_odom_reckoned @ T_reckoned_camera, T_reckoned_camera)
+
+    def published(self, pose: PoseWithCovariance) -> PoseWithCovariance:
+        """
+        Return the pose that is published for one by dead reckoning.
+
+        Its covariance is that of the newest keyframe in the graph, of the error that all
+        registrations of its view share, of the motion since, and of the correction that is left.
+        """
+        if self.reused == 0:
+            return pose
+        newest = self._graph.pose(self._newest)
+        keyframe = PoseWithCovariance(
+            newest.matrix, newest.covariance + self._view_covariances[self._newest])
+        estimate = keyframe @ pose.since(self._reckoned)
+        return PoseWithCovariance(self._correction.apply(pose.matrix),
+                                  estimate.covariance + np.outer(self._error, self._error))
+
+    def _add(self, keyframe: Reference, detour: np.ndarray) -> None:
+        """Add a keyframe to the graph, and begin to search for earlier ones like it."""
+        key, parent = self._newest + 1, self._newest
+        motion = keyframe.pose.since(self._reckoned)
+        motion = PoseWithCovariance(motion.matrix, motion.covariance + detour)
+        self._graph.add(key, motion, parent)
+        axes = in_axes(self._graph.pose(parent).rotation)
+        self._frames[key] = _compact(keyframe.prepared)
+        self._view_covariances[key] = axes @ motion.covariance @ axes.T
+        self._newest, self._reckoned = key, keyframe.pose
+        self._drop_redundant()
+        interval = self._settings.odometry.reuse_interval * NANOSECONDS
+        if self._search is None and keyframe.stamp - self._searched >= interval:
+            stamps = {key: frame.stamp for key, frame in self._frames.items()}
+            chosen = candidates(self._graph, key, stamps, self._settings.odometry)
+            if chosen:
+                self._search, self._searched = KeyframeSearch(key, chosen), keyframe.stamp
+
+    def _step(self, search: KeyframeSearch) -> None:
+        """Do one registration of a search, and correct the graph by what is accepted."""
+        accepted = search.step(self._graph, self._frames, self._registrar, self._settings)
+        if accepted:
+            self._graph.update(accepted)
+            self.reused += len(accepted)
+        if search.is_finished:
+            self._search = None
+
+    def _drop_redundant(self) -> None:
+        """Drop keyframes until they are few enough: of the two most alike the older one."""
+        needed = {self._newest} | (self._search.keys if self._search else set())
+        while len(self._frames) > self._capacity:
+            droppable = [key for key in self._graph.keys if key not in needed]
+            if not droppable:
+                return
+            key = self._most_redundant(droppable)
+            self._graph.remove(key)
+            del self._frames[key], self._view_covariances[key]
+
+    def _most_redundant(self, droppable: list[int]) -> int:
+        """Return the keyframe whose view is nearest to that of a newer one."""
+        keys, poses = self._graph.keys, self._graph.matrices
+        nearest = {}
+        for key in droppable:
+            index = keys.index(key)
+            nearest[key] = view_distances(
+                poses[index + 1:], poses[index], self._settings.odometry).min()
+        return min(nearest, key=nearest.__getitem__)
+
+    @property
+    def _capacity(self) -> int:
+        """Most keyframes that are kept."""
+        odometry = self._settings.odometry
+        # without a refinement no image confirms that a place is the same
+        if odometry.reference == 'previous' or self._settings.refinement.mode == 'none':
+            return 1
+        size = _size(self._frames[self._newest])
+        affordable = int(odometry.keyframe_megabytes * 1e6 / size)
+        return max(1, min(odometry.max_keyframes, affordable))
+
+
+def _compact(prepared: PreparedFrame) -> PreparedFrame:
+    """Return a frame without its colours, which no registration needs."""
+    return dataclasses.replace(prepared, frame=dataclasses.replace(
+        prepared.frame, colour=prepared.grey))
+
+
+def _size(prepared: PreparedFrame) -> int:
+    """Return how many bytes a frame takes, all but its keypoints."""
+    size = prepared.grey.nbytes + prepared.frame.depth.nbytes
+    if prepared.surface is not None:
+        surface = prepared.surface
+        size += surface.points.nbytes + surface.normals.nbytes + surface.usable.nbytes
+    return size

@@ -1,0 +1,107 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Finding an earlier keyframe again.
+
+Places that look alike are the danger: one false reuse bends the whole trajectory. So an earlier
+keyframe is only sought where the graph expects it, must be found there by its appearance alone,
+without that expectation as initial guess, and two of them must agree with each other and with the
+graph.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.keyframe_graph import KeyframeGraph, RelativePose
+from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.result import Registration
+from aick_ros.settings import OdometrySettings, Settings
+
+_WITNESSES = 2  # by definition: keyframes that must agree
+_MIN_TRACKED = 0.5  # chosen on rendered rooms: share of the keypoints that must be tracked
+_GATES = 22.46, 32.91  # by definition: 99.9 % of chi squared with 6 and 12 degrees of freedom
+
+
+class KeyframeSearch:
+    """
+    Compares a keyframe with two earlier ones, one registration at a time.
+
+    :param key: of the keyframe; ``candidates``: keys of the earlier ones.
+    """
+
+    def __init__(self, key: int, candidates: tuple[int, ...]) -> None:
+        self._key = key
+        self._pending = list(candidates)
+        self._found: list[RelativePose] = []
+        self.keys = frozenset((key, *candidates))
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether no registration is left to do."""
+        return not self._pending
+
+    def step(self, graph: KeyframeGraph, frames: Mapping[int, PreparedFrame],
+             registrar: Registrar, settings: Settings) -> tuple[RelativePose, ...]:
+        """
+        Do one registration.
+
+        :returns: the measurements that are accepted, with the last registration; until then none.
+        """
+        candidate = self._pending.pop(0)
+        source = frames[self._key]
+        registration = registrar.recognize(source, frames[candidate])
+        if not _is_tracked(registration, source, settings):
+            self._pending.clear()
+            return ()
+        self._found.append(RelativePose(candidate, self._key, registration.pose))
+        if graph.squared_distance(self._found) > _GATES[len(self._found) - 1]:
+            self._pending.clear()
+            return ()
+        return tuple(self._found) if self.is_finished else ()
+
+
+def candidates(graph: KeyframeGraph, key: int, stamps: Mapping[int, int],
+               settings: OdometrySettings) -> tuple[int, ...]:
+    """
+    Return the two earlier keyframes that a keyframe is most likely to see again, or none.
+
+    Where the graph does not know the relative position to within ``reuse_distance``, neither
+    could it tell two places that look alike from each other: such keyframes are not sought.
+    """
+    limit = stamps[key] - settings.reuse_age * NANOSECONDS
+    apart = view_distances(graph.matrices, graph.pose(key).matrix, settings)
+    near = sorted((distance, other) for distance, other in zip(apart, graph.keys)
+                  if stamps[other] <= limit and distance < 1.0)
+    certain = [other for _, other in near[:2 * _WITNESSES]
+               if np.trace(graph.relative(other, key).covariance[:3, :3])
+               < settings.reuse_distance ** 2]
+    return tuple(certain[:_WITNESSES]) if len(certain) >= _WITNESSES else ()
+
+
+def view_distances(poses: np.ndarray, pose: np.ndarray,
+                   settings: OdometrySettings) -> np.ndarray:
+    """
+    Return how far views are from another one, N; 1 is the farthest that is sought.
+
+    :param poses: ``T_odom_camera``, Nx4x4; ``pose``: of the other view, 4x4.
+    """
+    distances = np.linalg.norm(poses[:, :3, 3] - pose[:3, 3], axis=1)
+    traces = np.einsum('nij,ij->n', poses[:, :3, :3], pose[:3, :3])
+    angles = np.arccos(np.clip((traces - 1.0) / 2.0, -1.0, 1.0))
+    apart: np.ndarray = np.hypot(distances / settings.reuse_distance,
+                                 angles / settings.reuse_angle)
+    return apart
+
+
+def _is_tracked(registration: Registration, source: PreparedFrame, settings: Settings) -> bool:
+    """Return whether the image confirms a registration."""
+    if not registration.status.ok or registration.tracks is None:
+        return False
+    possible = min(len(source.keypoints), settings.refinement.max_tracks)
+    return registration.support >= _MIN_TRACKED * possible

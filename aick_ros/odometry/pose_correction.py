@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Corrections of the pose without a jump (REP-105)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aick_ros.geometry import se3
+from aick_ros.settings import OdometrySettings
+
+_SHARE_PER_FRAME = 1 / 30
+"""Share of the outstanding correction that a frame takes, up to the largest step.
+
+Measured on two excerpts of real recordings and on rendered walks: with 1/10 the relative errors
+over one second in rotation grow by 2 to 6 percent, and the absolute ones change little.
+"""
+
+
+class PoseCorrection:
+    """
+    Transform from the frame of the dead reckoning to that of the published poses.
+
+    It approaches a better estimate by at most a step per frame; between steps it is constant, so
+    that the motion from frame to frame stays as measured.
+
+    """
+
+    def __init__(self, settings: OdometrySettings) -> None:
+        self._T_odom_reckoned = np.eye(4)
+        self.configure(settings)
+
+    def configure(self, settings: OdometrySettings) -> None:
+        """Change the largest step of the frames that follow."""
+        self._max_step, self._max_turn = settings.correction_step, settings.correction_turn
+
+    def apply(self, T_reckoned_camera: np.ndarray) -> np.ndarray:
+        """Return the published pose ``T_odom_camera`` of a pose by dead reckoning."""
+        published: np.ndarray = self._T_odom_reckoned @ T_reckoned_camera
+        return published
+
+    def approach(self, T_odom_camera: np.ndarray, T_reckoned_camera: np.ndarray) -> np.ndarray:
+        """
+        Move the published pose of a frame towards an estimate of it.
+
+        :param T_odom_camera: the estimate, 4x4.
+        :param T_reckoned_camera: the same frame by dead reckoning, 4x4.
+        :returns: the error that is left (x, y, z, rot x, rot y, rot z) [m, rad], 6.
+        """
+        published = self.apply(T_reckoned_camera)
+        error = se3.difference(T_odom_camera, published)
+        if not error.any():
+            return error
+        distance, angle = (float(np.linalg.norm(part)) for part in (error[:3], error[3:]))
+        share = min(_SHARE_PER_FRAME, self._max_step / max(distance, 1e-12),
+                    self._max_turn / max(angle, 1e-12))
+        self._T_odom_reckoned = (se3.perturbed(published, share * error)
+                                 @ se3.inverse(T_reckoned_camera))
+        return (1.0 - share) * error

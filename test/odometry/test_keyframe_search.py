@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Which earlier keyframes are sought again, and which of what is found is accepted."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.keyframe_graph import KeyframeGraph
+from aick_ros.odometry.keyframe_search import KeyframeSearch, candidates
+from aick_ros.registration.result import Registration
+from aick_ros.registration.status import Status
+from aick_ros.settings import Settings
+
+KEYPOINTS = 100
+SIGMA = 0.002  # m and rad, of each registration
+SETTINGS = Settings()
+
+
+def graph_of(positions, sigma=SIGMA):
+    """Return the graph of keyframes at some positions along x [m], one after another."""
+    graph = KeyframeGraph(0, PoseWithCovariance.identity())
+    for key in range(1, len(positions)):
+        step = se3.exp([positions[key] - positions[key - 1], 0, 0, 0, 0, 0])
+        graph.add(key, PoseWithCovariance(step, sigma ** 2 * np.eye(6)), key - 1)
+    return graph
+
+
+def stamps(count, period=1.0):
+    return {key: round(key * period * NANOSECONDS) for key in range(count)}
+
+
+class Keypoints:
+    """As many as there are."""
+
+    def __len__(self):
+        return KEYPOINTS
+
+
+class FakeRegistrar:
+    """Registers frames, which are their numbers, by true positions along x and given errors."""
+
+    def __init__(self, positions, errors=(), supports=()):
+        self.positions, self.errors, self.supports = positions, dict(errors), dict(supports)
+
+    def recognize(self, source, target):
+        offset = self.positions[source.key] - self.positions[target.key]
+        offset += self.errors.get(target.key, 0.0)
+        return Registration(
+            Status.OK, '', se3.exp([offset, 0, 0, 0, 0, 0]), SIGMA ** 2 * np.eye(6),
+            np.empty((0, 2), int), 1, self.supports.get(target.key, KEYPOINTS), tracks=())
+
+
+POSITIONS = [0.0, 0.1, 0.4, 0.8, 0.4, 0.12, 0.02]
+
+
+def search(errors=(), supports=()):
+    """Return what is accepted of the last keyframe's search for the first two."""
+    frames = {key: SimpleNamespace(key=key, keypoints=Keypoints())
+              for key in range(len(POSITIONS))}
+    registrar, graph = FakeRegistrar(POSITIONS, errors, supports), graph_of(POSITIONS)
+    last = len(POSITIONS) - 1
+    seeking = KeyframeSearch(last, (0, 1))
+    accepted = ()
+    while not seeking.is_finished:
+        assert accepted == ()
+        accepted = seeking.step(graph, frames, registrar, SETTINGS)
+    return accepted
+
+
+def test_two_that_agree_are_accepted():
+    accepted = search()
+    assert [(m.first, m.second) for m in accepted] == [(0, 6), (1, 6)]
+    np.testing.assert_allclose(accepted[0].pose.translation, [0.02, 0, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize('wrong', [{0: 0.1}, {1: 0.1}, {0: 0.1, 1: 0.1}, {0: -0.5, 1: -0.5}])
+def test_what_the_graph_contradicts_is_not_accepted(wrong):
+    assert search(wrong) == ()
+
+
+def test_two_that_contradict_each_other_are_not_accepted():
+    """Each is within the gate of the drift, three times its standard deviation; both are not."""
+    drift = np.sqrt(7) * SIGMA
+    assert len(search({0: 1.5 * drift, 1: 1.5 * drift})) == 2
+    assert search({0: 2.2 * drift, 1: -2.2 * drift}) == ()
+
+
+@pytest.mark.parametrize('key', [0, 1])
+def test_one_that_the_image_does_not_confirm_is_not_accepted(key):
+    assert search(supports={key: 0.4 * KEYPOINTS}) == ()
+
+
+def test_the_nearest_two_old_ones_are_sought():
+    graph = graph_of(POSITIONS)
+    assert candidates(graph, 6, stamps(7), SETTINGS.odometry) == (0, 1)
+    assert candidates(graph, 3, stamps(7), SETTINGS.odometry) == ()
+
+
+def test_young_ones_are_not_sought():
+    assert candidates(graph_of(POSITIONS), 6, stamps(7, 0.3), SETTINGS.odometry) == ()
+
+
+def test_a_single_one_is_not_sought():
+    positions = [0.0, 1.0, 2.0, 1.0, 0.02]
+    assert candidates(graph_of(positions), 4, stamps(5), SETTINGS.odometry) == ()
+
+
+def test_one_that_looks_elsewhere_is_not_sought():
+    graph = graph_of(POSITIONS)
+    turn = se3.exp([0, 0, 0, 0, 0.5, 0])
+    graph.add(7, PoseWithCovariance(turn, SIGMA ** 2 * np.eye(6)), 6)
+    assert candidates(graph, 7, stamps(8), SETTINGS.odometry) == ()
+
+
+def test_where_the_pose_is_not_known_none_is_sought():
+    """After a long loss a place that looks alike could not be told from the right one."""
+    graph = graph_of(POSITIONS, sigma=0.1)
+    assert candidates(graph, 6, stamps(7), SETTINGS.odometry) == ()
