@@ -34,6 +34,7 @@ _PRIOR_FACTORS = 5.0 / 3.0, 1.0
 """Standard deviations of the second pose's prior, by the sigmas of the motion model."""
 
 _SAME_POSE = 0.015, np.radians(0.8)  # m and rad; poses with smaller differences are the same
+_EQUALLY_TRACKED = 0.8  # of a registration's keypoints: as many confirm another pose, too
 _LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
 _LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
 _MAJORITY, _MINORITY = 0.6, 0.1
@@ -60,7 +61,9 @@ class DynamicObjectCheck:
         """
         Return the registration, or the one without its keypoints if the images support that more.
 
-        Where the images do not decide, the difference of the two poses adds to the covariance.
+        Of a scene that repeats itself, such as a row of equal shelves, keypoints confirm several
+        poses; the one that continues the motion is returned. Where the images do not decide, the
+        difference of the two poses adds to the covariance.
 
         :param expected: ``T_target_source`` at constant velocity, 4x4.
         :param elapsed: time since the velocity was measured [s].
@@ -69,6 +72,10 @@ class DynamicObjectCheck:
         if (sudden <= 1.0 or source.surface is None or target.surface is None
                 or source.grey.shape != target.grey.shape):
             return found
+        continuous = self._refinement.refine(source, target, expected)
+        if (len(continuous.tracked) >= _EQUALLY_TRACKED * found.support
+                and not _is_same(found.T_target_source, continuous.T_target_source)):
+            return _repeated(found, continuous)
         refined = self._without_keypoints_of(found, source, target, expected)
         prior = np.diag((0.5 * self._prior_sigmas * elapsed ** 2) ** 2)
         second = fuse(PoseWithCovariance(expected, prior),
@@ -132,6 +139,16 @@ def _is_for_second(vote: PoseVote, sudden: float) -> bool:
     needed = max(_MINORITY, _MAJORITY * np.exp(0.5 * (1.0 - sudden)))
     return (vote.seen > _LEAST_SEEN and vote.second > _LEAST_FOR_SECOND
             and vote.for_second > needed)
+
+
+def _repeated(found: Registration, continuous: Refined) -> Registration:
+    """Return the pose that continues the motion, of two that the keypoints confirm alike."""
+    return dataclasses.replace(
+        found, T_target_source=continuous.T_target_source, covariance=continuous.covariance,
+        matches=found.matches[:0], bias=continuous.bias, tracks=continuous.tracked,
+        support=len(continuous.tracked),
+        reason=f'{found.reason}; the scene repeats itself, {len(continuous.tracked)} keypoints '
+               'tracked where the motion continues')
 
 
 def _doubted(found: Registration, second: np.ndarray, vote: PoseVote) -> Registration:
