@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -60,12 +61,15 @@ class Synchronizer:
     on which stream's image arrives first, and a live camera and a recording of it have the same
     pairs.
 
-    :param max_interval: largest difference of the stamps of a pair [s]; 0: equal stamps only.
+    :param max_interval: largest difference of the stamps of a pair [s]; 0: equal stamps only;
+        infinity: no limit.
     :param queue_size: largest number of images of one stream that wait for a partner; None: any.
     """
 
     def __init__(self, max_interval: float = 0.02, queue_size: int | None = None) -> None:
-        self._max_interval = round(max_interval * NANOSECONDS)
+        # a product that is infinite cannot be rounded
+        self._max_interval = (math.inf if math.isinf(max_interval)
+                              else round(max_interval * NANOSECONDS))
         self._queue_size = queue_size
         self._colour = _Stream()
         self._depth = _Stream()

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 import traceback
 from collections.abc import Callable
@@ -14,6 +15,7 @@ import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -35,7 +37,9 @@ from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.input.watchdog import Watchdog
 from aick_ros.ros.output.publisher import OdometryPublisher
 from aick_ros.ros.output.views import Views
+from aick_ros.ros.parameter_files import warnings_of_files
 from aick_ros.ros.parameters import LiveSettings, declare_settings, initial_pose
+from aick_ros.ros.process.arguments import Arguments, read_arguments
 from aick_ros.ros.process.program import program
 from aick_ros.ros.process.warm_up import warm_up
 from aick_ros.ros.work_queue import WorkQueue
@@ -56,12 +60,15 @@ class OdomNode(Node):
     registers the frames and publishes. Services and changed parameters are tasks of the worker
     between two frames.
 
+    :param arguments: of the command line, beside those of ROS.
     :raises InputError: where a parameter cannot be used.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, arguments: Arguments = Arguments()) -> None:
         super().__init__('odom_node', automatically_declare_parameters_from_overrides=True)
-        settings, core = declare_settings(self)
+        if arguments.level:
+            self.get_logger().set_level(LoggingSeverity[arguments.level.upper()])
+        settings, core = declare_settings(self, arguments.parameters)
         self._diagnostics = Diagnostics(self)
         self._queue = WorkQueue[Arrival](
             _LONGEST_BACKLOG if settings.process_every_frame else 1,
@@ -231,7 +238,9 @@ class OdomNode(Node):
 def main() -> None:
     """Run the node until SIGINT or SIGTERM."""
     with program('odom_node'):
-        node = OdomNode()
+        node = OdomNode(read_arguments(sys.argv))
+        for warning in warnings_of_files(sys.argv, node.get_fully_qualified_name()):
+            node.get_logger().warning(warning)
         try:
             node.run()
         finally:

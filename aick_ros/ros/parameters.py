@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import TypeVar
 
 import numpy as np
@@ -22,6 +23,7 @@ from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
 from aick_ros.settings.parameter import Parameter, Value, hint, parameters, values, with_values
 from aick_ros.settings.presets import PRESETS, preset
+from aick_ros.settings.rtabmap import is_theirs, translate
 
 _PRESET = Parameter(
     'preset', str, '', 'Start from the parameters of the paper, '
@@ -31,20 +33,25 @@ _Settings = TypeVar('_Settings', NodeSettings, Settings)
 _OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides.')
 
 
-def declare_settings(node: Node) -> tuple[NodeSettings, Settings]:
+def declare_settings(node: Node, arguments: Mapping[str, str] = MappingProxyType({})
+                     ) -> tuple[NodeSettings, Settings]:
     """
     Declare every parameter and return the settings.
 
-    A preset replaces the defaults; single parameters change it.
+    A preset replaces the defaults; single parameters change it. Parameters of ``rgbd_odometry``
+    are read as those of this node where they mean the same.
 
     :param node: made with ``automatically_declare_parameters_from_overrides``, which accepts
         values of any type, so that the error message is that of the settings.
+    :param arguments: parameters of ``rgbd_odometry`` from the command line; they take precedence.
     :raises InputError: naming the parameter, its range and its unit.
     """
     # a node made so returns parameters, not the bare values that its annotation says
     given = {name: getattr(parameter, 'value')
              for name, parameter in node.get_parameters_by_prefix('').items()}
+    given.update(arguments)
     _warn_of_unknown(node, given)
+    given.update(_read_theirs(node, given))
     chosen = str(_PRESET.convert(given.get(_PRESET.name, '')))
     core = preset(chosen) if chosen else Settings()
     own, core = _checked(_chosen(NodeSettings(), given)), _chosen(core, given)
@@ -117,10 +124,20 @@ class LiveSettings:
 def _warn_of_unknown(node: Node, given: Mapping[str, object]) -> None:
     known = [_PRESET.name, *values(NodeSettings), *values(Settings)]
     for name in given:
-        if name not in known and not name.startswith(_OF_ROS):
+        if name not in known and not name.startswith(_OF_ROS) and not is_theirs(name):
             node.get_logger().warning(
                 f'parameter {name!r} is not one of this node and changes nothing: '
                 f'{hint(name, known)}')
+
+
+def _read_theirs(node: Node, given: Mapping[str, object]) -> dict[str, object]:
+    """Return the parameters of this node that those of rgbd_odometry stand for, and say so."""
+    translation = translate(given)
+    for note in translation.notes:
+        node.get_logger().info(note)
+    for warning in translation.warnings:
+        node.get_logger().warning(warning)
+    return translation.values
 
 
 def _chosen(group: _Settings, given: Mapping[str, object]) -> _Settings:

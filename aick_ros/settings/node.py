@@ -42,7 +42,8 @@ class NodeSettings:
     approx_sync: bool = parameter(
         True, 'Whether the stamps of a colour and a depth image of one frame may differ.')
     approx_sync_max_interval: float = parameter(
-        0.02, 'Maximum difference between the stamps of a colour and a depth image of one frame.',
+        0.02, 'Maximum difference between the stamps of a colour and a depth image of one frame; '
+        '0: no limit.',
         unit='s', minimum=0.0, maximum=1.0)
     topic_queue_size: int = parameter(
         10, 'Queue size of each image subscription.', minimum=1, maximum=1000)

@@ -4,6 +4,7 @@
 """Pairing of stamped images: against the classical association, in any order of arrival."""
 
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -178,3 +179,17 @@ def test_each_image_is_used_once():
         pairs, _ = run(arrivals(*camera(rng, 200, offset, 5, 0.2)))
         for stamps in zip(*pairs):
             assert all(a < b for a, b in itertools.pairwise(stamps))
+
+
+@pytest.mark.parametrize('offset_ms', [0, 8, -14])
+def test_without_a_limit_the_nearest_are_still_paired(offset_ms):
+    """Also past lost images, whose partners pair with nothing else."""
+    rng = np.random.default_rng(1)
+    colour, depth = camera(rng, 300, offset_ms, 1, 0.1)
+    pairs, _ = run(arrivals(colour, depth), max_interval=math.inf)
+    nearby = greedy(colour, depth, 16 * MS)
+    assert len(set(nearby) - set(pairs)) <= 0.02 * len(nearby)
+
+
+def test_without_a_limit_any_distance_will_do():
+    assert run([(0, 'colour'), (10 ** 11, 'depth')], max_interval=math.inf)[0] == [(0, 10 ** 11)]

@@ -347,6 +347,15 @@ def test_colour_and_depth_that_never_pair_are_reported(rig, start_node, frames):
     assert 'approx_sync_max_interval = 0.02 s' in node.log
 
 
+def test_an_interval_of_zero_is_no_limit(rig, start_node, frames):
+    start_node(approx_sync_max_interval='0.0')
+    rig.send_camera_info(frames[0].camera)
+    for frame in frames[:4]:
+        rig.send(dataclasses.replace(frame, depth_stamp=frame.stamp + 8_000_000))
+    for frame in frames[:4]:
+        rig.answer(frame.stamp)
+
+
 def test_without_approx_sync_only_equal_stamps_are_a_pair(rig, start_node, frames):
     start_node(approx_sync='false')
     rig.send_camera_info(frames[0].camera)

@@ -38,9 +38,7 @@ class Pairing:
                  on_pair: Callable[[Pair], None]) -> None:
         self._logger, self._diagnostics, self._on_pair = node.get_logger(), diagnostics, on_pair
         self._registers_depth = settings.register_depth
-        self._synchronizer = Synchronizer(
-            settings.approx_sync_max_interval if settings.approx_sync else 0.0,
-            settings.sync_queue_size)
+        self._synchronizer = Synchronizer(_max_interval(settings), settings.sync_queue_size)
         self._streams = {'rgb/image': StampMonitor(), 'depth/image': StampMonitor()}
         self.newest: Pair | None = None
         self.newest_stamp = 0
@@ -103,3 +101,10 @@ class Pairing:
                 f'depth images are of frame {depth_frame!r}, colour images of {colour_frame!r}: '
                 'if the driver does not register depth to colour, set register_depth to true',
                 once=True)
+
+
+def _max_interval(settings: NodeSettings) -> float:
+    """Return the largest difference of the stamps of a pair [s]; 0: equal stamps only."""
+    if not settings.approx_sync:
+        return 0.0
+    return settings.approx_sync_max_interval or math.inf

@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Parameter files that are given to the node and are for other nodes only."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import yaml
+
+
+def warnings_of_files(argv: Sequence[str], node_name: str) -> Iterator[str]:
+    """
+    Yield a sentence for each parameter file of which the node reads nothing.
+
+    :param argv: the arguments of the process.
+    :param node_name: name of the node with its namespace.
+    """
+    for option, file in zip(argv, argv[1:]):
+        if option != '--params-file':
+            continue
+        names = [name for name in _nodes(_content(Path(file)), '') if name]
+        if names and not any(_matches(name, node_name) for name in names):
+            yield (f'nothing in {file} is read: it is for {", ".join(names)}, and this node is '
+                   f'{node_name}; rename one of them (-r __node:=NAME), or write /** in the file')
+
+
+def _content(file: Path) -> object:
+    try:
+        return yaml.safe_load(file.read_text())
+    except (OSError, ValueError, yaml.YAMLError):
+        return None  # ROS has said so, or will
+
+
+def _nodes(content: object, above: str) -> Iterator[str]:
+    """Yield the full names of the nodes in a parameter file."""
+    if not isinstance(content, dict):
+        return
+    for key, value in content.items():
+        if key == 'ros__parameters':
+            yield above
+        else:
+            yield from _nodes(value, f'{above}/{str(key).strip("/")}')
+
+
+def _matches(pattern: str, node_name: str) -> bool:
+    """Return whether a name in which * stands for one part and ** for any is that of the node."""
+    parts = (re.escape(pattern).replace(r'/\*\*', '(/[^/]+)*').replace(r'\*', '[^/]+'))
+    return re.fullmatch(parts, node_name) is not None

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the parameters of rgbd_odometry mean here: each is read, or explained."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from aick_ros.errors import InputError
+from aick_ros.settings import Settings
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.parameter import parameters, values, with_values
+from aick_ros.settings.rtabmap import READ_AS, WITHOUT_EFFECT, is_theirs, translate
+
+OURS = {p.name for group in (NodeSettings, Settings) for p in parameters(group)}
+PAGE = (Path(__file__).parents[2] / 'docs' / 'node.md').read_text()
+
+
+@pytest.mark.parametrize('name, value, ours, expected', [
+    ('rgb_transport', 'compressed', 'image_transport', 'compressed'),
+    ('queue_size', 7, 'sync_queue_size', 7),
+    ('queue_size', '7', 'sync_queue_size', 7),
+    ('qos', 0, 'qos_reliability', 'auto'),
+    ('qos', 1, 'qos_reliability', 'reliable'),
+    ('qos', 2, 'qos_reliability', 'best_effort'),
+    ('publish_null_when_lost', True, 'lost_policy', 'null'),
+    ('publish_null_when_lost', False, 'lost_policy', 'silent'),
+    ('always_process_most_recent_frame', True, 'process_every_frame', False),
+    ('always_process_most_recent_frame', 'false', 'process_every_frame', True),
+    ('expected_update_rate', 15, 'max_update_rate', 15.0)])
+def test_what_means_the_same_is_read(name, value, ours, expected):
+    translation = translate({name: value})
+    assert translation.values == {ours: expected}
+    assert getattr(with_values(NodeSettings(), translation.values), ours) == expected
+    assert translation.warnings == []
+    assert translation.notes == [f'parameter {name!r} is read as {ours} = {expected!r}']
+
+
+def test_our_own_parameter_takes_precedence():
+    translation = translate({'publish_null_when_lost': True, 'lost_policy': 'hold'})
+    assert translation.values == {}
+    assert translation.notes == ["parameter 'publish_null_when_lost' is not read, as lost_policy "
+                                 'is given']
+
+
+@pytest.mark.parametrize('given, sentence', [
+    ({'qos': 3}, 'qos = 3 is outside 0 to 2'),
+    ({'publish_null_when_lost': 'maybe'}, "'maybe' is not true or false")])
+def test_a_value_that_theirs_cannot_have_is_rejected(given, sentence):
+    with pytest.raises(InputError, match=sentence):
+        translate(given)
+
+
+@pytest.mark.parametrize('name, reason', [
+    ('wait_imu_to_init', 'odom is not aligned with gravity'),
+    ('Odom/ResetCountdown', 'a lost odometry needs no reset'),
+    ('Reg/Force3DoF', 'z, roll and pitch are estimated as well'),
+    ('guess_min_rotation', 'however little the guess has moved (see max_update_rate)'),
+    ('Vis/MaxFeatures', '(see features.max_keypoints)'),
+    ('qos_camera_info', 'with the QoS its publishers offer'),
+    ('Vis/CorNNDR', 'the algorithm of RTAB-Map, which is not that of this node')])
+def test_what_has_no_counterpart_is_explained(name, reason):
+    translation = translate({name: '1'})
+    assert translation.values == {}
+    [warning] = translation.warnings
+    assert warning.startswith(f'parameter {name!r} of rgbd_odometry changes nothing here: ')
+    assert reason in warning
+
+
+@pytest.mark.parametrize('given', [
+    {'wait_imu_to_init': False}, {'subscribe_rgbd': False}, {'config_path': ''},
+    {'ground_truth_frame_id': ''}, {'guess_min_time': 0.0}, {'Reg/Force3DoF': 'false'},
+    {'Odom/ResetCountdown': '0'}])
+def test_what_is_switched_off_there_is_no_difference(given):
+    assert translate(given).warnings == []
+
+
+def test_each_counterpart_exists_and_no_name_is_ours():
+    rows = [*READ_AS.values(), *WITHOUT_EFFECT.values()]
+    assert {row.ours for row in rows} - {''} <= OURS
+    assert not ({*READ_AS, *WITHOUT_EFFECT} & OURS)
+    assert set(READ_AS).isdisjoint(WITHOUT_EFFECT)
+
+
+def test_ours_are_left_alone():
+    given = {**values(NodeSettings), **values(Settings)}
+    assert not any(map(is_theirs, given))
+    assert translate(given).values == {}
+
+
+@pytest.mark.parametrize('name', READ_AS)
+def test_the_page_names_what_is_read(name):
+    assert re.search(rf'`{name}`.*`{READ_AS[name].ours}`', PAGE)
