@@ -19,6 +19,7 @@ from aick_ros.ros.playback.node_process import NODE_COMMAND
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT = 12
+PATIENCE = 120.0  # seconds that nothing takes, even on a loaded machine
 ENDINGS = [signal.SIGINT, signal.SIGTERM]
 
 # A defect of ours: the registration of one frame fails.
@@ -72,9 +73,9 @@ def test_a_camera_that_runs_already_is_answered_from_the_first_frames_on(
         rig, start_node, frames):
     """The node comes last: nothing but the camera's next messages is needed."""
     start_node(wait=False)
-    sent = 0
+    sent, deadline = 0, time.monotonic() + PATIENCE
     while not rig.odom:
-        assert sent < 1000
+        assert time.monotonic() < deadline
         frame = frames[sent % 2]
         rig.send_camera_info(frame.camera)
         rig.send(dataclasses.replace(frame, stamp=frames[0].stamp + sent * 33_333_333,
@@ -87,7 +88,8 @@ def test_a_camera_that_runs_already_is_answered_from_the_first_frames_on(
 def test_ends_cleanly_without_a_camera(rig, start_node, how):
     node = start_node()
     assert node.stop(how) == 0
-    assert node.log == ''
+    # a slow machine may take longer than the camera's silence is tolerated
+    assert [line for line in node.log.splitlines() if 'sends nothing' not in line] == []
 
 
 @pytest.mark.parametrize('how', ENDINGS)
@@ -134,14 +136,14 @@ def ending(delay, signals, gap=0.0):
     for i, how in enumerate(signals):
         time.sleep(gap if i else 0.0)
         process.send_signal(how)
-    _, complaints = process.communicate(timeout=20)
+    _, complaints = process.communicate(timeout=PATIENCE)
     return process.returncode, complaints
 
 
 def test_a_parameter_out_of_range_is_rejected_in_one_line(ros_domain):
     run = subprocess.run(
         [*NODE_COMMAND, '--ros-args', '-p', 'aick.alpha:=1.5'],
-        capture_output=True, text=True, timeout=30)
+        capture_output=True, text=True, timeout=PATIENCE)
     assert run.returncode == 2
     assert run.stderr.startswith('odom_node: aick.alpha = 1.5 is outside 0 to 1')
     assert run.stderr.count('\n') == 1
@@ -151,7 +153,7 @@ def test_arguments_that_ros_rejects_are_one_line(ros_domain, tmp_path):
     file = tmp_path / 'parameters.yaml'
     file.write_text('odom_node: [')
     run = subprocess.run([*NODE_COMMAND, '--ros-args', '--params-file', str(file)],
-                         capture_output=True, text=True, timeout=30)
+                         capture_output=True, text=True, timeout=PATIENCE)
     assert run.returncode == 2
     assert 'odom_node: ROS rejects these arguments' in run.stderr
     assert 'Traceback' not in run.stderr

@@ -283,13 +283,16 @@ def test_a_publisher_whose_qos_does_not_match_is_explained(rig, start_node, fram
 def test_a_camera_info_sent_once_is_enough(rig, start_node, frames):
     node = start_node()
     rig.send_camera_info(frames[0].camera)
-    for i in range(35):
+    start = time.monotonic()  # silence of 5 s is reported
+    for i in itertools.count():
         rig.send(dataclasses.replace(frames[i % 2], stamp=frames[0].stamp + i * 10 ** 8,
                                      depth_stamp=None))
         time.sleep(0.2)
+        status, passed = rig.diagnostics[-1].status[0], time.monotonic() - start
+        if passed > 7.0 and status.level == b'\x00':
+            break
+        assert passed < rig.patience, status.message
     assert 'camera_info' not in node.log
-    status = rig.diagnostics[-1].status[0]
-    assert status.level == b'\x00', status.message
 
 
 def test_frames_that_wait_keep_the_camera_they_came_with(rig, start_node, frames):
@@ -333,7 +336,7 @@ def test_an_image_of_an_unknown_frame_does_not_block_the_others(rig, start_node,
 
 def test_colour_and_depth_that_never_pair_are_reported(rig, start_node, frames):
     node = start_node()
-    stop = time.monotonic() + 20
+    stop = time.monotonic() + rig.patience
     for i in itertools.count():
         if 'synchronize the camera, or raise it' in node.log:
             break

@@ -10,6 +10,8 @@ import pytest
 from aick_ros.ros.work_queue import WorkQueue
 from aick_ros.ros.worker import Worker
 
+PATIENCE = 120.0  # seconds that nothing takes, even on a loaded machine
+
 
 @pytest.fixture
 def gate():
@@ -21,7 +23,7 @@ def gate():
 
         def work(self, item):
             self.entered.release()
-            assert self.open.wait(5)
+            assert self.open.wait(PATIENCE)
             self.done.append(item)
 
     return Gate()
@@ -47,7 +49,7 @@ def wait_for_a_task(queue):
     """Wait until the thread has checked its queue once more."""
     done = threading.Event()
     queue.put_task(done.set)
-    assert done.wait(5)
+    assert done.wait(PATIENCE)
 
 
 def test_items_are_done_in_order(gate, start):
@@ -57,7 +59,7 @@ def test_items_are_done_in_order(gate, start):
         queue.put(item)
     gate.open.set()
     for _ in range(50):
-        assert gate.entered.acquire(timeout=5)
+        assert gate.entered.acquire(timeout=PATIENCE)
     worker.stop()
     assert gate.done == list(range(50))
     assert queue.dropped == 0
@@ -67,11 +69,11 @@ def test_with_a_capacity_of_one_the_newest_is_next(gate, start):
     queue = WorkQueue(capacity=1)
     worker = start(queue)
     queue.put('first')
-    assert gate.entered.acquire(timeout=5)
+    assert gate.entered.acquire(timeout=PATIENCE)
     for item in ('second', 'third', 'fourth'):
         queue.put(item)
     gate.open.set()
-    assert gate.entered.acquire(timeout=5)
+    assert gate.entered.acquire(timeout=PATIENCE)
     worker.stop()
     assert gate.done == ['first', 'fourth']
 
@@ -85,7 +87,7 @@ def test_items_wait_until_they_are_ready(gate, start):
     assert gate.done == []
     ready.set()
     queue.wake()
-    assert gate.entered.acquire(timeout=5)
+    assert gate.entered.acquire(timeout=PATIENCE)
     worker.stop()
     assert gate.done == ['frame']
 
@@ -94,11 +96,11 @@ def test_a_task_runs_between_two_items(gate, start):
     queue = WorkQueue(capacity=10)
     worker = start(queue)
     queue.put('first')
-    assert gate.entered.acquire(timeout=5)
+    assert gate.entered.acquire(timeout=PATIENCE)
     queue.put('second')
     queue.put_task(lambda: gate.done.append('task'))
     gate.open.set()
-    assert gate.entered.acquire(timeout=5)
+    assert gate.entered.acquire(timeout=PATIENCE)
     worker.stop()
     assert gate.done == ['first', 'task', 'second']
 
@@ -108,14 +110,14 @@ def test_stop_waits_for_the_item_at_hand_and_drops_the_others(gate, start):
     worker = start(queue)
     for item in range(5):
         queue.put(item)
-    assert gate.entered.acquire(timeout=5)
+    assert gate.entered.acquire(timeout=PATIENCE)
     stopper = threading.Thread(target=worker.stop)
     stopper.start()
     assert stopper.is_alive()
     assert gate.done == []
     queue.close()
     gate.open.set()
-    stopper.join(5)
+    stopper.join(PATIENCE)
     assert not stopper.is_alive()
     assert gate.done == [0]
 

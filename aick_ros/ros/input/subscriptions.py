@@ -6,8 +6,7 @@
 from __future__ import annotations
 
 import time
-from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
@@ -18,19 +17,21 @@ from rclpy.subscription import Subscription
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
+from aick_ros.geometry.stamps import RESTART_AFTER
 from aick_ros.ros.conversions import to_stamp
 from aick_ros.settings.node import NodeSettings
 
 _CAMERA_INFO_QUEUE = 10
-_OVERLAP = 0.2  # seconds for which both subscriptions receive; chosen
 
 
 class AdaptiveSubscription:
     """
     Subscribes again when the publishers offer another QoS than was requested.
 
-    The old subscription is destroyed some time after the new one received its first message, so
-    that nothing is missed; an image that both receive is taken once.
+    The first message of the new subscription ends the old one. What still waits in the queue of
+    the old one is taken before it, as far as it is older; what the old one already brought is
+    not taken again. So images stay in order, and none is missed or taken twice, however late
+    the executor takes them.
 
     :param name: unresolved name of the topic.
     :param suffix: suffix of the topic after remapping, as image_transport names its transports.
@@ -49,9 +50,9 @@ class AdaptiveSubscription:
         self._topic, self._suffix = node.resolve_topic_name(name) + suffix, suffix
         self._node, self._kind, self._take = node, kind, take
         self._reliability, self._latched, self._depth = reliability, latched, depth
-        self._taken: deque[int] = deque(maxlen=2 * depth)
-        self._overlap_since: float | None = None
         self._old: Subscription | None = None
+        self._last: int | None = None  # stamp of the last message taken [ns]
+        self._repeats_left = 0  # largest number of further messages that may be repeated
         self.received_at = time.monotonic()
         self.may_be_silent = False
         # a message sent once must not be lost during discovery
@@ -85,13 +86,10 @@ class AdaptiveSubscription:
 
     def adapt(self) -> None:
         """Match the QoS of the publishers; to be called regularly on the executor's thread."""
-        if (self._overlap_since is not None
-                and time.monotonic() - self._overlap_since > _OVERLAP):
-            self._drop_old()
         wanted, present = self._wanted(), self.qos_profile
         if (wanted.reliability, wanted.durability) == (present.reliability, present.durability):
             return
-        self._drop_old()
+        self._end_old()
         self._old, self._new = self._new, self._subscribe(wanted)
 
     def _wanted(self) -> QoSProfile:
@@ -117,21 +115,45 @@ class AdaptiveSubscription:
 
     def _receive(self, generation: object, message: Any) -> None:
         self.received_at = time.monotonic()
-        if self._old is not None:
-            if generation is self._generation and self._overlap_since is None:
-                self._overlap_since = self.received_at
-            # a calibration may be taken twice, and many have no stamp
-            stamp = to_stamp(message.header.stamp)
-            if not self._latched and stamp in self._taken:
-                return
-            self._taken.append(stamp)
+        if generation is self._generation:
+            self._end_old(message)
+        self._pass_on(message)
+
+    def _pass_on(self, message: Any) -> None:
+        if self._repeats_left and self._last is not None and self._covers(self._last, message):
+            self._repeats_left -= 1
+            return
+        self._repeats_left = 0
+        self._last = to_stamp(message.header.stamp)
         self._take(message)
 
-    def _drop_old(self) -> None:
-        if self._old is not None:
-            self._node.destroy_subscription(self._old)
-            self._old, self._overlap_since = None, None
-            self._taken.clear()
+    def _end_old(self, first: Any = None) -> None:
+        """Destroy the old subscription; take what it still holds from before ``first``."""
+        if self._old is None:
+            return
+        for message in _queued(self._old):
+            if first is not None and self._covers(to_stamp(message.header.stamp), first):
+                break  # the new subscription brings it and all that follow
+            self._pass_on(message)
+        self._node.destroy_subscription(self._old)
+        self._old = None
+        # the new one holds at most a queue of messages that the old one brought, and a reliable
+        # one may have waited for a lost message meanwhile
+        self._repeats_left = 2 * self._depth
+
+    def _covers(self, stamp: int, message: Any) -> bool:
+        """Return whether a stream that reached a stamp is at a message or beyond it."""
+        # a calibration may be taken twice, and many have no stamp
+        return not self._latched and (
+            0 <= stamp - to_stamp(message.header.stamp) <= RESTART_AFTER)
+
+
+def _queued(subscription: Subscription) -> Iterator[Any]:
+    """Take the messages that wait in the queue of a subscription, as the executor does."""
+    with subscription.handle:
+        while (taken := subscription.handle.take_message(
+                subscription.msg_type, subscription.raw)) is not None:
+            yield taken[0]
 
 
 def image_subscription(node: Node, name: str, transport: str, take: Callable[[Any], None],

@@ -124,12 +124,12 @@ def test_interrupted_it_goes_on(folder, tmp_path):
     options = {'cwd': tmp_path, 'env': {**os.environ, 'PYTHONPATH': str(ROOT)}, 'text': True,
                'stderr': subprocess.PIPE}
     with subprocess.Popen(command, **options) as process:
-        partial, end = tmp_path / 'figures.json.partial', time.monotonic() + 60
+        partial, end = tmp_path / 'figures.json.partial', time.monotonic() + 120
         while not (partial.exists() and partial.read_text().count('"pair"') >= 3):
             assert time.monotonic() < end
             time.sleep(0.01)
         process.send_signal(signal.SIGINT)
-        _, told = process.communicate(timeout=60)
+        _, told = process.communicate(timeout=120)
     assert process.returncode == 130
     assert told.splitlines()[-1] == \
         'aick: interrupted; the same command resumes from figures.json.partial'

@@ -81,7 +81,7 @@ def test_stops_when_damage_is_not_accepted(frames, in_memory):
 
 
 def test_reads_while_the_caller_works(frames, in_memory):
-    reads, both = [], threading.Barrier(2, timeout=10)
+    reads, both = [], threading.Barrier(2, timeout=120)
 
     def wait(index, on_damaged):
         reads.append(index)

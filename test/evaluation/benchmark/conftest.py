@@ -3,6 +3,9 @@
 
 """A small recording as a folder, and methods that misbehave."""
 
+import time
+from pathlib import Path
+
 import pytest
 
 from aick_ros.evaluation.baselines.registry import METHODS, Method
@@ -79,6 +82,24 @@ def method(tmp_path, monkeypatch):
             'deed': deed, 'when': when, 'at': at}
         return Method('still', 'Still', 'stands still', factory, options)
     return make
+
+
+@pytest.fixture
+def wait_for_end():
+    """Return a function that waits for the end of a process that is not a child."""
+    def wait(process_id):
+        state, deadline = Path('/proc', str(process_id), 'stat'), time.monotonic() + 120
+        while is_running(state):
+            assert time.monotonic() < deadline, f'process {process_id} goes on'
+            time.sleep(0.01)
+    return wait
+
+
+def is_running(state):
+    try:
+        return state.read_text().rpartition(')')[2].split()[0] != 'Z'
+    except (FileNotFoundError, ProcessLookupError):
+        return False
 
 
 @pytest.fixture

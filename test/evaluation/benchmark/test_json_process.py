@@ -4,7 +4,6 @@
 """Processes that answer, wait, crash and leave children behind."""
 
 import signal
-from pathlib import Path
 
 import pytest
 
@@ -49,13 +48,12 @@ def test_blas_has_one_thread(start):
         assert process.next(PATIENT, NEVER) == {'value': '1'}
 
 
-def test_a_wait_is_limited_and_children_are_killed(start):
+def test_a_wait_is_limited_and_children_are_killed(start, wait_for_end):
     with start(('sleep', None)) as process:
         child = process.next(PATIENT, NEVER)['pid']
         with pytest.raises(TimeoutError, match='longer than 0.2 s'):
             process.next(0.2, NEVER)
-    state = Path('/proc', str(child), 'stat')
-    assert not state.exists() or state.read_text().split()[2] == 'Z'
+    wait_for_end(child)
 
 
 def test_a_user_who_stops_does_not_wait(start):

@@ -9,8 +9,8 @@ import time
 import cv2
 import numpy as np
 import pytest
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import CameraInfo, CompressedImage
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
@@ -322,49 +322,6 @@ def test_depth_is_registered_with_the_extrinsic_of_tf(rig, start_node, depth_inf
     latched.publish(tf2_msgs.TFMessage(transforms=[
         transform_stamped(0, OPTICAL, INFRARED, T_COLOUR_DEPTH)]))
     assert_follows(rig, source, frames)
-
-
-# Quality of service.
-
-@pytest.mark.parametrize('reliability', list(ReliabilityPolicy)[1:3], ids=lambda r: r.name)
-def test_subscriptions_ask_for_what_is_offered(rig, start_node, frames, reliability):
-    """A camera that starts after the node, and another one after it that offers the contrary."""
-    rig.node.destroy_publisher(rig.colour)
-    start_node(wait=False, qos_reliability='auto', topic_queue_size=10)
-    rig.wait_until(lambda: subscriptions(rig, 'rgb/image'), 'the node')
-    other = {ReliabilityPolicy.RELIABLE: ReliabilityPolicy.BEST_EFFORT,
-             ReliabilityPolicy.BEST_EFFORT: ReliabilityPolicy.RELIABLE}[reliability]
-    for offered in (reliability, other):
-        rig.colour = rig.node.create_publisher(
-            Image, 'rgb/image', QoSProfile(depth=10, reliability=offered))
-        rig.wait_until(lambda: [s.qos_profile.reliability for s in subscriptions(
-            rig, 'rgb/image')][-1:] == [offered], f'a subscription {offered.name}')
-        rig.node.destroy_publisher(rig.colour)
-
-
-def subscriptions(rig, topic):
-    return rig.node.get_subscriptions_info_by_topic(f'/{topic}')
-
-
-def test_no_frame_is_missed_or_taken_twice_when_the_subscription_changes(rig, start_node, frames):
-    """A second publisher comes, best effort, and goes again while the first sends on."""
-    start_node(qos_reliability='auto')
-    rig.send_camera_info(frames[0].camera)
-    sent, seen = [], set()
-    for i in range(60):
-        if i == 10:
-            second = rig.node.create_publisher(Image, 'rgb/image', QoSProfile(
-                depth=1, reliability=ReliabilityPolicy.BEST_EFFORT))
-        elif i == 35:
-            rig.node.destroy_publisher(second)
-        sent.append(frames[0].stamp + i * 33_333_333)
-        rig.send(dataclasses.replace(frames[i % 2], stamp=sent[-1], depth_stamp=None))
-        seen.add(subscriptions(rig, 'rgb/image')[-1].qos_profile.reliability)
-        time.sleep(0.03)
-    rig.answer(sent[-1])
-    assert rig.stamps() == sent
-    assert len(seen) == 2, 'the subscription never changed'
-    assert values(rig).get('images rejected', '0') == '0'
 
 
 def values(rig):

@@ -60,7 +60,7 @@ class Robot:
 
     @staticmethod
     def wait_until(condition):
-        deadline = time.monotonic() + 10
+        deadline = time.monotonic() + 120
         while not condition():
             assert time.monotonic() < deadline
             time.sleep(0.01)

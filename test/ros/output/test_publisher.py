@@ -56,7 +56,7 @@ class Probe:
         return self.receive(self.odom, updates[-1].stamp)
 
     def receive(self, messages, stamp):
-        for _ in range(100):
+        for _ in range(1200):
             if messages and to_stamp(messages[-1].header.stamp) == stamp:
                 return messages[-1]
             rclpy.spin_once(self.node, timeout_sec=0.1)

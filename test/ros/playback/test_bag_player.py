@@ -20,6 +20,7 @@ from aick_ros.sources.writers import bag_writer
 PLAYER_COMMAND = (sys.executable, '-c',
                   'from aick_ros.ros.process.entry_points import bag_player; bag_player()')
 COUNT = 6
+PATIENCE = 120.0  # seconds that nothing takes, even on a loaded machine
 
 
 @pytest.fixture(scope='module')
@@ -45,7 +46,7 @@ def play(rig):
     for process in started:
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
-        process.wait(10)
+        process.wait(PATIENCE)
         process.stdin.close()
 
 
@@ -60,7 +61,7 @@ def listen(rig):
 
 def test_plays_what_was_recorded_with_clock(rig, play, bag):
     images, clocks = listen(rig)
-    assert play(bag).wait(20) == 0
+    assert play(bag).wait(PATIENCE) == 0
     rig.wait_until(lambda: len(images) == COUNT, 'all images')
     for image, frame in zip(images, open_source(bag).frames(raise_damage)):
         assert to_stamp(image.header.stamp) == frame.stamp
@@ -81,7 +82,7 @@ def test_step_by_step(rig, play, bag):
     time.sleep(0.2)  # long enough for a player that does not wait
     assert len(images) == 3
     player.stdin.close()
-    assert player.wait(10) == 0
+    assert player.wait(PATIENCE) == 0
 
 
 @pytest.mark.parametrize('make, sentence', [
@@ -90,7 +91,7 @@ def test_step_by_step(rig, play, bag):
 def test_a_path_that_is_no_bag_is_rejected_in_one_line(ros_domain, tmp_path, make, sentence):
     run = subprocess.run(
         [*PLAYER_COMMAND, str(make(tmp_path))],
-        capture_output=True, text=True, timeout=30)
+        capture_output=True, text=True, timeout=PATIENCE)
     assert run.returncode == 2
     assert sentence in run.stderr
     assert run.stderr.count('\n') == 1

@@ -1,0 +1,255 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Subscriptions that change their QoS: their rules without DDS, then the node over DDS."""
+
+import dataclasses
+import time
+
+import pytest
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import Image
+
+from aick_ros.geometry.stamps import RESTART_AFTER
+from aick_ros.ros.conversions import to_stamp
+from aick_ros.ros.input.subscriptions import AdaptiveSubscription
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+START, PERIOD = 10 ** 18, 33_333_333
+RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
+
+
+class Change:
+    """
+    A subscription that has just changed from best effort to reliable.
+
+    :ivar old: the subscription before the change; it still receives.
+    :ivar new: the subscription after the change.
+    :ivar taken: numbers of the images taken so far.
+    """
+
+    def __init__(self, node, stamped, latched=False, **options):
+        self.node, self.taken, self._stamped = node, [], stamped
+        self.subscription = AdaptiveSubscription(
+            node, Image, 'rgb/image', self._take, depth=10, latched=latched, **options)
+        self.old, self.new = node.subscriptions[0], None
+        node.publish('/rgb/image', durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+    def adapt(self):
+        self.subscription.adapt()
+        self.new = self.node.subscriptions[-1]
+
+    def arrive(self, subscription, *numbers):
+        """Put images into the queue of a subscription."""
+        subscription.queue += [self._stamped(START + number * PERIOD) for number in numbers]
+
+    def spin(self):
+        """Take one message of each subscription in turn, until none is left."""
+        while any(subscription.queue for subscription in self.node.subscriptions):
+            for subscription in list(self.node.subscriptions):
+                subscription.execute()
+
+    def _take(self, message):
+        self.taken.append((to_stamp(message.header.stamp) - START) // PERIOD)
+
+
+@pytest.fixture
+def change(fake_node, stamped):
+    return Change(fake_node, stamped)
+
+
+def test_images_of_the_old_queue_come_before_those_of_the_new_one(change):
+    change.arrive(change.old, 0, 1, 2, 3)
+    change.adapt()
+    change.arrive(change.new, 4, 5)
+    change.new.execute()
+    change.spin()
+    assert change.taken == [0, 1, 2, 3, 4, 5]
+    assert change.node.subscriptions == [change.new]
+
+
+@pytest.mark.parametrize('taken_first', range(7))
+def test_an_image_of_both_queues_is_taken_once(change, taken_first):
+    """However many of its messages the old subscription brings before the new one."""
+    change.adapt()
+    change.arrive(change.old, 0, 1, 2, 3, 4, 5)
+    change.arrive(change.new, 3, 4, 5, 6, 7)
+    for _ in range(taken_first):
+        change.old.execute()
+    change.spin()
+    assert change.taken == list(range(8))
+
+
+def test_an_image_lost_by_the_old_subscription_is_brought_by_the_new_one(change):
+    change.adapt()
+    change.arrive(change.old, 0, 1, 2, 4, 5)
+    change.arrive(change.new, 3, 4, 5, 6)
+    change.new.execute()
+    change.spin()
+    assert change.taken == list(range(7))
+
+
+def test_an_image_older_than_those_taken_is_not_taken(change):
+    """Downstream it would count as rejected: its stamp goes back."""
+    change.adapt()
+    change.arrive(change.old, 0, 1, 2, 4)
+    for _ in range(4):
+        change.old.execute()
+    change.arrive(change.new, 3, 4, 5)
+    change.spin()
+    assert change.taken == [0, 1, 2, 4, 5]
+
+
+def test_a_driver_that_repeats_images_after_the_change_is_not_hidden(change):
+    change.adapt()
+    change.arrive(change.new, 1, 2, 2, 3)
+    change.spin()
+    assert change.taken == [1, 2, 2, 3]
+
+
+def test_stamps_that_stand_still_after_the_change_are_not_hidden(change):
+    """So that their rejection can be reported downstream."""
+    change.arrive(change.old, 0)
+    change.spin()
+    change.adapt()
+    change.arrive(change.new, *30 * [0])
+    change.spin()
+    assert len(change.taken) == 1 + 30 - 20  # at most twice the depth of the queue is dropped
+
+
+def test_a_recording_that_starts_again_at_the_change_is_taken(change):
+    back = -2 * RESTART_AFTER // PERIOD
+    change.arrive(change.old, 0, 1)
+    change.adapt()
+    change.arrive(change.new, back, back + 1)
+    change.new.execute()
+    change.spin()
+    assert change.taken == [0, 1, back, back + 1]
+
+
+def test_the_old_subscription_goes_on_until_the_new_one_receives(change):
+    change.adapt()
+    change.arrive(change.old, 0, 1)
+    change.spin()
+    change.adapt()
+    change.arrive(change.old, 2)
+    change.spin()
+    assert change.taken == [0, 1, 2]
+
+
+def test_a_second_change_before_the_first_image_loses_nothing(change):
+    change.arrive(change.old, 0, 1)
+    change.adapt()
+    second = change.new
+    change.node.publish('/rgb/image', BEST_EFFORT)
+    change.adapt()
+    change.arrive(second, 1, 2)
+    change.arrive(change.new, 2, 3)
+    change.spin()
+    assert change.taken == [0, 1, 2, 3]
+    assert change.node.subscriptions == [change.new]
+
+
+def test_calibrations_are_taken_again(fake_node, stamped):
+    """Many have no stamp, and the one that was published before must not be lost."""
+    change = Change(fake_node, stamped, latched=True)
+    change.arrive(change.old, 0)
+    change.adapt()
+    change.arrive(change.new, 0, 0)
+    change.new.execute()
+    change.spin()
+    assert change.taken == [0, 0, 0]
+
+
+@pytest.mark.parametrize('wanted, offered, expected', [
+    ('auto', [RELIABLE, RELIABLE], RELIABLE),
+    ('auto', [RELIABLE, BEST_EFFORT], BEST_EFFORT),
+    ('auto', [], BEST_EFFORT),
+    ('reliable', [BEST_EFFORT], RELIABLE),
+    ('best_effort', [RELIABLE], BEST_EFFORT),
+], ids=str)
+def test_the_reliability_follows_the_publishers_or_the_parameter(fake_node, wanted, offered,
+                                                                 expected):
+    subscription = AdaptiveSubscription(fake_node, Image, 'rgb/image', None, 10, wanted)
+    for reliability in offered:
+        fake_node.publish('/rgb/image', reliability)
+    subscription.adapt()
+    assert subscription.qos_profile.reliability == expected
+
+
+@pytest.mark.parametrize('offered', [DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE],
+                         ids=lambda durability: durability.name)
+def test_earlier_messages_are_requested_where_they_are_kept(fake_node, offered):
+    subscription = AdaptiveSubscription(fake_node, Image, 'info', None, 10, latched=True)
+    fake_node.publish('/info', durability=offered)
+    subscription.adapt()
+    assert subscription.qos_profile.durability == offered
+
+
+@pytest.mark.parametrize('published, expected', [
+    ('/rgb/image/compressed', ('/rgb/image/compressed', 'compressed')),
+    ('/rgb/image', ('', '')), ('/elsewhere', ('', ''))])
+def test_another_transport_of_the_topic_is_found(fake_node, published, expected):
+    subscription = AdaptiveSubscription(fake_node, Image, 'rgb/image', None, 10)
+    fake_node.publish(published)
+    assert subscription.published_instead() == expected
+
+
+# Over DDS.
+
+@pytest.fixture(scope='module')
+def frames():
+    source = SyntheticSource(SyntheticOptions(seed=5, frames=2))
+    return [source.frame(i) for i in range(2)]
+
+
+def subscriptions(rig, topic):
+    return rig.node.get_subscriptions_info_by_topic(f'/{topic}')
+
+
+@pytest.mark.parametrize('reliability', [RELIABLE, BEST_EFFORT], ids=lambda r: r.name)
+def test_subscriptions_request_what_is_offered(rig, start_node, reliability):
+    """Of a camera that starts after the node, and of another one that offers the contrary."""
+    rig.node.destroy_publisher(rig.colour)
+    start_node(wait=False, qos_reliability='auto', topic_queue_size=10)
+    rig.wait_until(lambda: subscriptions(rig, 'rgb/image'), 'the node')
+    other = {RELIABLE: BEST_EFFORT, BEST_EFFORT: RELIABLE}[reliability]
+    for offered in (reliability, other):
+        rig.colour = rig.node.create_publisher(
+            Image, 'rgb/image', QoSProfile(depth=10, reliability=offered))
+        rig.wait_until(lambda: [s.qos_profile.reliability for s in subscriptions(
+            rig, 'rgb/image')][-1:] == [offered], f'a subscription {offered.name}')
+        rig.node.destroy_publisher(rig.colour)
+
+
+def test_no_frame_is_missed_or_taken_twice_when_the_subscription_changes(rig, start_node, frames):
+    """A second, best-effort publisher starts and ends while the first one goes on."""
+    start_node(qos_reliability='auto')
+    rig.send_camera_info(frames[0].camera)
+    sent = []
+
+    def send_until(reliability):
+        deadline = time.monotonic() + rig.patience
+        while [s.qos_profile.reliability
+               for s in subscriptions(rig, 'rgb/image')] != [reliability]:
+            assert time.monotonic() < deadline, f'the subscription never became {reliability.name}'
+            send()
+
+    def send():
+        # no more on the way than the publisher's segment of shared memory holds
+        rig.wait_until(lambda: len(sent) - len(rig.odom) < 8, lambda: (
+            f'odometry of {sent}, there is {rig.stamps()}'))
+        sent.append(START + len(sent) * PERIOD)
+        rig.send(dataclasses.replace(frames[len(sent) % 2], stamp=sent[-1], depth_stamp=None))
+
+    send_until(RELIABLE)
+    send()
+    second = rig.node.create_publisher(Image, 'rgb/image', QoSProfile(
+        depth=1, reliability=BEST_EFFORT))
+    send_until(BEST_EFFORT)
+    rig.node.destroy_publisher(second)
+    send_until(RELIABLE)
+    send()
+    rig.answer(sent[-1])
+    assert rig.stamps() == sent
+    assert rig.values().get('images rejected', '0') == '0'
