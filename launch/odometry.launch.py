@@ -17,6 +17,8 @@ from launch.substitutions import LaunchConfiguration
 SHARE = Path(get_package_share_directory('aick_ros'))
 PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info', 'depth/camera_info')
+TRUTH_VALUES = {'true': True, 'yes': True, 'on': True, '1': True,
+                'false': False, 'no': False, 'off': False, '0': False}
 
 
 def generate_launch_description():
@@ -42,12 +44,13 @@ def generate_launch_description():
         DeclareLaunchArgument('publish_tf', default_value='',
                               description="Whether to publish TF; '': from params_file"),
         DeclareLaunchArgument('camera_in_base', default_value='',
-                              description="Extrinsic x y z qx qy qz qw; '': from params_file"),
+                              description='Extrinsic [x, y, z, qx, qy, qz, qw]; '
+                              "'': from params_file"),
         DeclareLaunchArgument('use_sim_time', default_value='false',
                               description='Whether time comes from /clock'),
         DeclareLaunchArgument('params_file', default_value='',
                               description="Parameter file of the node; '': the defaults"),
-        DeclareLaunchArgument('rviz', default_value='false', choices=['true', 'false'],
+        DeclareLaunchArgument('rviz', default_value='false',
                               description='Whether to show path, keypoints and matches'),
         OpaqueFunction(function=start_nodes),
     ])
@@ -68,26 +71,35 @@ def start_nodes(context):
         if '/**' in camera:
             parameters.append(camera['/**']['ros__parameters'])
     if argument('params_file'):
+        if not Path(argument('params_file')).is_file():
+            raise FileNotFoundError(f'params_file:={argument("params_file")} does not exist')
         parameters.append(argument('params_file'))
     topics.update({name: topic for name, topic in given.items() if topic})
     given_parameters = {name: argument(name) for name in (
         'frame_id', 'odom_frame_id', 'camera_in_base') if argument(name)}
     if argument('publish_tf'):
-        given_parameters['publish_tf'] = argument('publish_tf').lower() == 'true'
-    clock = {'use_sim_time': argument('use_sim_time').lower() == 'true'}
+        given_parameters['publish_tf'] = _truth('publish_tf', argument('publish_tf'))
+    clock = {'use_sim_time': _truth('use_sim_time', argument('use_sim_time'))}
     nodes = [Node(
         package='aick_ros', executable='odom_node', output='screen',
         namespace=argument('namespace'),
         remappings=[(name, topic) for name, topic in topics.items() if topic],
         additional_env=_profile(),
         parameters=[*parameters, {**clock, **given_parameters}])]
-    if argument('rviz') == 'true':
+    if _truth('rviz', argument('rviz')):
         nodes.append(Node(
             package='rviz2', executable='rviz2', namespace=argument('namespace'),
             arguments=['-d', str(SHARE / 'config' / 'odometry.rviz'),
                        '-f', argument('odom_frame_id') or 'odom'],
             parameters=[clock]))
     return nodes
+
+
+def _truth(name, text):
+    """Return the truth value that an argument says."""
+    if text.lower() not in TRUTH_VALUES:
+        raise ValueError(f'{name}:={text} is not true or false')
+    return TRUTH_VALUES[text.lower()]
 
 
 def _profile():

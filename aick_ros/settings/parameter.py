@@ -180,10 +180,11 @@ def _to_str(value: object) -> str:
 
 
 def _to_tuple(value: object) -> tuple[float, ...]:
-    items = value.replace(',', ' ').split() if isinstance(value, str) else value
-    if not isinstance(items, Iterable):
+    if isinstance(value, str):  # as launch passes a list on
+        value = value.strip().removeprefix('[').removesuffix(']').replace(',', ' ').split()
+    if not isinstance(value, Iterable):
         raise TypeError
-    return tuple(_to_float(item) for item in items)
+    return tuple(_to_float(item) for item in value)
 
 
 _CONVERTERS: dict[type, Callable[[object], Value]] = {

@@ -22,3 +22,16 @@ def test_booleans_poses_and_names_are_accepted_as_text():
 def test_a_boolean_is_true_or_false_only(value):
     with pytest.raises(InputError, match='is not true or false'):
         with_values(NodeSettings(), {'publish_tf': value})
+
+
+@pytest.mark.parametrize('text', ['[0, 0, 1, 0, 0, 0, 1]', ' [0.0 0.0 1.0 0 0 0 1] ',
+                                  '0 0 1 0 0 0 1'])
+def test_a_list_as_text_may_have_brackets(text):
+    node = with_values(NodeSettings(), {'camera_in_base': text})
+    assert node.camera_in_base == (0, 0, 1, 0, 0, 0, 1)
+
+
+@pytest.mark.parametrize('text', ['[[0, 0]', '[0, 0], 0', '[a]'])
+def test_what_is_no_list_as_text_is_rejected(text):
+    with pytest.raises(InputError, match='is not a list of numbers'):
+        with_values(NodeSettings(), {'camera_in_base': text})

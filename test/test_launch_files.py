@@ -1,0 +1,136 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the launch files start; the package index has no launch, so a stand-in records it."""
+
+import runpy
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import pytest
+import yaml
+
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.parameter import with_values
+
+ROOT = Path(__file__).parents[1]
+NAMES = {
+    'launch': ['LaunchDescription'],
+    'launch.actions': ['DeclareLaunchArgument', 'EmitEvent', 'IncludeLaunchDescription',
+                       'OpaqueFunction', 'RegisterEventHandler', 'TimerAction'],
+    'launch.event_handlers': ['OnProcessExit'], 'launch.events': ['Shutdown'],
+    'launch.launch_description_sources': ['PythonLaunchDescriptionSource'],
+    'launch.substitutions': ['LaunchConfiguration'], 'launch_ros': [],
+    'launch_ros.actions': ['Node'], 'ament_index_python': [],
+    'ament_index_python.packages': ['get_package_share_directory']}
+
+
+def recorder(kind):
+    """Return a class whose instances are what they were made with."""
+    class Recorded(SimpleNamespace):
+        def __init__(self, *positional, **named):
+            super().__init__(kind=kind, positional=positional, **named)
+
+        def perform(self, context):
+            return context[self.positional[0]]
+    return Recorded
+
+
+@pytest.fixture
+def launch(monkeypatch):
+    """Run a launch file with arguments; return the nodes it starts."""
+    for module, names in NAMES.items():
+        stand_in = ModuleType(module)
+        for name in names:
+            setattr(stand_in, name, recorder(name))
+        monkeypatch.setitem(sys.modules, module, stand_in)
+    monkeypatch.setattr(sys.modules['ament_index_python.packages'],
+                        'get_package_share_directory', lambda name: str(ROOT))
+
+    def run(file, context):
+        description = runpy.run_path(str(file))['generate_launch_description']()
+        actions, context = list(description.positional[0]), dict(context)
+        while actions:
+            action = actions.pop(0)
+            if action.kind == 'DeclareLaunchArgument':
+                context.setdefault(action.positional[0], getattr(action, 'default_value', ''))
+            elif action.kind == 'OpaqueFunction':
+                actions = [*action.function(context), *actions]
+            elif action.kind == 'IncludeLaunchDescription':
+                included = action.positional[0].positional[0]
+                yield from run(included, {**context, **dict(action.launch_arguments)})
+            elif action.kind == 'Node':
+                yield action
+
+    return lambda name, **arguments: {
+        node.executable: node for node in run(ROOT / 'launch' / name, arguments)}
+
+
+def parameters(node):
+    """Return the parameters that are given as values, the later ones over the earlier."""
+    merged = {}
+    for group in node.parameters:
+        merged.update(group if isinstance(group, dict) else {})
+    return merged
+
+
+def topics_of(camera):
+    file = ROOT / 'config' / 'cameras' / f'{camera}.yaml'
+    return yaml.safe_load(file.read_text())['remappings']
+
+
+def test_the_extrinsic_may_be_given_as_the_list_it_is(launch):
+    node = launch('odometry.launch.py',
+                  camera_in_base='[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]')['odom_node']
+    given = {'camera_in_base': parameters(node)['camera_in_base']}
+    assert with_values(NodeSettings(), given).camera_in_base == (
+        0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5)
+
+
+@pytest.mark.parametrize('text, expected', [
+    ('true', True), ('True', True), ('yes', True), ('1', True), ('on', True),
+    ('false', False), ('no', False), ('0', False), ('off', False)])
+def test_truth_values(launch, text, expected):
+    nodes = launch('odometry.launch.py', publish_tf=text, use_sim_time=text, rviz=text)
+    given = parameters(nodes['odom_node'])
+    assert (given['publish_tf'], given['use_sim_time']) == (expected, expected)
+    assert ('rviz2' in nodes) == expected
+
+
+@pytest.mark.parametrize('name', ['publish_tf', 'use_sim_time', 'rviz'])
+def test_what_is_no_truth_value_is_rejected(launch, name):
+    with pytest.raises(ValueError, match=f'{name}:=maybe is not true or false'):
+        launch('odometry.launch.py', **{name: 'maybe'})
+
+
+def test_a_parameter_file_that_is_missing_is_named(launch):
+    with pytest.raises(FileNotFoundError, match='params_file:=/none.yaml does not exist'):
+        launch('odometry.launch.py', params_file='/none.yaml')
+
+
+def test_a_parameter_file_comes_after_the_defaults(launch, tmp_path):
+    file = tmp_path / 'parameters.yaml'
+    file.touch()
+    node = launch('odometry.launch.py', params_file=str(file))['odom_node']
+    assert node.parameters[:2] == [str(ROOT / 'config' / 'odom_node.yaml'), str(file)]
+
+
+def test_a_replay_has_the_topics_of_its_camera(launch):
+    nodes = launch('replay.launch.py', bag='bag', camera='realsense_d400')
+    assert dict(nodes['odom_node'].remappings) == topics_of('realsense_d400')
+    assert parameters(nodes['odom_node'])['sensor.depth_exponent'] == 2.0
+    assert 'bag_player' in nodes
+
+
+def test_a_replay_without_a_camera_has_those_of_tum(launch):
+    node = launch('replay.launch.py', bag='bag', depth_topic='/depth')['odom_node']
+    assert dict(node.remappings) == {
+        'rgb/image': '/camera/rgb/image_raw', 'depth/image': '/depth',
+        'rgb/camera_info': '/camera/rgb/camera_info'}
+
+
+@pytest.mark.parametrize('given, expected', [({}, True), ({'use_sim_time': 'false'}, False)])
+def test_the_time_of_a_replay_can_be_chosen(launch, given, expected):
+    node = launch('replay.launch.py', bag='bag', **given)['odom_node']
+    assert parameters(node)['use_sim_time'] is expected
