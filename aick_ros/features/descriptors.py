@@ -17,8 +17,8 @@ from functools import lru_cache
 import numpy as np
 
 _BITS = np.array([number.bit_count() for number in range(1 << 16)], np.uint8)
-_BLOCK = 64  # rows per block: the intermediate results fit into the cache
-_CHUNK_BYTES = 120_000  # below the size from which malloc maps, and clears, new pages
+_BLOCK = 64  # chosen: rows per block, so that the intermediate results fit the cache
+_CHUNK_BYTES = 120_000  # chosen: below the size from which malloc maps, and clears, new pages
 
 
 def descriptor_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:

@@ -12,9 +12,9 @@ import numpy as np
 _SAMPLES = 24  # in each direction, one scale apart
 _SUBREGIONS = 4  # in each direction, of 9 samples, 5 samples apart: neighbours overlap
 _NODES = _SAMPLES + 2
-_SAMPLE_SIGMA = 2.5  # Gaussian weight of the samples about the centre of a subregion [scales]
-_SUBREGION_SIGMA = 1.5  # Gaussian weight of the subregions about the keypoint [subregions]
-_CHUNK = 128  # keypoints per block: the intermediate results fit into the cache
+_SAMPLE_SIGMA = 2.5  # Gaussian weight of the samples within a subregion [scales]; likewise
+_SUBREGION_SIGMA = 1.5  # Gaussian weight of the subregions [subregions]; likewise
+_CHUNK = 128  # chosen: keypoints per block, so that the intermediate results fit the cache
 
 
 def describe(grey: np.ndarray, pixels: np.ndarray, scales: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ _MAX_PHASE_ERROR = 0.25  # periods; stamps with a larger error are outliers
 _MIN_LOCK_COUNT = 15  # inliers required before corrections are made
 _MIN_JITTER_COUNT = 2  # inliers required before the jitter is measured
 _OUTLIER_DECAY = 0.5  # outliers forgotten per inlier
-_MAX_OUTLIERS = 3  # then the lock is lost
+_MAX_OUTLIERS = 3  # chosen; beyond it the lock is lost
 
 
 class CameraClock:

@@ -35,7 +35,7 @@ _LEAD = 0.5  # difference of the misfits, 0 to 2, with which a cell votes for a 
 _BLOCK = 6  # cells across a block of the view
 _FILLED = 0.3  # share of its cells that must be seen for a block to count
 _MAJORITY, _TURNOUT = 2.0, 0.1
-"""A block is for a pose with so many times the other's votes, and votes of that share of cells."""
+"""Chosen: a block is for a pose with so many times the other's votes, by that share of cells."""
 
 
 @dataclass(frozen=True)
