@@ -54,8 +54,8 @@ class AickSettings:
         0.01, 'Threshold on the Euclidean distance of a match (Eq. 2): at weight w a match is '
         'closer than (1 - w) * lambda_e + w * lambda_f.', unit='m', minimum=1e-4, maximum=10.0)
     lambda_f: float = parameter(
-        0.2, 'Threshold on the descriptor distance of a match (Eq. 2): squared L2 distance, or the '
-        'fraction of differing bits.', minimum=1e-3, maximum=10.0)
+        0.2, 'Threshold on the descriptor distance of a match (Eq. 2): squared L2 distance, or '
+        'the fraction of differing bits.', minimum=1e-3, maximum=10.0)
     vocabulary: str = parameter(
         '', 'Vocabulary of the fast search (III-B): a file, or the name of a vocabulary shipped '
         'with the package. Empty: exhaustive search.')
