@@ -13,6 +13,7 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 ROOT = Path(__file__).parents[1]
@@ -22,6 +23,12 @@ _turns = itertools.count(7 * os.getpid())
 
 # nohup and background jobs hand on an ignored SIGINT, and so would the programs under test
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# the same examples in each run, however slow the machine
+hypothesis.settings.register_profile(
+    'aick', deadline=None, derandomize=True, database=None, max_examples=100,
+    suppress_health_check=[hypothesis.HealthCheck.too_slow])
+hypothesis.settings.load_profile('aick')
 
 
 @pytest.fixture

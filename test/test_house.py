@@ -14,20 +14,21 @@ PACKAGE = Path(__file__).parents[1] / 'aick_ros'
 
 IMPORTS = {
     'errors': '',
-    'geometry': 'errors',
+    'borders': 'errors',
+    'geometry': 'errors borders',
     'settings': 'errors',
-    'features': 'errors geometry settings',
-    'frames': 'errors geometry settings features',
-    'messages': 'errors geometry settings features frames',
-    'registration': 'errors geometry settings features frames',
-    'odometry': 'errors geometry settings features frames registration',
-    'sources': 'errors geometry settings features frames messages',
-    'ros': 'errors geometry settings features frames messages registration odometry',
-    'evaluation': 'errors geometry settings features frames messages registration odometry '
-                  'sources',
-    'reports': 'errors geometry settings frames registration odometry sources evaluation',
-    'cli': 'errors geometry settings features frames messages registration odometry sources ros '
-           'evaluation reports',
+    'features': 'errors borders geometry settings',
+    'frames': 'errors borders geometry settings features',
+    'messages': 'errors borders geometry settings features frames',
+    'registration': 'errors borders geometry settings features frames',
+    'odometry': 'errors borders geometry settings features frames registration',
+    'sources': 'errors borders geometry settings features frames messages',
+    'ros': 'errors borders geometry settings features frames messages registration odometry',
+    'evaluation': 'errors borders geometry settings features frames messages registration '
+                  'odometry sources',
+    'reports': 'errors borders geometry settings frames registration odometry sources evaluation',
+    'cli': 'errors borders geometry settings features frames messages registration odometry '
+           'sources ros evaluation reports',
 }
 CORE = 'errors geometry settings features frames messages registration odometry'.split()
 

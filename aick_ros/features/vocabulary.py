@@ -10,12 +10,15 @@ A keypoint is compared only with those of the other frame that are indexed under
 from __future__ import annotations
 
 import io
+import math
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from aick_ros.borders.files import read_bytes
+from aick_ros.borders.limits import MAX_VOCABULARY_BYTES, MAX_WORDS
 from aick_ros.errors import InputError
 from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.settings import Settings
@@ -27,6 +30,9 @@ SHIPPED = Path(__file__).parent / 'vocabularies'
 """Folder of the vocabularies shipped with the package."""
 
 _SUFFIX = '.npz'
+_FIELDS = ('version', 'detector', 'count', 'words', 'learned_from')
+_DESCRIPTORS = {'orb': (np.uint8, 32), 'surf': (np.float32, 64), 'sift': (np.float32, 128)}
+"""Detector -> type and length of its descriptors, by definition."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,31 +133,56 @@ def load(path: Path) -> Vocabulary:
     """
     Read a vocabulary file.
 
-    :raises InputError: if it cannot be read, or is damaged or of another version.
+    :raises InputError: if it cannot be read, is damaged, of another version or too large.
     """
+    if not path.exists():
+        raise InputError(f'there is no vocabulary {path}: aick.vocabulary must be a file or one '
+                         f'of {", ".join(shipped())}')
+    content = read_bytes(path, 'the vocabulary', MAX_VOCABULARY_BYTES)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            version = int(file['version'])
-            if version != VERSION:
-                raise InputError(f'the vocabulary {path} is of version {version}, but version '
-                                 f'{VERSION} is required: learn it again with `aick vocabulary`')
+        _check_headers(content)
+        with np.load(io.BytesIO(content), allow_pickle=False) as file:
+            version, count = int(file['version']), int(file['count'])
             vocabulary = Vocabulary(str(file['detector']), file['words'],
                                     str(file['learned_from']))
-            count = int(file['count'])
-    except InputError:
-        raise
-    except FileNotFoundError:
-        raise InputError(f'there is no vocabulary {path}: aick.vocabulary must be a file or one '
-                         f'of {", ".join(shipped())}') from None
-    except OSError as error:
-        raise InputError(f'cannot read the vocabulary {path}: {error.strerror}') from None
-    except (ValueError, KeyError, EOFError, TypeError, AttributeError,
-            zipfile.BadZipFile) as error:
+    except Exception as error:  # zipfile, zlib and NumPy raise nearly anything on damaged data
         raise InputError(f'{path} is not a vocabulary, or is truncated ({error}): learn it again '
                          'with `aick vocabulary`') from None
-    words = vocabulary.words
-    usable = words.ndim == 2 and words.dtype in (np.uint8, np.float32)
-    if not usable or not len(words) == count > 0:
-        raise InputError(f'the vocabulary {path} declares {count} words but has {words.dtype} of '
-                         f'shape {words.shape}: learn it again with `aick vocabulary`')
+    fault = _fault(vocabulary, version, count)
+    if fault:
+        raise InputError(f'the vocabulary {path} {fault}: learn it again with `aick vocabulary`')
     return vocabulary
+
+
+def _check_headers(content: bytes) -> None:
+    """Raise ValueError where the arrays in a file have another size than their headers declare."""
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        members = {name: archive.getinfo(f'{name}.npy') for name in _FIELDS}
+        if sum(member.file_size for member in members.values()) > MAX_VOCABULARY_BYTES:
+            raise ValueError(f'its arrays have more than {MAX_VOCABULARY_BYTES} bytes')
+        for name, member in members.items():
+            with archive.open(member) as file:
+                np.lib.format.read_magic(file)
+                shape, _, dtype = np.lib.format.read_array_header_1_0(file)
+                size = file.tell() + math.prod(shape) * dtype.itemsize
+                if dtype.hasobject or size != member.file_size:
+                    raise ValueError(f'{name} declares {dtype} of shape {shape} and has '
+                                     f'{member.file_size} bytes')
+
+
+def _fault(vocabulary: Vocabulary, version: int, count: int) -> str:
+    """Return why a vocabulary cannot be used, '' where it can."""
+    words, detector = vocabulary.words, vocabulary.detector
+    if version != VERSION:
+        return f'is of version {version}, but version {VERSION} is required'
+    if detector not in _DESCRIPTORS:
+        return f'is of the unknown detector {detector!r}'
+    dtype, length = _DESCRIPTORS[detector]
+    if words.dtype != dtype or words.shape[1:] != (length,) or not len(words) == count > 0:
+        return (f'declares {count} words of {detector} but has {words.dtype} of shape '
+                f'{words.shape}')
+    if count > MAX_WORDS:
+        return f'has {count} words, but at most {MAX_WORDS} are supported'
+    if not np.isfinite(words).all():
+        return 'has words that are not finite'
+    return ''

@@ -34,7 +34,8 @@ class RgbdFrame:
     depth_stamp: int | None = None
 
     def __post_init__(self) -> None:
-        """Reject images of wrong type or size."""
+        """Reject images of wrong type or size, and stamps that are not whole nanoseconds."""
+        self._check_types()
         if self.colour.dtype != np.uint8 or self.colour.shape[2:] not in ((), (3,)):
             raise InputError(f'the colour image is {self.colour.dtype} of shape '
                              f'{self.colour.shape}: uint8 of shape HxW or HxWx3 is required')
@@ -50,6 +51,16 @@ class RgbdFrame:
             raise InputError(
                 f'colour is {size[1]} x {size[0]} pixels and the camera calibrated for '
                 f'{camera[1]} x {camera[0]}: the calibration must be of the same resolution')
+
+    def _check_types(self) -> None:
+        for name, image in (('colour', self.colour), ('depth', self.depth)):
+            if not isinstance(image, np.ndarray):
+                raise InputError(f'the {name} image is a {type(image).__name__}: a NumPy array is '
+                                 'required')
+        for stamp in (self.stamp, 0 if self.depth_stamp is None else self.depth_stamp):
+            if not isinstance(stamp, int | np.integer) or abs(int(stamp)) >= 2 ** 63:
+                raise InputError(f'the stamp {stamp!r} is not a 64-bit whole number of '
+                                 'nanoseconds')
 
     @property
     def grey(self) -> np.ndarray:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from aick_ros.borders.limits import (
+    MAX_DISTORTION, MAX_PIXEL_LENGTH, MAX_PIXELS, MAX_SIDE, MIN_FOCAL_LENGTH)
 from aick_ros.errors import InputError
 
 DISTORTION_MODELS = {
@@ -53,9 +55,21 @@ class Camera:
             raise InputError(
                 f'the camera has fx {self.fx:g}, fy {self.fy:g}, cx {self.cx:g}, cy {self.cy:g}: '
                 'focal lengths must be positive; calibrate the camera')
+        focal_lengths = (self.fx, self.fy)
+        if max(map(abs, intrinsics)) > MAX_PIXEL_LENGTH or min(focal_lengths) < MIN_FOCAL_LENGTH:
+            raise InputError(
+                f'the camera has fx {self.fx:g}, fy {self.fy:g}, cx {self.cx:g}, cy {self.cy:g}: '
+                f'focal lengths must be from {MIN_FOCAL_LENGTH:g} to {MAX_PIXEL_LENGTH:g} pixels, '
+                f'cx and cy at most {MAX_PIXEL_LENGTH:g}; calibrate the camera')
         if self.width <= 0 or self.height <= 0:
             raise InputError(f'the camera image has {self.width} x {self.height} pixels: '
                              'width and height must be positive')
+        if max(self.width, self.height) > MAX_SIDE or self.width * self.height > MAX_PIXELS:
+            raise InputError(f'the camera image has {self.width} x {self.height} pixels: at most '
+                             f'{MAX_SIDE} on a side and {MAX_PIXELS} in all are supported')
+        self._check_distortion()
+
+    def _check_distortion(self) -> None:
         if self.distortion_model not in DISTORTION_MODELS:
             raise InputError(
                 f'unknown distortion model {self.distortion_model!r}: supported are '
@@ -65,8 +79,10 @@ class Camera:
             raise InputError(
                 f'distortion model {self.distortion_model} has {len(self.distortion)} '
                 f'coefficients: it must have {" or ".join(map(str, counts))}')
-        if not np.all(np.isfinite(self.distortion)):
-            raise InputError(f'the distortion coefficients {self.distortion} are not all finite')
+        # not <= is true for NaN
+        if not all(abs(coefficient) <= MAX_DISTORTION for coefficient in self.distortion):
+            raise InputError(f'the distortion coefficients {self.distortion} are not all finite '
+                             f'and at most {MAX_DISTORTION:g}: calibrate the camera')
 
     @classmethod
     def from_camera_info(cls, width: int, height: int, k: Sequence[float],

@@ -11,11 +11,16 @@ pose is [exp(theta) R, p + delta], in the fixed axes of the target frame.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from aick_ros.borders.limits import MAX_DISTANCE
+from aick_ros.errors import InputError
+
 _Vector = Sequence[float] | np.ndarray
+_MAX_SKEW = 1e-4  # of R R^T from the identity; chosen: a rotation written with five digits
 
 
 def transform(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -114,11 +119,13 @@ def from_quaternion(quaternion: _Vector,
     """
     Return the pose of a quaternion (x, y, z, w) of any length and a translation [m].
 
-    :raises ValueError: if a number is not finite or the quaternion is zero.
+    :raises ValueError: if a number is not finite, the quaternion is zero or the translation
+        beyond ``MAX_DISTANCE``.
     """
-    x, y, z, w = np.asarray(quaternion, np.float64)
-    norm = float(np.sqrt(x * x + y * y + z * z + w * w))
-    if not np.isfinite(norm) or norm < 1e-9 or not np.all(np.isfinite(translation)):
+    x, y, z, w = (float(number) for number in quaternion)
+    norm = math.hypot(x, y, z, w)
+    # not <= is true for NaN
+    if not 1e-9 <= norm < math.inf or not math.hypot(*translation) <= MAX_DISTANCE:
         raise ValueError(f'quaternion {x:g} {y:g} {z:g} {w:g} with translation '
                          f'{", ".join(f"{t:g}" for t in translation)} is not a pose')
     x, y, z, w = x / norm, y / norm, z / norm, w / norm
@@ -129,6 +136,31 @@ def from_quaternion(quaternion: _Vector,
         [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
     pose[:3, 3] = translation
     return pose
+
+
+def checked(pose: object, name: str) -> np.ndarray:
+    """
+    Return a pose from outside as float64, 4x4.
+
+    :raises InputError: where it is not a rigid transformation within ``MAX_DISTANCE``.
+    """
+    try:
+        matrix = np.array(pose, np.float64)
+    except (TypeError, ValueError):
+        matrix = np.empty(0)
+    if matrix.shape != (4, 4):
+        raise InputError(f'{name} is not a pose: a 4x4 matrix is required')
+    rotation, translation = matrix[:3, :3], matrix[:3, 3]
+    # comparisons with NaN are false; the limit of the rotation keeps its square finite
+    if not (np.abs(rotation) <= 2.0).all() or not (np.abs(translation) <= MAX_DISTANCE).all():
+        raise InputError(f'{name} is not a pose: its numbers must be finite, the translation at '
+                         f'most {MAX_DISTANCE:g} m')
+    is_rotation = (np.allclose(rotation @ rotation.T, np.eye(3), rtol=0.0, atol=_MAX_SKEW)
+                   and np.linalg.det(rotation) > 0.0)
+    if not is_rotation or not np.array_equal(matrix[3], (0.0, 0.0, 0.0, 1.0)):
+        raise InputError(f'{name} is not a pose: a rotation matrix, a translation and the last '
+                         'row 0 0 0 1 are required')
+    return matrix
 
 
 def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float,

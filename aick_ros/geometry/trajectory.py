@@ -5,14 +5,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from aick_ros.borders.files import read_text
+from aick_ros.borders.limits import MAX_LIST_BYTES
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
-from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.stamps import MAX_STAMP, NANOSECONDS
 
 
 @dataclass(frozen=True)
@@ -57,12 +60,18 @@ def seconds_to_stamp(text: str) -> int:
     """
     Return the stamp [ns] of decimal seconds, exact to the nanosecond.
 
-    :raises ValueError: if the text is not a number.
+    :raises ValueError: if the text is not a number, or beyond the stamps of ROS.
     """
     whole, _, fraction = text.strip().partition('.')
-    if not (whole.isdigit() and (fraction or '0').isdigit()):
-        return round(float(text) * NANOSECONDS)
-    return int(whole) * NANOSECONDS + int(fraction[:9].ljust(9, '0'))
+    if whole.isdecimal() and (fraction or '0').isdecimal():
+        stamp = int(whole) * NANOSECONDS + int(fraction[:9].ljust(9, '0'))
+    elif math.isfinite(seconds := float(text)):
+        stamp = round(seconds * NANOSECONDS)
+    else:
+        raise ValueError(f'{text!r} is not a stamp')
+    if not 0 <= stamp <= MAX_STAMP:
+        raise ValueError(f'{text} s is not from 0 to {stamp_to_seconds(MAX_STAMP)} s')
+    return stamp
 
 
 def stamp_to_seconds(stamp: int) -> str:
@@ -84,17 +93,19 @@ def read_trajectory(path: Path) -> Trajectory:
     :raises InputError: with file and line, if the file cannot be read or a line is not a pose.
     """
     stamps, poses = [], []
-    for number, line in enumerate(_lines(path), 1):
+    lines = read_text(path, 'the trajectory', MAX_LIST_BYTES).splitlines()
+    for number, line in enumerate(lines, 1):
         if not line.strip() or line.startswith('#'):
             continue
         words = line.replace(',', ' ').split()
         try:
-            stamp = np.int64(seconds_to_stamp(words[0]))
+            stamp = seconds_to_stamp(words[0])
             x, y, z, *quaternion = (float(word) for word in words[1:8])
             pose = se3.from_quaternion(quaternion, (x, y, z))
-        except (ValueError, IndexError, OverflowError):
+        except (ValueError, IndexError):
             raise InputError(f'{path}, line {number}: {line.strip()[:80]!r} is not a pose; '
-                             'a line must have stamp tx ty tz qx qy qz qw') from None
+                             'a line must have stamp tx ty tz qx qy qz qw, the stamp from 0 to '
+                             f'{stamp_to_seconds(MAX_STAMP)} s') from None
         stamps.append(stamp)
         poses.append(pose)
     if not stamps:
@@ -108,10 +119,3 @@ def write_trajectory(path: Path, trajectory: Trajectory) -> None:
     lines = [format_pose(int(stamp), pose)
              for stamp, pose in zip(trajectory.stamps, trajectory.poses)]
     path.write_text('# stamp tx ty tz qx qy qz qw\n' + ''.join(f'{line}\n' for line in lines))
-
-
-def _lines(path: Path) -> list[str]:
-    try:
-        return path.read_text().splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f'cannot read the trajectory {path}: {error}') from None

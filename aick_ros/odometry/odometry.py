@@ -60,8 +60,9 @@ class Odometry:
     Poses are added up in a frame of their own, by dead reckoning; the memory of the keyframes
     corrects what is published.
 
-    :param T_odom_camera: pose of the first frame; None: the identity.
+    :param T_odom_camera: pose of the first frame, 4x4; None: the identity.
     :param detector: used instead of the one that ``features.detector`` names.
+    :raises InputError: where the pose is not rigid, or the vocabulary cannot be read.
     """
 
     def __init__(self, settings: Settings = Settings(), T_odom_camera: np.ndarray | None = None,
@@ -97,8 +98,13 @@ class Odometry:
             self._memory.configure(settings, registrar)
 
     def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
-        """Forget everything; the next frame gets the pose given, or the identity."""
-        self._begin(PoseWithCovariance(np.eye(4) if T_odom_camera is None else T_odom_camera))
+        """
+        Forget everything; the next frame gets the pose given, or the identity.
+
+        :raises InputError: where the pose is not rigid; nothing is changed then.
+        """
+        self._begin(PoseWithCovariance(
+            np.eye(4) if T_odom_camera is None else se3.checked(T_odom_camera, 'T_odom_camera')))
 
     def _begin(self, pose: PoseWithCovariance, is_lost: bool = False) -> None:
         self._pose = pose
@@ -123,6 +129,8 @@ class Odometry:
         one that goes back by more than a second starts a new recording at the pose reached.
 
         :param predict: motion of the camera by another sensor, called if the frame is lost.
+        :raises InputError: where that motion is not a rigid transformation; the frame counts as
+            lost without an answer, and the next one is registered as if it had not been.
         """
         self._times.take()
         update = self._register(self._registrar.prepare(frame), predict)
@@ -145,6 +153,8 @@ class Odometry:
                 return self._track(prepared, attempt, self._references, self._memory)
             failures.append(attempt)
         predicted = predict(self._references.last.stamp, prepared.stamp)
+        if predicted is not None:
+            predicted = se3.checked(predicted, 'the predicted motion')
         return self._lose(prepared, failures[0], self._references, predicted)
 
     def _start(self, prepared: PreparedFrame) -> OdometryUpdate:

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 from aick_ros.errors import InputError
 from aick_ros.settings.features import FeatureSettings
-from aick_ros.settings.parameter import parameter
+from aick_ros.settings.parameter import Checked, parameter
 
 
 @dataclass(frozen=True)
-class SensorSettings:
+class SensorSettings(Checked):
     """Range and noise of the depth camera."""
 
     min_depth: float = parameter(
@@ -36,14 +36,15 @@ class SensorSettings:
         minimum=0.001, maximum=1.0)
 
     def __post_init__(self) -> None:
-        """Reject an empty depth range."""
+        """Reject an empty depth range too."""
+        super().__post_init__()
         if self.min_depth >= self.max_depth:
             raise InputError(f'sensor.min_depth = {self.min_depth:g} m and sensor.max_depth = '
                              f'{self.max_depth:g} m: the first must be less than the second')
 
 
 @dataclass(frozen=True)
-class AickSettings:
+class AickSettings(Checked):
     """Adaptive Iterative Closest Keypoint (III-A)."""
 
     alpha: float = parameter(
@@ -65,7 +66,7 @@ class AickSettings:
 
 
 @dataclass(frozen=True)
-class RefinementSettings:
+class RefinementSettings(Checked):
     """Least-squares refinement of the pose found by AICK."""
 
     mode: str = parameter(
@@ -92,7 +93,7 @@ class RefinementSettings:
 
 
 @dataclass(frozen=True)
-class OdometrySettings:
+class OdometrySettings(Checked):
     """Reference frame of the registrations, acceptance gates, and prediction after a failure."""
 
     reference: str = parameter(
@@ -145,7 +146,7 @@ class OdometrySettings:
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(Checked):
     """All settings of the algorithm."""
 
     features: FeatureSettings = FeatureSettings()

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aick_ros.settings.parameter import parameter
+from aick_ros.settings.parameter import Checked, parameter
 
 _PIXEL_SIGMA = 'Standard deviation of the keypoint position at the finest scale (pixel noise).'
 _PIXEL_EXPONENT = 'Exponent p of the keypoint noise: sigma = pixel_sigma * scale^p.'
 
 
 @dataclass(frozen=True)
-class OrbSettings:
+class OrbSettings(Checked):
     """ORB detector; the defaults are those of the paper (IV-B)."""
 
     nfeatures: int = parameter(
@@ -34,7 +34,7 @@ class OrbSettings:
 
 
 @dataclass(frozen=True)
-class SurfSettings:
+class SurfSettings(Checked):
     """Upright SURF detector; the defaults are those of the paper (IV-B)."""
 
     octaves: int = parameter(
@@ -54,7 +54,7 @@ class SurfSettings:
 
 
 @dataclass(frozen=True)
-class SiftSettings:
+class SiftSettings(Checked):
     """SIFT detector; the defaults are those of OpenCV except for the number of keypoints."""
 
     nfeatures: int = parameter(
@@ -76,7 +76,7 @@ class SiftSettings:
 
 
 @dataclass(frozen=True)
-class FeatureSettings:
+class FeatureSettings(Checked):
     """Keypoints of the colour image."""
 
     detector: str = parameter(

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from aick_ros.settings.parameter import parameter
+from aick_ros.settings.parameter import Checked, parameter
 
 
 @dataclass(frozen=True)
-class NodeSettings:
+class NodeSettings(Checked):
     """Settings of the ROS node."""
 
     frame_id: str = parameter(

@@ -72,7 +72,7 @@ class Parameter:
         """
         try:
             converted = _CONVERTERS[self.type](value)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise self._error(value, f'is not {_TYPE_NAMES[self.type]}') from None
         if self.choices and converted not in self.choices:
             raise self._error(value, f'is none of {self.range_text}')
@@ -87,6 +87,21 @@ class Parameter:
 
     def _error(self, value: object, reason: str) -> InputError:
         return InputError(f'{self.name} = {value!r} {reason}. Meaning: {self.description}')
+
+
+@dataclass(frozen=True)
+class Checked:
+    """Base of the groups of settings: values are converted and checked as a group is made."""
+
+    def __post_init__(self) -> None:
+        """Reject values of another type or out of range."""
+        for f in dataclasses.fields(self):
+            value = getattr(self, f.name)
+            if str(f.type) in _TYPES:
+                declared = Parameter(f.name, _TYPES[str(f.type)], value, **f.metadata)
+                object.__setattr__(self, f.name, declared.convert(value))
+            elif not isinstance(value, type(f.default)):
+                raise InputError(f'{f.name} = {value!r} is not of {type(f.default).__name__}')
 
 
 def parameter(default: _Value, description: str, *, unit: str = '', minimum: float | None = None,

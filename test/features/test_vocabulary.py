@@ -4,10 +4,14 @@
 """Vocabularies: their files, rejected files, and the words of keypoints."""
 
 import io
+import re
+import struct
+import zipfile
 
 import numpy as np
 import pytest
 
+from aick_ros.borders.limits import MAX_VOCABULARY_BYTES, MAX_WORDS
 from aick_ros.errors import InputError
 from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.features.vocabulary import Vocabulary, load, shipped, vocabulary_of
@@ -35,12 +39,12 @@ def altered(tmp_path, **fields):
     return path
 
 
-@pytest.mark.parametrize('words', [BINARY, FLOAT], ids=['binary', 'float'])
-def test_a_file_is_read_back_unchanged(tmp_path, words):
+@pytest.mark.parametrize('detector, words', [('orb', BINARY), ('surf', FLOAT)])
+def test_a_file_is_read_back_unchanged(tmp_path, detector, words):
     path = tmp_path / 'words'
-    path.write_bytes(Vocabulary('orb', words, 'a test').to_bytes())
+    path.write_bytes(Vocabulary(detector, words, 'a test').to_bytes())
     read = load(path)
-    assert (read.detector, read.learned_from, len(read)) == ('orb', 'a test', 20)
+    assert (read.detector, read.learned_from, len(read)) == (detector, 'a test', 20)
     np.testing.assert_array_equal(read.words, words)
     assert read.words.dtype == words.dtype
     assert read.to_bytes() == path.read_bytes()
@@ -71,16 +75,79 @@ def test_a_plain_array_is_rejected(tmp_path):
 @pytest.mark.parametrize('fields, sentence', [
     ({'version': 2}, 'is of version 2, but version 1 is required: learn it again'),
     ({'version': 0}, 'is of version 0, but version 1 is required: learn it again'),
-    ({'count': 21}, r'declares 21 words but has uint8 of shape \(20, 32\)'),
+    ({'count': 21}, r'declares 21 words of orb but has uint8 of shape \(20, 32\)'),
     ({'words': BINARY[:0], 'count': 0}, 'declares 0 words'),
     ({'words': BINARY.ravel()}, r'uint8 of shape \(640,\)'),
     ({'words': BINARY.astype(np.int64)}, 'has int64'),
     ({'words': None}, 'is not a vocabulary'),
     ({'version': None}, 'is not a vocabulary'),
-    ({'version': 'first'}, 'is not a vocabulary')])
+    ({'version': 'first'}, 'is not a vocabulary'),
+    ({'words': FLOAT}, r'declares 20 words of orb but has float32 of shape \(20, 64\)'),
+    ({'words': BINARY[:, :16]}, r'has uint8 of shape \(20, 16\)'),
+    ({'detector': 'surf', 'words': np.full((20, 64), np.nan, np.float32)}, 'not finite'),
+    ({'detector': 'magic'}, "unknown detector 'magic'"),
+    ({'words': np.zeros((MAX_WORDS + 1, 32), np.uint8), 'count': MAX_WORDS + 1},
+     f'at most {MAX_WORDS} are supported'),
+    ({'version': np.zeros(3)}, 'is not a vocabulary'),
+    ({'learned_from': np.array([{}], object)}, 'is not a vocabulary')])
 def test_inconsistent_files_are_rejected(tmp_path, fields, sentence):
     with pytest.raises(InputError, match=sentence):
         load(altered(tmp_path, **fields))
+
+
+def archive(path, header=None, **entry):
+    """Write a vocabulary whose words have another header, or another entry in the archive."""
+    with zipfile.ZipFile(io.BytesIO(Vocabulary('orb', BINARY).to_bytes())) as old, \
+            zipfile.ZipFile(path, 'w', zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            content = old.read(name)
+            if header is not None and name == 'words.npy':
+                content = content.replace(b'(20, 32)', header)
+            new.writestr(name, content, **entry)
+
+
+@pytest.mark.parametrize('shape', [b'(1000000000000, 32)', b'(20, 33)', b'(-1, 32)', b'(20,)'])
+def test_arrays_are_of_the_size_that_they_declare(tmp_path, shape):
+    archive(tmp_path / 'words.npz', shape)
+    with pytest.raises(InputError, match='words.npz is not a vocabulary'):
+        load(tmp_path / 'words.npz')
+
+
+@pytest.mark.parametrize('method', [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_damage_to_any_byte_is_an_input_error_or_changes_nothing(tmp_path, method):
+    archive(tmp_path / 'words.npz', compress_type=method)
+    content = (tmp_path / 'words.npz').read_bytes()
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        damaged = bytearray(content)
+        damaged[rng.integers(len(content))] ^= 1 << rng.integers(8)
+        (tmp_path / 'damaged.npz').write_bytes(damaged)
+        try:
+            load(tmp_path / 'damaged.npz')
+        except InputError:
+            pass
+
+
+@pytest.mark.parametrize('flags, method', [(1, 8), (0, 99)], ids=['encrypted', 'unknown method'])
+def test_archives_that_cannot_be_unpacked_are_rejected(tmp_path, flags, method):
+    content = bytearray(Vocabulary('orb', BINARY).to_bytes())
+    for signature, offset in ((b'PK\x03\x04', 6), (b'PK\x01\x02', 8)):
+        for found in re.finditer(re.escape(signature), bytes(content)):
+            struct.pack_into('<HH', content, found.start() + offset, flags, method)
+    (tmp_path / 'words.npz').write_bytes(content)
+    with pytest.raises(InputError, match='words.npz is not a vocabulary'):
+        load(tmp_path / 'words.npz')
+
+
+def test_arrays_are_not_unpacked_beyond_the_limit(tmp_path):
+    with zipfile.ZipFile(tmp_path / 'words.npz', 'w', zipfile.ZIP_DEFLATED) as file:
+        for name in ('version', 'detector', 'count', 'learned_from'):
+            file.writestr(f'{name}.npy', b'')
+        with file.open('words.npy', 'w') as words:
+            for _ in range(MAX_VOCABULARY_BYTES // 2 ** 20 + 1):
+                words.write(bytes(2 ** 20))
+    with pytest.raises(InputError, match=f'more than {MAX_VOCABULARY_BYTES} bytes'):
+        load(tmp_path / 'words.npz')
 
 
 def test_a_missing_vocabulary_is_reported_with_those_available():

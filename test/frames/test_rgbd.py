@@ -23,6 +23,11 @@ DEPTH = np.ones((480, 640), np.float32)
     ({'colour': COLOUR.astype(np.uint16)}, 'the colour image is uint16'),
     ({'colour': np.zeros((480, 640, 4), np.uint8)}, 'uint8 of shape HxW or HxWx3 is required'),
     ({'depth': DEPTH.astype(np.float64)}, 'the depth image is float64'),
+    ({'colour': COLOUR.tolist()[0]}, 'the colour image is a list: a NumPy array is required'),
+    ({'depth': None}, 'the depth image is a NoneType'),
+    ({'stamp': 1.5}, 'the stamp 1.5 is not a 64-bit whole number'),
+    ({'stamp': 2 ** 63}, 'is not a 64-bit whole number'),
+    ({'depth_stamp': -2 ** 70}, 'is not a 64-bit whole number'),
     ({'depth': COLOUR}, 'float32 of shape HxW, in metres, is required'),
 ])
 def test_images_of_wrong_type_or_size_are_rejected(changes, sentence):

@@ -92,6 +92,12 @@ def test_pixels_without_a_ray_in_front_of_the_camera_are_nan(camera):
     ((640, 480, [float('nan'), *K[1:]]), 'focal lengths must be positive'),
     ((640, 480, K, [0.1, 0.2, 0.3], 'plumb_bob'), '3 coefficients: it must have 0 or 4 or 5'),
     ((640, 480, K, [0.1, 0.2, 0.3, float('inf')], 'plumb_bob'), 'not all finite'),
+    ((640, 480, [1e300, *K[1:]]), 'from 0.1 to 1e'),
+    ((640, 480, [1e-300, *K[1:]]), 'from 0.1 to 1e'),
+    ((640, 480, [*K[:2], 1e300, *K[3:]]), 'cx and cy at most'),
+    ((640, 480, K, [1e300, 0.0, 0.0, 0.0]), 'not all finite and at most'),
+    ((40000, 480, K), 'at most 32767 on a side'),
+    ((8192, 8192, K), 'and 33554432 in all'),
     ((640, 480, K, [0.1] * 4, 'thin_prism'), "unknown distortion model 'thin_prism'"),
 ])
 def test_invalid_calibrations_are_rejected(fields, sentence):

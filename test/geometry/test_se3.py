@@ -5,10 +5,18 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from scipy.linalg import expm, logm
 from scipy.spatial.transform import Rotation
 
+from aick_ros.borders.limits import MAX_DISTANCE
+from aick_ros.errors import InputError
 from aick_ros.geometry import se3
+
+POSES = arrays(np.float64, 6, elements=st.floats(-100.0, 100.0)).map(se3.exp)
+NUMBERS = st.floats() | st.sampled_from([1e300, 1e-300, 1e150, MAX_DISTANCE])
 
 
 def random_pose(rng, angle=1.0):
@@ -106,3 +114,48 @@ def test_transform_keeps_the_type_of_the_points(rng):
     expected = np.c_[points, np.ones(5)] @ pose.T
     np.testing.assert_allclose(se3.transform(pose, points), expected[:, :3], atol=1e-12)
     assert se3.transform(pose, points.astype(np.float32)).dtype == np.float32
+
+
+@given(POSES, POSES, POSES)
+def test_poses_are_a_group(a, b, c):
+    np.testing.assert_allclose(a @ se3.inverse(a), np.eye(4), atol=1e-10)
+    np.testing.assert_allclose(se3.inverse(a @ b), se3.inverse(b) @ se3.inverse(a), atol=1e-9)
+    np.testing.assert_allclose(se3.checked(a @ b @ c, 'it'), a @ (b @ c), atol=1e-9)
+
+
+@given(POSES)
+def test_exp_log_and_quaternions_are_inverse(pose):
+    np.testing.assert_allclose(se3.exp(se3.log(pose)), pose, atol=1e-6)
+    again = se3.from_quaternion(se3.to_quaternion(pose[:3, :3]), pose[:3, 3])
+    np.testing.assert_allclose(again, pose, atol=1e-9)
+
+
+@given(POSES, POSES, st.floats(0.0, 1.0))
+def test_interpolated_poses_are_poses_on_the_way(a, b, fraction):
+    between = se3.checked(se3.interpolate(a, b, fraction), 'it')
+    whole, part = (se3.angle(a[:3, :3].T @ pose[:3, :3]) for pose in (b, between))
+    assert part == pytest.approx(fraction * whole, abs=1e-6)
+
+
+@given(POSES, arrays(np.float64, 6, elements=st.floats(-1.0, 1.0)))
+def test_difference_is_the_inverse_of_perturbed(pose, error):
+    np.testing.assert_allclose(se3.difference(se3.perturbed(pose, error), pose), error, atol=1e-9)
+
+
+@given(st.tuples(*[NUMBERS] * 4), st.tuples(*[NUMBERS] * 3))
+def test_any_quaternion_and_translation_are_a_pose_or_rejected(quaternion, translation):
+    try:
+        pose = se3.from_quaternion(quaternion, translation)
+    except ValueError:
+        return
+    np.testing.assert_array_equal(se3.checked(pose, 'it'), pose)
+
+
+@pytest.mark.parametrize('pose', [
+    None, 'pose', [[1, 2], [3]], np.eye(3), np.zeros((4, 4)), np.full((4, 4), np.nan),
+    np.diag([1.0, 1.0, -1.0, 1.0]), np.diag([2.0, 2.0, 2.0, 1.0]), np.diag([1, 1, 1, 2.0]),
+    np.diag([1e300, 1e300, 1e300, 1.0]), np.eye(4) + [[0, 0, 0, 1e300]] * 4,
+    np.eye(4) + [[0.0, 0.0, 0.0, 2 * MAX_DISTANCE], *[[0.0] * 4] * 3]])
+def test_what_is_not_a_pose_is_rejected(pose):
+    with pytest.raises(InputError, match='the pose is not a pose: '):
+        se3.checked(pose, 'the pose')

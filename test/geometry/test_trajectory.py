@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
+from aick_ros.geometry.stamps import MAX_STAMP
 from aick_ros.geometry.trajectory import (
     Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds, write_trajectory)
 
@@ -55,6 +56,14 @@ def test_stamps_are_exact_to_the_nanosecond(text, stamp):
     assert seconds_to_stamp(text) == stamp
 
 
+def test_stamps_end_where_those_of_ros_end():
+    assert seconds_to_stamp('2147483647.999999999') == MAX_STAMP == 2 ** 31 * SECOND - 1
+    for text in ('2147483648', '-0.000000001', '9223372036.86', '1e200', '-1e10', 'inf', 'nan',
+                 '9' * 5000, '\u00b2'):
+        with pytest.raises(ValueError):
+            seconds_to_stamp(text)
+
+
 def test_stamps_have_nine_decimals():
     assert stamp_to_seconds(1305031102_000000007) == '1305031102.000000007'
     assert stamp_to_seconds(-1) == '-0.000000001'
@@ -72,7 +81,11 @@ def test_file_round_trip(tmp_path):
     ('1.0 1 2 3 0 0 0\n', r"line 1: '1\.0 1 2 3 0 0 0' is not a pose"),
     ('# a comment\n1.0 0 0 0 0 0 0 1\n2.0 a b c 0 0 0 1\n', 'line 3'),
     ('1.0 0 0 0 0 0 0 0\n', 'line 1'), ('inf 0 0 0 0 0 0 1\n', 'line 1'),
-    ('1e30 0 0 0 0 0 0 1\n', 'line 1'), ('# nothing\n', 'has no poses'), ('', 'has no poses')])
+    ('1e30 0 0 0 0 0 0 1\n', 'line 1'), ('1e200 0 0 0 0 0 0 1\n', 'line 1'),
+    ('-1 0 0 0 0 0 0 1\n', 'line 1'), ('2147483648 0 0 0 0 0 0 1\n', 'line 1'),
+    ('1 1e150 0 0 0 0 0 1\n', 'line 1'), ('1 0 0 0 nan 0 0 1\n', 'line 1'),
+    ('1 0 0 2e8 0 0 0 1\n', 'line 1'), ('1 0 0 nan 0 0 0 1\n', 'line 1'),
+    ('# nothing\n', 'has no poses'), ('', 'has no poses')])
 def test_invalid_files_are_rejected_with_the_line(tmp_path, text, sentence):
     file = tmp_path / 'groundtruth.txt'
     file.write_text(text)

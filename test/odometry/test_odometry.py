@@ -10,6 +10,7 @@ import re
 import numpy as np
 import pytest
 
+from aick_ros.errors import InputError
 from aick_ros.features import make_detector
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
@@ -379,3 +380,30 @@ def test_after_a_change_of_detector_nothing_is_compared_with_what_the_other_one_
     assert (first.status, second.status) == (Status.FIRST_FRAME, Status.OK)
     assert first.recovered
     np.testing.assert_array_equal(first.T_odom_camera, before.T_odom_camera)
+
+
+@pytest.mark.parametrize('pose', [
+    np.full((4, 4), np.nan), np.zeros((4, 4)), np.diag([1.0, 1.0, -1.0, 1.0]),
+    np.diag([1e300, 1.0, 1.0, 1.0]), np.eye(3), 'origin'])
+def test_a_first_pose_that_is_none_is_rejected_and_changes_nothing(rendered, pose):
+    with pytest.raises(InputError, match='T_odom_camera is not a pose'):
+        Odometry(T_odom_camera=pose)
+    frames, _ = rendered
+    odometry = Odometry()
+    odometry.register_frame(frames[0])
+    with pytest.raises(InputError, match='T_odom_camera is not a pose'):
+        odometry.reset(pose)
+    assert odometry.register_frame(frames[1]).status is Status.OK
+
+
+@pytest.mark.parametrize('prediction', [np.full((4, 4), np.nan), np.zeros((4, 4)), np.eye(3)])
+def test_a_prediction_that_is_no_motion_is_rejected_and_forgotten(rendered, prediction):
+    frames, truth = rendered
+    odometry = Odometry()
+    odometry.register_frame(frames[0])
+    with pytest.raises(InputError, match='the predicted motion is not a pose'):
+        odometry.register_frame(black(frames[1]), predict=lambda before, now: prediction)
+    update = odometry.register_frame(frames[2])
+    assert update.status is Status.OK
+    distance, angle = error(update, truth, index=2)
+    assert distance < 0.01 and angle < 0.01

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from aick_ros.borders.files import read_text
+from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
+from aick_ros.borders.yaml_text import parse_yaml
 from aick_ros.errors import InputError
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
@@ -62,13 +63,11 @@ def read_settings_file(path: Path) -> SettingsFile:
 
     :raises InputError: naming the file, where it cannot be read or has no such section.
     """
+    text = read_text(path, 'the settings', MAX_CONFIGURATION_BYTES)
     try:
-        content = yaml.safe_load(path.read_text())
-    except (OSError, UnicodeDecodeError) as error:
+        content = parse_yaml(text)
+    except InputError as error:
         raise InputError(f'cannot read the settings {path}: {error}') from None
-    except yaml.YAMLError as error:
-        reason = ' '.join(str(error).split())
-        raise InputError(f'{path} is not valid YAML: {reason}') from None
     sections = list(_sections(content, ''))
     if not sections:
         raise InputError(f'{path} has no parameters: {_SHAPE}')

@@ -85,7 +85,7 @@ def test_parameters_of_ros_and_of_the_node_do_no_harm(config):
     ('', 'has no parameters'),
     ('camera: {ros__parameters: {serial: 12}}',
      'has parameters of /camera, but none of odom_node'),
-    ('/**: {ros__parameters: [1, 2', 'is not valid YAML')])
+    ('/**: {ros__parameters: [1, 2', 'it is not YAML')])
 def test_refuses_a_file_with_one_sentence(config, text, sentence):
     with pytest.raises(InputError) as error:
         settings_from(None, config(text), None)

@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Regular files of limited size, read whole."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from aick_ros.errors import InputError
+
+
+def read_bytes(path: Path, what: str, limit: int) -> bytes:
+    """
+    Return the content of a regular file.
+
+    :param what: noun phrase for the error message, for example 'the list'.
+    :param limit: largest size [byte].
+    :raises InputError: where the file cannot be read, is too large, or is a pipe or a device,
+        which may never end.
+    """
+    try:
+        # without O_NONBLOCK, opening a pipe waits for a writer
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), 'rb') as file:
+            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+                raise InputError(f'cannot read {what} {path}: it is not a regular file')
+            content = file.read(limit + 1)
+    except OSError as error:
+        raise InputError(f'cannot read {what} {path}: {error.strerror}') from None
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f'cannot read {what} {path}: {error}') from None  # NUL in the name
+    if len(content) > limit:
+        raise InputError(f'cannot read {what} {path}: it is larger than {limit} bytes')
+    return content
+
+
+def read_text(path: Path, what: str, limit: int) -> str:
+    """
+    Return the text of a regular file in UTF-8.
+
+    The parameters are those of :func:`read_bytes`.
+
+    :raises InputError: also where the file is not text.
+    """
+    try:
+        return read_bytes(path, what, limit).decode('utf-8')
+    except UnicodeDecodeError as error:
+        raise InputError(f'cannot read {what} {path}: byte {error.start} is not UTF-8 text'
+                         ) from None

@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Largest inputs that are accepted; docs/limits.md lists them.
+
+They are far above what cameras and robots send, and low enough that damaged or hostile input is
+rejected before it takes memory or time.
+"""
+
+from __future__ import annotations
+
+MAX_PIXELS = 2 ** 25
+"""Pixels of an image, for example 8192 x 4096; chosen."""
+
+MAX_SIDE = 2 ** 15 - 1
+"""Columns or rows of an image; derived: the largest coordinate of OpenCV's remap."""
+
+MAX_MESSAGE_BYTES = 2 ** 28
+"""Bytes of a message, and of an unpacked chunk, of a bag; derived: MAX_PIXELS of 8 bytes."""
+
+MAX_LIST_BYTES = 2 ** 26
+"""Bytes of a list of images or of a trajectory; chosen: about 10 h at 200 Hz."""
+
+MAX_CONFIGURATION_BYTES = 2 ** 18
+"""Bytes of a parameter or calibration file; chosen: ten times all parameters."""
+
+MAX_YAML_DEPTH = 32
+"""Levels of nesting in a YAML file; chosen."""
+
+MAX_YAML_VALUES = 100_000
+"""Values in a YAML file, with aliases expanded; chosen."""
+
+MAX_VOCABULARY_BYTES = 2 ** 27
+"""Bytes of a vocabulary file, packed or unpacked; chosen: MAX_WORDS of 128 float32, and more."""
+
+MAX_WORDS = 100_000
+"""Words of a vocabulary; chosen: a frame of 400 keypoints takes seconds then."""
+
+MAX_DISTANCE = 1e8
+"""Distance of a pose from its origin [m]; chosen: twice around the Earth, to 15 nm in float64."""
+
+MAX_PIXEL_LENGTH = 1e6
+"""Focal length, or offset of the principal point, of a camera [px]; chosen."""
+
+MIN_FOCAL_LENGTH = 0.1
+"""Focal length of a camera [px]; chosen: less than that of a thumbnail."""
+
+MAX_DISTORTION = 1e6
+"""Absolute value of a distortion coefficient; chosen: rational models reach some hundreds."""

@@ -1,0 +1,23 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Names from outside, made harmless for terminals and logs."""
+
+from __future__ import annotations
+
+
+def printable(text: str) -> str:
+    r"""
+    Return text with control and other invisible characters shown, for example as ``\x1b``.
+
+    Spaces and line ends stay. A name of a file that is not UTF-8 has its bytes shown.
+    """
+    return ''.join(character if character.isprintable() or character == '\n'
+                   else _escaped(character) for character in text)
+
+
+def _escaped(character: str) -> str:
+    code = ord(character)
+    if 0xDC80 <= code <= 0xDCFF:  # a byte that is not UTF-8 (PEP 383)
+        return f'\\x{code - 0xDC00:02x}'
+    return character.encode('unicode_escape').decode('ascii')

@@ -1,0 +1,70 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""YAML of limited depth and size."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import yaml
+
+from aick_ros.borders.limits import MAX_YAML_DEPTH, MAX_YAML_VALUES
+from aick_ros.errors import InputError
+
+
+def parse_yaml(text: str) -> Any:
+    """
+    Return the first document of YAML text, None where there is none.
+
+    :raises InputError: where the text is not YAML, or nested too deep, or its aliases expand to
+        too many values; the message starts with 'it'.
+    """
+    try:
+        _require_shallow(text)
+        loader = yaml.SafeLoader(text)
+        try:
+            if not loader.check_node():
+                return None
+            node = loader.get_node()
+            _count(node, {})
+            return loader.construct_document(node)
+        finally:
+            loader.dispose()
+    except InputError:
+        raise
+    except (yaml.YAMLError, ValueError, TypeError, OverflowError, AttributeError) as error:
+        # dates that do not exist and integers of thousands of digits are ValueErrors
+        raise InputError(f'it is not YAML: {" ".join(str(error).split())}') from None
+
+
+def _require_shallow(text: str) -> None:
+    """Check the depth of the first document; the parser is iterative, the composer recursive."""
+    depth = 0
+    for event in yaml.parse(text, Loader=yaml.SafeLoader):
+        if isinstance(event, yaml.DocumentEndEvent):
+            return
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+        if depth > MAX_YAML_DEPTH:
+            raise InputError(f'it is nested deeper than {MAX_YAML_DEPTH} levels')
+
+
+def _count(node: Any, counts: dict[int, int]) -> int:
+    """Return the number of values below a node with aliases expanded, each node visited once."""
+    if id(node) in counts:
+        if not counts[id(node)]:
+            raise InputError('it has an alias to itself')
+        return counts[id(node)]
+    counts[id(node)] = 0
+    children = node.value if not isinstance(node.value, str) else ()
+    count = 1
+    for child in children:
+        for part in child if isinstance(child, tuple) else (child,):
+            count += _count(part, counts)
+    if count > MAX_YAML_VALUES:
+        raise InputError(f'it has more than {MAX_YAML_VALUES} values')
+    counts[id(node)] = count
+    return count

@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Files are read whole where they are regular files of limited size."""
+
+import os
+
+import pytest
+
+from aick_ros.borders.files import read_bytes, read_text
+from aick_ros.errors import InputError
+
+
+def test_a_file_up_to_the_limit_is_read(tmp_path):
+    (tmp_path / 'file').write_bytes(b'12345678')
+    assert read_bytes(tmp_path / 'file', 'the file', 8) == b'12345678'
+    with pytest.raises(InputError, match='the file .*: it is larger than 7 bytes'):
+        read_bytes(tmp_path / 'file', 'the file', 7)
+
+
+def test_pipes_are_rejected_without_waiting_for_a_writer(tmp_path):
+    os.mkfifo(tmp_path / 'pipe')
+    with pytest.raises(InputError, match='pipe: it is not a regular file'):
+        read_bytes(tmp_path / 'pipe', 'the file', 8)
+
+
+@pytest.mark.parametrize('device', ['/dev/zero', '/dev/null'])
+def test_devices_and_links_to_them_are_rejected(tmp_path, device):
+    (tmp_path / 'link').symlink_to(device)
+    with pytest.raises(InputError, match='link: it is not a regular file'):
+        read_bytes(tmp_path / 'link', 'the file', 8)
+
+
+@pytest.mark.parametrize('name, reason', [
+    ('nowhere', 'No such file'), ('.', 'directory'), ('a' * 300, 'name too long'),
+    ('a\0b', 'null')])
+def test_names_that_cannot_be_opened_are_reported(tmp_path, name, reason):
+    with pytest.raises(InputError, match=f'cannot read the file .*{reason}'):
+        read_bytes(tmp_path / name, 'the file', 8)
+
+
+def test_text_is_utf_8(tmp_path):
+    (tmp_path / 'file').write_bytes('größe'.encode())
+    assert read_text(tmp_path / 'file', 'the file', 8) == 'größe'
+    (tmp_path / 'file').write_bytes(b'gr\xf6')
+    with pytest.raises(InputError, match='file: byte 2 is not UTF-8 text'):
+        read_text(tmp_path / 'file', 'the file', 8)

@@ -1,0 +1,24 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Names are printed as characters that do nothing."""
+
+import os
+
+import pytest
+
+from aick_ros.borders.names import printable
+
+
+@pytest.mark.parametrize('name, shown', [
+    ('\x1b[31mred', r'\x1b[31mred'), ('a\tb\r', r'a\tb\r'), ('\x00', r'\x00'),
+    ('\x9b2J', r'\x9b2J'), ('\u202eabc', r'\u202eabc'), ('\u2028', r'\u2028'),
+    (os.fsdecode(b'a\xff'), r'a\xff'), ('\ud800', r'\ud800')])
+def test_invisible_characters_are_shown(name, shown):
+    assert printable(name) == shown
+    assert printable(name).isprintable()
+
+
+@pytest.mark.parametrize('text', ['/camera/rgb', 'größe 1 × 2', '日本', 'two\nlines', ''])
+def test_other_text_is_unchanged(text):
+    assert printable(text) == text

@@ -1,0 +1,56 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""YAML is parsed as PyYAML does it, within limits."""
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from aick_ros.borders.limits import MAX_YAML_DEPTH, MAX_YAML_VALUES
+from aick_ros.borders.yaml_text import parse_yaml
+from aick_ros.errors import InputError
+
+BOMB = 'a0: &a0 [x, x]\n' + ''.join(
+    f'a{i}: &a{i} [{", ".join([f"*a{i - 1}"] * 9)}]\n' for i in range(1, 12))
+
+
+@pytest.mark.parametrize('text, reason', [
+    (BOMB, f'more than {MAX_YAML_VALUES} values'),
+    ('&a [*a]', 'an alias to itself'), ('&a {b: *a}', 'an alias to itself'),
+    ('[' * 900 + ']' * 900, f'deeper than {MAX_YAML_DEPTH} levels'),
+    ('[' * 100_000, 'deeper'), ('- ' * 900, 'deeper'),
+    ('a: ' + '9' * 5000, 'it is not YAML'), ('2001-99-99', 'it is not YAML'),
+    ('a: [', 'it is not YAML'), ('a: *b', 'it is not YAML'), ('[a]: b', 'it is not YAML'),
+    ('!!python/object:os.system {}', 'it is not YAML'), ('\x00', 'it is not YAML')])
+def test_what_is_no_yaml_or_too_large_is_rejected(text, reason):
+    with pytest.raises(InputError, match=reason):
+        parse_yaml(text)
+
+
+@pytest.mark.parametrize('text, content', [
+    ('', None), ('# nothing', None), ('a: &a [1, 2]\nb: *a', {'a': [1, 2], 'b': [1, 2]}),
+    ('a: 1\n---\nb: 2', {'a': 1}), ('[' * MAX_YAML_DEPTH + ']' * MAX_YAML_DEPTH, ...),
+    ('a: 1\n---\n' + '[' * 900, ...)])
+def test_the_first_document_is_returned(text, content):
+    parsed = parse_yaml(text)
+    assert content is ... or parsed == content
+
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.text() | st.floats(allow_nan=False),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner), max_leaves=20)
+
+
+@given(VALUES)
+def test_what_yaml_writes_is_read_back(content):
+    assert parse_yaml(yaml.safe_dump(content)) == content
+
+
+@given(st.text() | st.text('[]{}:-*&!|>?"\' \n\t,a1', max_size=200))
+def test_any_text_is_a_value_or_an_input_error(text):
+    try:
+        parse_yaml(text)
+    except InputError:
+        pass
