@@ -107,3 +107,13 @@ def stamped():
     def message(stamp, frame_id='camera'):
         return SimpleNamespace(header=Header(stamp=to_time(stamp), frame_id=frame_id), data=b'')
     return message
+
+
+@pytest.fixture
+def steady(monkeypatch):
+    """Return the steady clock of the inputs, which stands still unless the test sets ``now``."""
+    clock = SimpleNamespace(now=1000.0)
+    clock.monotonic = lambda: clock.now
+    for module in ('assembler', 'pairing', 'subscriptions', 'watchdog'):
+        monkeypatch.setattr(f'aick_ros.ros.input.{module}.time', clock)
+    return clock

@@ -1,0 +1,125 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Pairing of images as they are received: which are rejected, counted and passed on."""
+
+from collections import Counter
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aick_ros.ros.health.counts import Count
+from aick_ros.ros.input.pairing import Pairing
+from aick_ros.settings.node import NodeSettings
+
+START, PERIOD = 10 ** 18, 33_333_333
+
+
+@pytest.fixture
+def make(fake_node, steady):
+    """Return a function that makes a pairing; the pairs and the counts are its attributes."""
+    def make(**settings):
+        pairs, counted = [], Counter()
+        pairing = Pairing(
+            fake_node, NodeSettings(**settings),
+            SimpleNamespace(count=lambda count: counted.update([count])), pairs.append)
+        pairing.pairs, pairing.counted = pairs, counted
+        return pairing
+    return make
+
+
+def test_a_pair_is_passed_on(make, stamped, steady):
+    pairing, colour, depth = make(), stamped(START), stamped(START)
+    assert pairing.newest is None
+    pairing.take_colour(colour)
+    steady.now += 2.0
+    pairing.take_depth(depth)
+    assert pairing.pairs == [(START, colour, START, depth)]
+    assert pairing.newest is pairing.pairs[-1]
+    assert pairing.newest_stamp == START
+    assert pairing.paired_at == steady.now
+    assert pairing.counted == {Count.RECEIVED: 1}
+    assert pairing.rejection == ''
+
+
+@pytest.mark.parametrize('name', ['rgb/image', 'depth/image'])
+@pytest.mark.parametrize('stamp, reason', [
+    (START, 'repeats or goes back'), (START - PERIOD, 'repeats or goes back'),
+    (0, 'must stamp its images'), (START + 3600 * 10 ** 9, 'is far ahead of those before')])
+def test_an_image_that_is_rejected_is_counted_and_named(make, stamped, steady, fake_node, name,
+                                                        stamp, reason):
+    pairing = make()
+    take = {'rgb/image': pairing.take_colour, 'depth/image': pairing.take_depth}[name]
+    take(stamped(START))
+    steady.now += 1.0
+    take(stamped(stamp))
+    assert pairing.rejection.startswith(f'image on {name} rejected: ')
+    assert reason in pairing.rejection
+    assert fake_node.logger.warnings == [pairing.rejection]
+    assert pairing.rejected_at == steady.now
+    assert pairing.counted == {Count.IMAGES_REJECTED: 1}
+
+
+def test_a_stray_stamp_does_not_pair(make, stamped):
+    pairing, stray = make(), START + 3600 * 10 ** 9
+    pairing.take_colour(stamped(START))
+    pairing.take_colour(stamped(stray))
+    pairing.take_depth(stamped(START))
+    assert [pair.colour_stamp for pair in pairing.pairs] == [START]
+    assert pairing.newest_stamp == START
+
+
+def test_flush_pairs_what_waits_for_a_nearer_image(make, stamped):
+    pairing = make()
+    pairing.take_colour(stamped(START))
+    pairing.take_depth(stamped(START + 5_000_000))
+    assert pairing.pairs == []
+    pairing.flush()
+    assert [(pair.colour_stamp, pair.depth_stamp) for pair in pairing.pairs] == [
+        (START, START + 5_000_000)]
+
+
+@pytest.mark.parametrize('settings, error, pairs', [
+    ({'approx_sync': False}, 1, 0), ({'approx_sync': False}, 0, 1),
+    ({'approx_sync_max_interval': 0.01}, 9_000_000, 1),
+    ({'approx_sync_max_interval': 0.01}, 11_000_000, 0)])
+def test_the_interval_of_a_pair_is_that_of_the_parameters(make, stamped, settings, error, pairs):
+    pairing = make(**settings)
+    pairing.take_colour(stamped(START))
+    pairing.take_depth(stamped(START + error))
+    pairing.flush()
+    assert len(pairing.pairs) == pairs
+
+
+def test_images_without_a_partner_are_counted(make, stamped):
+    pairing = make(sync_queue_size=3)
+    for i in range(10):
+        pairing.take_colour(stamped(START + i * PERIOD))
+    assert pairing.counts[Count.COLOUR_UNPAIRED] == 7
+    assert pairing.counts[Count.DEPTH_UNPAIRED] == 0
+
+
+def test_images_that_do_not_arrive_are_counted_for_each_topic(make, stamped, steady):
+    pairing = make()
+    lost = np.random.default_rng(0).random(300) < 0.3
+    for i in range(300):
+        steady.now += PERIOD / 1e9
+        if not lost[i]:
+            pairing.take_colour(stamped(START + i * PERIOD))
+        pairing.take_depth(stamped(START + i * PERIOD))
+    assert pairing.counts[Count.COLOUR_MISSING] == pytest.approx(lost.sum(), abs=3)
+    assert pairing.counts[Count.DEPTH_MISSING] == 0
+    assert pairing.missing_shares['rgb/image'] == pytest.approx(0.3, abs=0.1)
+    assert pairing.missing_shares['depth/image'] == 0
+
+
+@pytest.mark.parametrize('registers, frame_id, warned', [
+    (False, 'infrared', True), (False, 'camera', False), (True, 'infrared', False)])
+def test_depth_of_another_frame_is_warned_of_unless_it_is_registered(
+        make, stamped, fake_node, registers, frame_id, warned):
+    pairing = make(register_depth=registers)
+    pairing.take_colour(stamped(START))
+    pairing.take_depth(stamped(START, frame_id))
+    assert any('set register_depth to true' in text
+               for text in fake_node.logger.warnings) == warned

@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the watchdog says of silent topics, losses and clocks."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+from rclpy.qos import ReliabilityPolicy
+from sensor_msgs.msg import CameraInfo, Image
+
+from aick_ros.ros.input.subscriptions import AdaptiveSubscription
+from aick_ros.ros.input.watchdog import Watchdog
+from aick_ros.settings.node import NodeSettings
+
+NAMES = ('rgb/image', 'depth/image', 'rgb/camera_info')
+
+
+class Watched:
+    """A watchdog, its subscriptions by name, and a pairing that the test sets."""
+
+    def __init__(self, node, steady, reliability='auto', **settings):
+        self._node, self._steady = node, steady
+        self.subscriptions = {name: AdaptiveSubscription(
+            node, CameraInfo if name == 'rgb/camera_info' else Image, name, lambda message: None,
+            10, reliability) for name in NAMES}
+        self.pairing = SimpleNamespace(
+            rejected_at=-math.inf, rejection='', paired_at=steady.now, newest_stamp=0,
+            missing_shares={'rgb/image': 0.0, 'depth/image': 0.0})
+        self.dog = Watchdog(node, NodeSettings(**settings), list(self.subscriptions.values()),
+                            self.pairing)
+
+    def wait(self, seconds, receiving=()):
+        """Let time pass, at whose end some topics receive a message."""
+        self._steady.now += seconds
+        for name in receiving:
+            self.subscriptions[name].received_at = self._steady.now
+
+    @property
+    def complaint(self):
+        return self.dog.complaint_about_topics()
+
+
+@pytest.fixture
+def watched(fake_node, steady):
+    return Watched(fake_node, steady)
+
+
+def test_silence_is_tolerated_for_five_seconds(watched):
+    watched.wait(4.9)
+    assert watched.complaint == ''
+    assert watched.dog.silent_for() == pytest.approx(4.9)
+    watched.wait(0.2)
+    assert watched.complaint != ''
+
+
+def test_any_message_ends_the_silence_of_the_camera(watched):
+    watched.wait(3.0, ['depth/image'])
+    watched.wait(1.0)
+    assert watched.dog.silent_for() == pytest.approx(1.0)
+
+
+def test_topics_that_nobody_publishes_are_named_together(watched, fake_node):
+    fake_node.publish('/rgb/image')
+    watched.wait(6.0, ['rgb/image'])
+    assert watched.complaint == (
+        'nobody publishes /depth/image, /rgb/camera_info: start the camera, or remap '
+        'depth/image, rgb/camera_info to its topics')
+
+
+def test_a_topic_that_may_be_silent_is_not_named(watched):
+    watched.subscriptions['rgb/camera_info'].may_be_silent = True
+    watched.wait(6.0)
+    assert '/depth/image' in watched.complaint
+    assert 'camera_info' not in watched.complaint
+
+
+def test_a_publisher_that_sends_nothing_is_named(watched, fake_node):
+    fake_node.publish('/depth/image', node_name='driver')
+    watched.wait(6.0, ['rgb/image', 'rgb/camera_info'])
+    assert watched.complaint == ('nothing on /depth/image for 5 s: driver is there but sends '
+                                 'nothing')
+
+
+def test_a_publisher_whose_qos_does_not_match_is_explained(fake_node, steady):
+    watched = Watched(fake_node, steady, reliability='reliable')
+    fake_node.publish('/depth/image', ReliabilityPolicy.BEST_EFFORT, node_name='driver')
+    watched.wait(6.0, ['rgb/image', 'rgb/camera_info'])
+    assert 'the QoS of driver does not match ours' in watched.complaint
+    assert 'set qos_reliability to auto' in watched.complaint
+
+
+@pytest.mark.parametrize('name, parameter', [
+    ('rgb/image', 'image_transport'), ('depth/image', 'depth_transport')])
+def test_another_transport_of_a_silent_topic_is_named(watched, fake_node, name, parameter):
+    fake_node.publish(f'/{name}/compressed')
+    watched.wait(6.0, set(NAMES) - {name})
+    assert watched.complaint.endswith(
+        f'there is /{name}/compressed: set {parameter} to compressed')
+
+
+def test_topics_with_images_are_listed_but_those_of_this_package(watched, fake_node):
+    for i in range(8):
+        fake_node.publish(f'/camera{i}', kind='sensor_msgs/msg/Image')
+    fake_node.publish('/a/debug_image', kind='sensor_msgs/msg/Image')
+    fake_node.publish('/a/text', kind='std_msgs/msg/String')
+    watched.wait(6.0)
+    listed = ', '.join(f'/camera{i}' for i in range(6))
+    assert watched.complaint.endswith(f'there are images on {listed}')
+
+
+def test_topics_with_images_are_not_listed_for_a_missing_camera_info(watched, fake_node):
+    fake_node.publish('/camera', kind='sensor_msgs/msg/Image')
+    watched.wait(6.0, ['rgb/image', 'depth/image'])
+    watched.pairing.paired_at = math.inf
+    assert 'there are images' not in watched.complaint
+
+
+@pytest.mark.parametrize('settings, remedy', [
+    ({}, 'within approx_sync_max_interval = 0.02 s: synchronize the camera'),
+    ({'approx_sync': False}, 'the same stamp: set approx_sync to true')])
+def test_images_that_do_not_pair_are_explained(fake_node, steady, settings, remedy):
+    watched = Watched(fake_node, steady, **settings)
+    watched.wait(4.9, NAMES)
+    assert watched.complaint == ''
+    watched.wait(0.2, NAMES)
+    assert remedy in watched.complaint
+
+
+def test_a_recent_rejection_is_the_reason_where_nothing_pairs(watched, steady):
+    watched.wait(6.0, NAMES)
+    watched.pairing.rejected_at, watched.pairing.rejection = steady.now, 'image rejected: why'
+    assert watched.complaint == 'image rejected: why'
+    watched.wait(5.1, NAMES)
+    assert 'image rejected' not in watched.complaint
+
+
+@pytest.mark.parametrize('colour, depth, named', [
+    (0.0, 0.2, []), (0.21, 0.0, ['21% of the images on /rgb/image']),
+    (0.5, 0.4, ['50% of the images on /rgb/image', '40% of the images on /depth/image'])])
+def test_losses_beyond_a_fifth_are_named(watched, colour, depth, named):
+    watched.pairing.missing_shares = {'rgb/image': colour, 'depth/image': depth}
+    complaint = watched.dog.complaint_about_losses()
+    assert complaint.startswith(' and '.join(named))
+    assert ('config/fastdds.xml' in complaint) == bool(named)
+
+
+@pytest.mark.parametrize('now, newest, sentence', [
+    (0, 0, 'nobody publishes /clock'), (10 ** 18, 0, ''),
+    (10 ** 18, 10 ** 18 + 900_000_000, ''),
+    (10 ** 18, 10 ** 18 + 1_500_000_000, "stamped 1.5 s ahead of this node's clock"),
+    (10 ** 18, 10 ** 18 - 10 ** 12, '')])  # of a recording
+def test_clocks_that_differ_are_explained(watched, fake_node, now, newest, sentence):
+    fake_node.now, watched.pairing.newest_stamp = now, newest
+    complaint = watched.dog.complaint_about_clocks()
+    assert sentence in complaint
+    assert bool(complaint) == bool(sentence)
