@@ -74,5 +74,5 @@ $(READY): setup.py setup.cfg pyproject.toml $(PINS)
 	@mv $(UNFINISHED) $(READY) && touch $(READY)
 
 # Without it everything works but the transforms: a missing compiler does not stop the set-up.
-$(TF2_MSGS): $(READY) tools/make_tf2_msgs.py
-	@if $(BIN)/python tools/make_tf2_msgs.py; then touch $@; fi
+$(TF2_MSGS): $(READY) tools/make_messages.py
+	@if $(BIN)/python tools/make_messages.py; then touch $@; fi

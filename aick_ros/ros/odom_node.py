@@ -36,6 +36,7 @@ from aick_ros.ros.input.subscriptions import image_subscription
 from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.input.watchdog import Watchdog
 from aick_ros.ros.output.publisher import OdometryPublisher
+from aick_ros.ros.output.rtabmap import Registered, RtabmapTopics
 from aick_ros.ros.output.views import Views
 from aick_ros.ros.parameter_files import warnings_of_files
 from aick_ros.ros.parameters import LiveSettings, declare_settings, initial_pose
@@ -88,6 +89,7 @@ class OdomNode(Node):
         self._base = BaseOdometry(initial_pose(settings))
         self._publisher = OdometryPublisher(self, settings, self._guess)
         self._views = Views(self, settings.odom_frame_id)
+        self._rtabmap = RtabmapTopics(self, settings.odom_frame_id)
         self._live_settings = LiveSettings(core, self._change_settings)
         self._control = Control(self, settings.odom_frame_id, self._reset, self._set_pose)
         # from images to the queue
@@ -169,6 +171,7 @@ class OdomNode(Node):
         base = self._base.update(update, T_base_camera, mount)
         if base is not None:
             self._publisher.publish(base)
+            self._rtabmap.show(Registered(update, base, T_base_camera))
         self._diagnostics.answered(
             update, 1e3 * (time.monotonic() - arrival.paired_at),
             1e-6 * (self.get_clock().now().nanoseconds - update.stamp))
@@ -185,6 +188,7 @@ class OdomNode(Node):
             self._odometry.reset()
             self._base.reset()
             self._views.reset()
+            self._rtabmap.reset()
             self.get_logger().info('odometry reset')
         self._between_frames(reset)
 
@@ -228,12 +232,13 @@ class OdomNode(Node):
              'backlog in MB': f'{self._queue.backlog_bytes / 1e6:.1f}'})
 
     def _complaint(self) -> str:
-        """Return what is missing at the inputs, '' for nothing."""
+        """Return what is missing at the inputs, or for a subscriber, '' for nothing."""
         newest = self._pairing.newest
         return (self._watchdog.complaint_about_topics()
                 or (self._assembler.missing_for(newest) if newest else '')
                 or self._watchdog.complaint_about_clocks()
-                or self._watchdog.complaint_about_losses())
+                or self._watchdog.complaint_about_losses()
+                or self._rtabmap.complaint())
 
 
 def main() -> None:

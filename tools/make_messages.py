@@ -3,11 +3,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Build the Python package tf2_msgs for a virtual environment with ROS 2 from the package index.
+Build a Python package of messages for a virtual environment with ROS 2 from the package index.
 
-The wheels of ROS 2 have no tf2_msgs, without which nobody can publish transforms. They have the
-generators for messages, but without the CMake around them; this does what CMake would do, for
-the one message that counts: TFMessage.
+The wheels of ROS 2 have no tf2_msgs, without which nobody can publish transforms: it is what is
+built unless another package is named. They have the generators for messages, but without the
+CMake around them; this does what CMake would do.
 """
 
 from __future__ import annotations
@@ -23,15 +23,13 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-PACKAGE = 'tf2_msgs'
-MESSAGE = 'TFMessage'
-DEFINITION = 'geometry_msgs/TransformStamped[] transforms\n'
-DEPENDENCIES = ('builtin_interfaces', 'std_msgs', 'geometry_msgs')
+DEPENDENCIES = ('builtin_interfaces', 'std_msgs', 'geometry_msgs', 'sensor_msgs')
 
 PREFIX = Path(sys.prefix)
 SHARE, INCLUDE, LIB = PREFIX / 'share', PREFIX / 'include', PREFIX / 'lib'
@@ -69,6 +67,33 @@ def check_tools() -> None:
                              'there and run this with its Python')
 
 
+@dataclass(frozen=True)
+class Package:
+    """
+    A package of messages.
+
+    :param definitions: content of the .msg file by the name of the message.
+    """
+
+    name: str
+    definitions: Mapping[str, str]
+
+    @classmethod
+    def of_folder(cls, folder: Path) -> Package:
+        """
+        Return the package of a folder with its name, from the .msg files in it.
+
+        :raises BuildError: where there are none.
+        """
+        definitions = {file.stem: file.read_text() for file in sorted(folder.glob('*.msg'))}
+        if not definitions:
+            raise BuildError(f'there are no .msg files in {folder}')
+        return cls(folder.resolve().name, definitions)
+
+
+TF2_MSGS = Package('tf2_msgs', {'TFMessage': 'geometry_msgs/TransformStamped[] transforms\n'})
+
+
 class Generators:
     """
     The code generators of the wheels, each called with the arguments that CMake would give it.
@@ -76,11 +101,15 @@ class Generators:
     :param work: folder for all that is generated.
     """
 
-    def __init__(self, work: Path) -> None:
-        self._work = work
-        self.message_file = work / 'source' / PACKAGE / 'msg' / f'{MESSAGE}.msg'
-        self.idl_file = work / 'idl' / PACKAGE / 'msg' / f'{MESSAGE}.idl'
-        self.hash_file = work / TYPE_HASHES / PACKAGE / 'msg' / f'{MESSAGE}.json'
+    def __init__(self, package: Package, work: Path) -> None:
+        self._package, self._work = package, work
+        self.message_files = self._files('source', 'msg')
+        self.idl_files = self._files('idl', 'idl')
+        self.hash_files = self._files(TYPE_HASHES, 'json')
+
+    def _files(self, folder: str, ending: str) -> dict[str, Path]:
+        return {message: self._work / folder / self._package.name / 'msg' / f'{message}.{ending}'
+                for message in self._package.definitions}
 
     def run(self) -> list[Path]:
         """
@@ -100,8 +129,10 @@ class Generators:
                        include_paths=[f'{name}:{SHARE / name}' for name in DEPENDENCIES])
         folders = [
             self._generate(
-                C_GENERATOR, generate_c, ros_interface_files=[str(self.message_file)],
-                type_description_tuples=[f'msg/{MESSAGE}.idl:{self.hash_file}']),
+                C_GENERATOR, generate_c,
+                ros_interface_files=[str(file) for file in self.message_files.values()],
+                type_description_tuples=[f'msg/{message}.idl:{file}'
+                                         for message, file in self.hash_files.items()]),
             self._generate(FASTRTPS, generate_typesupport_fastrtps_c),
             self._generate(INTROSPECTION, generate_introspection),
             self._generate(DISPATCH, generate_dispatch, [FASTRTPS, INTROSPECTION]),
@@ -114,20 +145,23 @@ class Generators:
     def _write_idl(self) -> None:
         from rosidl_adapter.msg import convert_msg_to_idl
 
-        self.message_file.parent.mkdir(parents=True)
-        self.message_file.write_text(DEFINITION)
-        with contextlib.redirect_stdout(io.StringIO()):
-            convert_msg_to_idl(self.message_file.parents[1], PACKAGE,
-                               Path('msg', self.message_file.name), self.idl_file.parent)
+        for message, definition in self._package.definitions.items():
+            file = self.message_files[message]
+            file.parent.mkdir(parents=True, exist_ok=True)
+            file.write_text(definition)
+            with contextlib.redirect_stdout(io.StringIO()):
+                convert_msg_to_idl(file.parents[1], self._package.name, Path('msg', file.name),
+                                   self.idl_files[message].parent)
 
     def _generate(self, name: str, generator: Callable[..., Any], *arguments: Any,
                   **more: Any) -> Path:
-        output = self._work / name / PACKAGE
+        output = self._work / name / self._package.name
         output.mkdir(parents=True)
         description = self._work / f'{name}.json'
         description.write_text(json.dumps({
-            'package_name': PACKAGE,
-            'idl_tuples': [f'{self.idl_file.parents[1]}:msg/{MESSAGE}.idl'],
+            'package_name': self._package.name,
+            'idl_tuples': [f'{file.parents[1]}:msg/{file.name}'
+                           for file in self.idl_files.values()],
             'ros_interface_dependencies': [
                 f'{dependency}:{path}' for dependency in DEPENDENCIES
                 for path in sorted((SHARE / dependency / 'msg').glob('*.idl'))],
@@ -143,20 +177,22 @@ class Generators:
 
         header = f'{name}__visibility_control.h'
         generate_visibility_control_file(
-            package_name=PACKAGE, template_path=SHARE / name / 'resource' / f'{header}.in',
-            output_path=self._work / name / PACKAGE / 'msg' / header)
+            package_name=self._package.name,
+            template_path=SHARE / name / 'resource' / f'{header}.in',
+            output_path=self._work / name / self._package.name / 'msg' / header)
 
 
-def compile_sources(folders: Sequence[Path]) -> dict[Path, list[str]]:
+def compile_sources(name: str, folders: Sequence[Path]) -> dict[Path, list[str]]:
     """
     Compile every C and C++ file below the folders, each folder seeing the headers of all.
 
+    :param name: of the package.
     :returns: the object files of each folder.
     :raises BuildError: with the compiler's words where one fails.
     """
     includes = [*folders, Path(sysconfig.get_path('include')), _numpy_headers(), INCLUDE,
                 *(path for path in INCLUDE.iterdir() if path.is_dir())]
-    flags = ['-O2', '-fPIC', '-w', f'-DROS_PACKAGE_NAME="{PACKAGE}"',
+    flags = ['-O2', '-fPIC', '-w', f'-DROS_PACKAGE_NAME="{name}"',
              *(f'-I{path}' for path in includes)]
 
     def compile_one(source: Path) -> str:
@@ -170,10 +206,11 @@ def compile_sources(folders: Sequence[Path]) -> dict[Path, list[str]]:
         return {folder: list(targets) for folder, targets in objects.items()}
 
 
-def link(objects: dict[Path, list[str]], output: Path) -> None:
+def link(name: str, objects: dict[Path, list[str]], output: Path) -> None:
     """
     Link the four libraries of the message package.
 
+    :param name: of the package.
     :param objects: of C, Fast DDS, introspection, dispatch and Python, in this order.
     :param output: folder for the libraries.
     """
@@ -181,39 +218,39 @@ def link(objects: dict[Path, list[str]], output: Path) -> None:
     common = [*_dependency_libraries(C_GENERATOR), _library('rosidl_runtime_c'),
               _library('rcutils')]
 
-    def shared(name: str, files: list[str], libraries: list[str]) -> str:
-        target = str(output / name)
-        _call(['g++', '-shared', f'-Wl,-soname,{name}', '-Wl,-rpath,$ORIGIN', '-o', target,
+    def shared(file: str, files: list[str], libraries: list[str]) -> str:
+        target = str(output / file)
+        _call(['g++', '-shared', f'-Wl,-soname,{file}', '-Wl,-rpath,$ORIGIN', '-o', target,
                *files, '-Wl,--as-needed', *libraries, *common])
         return target
 
-    message = shared(f'lib{PACKAGE}__{C_GENERATOR}.so', c, [])
-    over_dds = shared(f'lib{PACKAGE}__{FASTRTPS}.so', fastrtps, [
+    message = shared(f'lib{name}__{C_GENERATOR}.so', c, [])
+    over_dds = shared(f'lib{name}__{FASTRTPS}.so', fastrtps, [
         message, *_dependency_libraries(FASTRTPS), _library(FASTRTPS),
         _library('rosidl_typesupport_fastrtps_cpp'), _library('fastcdr')])
-    described = shared(f'lib{PACKAGE}__{INTROSPECTION}.so', introspection, [
+    described = shared(f'lib{name}__{INTROSPECTION}.so', introspection, [
         message, *_dependency_libraries(INTROSPECTION), _library(INTROSPECTION)])
     # The dispatcher asks the loader for both by name, and the folder they are in is on no search
     # path: it finds them because the extension has them loaded already.
-    shared(f'{PACKAGE}_s__{DISPATCH}.so', dispatch + python, [
+    shared(f'{name}_s__{DISPATCH}.so', dispatch + python, [
         '-Wl,--no-as-needed', over_dds, described, '-Wl,--as-needed', message,
         *_dependency_libraries(PYTHON_GENERATOR), _library(DISPATCH)])
 
 
 def install(built: Path, destination: Path) -> None:
     """Copy the built Python package into the destination, whole or not at all."""
-    target = destination / PACKAGE
-    with tempfile.TemporaryDirectory(dir=destination, prefix=f'.{PACKAGE}-') as staging:
-        copy = shutil.copytree(built, Path(staging, PACKAGE),
+    target = destination / built.name
+    with tempfile.TemporaryDirectory(dir=destination, prefix=f'.{built.name}-') as staging:
+        copy = shutil.copytree(built, Path(staging, built.name),
                                ignore=shutil.ignore_patterns('*.c', '*.o'))
         (copy / '__init__.py').touch()
         shutil.rmtree(target, ignore_errors=True)
         copy.rename(target)
 
 
-def register(files: Sequence[Path]) -> None:
+def register(name: str, files: Sequence[Path]) -> None:
     """Enter the package into the environment's ament index, for the command line tools of ROS."""
-    folder = SHARE / PACKAGE / 'msg'
+    folder = SHARE / name / 'msg'
     folder.mkdir(parents=True, exist_ok=True)
     for path in files:
         shutil.copy(path, folder)
@@ -221,10 +258,10 @@ def register(files: Sequence[Path]) -> None:
     names = sorted(f'msg/{path.name}\n' for path in files)
     for kind, content in (('packages', ''), ('rosidl_interfaces', ''.join(names))):
         (index / kind).mkdir(parents=True, exist_ok=True)
-        (index / kind / PACKAGE).write_text(content)
+        (index / kind / name).write_text(content)
 
 
-def build(destination: Path) -> Path:
+def build(destination: Path, package: Package = TF2_MSGS) -> Path:
     """
     Generate, compile and install the package.
 
@@ -235,25 +272,31 @@ def build(destination: Path) -> Path:
     os.environ['AMENT_PREFIX_PATH'] = str(PREFIX)  # where the generators look for the others
     destination.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as work:
-        generators = Generators(Path(work))
+        generators = Generators(package, Path(work))
         folders = generators.run()
-        package = folders[-1] / PACKAGE
-        link(compile_sources(folders), package)
-        install(package, destination)
+        built = folders[-1] / package.name
+        link(package.name, compile_sources(package.name, folders), built)
+        install(built, destination)
         if destination.resolve() == SITE_PACKAGES.resolve():
-            register([generators.message_file, generators.idl_file, generators.hash_file])
-    return destination / PACKAGE
+            register(package.name, [
+                *generators.message_files.values(), *generators.idl_files.values(),
+                *generators.hash_files.values()])
+    return destination / package.name
 
 
 def main() -> None:
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
+    parser.add_argument('package', type=Path, nargs='?', metavar='FOLDER_OF_MSG_FILES',
+                        help='folder named like the package (default: tf2_msgs, without files)')
     parser.add_argument('--into', type=Path, default=SITE_PACKAGES, metavar='FOLDER',
                         help="folder to build the package in (default: this Python's own)")
+    arguments = parser.parse_args()
     try:
-        print('built', build(parser.parse_args().into))
+        package = Package.of_folder(arguments.package) if arguments.package else TF2_MSGS
+        print('built', build(arguments.into, package))
     except BuildError as error:
-        sys.exit(f'{PACKAGE} was not built: {error}')
+        sys.exit(f'the messages were not built: {error}')
 
 
 def _sources(folder: Path) -> Iterator[Path]:
