@@ -15,14 +15,14 @@ pair by pair, in one thread, so that a machine's bad moment hits all of them: ju
 from __future__ import annotations
 
 import os
-import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
-_ONE_THREAD = {'OPENBLAS_NUM_THREADS': '1', 'OMP_NUM_THREADS': '1', 'MKL_NUM_THREADS': '1'}
-if __name__ == '__main__' and not os.environ.items() >= _ONE_THREAD.items():
-    os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **_ONE_THREAD})
+from one_thread import restart_in_one_thread
+
+if __name__ == '__main__':
+    restart_in_one_thread()
 
 import cv2  # noqa: E402: only now do the libraries read how many threads they may have
 import numpy as np  # noqa: E402

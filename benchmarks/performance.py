@@ -10,7 +10,7 @@ FOLDER has the TUM excerpts freiburg1_xyz_150 and freiburg1_rpy_100. Without it 
 cameras are left out and rendered images are used for speed. Each row names the command that
 gives the same figure. Registrations are timed in this process, one after the other, in one
 thread: BLAS is held to it by OPENBLAS_NUM_THREADS=1 and OMP_NUM_THREADS=1, with which this script
-starts itself anew, OpenCV by setNumThreads(1).
+restarts itself, OpenCV by setNumThreads(1).
 """
 
 from __future__ import annotations
@@ -24,9 +24,10 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-_ONE_THREAD = {'OPENBLAS_NUM_THREADS': '1', 'OMP_NUM_THREADS': '1', 'MKL_NUM_THREADS': '1'}
-if __name__ == '__main__' and not os.environ.items() >= _ONE_THREAD.items():
-    os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **_ONE_THREAD})
+from one_thread import restart_in_one_thread
+
+if __name__ == '__main__':
+    restart_in_one_thread()
 
 import cv2  # noqa: E402: only now do the libraries read how many threads they may have
 import numpy as np  # noqa: E402

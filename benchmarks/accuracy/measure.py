@@ -7,7 +7,7 @@ Measures on a recording what docs/accuracy.md shows of this package itself.
     python benchmarks/accuracy/measure.py SOURCE JSON [JOBS]
 
 JOBS parts run at a time, as many as there are cores. Each is in one thread: BLAS is held to it by
-OPENBLAS_NUM_THREADS=1 and OMP_NUM_THREADS=1, with which this script starts itself anew, OpenCV by
+OPENBLAS_NUM_THREADS=1 and OMP_NUM_THREADS=1, with which this script restarts itself, OpenCV by
 setNumThreads(1).
 """
 
@@ -15,15 +15,17 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
-import os
 import sys
 from collections.abc import Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
+from pathlib import Path
 from typing import Any
 
-_ONE_THREAD = {'OPENBLAS_NUM_THREADS': '1', 'OMP_NUM_THREADS': '1', 'MKL_NUM_THREADS': '1'}
-if __name__ == '__main__' and not os.environ.items() >= _ONE_THREAD.items():
-    os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **_ONE_THREAD})
+sys.path.append(str(Path(__file__).resolve().parents[1]))
+from one_thread import restart_in_one_thread  # noqa: E402: found there
+
+if __name__ == '__main__':
+    restart_in_one_thread()
 
 import cv2  # noqa: E402: only now do the libraries read how many threads they may have
 from altered import Altered  # noqa: E402

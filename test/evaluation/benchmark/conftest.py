@@ -10,6 +10,7 @@ import pytest
 
 from aick_ros.evaluation.baselines.registry import METHODS, Method
 from aick_ros.evaluation.benchmark.recording import Recording, Request
+from aick_ros.evaluation.benchmark.runner import run
 from aick_ros.geometry.camera import Camera
 from aick_ros.sources import raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -17,7 +18,7 @@ from aick_ros.sources.writers.tum_writer import write_tum
 
 FRAMES = 8
 
-# It stands still, and does as it is told at the pair (or the frame) whose later stamp is `when`.
+# It estimates no motion, and misbehaves at the pair (or the frame) whose later stamp is in `when`.
 METHOD_THAT_MISBEHAVES = '''
 import os, pathlib, subprocess, sys, time
 import numpy as np
@@ -82,6 +83,18 @@ def method(tmp_path, monkeypatch):
             'deed': deed, 'when': when, 'at': at}
         return Method('still', 'Still', 'stands still', factory, options)
     return make
+
+
+@pytest.fixture
+def execute():
+    """Return a function that runs a plan; it returns the progress and the unusable methods."""
+    def execute(plan, journal, processes=1, is_stopped=lambda progress: False):
+        progress = []
+        unusable = run(plan, journal, processes, 120.0, progress.append,
+                       lambda: is_stopped(progress))
+        journal.close()
+        return progress, unusable
+    return execute
 
 
 @pytest.fixture

@@ -13,12 +13,12 @@ from aick_ros.evaluation.benchmark.runner import Plan
 
 @pytest.fixture
 def data(recording, aick):
-    """Return the data of a run in which pair (i, i + gap) is i mm off, the first ones failed."""
+    """Return the data of a run with an error of 4i mm at pair (i, i + gap); pair 0 failed."""
     orb = METHODS['aick-orb']
     plan, journal = Plan([orb, aick], [recording], (1, 4)), Journal(None, [recording])
     for pair in plan.pairs['rendered']:
-        off = None if pair.target == 0 else 0.004 * pair.target
-        journal.add(PairLine(orb.identity, 'rendered', pair, off, off, 1.0, ''))
+        error = None if pair.target == 0 else 0.004 * pair.target
+        journal.add(PairLine(orb.identity, 'rendered', pair, error, error, 1.0, ''))
     return figure_data(paper_figures(), plan, journal)
 
 
@@ -37,7 +37,7 @@ def test_success_over_gap(data):
     assert curve == {'x': [1, 4], 'success_ratio': [pytest.approx(2 / 7, abs=1e-4), 0.5]}
 
 
-def test_what_was_not_measured_is_left_out(data):
+def test_unmeasured_figures_are_omitted(data):
     assert '7' not in data
     assert list(data['9']['curves']) == ['aick-orb']
 
@@ -49,5 +49,5 @@ def test_variants_are_the_paper_with_one_setting_changed():
     assert {'aick-orb, aick.iterations=1', 'aick-surf, features.max_keypoints=50',
             'aick-surf-fast, aick.word_radius=0.1'} <= {method.name for method in found}
     for method in found:
-        make(method.factory, method.options)  # refuses settings that there are not
+        make(method.factory, method.options)  # rejects unknown settings
     assert len({figure.number for figure in figures}) == len(figures)

@@ -25,13 +25,13 @@ for name, value in json.loads(sys.stdin.readline()):
     if name == 'exit':
         sys.exit(value)
 '''
-PATIENT = 60.0
+PATIENT = 120.0
 NEVER = bool
 
 
 @pytest.fixture
 def start(tmp_path, monkeypatch):
-    """Return a function that starts a process which does what it is asked for."""
+    """Return a function that starts a process that performs the steps."""
     (tmp_path / 'answering.py').write_text(MODULE)
     monkeypatch.setenv('PYTHONPATH', str(tmp_path))
     return lambda *steps: JsonProcess('answering', steps)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Methods that crash, hang, raise and chatter: what counts as failed, and that all goes on."""
+"""Methods that crash, hang, raise and print: which pairs fail, and that the rest goes on."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from aick_ros.evaluation.benchmark.journal import FrameLine, PairLine
 from aick_ros.evaluation.benchmark.supervisor import Job, UnusableMethodError, supervise
 from aick_ros.geometry import se3
 
-NEVER = bool  # is_stopped() of a user who is patient
+NEVER = bool  # is_stopped() of a user who does not stop
 
 
 def measure(method, recording, gaps=(1,), time_limit=60.0, is_stopped=NEVER):
@@ -43,10 +43,10 @@ def test_errors_are_those_of_the_ground_truth(method, recording):
         assert line.milliseconds > 0
 
 
-def test_a_crash_costs_its_pair_alone(method, recording):
+def test_a_crash_fails_its_pair_only(method, recording):
     lines, frames = measure(method('crash', [recording.stamps[3]]), recording, (1, 2))
     assert failures(lines) == {3: 'crashed (SIGABRT)'}
-    # the pairs with this later frame were tried one after the other, in two processes
+    # each of the pairs with this later frame crashed a process
     assert sum(bool(line.failure) for line in lines.values()) == 2
     assert len(lines) == 13
     assert all(line.milliseconds is None for line in lines.values() if line.failure)
@@ -56,15 +56,15 @@ def test_a_hang_is_ended(method, recording, wait_for_end):
     lines, _ = measure(method('hang', [recording.stamps[2]]), recording, time_limit=3.0)
     assert failures(lines) == {2: 'took longer than 3 s'}
     assert len(lines) == 7
-    wait_for_end(int(Path('helper').read_text()))  # of what it had started itself
+    wait_for_end(int(Path('helper').read_text()))  # of the process that the method started
 
 
-def test_a_frame_that_kills_costs_its_pairs(method, recording):
+def test_a_crash_at_a_frame_fails_the_pairs_of_that_frame(method, recording):
     lines, _ = measure(method('crash', [recording.stamps[4]], 'frame'), recording)
     assert failures(lines) == {4: 'crashed (SIGABRT)', 5: 'crashed (SIGABRT)'}
 
 
-def test_who_always_crashes_is_given_up(method, recording):
+def test_a_method_that_always_crashes_is_given_up(method, recording):
     lines, _ = measure(method('crash', 'always'), recording)
     causes = failures(lines)
     assert len(causes) == 7
@@ -72,7 +72,7 @@ def test_who_always_crashes_is_given_up(method, recording):
     assert list(causes.values()).count('given up after 3 crashes or hangs') == 4
 
 
-def test_what_it_says_when_it_leaves_is_told(method, recording):
+def test_the_message_of_an_exit_is_reported(method, recording):
     lines, _ = measure(method('exit', [recording.stamps[1]]), recording)
     assert failures(lines) == {1: 'crashed (exit code 1: no licence found)'}
 
@@ -86,7 +86,7 @@ def test_an_exception_is_a_failure(method, recording, at, expected):
     assert frames == [i for i in range(8) if at == 'pair' or i != 3]
 
 
-def test_what_it_prints_is_no_answer(method, recording):
+def test_printed_text_is_no_answer(method, recording):
     lines, _ = measure(method('print', 'always'), recording)
     assert failures(lines) == {}
     assert len(lines) == 7
@@ -96,12 +96,12 @@ def test_what_it_prints_is_no_answer(method, recording):
     ('misbehaving:broken', 'ImportError: libGL.so.1'),
     ('misbehaving:breaks_down', r'crashed \(SIGABRT\) while it was loaded'),
     ('nowhere:Thing', 'ModuleNotFoundError')])
-def test_who_does_not_start_is_no_failure(method, recording, factory, message):
+def test_a_method_that_does_not_start_is_unusable(method, recording, factory, message):
     with pytest.raises(UnusableMethodError, match=message):
         measure(method(factory=factory), recording)
 
 
-def test_who_is_stopped_leaves_the_rest(method, recording):
+def test_a_stopped_run_leaves_the_remaining_pairs(method, recording):
     done = []
     supervise(Job(method('hang', [recording.stamps[3]]), recording, recording.pairs([1])), 60.0,
               done.append, lambda: any(isinstance(line, PairLine) for line in done))
