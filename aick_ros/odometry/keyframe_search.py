@@ -24,7 +24,8 @@ from aick_ros.registration.result import Registration
 from aick_ros.settings import OdometrySettings, Settings
 
 _WITNESSES = 2  # by definition: keyframes that must agree
-_MIN_TRACKED = 0.5  # chosen on rendered rooms: share of the keypoints that must be tracked
+_MIN_TRACKED = 0.35  # chosen on rendered rooms: share of the keypoints that must be tracked
+_MAX_SIGMA = 0.15  # m; chosen: three times it is less than furniture that repeats is apart
 _GATES = 22.46, 32.91  # by definition: 99.9 % of chi squared with 6 and 12 degrees of freedom
 
 
@@ -71,8 +72,8 @@ def candidates(graph: KeyframeGraph, key: int, stamps: Mapping[int, int],
     """
     Return the two earlier keyframes that a keyframe is most likely to see again, or none.
 
-    Where the graph does not know the relative position to within ``reuse_distance``, neither
-    could it tell two places that look alike from each other: such keyframes are not sought.
+    Keyframes whose relative position is less certain are not sought: the graph could not tell
+    two places that look alike from each other.
     """
     limit = stamps[key] - settings.reuse_age * NANOSECONDS
     apart = view_distances(graph.matrices, graph.pose(key).matrix, settings)
@@ -80,7 +81,7 @@ def candidates(graph: KeyframeGraph, key: int, stamps: Mapping[int, int],
                   if stamps[other] <= limit and distance < 1.0)
     certain = [other for _, other in near[:2 * _WITNESSES]
                if np.trace(graph.relative(other, key).covariance[:3, :3])
-               < settings.reuse_distance ** 2]
+               < _MAX_SIGMA ** 2]
     return tuple(certain[:_WITNESSES]) if len(certain) >= _WITNESSES else ()
 
 

@@ -23,7 +23,7 @@ from aick_ros.settings.parameter import with_values
 COVARIANCE = np.diag(np.square([0.004, 0.004, 0.004, 0.002, 0.002, 0.002]))
 NO_DETOUR = np.zeros((6, 6))
 PERIOD = 0.5  # between two keyframes [s]
-FRAMES = 3  # tracked with each keyframe
+FRAMES = 12  # tracked with each keyframe
 KEYPOINTS = 100
 CAMERA = Camera(32, 24, 26.0, 26.0, 15.5, 11.5)
 LAP = 12  # keyframes

@@ -93,7 +93,7 @@ def test_two_that_contradict_each_other_are_not_accepted():
 
 @pytest.mark.parametrize('key', [0, 1])
 def test_one_that_the_image_does_not_confirm_is_not_accepted(key):
-    assert search(supports={key: 0.4 * KEYPOINTS}) == ()
+    assert search(supports={key: 0.3 * KEYPOINTS}) == ()
 
 
 def test_the_nearest_two_old_ones_are_sought():
