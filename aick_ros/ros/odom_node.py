@@ -29,7 +29,7 @@ from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
 from aick_ros.ros.input.assembler import Arrival, FrameAssembler
 from aick_ros.ros.input.extrinsics import Extrinsics
-from aick_ros.ros.input.guess import Guess
+from aick_ros.ros.input.guess import Guess, StartByGuess
 from aick_ros.ros.input.pairing import Pairing
 from aick_ros.ros.input.rate_limit import RateLimit
 from aick_ros.ros.input.subscriptions import image_subscription
@@ -85,6 +85,7 @@ class OdomNode(Node):
         # from frames to odometry
         self._guess = (Guess(self._transforms, self._extrinsics, settings)
                        if settings.guess_frame_id else None)
+        self._start = StartByGuess(self._guess, settings)
         self._odometry = Odometry(core)
         self._base = BaseOdometry(initial_pose(settings))
         self._publisher = OdometryPublisher(self, settings, self._guess)
@@ -163,6 +164,9 @@ class OdomNode(Node):
         frame = self._assembler.frame(arrival)
         T_base_camera = self._extrinsics.camera_in_base(camera_frame, frame.stamp)
         mount = self._extrinsics.camera_mount(camera_frame)
+        start = self._start.pose(frame.stamp)
+        if start is not None:
+            self._base.reset(start)
         if self._guess is None:
             update = self._odometry.register_frame(frame)
         else:
@@ -187,6 +191,7 @@ class OdomNode(Node):
         def reset() -> None:
             self._odometry.reset()
             self._base.reset()
+            self._start.reset()
             self._views.reset()
             self._rtabmap.reset()
             self.get_logger().info('odometry reset')
@@ -195,6 +200,7 @@ class OdomNode(Node):
     def _set_pose(self, pose: PoseWithCovariance, paused: bool) -> None:
         def set_pose() -> None:
             self._base.set_pose(pose, paused)
+            self._start.cancel()
             self.get_logger().info('pose set')
         self._between_frames(set_pose)
 

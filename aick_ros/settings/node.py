@@ -24,11 +24,11 @@ class NodeSettings(Checked):
         'TF.')
     initial_pose: tuple[float, ...] = parameter(
         (), 'Initial pose of frame_id in odom_frame_id: x y z [m] roll pitch yaw [rad]; empty: '
-        'the origin.')
+        'the pose in guess_frame_id, or the origin.')
     guess_frame_id: str = parameter(
         '', 'Odometry frame of another source, for example wheel odometry, whose transform to '
-        'frame_id predicts the motion while tracking is lost; odom_frame_id -> guess_frame_id is '
-        'then published on /tf instead. Empty: none.')
+        'frame_id is the initial pose and predicts the motion while tracking is lost; '
+        'odom_frame_id -> guess_frame_id is then published on /tf instead. Empty: none.')
     lost_policy: str = parameter(
         'hold', 'Output while tracking is lost: the last pose with a very large covariance, a '
         'null pose (zero quaternion), or none.', choices=('hold', 'null', 'silent'))

@@ -11,7 +11,11 @@ import numpy as np
 
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.settings.node import NodeSettings
+
+_LONGEST_WAIT_AT_START = 5 * NANOSECONDS  # of stamps [ns]; chosen
 
 
 class Finder(Protocol):
@@ -79,3 +83,45 @@ class Guess:
             return None
         motion: np.ndarray = se3.inverse(T_base0_camera0) @ T_base0_base1 @ T_base1_camera1
         return motion
+
+
+class StartByGuess:
+    """
+    The pose at which the odometry starts: that of ``frame_id`` in ``guess_frame_id``.
+
+    So both odometries begin in one frame. ``initial_pose`` takes precedence.
+
+    :param guess: None: there is none.
+    """
+
+    def __init__(self, guess: Guess | None, settings: NodeSettings) -> None:
+        self._guess = None if settings.initial_pose else guess
+        self._frame = settings.guess_frame_id
+        self.reset()
+
+    def reset(self) -> None:
+        """Look for the pose again, at the next frame."""
+        self._since: int | None = None
+        self._is_pending = self._guess is not None
+
+    def cancel(self) -> None:
+        """Start where the odometry is."""
+        self._is_pending = False
+
+    def pose(self, stamp: int) -> PoseWithCovariance | None:
+        """
+        Return the pose to start at with the frame of a stamp [ns]; None: where the odometry is.
+
+        :raises InputError: while the guess is not known; after 5 s it is no longer waited for.
+        """
+        if not self._is_pending or self._guess is None:
+            return None
+        T_guess_base = self._guess.T_guess_base(stamp)
+        if T_guess_base is None:
+            self._since = stamp if self._since is None else self._since
+            if stamp - self._since < _LONGEST_WAIT_AT_START:
+                raise InputError(
+                    f'the odometry starts at the pose in guess_frame_id = {self._frame!r}, which '
+                    'is not known yet: publish it on /tf, or set initial_pose')
+        self._is_pending = False
+        return None if T_guess_base is None else PoseWithCovariance(T_guess_base)

@@ -7,11 +7,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+from std_srvs.srv import Empty
 
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.ros.conversions import from_pose, from_transform, to_stamp, transform_stamped
-from aick_ros.ros.input.guess import Guess
+from aick_ros.ros.input.guess import Guess, StartByGuess
 from aick_ros.settings.node import NodeSettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -63,7 +64,7 @@ def test_the_wheels_bridge_a_loss(rig, start_node, recording, wheels):
                wait_for_transform=1.0, camera_in_base='[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]')
     answers = play(rig, frames, truth, wheels)
     for i, answer in enumerate(answers):
-        error = se3.inverse(truth[i]) @ from_pose(answer.pose.pose)
+        error = se3.inverse(T_WHEELS_START @ truth[i]) @ from_pose(answer.pose.pose)
         assert np.linalg.norm(error[:3, 3]) < 0.04, i
         # only what the camera measured has a covariance, and not the first frame after a loss
         assert (answer.pose.covariance[0] == LOST) == (i in DARK or i == DARK.stop)
@@ -90,11 +91,31 @@ def test_tf_is_that_of_the_guess_frame_and_goes_on(rig, start_node, recording, w
 
 def test_without_wheels_the_pose_is_held(rig, start_node, recording):
     frames, _ = recording
-    start_node(frame_id='base_link', guess_frame_id='wheel_odom',
+    start_node(frame_id='base_link', guess_frame_id='wheel_odom', initial_pose='0 0 0 0 0 0',
                camera_in_base='[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]')
     answers = play(rig, frames[:8], 8 * [np.eye(4)], lambda stamp, T: None)
     held, lost = (from_pose(answers[i].pose.pose) for i in (DARK.start - 1, DARK.start))
     np.testing.assert_array_equal(lost, held)
+
+
+def test_both_odometries_start_in_one_frame(rig, start_node, recording, wheels):
+    """At the first frame, and again after a reset."""
+    frames, truth = recording
+    start_node(frame_id='base_link', guess_frame_id='wheel_odom', wait_for_transform=1.0,
+               camera_in_base='[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]')
+    first = play(rig, frames[:2], truth, wheels)[0]
+    np.testing.assert_allclose(from_pose(first.pose.pose), T_WHEELS_START @ truth[0], atol=1e-9)
+    rig.call(Empty, '/odom_node/reset_odom')
+    again = play(rig, frames[2:4], truth[2:], wheels)[0]
+    np.testing.assert_allclose(from_pose(again.pose.pose), T_WHEELS_START @ truth[2], atol=1e-9)
+
+
+def test_an_initial_pose_takes_precedence(rig, start_node, recording, wheels):
+    frames, truth = recording
+    start_node(frame_id='base_link', guess_frame_id='wheel_odom', initial_pose='1 0 0 0 0 0',
+               camera_in_base='[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]')
+    answer = play(rig, frames[:1], truth, wheels)[0]
+    np.testing.assert_allclose(from_pose(answer.pose.pose), se3.exp([1, 0, 0, 0, 0, 0]), atol=1e-9)
 
 
 class Wheels:
@@ -133,6 +154,36 @@ def guess_by(T, extrinsics=None):
 
 def drive(stamp):
     return T_WHEELS_START @ se3.exp([0.3 * stamp, 0, 0, 0, 0, 0.1 * stamp])
+
+
+def start_by(T):
+    guess, wheels = guess_by(T)
+    return StartByGuess(guess, NodeSettings(guess_frame_id='wheel_odom')), wheels
+
+
+def test_the_start_waits_for_the_wheels():
+    start, wheels = start_by(None)
+    for stamp in (10 ** 9, 2 * 10 ** 9):
+        with pytest.raises(InputError, match="guess_frame_id = 'wheel_odom', which is not known"):
+            start.pose(stamp)
+    wheels.T = lambda stamp: T_WHEELS_START
+    np.testing.assert_array_equal(start.pose(3 * 10 ** 9).matrix, T_WHEELS_START)
+    assert start.pose(4 * 10 ** 9) is None
+
+
+def test_the_start_does_not_wait_for_ever():
+    start, wheels = start_by(None)
+    with pytest.raises(InputError):
+        start.pose(10 ** 9)
+    assert start.pose(6 * 10 ** 9) is None
+    wheels.T = lambda stamp: T_WHEELS_START
+    assert start.pose(7 * 10 ** 9) is None  # the pose must not jump
+
+
+def test_a_pose_that_was_set_is_the_start():
+    start, _ = start_by(lambda stamp: T_WHEELS_START)
+    start.cancel()
+    assert start.pose(10 ** 9) is None
 
 
 def test_the_motion_of_the_base_is_that_between_the_stamps():
