@@ -13,6 +13,9 @@ from __future__ import annotations
 MAX_PIXELS = 2 ** 25
 """Pixels of an image, for example 8192 x 4096; chosen."""
 
+MAX_RVL_PIXELS = 2 ** 22
+"""Pixels of an image in RVL data; chosen: it is decoded in NumPy, at 100 bytes a pixel."""
+
 MAX_SIDE = 2 ** 15 - 1
 """Columns or rows of an image; derived: the largest coordinate of OpenCV's remap."""
 

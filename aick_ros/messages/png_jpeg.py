@@ -5,11 +5,14 @@
 
 from __future__ import annotations
 
+import struct
+import zlib
 from typing import TYPE_CHECKING, TypeAlias
 
 import cv2
 import numpy as np
 
+from aick_ros.borders.limits import MAX_PIXELS, MAX_SIDE
 from aick_ros.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,6 +26,9 @@ _SIGNATURES = {
     'JPEG': (b'\xff\xd8\xff', b'\xff\xd9'),
 }
 """Name of a format -> the first bytes of its data, and those that mark the end of the image."""
+
+_JPEG_FRAMES = set(range(0xc0, 0xd0)) - {0xc4, 0xc8, 0xcc}
+"""Markers of a frame header (ITU-T T.81, Table B.1)."""
 
 
 def decode(data: ByteData) -> np.ndarray:
@@ -43,7 +49,11 @@ def decode(data: ByteData) -> np.ndarray:
                          'image in one of these formats')
     # some versions of OpenCV invent the rest of a truncated image instead of rejecting it
     image = None
-    if last in content:
+    size = (_png_size if name == 'PNG' else _jpeg_size)(content)
+    if size is not None and not _is_acceptable(*size):
+        raise InputError(f'its {name} data is declared as {size[0]} x {size[1]} pixels: at most '
+                         f'{MAX_SIDE} on a side and {MAX_PIXELS} in all are supported')
+    if last in content and size is not None:
         try:
             image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
         except cv2.error:
@@ -53,6 +63,53 @@ def decode(data: ByteData) -> np.ndarray:
         raise InputError(f'its {len(content)} bytes of {name} data are {state}: copy or record it '
                          'again')
     return image
+
+
+def _is_acceptable(width: int, height: int) -> bool:
+    return max(width, height) <= MAX_SIDE and width * height <= MAX_PIXELS
+
+
+def _png_size(content: bytes) -> tuple[int, int] | None:
+    """Return columns and rows; None where a chunk is damaged, of which libpng would print."""
+    size, start = None, 8
+    while start + 12 <= len(content):
+        length, kind = struct.unpack_from('>I4s', content, start)
+        end = start + 8 + length
+        if end + 4 > len(content):
+            return None
+        if size is None:
+            if kind != b'IHDR' or length != 13:
+                return None
+            size = struct.unpack_from('>II', content, start + 8)
+            if not _is_acceptable(*size):
+                return size
+        is_critical = not kind[0] & 0x20
+        if is_critical and zlib.crc32(memoryview(content)[start + 4:end]) != int.from_bytes(
+                content[end:end + 4], 'big'):
+            return None
+        if kind == b'IEND':
+            return size
+        start = end + 4
+    return None
+
+
+def _jpeg_size(content: bytes) -> tuple[int, int] | None:
+    """Return columns and rows as the frame header has them; None where there is none."""
+    start = 2
+    while start + 9 <= len(content):
+        if content[start] != 0xff:
+            return None
+        marker = content[start + 1]
+        if marker == 0xff:  # padding
+            start += 1
+        elif marker in _JPEG_FRAMES:
+            height, width = struct.unpack_from('>HH', content, start + 5)
+            return width, height
+        elif marker == 0x01 or 0xd0 <= marker <= 0xd8:  # markers without a segment
+            start += 2
+        else:
+            start += 2 + int.from_bytes(content[start + 2:start + 4], 'big')
+    return None
 
 
 def decode_colour(data: ByteData) -> np.ndarray:

@@ -14,10 +14,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros.borders.limits import MAX_RVL_PIXELS
 from aick_ros.errors import InputError
 
-_LARGEST_IMAGE = 2 ** 25  # pixels; chosen, bounds the memory that damaged data may ask for
 _MOST_DIGITS = 9  # of a number; derived: keeps it below 2^31
+_MOST_BYTES = 3  # for each pixel; derived: six digits for a difference of 17 bits
+_FILL = 64  # bytes beyond the last pixel, and of the lengths of the runs; chosen
 
 
 def decode_rvl(data: bytes, width: int, height: int) -> np.ndarray:
@@ -29,9 +31,12 @@ def decode_rvl(data: bytes, width: int, height: int) -> np.ndarray:
     :returns: HxW uint16.
     :raises InputError: where the data is truncated or damaged.
     """
-    if not (width > 0 and height > 0 and width * height <= _LARGEST_IMAGE):
+    if not (width > 0 and height > 0 and width * height <= MAX_RVL_PIXELS):
         raise InputError(f'its RVL data is declared as {width} x {height} pixels, so it is '
                          'damaged: record it again')
+    if len(data) > _MOST_BYTES * width * height + _FILL:
+        raise InputError(f'its {len(data)} bytes of RVL data are more than {width} x {height} '
+                         'pixels can have, so it is damaged: record it again')
     numbers = _numbers(_digits(data))
     heads = _heads_of_runs(numbers, width * height)
     lengths = numbers[np.stack([heads, heads + 1], axis=1)].ravel()
@@ -76,7 +81,10 @@ def _heads_of_runs(numbers: np.ndarray, pixels: int) -> np.ndarray:
             raise _unreadable('truncated')
         heads.append(head)
         others = numbers.item(head + 1)
-        left -= numbers.item(head) + others
+        length = numbers.item(head) + others
+        if not length:
+            raise _unreadable('damaged')
+        left -= length
         head += 2 + others
     if left < 0:
         raise _unreadable('damaged')

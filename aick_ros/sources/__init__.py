@@ -20,6 +20,8 @@ OnDamaged = Callable[[InputError], None]
 _BAG_FLAGS = ('--colour-topic', '--depth-topic', '--info-topic', '--ground-truth-topic',
               '--register-depth', '--depth-info-topic', '--depth-in-colour')
 
+_SEED_DIGITS = 18  # of a rendered recording; derived: below 2^63
+
 _KINDS = ('a ROS 2 bag (a folder with metadata.yaml, a .mcap or .db3 file), a ROS 1 bag (a .bag '
           'file), a TUM folder (with rgb.txt and depth.txt), a folder of frame-000000.color.png, '
           'frame-000000.depth.png and so on, or synthetic:SEED')
@@ -125,16 +127,22 @@ def _names(path: Path) -> set[str]:
         if path.is_dir():
             return {entry.name for entry in path.iterdir()}
         path.stat()
+        if not path.is_file():
+            raise InputError(f'cannot read {path}: it is neither a folder nor a regular file')
     except FileNotFoundError:
         raise InputError(f'{path} does not exist: a source is {_KINDS}') from None
     except OSError as error:
         raise InputError(f'cannot read {path}: {error.strerror}') from None
+    except ValueError as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f'cannot read {str(path)!r}: {error}') from None  # NUL in the name
     return {path.name}
 
 
 def _open_synthetic(seed: str) -> RgbdSource:
-    if seed and not seed.isdecimal():
-        raise InputError(f'synthetic:{seed} has a seed that is not a whole number: try '
-                         'synthetic:1')
+    if seed and not (seed.isdecimal() and len(seed) <= _SEED_DIGITS):
+        raise InputError(f'synthetic:{seed} has a seed that is not a whole number of at most '
+                         f'{_SEED_DIGITS} digits: try synthetic:1')
     from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
     return SyntheticSource(SyntheticOptions(seed=int(seed)) if seed else SyntheticOptions())

@@ -11,6 +11,7 @@ and reported.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.bag_cameras import BagCameras
-from aick_ros.sources.bag_file import BagFile
+from aick_ros.sources.bag_file import BagFile, fields_required
 from aick_ros.sources.bag_stream import BagStream, StampedMessage
 from aick_ros.sources.bag_topics import IMAGE, BagTopics
 
@@ -78,10 +79,8 @@ class BagSource:
             return None
         poses = {}
         for _, _, message in self._bag.messages([topic], raise_damage):
-            try:
+            with fields_required(self._path, topic), suppress(ValueError):
                 poses[_stamp(message)] = _pose(message)
-            except ValueError:
-                continue
         stamps = sorted(poses)
         if not stamps:
             return None
@@ -132,7 +131,9 @@ class BagSource:
         add = {self._colour: synchronizer.add_colour, self._depth: synchronizer.add_depth}
         streams = {topic: BagStream(partial(self._report, on_damaged, topic)) for topic in add}
         for topic, log_time, message in self._bag.messages(list(add), on_damaged):
-            for image in streams[topic].add(StampedMessage(_stamp(message), message), log_time):
+            with fields_required(self._path, topic):
+                stamp = _stamp(message)
+            for image in streams[topic].add(StampedMessage(stamp, message), log_time):
                 yield from add[topic](*image)
         for topic, stream in streams.items():
             for image in stream.flush():

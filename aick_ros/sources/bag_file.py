@@ -17,6 +17,7 @@ from rosbags.typesys import Stores, get_typestore
 from aick_ros.errors import InputError
 from aick_ros.geometry.trajectory import stamp_to_seconds
 from aick_ros.sources import OnDamaged
+from aick_ros.sources.bag_limits import check_storage
 
 _REPAIR = ('copy or record it again, or repair it (`ros2 bag reindex` for a ROS 2 bag, `mcap '
            'recover` for an mcap file, `rosbag reindex` for a ROS 1 bag)')
@@ -40,6 +41,7 @@ class BagFile:
 
     def __init__(self, path: Path) -> None:
         self._path = _storage(path)
+        _check_files(self._path)
 
     def topics(self) -> dict[str, TopicInfo]:
         """
@@ -48,7 +50,16 @@ class BagFile:
         :raises InputError: where the bag cannot be read.
         """
         with self._open() as reader:
-            return reader.topics
+            try:
+                topics = reader.topics
+            except Exception as error:  # counts of messages that are no numbers
+                raise self._unreadable(error) from None
+            for name, topic in topics.items():
+                count = topic.msgcount
+                if not isinstance(count, int) or not 0 <= count < 2 ** 63:
+                    raise InputError(f'{self._path}: its metadata counts {count!r} messages on '
+                                     f'{name}; run `ros2 bag reindex` on it')
+            return topics
 
     def messages(self, topics: list[str], on_damaged: OnDamaged) -> Iterator[BagMessage]:
         """
@@ -94,6 +105,17 @@ class BagFile:
         return InputError(f'{self._path} cannot be read as a bag ({_reason(error)}): {_REPAIR}')
 
 
+@contextmanager
+def fields_required(bag: object, topic: str) -> Iterator[None]:
+    """Raise InputError where the block needs a field that the messages of a topic do not have."""
+    try:
+        yield
+    except (AttributeError, TypeError, IndexError) as error:
+        raise InputError(f'{bag}, {topic}: the messages are not of the type that they are '
+                         f'declared as ({_reason(error)}): choose another topic, or record with '
+                         'the standard definition') from None
+
+
 def _storage(path: Path) -> Path:
     """Return the path that rosbags is to open."""
     # rosbags reads every path that ends in .bag as a ROS 1 bag
@@ -106,6 +128,16 @@ def _storage(path: Path) -> Path:
         raise InputError(f'{path} is a folder that ends in .bag: rename it')
     raise InputError(f'{path} has {len(files)} storage files and no metadata.yaml: run `ros2 bag '
                      f'reindex {path}`, or give one of the files')
+
+
+def _check_files(path: Path) -> None:
+    """Raise InputError where a file of a bag is not a regular file or has too large parts."""
+    files = [path] if not path.is_dir() else sorted(path.iterdir())
+    for file in files:
+        if file.suffix in ('.mcap', '.db3'):
+            check_storage(file)
+        elif file.name == 'metadata.yaml' and not file.is_file():
+            raise InputError(f'cannot read {file}: it is not a regular file')
 
 
 def _reason(error: Exception) -> str:

@@ -15,6 +15,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from aick_ros.borders.files import read_text
+from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.errors import InputError
 from aick_ros.geometry.camera import Camera
 
@@ -35,10 +37,10 @@ def read_camera(path: Path) -> Camera:
 
     :raises InputError: naming the file, where it cannot be read or does not describe a camera.
     """
+    text = read_text(path, 'the calibration', MAX_CONFIGURATION_BYTES)
     try:
-        text = path.read_text()
         fields = _from_yaml(text) if path.suffix in _YAML else json.loads(text)
-    except (OSError, ValueError) as error:
+    except (ValueError, RecursionError) as error:  # InputError is a ValueError
         raise InputError(f'cannot read the calibration {path}: {error}') from None
     try:
         fields = _as_camera_info(fields)
@@ -58,15 +60,12 @@ def read_camera(path: Path) -> Camera:
 
 
 def _from_yaml(text: str) -> Any:
-    """Return the first document; ValueError where the text is not YAML."""
+    """Return the first document; InputError where the text is not YAML."""
     try:
-        import yaml
+        from aick_ros.borders.yaml_text import parse_yaml
     except ModuleNotFoundError:
-        raise ValueError('PyYAML is not installed: pip install pyyaml') from None
-    try:
-        return next(yaml.safe_load_all(text), None)
-    except yaml.YAMLError as error:
-        raise ValueError(f'it is not YAML: {" ".join(str(error).split())}') from None
+        raise InputError('PyYAML is not installed: pip install pyyaml') from None
+    return parse_yaml(text)
 
 
 def _as_camera_info(fields: Mapping[str, Any]) -> Mapping[str, Any]:

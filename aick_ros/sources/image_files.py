@@ -10,6 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from aick_ros.borders.files import read_bytes
+from aick_ros.borders.limits import MAX_MESSAGE_BYTES
 from aick_ros.errors import InputError
 from aick_ros.messages.png_jpeg import decode_colour, decode_units
 
@@ -35,9 +37,8 @@ def read_units(path: Path) -> np.ndarray:
 
 
 def _read(path: Path, decode: Callable[[bytes], np.ndarray]) -> np.ndarray:
+    content = read_bytes(path, 'the image', MAX_MESSAGE_BYTES)
     try:
-        return decode(path.read_bytes())
-    except OSError as error:
-        raise InputError(f'cannot read the image {path}: {error.strerror}') from None
+        return decode(content)
     except InputError as error:
         raise InputError(f'cannot read the image {path}: {error}') from None

@@ -19,11 +19,13 @@ from pathlib import Path
 
 import numpy as np
 
+from aick_ros.borders.files import read_text
+from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES, MAX_DISTANCE
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.stamps import MAX_STAMP, NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.messages.depth_units import MILLIMETRES, to_metres
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
@@ -38,6 +40,7 @@ START = NANOSECONDS
 
 INTRINSICS_FILE = 'camera-intrinsics.txt'
 
+_LAST_NUMBER = (MAX_STAMP - START) * RATE // NANOSECONDS
 _NO_DEPTH = 65535  # of 7-Scenes, beside 0
 _FILE = re.compile(r'frame-(\d+)\.(?:(color)\.(?:png|jpe?g)|(depth)\.png|(pose)\.txt)')
 
@@ -112,6 +115,9 @@ def _find_files(folder: Path) -> dict[str, dict[int, Path]]:
         match = _FILE.fullmatch(path.name)
         if match:
             number, *kinds = match.groups()
+            if _stamp(int(number)) > MAX_STAMP:
+                raise InputError(f'{path} has the number {int(number)}: at most '
+                                 f'{_LAST_NUMBER} has a stamp at {RATE} Hz; renumber the files')
             files[next(filter(None, kinds))][int(number)] = path
     return files
 
@@ -142,7 +148,12 @@ def _read_pose(path: Path) -> np.ndarray:
     """Return ``T_world_camera`` as it is written, 4x4; it may be not finite."""
     pose = _read_matrix(path, (4, 4))
     rotation = pose[:3, :3]
-    if np.isfinite(pose).all() and not np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-2):
+    if not np.isfinite(pose).all():
+        return pose
+    if np.abs(pose[:3, 3]).max() > MAX_DISTANCE:
+        raise InputError(f'{path} is not a pose: it is beyond {MAX_DISTANCE:g} m')
+    if np.abs(rotation).max() > 2.0 or not np.allclose(rotation @ rotation.T, np.eye(3),
+                                                       atol=1e-2):
         raise InputError(f'{path} is not a pose: its rotation is not orthonormal')
     return pose
 
@@ -150,8 +161,9 @@ def _read_pose(path: Path) -> np.ndarray:
 def _read_matrix(path: Path, shape: tuple[int, int]) -> np.ndarray:
     """Read rows of numbers, float64."""
     try:
-        return np.array(path.read_text().split(), np.float64).reshape(shape)
-    except (OSError, ValueError) as error:
+        text = read_text(path, 'the numbers', MAX_CONFIGURATION_BYTES)
+        return np.array(text.split(), np.float64).reshape(shape)
+    except ValueError as error:  # InputError is one
         raise InputError(f'cannot read {shape[0]} rows of {shape[1]} numbers from {path}: '
                          f'{error}') from None
 

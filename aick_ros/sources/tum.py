@@ -19,9 +19,12 @@ from operator import itemgetter
 from pathlib import Path
 from typing import NamedTuple
 
+from aick_ros.borders.files import read_text
+from aick_ros.borders.limits import MAX_LIST_BYTES
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.stamps import MAX_STAMP
 from aick_ros.geometry.trajectory import (
     Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds)
 from aick_ros.messages.depth_units import to_metres
@@ -119,10 +122,9 @@ def _find_camera(folder: Path, given: Path | None) -> Camera:
 def _read_list(folder: Path, name: str) -> _List:
     path = folder / name
     try:
-        lines = path.read_text().splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f'cannot read the list {path}: {error}; a TUM folder has rgb.txt and '
-                         'depth.txt') from None
+        lines = read_text(path, 'the list', MAX_LIST_BYTES).splitlines()
+    except InputError as error:
+        raise InputError(f'{error}; a TUM folder has rgb.txt and depth.txt') from None
     images: dict[int, Path] = {}
     skipped = []
     for number, line in enumerate(lines, 1):
@@ -145,9 +147,9 @@ def _read_line(line: str, where: str) -> tuple[int, str]:
     try:
         stamp, file = line.split()
         return seconds_to_stamp(stamp), file
-    except (ValueError, OverflowError):
+    except ValueError:
         raise InputError(f'{where}: {line.strip()[:80]!r} is not an image: required are a stamp '
-                         'in seconds and a file name') from None
+                         f'from 0 to {stamp_to_seconds(MAX_STAMP)} s and a file name') from None
 
 
 def _associate(colour: list[tuple[int, Path]], depth: list[tuple[int, Path]],

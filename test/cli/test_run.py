@@ -85,7 +85,7 @@ def test_options_that_do_not_fit(aick, tmp_path, arguments, words):
     assert not (tmp_path / 'runs').exists()
 
 
-@pytest.mark.parametrize('gaps', ['', '0', '1,x', '5,-1', '1.5'])
+@pytest.mark.parametrize('gaps', ['', '0', '1,x', '5,-1', '1.5', '1,1' + 23 * '0'])
 def test_gaps_that_are_none(aick, gaps):
     outcome = aick('evaluate', 'synthetic:1', '--gaps', gaps)
     assert outcome.code == 2

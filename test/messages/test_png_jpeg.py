@@ -3,9 +3,14 @@
 
 """PNG and JPEG data: what OpenCV encoded is decoded, what is damaged is rejected."""
 
+import struct
+import zlib
+
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from aick_ros.errors import InputError
 from aick_ros.messages import png_jpeg
@@ -67,6 +72,50 @@ def test_png_with_a_flipped_byte_is_rejected():
     data[len(data) // 2] ^= 0xff
     with pytest.raises(InputError, match='bytes of PNG data are damaged'):
         png_jpeg.decode(data)
+
+
+def test_damaged_data_is_rejected_without_a_word_of_libpng(capfd):
+    data = encoded(DEPTH)
+    for place in range(8, len(data), 7):
+        damaged = bytearray(data)
+        damaged[place] ^= 0xff
+        with pytest.raises(InputError):
+            png_jpeg.decode(damaged)
+    assert capfd.readouterr().err == ''
+
+
+def declared(kind, width, height):
+    """Return an image whose header declares another size."""
+    data = bytearray(encoded(BGR, kind))
+    if kind == '.png':
+        struct.pack_into('>II', data, 16, width, height)
+        struct.pack_into('>I', data, 29, zlib.crc32(data[12:29]))
+    else:
+        struct.pack_into('>HH', data, data.index(b'\xff\xc0') + 5, height, width)
+    return bytes(data)
+
+
+@pytest.mark.parametrize('kind', ['.png', '.jpg'])
+@pytest.mark.parametrize('width, height', [(30_000, 30_000), (32_768, 1), (8192, 4097)])
+def test_large_images_are_rejected_by_their_header(kind, width, height, monkeypatch):
+    monkeypatch.setattr(cv2, 'imdecode', None)  # nothing is unpacked
+    with pytest.raises(InputError, match=f'declared as {width} x {height} pixels: at most'):
+        png_jpeg.decode(declared(kind, width, height))
+
+
+@pytest.mark.parametrize('kind', ['.png', '.jpg'])
+@given(data=st.data())
+def test_any_bytes_are_an_image_or_an_input_error(kind, data):
+    """Those of an image with some bytes replaced, and any bytes after its signature."""
+    valid = encoded(BGR[:4, :6], kind)
+    content = bytearray(data.draw(st.just(valid) | st.binary().map(lambda end: valid[:8] + end)))
+    for place in data.draw(st.lists(st.integers(0, len(content) - 1), max_size=4)):
+        content[place] = data.draw(st.integers(0, 255))
+    try:
+        image = png_jpeg.decode_colour(content)
+    except InputError:
+        return
+    assert image.dtype == np.uint8 and image.ndim in (2, 3)
 
 
 def test_no_data_is_rejected():

@@ -7,6 +7,9 @@ import struct
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from aick_ros.errors import InputError
 from aick_ros.messages.rvl import decode_rvl
@@ -73,7 +76,7 @@ def test_more_pixels_than_there_should_be_are_rejected():
 
 
 @pytest.mark.parametrize('width, height', [
-    (0, 480), (640, 0), (-640, -480), (2 ** 31 - 1, 2 ** 31 - 1)])
+    (0, 480), (640, 0), (-640, -480), (2 ** 31 - 1, 2 ** 31 - 1), (4096, 1025)])
 def test_impossible_sizes_are_rejected(width, height):
     with pytest.raises(InputError, match=f'{width} x {height} pixels, so it is damaged'):
         decode_rvl(encoded(IMAGES['nothing']), width, height)
@@ -84,9 +87,30 @@ def test_a_number_that_never_ends_is_rejected():
         decode_rvl(b'\xff' * 40 + bytes(40), 64, 48)
 
 
+@pytest.mark.parametrize('width, height, size', [(64, 48, 10_000), (1, 1, 10 ** 6)])
+def test_more_data_than_the_pixels_can_have_is_rejected(width, height, size):
+    with pytest.raises(InputError, match=f'{size} bytes of RVL data are more than {width} x'):
+        decode_rvl(bytes(size), width, height)
+
+
+@given(st.binary(max_size=300), st.integers(-3, 40), st.integers(-3, 40))
+def test_any_bytes_are_an_image_or_an_input_error(data, width, height):
+    try:
+        image = decode_rvl(data, width, height)
+    except InputError:
+        return
+    assert image.shape == (height, width)
+
+
+@given(arrays(np.uint16, st.tuples(st.integers(1, 12), st.integers(1, 12)),
+              elements=st.just(0) | st.integers(0, 65535)))
+def test_any_image_comes_back(image):
+    assert np.array_equal(decode_rvl(encoded(image), *image.shape[::-1]), image)
+
+
 def test_runs_without_pixels_come_to_an_end():
-    with pytest.raises(InputError, match='RVL data is truncated'):
-        decode_rvl(bytes(10_000), 64, 48)
+    with pytest.raises(InputError, match='RVL data is damaged'):
+        decode_rvl(bytes(9_000), 64, 48)
 
 
 def test_noise_is_decoded_or_rejected():

@@ -3,6 +3,8 @@
 
 """Bags written by plain rosbags: against what was put in, and each way in which one can be bad."""
 
+import os
+import re
 import shutil
 import struct
 from types import SimpleNamespace
@@ -15,10 +17,16 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
+try:
+    from compression import zstd
+except ModuleNotFoundError:  # before Python 3.14
+    from backports import zstd
+
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
-from aick_ros.sources import SourceOptions, raise_damage
+from aick_ros.sources import SourceOptions, bag_file, bag_limits, open_source, raise_damage
 from aick_ros.sources.bag import BagSource
+from aick_ros.sources.bag_file import BagMessage
 
 STORES = {1: get_typestore(Stores.ROS1_NOETIC), 2: get_typestore(Stores.ROS2_JAZZY)}
 COLOUR, DEPTH, INFO, TRUTH = '/rgb/image_raw', '/depth/image_raw', '/rgb/camera_info', (
@@ -508,3 +516,55 @@ def test_only_few_images_wait_for_a_partner(tmp_path, recording, monkeypatch):
     assert len(list(source.frames(raise_damage))) == 1
     assert len(waiting) == 301
     assert max(waiting) <= 70
+
+
+@pytest.mark.parametrize('storage', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+def test_messages_that_are_too_large_are_rejected_before_they_are_read(
+        tmp_path, recording, monkeypatch, storage):
+    folder = write(tmp_path / 'bag', Messages().recording(recording), storage=storage)
+    largest = 32 * 24 * 4
+    monkeypatch.setattr(bag_limits, 'MAX_MESSAGE_BYTES', largest // 2)
+    monkeypatch.setattr(bag_file, 'AnyReader', None)  # nothing is read
+    with pytest.raises(InputError, match=r'bag.* has a message or chunk of \d+ bytes: at most'):
+        BagSource(folder)
+
+
+@pytest.mark.parametrize('packed, size', [
+    (zstd.compress(bytes(1000)), 1000), (zstd.compress(bytes(100_000)), 100_000),
+    (zstd.compress(b'ab'), 2), (b'', 0)])
+def test_chunks_are_measured_by_what_their_data_declares(tmp_path, packed, size):
+    head = struct.pack('<QQQII4sQ', 0, 0, 7, 0, 4, b'zstd', len(packed)) + packed
+    path = tmp_path / 'a.mcap'
+    path.write_bytes(b'\x89MCAP0\r\n' + struct.pack('<BQ', 6, len(head)) + head + b'\0' * 9)
+    assert bag_limits._largest_record(path) == max(len(head), size, 7)
+
+
+def test_pipes_are_rejected_as_bags_and_in_bags(bag):
+    (storage,) = bag.glob('*.mcap')
+    storage.unlink()
+    os.mkfifo(storage)
+    for path in (bag, storage):
+        with pytest.raises(InputError, match='mcap: it is .*regular file'):
+            open_source(path)
+    (bag / 'metadata.yaml').unlink()
+    os.mkfifo(bag / 'metadata.yaml')
+    storage.unlink()
+    with pytest.raises(InputError, match='cannot read .*metadata.yaml: it is not a regular file'):
+        open_source(bag)
+
+
+@pytest.mark.parametrize('count', ['many', '-5', '.nan', '1' + 30 * '0', '3.5'])
+def test_metadata_with_impossible_counts_is_rejected(bag, count):
+    metadata = bag / 'metadata.yaml'
+    text = re.sub(r'message_count: \d+', f'message_count: {count}', metadata.read_text())
+    metadata.write_text(text)
+    with pytest.raises(InputError, match='metadata|cannot be read as a bag'):
+        BagSource(bag)
+
+
+def test_messages_that_lack_fields_are_rejected(tmp_path, recording, monkeypatch):
+    folder = write(tmp_path / 'bag', Messages().recording(recording))
+    other = [BagMessage(INFO, 1, SimpleNamespace(width=32, k=[1.0] * 9))]
+    monkeypatch.setattr(bag_file.BagFile, 'messages', lambda *_: iter(other))
+    with pytest.raises(InputError, match='camera_info: the messages are not of the type that'):
+        BagSource(folder)

@@ -152,3 +152,19 @@ def test_a_damaged_image_is_reported_and_the_next_one_read(folder):
     assert str(broken) in damage[0] and 'truncated' in damage[0]
     assert 'no frame-000001.depth.png' in damage[1]
     assert 'frame-000002' in damage[2] and 'depth 16 x 12 pixels' in damage[2]
+
+
+@pytest.mark.parametrize('digits', [12, 30])
+def test_numbers_without_a_stamp_are_rejected(folder, digits):
+    write(folder, int('9' * digits), 0)
+    with pytest.raises(InputError, match='has the number 9+: at most .* renumber the files'):
+        ImagesSource(folder)
+
+
+@pytest.mark.parametrize('place, number', [((0, 3), 1e300), ((0, 0), 1e300), ((2, 3), -2e8)])
+def test_poses_out_of_range_are_named(folder, place, number):
+    pose = np.eye(4)
+    pose[place] = number
+    np.savetxt(folder / 'frame-000001.pose.txt', pose)
+    with pytest.raises(InputError, match='frame-000001.pose.txt is not a pose'):
+        ImagesSource(folder).ground_truth

@@ -87,7 +87,8 @@ def test_another_file_is_rejected(tmp_path):
         open_source(tmp_path / 'a.txt')
 
 
-@pytest.mark.parametrize('path', ['synthetic:one', 'synthetic:-1', 'synthetic:1.5'])
+@pytest.mark.parametrize('path', ['synthetic:one', 'synthetic:-1', 'synthetic:1.5',
+                                  'synthetic:1' + 30 * '0'])
 def test_a_seed_must_be_a_whole_number(path):
     with pytest.raises(InputError, match=f'{path} has a seed that is not a whole number'):
         open_source(path)

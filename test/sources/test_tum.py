@@ -151,7 +151,8 @@ def test_a_missing_list_is_named(recorded_folder, name):
 
 
 @pytest.mark.parametrize('line', ['1305031102.2', 'abc rgb/a.png', '1.0 a b', 'nan rgb/a.png',
-                                  'inf rgb/a.png'])
+                                  'inf rgb/a.png', '1e200 rgb/a.png', '-1 rgb/a.png',
+                                  '2147483648 rgb/a.png', '9223372036.86 rgb/a.png'])
 def test_a_malformed_line_is_named(recorded_folder, line):
     edit(recorded_folder / 'depth.txt', lambda text: text.replace('# depth', f'# depth\n{line}'))
     with pytest.raises(InputError, match='depth.txt, line 2: .*is not an image'):

@@ -73,6 +73,9 @@ JsonFile = Annotated[str | None, typer.Option(
     help='Write the results as JSON; - writes them to standard output, and nothing else there.')]
 
 
+_LARGEST_GAP = 1_000_000  # frames; chosen: nine hours at 30 Hz
+
+
 def settings_from(preset_name: str | None, config: Path | None,
                   assignments: Sequence[str] | None) -> Settings:
     """
@@ -98,9 +101,9 @@ def gaps_from(gaps: str) -> list[int]:
         numbers = sorted({int(gap) for gap in gaps.split(',')})
     except ValueError:
         numbers = [0]
-    if numbers[0] < 1:
-        raise InputError(f'--gaps {gaps}: whole numbers of at least 1 are required, for example '
-                         '--gaps 1,5,10')
+    if numbers[0] < 1 or numbers[-1] > _LARGEST_GAP:
+        raise InputError(f'--gaps {gaps[:80]}: whole numbers from 1 to {_LARGEST_GAP} are '
+                         'required, for example --gaps 1,5,10')
     return numbers
 
 

@@ -30,6 +30,7 @@ _EXPOSURE = ((0.6, 0.05, 0.15), (0.4, 0.2, 0.4))  # shares and frequencies [Hz]
 # what the random numbers are for; the scene takes 0
 _PATH_STREAM, _EXPOSURE_STREAM, _NOISE_STREAM = 1, 2, 3
 _SLOWEST, _FASTEST = 0.01, 1000.0  # Hz
+_MOST_FRAMES = 100_000  # chosen: an hour at 30 Hz; their poses are computed before the first
 
 
 @dataclass(frozen=True)
@@ -59,9 +60,9 @@ class SyntheticOptions:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be rendered."""
-        if self.seed < 0 or self.frames < 1:
-            raise InputError(f'seed {self.seed} and {self.frames} frames: the seed takes 0 or '
-                             'more, the frames 1 or more')
+        if not 0 <= self.seed < 2 ** 63 or not 1 <= self.frames <= _MOST_FRAMES:
+            raise InputError(f'seed {self.seed} and {self.frames} frames: the seed must be 0 to '
+                             f'2^63 - 1, the frames 1 to {_MOST_FRAMES}')
         if not _SLOWEST <= self.rate <= _FASTEST:
             raise InputError(f'the rate is {self.rate:g} Hz: it must be {_SLOWEST:g} to '
                              f'{_FASTEST:g}')

@@ -213,8 +213,10 @@ def test_size_rate_and_intrinsics_are_the_given_ones(perfect):
 
 
 @pytest.mark.parametrize('options, message', [
-    ({'frames': 0}, 'frames 1 or more'),
-    ({'seed': -1}, 'seed takes 0'),
+    ({'frames': 0}, 'frames 1 to 100000'),
+    ({'frames': 10 ** 18}, 'frames 1 to 100000'),
+    ({'seed': -1}, 'seed must be 0 to'),
+    ({'seed': 10 ** 30}, 'seed must be 0 to'),
     ({'rate': 0.0}, 'rate is 0 Hz'),
     ({'rate': float('nan')}, 'rate is nan'),
     ({'rate': 1e12}, r'rate is 1e\+12 Hz: it must be 0.01 to 1000'),
