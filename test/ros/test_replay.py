@@ -68,7 +68,8 @@ def test_real_sequence(ros_domain, tum_folder, tmp_path, name, ate, rpe, turn):
     """Stamps of colour and depth differ here, and a few images have no partner."""
     bag = tmp_path / 'bag'
     bag_writer.write_bag(bag, open_source(tum_folder(name)))
-    run = run_live(bag, TOPICS, EVERY_FRAME, RealTime())
+    # at half the rate the backlog stays within its limit on a loaded machine too
+    run = run_live(bag, TOPICS, EVERY_FRAME, RealTime(0.5))
     assert_as_offline(run, bag)
     assert all(answer.tracked for answer in run.answers)
     errors = errors_of(run, bag)
