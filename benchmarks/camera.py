@@ -42,7 +42,7 @@ def to_and_fro(count: int) -> list[int]:
 
 
 def main() -> None:
-    """Publish until the time is over or it is told to end."""
+    """Publish until the time is over or a signal ends it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('frames')
     parser.add_argument('--rate', type=float, default=30.0)

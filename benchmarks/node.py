@@ -55,7 +55,7 @@ PERIOD = 33_333_333  # ns
 
 @dataclass(frozen=True)
 class Plan:
-    """How long and how much to measure."""
+    """Duration and amount of the measurements."""
 
     folder: Path
     seconds: float
@@ -140,7 +140,7 @@ def memory(plan: Plan) -> Iterator[Row]:
 
 MEASURES: tuple[Callable[[Plan], Iterator[Row]], ...] = (
     live, large, start, equal, damage, memory)
-"""What is measured, in order; add a function that yields rows."""
+"""Measurements, in order; add a function that yields rows."""
 
 
 def _shoot(recording: Path, seconds: float, node: NodeProcess) -> tuple[int, float]:

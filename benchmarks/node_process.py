@@ -44,12 +44,12 @@ class NodeProcess:
 
     @property
     def alive(self) -> bool:
-        """Whether it runs."""
+        """Return whether the process runs."""
         return self._process.poll() is None
 
     @property
     def cpu_seconds(self) -> float:
-        """What it has used of all processors [s]."""
+        """CPU time used so far [s]."""
         fields = Path(f'/proc/{self._process.pid}/stat').read_text().rpartition(')')[2].split()
         return (int(fields[11]) + int(fields[12])) / _TICKS
 

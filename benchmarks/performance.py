@@ -7,7 +7,7 @@ Measures accuracy and speed, and prints them beside what they must be.
     AICK_DATA=FOLDER python benchmarks/performance.py
 
 FOLDER has the TUM excerpts freiburg1_xyz_150 and freiburg1_rpy_100. Without it the rows of real
-cameras are left out and rendered images are used for speed. Each row names the command that
+cameras are omitted and rendered images are used for speed. Each row names the command that
 gives the same figure. Registrations are timed in this process, one after the other, in one
 thread: BLAS is held to it by OPENBLAS_NUM_THREADS=1 and OMP_NUM_THREADS=1, with which this script
 restarts itself, OpenCV by setNumThreads(1).
@@ -127,7 +127,7 @@ def node_over_dds() -> Iterator[Row]:
 MEASURES: Sequence[Callable[[], Iterator[Row]]] = (
     accuracy_on_real_cameras, accuracy_without_noise, registration_times, replay_speed,
     node_over_dds)
-"""What is measured, in order; add a function that yields rows."""
+"""Measurements, in order; add a function that yields rows."""
 
 
 def data_folder(name: str) -> Path | None:

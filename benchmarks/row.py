@@ -28,7 +28,7 @@ class Row:
 
     @property
     def met(self) -> bool:
-        """Whether the figure is as good as it must be."""
+        """Return whether the figure meets its bound."""
         return self.measured >= self.must if self.at_least else self.measured <= self.must
 
     def __str__(self) -> str:

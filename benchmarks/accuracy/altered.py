@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A recording with frames left out, or as if colour and depth were taken at the same time."""
+"""A recording with frames skipped, or as if colour and depth were taken at the same time."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class Altered:
     """
     A source that changes another's frames.
 
-    :param first: only so many frames; None: all.
-    :param every: only one of so many of these.
+    :param first: number of frames from the start; None: all.
+    :param every: step between the frames used.
     :param one_clock: whether depth images lose their own stamps.
     """
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What this package set out to reach, figure by figure: set for the whole real sequences."""
+"""Goals of this package, figure by figure, for the whole real sequences."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Measure:
         return self.goals.get(recording, self.goals.get(''))
 
     def reached(self, figure: float, bound: float) -> bool:
-        """Whether a figure is as good as a bound, as the table shows both."""
+        """Return whether a figure meets a bound, both as rounded in the table."""
         figure = float(format(figure, self.form))
         return figure >= bound if self.larger_is_better else figure <= bound
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How the error of a path grows with the distance gone."""
+"""Growth of the error of a path with the distance travelled."""
 
 from __future__ import annotations
 

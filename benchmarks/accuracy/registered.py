@@ -27,10 +27,10 @@ from aick_ros.sources import RgbdSource, raise_damage
 GAPS = (1, 3, 5)
 SHIFTS_MS = tuple(range(-40, 41, 5))  # of the ground truth
 _WINDOW = 0.1  # [s] over which a turn rate is taken from the ground truth
-_TURNING = 0.3  # [rad/s]; a slower turn tells no interval
+_TURNING = 0.3  # [rad/s]; a slower turn does not determine the interval
 _MISSING = 0.5  # of the period off it: a frame is missing
 _FEWEST = 20  # increments that a correlation takes
-_STEADY = 1e-4  # [s]; stamps that deviate less tell none
+_STEADY = 1e-4  # [s]; stamps that deviate less do not determine it
 
 
 class Registered:

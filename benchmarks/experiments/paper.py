@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the paper measured: Table I of Ekekrantz et al., ECMR 2013 (TUM fr1/room, gap 1)."""
+"""Results of the paper: Table I of Ekekrantz et al., ECMR 2013 (TUM fr1/room, gap 1)."""
 
 from __future__ import annotations
 

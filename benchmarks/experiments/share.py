@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A share of many trials, and how sure it is."""
+"""A share of many trials with its confidence interval."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Share:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Where the true share is at 95 % confidence (Wilson 1927), of independent trials."""
+        """95 % confidence interval of the share of independent trials (Wilson 1927)."""
         squares = _DEVIATIONS ** 2 / self.trials
         middle = (self.value + squares / 2) / (1 + squares)
         spread = math.sqrt(self.value * (1 - self.value) / self.trials * _DEVIATIONS ** 2

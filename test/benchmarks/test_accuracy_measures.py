@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What docs/accuracy.md is measured with, on paths and images whose figures are known."""
+"""Measures of docs/accuracy.md on paths and images whose figures are known."""
 
 from pathlib import Path
 
@@ -56,7 +56,7 @@ def test_growth_of_the_turn(load):
     assert figures['0.5']['rotation_rmse_deg'] == pytest.approx(5.0)
 
 
-def test_frames_are_left_out_and_clocks_taken_away(load, source):
+def test_frames_are_skipped_and_depth_stamps_removed(load, source):
     altered = load(FOLDER / 'altered.py').Altered
     frames = list(altered(source, 9, 4, one_clock=True).frames(raise_damage))
     assert [frame.stamp for frame in frames] == [source.frame(i).stamp for i in (0, 4, 8)]

@@ -114,7 +114,7 @@ def test_single_figures(page, text, filled):
 
 @pytest.mark.parametrize('text', ['{{figure hall frame_time share}}', '{{speed}}',
                                   '{{figure room-1 skips 3 tracked_fraction}}'])
-def test_refuses_what_was_not_measured(page, text):
+def test_a_missing_measurement_is_rejected(page, text):
     with pytest.raises(InputError, match=re.escape(text)):
         page.fill(text)
 

@@ -104,7 +104,7 @@ def test_figures_of_two_runs_are_in_the_papers_order(write_page):
 
 @pytest.mark.parametrize('text', ['{{ratio icp 1 0.01}}', '{{ratio pnp 7 0.01}}', '{{ratio pnp}}',
                                   '{{speed}}', '{{times aick-orb pnp often}}'])
-def test_refuses_what_was_not_measured(page, text):
+def test_a_missing_measurement_is_rejected(page, text):
     with pytest.raises(InputError, match=re.escape(text)):
         page.fill(text)
 

@@ -26,7 +26,7 @@ def test_braces_are_filled_in(page):
 
 
 @pytest.mark.parametrize('text', ['{{speed}}', '{{sum 2}}', '{{of z}}', '{{speed of sound}}'])
-def test_braces_that_stand_for_nothing_are_refused(page, text):
+def test_unknown_placeholders_are_rejected(page, text):
     with pytest.raises(InputError, match=re.escape(text)):
         page.fill(f'before {text} after', CONTENTS)
 

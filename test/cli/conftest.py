@@ -17,7 +17,7 @@ FRAMES = 14
 
 @dataclass
 class Outcome:
-    """What a command left on the terminal."""
+    """Exit code and output of a command."""
 
     code: int
     out: str

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How long a keyframe is kept, by hand-made variances and numbers of matches."""
+"""Replacement of a keyframe, by given variances and numbers of matches."""
 
 from types import SimpleNamespace
 

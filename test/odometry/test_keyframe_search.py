@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Which earlier keyframes are sought again, and which of what is found is accepted."""
+"""Search for earlier keyframes, and which registrations are accepted."""
 
 from types import SimpleNamespace
 
@@ -119,6 +119,6 @@ def test_one_that_looks_elsewhere_is_not_sought():
 
 
 def test_where_the_pose_is_not_known_none_is_sought():
-    """After a long loss a place that looks alike could not be told from the right one."""
+    """After a long loss a place that looks alike could not be distinguished from the right one."""
     graph = graph_of(POSITIONS, sigma=0.1)
     assert candidates(graph, 6, stamps(7), SETTINGS.odometry) == ()

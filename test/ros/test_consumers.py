@@ -169,7 +169,7 @@ def test_while_tracked_everyone_believes_us(run, frames):
     assert nav2.can_place_scan(frames[3].stamp + 10 ** 7, links)
 
 
-def test_held_nobody_believes_that_the_robot_stands_still(run, with_loss):
+def test_a_held_pose_is_no_measurement_of_standstill(run, with_loss):
     messages, links = run(with_loss, lost_policy='hold')
     with_tf = maps(RtabMap(), with_loss, messages, links)
     assert [with_tf[i] for i in DARK] == len(DARK) * [Map.WAITS]

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A parameter file for another node is not silently left out."""
+"""A parameter file for another node is not silently ignored."""
 
 import pytest
 

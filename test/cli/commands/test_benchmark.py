@@ -104,21 +104,21 @@ def test_interrupted_on_the_walk_it_goes_on_there(aick, folder, without_rivals, 
     (['--limit', '1'], 'at least 2 are required'),
     (['--plots', '/dev/null/plots'], '--plots /dev/null/plots: cannot make the folder'),
     (['again'], 'again does not exist')])
-def test_refuses_what_cannot_be_run(aick, folder, without_rivals, arguments, sentence):
+def test_an_impossible_benchmark_is_rejected(aick, folder, without_rivals, arguments, sentence):
     outcome = aick('benchmark', folder, *arguments)
     assert outcome.code == 2
     assert sentence in outcome.err.splitlines()[-1]
     assert os.listdir() == []
 
 
-def test_refuses_a_source_twice_and_one_without_ground_truth(aick, folder, tmp_path, in_memory,
-                                                             recording):
+def test_a_repeated_source_and_one_without_ground_truth_are_rejected(
+        aick, folder, tmp_path, in_memory, recording):
     assert 'two recordings are called rendered' in aick('benchmark', folder, folder).sentence
     write_tum(tmp_path / 'blind', in_memory(list(recording.frames(None))[:3]))
     assert 'blind has no ground truth' in aick('benchmark', 'blind').sentence
 
 
-def test_interrupted_it_goes_on(folder, tmp_path):
+def test_an_interrupted_benchmark_resumes(folder, tmp_path):
     command = [sys.executable, '-m', 'aick_ros', 'benchmark', str(folder), '--methods',
                'aick,aick-orb,aick-orb-350', '--gaps', '1,2,3', '--json', 'figures.json']
     options = {'cwd': tmp_path, 'env': {**os.environ, 'PYTHONPATH': str(ROOT)}, 'text': True,
@@ -129,9 +129,9 @@ def test_interrupted_it_goes_on(folder, tmp_path):
             assert time.monotonic() < end
             time.sleep(0.01)
         process.send_signal(signal.SIGINT)
-        _, told = process.communicate(timeout=120)
+        _, messages = process.communicate(timeout=120)
     assert process.returncode == 130
-    assert told.splitlines()[-1] == \
+    assert messages.splitlines()[-1] == \
         'aick: interrupted; the same command resumes from figures.json.partial'
     first = partial.read_text()
     again = subprocess.run(command, **options, stdout=subprocess.DEVNULL, check=True)

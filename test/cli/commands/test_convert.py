@@ -47,7 +47,7 @@ def test_converts_a_part_in_millimetres(aick, folder, tmp_path):
     np.testing.assert_allclose(1000 * metres, np.rint(1000 * metres), atol=1e-3)
 
 
-def test_damaged_images_are_left_out(aick, folder, recording, tmp_path):
+def test_damaged_images_are_skipped(aick, folder, recording, tmp_path):
     colour = sorted((folder / 'rgb').iterdir())
     colour[2].write_bytes(b'no image')
     outcome = aick('convert', folder, 'bag')
@@ -72,7 +72,7 @@ def test_depth_is_registered_by_a_given_extrinsic(aick, folder, tmp_path):
 
 @pytest.mark.parametrize('arguments, words', [
     (['--storage', 'zip'], "no bag storage 'zip'"), (['--depth-encoding', 'mono8'], 'mono8')])
-def test_refuses_what_it_cannot_write(aick, folder, tmp_path, arguments, words):
+def test_unwritable_output_is_rejected(aick, folder, tmp_path, arguments, words):
     outcome = aick('convert', folder, 'bag', *arguments)
     assert outcome.code == 2
     assert words in outcome.sentence

@@ -88,7 +88,7 @@ def test_the_keypoints_are_those_of_the_detector(noise, recording):
     assert 'features.orb' not in outcome.out
 
 
-def test_unusable_input_is_refused_in_one_sentence(noise, recording, in_memory, tmp_path):
+def test_unusable_input_is_rejected_in_one_sentence(noise, recording, in_memory, tmp_path):
     blind = in_memory([dataclasses.replace(frame, depth=np.full_like(frame.depth, np.nan))
                        for frame in recording.frames(raise_damage)])
     outcome = noise(blind, '--json', tmp_path / 'noise.json')

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a replay leaves, whatever happens on the way."""
+"""Output of a replay, complete or interrupted."""
 
 import csv
 import dataclasses
@@ -72,7 +72,7 @@ def updates(recording):
     return [odometry.register_frame(frame) for frame in recording.frames(raise_damage)]
 
 
-def test_files_say_what_the_odometry_says(replay, recording, updates):
+def test_files_have_the_values_of_the_odometry(replay, recording, updates):
     outcome, run = replay(recording, '--preset', 'paper-fast')
     assert outcome.code == 0
     assert outcome.err == ''

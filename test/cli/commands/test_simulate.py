@@ -49,7 +49,7 @@ def test_perfect_depth_has_no_holes(aick, tmp_path, rendered):
     ('--size', '640', '--size 640: WIDTHxHEIGHT'), ('--size', '8x8', 'from 16'),
     ('--size', '-640x480', '--size'), ('--size', '99999x10', 'to 4096'),
     ('--rate', '0', 'rate is 0 Hz'), ('--frames', '0', '--frames'), ('--seed', '-1', '--seed')])
-def test_refuses_what_cannot_be_rendered(aick, tmp_path, option, value, words):
+def test_invalid_options_of_the_renderer_are_rejected(aick, tmp_path, option, value, words):
     outcome = aick('simulate', 'out', f'{option}={value}')
     assert outcome.code == 2
     assert words in outcome.sentence

@@ -66,7 +66,7 @@ def test_what_is_learned_can_be_used(aick, tmp_path, monkeypatch, recording):
     ('--words', '0', '--words'), ('--words', '99999', 'too few for 99999 words'),
     ('--every', '0', '--every'), ('--out', 'no/where/words', 'does not exist'),
     ('--set', 'features.detector=brisk', "none of 'orb'")])
-def test_refuses_what_it_cannot_do(aick, tmp_path, option, value, words):
+def test_impossible_requests_are_rejected(aick, tmp_path, option, value, words):
     outcome = aick('vocabulary', 'one', *(() if option == '--out' else ('--out', 'words')),
                    option, value)
     assert outcome.code == 2

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Which value a setting gets: preset, file and command line, one over the other."""
+"""Precedence of the values of a setting: preset, file, command line."""
 
 import pytest
 
@@ -49,7 +49,7 @@ def test_the_file_may_name_the_preset(config):
 
 @pytest.mark.parametrize('nodes, alpha', [
     ('/**', 0.5), ('odom_node', 0.5), ('/robot/odom_node', 0.5), ('/robot/*', 0.5)])
-def test_takes_the_sections_that_are_ours(config, nodes, alpha):
+def test_reads_the_sections_of_this_node(config, nodes, alpha):
     file = config(f'{nodes}:\n  ros__parameters:\n    aick:\n      alpha: {alpha}\n'
                   'camera:\n  ros__parameters:\n    serial: 12\n')
     assert settings_from(None, file, None).aick.alpha == alpha
@@ -86,14 +86,14 @@ def test_parameters_of_ros_and_of_the_node_do_no_harm(config):
     ('camera: {ros__parameters: {serial: 12}}',
      'has parameters of /camera, but none of odom_node'),
     ('/**: {ros__parameters: [1, 2', 'it is not YAML')])
-def test_refuses_a_file_with_one_sentence(config, text, sentence):
+def test_an_invalid_file_is_rejected_in_one_sentence(config, text, sentence):
     with pytest.raises(InputError) as error:
         settings_from(None, config(text), None)
     assert sentence in str(error.value)
     assert '\n' not in str(error.value)
 
 
-def test_refuses_a_file_that_is_not_there_or_no_text(tmp_path):
+def test_a_missing_or_binary_file_is_rejected(tmp_path):
     with pytest.raises(InputError, match='cannot read the settings .*none.yaml'):
         read_settings_file(tmp_path / 'none.yaml')
     (tmp_path / 'image.yaml').write_bytes(bytes(range(128, 256)))
@@ -107,12 +107,12 @@ def test_refuses_a_file_that_is_not_there_or_no_text(tmp_path):
     ('aick.alpha=2', 'outside 0 to 1'),
     ('aick.apha=0.5', 'did you mean aick.alpha'),
     ('features.detector=brisk', "is none of 'orb', 'surf', 'sift'")])
-def test_refuses_an_assignment(assignment, sentence):
+def test_an_invalid_assignment_is_rejected(assignment, sentence):
     with pytest.raises(InputError) as error:
         settings_from(None, None, [assignment])
     assert sentence in str(error.value)
 
 
-def test_refuses_an_unknown_preset():
+def test_an_unknown_preset_is_rejected():
     with pytest.raises(InputError, match='unknown preset .*paper-full, paper-fast'):
         settings_from('paper', None, None)

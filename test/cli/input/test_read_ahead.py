@@ -60,7 +60,7 @@ def test_errors_come_after_the_frames_before_them(frames, in_memory, error):
     assert not readers()
 
 
-def test_stops_when_nobody_reads_on(frames, in_memory):
+def test_stops_when_the_caller_stops_reading(frames, in_memory):
     begun = []
     ahead = read_ahead(in_memory(frames, on_frame=lambda index, _: begun.append(index)),
                        raise_damage)

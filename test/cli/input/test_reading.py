@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How a recording ends: by itself, by a limit, by the user, by what is broken."""
+"""Ends of a recording: its last frame, a limit, the user, damage."""
 
 import signal
 
@@ -76,7 +76,7 @@ def test_a_source_that_breaks_later_ends(recording, in_memory, stamps):
     assert reading.ended == 'the index is broken'
 
 
-def test_a_source_that_breaks_at_once_is_refused(recording, in_memory):
+def test_a_source_that_fails_at_once_is_rejected(recording, in_memory):
     frames = list(recording.frames(raise_damage))
     with pytest.raises(InputError, match='index is broken'):
         read(Reading(in_memory(frames, on_frame=broken_at(0)), None))

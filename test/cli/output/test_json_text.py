@@ -34,6 +34,6 @@ def test_what_is_short_has_one_line():
 
 
 @pytest.mark.parametrize('number', [float('nan'), float('inf')])
-def test_numbers_that_json_does_not_have_are_refused(number):
+def test_numbers_that_json_does_not_have_are_rejected(number):
     with pytest.raises(ValueError, match='JSON'):
         json_text({'deep': [{'number': number}]})

@@ -51,7 +51,7 @@ def test_finds_the_motion_of_a_rendered_camera(baseline, pair):
     assert estimate.failure == ''
 
 
-def test_says_that_there_is_nothing_in_frames_of_nothing(baseline, pair):
+def test_featureless_frames_fail_with_a_reason(baseline, pair):
     camera = pair[0].camera
     shape = camera.height, camera.width
     nothing = RgbdFrame(1, np.full(shape, 128, np.uint8), np.full(shape, np.nan, np.float32),
@@ -66,8 +66,8 @@ def test_the_same_pair_gives_the_same_answer(baseline, pair):
     np.testing.assert_allclose(answers[0].T_target_source, answers[1].T_target_source, atol=1e-5)
 
 
-def test_takes_out_the_distortion_of_the_lens(baseline, pair, distort):
-    """A lens bends the images; who knows its coefficients finds the same motion."""
+def test_lens_distortion_is_removed(baseline, pair, distort):
+    """With the coefficients of the lens the motion is the same."""
     source, target, truth = pair
     bent = [distort(frame) for frame in (source, target)]
     estimate = baseline.register(*map(baseline.prepare, bent))
@@ -101,7 +101,7 @@ def test_names_of_methods():
         methods_of('aick,icp')
 
 
-def test_a_method_says_what_it_takes(monkeypatch):
+def test_a_method_names_its_requirements(monkeypatch):
     monkeypatch.setattr(registry.importlib.util, 'find_spec', lambda name: None)
     assert METHODS['small-gicp'].missing == "pip install 'aick_ros[baselines]'"
     assert METHODS['aick-orb'].missing == ''

@@ -40,14 +40,14 @@ def test_one_program_serves_all_pairs():
     assert np.allclose(pcl.register(surface(), surface()).T_target_source, np.eye(4), atol=1e-4)
 
 
-def test_a_program_that_is_gone_is_an_error():
+def test_a_missing_program_is_an_error():
     pcl = Pcl(('icp',), 4.0)
     with pytest.raises(OSError):
         pcl.register(surface(), surface())
 
 
 @pytest.mark.parametrize('arguments', [[], ['gicp'], ['gicp', 'a', '1', '1', '1']])
-def test_says_how_it_is_used(arguments):
+def test_usage_is_printed(arguments):
     process = subprocess.run([find_program(), *arguments], input=struct.pack('=2I', 0, 0),
                              capture_output=True, check=False)
     assert process.returncode == 1

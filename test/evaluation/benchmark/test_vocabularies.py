@@ -16,20 +16,20 @@ FEW = [('orb', 10), ('surf', 30)]
 
 @pytest.fixture(scope='module')
 def learned(tmp_path_factory):
-    """Return a folder with vocabularies learned from one frame, and what progress was told."""
-    folder, told = tmp_path_factory.mktemp('vocabularies'), []
+    """Return a folder with vocabularies learned from one frame, and the progress reported."""
+    folder, progress = tmp_path_factory.mktemp('vocabularies'), []
     frames = iter([next(training_frames())])
-    for wanted, vocabulary in learn(FEW, frames, told.append):
+    for wanted, vocabulary in learn(FEW, frames, progress.append):
         (folder / file_name(wanted)).write_bytes(vocabulary.to_bytes())
-    return folder, told
+    return folder, progress
 
 
 def test_learns_so_many_words_of_the_detector(learned):
-    folder, told = learned
+    folder, progress = learned
     for detector, size in FEW:
         vocabulary = load(folder / file_name((detector, size)))
         assert (vocabulary.detector, len(vocabulary)) == (detector, size)
-    assert told == [1, 2, 3]
+    assert progress == [1, 2, 3]
 
 
 def test_learns_only_what_is_missing(learned):

@@ -114,7 +114,7 @@ def test_facts_of_the_recording(room):
     assert found.frames == len(FRAMES)
 
 
-def test_recordings_without_usable_data_are_refused(room):
+def test_recordings_without_usable_data_are_rejected(room):
     with pytest.raises(InputError, match='a room has no usable frame'):
         estimate(Recorded([], None))
     with pytest.raises(InputError, match='a room: its depth has no noise'):

@@ -36,7 +36,7 @@ def test_white_noise_on_a_plane(distance, tilt, sigma):
     found = measure(noisy(plane(distance, tilt), sigma))
     assert len(found.sigmas) > 0.9 * PATCHES
     assert np.median(found.sigmas) == pytest.approx(sigma, rel=0.02)
-    # 576 pixels a patch tell the standard deviation to 3 %, and noise moves no plane
+    # 576 pixels per patch give the standard deviation to 3 %, and noise moves no plane
     assert found.sigmas.std() < 0.05 * sigma
     centres = plane(distance, tilt)[:, SIDE // 2 - 1:-SIDE // 2:SIDE].ravel()
     assert np.abs(found.depths[:, None] / centres - 1.0).min(axis=1).max() < 0.01

@@ -146,7 +146,7 @@ def test_few_scales_keep_the_exponent_of_the_settings():
     assert found.pixel_exponent == 0.6
 
 
-def test_images_of_another_size_start_anew():
+def test_images_of_another_size_start_again():
     small = Camera(160, 120, 131, 131, 79.5, 59.5)
     odd = RgbdFrame(9, picture(0)[:120, :160].copy(), NO_DEPTH[:120, :160], small)
     samples = PixelNoiseSamples()

@@ -135,7 +135,7 @@ def test_consistency_agrees_with_registrations_one_by_one(source, evaluation):
         assert score.inside_997 == pytest.approx(np.mean(chi2(6).cdf(distances) <= 0.997))
 
 
-def test_good_registrations_behind_the_gate_are_refused_though_good(source):
+def test_good_registrations_outside_the_gate_count_as_rejected_good_ones(source):
     strict = with_values(SETTINGS, {'odometry.max_speed': 0.01})
     failures = evaluate(source, strict, [1], on_damaged=ignore).silent_failures
     assert failures.reported_good + failures.refused == FRAMES - 1
@@ -152,7 +152,7 @@ def test_a_wrong_path_is_reported_good(source):
     assert (failures.reported_good_but_off, failures.reported_good) == (1, FRAMES - 1)
 
 
-def test_is_told_of_progress_and_damage(source):
+def test_progress_and_damage_are_reported(source):
     done, damaged = [], []
     evaluate(source, SETTINGS, [1], done.append, damaged.append)
     assert done == list(range(1, FRAMES + 1))
@@ -178,11 +178,11 @@ def test_without_ground_truth_there_are_times_alone(source):
 
 
 @pytest.mark.parametrize('gaps', [[], [0], [-1, 5]])
-def test_refuses_gaps_that_are_none(source, gaps):
+def test_invalid_gaps_are_rejected(source, gaps):
     with pytest.raises(InputError, match='gaps'):
         evaluate(source, SETTINGS, gaps)
 
 
-def test_refuses_a_recording_without_frames(source):
+def test_a_recording_without_frames_is_rejected(source):
     with pytest.raises(InputError, match='rendered has no usable frame'):
         evaluate(InMemory([], source.ground_truth), Settings(), on_damaged=ignore)

@@ -131,7 +131,7 @@ def slow_errors(stamps, ground_truth, answers, gap):
         if answer is None:
             yield None
             continue
-        # where the source's origin comes to lie in the world, by the answer and in truth
+        # the source's origin in the world, estimated and true
         position = target_position + target_turn.apply(answer[:3, 3])
         turn = target_turn * Rotation.from_matrix(answer[:3, :3])
         yield (np.linalg.norm(position - source_position),

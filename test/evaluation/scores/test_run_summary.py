@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Figures of a run that can be told by hand."""
+"""Figures of a run that can be computed by hand."""
 
 import json
 from types import SimpleNamespace

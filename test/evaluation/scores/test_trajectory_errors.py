@@ -97,7 +97,7 @@ def test_pairs_of_an_irregular_camera_are_the_nearest_ones():
         rotations, [lie_algebra.so3_log_angle(E[:3, :3]) for E in expected], atol=1e-7)
 
 
-def test_truth_is_interpolated_and_holes_are_left_out():
+def test_truth_is_interpolated_and_gaps_are_skipped():
     velocity = np.array([0.3, -0.1, 0.2])
     times = np.delete(np.arange(0, 400), np.arange(100, 120))  # 100 Hz, a hole of 0.2 s
     truth = Trajectory(START + times * 10_000_000, line(times * 0.01, velocity))

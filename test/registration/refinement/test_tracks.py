@@ -67,7 +67,7 @@ def test_to_a_tenth_of_a_pixel(pair):
     assert np.mean(errors < 0.5) > 0.9
 
 
-def test_from_a_first_pose_that_is_pixels_off(pair):
+def test_from_an_initial_pose_with_an_error_of_pixels(pair):
     source, target, T_target_source = pair
     off = se3.perturbed(T_target_source, np.array([0.01, -0.005, 0.01, 0.008, -0.01, 0.01]))
     tracks = TRACKER.track(source, target, off)

@@ -120,7 +120,7 @@ def test_an_arrival_keeps_the_cameras_of_its_time(assembly, steady):
     assert arrival.size == COLOUR.nbytes + DEPTH.nbytes
 
 
-def test_an_arrival_before_the_camera_is_known_takes_the_first_one(assembly):
+def test_an_arrival_without_a_camera_uses_the_first_one_known(assembly):
     arrival = assembly.assembler.arrival(PAIR)
     with pytest.raises(InputError, match='no usable camera_info'):
         assembly.assembler.frame(arrival)

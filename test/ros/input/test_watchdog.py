@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the watchdog says of silent topics, losses and clocks."""
+"""Complaints of the watchdog about silent topics, losses and clocks."""
 
 import math
 from types import SimpleNamespace
@@ -61,7 +61,7 @@ def test_any_message_ends_the_silence_of_the_camera(watched):
     assert watched.dog.silent_for() == pytest.approx(1.0)
 
 
-def test_topics_that_nobody_publishes_are_named_together(watched, fake_node):
+def test_unpublished_topics_are_named_together(watched, fake_node):
     fake_node.publish('/rgb/image')
     watched.wait(6.0, ['rgb/image'])
     assert watched.complaint == (

@@ -145,7 +145,7 @@ def test_lines_run_from_where_a_keypoint_was_to_where_it_is(frames, updates):
     assert not changed[:-20][ways[:-20] == 0].any()
 
 
-def test_a_lost_frame_says_so_in_red(frames, updates):
+def test_a_lost_frame_is_marked_in_red(frames, updates):
     grey = np.full((480, 640), 90, np.uint8)
     lost = dataclasses.replace(updates[0], status=Status.TOO_FEW_MATCHES, reason='3 matches')
     picture = draw_matches(grey, lost)
