@@ -20,7 +20,8 @@ _PERIOD_TOLERANCE = 0.1  # relative difference of gaps of one period; chosen
 # share of unclear ratios is larger than the second number, nothing is counted. Both chosen.
 _UNCLEAR, _LARGEST_UNCLEAR_SHARE = 0.25, 0.2
 _LARGEST_MEAN_PERIODS = 10.0  # of a gap; chosen: beyond it, the period itself is in doubt
-_UNSETTLED = 5  # newest gaps, which late images may still fill; chosen
+_STEADY = 8  # equal gaps in a row, chosen: the camera has changed its rate, and nothing is lost
+_UNSETTLED = _STEADY  # newest gaps, which late images may still fill, or which may become steady
 
 
 class MissingImages:
@@ -50,8 +51,8 @@ class MissingImages:
 
     @property
     def share(self) -> float:
-        """Share of missing images in the last 100 gaps, from 0 to 1."""
-        periods = self._periods()[-_RECENT:]
+        """Share of missing images in the last 100 settled gaps, from 0 to 1."""
+        periods = self._periods()[:-_UNSETTLED][-_RECENT:]
         return max(0.0, float(_surplus(periods) / periods.sum())) if periods.any() else 0.0
 
     def _settle(self, count: int) -> None:
@@ -65,7 +66,8 @@ class MissingImages:
 
         An image stamped late has a long gap before it and short ones, of zero periods, after it.
         Where stamps jitter by much of a period, the missing images between them are not
-        countable.
+        countable. Many equal gaps in a row are those of a camera at another rate: images that
+        are lost leave gaps of different lengths.
         """
         gaps = np.diff(np.array(self._stamps, np.int64))
         if len(gaps) < _FEWEST_GAPS:
@@ -75,10 +77,21 @@ class MissingImages:
         ratios = gaps / np.median(gaps[similar[similar.sum(axis=1).argmax()]])
         ratios[gaps > _LONGEST_GAP] = 1.0
         periods: np.ndarray = np.rint(ratios).astype(int)
-        unclear = np.mean(np.abs(ratios - periods) > _UNCLEAR) > _LARGEST_UNCLEAR_SHARE
+        steady = _steady(gaps)
+        unclear = np.mean((np.abs(ratios - periods) > _UNCLEAR) & ~steady) > _LARGEST_UNCLEAR_SHARE
+        periods[steady] = 1
         if unclear or periods.mean() > _LARGEST_MEAN_PERIODS:
             return np.ones(len(gaps), int)
         return periods
+
+
+def _steady(gaps: np.ndarray) -> np.ndarray:
+    """Return which gaps are among many similar ones in a row, N bool."""
+    changes = np.abs(np.diff(gaps)) > _PERIOD_TOLERANCE * gaps[:-1]
+    starts = np.concatenate([[0], np.flatnonzero(changes) + 1, [len(gaps)]])
+    lengths = np.diff(starts)
+    steady: np.ndarray = np.repeat(lengths >= _STEADY, lengths)
+    return steady
 
 
 def _surplus(periods: np.ndarray) -> int:

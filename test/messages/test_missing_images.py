@@ -65,7 +65,8 @@ def test_images_stamped_some_periods_late_are_not_missing(seed, lost):
     stamps = np.maximum.accumulate(np.arange(900) + late) * SECOND / 30 + np.arange(900) * 10 ** 5
     arrived = rng.random(900) >= lost
     count, share = missing(START + stamps[arrived])
-    assert count == pytest.approx(900 - arrived.sum(), rel=0.25, abs=4)
+    # one that is late at the end is not made up for yet: up to 5 periods
+    assert count == pytest.approx(900 - arrived.sum(), rel=0.25, abs=5)
     assert share == pytest.approx(lost, abs=0.12 if lost else 0.04)
 
 
@@ -127,3 +128,28 @@ def test_nothing_is_counted_where_nearly_all_images_are_lost():
     """Bursts of 2 images of a camera of 200 Hz, 0.9 s apart: the period itself is in doubt."""
     ticks = np.concatenate([[index, index + 1] for index in range(0, 60 * 180, 180)])
     assert missing(START + ticks * SECOND // 200) == (0, 0.0)
+
+
+def stamps_at(rates, count):
+    """Return stamps at one rate [Hz] after the other."""
+    return START + np.cumsum(np.repeat([SECOND / rate for rate in rates], count)).astype(int)
+
+
+@pytest.mark.parametrize('rates', [(30, 5), (30, 15), (30, 12), (5, 30), (30, 5, 30), (30, 15, 5)])
+def test_a_camera_that_changes_its_rate_loses_nothing(rates):
+    """As by auto exposure; neither afterwards nor in between."""
+    counter, shares = MissingImages(), []
+    for stamp in stamps_at(rates, 150):
+        counter.add(int(stamp))
+        shares.append(counter.share)
+    assert max(shares) <= 0.05
+    assert counter.count <= 2
+
+
+@pytest.mark.parametrize('rates', [(30, 15), (15, 30)])
+def test_losses_at_both_rates_are_counted(rates):
+    stamps = stamps_at(rates, 600)
+    arrived = np.random.default_rng(3).random(len(stamps)) >= 0.3
+    count, share = missing(stamps[arrived])
+    assert count == pytest.approx(np.sum(~arrived), rel=0.3)
+    assert share == pytest.approx(0.3, abs=0.12)
