@@ -13,6 +13,7 @@ The two are rendered in 320x240. A reuse is false if its error is above 5 cm or 
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -45,7 +46,7 @@ from aick_ros.sources.synthetic.scene import Scene, Zone
 from aick_ros.sources.synthetic.wander import Wander
 
 CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
-FRAMES, RATE = 750, 15.0
+FRAMES, RATE = 600, 15.0
 VARIANTS: dict[str, dict[str, Any]] = {
     'previous frame': {'odometry.reference': 'previous'},
     'keyframes, none kept': {'odometry.max_keyframes': 0},
@@ -100,8 +101,10 @@ def opened(name: str) -> RgbdSource:
     scene = furnished_room(int(seed)) if kind == 'walk' else equal_shelves(int(seed))
     reach, degrees = (0.6, 60.0) if kind == 'walk' else (0.4, 25.0)
     path = Returning(np.random.default_rng([int(seed), 1]), scene.free, reach, degrees, np.pi / 2)
-    return SyntheticSource(SyntheticOptions(
+    source = SyntheticSource(SyntheticOptions(
         seed=int(seed), frames=FRAMES, rate=RATE, camera=CAMERA), scene, path)
+    source.frame = functools.cache(source.frame)  # rendered once for all variants
+    return source
 
 
 @dataclass(frozen=True)

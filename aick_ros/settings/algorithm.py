@@ -126,10 +126,10 @@ class OdometrySettings(Checked):
         100.0, 'Maximum memory of the keyframes that are kept; one takes 2 MB at 640x480.',
         unit='MB', minimum=1.0, maximum=100000.0)
     reuse_distance: float = parameter(
-        0.5, 'Maximum distance at which a keyframe is sought again.', unit='m', minimum=0.01,
+        0.8, 'Maximum distance at which a keyframe is sought again.', unit='m', minimum=0.01,
         maximum=10.0)
     reuse_angle: float = parameter(
-        0.5, 'Maximum angle at which a keyframe is sought again.', unit='rad', minimum=0.01,
+        0.7, 'Maximum angle at which a keyframe is sought again.', unit='rad', minimum=0.01,
         maximum=3.2)
     reuse_age: float = parameter(
         2.0, 'Minimum age of a keyframe that is sought again.', unit='s', minimum=0.0,
