@@ -10,6 +10,7 @@ import subprocess
 import sys
 import sysconfig
 import time
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -53,7 +54,9 @@ def install_with_colcon(sources, workspace):
 
 def install_with_pip(sources, workspace):
     pytest.importorskip('pip')
-    pytest.importorskip('setuptools.command.bdist_wheel', reason='setuptools older than 70.1')
+    # not imported: it fails where distutils has been
+    if tuple(map(int, version('setuptools').split('.')[:2])) < (70, 1):
+        pytest.skip('setuptools older than 70.1')
     prefix = workspace / 'prefix'
     run(sys.executable, '-m', 'pip', 'install', '--no-deps', '--no-build-isolation',
         '--ignore-installed', '--prefix', prefix, sources)

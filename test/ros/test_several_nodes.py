@@ -4,6 +4,7 @@
 """Two cameras in one graph: a node for each under its own namespace, with its own frames."""
 
 import dataclasses
+from functools import cache
 
 import numpy as np
 import pytest
@@ -18,14 +19,18 @@ from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 COUNT = 6
 
 
+@cache
+def render(seed):
+    source = SyntheticSource(SyntheticOptions(seed=seed, frames=COUNT))
+    return [dataclasses.replace(source.frame(i), depth_stamp=None) for i in range(COUNT)]
+
+
 class Side:
     """One camera with its node and what comes back, in a namespace."""
 
     def __init__(self, rig, name, seed):
         self.name, self.rig, self.odom = name, rig, []
-        source = SyntheticSource(SyntheticOptions(seed=seed, frames=COUNT))
-        self.frames = [dataclasses.replace(source.frame(i), depth_stamp=None)
-                       for i in range(COUNT)]
+        self.frames = render(seed)
         self.colour, self.depth, self.info = (
             rig.node.create_publisher(kind, f'/{name}/{topic}', 100) for kind, topic in (
                 (Image, 'rgb/image'), (Image, 'depth/image'), (CameraInfo, 'rgb/camera_info')))
