@@ -22,6 +22,8 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     # The matrices are small: BLAS threads gain little on an idle machine and cost a multiple on a
     # busy one. NumPy reads this variable when it is first imported.
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+    # plots go to files; a backend that does not exist would make matplotlib's import fail
+    os.environ['MPLBACKEND'] = 'agg'
     try:
         from aick_ros.cli.run import run
     except ModuleNotFoundError as error:

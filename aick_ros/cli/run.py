@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import platform
 import sys
@@ -32,6 +33,7 @@ def run(arguments: Sequence[str]) -> int:
 
     :returns: an exit code of :mod:`aick_ros.cli.outcome`.
     """
+    _prepare_streams()
     arguments = list(arguments) or ['--help']
     show_traceback = _TRACEBACK in arguments
     command = [argument for argument in arguments if argument != _TRACEBACK]
@@ -54,6 +56,16 @@ def run(arguments: Sequence[str]) -> int:
             return outcome.UNUSABLE_INPUT
         _report_defect(error, arguments, show_traceback)
         return outcome.DEFECT
+
+
+def _prepare_streams() -> None:
+    """Make the output streams accept any text, also where they are closed or ASCII."""
+    for name in ('stdout', 'stderr'):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, 'w', encoding='utf-8'))
+        stream = getattr(sys, name)
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors='backslashreplace')
 
 
 def _invoke(arguments: list[str]) -> int:
@@ -89,7 +101,13 @@ def _report_defect(error: Exception, arguments: Sequence[str], show_traceback: b
         print(text, file=sys.stderr)
         say(f'this is a defect of aick ({what}): please report it with the text above')
         return
-    with tempfile.NamedTemporaryFile('w', prefix='aick-traceback-', suffix='.txt',
-                                     delete=False) as file:
-        file.write(text)
+    try:
+        # of an unpredictable name and readable by its owner alone
+        with tempfile.NamedTemporaryFile('w', prefix='aick-traceback-', suffix='.txt',
+                                         errors='backslashreplace', delete=False) as file:
+            file.write(text)
+    except OSError:
+        print(text, file=sys.stderr)
+        say(f'this is a defect of aick ({what}): please report it with the text above')
+        return
     say(f'this is a defect of aick ({what}): please report it with the file {file.name}')

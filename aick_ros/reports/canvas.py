@@ -36,6 +36,7 @@ _STYLE: dict[Any, Any] = {
     'xtick.color': INK, 'ytick.color': INK, 'xtick.labelsize': 9, 'ytick.labelsize': 9,
     'font.size': 10, 'lines.linewidth': 1.4, 'lines.solid_capstyle': 'round',
     'legend.frameon': False, 'legend.fontsize': 9, 'savefig.dpi': 150, 'svg.hashsalt': 'aick',
+    'text.parse_math': False,  # names of recordings may have dollar signs
 }
 
 Drawing = Callable[[Figure], None]

@@ -67,7 +67,13 @@ class OdomNode(Node):
     """
 
     def __init__(self, arguments: Arguments = Arguments()) -> None:
-        super().__init__('odom_node', automatically_declare_parameters_from_overrides=True)
+        try:
+            super().__init__('odom_node', automatically_declare_parameters_from_overrides=True)
+        except ValueError as error:
+            if 'PARAMETER_NOT_SET' not in str(error):
+                raise
+            raise InputError('a parameter is an empty list or has no value, of which ROS cannot '
+                             'tell the type: omit it') from None
         if arguments.level:
             self.get_logger().set_level(LoggingSeverity[arguments.level.upper()])
         settings, core = declare_settings(self, arguments.parameters)

@@ -19,7 +19,7 @@ ROOT = Path(__file__).parents[2]
 
 
 def fail_with(error):
-    def open_source(path, options):
+    def open_source(*_, **__):
         raise error
     return open_source
 
@@ -112,6 +112,42 @@ def test_a_defect_is_shown_on_request(aick, monkeypatch, tmp_path):
     assert outcome.code == 1
     assert 'Traceback' in outcome.err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_defect_that_cannot_be_written_is_shown(aick, monkeypatch):
+    monkeypatch.setattr(replay_module, 'open_source', fail_with(ZeroDivisionError('by zero')))
+    monkeypatch.setattr('tempfile.NamedTemporaryFile', fail_with(FileNotFoundError('/tmp')))
+    outcome = aick('replay', 'x')
+    assert outcome.code == 1
+    assert 'Traceback' in outcome.err and 'report it with the text above' in outcome.err
+
+
+def test_the_report_of_a_defect_is_readable_by_its_owner_alone(aick, monkeypatch, tmp_path):
+    monkeypatch.setattr(replay_module, 'open_source', fail_with(ZeroDivisionError('by zero')))
+    monkeypatch.setattr('tempfile.tempdir', str(tmp_path))
+    aick('replay', 'x')
+    (file,) = tmp_path.glob('aick-traceback-*')
+    assert file.stat().st_mode & 0o777 == 0o600
+
+
+def test_names_reach_the_terminal_harmlessly(aick):
+    outcome = aick('replay', 'a\x1b[31m\x07b')
+    assert outcome.code == 2
+    assert r'a\x1b[31m\x07b does not exist' in outcome.err
+    assert '\x1b' not in outcome.err
+
+
+@pytest.mark.parametrize('environment, code, redirect', [
+    ({'PYTHONIOENCODING': 'ascii'}, 'print("größe")', ''),
+    ({'MPLBACKEND': 'nonsense'}, 'import matplotlib', ''), ({}, 'pass', '2>&-')])
+def test_odd_environments_are_no_defects(tmp_path, environment, code, redirect):
+    command = (f'from aick_ros.cli import main; import sys\ntry:\n'
+               f' main(["replay", "größe"])\nfinally:\n {code}')
+    process = subprocess.run(
+        ['sh', '-c', f'exec "$0" -c "$1" {redirect}', sys.executable, command], cwd=tmp_path,
+        env={**os.environ, 'PYTHONPATH': str(ROOT), **environment}, capture_output=True)
+    assert process.returncode == 2, process.stderr
+    assert b'Traceback' not in process.stderr
 
 
 def test_a_full_disk_is_no_defect(aick, monkeypatch):

@@ -10,6 +10,7 @@ import pytest
 from aick_ros.evaluation.scores.frame_record import trajectory_of
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.reports import canvas
 from aick_ros.reports.path_plot import path_figure, plot_trajectory
 
 
@@ -67,3 +68,9 @@ def test_a_path_may_be_short(records, ground_truth, count, truth):
         np.testing.assert_allclose(view['start'], positions[:1, axes], atol=1e-9)
         np.testing.assert_allclose(view['end'], positions[-1:, axes], atol=1e-9)
         assert ('ground truth' in view) == (truth == 'present')
+
+
+def test_dollar_signs_in_names_are_drawn_as_they_are(records, ground_truth, tmp_path):
+    content = canvas.figure(2, 2, lambda figure: figure.suptitle(r'a $\frac$ b'))
+    canvas.write_png(content, tmp_path / 'plot.png')
+    assert 'frac' in canvas.to_svg(content)

@@ -149,6 +149,14 @@ def test_a_parameter_out_of_range_is_rejected_in_one_line(ros_domain):
     assert run.stderr.count('\n') == 1
 
 
+def test_an_empty_list_is_rejected_in_one_line(ros_domain):
+    run = subprocess.run([*NODE_COMMAND, '--ros-args', '-p', 'camera_in_base:=[]'],
+                         capture_output=True, text=True, timeout=PATIENCE)
+    assert run.returncode == 2
+    assert run.stderr.startswith('odom_node: a parameter is an empty list or has no value')
+    assert run.stderr.count('\n') == 1
+
+
 def test_arguments_that_ros_rejects_are_one_line(ros_domain, tmp_path):
     file = tmp_path / 'parameters.yaml'
     file.write_text('odom_node: [')

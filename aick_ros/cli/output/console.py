@@ -13,6 +13,8 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from aick_ros.borders.names import printable
+
 _UPDATE_INTERVAL = 0.2  # [s]; chosen
 
 
@@ -26,7 +28,7 @@ _ERRORS = _console(stderr=True)
 
 def say(text: str) -> None:
     """Print one line on standard error."""
-    line = ' '.join(text.split())
+    line = printable(' '.join(text.split()))
     _ERRORS.print(f'aick: {line}', soft_wrap=True)
 
 
@@ -45,7 +47,7 @@ def progress(title: str, total: int, unit: str = 'frames') -> Iterator[Callable[
                TextColumn('{task.fields[rate]:.0f} {task.fields[unit]}/s'),
                TimeRemainingColumn())
     with Progress(*columns, console=_ERRORS, transient=True, refresh_per_second=5) as bar:
-        task = bar.add_task(title, total=total, rate=0.0, unit=unit)
+        task = bar.add_task(printable(title), total=total, rate=0.0, unit=unit)
         start = shown = time.monotonic()
 
         def show(done: int) -> None:
@@ -66,12 +68,12 @@ def table(title: str, rows: Iterable[Iterable[str]], columns: Sequence[str] = ('
     :param columns: heads of the columns; not shown where all are empty.
     :param on_stderr: print on standard error, where JSON goes to standard output.
     """
-    content = Table(title=title, title_justify='left', title_style='bold', box=None,
+    content = Table(title=printable(title), title_justify='left', title_style='bold', box=None,
                     pad_edge=False, show_header=any(columns), header_style='dim')
     for number, column in enumerate(columns):
         content.add_column(column, justify='right' if number else 'left', overflow='fold')
     for row in rows:
-        content.add_row(*row)
+        content.add_row(*map(printable, row))
     (_ERRORS if on_stderr else _console(stderr=False)).print(content)
 
 

@@ -21,6 +21,7 @@ from aick_ros.ros.conversions import from_transform, to_stamp
 from aick_ros.ros.tf_messages import TFMessage
 
 _QUEUE = 100
+_THROTTLE = 5.0  # seconds between two log lines; chosen
 _MOST_MOVING = 16  # pairs of frames; chosen: images of ever new frames must not fill the memory
 _LARGEST_GAP = NANOSECONDS // 2  # between an image and a moving link; chosen
 
@@ -102,7 +103,7 @@ class Transforms:
 
     def _take_fixed(self, message: 'TFMessage') -> None:
         with self._changed:
-            for link, T_parent_child in _links(message):
+            for link, T_parent_child in self._links(message):
                 self._tree.set_static(_plain(link.header.frame_id), _plain(link.child_frame_id),
                                       T_parent_child)
             self._known.clear()
@@ -111,7 +112,7 @@ class Transforms:
 
     def _take_moving(self, message: 'TFMessage') -> None:
         with self._changed:
-            for link, T_parent_child in _links(message):
+            for link, T_parent_child in self._links(message):
                 parent, child = _plain(link.header.frame_id), _plain(link.child_frame_id)
                 if (parent, child) != self._own:
                     self._tree.add_sample(
@@ -119,15 +120,17 @@ class Transforms:
             self._changed.notify_all()
         self._on_change()
 
+    def _links(self, message: 'TFMessage') -> Iterator[tuple[TransformStamped, np.ndarray]]:
+        for link in message.transforms:
+            try:
+                yield link, from_transform(link.transform)
+            except ValueError as error:  # a null quaternion, not finite, or absurdly far
+                names = f'{link.header.frame_id!r} to {link.child_frame_id!r}'
+                self._node.get_logger().warning(
+                    f'the transform from {names} is ignored: {error}; check its publisher',
+                    throttle_duration_sec=_THROTTLE)
+
 
 def _plain(frame: str) -> str:
     """Return the name of a frame without the leading slash of old drivers."""
     return frame.lstrip('/')
-
-
-def _links(message: 'TFMessage') -> Iterator[tuple[TransformStamped, np.ndarray]]:
-    for link in message.transforms:
-        try:
-            yield link, from_transform(link.transform)
-        except ValueError:
-            continue  # a null quaternion, or not finite

@@ -137,6 +137,22 @@ def test_a_fixed_transform_sent_again_counts(robot):
     np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0), pose(2), atol=1e-9)
 
 
+@pytest.mark.parametrize('metres', [1e12, 1e300])
+def test_an_absurd_transform_is_ignored_with_a_sentence(robot, monkeypatch, metres):
+    warnings = []
+    monkeypatch.setattr(robot.node.get_logger(), 'warning',
+                        lambda text, **_: warnings.append(text))
+    extrinsics = robot.extrinsics()
+    absurd = np.eye(4)
+    absurd[0, 3] = metres
+    robot.publish({('base_link', 'camera'): absurd})
+    with pytest.raises(InputError, match='no transform from'):
+        extrinsics.camera_in_base('camera', 0, wait=False)
+    assert "from 'base_link' to 'camera' is ignored: " in warnings[0]
+    robot.publish({('base_link', 'camera'): pose(2)})
+    np.testing.assert_allclose(extrinsics.camera_in_base('camera', 0), pose(2), atol=1e-9)
+
+
 def ask_for_the_camera(robot, extrinsics):
     """Request what fixed links do not give, so that the node subscribes to /tf."""
     with pytest.raises(InputError):
