@@ -200,7 +200,7 @@ class Odometry:
             attempt.reference, attempt.registration, attempt.increment)
         if reference is references.keyframe:
             detour = np.zeros((6, 6))
-            increment = Increment(references.last.motion_to(registration.pose),
+            increment = Increment(references.last.motion_to(registration),
                                   _seconds(references.last.stamp, prepared.stamp))
         else:
             detour = registration.covariance
@@ -210,7 +210,7 @@ class Odometry:
         self._pose = reference.pose @ registration.pose
         if self._policy.keeps(prepared, registration):
             keyframe = Reference(reference.prepared, reference.pose)
-            last = Reference(prepared, self._pose, in_keyframe=registration.pose)
+            last = Reference(prepared, self._pose, in_keyframe=registration.varying_pose)
         else:
             keyframe = last = Reference(prepared, self._pose)
         references.track(last, keyframe)

@@ -87,8 +87,8 @@ class DynamicObjectCheck:
             return _doubted(found, second.matrix, vote)
         return dataclasses.replace(
             found, T_target_source=second.matrix, covariance=second.covariance,
-            matches=found.matches[:0], bias=refined.bias, tracks=refined.tracked,
-            support=len(refined.tracked), evidence=Evidence.DEPTH,
+            systematic=np.zeros((6, 6)), matches=found.matches[:0], bias=refined.bias, noise=None,
+            tracks=refined.tracked, support=len(refined.tracked), evidence=Evidence.DEPTH,
             reason=f'{found.support} keypoints move by themselves, {vote.second:.0%} of the '
                    'view shows another motion')
 

@@ -19,6 +19,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.result import Registration
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.systematic_error import SystematicError
@@ -28,10 +29,11 @@ from aick_ros.settings import Settings
 
 @dataclass(frozen=True)
 class Learned:
-    """Properties learned of a camera, whatever the settings: its clocks and systematic errors."""
+    """Properties learned of a camera, whatever the settings: its clocks, noise and errors."""
 
     colour_clock: CameraClock = field(default_factory=CameraClock)
     depth_clock: CameraClock = field(default_factory=CameraClock)
+    noise: MeasuredNoise = field(default_factory=MeasuredNoise)
     systematic_error: SystematicError = field(default_factory=SystematicError)
 
 
@@ -54,9 +56,9 @@ class Registrar:
                                             vocabulary_of(settings), settings.aick.word_radius,
                                             detector)
         self._aick = Aick(settings.aick)
-        self._verified = None if settings.refinement.mode == 'none' else VerifiedAick(
-            settings, self._aick, self._times, detector)
         self._learned = learned or Learned()
+        self._verified = None if settings.refinement.mode == 'none' else VerifiedAick(
+            settings, self._aick, self._learned.noise, self._times, detector)
 
     def prepare(self, frame: RgbdFrame) -> PreparedFrame:
         """Return what registrations need of a frame; frames come in the order of their stamps."""
@@ -82,6 +84,8 @@ class Registrar:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
         found = self._verified.register(source, target, expected, elapsed)
+        if found.noise is not None:
+            self._learned.noise.learn(found.noise)
         return self._learned.systematic_error.add_to(found, source, target, expected, elapsed)
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame) -> Registration:

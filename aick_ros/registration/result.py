@@ -5,12 +5,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
 
 from aick_ros.geometry.pose import PoseWithCovariance, unknown_covariance
+from aick_ros.registration.refinement.measured_noise import NoiseSample
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.status import Status
 
@@ -26,6 +27,17 @@ class SensorBias:
 
     difference: np.ndarray
     covariance: np.ndarray
+
+    @property
+    def normalised(self) -> float:
+        """Square of the difference by its covariance, per degree of freedom; noise gives 1."""
+        return float(self.difference @ np.linalg.solve(self.covariance, self.difference)) / 6
+
+    @property
+    def squares(self) -> np.ndarray:
+        """Mean squares of the difference along an axis and about an axis [m^2, rad^2], 2."""
+        squares: np.ndarray = np.mean(self.difference.reshape(2, 3) ** 2, axis=1)
+        return squares
 
 
 class Evidence(Enum):
@@ -51,6 +63,9 @@ class Registration:
     :param tracks: keypoints of the source that the refinement found in the target; None without
         a refinement.
     :param evidence: what supports the pose, where the status is OK.
+    :param systematic: 6x6, the part of the covariance that is the bias expected between keypoints
+        and depth; registrations with about the same motion have it in common.
+    :param noise: what the residuals tell about the noise; None unless a refinement used both.
     """
 
     status: Status
@@ -63,11 +78,18 @@ class Registration:
     bias: SensorBias | None = None
     tracks: Tracks | None = None
     evidence: Evidence = Evidence.KEYPOINTS
+    systematic: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    noise: NoiseSample | None = None
 
     @property
     def pose(self) -> PoseWithCovariance:
         """``T_target_source`` with its covariance."""
         return PoseWithCovariance(self.T_target_source, self.covariance)
+
+    @property
+    def varying_pose(self) -> PoseWithCovariance:
+        """``T_target_source`` with the covariance of all but the systematic error."""
+        return PoseWithCovariance(self.T_target_source, self.covariance - self.systematic)
 
 
 def failed(status: Status, reason: str, iterations: int = 0) -> Registration:

@@ -2,11 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Systematic errors of a registration, which the noise of its residuals does not show.
+Errors of a registration that neither its residuals nor the registrations before it show.
 
-Keypoints and depth images measure the same motion. A bias between them that is larger than their
-noise means an error of calibration, shutter or clock, and a bias far larger than usual means that
-something may move in front of the camera. Jitter of the stamps means that the clock lags.
+A bias between keypoints and depth that is far larger than usual means that something may move in
+front of the camera. Jitter of the stamps means that the clock lags.
 """
 
 from __future__ import annotations
@@ -22,19 +21,12 @@ from aick_ros.registration.result import Registration, SensorBias
 
 _MEMORY = 30  # registrations; chosen
 
-_PRIOR_BIAS, _PRIOR_WEIGHT = (0.003, np.radians(0.15)), 3
-"""Prior of the bias between keypoints and depth [m, rad], and its weight in registrations.
+_PRIOR_NORMALISED, _PRIOR_WEIGHT = 1.7, 3
+"""Prior of the normalised squared bias, and its weight in registrations. Chosen; noise gives 1."""
 
-Measured on a Kinect: 3 to 10 mm and 0.1 to 0.3 degrees. The weight is chosen.
-"""
-
-_USUAL_BOUNDS = 1.2, 1.7
-"""Normalised squared bias, mean of many: up to the first it is noise, from the second on it is
-fully systematic, linear in between. Chosen; noise alone gives 1."""
-
-_SINGLE_BOUNDS = 1.7, 2.3
-"""The same bounds for the normalised squared bias of one registration, as a ratio to the usual
-one (at least 1). Chosen."""
+_UNUSUAL_BOUNDS = 1.7, 2.3
+"""Normalised squared bias of one registration, as a ratio to the usual one (at least 1): up to the
+first it is noise, from the second on fully systematic, linear in between. Chosen."""
 
 _STAMP_SIGMA_PER_JITTER = 3.3
 """Standard deviation of each stamp by the jitter, for stamps given on arrival.
@@ -52,13 +44,12 @@ class SystematicError:
 
     def __init__(self) -> None:
         self._count = _PRIOR_WEIGHT
-        self._squares = np.square(_PRIOR_BIAS)  # mean squared bias along an axis, about an axis
-        self._normalised = _USUAL_BOUNDS[1]  # mean normalised squared bias
+        self._normalised = _PRIOR_NORMALISED  # mean normalised squared bias
 
     def add_to(self, registration: Registration, source: PreparedFrame, target: PreparedFrame,
                expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
         """
-        Return a registration with the covariance of noise and systematic errors.
+        Return a registration with the covariance of these errors too.
 
         :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
         :param elapsed: time since that velocity was measured, at most the time between the
@@ -69,33 +60,20 @@ class SystematicError:
         covariance = registration.covariance + _timing(
             registration.T_target_source, source, target, expected, elapsed)
         if registration.bias is not None:
-            normalised, squares = _squared(registration.bias)
-            covariance += _systematic(normalised / max(self._normalised, 1.0), squares,
-                                      _SINGLE_BOUNDS)
-            self._learn(normalised, squares)
-        if self._count > _PRIOR_WEIGHT:
-            covariance += _systematic(self._normalised, self._squares, _USUAL_BOUNDS)
+            covariance += self._unusual(registration.bias)
+            self._learn(registration.bias)
         return dataclasses.replace(registration, covariance=covariance)
 
-    def _learn(self, normalised: float, squares: np.ndarray) -> None:
+    def _unusual(self, bias: SensorBias) -> np.ndarray:
+        """Return the covariance of the share of a bias that is not usual, 6x6."""
+        noise, systematic = _UNUSUAL_BOUNDS
+        ratio = bias.normalised / max(self._normalised, 1.0)
+        share = np.clip((ratio - noise) / (systematic - noise), 0.0, 1.0)
+        return np.diag(np.repeat(share * bias.squares, 3))
+
+    def _learn(self, bias: SensorBias) -> None:
         self._count = min(self._count + 1, _MEMORY)
-        self._normalised += (normalised - self._normalised) / self._count
-        self._squares += (squares - self._squares) / self._count
-
-
-def _squared(bias: SensorBias) -> tuple[float, np.ndarray]:
-    """Return the square of a bias normalised by its covariance, and along and about an axis."""
-    difference = bias.difference
-    normalised = difference @ np.linalg.solve(bias.covariance, difference) / 6
-    return float(normalised), np.mean(difference.reshape(2, 3) ** 2, axis=1)
-
-
-def _systematic(normalised: float, squares: np.ndarray,
-                bounds: tuple[float, float]) -> np.ndarray:
-    """Return the covariance of the systematic share of a bias, 6x6."""
-    noise, systematic = bounds
-    share = np.clip((normalised - noise) / (systematic - noise), 0.0, 1.0)
-    return np.diag(np.repeat(share * squares, 3))
+        self._normalised += (bias.normalised - self._normalised) / self._count
 
 
 def _timing(T_target_source: np.ndarray, source: PreparedFrame, target: PreparedFrame,

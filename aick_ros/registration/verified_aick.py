@@ -17,6 +17,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.aick.fit_covariance import fit_covariance
 from aick_ros.registration.dynamic_objects import DynamicObjectCheck
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Registration, failed
@@ -41,16 +42,17 @@ class VerifiedAick:
     a slower schedule. Where that fails too, the pose at constant velocity is refined.
 
     :param aick: with the schedule of the settings.
+    :param noise: of the camera; by which refinements are weighted.
     :param times: adds up the time of each stage.
     :param detector: used instead of the one that ``features.detector`` names.
     """
 
-    def __init__(self, settings: Settings, aick: Aick, times: StageTimes,
+    def __init__(self, settings: Settings, aick: Aick, noise: MeasuredNoise, times: StageTimes,
                  detector: Detector | None = None) -> None:
         self._aick = aick
         self._times = times
         self._most_tracks = settings.refinement.max_tracks
-        self._refinement = Refinement(settings.refinement, settings.sensor)
+        self._refinement = Refinement(settings.refinement, settings.sensor, noise)
         self._dynamic_objects = DynamicObjectCheck(self._refinement, settings)
         alpha, iterations = _SLOW_SCHEDULE
         self._slow_aick = Aick(dataclasses.replace(settings.aick, alpha=alpha,
@@ -62,7 +64,7 @@ class VerifiedAick:
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None, elapsed: float) -> Registration:
         """
-        Return the pose of the source in the target, its covariance caused by noise alone.
+        Return the pose of the source in the target.
 
         :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
         :param elapsed: time since that velocity was measured [s].
@@ -104,7 +106,8 @@ class VerifiedAick:
             return _unverified(registration, source, target, len(refined.tracked))
         return dataclasses.replace(
             registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
-            bias=refined.bias, support=len(refined.tracked), tracks=refined.tracked,
+            systematic=refined.systematic, bias=refined.bias, support=len(refined.tracked),
+            tracks=refined.tracked, noise=refined.noise,
             reason=f'{registration.reason}, {len(refined.tracked)} keypoints tracked')
 
     def _refine_guess(self, source: PreparedFrame, target: PreparedFrame, guess: np.ndarray,

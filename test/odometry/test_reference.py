@@ -12,8 +12,17 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.reference import Reference, References
+from aick_ros.registration.result import Registration
+from aick_ros.registration.status import Status
 
 ORIGIN = PoseWithCovariance.identity()
+VIEW = SimpleNamespace(keypoints=SimpleNamespace(positions=np.array([[0.0, 0.0, 2.0]])))
+
+
+def registered_at(pose, systematic=np.zeros((6, 6))):
+    """Return a registration with a pose, and a systematic error besides."""
+    return Registration(Status.OK, '', pose.matrix, pose.covariance + systematic,
+                        np.empty((0, 2), np.intp), 1, systematic=systematic)
 
 
 @pytest.fixture
@@ -27,7 +36,7 @@ def test_the_motion_between_two_frames_of_a_keyframe(poses):
     rng = np.random.default_rng(6)
     deviation = 1e-4
     registered = [PoseWithCovariance(pose, 2 * deviation ** 2 * np.eye(6)) for pose in poses]
-    motion = Reference(None, ORIGIN, registered[0]).motion_to(registered[1])
+    motion = Reference(VIEW, ORIGIN, registered[0]).motion_to(registered_at(registered[1]))
     np.testing.assert_allclose(motion.matrix, se3.inverse(poses[0]) @ poses[1], atol=1e-12)
     errors = []
     for _ in range(4000):
@@ -43,9 +52,27 @@ def test_the_motion_between_two_frames_of_a_keyframe(poses):
 
 def test_the_motion_from_a_keyframe_is_its_registration(poses):
     registered = PoseWithCovariance(poses[0], np.diag(np.arange(1.0, 7.0)))
-    found = Reference(None, ORIGIN).motion_to(registered)
+    found = Reference(VIEW, ORIGIN).motion_to(registered_at(registered))
     np.testing.assert_allclose(found.matrix, poses[0], atol=1e-12)
     np.testing.assert_allclose(found.covariance, registered.covariance, atol=1e-12)
+
+
+@pytest.mark.parametrize('step, share', [(0.0, 0.0), (0.01, 1e-4), (0.1, 1.0), (-0.2, 1.0)])
+def test_neighbours_have_most_of_the_systematic_error_in_common(step, share):
+    """The second frame is a step farther from the keyframe, or on its other side."""
+    systematic = np.diag(np.arange(1.0, 7.0))
+    poses = [PoseWithCovariance(se3.from_quaternion((0, 0, 0, 1), (x, 0, 0)), 1e-6 * np.eye(6))
+             for x in (0.1 - step, 0.1)]
+    before = Reference(VIEW, ORIGIN, poses[0])
+    systematic_part = (before.motion_to(registered_at(poses[1], systematic)).covariance
+                       - before.motion_to(registered_at(poses[1])).covariance)
+    np.testing.assert_allclose(systematic_part, share * systematic, atol=1e-9)
+
+
+def test_from_a_keyframe_the_systematic_error_counts_in_full():
+    registration = registered_at(ORIGIN, np.eye(6))
+    np.testing.assert_array_equal(
+        Reference(VIEW, ORIGIN).motion_to(registration).covariance, np.eye(6))
 
 
 def reference(seconds):

@@ -12,7 +12,7 @@ from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.aick.aick import Aick
-from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
@@ -120,6 +120,17 @@ def test_a_guess_with_a_small_error_is_refined(source, frames):
     translation, rotation = error(found.T_target_source, truth)
     assert translation < 0.003
     assert rotation < np.radians(0.15)
+
+
+def test_noise_is_learned_from_registrations_but_not_from_places_that_may_look_alike(frames):
+    learned = Learned()
+    registrar = Registrar(learned=learned)
+    views = [registrar.prepare(frame) for frame in frames[:3]]
+    before = learned.noise.expected(20.0).keypoints
+    assert registrar.recognize(views[2], views[0]).noise is not None
+    assert learned.noise.expected(20.0).keypoints == before
+    assert registrar.register(views[2], views[0]).status.ok
+    assert learned.noise.expected(20.0).keypoints != before
 
 
 def test_a_slower_schedule_is_tried_where_a_short_one_fails(source, frames, monkeypatch):

@@ -10,17 +10,17 @@ iteration on SE(3) with robust weights, each residual in units of its own noise.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise, NoiseSample
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, gradient_noise, point_to_plane, reprojection, track_depth)
-from aick_ros.registration.refinement.tracks import Tracker, Tracks
+from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
 from aick_ros.registration.result import SensorBias
 from aick_ros.settings import RefinementSettings, SensorSettings
 
@@ -43,23 +43,34 @@ class Refined:
     A refined pose.
 
     :param T_target_source: 4x4 [m].
-    :param covariance: 6x6, caused by noise alone [m^2, m rad, rad^2].
+    :param covariance: 6x6, of noise and of the bias expected [m^2, m rad, rad^2].
+    :param systematic: 6x6, the part of the covariance that is the bias expected.
     :param tracked: keypoints of the source that the target sees where the pose puts them.
     :param bias: between keypoints and depth; None where only keypoints are used.
+    :param noise: what the residuals tell about the noise; None where too few keypoints are
+        tracked, or only keypoints are used.
     """
 
     T_target_source: np.ndarray
     covariance: np.ndarray
+    systematic: np.ndarray
     tracked: Tracks
-    bias: SensorBias | None
+    bias: SensorBias | None = None
+    noise: NoiseSample | None = None
 
 
 class Refinement:
-    """Refines a first pose; see :class:`aick_ros.settings.RefinementSettings`."""
+    """
+    Refines a first pose; see :class:`aick_ros.settings.RefinementSettings`.
 
-    def __init__(self, settings: RefinementSettings, sensor: SensorSettings) -> None:
+    :param noise: of the camera, by which keypoints and depth are weighted.
+    """
+
+    def __init__(self, settings: RefinementSettings, sensor: SensorSettings,
+                 noise: MeasuredNoise | None = None) -> None:
         self._settings = settings
         self._sensor = sensor
+        self._noise = noise or MeasuredNoise()
         self._tracker = Tracker(settings, sensor)
 
     def refine(self, source: PreparedFrame, target: PreparedFrame,
@@ -80,7 +91,7 @@ class Refinement:
 
     def _solve(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
                pose: np.ndarray) -> Refined:
-        problem = _Problem(source, target, tracks, self._settings, self._sensor)
+        problem = _Problem(source, target, tracks, self._settings, self._sensor, self._noise)
         for i in range(self._settings.iterations - 1):
             step = problem.step(pose, coarse=i < _COARSE_STEPS)
             pose = se3.perturbed(pose, step)
@@ -93,9 +104,15 @@ class _Problem:
     """The least-squares problem of one pair of frames."""
 
     def __init__(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
-                 settings: RefinementSettings, sensor: SensorSettings) -> None:
+                 settings: RefinementSettings, sensor: SensorSettings,
+                 noise: MeasuredNoise) -> None:
         self._tracks = tracks
+        self._motion = tracks.displacement(target.frame.camera.fx)
+        self._keypoint_weight, self._systematic = 1.0, np.zeros((6, 6))
         self._source_surface, self._target_surface = source.surface, target.surface
+        if self._source_surface is not None and self._target_surface is not None:
+            expected = noise.expected(self._motion)
+            self._keypoint_weight, self._systematic = 1 / expected.keypoints, expected.bias
         self._depth_rate = _depth_rate(source, target)
         self._ray_sigma = settings.track_sigma / target.frame.camera.fx
         self._settings = settings
@@ -104,26 +121,39 @@ class _Problem:
     def step(self, pose: np.ndarray, coarse: bool) -> np.ndarray:
         """Return the Gauss-Newton step from a pose, 6; coarse: by keypoints if there are any."""
         residuals = self._of_keypoints(pose, _COARSE_WIDTH if coarse else 1.0)
+        equations = NormalEquations.of(residuals).weighted(self._keypoint_weight)
         if not coarse or not len(self._tracks):
-            residuals += self._of_depth(pose)
-        equations = NormalEquations.of(residuals)
+            equations += NormalEquations.of(self._of_depth(pose))
         return -np.linalg.solve(equations.information + _PRIOR, equations.gradient)
 
     def finish(self, pose: np.ndarray) -> Refined:
         """
-        Return the pose after a last step, with its covariance A^-1 B A^-1.
+        Return the pose after a last step, with its covariance A^-1 B A^-1 and the bias expected.
 
-        A is the information, B the covariance of the gradient; the prior is part of both, once.
+        A is the information, B the covariance of the gradient by the scatter that each kind of
+        residual has about its own optimum; the prior is part of both, once.
         """
+        weight = self._keypoint_weight
         by_keypoints, by_depth = self._of_keypoints(pose), self._of_depth(pose)
-        equations = [NormalEquations.of(residuals) for residuals in (by_keypoints, by_depth)]
-        noises = [gradient_noise(residuals) for residuals in (by_keypoints, by_depth)]
-        inverse = np.linalg.inv(equations[0].information + equations[1].information + _PRIOR)
-        step = -inverse @ (equations[0].gradient + equations[1].gradient)
+        keypoints, depth = _Estimate.of(by_keypoints), _Estimate.of(by_depth)
+        equations = keypoints.equations.weighted(weight) + depth.equations
+        inverse = np.linalg.inv(equations.information + _PRIOR)
+        noise = weight ** 2 * keypoints.gradient_noise + depth.gradient_noise
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
-        return Refined(se3.perturbed(pose, step),
-                       inverse @ (noises[0] + noises[1] + _PRIOR) @ inverse,
-                       self._tracks[inliers], _bias(equations, noises) if by_depth else None)
+        refined = Refined(
+            se3.perturbed(pose, -inverse @ equations.gradient),
+            inverse @ (noise + _PRIOR) @ inverse + self._systematic, self._systematic,
+            self._tracks[inliers])
+        return self._with_bias(refined, keypoints, depth) if by_depth else refined
+
+    def _with_bias(self, refined: Refined, keypoints: _Estimate, depth: _Estimate) -> Refined:
+        """Return a refined pose with what the two estimates tell about bias and noise."""
+        bias = SensorBias(depth.error - keypoints.error, keypoints.covariance + depth.covariance)
+        noise = None
+        if len(self._tracks) >= FEWEST_TO_CONFIRM:
+            noise = NoiseSample(self._motion, keypoints.design_effect / depth.design_effect,
+                                bias.normalised, bias.squares)
+        return replace(refined, bias=bias, noise=noise)
 
     def _of_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
         width = widen * self._settings.robust_width
@@ -140,17 +170,42 @@ class _Problem:
         return [residuals.of_scaled_error(self._depth_rate)]
 
 
-def _bias(equations: Sequence[NormalEquations], noises: Sequence[np.ndarray]) -> SensorBias:
+@dataclass(frozen=True, eq=False)
+class _Estimate:
     """
-    Return the pose by keypoints less that by depth, to first order about the pose by both.
+    The error of a pose by one kind of residual alone, to first order.
 
-    Each of the two estimates has the prior for itself.
+    :param equations: without the prior.
+    :param error: 6; the estimate has the prior for itself.
+    :param gradient_noise: 6x6, by the scatter about this estimate.
+    :param inverse: 6x6, of the information with the prior.
     """
-    inverses = [np.linalg.inv(part.information + _PRIOR) for part in equations]
-    errors = [inverse @ part.gradient for inverse, part in zip(inverses, equations)]
-    covariances = [inverse @ (noise + _PRIOR) @ inverse
-                   for inverse, noise in zip(inverses, noises)]
-    return SensorBias(errors[1] - errors[0], covariances[0] + covariances[1])
+
+    equations: NormalEquations
+    error: np.ndarray
+    gradient_noise: np.ndarray
+    inverse: np.ndarray
+
+    @classmethod
+    def of(cls, residuals: list[Residuals]) -> _Estimate:
+        """Return the estimate by some residuals."""
+        equations = NormalEquations.of(residuals)
+        inverse = np.linalg.inv(equations.information + _PRIOR)
+        error = inverse @ equations.gradient
+        noise = gradient_noise([replace(kind, values=kind.values - kind.jacobian @ error)
+                                for kind in residuals])
+        return cls(equations, error, noise, inverse)
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Covariance of the error by the scatter, 6x6."""
+        covariance: np.ndarray = self.inverse @ (self.gradient_noise + _PRIOR) @ self.inverse
+        return covariance
+
+    @property
+    def design_effect(self) -> float:
+        """Variance by the scatter, as a ratio to that by the noise assumed; 1 without data."""
+        return float(np.trace(self.inverse @ (self.gradient_noise + _PRIOR))) / 6
 
 
 def _depth_rate(source: PreparedFrame, target: PreparedFrame) -> float:

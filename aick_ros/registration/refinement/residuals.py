@@ -37,10 +37,9 @@ Up to the first the direction counts as observed, from the second as not, linear
 """
 
 _LARGEST_SCALE = 4.0  # chosen: of the residuals of a right pose, in units of their noise
-# Medians of chi-square with 1 and 2 degrees of freedom; derived. They are rounded because all
-# published figures were measured with three digits, and long steps amplify the fourth.
-_MEDIAN_1 = round(NormalDist().inv_cdf(0.75) ** 2, 3)
-_MEDIAN_2 = round(2.0 * math.log(2.0), 3)
+# medians of chi-square with 1 and 2 degrees of freedom; derived
+_MEDIAN_1 = NormalDist().inv_cdf(0.75) ** 2
+_MEDIAN_2 = 2.0 * math.log(2.0)
 
 _REGULARIZATION = 1e-3 * np.eye(6)  # chosen: 30 m and 30 rad; makes any information invertible
 
@@ -87,6 +86,15 @@ class NormalEquations:
             information += weighted.T @ kind.jacobian
             gradient += weighted.T @ kind.values
         return cls(information, gradient)
+
+    def __add__(self, other: NormalEquations) -> NormalEquations:
+        """Return the normal equations of both problems together."""
+        return NormalEquations(self.information + other.information,
+                               self.gradient + other.gradient)
+
+    def weighted(self, weight: float) -> NormalEquations:
+        """Return the normal equations of residuals with a weight."""
+        return NormalEquations(weight * self.information, weight * self.gradient)
 
 
 def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:

@@ -50,6 +50,13 @@ class Tracks:
         """Return the number of tracks."""
         return len(self.keypoints)
 
+    def displacement(self, focal_length: float) -> float:
+        """Return the mean displacement of the tracks in an image of a focal length [px]."""
+        if not len(self):
+            return 0.0
+        displacements = self.rays - self.points[:, :2] / self.points[:, 2:]
+        return focal_length * float(np.mean(np.linalg.norm(displacements, axis=1)))
+
     def __getitem__(self, chosen: np.ndarray) -> Tracks:
         """Return some of the tracks, by their indices or by a mask."""
         return Tracks(*(getattr(self, f.name)[chosen] for f in fields(self)))

@@ -1,0 +1,121 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Noise learned from registrations: closed forms, random noise and wrong settings."""
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry import se3
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise, NoiseSample
+from aick_ros.registration.refinement.refinement import Refinement
+from aick_ros.registration.registrar import Registrar
+from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+SLOW, FAST = 10.0, 100.0  # px
+SQUARES = np.array([4e-6, 1e-6])
+
+
+def sample(ratio=1.0, normalised=1.0, squares=SQUARES, motion=SLOW):
+    return NoiseSample(motion, ratio, normalised, squares)
+
+
+def learned(*samples):
+    noise = MeasuredNoise()
+    for one in samples:
+        noise.learn(one)
+    return noise
+
+
+def test_a_new_camera_has_the_settings_and_the_bias_of_a_kinect():
+    for motion in (0.0, SLOW, FAST):
+        noise = MeasuredNoise().expected(motion)
+        assert noise.keypoints == 1.0
+        sigmas = np.sqrt(np.diag(noise.bias))
+        assert (sigmas[:3] > 0.001).all() and (sigmas[:3] < 0.01).all()
+        assert (np.degrees(sigmas[3:]) > 0.05).all() and (np.degrees(sigmas[3:]) < 0.3).all()
+
+
+@pytest.mark.parametrize('ratio', [0.2, 1.0, 7.0])
+def test_the_weight_of_keypoints_is_by_their_scatter(ratio):
+    noise = learned(*[sample(ratio)] * 200).expected(SLOW)
+    assert noise.keypoints == pytest.approx(ratio, rel=0.01)
+
+
+def test_few_registrations_count_little():
+    assert learned(sample(100.0)).expected(SLOW).keypoints < 5
+
+
+def test_one_bad_registration_changes_little():
+    noise = learned(*[sample()] * 50, sample(1e9, 1e9, np.ones(2)), *[sample()] * 3)
+    assert noise.expected(SLOW).keypoints < 1.5
+    assert np.sqrt(noise.expected(SLOW).bias[0, 0]) < 2 * np.sqrt(SQUARES[0])
+
+
+def test_keypoints_with_a_significant_bias_gain_no_weight_but_may_lose_it():
+    """A bias does not show in the scatter."""
+    assert learned(*[sample(0.2, 30.0)] * 100).expected(SLOW).keypoints == 1.0
+    assert learned(*[sample(7.0, 30.0)] * 100).expected(SLOW).keypoints == pytest.approx(
+        7, rel=0.05)
+
+
+def test_a_systematic_bias_has_its_size():
+    squares = np.repeat(SQUARES, 3)
+    noise = learned(*[sample(normalised=100.0, squares=SQUARES)] * 300)
+    variances = np.diag(noise.expected(SLOW).bias)
+    # of constant squares; of those of normal errors the mean logarithm is 0.369 lower
+    np.testing.assert_allclose(variances, squares * np.exp(0.369), rtol=0.02)
+
+
+@pytest.mark.parametrize('size', [0.0, 5.0])
+def test_the_bias_is_what_noise_does_not_explain(size):
+    """The difference has the variance of its noise, 1, and that of a bias in random directions."""
+    rng = np.random.default_rng(2)
+    noise, found = MeasuredNoise(), []
+    for difference in np.sqrt(1 + size ** 2) * rng.normal(size=(600, 6)):
+        noise.learn(sample(normalised=np.mean(difference ** 2),
+                           squares=1e-6 * np.mean(difference.reshape(2, 3) ** 2, axis=1)))
+        found.append(np.trace(noise.expected(SLOW).bias) / 6e-6)
+    assert np.mean(found[60:]) == pytest.approx(size ** 2, rel=0.15, abs=0.15)
+
+
+def test_each_range_of_motion_has_its_own_noise():
+    noise = learned(*[sample(5.0)] * 100, *[sample(2.0, motion=FAST)] * 100)
+    assert noise.expected(SLOW).keypoints == pytest.approx(5, rel=0.05)
+    assert noise.expected(FAST).keypoints == pytest.approx(2, rel=0.05)
+
+
+def test_motions_never_seen_have_the_noise_of_the_nearest():
+    noise = learned(*[sample(5.0)] * 100)
+    assert noise.expected(FAST).keypoints == noise.expected(SLOW).keypoints
+
+
+def test_wrong_settings_are_corrected():
+    """A track sigma six times too small: once learned, the weights are as with the right one."""
+    source = SyntheticSource(SyntheticOptions(seed=3))
+    frames = [source.frame(i) for i in (3, 0)]
+    poses = source.ground_truth.poses
+    truth = se3.inverse(poses[0]) @ poses[3]
+    right = Settings()
+    wrong = with_values(right, {
+        'refinement.track_sigma': right.refinement.track_sigma / 6})
+    registrar = Registrar(right)
+    views = [registrar.prepare(frame) for frame in frames]
+
+    def refined(settings):
+        """Return the refinement by the settings, and that after some registrations."""
+        noise = MeasuredNoise()
+        refinement = Refinement(settings.refinement, settings.sensor, noise)
+        first = refinement.refine(*views, truth)
+        for _ in range(60):
+            noise.learn(first.noise)
+        return first, refinement.refine(*views, truth)
+
+    by_right, by_wrong = refined(right), refined(wrong)
+    ratios = [pair[0].noise.ratio for pair in (by_right, by_wrong)]
+    assert ratios[1] > 4 * ratios[0]
+    before, after = (np.abs(se3.difference(by_wrong[i].T_target_source,
+                                           by_right[1].T_target_source)).max() for i in (0, 1))
+    assert after < 0.5 * before
