@@ -11,10 +11,14 @@ import socket
 import tempfile
 import time
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 
 import hypothesis
 import pytest
+
+from aick_ros.sources.synthetic import source
+from aick_ros.sources.synthetic.room import furnished_room
 
 ROOT = Path(__file__).parents[1]
 DOMAINS = 101  # the ports of higher ones are those the system hands out to clients
@@ -29,6 +33,14 @@ hypothesis.settings.register_profile(
     'aick', deadline=None, derandomize=True, database=None, max_examples=100,
     suppress_health_check=[hypothesis.HealthCheck.too_slow])
 hypothesis.settings.load_profile('aick')
+
+
+@pytest.fixture(scope='session', autouse=True)
+def rooms_furnished_once():
+    """Keep the last rooms: to furnish one takes as long as to render 30 frames of it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(source, 'furnished_room', lru_cache(maxsize=4)(furnished_room))
+        yield
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.settings import FeatureSettings, SensorSettings
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
+from aick_ros.sources.synthetic.room import furnished_room
 
 SMALL = Camera(160, 120, 131.25, 131.25, 79.5, 59.5)
 EXTRACTOR = KeypointExtractor(FeatureSettings(max_keypoints=0), SensorSettings())
@@ -88,6 +89,13 @@ def test_a_camera_may_go_anywhere_in_the_free_zone(room, seed):
             assert distance.max() < 8.0
             # what keeps cameras off encloses all that is seen, but pictures flat on a wall
             assert scene.clearance(np.array([corner]))[0] < distance.min() + 0.05
+
+
+def test_the_same_seed_gives_the_same_room(room):
+    once, again = room(1), furnished_room(1)
+    assert all(np.array_equal(a.image, b.image)
+               for a, b in zip(once.surfaces, again.surfaces, strict=True))
+    np.testing.assert_array_equal(once.free.low, again.free.low)
 
 
 @pytest.mark.parametrize('seed', [0, 1, 2])
