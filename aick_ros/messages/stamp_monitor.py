@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.stamps import MAX_STAMP, NANOSECONDS
 from aick_ros.messages.missing_images import MissingImages
 
 _FAR = 10 * NANOSECONDS  # [ns] beyond the time passed; chosen
@@ -33,6 +33,9 @@ class StampMonitor:
         """
         if stamp <= 0:
             return f'its stamp is {stamp} ns; the driver must stamp its images'
+        if stamp > MAX_STAMP - NANOSECONDS:
+            return (f'its stamp of {stamp} ns is in the last second that a message can have; the '
+                    'driver must stamp its images')
         if self._is_stray(stamp, now):
             self._stray = stamp
             return (f'its stamp of {stamp} ns is far ahead of those before; if the clock was set, '

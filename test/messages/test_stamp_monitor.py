@@ -4,7 +4,10 @@
 """Stray stamps in a stream, by hand."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from aick_ros.geometry.stamps import MAX_STAMP
 from aick_ros.messages.stamp_monitor import StampMonitor
 
 SECOND = 10 ** 9
@@ -66,3 +69,22 @@ def test_missing_images_are_counted_without_the_stray_ones():
         monitor.check(START + index * SECOND // 30, index / 30 if index < 3000 else 2.1)
     assert monitor.missing == 10
     assert monitor.missing_share == pytest.approx(10 / 110)
+
+
+def test_the_end_of_time_is_never_a_clock_that_was_set():
+    monitor = StampMonitor()
+    assert monitor.check(START, 0.0) == ''
+    for i in range(5):
+        assert 'the last second' in monitor.check((2 ** 31 - 1) * SECOND + i, 0.1 * i)
+    assert monitor.check(MAX_STAMP, 0.5) != ''
+    assert monitor.check(START + SECOND, 1.0) == ''
+
+
+@given(st.lists(st.tuples(st.integers(-10, 2 ** 64), st.floats(0.0, 1e6))))
+def test_any_stamps_are_judged_and_images_of_a_second_later_are_taken(images):
+    """Whatever came before, at most one image of a regular stream is dropped."""
+    monitor = StampMonitor()
+    for stamp, now in images:
+        assert isinstance(monitor.check(stamp, now), str)
+    monitor.check(START, 2e6)
+    assert monitor.check(START + SECOND, 2e6 + 1.0) == ''

@@ -24,6 +24,7 @@ import cv2
 from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines import Baseline
 from aick_ros.evaluation.baselines.registry import make
+from aick_ros.evaluation.benchmark.json_process import end_with_parent
 from aick_ros.evaluation.benchmark.recording import Request
 from aick_ros.evaluation.scores.frame_pairs import FramePair
 from aick_ros.frames.rgbd import RgbdFrame
@@ -35,6 +36,7 @@ _BROKEN = object()  # in place of a frame that the method could not prepare
 
 def main() -> None:
     """Run the job that is read from standard input."""
+    end_with_parent()
     report = _writer(_reserve_standard_output())
     job = json.loads(sys.stdin.readline())
     cv2.setNumThreads(1)

@@ -10,8 +10,10 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+from builtin_interfaces.msg import Time
 from rclpy.node import Node
 
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.messages.stamp_monitor import StampMonitor
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.ros.conversions import to_stamp
@@ -73,7 +75,8 @@ class Pairing:
 
     def _take(self, name: str, add: Callable[[int, Any], list[Pair]], message: Any) -> None:
         stamp, late = to_stamp(message.header.stamp), self._synchronizer.late
-        fault = self._streams[name].check(stamp, time.monotonic())
+        fault = (_fault(message.header.stamp)
+                 or self._streams[name].check(stamp, time.monotonic()))
         if fault:
             self._reject(name, fault)
         else:
@@ -101,6 +104,14 @@ class Pairing:
                 f'depth images are of frame {depth_frame!r}, colour images of {colour_frame!r}: '
                 'if the driver does not register depth to colour, set register_depth to true',
                 once=True)
+
+
+def _fault(stamp: Time) -> str:
+    """Return why a stamp is no time, '' where it is one."""
+    if stamp.nanosec < NANOSECONDS:
+        return ''
+    return (f'its stamp has {stamp.nanosec} ns beside the seconds, at most {NANOSECONDS - 1} are '
+            'a time; the driver must stamp its images')
 
 
 def _max_interval(settings: NodeSettings) -> float:

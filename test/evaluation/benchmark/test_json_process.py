@@ -3,10 +3,15 @@
 
 """Processes that answer, wait, crash and leave children behind."""
 
+import os
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
+from aick_ros.evaluation.benchmark import method_process
 from aick_ros.evaluation.benchmark.json_process import JsonProcess
 
 MODULE = '''
@@ -69,3 +74,41 @@ def test_the_cause_of_an_exit_is_named(start, step, cause):
     with start(step) as process:
         assert process.next(PATIENT, NEVER) is None
         assert process.cause_of_exit() == cause
+
+
+WAITING = '''
+import json, os, time
+from aick_ros.evaluation.benchmark.json_process import end_with_parent
+end_with_parent()
+print(json.dumps({'pid': os.getpid()}), flush=True)
+time.sleep(3600)
+'''
+PARENT = '''
+import time
+from aick_ros.evaluation.benchmark.json_process import JsonProcess
+with JsonProcess('waiting', None) as process:
+    print(process.next(120.0, bool)['pid'], flush=True)
+    time.sleep(3600)
+'''
+
+
+@pytest.mark.parametrize('how', [signal.SIGKILL, signal.SIGTERM])
+def test_a_process_ends_with_its_parent_however_that_ends(tmp_path, wait_for_end, how):
+    (tmp_path / 'waiting.py').write_text(WAITING)
+    root = Path(__file__).parents[3]
+    parent = subprocess.Popen(
+        [sys.executable, '-c', PARENT], stdout=subprocess.PIPE, text=True,
+        env={**os.environ, 'PYTHONPATH': f'{root}{os.pathsep}{tmp_path}'})
+    child = int(parent.stdout.readline())
+    parent.send_signal(how)
+    parent.wait()
+    parent.stdout.close()
+    wait_for_end(child)
+
+
+def test_methods_end_with_the_benchmark(monkeypatch):
+    def called():
+        raise InterruptedError
+    monkeypatch.setattr(method_process, 'end_with_parent', called)
+    with pytest.raises(InterruptedError):
+        method_process.main()

@@ -123,3 +123,13 @@ def test_depth_of_another_frame_is_warned_of_unless_it_is_registered(
     pairing.take_depth(stamped(START, frame_id))
     assert any('set register_depth to true' in text
                for text in fake_node.logger.warnings) == warned
+
+
+def test_nanoseconds_beyond_a_second_are_rejected(make, stamped):
+    pairing, image = make(), stamped(START)
+    image.header.stamp.nanosec = 2 ** 32 - 1
+    pairing.take_colour(image)
+    assert 'its stamp has 4294967295 ns beside the seconds' in pairing.rejection
+    pairing.take_colour(stamped(START))
+    pairing.take_depth(stamped(START))
+    assert len(pairing.pairs) == 1
