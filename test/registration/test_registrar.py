@@ -133,6 +133,24 @@ def test_noise_is_learned_from_registrations_but_not_from_places_that_may_look_a
     assert learned.noise.expected(20.0).keypoints != before
 
 
+def test_a_repeated_image_has_the_noise_of_the_sensor_and_teaches_nothing(frames):
+    """Its residuals vanish; the standard deviations are at least tenths of the usual ones."""
+    learned = Learned()
+    registrar = Registrar(learned=learned)
+    repeated = dataclasses.replace(frames[0], stamp=frames[1].stamp)
+    views = [registrar.prepare(frame) for frame in (frames[0], repeated)]
+    before = learned.noise.expected(0.0)
+    found = registrar.register(views[1], views[0])
+    after = learned.noise.expected(0.0)
+    assert found.status.ok
+    assert after.keypoints == before.keypoints
+    np.testing.assert_array_equal(after.bias, before.bias)
+    noise = np.sqrt(np.linalg.eigvalsh(found.varying_pose.covariance))
+    assert noise.min() > 3e-6
+    usual = registrar.register(registrar.prepare(frames[2]), views[0])
+    assert noise.min() > 0.01 * np.sqrt(np.linalg.eigvalsh(usual.varying_pose.covariance)).min()
+
+
 def test_a_slower_schedule_is_tried_where_a_short_one_fails(source, frames, monkeypatch):
     class Short(Aick):
         """Finds nothing with few iterations."""

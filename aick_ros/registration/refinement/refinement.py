@@ -30,6 +30,12 @@ _SMALLEST_STEP = 2e-5  # m and rad; chosen: a smaller step ends the iteration
 _FEWEST_TO_IMPROVE = 7  # derived: if 3 of 7 are outliers, the other 4 still determine a pose
 _FEW_TRACKED = 0.5  # chosen: below this share keypoints are tracked again from the better pose
 _INLIER_WEIGHT = 0.25  # by definition: the weight of a residual of one robust width
+_SMALLEST_FACTOR = 0.01
+"""Variance that is added, as a ratio to that by the sensor's noise: a tenth of its sigma, chosen.
+
+Residuals that vanish, as those of an image that is repeated, are no measurement without an error.
+"""
+
 _PRIOR = np.eye(6)
 """Information of a weak prior about the pose, chosen: standard deviations of 1 m and 1 rad.
 
@@ -140,6 +146,7 @@ class _Problem:
         inverse = np.linalg.inv(equations.information + _PRIOR)
         noise = weight ** 2 * keypoints.gradient_noise + depth.gradient_noise
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
+        noise += _SMALLEST_FACTOR * equations.information
         refined = Refined(
             se3.perturbed(pose, -inverse @ equations.gradient),
             inverse @ (noise + _PRIOR) @ inverse + self._systematic, self._systematic,
