@@ -34,7 +34,7 @@ _PRIOR_FACTORS = 5.0 / 3.0, 1.0
 """Standard deviations of the second pose's prior, by the sigmas of the motion model."""
 
 _SAME_POSE = 0.015, np.radians(0.8)  # m and rad; poses with smaller differences are the same
-_EQUALLY_TRACKED = 0.8  # of a registration's keypoints: as many confirm another pose, too
+_SAME_KEYPOINTS = 0.5  # share of a registration's keypoints that confirm another pose, too
 _LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
 _LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
 _MAJORITY, _MINORITY = 0.6, 0.1
@@ -73,7 +73,7 @@ class DynamicObjectCheck:
                 or source.grey.shape != target.grey.shape):
             return found
         continuous = self._refinement.refine(source, target, expected)
-        if (len(continuous.tracked) >= _EQUALLY_TRACKED * found.support
+        if (_is_confirmed_alike(found, continuous)
                 and not _is_same(found.T_target_source, continuous.T_target_source)):
             return _repeated(found, continuous)
         refined = self._without_keypoints_of(found, source, target, expected)
@@ -139,6 +139,14 @@ def _is_for_second(vote: PoseVote, sudden: float) -> bool:
     needed = max(_MINORITY, _MAJORITY * np.exp(0.5 * (1.0 - sudden)))
     return (vote.seen > _LEAST_SEEN and vote.second > _LEAST_FOR_SECOND
             and vote.for_second > needed)
+
+
+def _is_confirmed_alike(found: Registration, other: Refined) -> bool:
+    """Return whether the same keypoints confirm two poses, not some one and some the other."""
+    if found.tracks is None:
+        return False
+    common = np.isin(found.tracks.keypoints, other.tracked.keypoints)
+    return int(common.sum()) >= _SAME_KEYPOINTS * found.support
 
 
 def _repeated(found: Registration, continuous: Refined) -> Registration:
