@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from aick_ros.errors import InputError
 from aick_ros.frames.depth import inverse_depth_sigma
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
@@ -76,8 +77,12 @@ class Surface:
 
         :param depth: HxW float32 [m], NaN where invalid.
         :param count: maximum number of chosen cells.
+        :raises InputError: where the image is smaller than a cell.
         """
         grid = _grid(camera)
+        if not (grid.width and grid.height):
+            raise InputError(f'the depth image is {camera.width} x {camera.height} pixels: at '
+                             f'least {CELL} x {CELL} are required')
         inverse = _inverse_depth(depth, camera, sensor)
         mean, a, b, roughness = _fit_planes(inverse)
         x, y = grid.rays

@@ -6,6 +6,7 @@
 import numpy as np
 import pytest
 
+from aick_ros.errors import InputError
 from aick_ros.frames.surface import CELL, Surface
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
@@ -214,3 +215,10 @@ def test_a_precise_sensor_keeps_a_near_plane():
     depth = plane_depth(PINHOLE, np.array((0.0002, 0.0001, 1.0)), 0.2)
     usable = in_image(Surface.of(depth, PINHOLE, sensor, 1000).usable)
     assert usable[RADIUS:-RADIUS, RADIUS:-RADIUS].all()
+
+
+@pytest.mark.parametrize('width, height', [(1, 1), (640, 3), (3, 480)])
+def test_an_image_smaller_than_a_cell_is_rejected(width, height):
+    camera = Camera(width, height, 500.0, 500.0, 0.0, 0.0)
+    with pytest.raises(InputError, match=f'{width} x {height} pixels: at least 4 x 4 are'):
+        Surface.of(np.ones((height, width), np.float32), camera, SensorSettings(), 10)

@@ -8,6 +8,8 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from aick_ros.messages.synchronizer import Synchronizer
 
@@ -193,3 +195,23 @@ def test_without_a_limit_the_nearest_are_still_paired(offset_ms):
 
 def test_without_a_limit_any_distance_will_do():
     assert run([(0, 'colour'), (10 ** 11, 'depth')], max_interval=math.inf)[0] == [(0, 10 ** 11)]
+
+
+@given(st.lists(st.tuples(st.booleans(), st.integers(1, 200)), max_size=60),
+       st.integers(0, 20), st.sampled_from([None, 1, 5]))
+def test_each_image_is_paired_once_in_order_and_within_the_interval(steps, interval, queue_size):
+    """Of two streams with increasing stamps that arrive in any order."""
+    synchronizer = Synchronizer(interval * 1e-3, queue_size)
+    stamps, pairs = [0, 0], []
+    for is_depth, step in steps:
+        stamps[is_depth] += step * 1_000_000
+        add = synchronizer.add_depth if is_depth else synchronizer.add_colour
+        pairs += add(stamps[is_depth], (is_depth, stamps[is_depth]))
+    pairs += synchronizer.flush()
+    assert all(abs(pair.colour_stamp - pair.depth_stamp) <= interval * 1_000_000
+               for pair in pairs)
+    assert all(pair.colour == (False, pair.colour_stamp) and pair.depth == (True, pair.depth_stamp)
+               for pair in pairs)
+    for kind in ('colour_stamp', 'depth_stamp'):
+        paired = [getattr(pair, kind) for pair in pairs]
+        assert paired == sorted(set(paired))
