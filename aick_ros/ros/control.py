@@ -6,9 +6,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from geometry_msgs.msg import PoseWithCovarianceStamped
+from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from std_srvs.srv import Empty
 
@@ -17,11 +19,13 @@ from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.ros.conversions import from_pose
 
 _QUEUE = 10
+_LEVELS = {'debug': LoggingSeverity.DEBUG, 'info': LoggingSeverity.INFO,
+           'warning': LoggingSeverity.WARN, 'error': LoggingSeverity.ERROR}
 
 
 class Control:
     """
-    The services ``~/reset_odom``, ``~/pause_odom``, ``~/resume_odom`` and the topic ``set_pose``.
+    The services ``~/reset_odom``, ``~/pause_odom`` and others, and the topic ``set_pose``.
 
     :param odom_frame: the only frame in which a pose can be set.
     :param on_reset: called to restart the odometry at the origin.
@@ -37,6 +41,8 @@ class Control:
         node.create_service(Empty, '~/reset_odom', self._reset)
         node.create_service(Empty, '~/pause_odom', self._pause)
         node.create_service(Empty, '~/resume_odom', self._resume)
+        for name, level in _LEVELS.items():
+            node.create_service(Empty, f'~/log_{name}', partial(self._set_level, level))
         node.create_subscription(PoseWithCovarianceStamped, 'set_pose', self._set_pose, _QUEUE)
 
     @property
@@ -56,6 +62,11 @@ class Control:
     def _resume(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
         self._paused = False
         self._logger.info('resumed')
+        return response
+
+    def _set_level(self, level: LoggingSeverity, request: Empty.Request,
+                   response: Empty.Response) -> Empty.Response:
+        self._logger.set_level(level)
         return response
 
     def _set_pose(self, message: PoseWithCovarianceStamped) -> None:

@@ -41,7 +41,7 @@ from aick_ros.ros.output.views import Views
 from aick_ros.ros.parameter_files import warnings_of_files
 from aick_ros.ros.parameters import LiveSettings, declare_settings, initial_pose
 from aick_ros.ros.process.arguments import Arguments, read_arguments
-from aick_ros.ros.process.program import program
+from aick_ros.ros.process.program import make_node, program
 from aick_ros.ros.process.signals import held
 from aick_ros.ros.process.warm_up import warm_up
 from aick_ros.ros.work_queue import WorkQueue
@@ -256,8 +256,9 @@ class OdomNode(Node):
 def main() -> None:
     """Run the node until SIGINT or SIGTERM."""
     with program('odom_node'):
+        arguments = read_arguments(sys.argv)
         with held():  # rclpy complains where the context ends while it makes these
-            node = OdomNode(read_arguments(sys.argv))
+            node = make_node(lambda: OdomNode(arguments))
             rclpy.get_global_executor()  # of rclpy.spin
         for warning in warnings_of_files(sys.argv, node.get_fully_qualified_name()):
             node.get_logger().warning(warning)

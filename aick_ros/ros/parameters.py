@@ -111,7 +111,9 @@ class LiveSettings:
 
     def _changed(self, changes: Mapping[str, object]) -> Settings:
         own = [_PRESET.name, *values(NodeSettings)]
-        for name in changes:
+        for name, value in changes.items():
+            if value is None and name in values(Settings):  # ros2 param delete
+                raise InputError(f'{name} cannot be deleted: set it to another value')
             if name in own:
                 raise InputError(f'{name} is read at the start only: give it to the node when it '
                                  'is started, in its parameter file or with -p')

@@ -50,6 +50,23 @@ def set_parameters(rig, **changes):
         for name, value in changes.items()])).results
 
 
+def test_the_level_of_the_log_can_be_changed(rig, start_node, frames):
+    node = start_node()
+    rig.call(Empty, '/odom_node/log_error')
+    rig.call(Empty, '/odom_node/pause_odom')
+    rig.call(Empty, '/odom_node/log_info')
+    rig.call(Empty, '/odom_node/resume_odom')
+    node.wait_for_log('resumed')
+    assert 'paused' not in node.log
+
+
+def test_a_parameter_cannot_be_deleted(rig, start_node):
+    start_node()
+    [result] = set_parameters(rig, aick__alpha=None)
+    assert not result.successful
+    assert result.reason == 'aick.alpha cannot be deleted: set it to another value'
+
+
 def test_reset_begins_at_the_origin(rig, start_node, frames):
     start_node()
     answers(rig, frames[:4])

@@ -4,6 +4,7 @@
 """The node's process: started in any order, ended at any time, not stopped by one bad frame."""
 
 import dataclasses
+import os
 import signal
 import subprocess
 import sys
@@ -164,4 +165,15 @@ def test_arguments_that_ros_rejects_are_one_line(ros_domain, tmp_path):
                          capture_output=True, text=True, timeout=PATIENCE)
     assert run.returncode == 2
     assert 'odom_node: ROS rejects these arguments' in run.stderr
+    assert 'Traceback' not in run.stderr
+
+
+def test_security_that_ros_does_not_have_is_one_line(ros_domain, tmp_path):
+    """The wheels' Fast DDS is built without; elsewhere the enclave is missing."""
+    (tmp_path / 'enclaves').mkdir()
+    run = subprocess.run(NODE_COMMAND, capture_output=True, text=True, timeout=30, env={
+        **os.environ, 'ROS_SECURITY_ENABLE': 'true', 'ROS_SECURITY_STRATEGY': 'Enforce',
+        'ROS_SECURITY_KEYSTORE': str(tmp_path)})
+    assert run.returncode == 2
+    assert run.stderr.splitlines()[-1].startswith('odom_node: ROS ')
     assert 'Traceback' not in run.stderr

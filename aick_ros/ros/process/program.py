@@ -10,12 +10,18 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import TypeVar
 
 import rclpy
 from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
 
 from aick_ros.errors import InputError
 from aick_ros.ros.process.signals import ENDINGS, held, ignore
+
+RCLError = rclpy_implementation.RCLError
+_Node = TypeVar('_Node', bound=Node)
 
 _UNUSABLE_INPUT = 2  # by definition, the exit code of every command of this package
 
@@ -52,6 +58,21 @@ def program(name: str, prepare: Callable[[], None] = lambda: None,
             raise  # otherwise a consequence of the shutdown
     finally:
         _finish()
+
+
+def make_node(make: Callable[[], _Node]) -> _Node:
+    """
+    Return a node, of any class.
+
+    :raises InputError: where ROS cannot create it, as with security that is not installed.
+    """
+    try:
+        return make()
+    except RCLError as error:
+        if not rclpy.ok():
+            raise  # a consequence of the shutdown
+        reason = ' '.join(str(error).split())
+        raise InputError(f'ROS cannot create the node: {reason}') from None
 
 
 def _handle_signals(interrupt: bool) -> None:
