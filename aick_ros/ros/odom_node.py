@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The node: colour and depth images in, odometry out; a drop-in for rtabmap's rgbd_odometry."""
+"""The node: colour and depth images in, odometry out."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def distort():
 def test_names_of_methods():
     assert [method.name for method in methods_of('pnp, aick,pnp')] == ['pnp', 'aick']
     assert [method.name for method in methods_of('all')] == list(METHODS)
-    with pytest.raises(InputError, match="'icp': there are all, aick, aick-orb"):
+    with pytest.raises(InputError, match="'icp': the methods are all, aick, aick-orb"):
         methods_of('aick,icp')
 
 
