@@ -23,7 +23,8 @@ def read_bytes(path: Path, what: str, limit: int) -> bytes:
     """
     try:
         # without O_NONBLOCK, opening a pipe waits for a writer
-        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), 'rb') as file:
+        with open(path, 'rb', opener=lambda name, flags: os.open(
+                name, flags | os.O_NONBLOCK)) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise InputError(f'cannot read {what} {path}: it is not a regular file')
             content = file.read(limit + 1)

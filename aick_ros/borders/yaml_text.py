@@ -33,7 +33,8 @@ def parse_yaml(text: str) -> Any:
             loader.dispose()
     except InputError:
         raise
-    except (yaml.YAMLError, ValueError, TypeError, OverflowError, AttributeError) as error:
+    except (yaml.YAMLError, ValueError, TypeError, OverflowError, AttributeError,
+            LookupError) as error:
         # dates that do not exist and integers of thousands of digits are ValueErrors
         raise InputError(f'it is not YAML: {" ".join(str(error).split())}') from None
 

@@ -55,6 +55,11 @@ class BaseMotion:
         return cls(increment.twist, (axes_now @ increment.pose).covariance, increment.interval)
 
     @property
+    def T_before_now(self) -> np.ndarray:
+        """Pose of the base now, in its frame at the start of the motion, 4x4."""
+        return se3.exp(self.interval * self.twist)
+
+    @property
     def twist_covariance(self) -> np.ndarray:
         """Covariance of the twist, 6x6 [m^2/s^2, m rad/s^2, rad^2/s^2]."""
         twist_covariance: np.ndarray = self.covariance / self.interval ** 2

@@ -93,7 +93,10 @@ class KeyframeMemory:
     def _add(self, keyframe: Reference, detour: np.ndarray) -> None:
         """Add a keyframe to the graph, and begin to search for earlier ones like it."""
         key, parent = self._newest + 1, self._newest
-        motion = keyframe.pose.since(self._reckoned)
+        # after a loss an earlier frame can become the keyframe again
+        motion = (keyframe.pose.since(self._reckoned)
+                  if keyframe.stamp > self._frames[parent].stamp
+                  else self._reckoned.since(keyframe.pose).inverse())
         motion = PoseWithCovariance(motion.matrix, motion.covariance + detour)
         self._graph.add(key, motion, parent)
         axes = in_axes(self._graph.pose(parent).rotation)

@@ -25,7 +25,7 @@ from aick_ros.settings import OdometrySettings, Settings
 
 _WITNESSES = 2  # by definition: keyframes that must agree
 _MIN_TRACKED = 0.35  # chosen on rendered rooms: share of the keypoints that must be tracked
-_MAX_SIGMA = 0.15  # m; chosen: three times it is less than furniture that repeats is apart
+_MAX_SIGMA = 0.15  # m; chosen: 3 sigma is less than the spacing of repeated furniture
 _GATES = 22.46, 32.91  # by definition: 99.9 % of chi squared with 6 and 12 degrees of freedom
 
 
@@ -77,8 +77,11 @@ def candidates(graph: KeyframeGraph, key: int, stamps: Mapping[int, int],
     """
     limit = stamps[key] - settings.reuse_age * NANOSECONDS
     apart = view_distances(graph.matrices, graph.pose(key).matrix, settings)
-    near = sorted((distance, other) for distance, other in zip(apart, graph.keys)
-                  if stamps[other] <= limit and distance < 1.0)
+    # by stamp: a frame that became a keyframe twice is one witness, and none of itself
+    near = sorted({stamps[other]: (distance, other)
+                   for distance, other in zip(apart, graph.keys)
+                   if stamps[other] <= limit and stamps[other] != stamps[key]
+                   and distance < 1.0}.values())
     certain = [other for _, other in near[:2 * _WITNESSES]
                if np.trace(graph.relative(other, key).covariance[:3, :3])
                < _MAX_SIGMA ** 2]

@@ -99,7 +99,9 @@ class Odometry:
 
     def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
         """
-        Forget everything; the next frame gets the pose given, or the identity.
+        Forget all frames and the pose; the next frame gets the pose given, or the identity.
+
+        What was learned of the camera is kept.
 
         :raises InputError: where the pose is not rigid; nothing is changed then.
         """

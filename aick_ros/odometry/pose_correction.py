@@ -24,7 +24,6 @@ class PoseCorrection:
 
     It approaches a better estimate by at most a step per frame; between steps it is constant, so
     that the motion from frame to frame stays as measured.
-
     """
 
     def __init__(self, settings: OdometrySettings) -> None:

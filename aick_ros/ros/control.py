@@ -28,7 +28,7 @@ class Control:
     The services ``~/reset_odom``, ``~/pause_odom`` and others, and the topic ``set_pose``.
 
     :param odom_frame: the only frame in which a pose can be set.
-    :param on_reset: called to restart the odometry at the origin.
+    :param on_reset: called to restart the odometry, at the origin or at the guess.
     :param on_pose: called with ``T_odom_base``, and whether the node is paused.
     """
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The node: colour and depth images in, odometry out."""
+"""The node: colour and depth images in, odometry out, by the topics of rgbd_odometry."""
 
 from __future__ import annotations
 

@@ -9,7 +9,10 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import yaml
+from aick_ros.borders.files import read_text
+from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
+from aick_ros.borders.yaml_text import parse_yaml
+from aick_ros.errors import InputError
 
 
 def warnings_of_files(argv: Sequence[str], node_name: str) -> Iterator[str]:
@@ -30,8 +33,8 @@ def warnings_of_files(argv: Sequence[str], node_name: str) -> Iterator[str]:
 
 def _content(file: Path) -> object:
     try:
-        return yaml.safe_load(file.read_text())
-    except (OSError, ValueError, yaml.YAMLError):
+        return parse_yaml(read_text(file, 'the parameters', MAX_CONFIGURATION_BYTES))
+    except InputError:
         return None  # ROS has said so, or will
 
 

@@ -98,7 +98,7 @@ class OdometrySettings(Checked):
 
     reference: str = parameter(
         'keyframe', 'Reference of each registration: the previous frame (the paper), or a '
-        'keyframe. Keyframes that are found again replace the map of earlier versions.',
+        'keyframe.',
         choices=('previous', 'keyframe'))
     min_overlap: float = parameter(
         0.7, 'Minimum fraction of keypoints matched to the keyframe; below it the keyframe is '

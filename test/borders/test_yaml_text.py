@@ -22,6 +22,7 @@ BOMB = 'a0: &a0 [x, x]\n' + ''.join(
     ('[' * 900 + ']' * 900, f'deeper than {MAX_YAML_DEPTH} levels'),
     ('[' * 100_000, 'deeper'), ('- ' * 900, 'deeper'),
     ('a: ' + '9' * 5000, 'it is not YAML'), ('2001-99-99', 'it is not YAML'),
+    ('!!bool maybe', 'it is not YAML'), ('!!int ""', 'it is not YAML'),
     ('a: [', 'it is not YAML'), ('a: *b', 'it is not YAML'), ('[a]: b', 'it is not YAML'),
     ('!!python/object:os.system {}', 'it is not YAML'), ('\x00', 'it is not YAML')])
 def test_what_is_no_yaml_or_too_large_is_rejected(text, reason):

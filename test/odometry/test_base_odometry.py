@@ -190,6 +190,7 @@ def test_pose_and_twist_are_those_of_a_driving_robot():
         np.testing.assert_allclose(found.pose.matrix, T_odom_base, atol=1e-12)
         assert found.state is BaseState.TRACKED
         np.testing.assert_allclose(found.motion.twist, se3.log(step) * 1e9 / PERIOD, atol=1e-9)
+        np.testing.assert_allclose(found.motion.T_before_now, step, atol=1e-9)
 
 
 @pytest.mark.parametrize('mount', Mount)

@@ -3,6 +3,7 @@
 
 """Search for earlier keyframes, and which registrations are accepted."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -104,6 +105,14 @@ def test_the_nearest_two_old_ones_are_sought():
 
 def test_young_ones_are_not_sought():
     assert candidates(graph_of(POSITIONS), 6, stamps(7, 0.3), SETTINGS.odometry) == ()
+
+
+def test_a_frame_that_became_a_keyframe_twice_is_one_witness_and_none_of_itself():
+    graph, twice = graph_of(POSITIONS), stamps(7)
+    twice[1] = twice[0]
+    assert not {0, 1} <= set(candidates(graph, 6, twice, SETTINGS.odometry))
+    any_age = dataclasses.replace(SETTINGS.odometry, reuse_age=0.0)
+    assert 6 not in candidates(graph, 6, stamps(7), any_age)
 
 
 def test_a_single_one_is_not_sought():

@@ -302,7 +302,7 @@ def test_frames_that_wait_keep_the_camera_they_came_with(rig, start_node, frames
     rig.answer(frames[0].stamp)
     for frame in frames[1:8]:
         rig.send(frame)
-    rig.wait_until(lambda: len(rig.odom) > 1, 'the first of them')
+    rig.wait_until(lambda: rig.values().get('frames received') == '8', 'all to be paired')
     rig.send_camera_info(dataclasses.replace(frames[0].camera, fx=900.0, fy=900.0))
     odometry = Odometry(preset('paper-full'))
     for frame in frames[:8]:

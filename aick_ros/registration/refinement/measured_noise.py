@@ -4,8 +4,8 @@
 """
 Noise of keypoints and of depth, measured on the registrations of one camera.
 
-Residuals whose errors are alike across a part of the image are fewer measurements than they are
-many. The scatter between parts of the image, of one kind of residual about its own optimum, shows
+Residuals that share an error across a part of the image count as fewer independent measurements.
+The scatter between parts of the image, of one kind of residual about its own optimum, shows
 by which factor the covariance of that kind is too small: the design effect of a cluster sample
 (Kish 1965). The factors weight the two kinds (variance components, Helmert 1924). They are not
 taken at the joint optimum: there the kind of the smaller weight shows the larger residuals, and
@@ -41,7 +41,8 @@ _LARGEST_FACTOR = 1e4  # bound on a factor measured by one registration, and on 
 _SMALLEST_SQUARE = 1e-12  # m^2 and rad^2; 1 micrometre, keeps the logarithm finite
 _LOG_MEAN = -0.176, -0.369
 """Mean logarithm of chi-square by its degrees of freedom, six and three; derived:
-digamma(n / 2) + log(2 / n). The exponential of an average of logarithms is unbiased without."""
+digamma(n / 2) + log(2 / n). Subtracted, so that the exponential of a mean
+logarithm estimates the variance."""
 
 _BIAS_BOUNDS = 3.0, 5.0
 """Normalised squared bias: from the second on keypoints gain no weight, up to the first they gain
@@ -80,7 +81,7 @@ class Noise:
 
 @dataclass(frozen=True, eq=False)
 class _Average:
-    """Mean logarithms of the samples of one range of motion, of which the prior is a few."""
+    """Mean logarithms of the samples of one range of motion; the prior counts as a few."""
 
     count: int = _PRIOR_COUNT
     ratio: float = 0.0

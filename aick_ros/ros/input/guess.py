@@ -36,7 +36,7 @@ class Guess:
     """
     Pose of ``frame_id`` in ``guess_frame_id``, as TF reports it.
 
-    It may wait: not for the executor's thread.
+    It may wait for TF: never call it on the executor's thread.
     """
 
     def __init__(self, transforms: Finder, extrinsics: Mounted, settings: NodeSettings) -> None:
@@ -118,7 +118,8 @@ class StartByGuess:
             return None
         T_guess_base = self._guess.T_guess_base(stamp)
         if T_guess_base is None:
-            self._since = stamp if self._since is None else self._since
+            if self._since is None or stamp < self._since:  # a bag that loops begins anew
+                self._since = stamp
             if stamp - self._since < _LONGEST_WAIT_AT_START:
                 raise InputError(
                     f'the odometry starts at the pose in guess_frame_id = {self._frame!r}, which '

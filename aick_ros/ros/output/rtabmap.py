@@ -73,7 +73,8 @@ class RtabmapTopics:
 
     def show(self, frame: Registered) -> None:
         """Publish what has a subscriber."""
-        T_before_now = _base_motion(frame)
+        motion = frame.base.motion
+        T_before_now = None if motion is None else motion.T_before_now
         if T_before_now is not None:
             self._distance += float(np.linalg.norm(T_before_now[:3, 3]))
         for publisher, is_full in zip(self._infos, (True, False)):
@@ -108,15 +109,6 @@ class RtabmapTopics:
                 info.ref_corners = _points(update.reference.pixels[target])
                 info.corner_inliers = list(range(len(source)))
         return info
-
-
-def _base_motion(frame: Registered) -> np.ndarray | None:
-    """Return ``T_before_now`` of the base since the last tracked frame; None: not measured."""
-    if frame.base.motion is None or frame.update.increment is None:
-        return None
-    motion: np.ndarray = (frame.T_base_camera @ frame.update.increment.pose.matrix
-                          @ se3.inverse(frame.T_base_camera))
-    return motion
 
 
 def _transform(T: np.ndarray | None) -> Transform:

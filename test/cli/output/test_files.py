@@ -27,7 +27,7 @@ def test_a_pipe_is_written_to(tmp_path):
     reader = threading.Thread(target=lambda: read.append(pipe.read_text()))
     reader.start()
     write_whole(pipe, 'content')
-    reader.join(5)
+    reader.join(60)
     assert read == ['content']
     assert pipe.is_fifo()
 

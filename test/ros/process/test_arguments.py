@@ -48,12 +48,12 @@ def test_help(option, capsys):
 
 def test_the_process_ends_with_one_sentence(ros_domain):
     done = subprocess.run([*NODE_COMMAND, '-p', 'frame_id:=x'], capture_output=True, text=True,
-                          timeout=60)
+                          timeout=120)
     assert done.returncode == 2
     # ROS has warned of frame_id:=x before
     assert done.stderr.splitlines()[-1] == (
         'odom_node: -p is an argument of ROS: put --ros-args before it')
-    done = subprocess.run([*NODE_COMMAND, '--help'], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([*NODE_COMMAND, '--help'], capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stderr) == (0, '')
     assert done.stdout.startswith('usage: odom_node')
 
