@@ -32,7 +32,7 @@ from aick_ros.ros.input.extrinsics import Extrinsics
 from aick_ros.ros.input.guess import Guess, StartByGuess
 from aick_ros.ros.input.pairing import Pairing
 from aick_ros.ros.input.rate_limit import RateLimit
-from aick_ros.ros.input.subscriptions import image_subscription
+from aick_ros.ros.input.subscriptions import AdaptiveSubscription, image_subscription
 from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.input.watchdog import Watchdog
 from aick_ros.ros.output.publisher import OdometryPublisher
@@ -46,7 +46,7 @@ from aick_ros.ros.process.signals import held
 from aick_ros.ros.process.warm_up import warm_up
 from aick_ros.ros.work_queue import WorkQueue
 from aick_ros.ros.worker import Worker
-from aick_ros.settings import Settings
+from aick_ros.settings import NodeSettings, Settings
 
 _LONGEST_BACKLOG = 100  # pairs; chosen: 3 s at 30 Hz
 _LARGEST_BACKLOG = 256 * 2 ** 20  # bytes; chosen: a pair of 640x480 takes 1.5 to 2.1 MB
@@ -78,9 +78,7 @@ class OdomNode(Node):
             self.get_logger().set_level(LoggingSeverity[arguments.level.upper()])
         settings, core = declare_settings(self, arguments.parameters)
         self._diagnostics = Diagnostics(self)
-        self._queue = WorkQueue[Arrival](
-            _LONGEST_BACKLOG if settings.process_every_frame else 1,
-            lambda arrival: arrival.size, _LARGEST_BACKLOG)
+        self._queue = _queue(settings)
         # what frames are made of
         self._transforms = Transforms(
             self, (settings.odom_frame_id, settings.guess_frame_id or settings.frame_id),
@@ -102,19 +100,23 @@ class OdomNode(Node):
         # from images to the queue
         self._rate_limit = RateLimit(settings.max_update_rate)
         self._pairing = Pairing(self, settings, self._diagnostics, self._enqueue)
-        self._inputs = [
-            image_subscription(self, 'rgb/image', settings.image_transport,
-                               self._pairing.take_colour, settings),
-            image_subscription(self, 'depth/image', settings.depth_transport,
-                               self._pairing.take_depth, settings),
-            *self._assembler.subscriptions]
+        self._inputs = [*self._image_subscriptions(settings), *self._assembler.subscriptions]
         self._watchdog = Watchdog(self, settings, self._inputs, self._pairing)
+        self._create_timers()
+        self._worker = Worker(self._queue, self._answer, self._is_ready)
+        self._between_frames(lambda: warm_up(core))
+
+    def _image_subscriptions(self, settings: NodeSettings) -> list[AdaptiveSubscription]:
+        return [image_subscription(self, 'rgb/image', settings.image_transport,
+                                   self._pairing.take_colour, settings),
+                image_subscription(self, 'depth/image', settings.depth_transport,
+                                   self._pairing.take_depth, settings)]
+
+    def _create_timers(self) -> None:
         # steady timers: a /clock that stands still must not stop them
         steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(_SILENCE / 2, self._tend_inputs, clock=steady)
         self.create_timer(1.0, self._report, clock=steady)
-        self._worker = Worker(self._queue, self._answer, self._is_ready)
-        self._between_frames(lambda: warm_up(core))
 
     def run(self) -> None:
         """Answer frames until the context is shut down."""
@@ -251,6 +253,11 @@ class OdomNode(Node):
                 or self._watchdog.complaint_about_clocks()
                 or self._watchdog.complaint_about_losses()
                 or self._rtabmap.complaint())
+
+
+def _queue(settings: NodeSettings) -> WorkQueue[Arrival]:
+    capacity = _LONGEST_BACKLOG if settings.process_every_frame else 1
+    return WorkQueue(capacity, lambda arrival: arrival.size, _LARGEST_BACKLOG)
 
 
 def main() -> None:
