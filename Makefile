@@ -8,7 +8,7 @@ READY := $(VENV)/ready
 UNFINISHED := $(VENV)/unfinished
 TF2_MSGS := $(VENV)/tf2_msgs
 PINS := requirements/constraints.txt
-JOBS ?= 3
+JOBS ?= 2
 
 # A ROS that the calling shell has sourced stays out of the virtual environment, and the traffic
 # stays on this machine.

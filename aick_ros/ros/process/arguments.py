@@ -54,8 +54,7 @@ def read_arguments(argv: Sequence[str]) -> Arguments:
     :raises InputError: for an argument that means nothing.
     """
     # launch passes several arguments in one where they are one substitution
-    words = [word for argument in _outside_of_ros(argv[1:])
-             for word in (argument.split() if argument.lstrip().startswith('-') else [argument])]
+    words = [word for argument in _outside_of_ros(argv[1:]) for word in argument.split()]
     if {'-h', '--help'} & set(words):
         print(HELP, end='')
         sys.exit(0)

@@ -3,6 +3,7 @@
 
 """Reading in a thread gives what reading without one gives."""
 
+import sys
 import threading
 import time
 
@@ -15,6 +16,8 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.sources import raise_damage
 
+OTHERS: set[threading.Thread] = set()
+
 
 @pytest.fixture
 def frames():
@@ -23,8 +26,15 @@ def frames():
     return [RgbdFrame(i + 1, np.zeros((3, 4), np.uint8), depth, camera) for i in range(40)]
 
 
+@pytest.fixture(autouse=True)
+def readers_of_others(monkeypatch):
+    """Remember the threads that tests before left to end by themselves."""
+    monkeypatch.setattr(sys.modules[__name__], 'OTHERS', set(threading.enumerate()))
+
+
 def readers():
-    return [thread for thread in threading.enumerate() if thread.name == 'read_ahead']
+    return [thread for thread in threading.enumerate()
+            if thread.name == 'read_ahead' and thread not in OTHERS]
 
 
 def test_frames_and_damage_come_in_order(frames, in_memory):
