@@ -86,7 +86,7 @@ class KeyframeGraph:
         self._keys.append(key)
 
     def remove(self, key: int) -> None:
-        """Marginalise a keyframe: all that it tells about the others is kept."""
+        """Marginalise a keyframe: its information about the others is kept."""
         index = self._keys.index(key)
         rows = np.arange(6 * index, 6 * index + 6)
         self._covariance = np.delete(np.delete(self._covariance, rows, 0), rows, 1)

@@ -72,8 +72,8 @@ def candidates(graph: KeyframeGraph, key: int, stamps: Mapping[int, int],
     """
     Return the two earlier keyframes that a keyframe is most likely to see again, or none.
 
-    Keyframes whose relative position is less certain are not sought: the graph could not tell
-    two places that look alike from each other.
+    Keyframes whose relative position is less certain are not sought: the graph could not
+    distinguish two places that look alike.
     """
     limit = stamps[key] - settings.reuse_age * NANOSECONDS
     apart = view_distances(graph.matrices, graph.pose(key).matrix, settings)

@@ -53,7 +53,7 @@ class Refined:
     :param systematic: 6x6, the part of the covariance that is the bias expected.
     :param tracked: keypoints of the source that the target sees where the pose puts them.
     :param bias: between keypoints and depth; None where only keypoints are used.
-    :param noise: what the residuals tell about the noise; None where too few keypoints are
+    :param noise: noise measured by the residuals; None where too few keypoints are
         tracked, or only keypoints are used.
     """
 
