@@ -193,7 +193,7 @@ class _Rig:
         self._good = raw if self._is_raw else [
             (_png(colour[..., ::-1]), _png(depth))
             for colour, depth in zip(content['colour'], content['depth'])]
-        self._decoder = FrameDecoder(transport, transport)
+        self._decoder = FrameDecoder()
         self._odometry = Odometry()
         self._stamp = time.time_ns() - 10 ** 13  # stamps of the future would be refused
         self.damaged = 0

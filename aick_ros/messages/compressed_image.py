@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-The images in sensor_msgs/CompressedImage messages, as the plugins of image_transport send them.
+The images in sensor_msgs/CompressedImage messages, of image_transport's plugins or RTAB-Map.
 
 Only the fields of a message are used, so messages of rclpy and of rosbags both work.
 """
@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 
 from aick_ros.errors import InputError
-from aick_ros.messages import png_jpeg
+from aick_ros.messages import png_jpeg, rtabmap_depth
 from aick_ros.messages.depth_units import MILLIMETRES, to_metres, valid_metres
 from aick_ros.messages.rvl import decode_rvl
 
@@ -53,13 +53,18 @@ def decode_depth(message: CompressedImageMessage) -> np.ndarray:
     """
     Return the depth image in a message of the ``compressedDepth`` or ``compressed`` transport.
 
+    That of an rgbd_image may be in the compression of RTAB-Map (``rtabmap_depth.py``).
+
     ``compressedDepth`` has a header before the PNG or RVL data, with two numbers A and B. For
     32FC1 it stores inverse depth: depth = A / (stored - B), and 0 where there is none.
 
     :returns: HxW float32 [m]; NaN where there is no depth.
     :raises InputError: where the data is damaged or holds colour.
     """
-    header, units = _header_and_units(message)
+    content = bytes(message.data)
+    if rtabmap_depth.is_of_rtabmap(message.format):
+        return rtabmap_depth.decode_depth(message.format, content)
+    header, units = _header_and_units(message.format, content)
     if not message.format.strip().startswith('32FC1'):
         return to_metres(units, MILLIMETRES)
     scale, offset = _HEADER.unpack(header) if header else (0.0, 0.0)
@@ -72,16 +77,15 @@ def decode_depth(message: CompressedImageMessage) -> np.ndarray:
     return valid_metres(depth)
 
 
-def _header_and_units(message: CompressedImageMessage) -> tuple[bytes, np.ndarray]:
+def _header_and_units(format_: str, content: bytes) -> tuple[bytes, np.ndarray]:
     """Return the header of compressedDepth, empty where there is none, and HxW uint16."""
-    content = bytes(message.data)
-    if 'rvl' not in message.format.lower():
+    if 'rvl' not in format_.lower():
         has_header = len(content) >= _HEADER.size and not content.startswith(b'\x89PNG')
         size = _HEADER.size if has_header else 0
         return content[:size], png_jpeg.decode_units(content[size:])
     start = _HEADER.size + _RVL_SIZE.size
     if len(content) < start:
-        raise InputError(f'the depth image has format {message.format!r} and {len(content)} '
+        raise InputError(f'the depth image has format {format_!r} and {len(content)} '
                          f'bytes, fewer than the {start} of its header: it is truncated; record '
                          'it again')
     width, height = _RVL_SIZE.unpack_from(content, _HEADER.size)

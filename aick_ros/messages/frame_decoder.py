@@ -22,21 +22,12 @@ from aick_ros.messages.synchronizer import Pair
 
 class FrameDecoder:
     """
-    Makes RGB-D frames of pairs of messages.
+    Makes RGB-D frames of pairs of messages, each a sensor_msgs/Image or a CompressedImage.
 
-    :param image_transport: of the colour images, ``raw`` or ``compressed``.
-    :param depth_transport: of the depth images, ``raw``, ``compressed`` or ``compressedDepth``.
     :param names: of the colour and the depth images in error messages.
     """
 
-    def __init__(self, image_transport: str = 'raw', depth_transport: str = 'raw',
-                 names: tuple[str, str] = ('colour', 'depth')) -> None:
-        self._decode_colour: Callable[[Any], np.ndarray] = (
-            raw_image.decode_colour if image_transport == 'raw'
-            else compressed_image.decode_colour)
-        self._decode_depth: Callable[[Any], np.ndarray] = (
-            raw_image.decode_depth if depth_transport == 'raw'
-            else compressed_image.decode_depth)
+    def __init__(self, names: tuple[str, str] = ('colour', 'depth')) -> None:
         self._colour_name, self._depth_name = names
         self._reprojections: dict[tuple[Camera, Camera, bytes], DepthToColour] = {}
 
@@ -82,8 +73,25 @@ class FrameDecoder:
 
     def _images(self, pair: Pair) -> tuple[np.ndarray, np.ndarray]:
         """Return colour, HxWx3 or HxW uint8, and depth, HxW float32 [m]."""
-        return (_decoded(self._colour_name, pair.colour_stamp, self._decode_colour, pair.colour),
-                _decoded(self._depth_name, pair.depth_stamp, self._decode_depth, pair.depth))
+        return (_decoded(self._colour_name, pair.colour_stamp, _decode_colour, pair.colour),
+                _decoded(self._depth_name, pair.depth_stamp, _decode_depth, pair.depth))
+
+
+def _decode_colour(message: Any) -> np.ndarray:
+    if _is_raw(message):
+        return raw_image.decode_colour(message)
+    return compressed_image.decode_colour(message)
+
+
+def _decode_depth(message: Any) -> np.ndarray:
+    if _is_raw(message):
+        return raw_image.decode_depth(message)
+    return compressed_image.decode_depth(message)
+
+
+def _is_raw(message: Any) -> bool:
+    """Return whether a message is an Image; a CompressedImage has no encoding but a format."""
+    return hasattr(message, 'encoding')
 
 
 def _decoded(name: str, stamp: int, decode: Callable[[Any], np.ndarray],

@@ -135,7 +135,17 @@ def decode_units(data: ByteData) -> np.ndarray:
     :returns: HxW uint16.
     :raises InputError: where the data cannot be decoded or is not one channel of 16 bits.
     """
-    image = decode(data)
+    return require_units(decode(data))
+
+
+def require_units(image: np.ndarray) -> np.ndarray:
+    """
+    Return an image that is one of depth.
+
+    :param image: as :func:`decode` returns it.
+    :returns: HxW uint16.
+    :raises InputError: where it is not one channel of 16 bits.
+    """
     if image.dtype != np.uint16 or image.ndim != 2:
         channels = 1 if image.ndim == 2 else image.shape[2]
         raise InputError(f'it has {channels} channels of {image.dtype}, a depth image has one of '

@@ -93,18 +93,32 @@ class Synchronizer:
         """Add a depth image with its stamp [ns]; return the pairs that are now certain."""
         return self._add(self._depth, stamp, image)
 
+    def add_pair(self, pair: Pair) -> list[Pair]:
+        """Add two images that belong together; return them unless their stamp is late."""
+        if self._is_late(self._colour, pair.colour_stamp):
+            return []
+        self._colour.last, self._depth.last = pair.colour_stamp, pair.depth_stamp
+        return [pair]
+
     def flush(self) -> list[Pair]:
         """Return the pairs that wait for a later image; call it when none will come."""
         return self._take_pairs(ended=True)
 
+    def _is_late(self, stream: _Stream, stamp: int) -> bool:
+        """Return whether a stamp repeats or goes back; far back, the streams start again."""
+        if stream.last is None or stamp > stream.last:
+            return False
+        if stream.last - stamp <= RESTART_AFTER:
+            self._late += 1
+            return True
+        for other in (self._colour, self._depth):
+            if other.last is not None and other.last - stamp > RESTART_AFTER:
+                other.restart()  # unless it has restarted already
+        return False
+
     def _add(self, stream: _Stream, stamp: int, image: Any) -> list[Pair]:
-        if stream.last is not None and stamp <= stream.last:
-            if stream.last - stamp <= RESTART_AFTER:
-                self._late += 1
-                return []
-            for other in (self._colour, self._depth):
-                if other.last is not None and other.last - stamp > RESTART_AFTER:
-                    other.restart()  # unless it has restarted already
+        if self._is_late(stream, stamp):
+            return []
         stream.append(stamp, image)
         pairs = self._take_pairs(ended=False)
         while self._queue_size is not None and len(stream.queue) > self._queue_size:

@@ -32,6 +32,7 @@ from aick_ros.ros.input.extrinsics import Extrinsics
 from aick_ros.ros.input.guess import Guess, StartByGuess
 from aick_ros.ros.input.pairing import Pairing
 from aick_ros.ros.input.rate_limit import RateLimit
+from aick_ros.ros.input.rgbd_images import rgbd_subscription
 from aick_ros.ros.input.subscriptions import AdaptiveSubscription, image_subscription
 from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.input.watchdog import Watchdog
@@ -107,6 +108,8 @@ class OdomNode(Node):
         self._between_frames(lambda: warm_up(core))
 
     def _image_subscriptions(self, settings: NodeSettings) -> list[AdaptiveSubscription]:
+        if settings.subscribe_rgbd:
+            return [rgbd_subscription(self, settings, self._assembler, self._pairing)]
         return [image_subscription(self, 'rgb/image', settings.image_transport,
                                    self._pairing.take_colour, settings),
                 image_subscription(self, 'depth/image', settings.depth_transport,

@@ -60,9 +60,16 @@ class NodeSettings(Checked):
         'raw', 'Transport of the depth images: raw from depth/image, the others from '
         'depth/image/compressed (PNG) or depth/image/compressedDepth (PNG or RVL).',
         choices=('raw', 'compressed', 'compressedDepth'))
+    subscribe_rgbd: bool = parameter(
+        False, 'Whether colour, depth and calibration come in one message, on rgbd_image, as '
+        'rgbd_sync of RTAB-Map sends them; requires rtabmap_msgs.')
+    rgbd_cameras: int = parameter(
+        1, 'Number of cameras with subscribe_rgbd: 1: rgbd_image; 0: rgbd_images, which has any '
+        'number; more: the first one, rgbd_image0, is used.', minimum=0, maximum=6)
     image_rectification: str = parameter(
         'auto', 'Whether the images are raw (k and d of camera_info apply) or rectified (p '
-        "applies); auto: rectified if 'rect' or 'rectified' is a part of the topic's name.",
+        "applies); auto: rectified if 'rect' or 'rectified' is a part of the topic's name, or "
+        'with subscribe_rgbd.',
         choices=('auto', 'raw', 'rectified'))
     register_depth: bool = parameter(
         False, 'Whether the node registers the depth images to the colour camera, using '

@@ -82,8 +82,6 @@ READ_AS = {row.theirs.name: row for row in (
            'max_update_rate'))}
 
 _NO_IMU = 'an IMU is not used, so odom is not aligned with gravity'
-_NO_RGBD = ('rgbd_image is not subscribed: remap rgb/image, depth/image and rgb/camera_info to '
-            'the topics of the camera')
 _NO_TRUTH = 'the odometry does not start at a ground truth: set initial_pose'
 _NO_LIMIT_OF_GUESS = 'every frame is registered, however little the guess has moved'
 _NO_DATA = 'odom_sensor_data is not published'
@@ -94,8 +92,6 @@ WITHOUT_EFFECT = {
                                      off=False),
     'min_update_rate': WithoutEffect('after a pause of the camera the odometry continues from '
                                      'the last tracked frame'),
-    'subscribe_rgbd': WithoutEffect(_NO_RGBD),
-    'rgbd_cameras': WithoutEffect(_NO_RGBD),
     'keep_color': WithoutEffect('images are never passed on'),
     'subscribe_depth': WithoutEffect(_OF_SLAM, off=False),
     'subscribe_rgb': WithoutEffect(_OF_SLAM, off=False),

@@ -57,8 +57,7 @@ class BagSource:
         self._cameras = BagCameras(self._bag, self._topics, options)
         self._camera = self._cameras.colour(self._colour)
         self._depth_camera = self._cameras.depth(self._depth) if options.register_depth else None
-        self._decoder = FrameDecoder(self._transport(self._colour), self._transport(self._depth),
-                                     names=(self._colour, self._depth))
+        self._decoder = FrameDecoder(names=(self._colour, self._depth))
 
     @property
     def raw_topics(self) -> tuple[str, str, str] | None:
@@ -122,9 +121,6 @@ class BagSource:
                        depth_camera=self._depth_camera,
                        T_colour_depth=self._cameras.depth_in_colour(
                            pair.colour.header.frame_id, pair.depth.header.frame_id))
-
-    def _transport(self, topic: str) -> str:
-        return 'raw' if self._topics.types[topic] == IMAGE else 'compressed'
 
     def _pairs(self, on_damaged: OnDamaged) -> Iterator[Pair]:
         synchronizer = Synchronizer(self._options.max_interval, _QUEUE_SIZE)

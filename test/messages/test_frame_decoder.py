@@ -54,7 +54,7 @@ def test_compressed_images_are_decoded(pair):
     millimetres = np.rint(1000 * DEPTH).astype(np.uint16)
     depth = SimpleNamespace(format='16UC1; compressedDepth png',
                             data=bytes(12) + png(millimetres))
-    compressed = FrameDecoder('compressed', 'compressedDepth').decode(
+    compressed = FrameDecoder().decode(
         pair._replace(colour=colour, depth=depth), CAMERA)
     np.testing.assert_array_equal(compressed.colour, COLOUR)
     rounded = pair._replace(depth=encode_depth(DEPTH, '16UC1'))

@@ -3,10 +3,14 @@
 
 """A camera, a consumer and the node's process for the tests of the ROS side."""
 
+import fcntl
+import os
 import signal
 import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +26,7 @@ from sensor_msgs.msg import CameraInfo, Image
 from aick_ros.ros.conversions import to_stamp
 from aick_ros.ros.playback.node_process import NODE_COMMAND
 
+ROOT = Path(__file__).parents[2]
 OPTICAL = 'camera_rgb_optical_frame'
 QUEUE = 1000
 PATIENCE = 120.0  # seconds that nothing takes, even on a loaded machine
@@ -162,6 +167,34 @@ class NodeProcess:
             self.process.kill()
             self.process.wait()
             raise
+
+
+@pytest.fixture(scope='session')
+def built_rtabmap_msgs(tmp_path_factory):
+    """Build rtabmap_msgs once, for all processes of the tests; return a folder for PYTHONPATH."""
+    folder = tmp_path_factory.getbasetemp()
+    if 'PYTEST_XDIST_WORKER' in os.environ:
+        folder = folder.parent
+    with (folder / 'rtabmap_msgs.lock').open('w') as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (folder / 'messages').is_dir():
+            done = subprocess.run(
+                [sys.executable, str(ROOT / 'tools' / 'make_messages.py'),
+                 str(ROOT / 'test' / 'ros' / 'rtabmap_msgs'), '--into', str(folder / 'building')],
+                capture_output=True, text=True)
+            if 'there is no ' in done.stderr or 'has no Python' in done.stderr:
+                pytest.skip(done.stderr.strip())
+            assert done.returncode == 0, done.stderr
+            (folder / 'building').rename(folder / 'messages')
+    return folder / 'messages'
+
+
+@pytest.fixture
+def rtabmap_msgs(built_rtabmap_msgs, monkeypatch):
+    """Let this process and those that it starts find rtabmap_msgs."""
+    monkeypatch.syspath_prepend(built_rtabmap_msgs)
+    monkeypatch.setenv('PYTHONPATH', os.pathsep.join(
+        [str(built_rtabmap_msgs), os.environ.get('PYTHONPATH', '')]))
 
 
 @pytest.fixture

@@ -5,7 +5,6 @@
 
 import re
 import xml.etree.ElementTree as ElementTree
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -29,8 +28,8 @@ def allowed(right):
     return names
 
 
-def test_the_policy_is_what_the_node_uses(rig, start_node):
-    """With all that is optional: transforms that move, another depth camera, a clock."""
+def test_the_policy_is_what_the_node_uses(rtabmap_msgs, rig, start_node):
+    """With all that is optional: transforms that move, another depth camera, a clock, RTAB-Map."""
     pytest.importorskip('tf2_msgs', reason='tf2_msgs is not installed')
     start_node(register_depth='true', frame_id='base_link', use_sim_time='true')
     rig.send_camera_info(Camera(8, 8, 8.0, 8.0, 3.5, 3.5))
@@ -38,9 +37,7 @@ def test_the_policy_is_what_the_node_uses(rig, start_node):
              rig.image_message(10 ** 9, '32FC1', np.ones((8, 8), np.float32)))
     rig.wait_until(lambda: '/tf' in names(rig.node.get_subscriber_names_and_types_by_node),
                    'the node to listen to /tf')
-    absent = {'/odom_info', '/odom_info_lite'} if find_spec('rtabmap_msgs') is None else set()
-    assert absent <= allowed('publish')
-    assert names(rig.node.get_publisher_names_and_types_by_node) == allowed('publish') - absent
+    assert names(rig.node.get_publisher_names_and_types_by_node) == allowed('publish')
     assert names(rig.node.get_subscriber_names_and_types_by_node) == allowed('subscribe')
     assert names(rig.node.get_service_names_and_types_by_node) == allowed('reply')
     assert names(rig.node.get_client_names_and_types_by_node) == allowed('request') == set()

@@ -70,7 +70,7 @@ def test_what_has_no_counterpart_is_explained(name, reason):
 
 
 @pytest.mark.parametrize('given', [
-    {'wait_imu_to_init': False}, {'subscribe_rgbd': False}, {'config_path': ''},
+    {'wait_imu_to_init': False}, {'keep_color': False}, {'config_path': ''},
     {'ground_truth_frame_id': ''}, {'guess_min_time': 0.0}, {'Reg/Force3DoF': 'false'},
     {'Odom/ResetCountdown': '0'}])
 def test_what_is_switched_off_there_is_no_difference(given):

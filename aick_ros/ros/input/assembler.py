@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from rclpy.node import Node
+from sensor_msgs.msg import CameraInfo
 
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
@@ -51,7 +52,7 @@ class FrameAssembler:
     def __init__(self, node: Node, settings: NodeSettings, extrinsics: Extrinsics,
                  on_change: Callable[[], None]) -> None:
         self._extrinsics = extrinsics
-        self._decoder = FrameDecoder(settings.image_transport, settings.depth_transport)
+        self._decoder = FrameDecoder()
         self._colour = Calibration(node, 'rgb/camera_info', 'rgb/image', settings, on_change)
         self._depth = Calibration(
             node, 'depth/camera_info', 'depth/image', settings, on_change
@@ -59,9 +60,15 @@ class FrameAssembler:
 
     @property
     def subscriptions(self) -> list[AdaptiveSubscription]:
-        """The subscriptions of the calibrations."""
+        """The subscriptions of the calibrations, none for those that come with the images."""
         return [calibration.subscription for calibration in (self._colour, self._depth)
-                if calibration is not None]
+                if calibration is not None and calibration.subscription is not None]
+
+    def take_camera_infos(self, colour: CameraInfo, depth: CameraInfo) -> None:
+        """Take the calibrations that came with a pair of images."""
+        self._colour.take(colour)
+        if self._depth is not None:
+            self._depth.take(depth)
 
     def arrival(self, pair: Pair) -> Arrival:
         """Return a pair with the cameras as they are now."""
@@ -71,14 +78,14 @@ class FrameAssembler:
     def missing_for(self, pair: Pair) -> str:
         """Return what a pair needs before it can be registered, '' for nothing."""
         if self._colour.camera is None:
-            return 'images come but no usable camera_info on rgb/camera_info'
+            return f'images come but no usable camera_info on {self._colour.source}'
         colour_frame = pair.colour.header.frame_id
         try:
             self._extrinsics.camera_in_base(colour_frame, pair.colour_stamp, wait=False)
             if self._depth is not None:
                 if self._depth.camera is None:
                     return ('register_depth is set but no usable camera_info comes on '
-                            'depth/camera_info')
+                            f'{self._depth.source}')
                 self._extrinsics.depth_in_colour(
                     colour_frame, pair.depth.header.frame_id, pair.depth_stamp, wait=False)
         except InputError as error:

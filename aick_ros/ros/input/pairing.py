@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -19,6 +20,7 @@ from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.ros.conversions import to_stamp
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
+from aick_ros.ros.input.subscriptions import image_topics
 from aick_ros.settings.node import NodeSettings
 
 _THROTTLE = 5.0  # seconds between two log lines of the same kind; chosen
@@ -41,7 +43,8 @@ class Pairing:
         self._logger, self._diagnostics, self._on_pair = node.get_logger(), diagnostics, on_pair
         self._registers_depth = settings.register_depth
         self._synchronizer = Synchronizer(_max_interval(settings), settings.sync_queue_size)
-        self._streams = {'rgb/image': StampMonitor(), 'depth/image': StampMonitor()}
+        self._names = image_topics(settings)
+        self._colour, self._depth = StampMonitor(), StampMonitor()
         self.newest: Pair | None = None
         self.newest_stamp = 0
         self.paired_at = time.monotonic()
@@ -53,43 +56,59 @@ class Pairing:
         unpaired = self._synchronizer.unpaired
         return {Count.COLOUR_UNPAIRED: unpaired['colour'],
                 Count.DEPTH_UNPAIRED: unpaired['depth'],
-                Count.COLOUR_MISSING: self._streams['rgb/image'].missing,
-                Count.DEPTH_MISSING: self._streams['depth/image'].missing}
+                Count.COLOUR_MISSING: self._colour.missing,
+                Count.DEPTH_MISSING: self._depth.missing}
 
     @property
     def missing_shares(self) -> dict[str, float]:
         """Share of the recent images that did not arrive, by unresolved topic name."""
-        return {name: stream.missing_share for name, stream in self._streams.items()}
+        return dict(zip(self._names, (self._colour.missing_share, self._depth.missing_share)))
 
     def take_colour(self, message: Any) -> None:
         """Take a colour image."""
-        self._take('rgb/image', self._synchronizer.add_colour, message)
+        stamp = to_stamp(message.header.stamp)
+        if self._accepts(self._names[0], self._colour, message):
+            self._add(self._names[0], stamp,
+                      partial(self._synchronizer.add_colour, stamp, message))
 
     def take_depth(self, message: Any) -> None:
         """Take a depth image."""
-        self._take('depth/image', self._synchronizer.add_depth, message)
+        stamp = to_stamp(message.header.stamp)
+        if self._accepts(self._names[1], self._depth, message):
+            self._add(self._names[1], stamp,
+                      partial(self._synchronizer.add_depth, stamp, message))
+
+    def take_pair(self, pair: Pair) -> None:
+        """Take two images that belong together."""
+        if (self._accepts(self._names[0], self._colour, pair.colour)
+                and self._accepts(self._names[1], self._depth, pair.depth)):
+            self._add(self._names[0], pair.colour_stamp,
+                      partial(self._synchronizer.add_pair, pair))
+
+    def reject(self, name: str, fault: str) -> None:
+        """Count and report what was received on a topic and cannot be used."""
+        self._diagnostics.count(Count.IMAGES_REJECTED)
+        self.rejected_at, self.rejection = time.monotonic(), f'image on {name} rejected: {fault}'
+        self._logger.warning(self.rejection, throttle_duration_sec=_THROTTLE)
 
     def flush(self) -> None:
         """Pair the images that wait for a better partner, which will not come."""
         self._pass_on(self._synchronizer.flush())
 
-    def _take(self, name: str, add: Callable[[int, Any], list[Pair]], message: Any) -> None:
-        stamp, late = to_stamp(message.header.stamp), self._synchronizer.late
-        fault = (_fault(message.header.stamp)
-                 or self._streams[name].check(stamp, time.monotonic()))
+    def _accepts(self, name: str, stream: StampMonitor, message: Any) -> bool:
+        stamp = message.header.stamp
+        fault = _fault(stamp) or stream.check(to_stamp(stamp), time.monotonic())
         if fault:
-            self._reject(name, fault)
-        else:
-            self.newest_stamp = stamp
-            self._pass_on(add(stamp, message))
-        if self._synchronizer.late > late:
-            self._reject(name, f'its stamp of {stamp} ns repeats or goes back; does the driver '
-                               'publish twice, or the network change the order?')
+            self.reject(name, fault)
+        return not fault
 
-    def _reject(self, name: str, fault: str) -> None:
-        self._diagnostics.count(Count.IMAGES_REJECTED)
-        self.rejected_at, self.rejection = time.monotonic(), f'image on {name} rejected: {fault}'
-        self._logger.warning(self.rejection, throttle_duration_sec=_THROTTLE)
+    def _add(self, name: str, stamp: int, add: Callable[[], list[Pair]]) -> None:
+        """Pass on the pairs that an image completes, unless its stamp is late."""
+        late, self.newest_stamp = self._synchronizer.late, stamp
+        self._pass_on(add())
+        if self._synchronizer.late > late:
+            self.reject(name, f'its stamp of {stamp} ns repeats or goes back; does the driver '
+                              'publish twice, or the network change the order?')
 
     def _pass_on(self, pairs: list[Pair]) -> None:
         for pair in pairs:

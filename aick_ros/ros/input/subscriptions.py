@@ -156,6 +156,15 @@ def _queued(subscription: Subscription) -> Iterator[Any]:
             yield taken[0]
 
 
+def image_topics(settings: NodeSettings) -> tuple[str, str]:
+    """Return the unresolved names of the topics with the colour and with the depth images."""
+    if not settings.subscribe_rgbd:
+        return 'rgb/image', 'depth/image'
+    # as rgbd_odometry numbers them
+    name = {0: 'rgbd_images', 1: 'rgbd_image'}.get(settings.rgbd_cameras, 'rgbd_image0')
+    return name, name
+
+
 def image_subscription(node: Node, name: str, transport: str, take: Callable[[Any], None],
                        settings: NodeSettings) -> AdaptiveSubscription:
     """Subscribe to images of a transport, by the topic name of image_transport."""

@@ -21,6 +21,7 @@ _SILENT_AFTER = 5.0  # seconds; chosen
 _TOLERATED_LOSS = 0.2  # share of the images; chosen
 _TOLERATED_AHEAD = 1.0  # seconds; chosen
 _IMAGE = 'sensor_msgs/msg/Image'
+_RGBD_IMAGE = 'rtabmap_msgs/msg/RGBDImage'
 _MOST_NAMED = 6  # topics; chosen
 
 
@@ -91,23 +92,39 @@ class Watchdog:
         topics = ', '.join(self._subscriptions[name].topic_name for name in names)
         sentence = (f'nobody publishes {topics}: start the camera, or remap {", ".join(names)} to '
                     'its topics')
-        others = ''
-        for name in names:
-            other, transport = self._subscriptions[name].published_instead()
-            if other:
-                parameter = 'image_transport' if name == 'rgb/image' else 'depth_transport'
-                others += f'; there is {other}: set {parameter} to {transport}'
+        others = ''.join(map(self._published_instead, names))
         if not others and any('image' in name for name in names):
-            images = ', '.join(self._topics_of_images())
-            others = images and f'; there are images on {images}'
+            others = self._published_elsewhere()
         return sentence + others
 
-    def _topics_of_images(self) -> list[str]:
-        """Return the first topics on which other nodes publish images."""
+    def _published_instead(self, name: str) -> str:
+        """Return under which name of image_transport a topic is published, and what to do."""
+        other, transport = self._subscriptions[name].published_instead()
+        if not other:
+            return ''
+        if self._settings.subscribe_rgbd:
+            return f'; there is {other}: remap {name} to it'
+        parameter = 'image_transport' if name == 'rgb/image' else 'depth_transport'
+        return f'; there is {other}: set {parameter} to {transport}'
+
+    def _published_elsewhere(self) -> str:
+        """Return on which topics other nodes publish images, and what to do."""
+        images, rgbd = self._topics_of(_IMAGE), self._topics_of(_RGBD_IMAGE)
+        if self._settings.subscribe_rgbd:
+            found = rgbd and f'; there is an rgbd_image on {rgbd}'
+            return found or (images and f'; there are images on {images}: set subscribe_rgbd to '
+                             'false for them')
+        found = images and f'; there are images on {images}'
+        return found or (rgbd and f'; there is an rgbd_image on {rgbd}: set subscribe_rgbd to '
+                         'true for it')
+
+    def _topics_of(self, kind: str) -> str:
+        """Return the first topics on which other nodes publish messages of a type."""
         topics = [topic for topic, kinds in self._node.get_topic_names_and_types()
-                  if _IMAGE in kinds and self._node.count_publishers(topic)
-                  and not topic.endswith('/debug_image')]  # of this package
-        return sorted(topics)[:_MOST_NAMED]
+                  if kind in kinds and self._node.count_publishers(topic)
+                  # of this package
+                  and not topic.endswith(('/debug_image', '/odom_rgbd_image'))]
+        return ', '.join(sorted(topics)[:_MOST_NAMED])
 
     def _explain_unpaired(self) -> str:
         both = f'colour and depth images come, but for {_SILENT_AFTER:g} s no two of them have '

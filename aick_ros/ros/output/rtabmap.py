@@ -18,11 +18,7 @@ from aick_ros.odometry import OdometryUpdate
 from aick_ros.odometry.base_odometry import BaseState, BaseUpdate
 from aick_ros.ros import conversions
 from aick_ros.ros.output.views import point_cloud
-
-try:
-    from rtabmap_msgs.msg import OdomInfo, Point2f
-except ImportError:
-    OdomInfo = Point2f = None
+from aick_ros.ros.rtabmap_messages import INSTALL_RTABMAP_MSGS, OdomInfo, Point2f
 
 _QUEUE = 10
 _FRAME_TO_FRAME = 1  # by definition, OdomInfo.type of corners that are matched to a reference
@@ -67,8 +63,8 @@ class RtabmapTopics:
             for topic in _TOPICS:
                 if self._node.count_subscribers(topic):
                     return (f'somebody subscribes to {self._node.resolve_topic_name(topic)}, but '
-                            'rtabmap_msgs is not installed: install it (apt install '
-                            'ros-jazzy-rtabmap-msgs), or set subscribe_odom_info to false there')
+                            f'rtabmap_msgs is not installed: {INSTALL_RTABMAP_MSGS}, or set '
+                            'subscribe_odom_info to false there')
         return ''
 
     def show(self, frame: Registered) -> None:

@@ -20,11 +20,11 @@ NAMES = ('rgb/image', 'depth/image', 'rgb/camera_info')
 class Watched:
     """A watchdog, its subscriptions by name, and a pairing that the test sets."""
 
-    def __init__(self, node, steady, reliability='auto', **settings):
+    def __init__(self, node, steady, reliability='auto', names=NAMES, **settings):
         self._node, self._steady = node, steady
         self.subscriptions = {name: AdaptiveSubscription(
             node, CameraInfo if name == 'rgb/camera_info' else Image, name, lambda message: None,
-            10, reliability) for name in NAMES}
+            10, reliability) for name in names}
         self.pairing = SimpleNamespace(
             rejected_at=-math.inf, rejection='', paired_at=steady.now, newest_stamp=0,
             missing_shares={'rgb/image': 0.0, 'depth/image': 0.0})
@@ -108,6 +108,25 @@ def test_topics_with_images_are_listed_but_those_of_this_package(watched, fake_n
     watched.wait(6.0)
     listed = ', '.join(f'/camera{i}' for i in range(6))
     assert watched.complaint.endswith(f'there are images on {listed}')
+
+
+@pytest.mark.parametrize('subscribed, topic, kind, sentence', [
+    (False, '/camera/rgbd_image', 'RGBDImage',
+     'there is an rgbd_image on /camera/rgbd_image: set subscribe_rgbd to true for it'),
+    (True, '/camera/rgbd_image', 'RGBDImage', 'there is an rgbd_image on /camera/rgbd_image'),
+    (True, '/camera/image', 'Image',
+     'there are images on /camera/image: set subscribe_rgbd to false for them'),
+    (True, '/rgbd_image/compressed', 'RGBDImage',
+     'there is /rgbd_image/compressed: remap rgbd_image to it')])
+def test_what_another_input_would_receive_is_named(fake_node, steady, subscribed, topic, kind,
+                                                   sentence):
+    names = ['rgbd_image'] if subscribed else NAMES
+    watched = Watched(fake_node, steady, names=names, subscribe_rgbd=subscribed)
+    package = 'sensor_msgs' if kind == 'Image' else 'rtabmap_msgs'
+    fake_node.publish(topic, kind=f'{package}/msg/{kind}')
+    fake_node.publish('/a/odom_rgbd_image', kind='rtabmap_msgs/msg/RGBDImage')  # our own
+    watched.wait(6.0)
+    assert watched.complaint.endswith(sentence)
 
 
 def test_topics_with_images_are_not_listed_for_a_missing_camera_info(watched, fake_node):

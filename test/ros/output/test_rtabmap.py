@@ -5,10 +5,8 @@
 
 import dataclasses
 import json
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +16,6 @@ from aick_ros.odometry import Odometry
 from aick_ros.ros.conversions import from_pose
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
-ROOT = Path(__file__).parents[3]
 COUNT, DARK = 6, 4
 EXTRINSIC = '[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]'
 
@@ -62,25 +59,9 @@ def frames():
     return frames
 
 
-@pytest.fixture(scope='module')
-def messages_of_rtabmap(tmp_path_factory):
-    """Build rtabmap_msgs; return a folder for PYTHONPATH."""
-    folder = tmp_path_factory.mktemp('messages')
-    done = subprocess.run(
-        [sys.executable, str(ROOT / 'tools' / 'make_messages.py'),
-         str(ROOT / 'test' / 'ros' / 'rtabmap_msgs'), '--into', str(folder)],
-        capture_output=True, text=True)
-    if done.returncode and ('there is no ' in done.stderr or 'has no Python' in done.stderr):
-        pytest.skip(done.stderr.strip())
-    assert done.returncode == 0, done.stderr
-    return folder
-
-
 @pytest.fixture
-def receiver(messages_of_rtabmap, monkeypatch, rig, tmp_path):
+def receiver(rtabmap_msgs, rig, tmp_path):
     """Start RTAB-Map's side; the node that is started after it finds the messages, too."""
-    monkeypatch.setenv('PYTHONPATH', os.pathsep.join(
-        [str(messages_of_rtabmap), os.environ.get('PYTHONPATH', '')]))
     log = tmp_path / 'received'
     with log.open('w') as output:
         process = subprocess.Popen([sys.executable, '-c', RECEIVER], stdout=output)

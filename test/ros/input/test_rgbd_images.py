@@ -1,0 +1,269 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The messages of rgbd_image: taken apart here, and over DDS to the node in its process."""
+
+import subprocess
+import sys
+from collections import Counter
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from std_msgs.msg import Header
+
+from aick_ros.errors import InputError
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry.camera import Camera
+from aick_ros.odometry import Odometry
+from aick_ros.ros.conversions import from_pose, to_time
+from aick_ros.ros.health.counts import Count
+from aick_ros.ros.input import rgbd_images
+from aick_ros.ros.input.assembler import FrameAssembler
+from aick_ros.ros.input.pairing import Pairing
+from aick_ros.settings.node import NodeSettings
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+STAMP, DEPTH_STAMP = 10 ** 18, 10 ** 18 + 4_000_000
+RAW = Camera(8, 6, 10.0, 10.0, 3.5, 2.5, 'plumb_bob', (0.1, 0.0, 0.0, 0.0, 0.0))
+RECTIFIED = Camera(8, 6, 9.0, 9.0, 3.0, 2.0)
+COLOUR = np.arange(8 * 6 * 3, dtype=np.uint8).reshape(6, 8, 3)
+DEPTH = np.linspace(1.0, 2.0, 8 * 6, dtype=np.float32).reshape(6, 8)
+
+
+def header(stamp, frame_id='colour'):
+    return Header(stamp=to_time(stamp), frame_id=frame_id)
+
+
+def image(stamp, encoding, pixels):
+    return Image(header=header(stamp), height=6, width=8, encoding=encoding,
+                 step=pixels.strides[0], data=pixels.tobytes())
+
+
+def info(camera=RAW):
+    return CameraInfo(
+        width=camera.width, height=camera.height, k=camera.matrix.ravel(), d=camera.distortion,
+        distortion_model=camera.distortion_model,
+        p=np.hstack([RECTIFIED.matrix, np.zeros((3, 1))]).ravel())
+
+
+def message(**parts):
+    """An RGBDImage with raw images, or with the given parts in their place."""
+    return SimpleNamespace(**{
+        'header': header(DEPTH_STAMP), 'rgb_camera_info': info(), 'depth_camera_info': info(),
+        'rgb': image(STAMP, 'rgb8', COLOUR), 'depth': image(DEPTH_STAMP, '32FC1', DEPTH),
+        'rgb_compressed': CompressedImage(), 'depth_compressed': CompressedImage(), **parts})
+
+
+class Input:
+    """The input of a node that subscribes to rgbd_image; pairs and counts are attributes."""
+
+    def __init__(self, node, **settings):
+        settings = NodeSettings(subscribe_rgbd=True, **settings)
+        self.pairs, self.counted = [], Counter()
+        extrinsics = SimpleNamespace(camera_in_base=lambda *_, **__: np.eye(4),
+                                     depth_in_colour=lambda *_, **__: np.eye(4))
+        self.assembler = FrameAssembler(node, settings, extrinsics, lambda: None)
+        self.pairing = Pairing(
+            node, settings, SimpleNamespace(count=lambda count: self.counted.update([count])),
+            self.pairs.append)
+        self.subscription = rgbd_images.rgbd_subscription(
+            node, settings, self.assembler, self.pairing)
+        self._node = node
+
+    def receive(self, *messages):
+        for content in messages:
+            self._node.subscriptions[-1].callback(content)
+
+    def frame(self):
+        return self.assembler.frame(self.assembler.arrival(self.pairs[-1]))
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """Let rtabmap_msgs be there, as far as the input asks for it."""
+    monkeypatch.setattr(rgbd_images, 'RGBDImage', lambda **fields: message(
+        rgb=Image(), depth=Image(), **fields))
+    monkeypatch.setattr(rgbd_images, 'RGBDImages', SimpleNamespace)
+
+
+def test_a_message_has_images_and_camera(fake_node, installed):
+    received = Input(fake_node)
+    received.receive(message())
+    assert [s.topic_name for s in fake_node.subscriptions] == ['/rgbd_image']
+    assert received.assembler.missing_for(received.pairs[0]) == ''
+    frame = received.frame()
+    assert (frame.stamp, frame.depth_stamp) == (STAMP, DEPTH_STAMP)
+    np.testing.assert_array_equal(frame.colour, COLOUR)
+    np.testing.assert_array_equal(frame.depth, DEPTH)
+
+
+@pytest.mark.parametrize('rectification, camera', [
+    ('auto', RECTIFIED), ('rectified', RECTIFIED), ('raw', RAW)])
+def test_its_images_are_rectified_unless_a_parameter_says_otherwise(
+        fake_node, installed, rectification, camera):
+    received = Input(fake_node, image_rectification=rectification)
+    received.receive(message())
+    assert received.frame().camera == camera
+
+
+def test_each_pair_has_the_camera_that_came_with_it(fake_node, installed):
+    received = Input(fake_node, image_rectification='raw')
+    received.receive(message())
+    arrival = received.assembler.arrival(received.pairs[0])
+    received.receive(message(rgb_camera_info=info(Camera(8, 6, 20.0, 20.0, 3.5, 2.5)),
+                             rgb=image(STAMP + 33_000_000, 'rgb8', COLOUR),
+                             depth=image(STAMP + 33_000_000, '32FC1', DEPTH)))
+    assert received.assembler.frame(arrival).camera == RAW
+    assert received.frame().camera.fx == 20.0
+
+
+def test_depth_is_registered_by_the_camera_info_of_depth(fake_node, installed):
+    received = Input(fake_node, register_depth=True, image_rectification='raw')
+    other = info(Camera(4, 3, 5.0, 5.0, 1.5, 1.0))
+    received.receive(message(depth_camera_info=other))
+    with pytest.raises(InputError, match='calibrated for 4 x 3'):
+        received.frame()
+
+
+def test_compressed_images_are_decoded(fake_node, installed):
+    millimetres = np.rint(1000 * DEPTH).astype(np.uint16)
+    received = Input(fake_node)
+    received.receive(message(
+        rgb=Image(), depth=Image(),
+        rgb_compressed=CompressedImage(
+            header=header(STAMP), format='png',
+            data=cv2.imencode('.png', COLOUR[..., ::-1])[1].tobytes()),
+        depth_compressed=CompressedImage(
+            header=header(DEPTH_STAMP), format='png',
+            data=cv2.imencode('.png', millimetres)[1].tobytes())))
+    frame = received.frame()
+    np.testing.assert_array_equal(frame.colour, COLOUR)
+    np.testing.assert_allclose(frame.depth, millimetres / 1000, rtol=1e-6)
+
+
+def test_an_image_without_a_header_has_that_of_the_message(fake_node, installed):
+    bare = image(0, 'rgb8', COLOUR)
+    received = Input(fake_node)
+    received.receive(message(rgb=bare))
+    assert received.pairs[0].colour_stamp == DEPTH_STAMP
+    assert received.pairs[0].colour.header.frame_id == 'colour'
+
+
+@pytest.mark.parametrize('parts, reason', [
+    ({'rgb': Image()}, 'it has no colour image'), ({'depth': Image()}, 'it has no depth image'),
+    ({'rgb': image(2 * STAMP, 'rgb8', COLOUR)}, 'far ahead of those before')])
+def test_what_cannot_be_used_is_rejected_with_the_topic(fake_node, installed, parts, reason):
+    received = Input(fake_node)
+    received.receive(message(), message(**parts))
+    assert len(received.pairs) == 1
+    assert received.pairing.rejection.startswith('image on rgbd_image rejected: ')
+    assert reason in received.pairing.rejection
+    assert received.counted[Count.IMAGES_REJECTED] == 1
+
+
+def test_a_message_that_comes_twice_is_used_once(fake_node, installed):
+    received = Input(fake_node)
+    received.receive(message(), message())
+    assert len(received.pairs) == 1
+    assert 'repeats or goes back' in received.pairing.rejection
+
+
+def test_a_recording_that_starts_again_is_used_again(fake_node, installed):
+    received = Input(fake_node)
+    for stamp in (STAMP, STAMP + 10 ** 10, STAMP, STAMP + 10 ** 7):
+        received.receive(message(rgb=image(stamp, 'rgb8', COLOUR),
+                                 depth=image(stamp, '32FC1', DEPTH)))
+    assert len(received.pairs) == 4
+
+
+def test_of_many_cameras_in_one_message_the_first_is_used(fake_node, installed):
+    received = Input(fake_node, rgbd_cameras=0)
+    other = message(rgb=image(STAMP + 1, 'rgb8', COLOUR))
+    received.receive(SimpleNamespace(header=header(STAMP), rgbd_images=[message(), other]))
+    assert fake_node.subscriptions[-1].topic_name == '/rgbd_images'
+    assert [pair.colour_stamp for pair in received.pairs] == [STAMP]
+    assert fake_node.logger.warnings == ['rgbd_images has 2 images: only the first is used']
+
+
+def test_a_message_of_no_camera_is_rejected(fake_node, installed):
+    received = Input(fake_node, rgbd_cameras=0)
+    received.receive(SimpleNamespace(header=header(STAMP), rgbd_images=[]))
+    assert 'it has no colour image' in received.pairing.rejection
+
+
+def test_of_several_topics_the_first_is_used(fake_node, installed):
+    received = Input(fake_node, rgbd_cameras=3)
+    received.receive(message())
+    assert len(received.pairs) == 1
+    assert [s.topic_name for s in fake_node.subscriptions] == ['/rgbd_image0']
+    assert fake_node.logger.warnings == [
+        'rgbd_cameras = 3: only the first camera is used, on rgbd_image0']
+
+
+def test_an_unusable_camera_info_is_named(fake_node, installed):
+    received = Input(fake_node)
+    received.receive(message(rgb_camera_info=CameraInfo()))
+    assert ('camera_info on rgb_camera_info of rgbd_image rejected: '
+            in fake_node.logger.warnings[0])
+    assert (received.assembler.missing_for(received.pairs[0])
+            == 'images come but no usable camera_info on rgb_camera_info of rgbd_image')
+
+
+def test_without_rtabmap_msgs_the_node_says_what_is_missing(ros_domain):
+    blocked = ('import sys; sys.modules["rtabmap_msgs"] = None; '
+               'from aick_ros.ros import odom_node; odom_node.main()')
+    done = subprocess.run(
+        [sys.executable, '-c', blocked, '--ros-args', '-p', 'subscribe_rgbd:=true'],
+        capture_output=True, text=True)
+    assert done.returncode == 2
+    assert done.stderr.strip().splitlines() == [
+        'odom_node: subscribe_rgbd is true, and rtabmap_msgs is not installed: install it (apt '
+        'install ros-jazzy-rtabmap-msgs), or set subscribe_rgbd to false']
+
+
+# Over DDS.
+
+@pytest.fixture(scope='module')
+def frames():
+    source = SyntheticSource(SyntheticOptions(seed=5, frames=4))
+    return [source.frame(i) for i in range(4)]
+
+
+def test_the_node_follows_rgbd_image(rtabmap_msgs, rig, start_node, frames):
+    """Raw, then compressed as older versions of rgbd_sync do it: the numbers are the same."""
+    from rtabmap_msgs.msg import RGBDImage
+    publisher = rig.node.create_publisher(RGBDImage, 'rgbd_image', 10)
+    start_node(wait=False, subscribe_rgbd='true')
+    rig.wait_until(publisher.get_subscription_count, 'a subscription of rgbd_image')
+    rig.wait_until(lambda: rig.diagnostics, 'the node to publish')
+    odometry = Odometry()
+    for i, frame in enumerate(frames):
+        parts = _raw(rig, frame) if i % 2 == 0 else _compressed(frame)
+        camera_info = rig.camera_info_message(frame.camera)
+        publisher.publish(RGBDImage(
+            header=header(frame.stamp, 'camera_rgb_optical_frame'), rgb_camera_info=camera_info,
+            depth_camera_info=camera_info, **parts))
+        update = odometry.register_frame(RgbdFrame(
+            frame.stamp, frame.colour, frame.depth, frame.camera, frame.depth_stamp))
+        np.testing.assert_allclose(from_pose(rig.answer(frame.stamp).pose.pose),
+                                   update.T_odom_camera, atol=1e-6)
+
+
+def _raw(rig, frame):
+    return {'rgb': rig.image_message(frame.stamp, 'rgb8', frame.colour),
+            'depth': rig.image_message(frame.depth_stamp or frame.stamp, '32FC1', frame.depth)}
+
+
+def _compressed(frame):
+    """Return images without loss; the optical frame is that of the message."""
+    height, width = frame.depth.shape
+    bytes_of_numbers = frame.depth.view(np.uint8).reshape(height, width, 4)
+    stamps = frame.stamp, frame.depth_stamp or frame.stamp
+    return {f'{name}_compressed': CompressedImage(
+        header=header(stamp, 'camera_rgb_optical_frame'), format='png',
+        data=cv2.imencode('.png', pixels)[1].tobytes())
+        for name, stamp, pixels in zip(('rgb', 'depth'), stamps, (
+            frame.colour[..., ::-1], bytes_of_numbers))}
