@@ -22,13 +22,15 @@ ifneq ($(RECORDINGS),)
 export AICK_DATA ?= $(abspath $(RECORDINGS))
 endif
 
-.PHONY: help setup run test lint baselines pcl clean
+.PHONY: help setup run test lint fuzz baselines pcl clean
 
 help:
 	@echo 'make run              render a sequence, or take BAG=path, and run the node on it'
 	@echo 'make test             run every test, style and types included (ARGS=... go to pytest;'
 	@echo '                      JOBS=0 runs them in one process)'
 	@echo 'make lint             check style and types: flake8, isort, mypy'
+	@echo 'make fuzz             give damaged inputs to all that reads input, for SECONDS=600; what'
+	@echo '                      fails is kept in fuzz_findings/'
 	@echo 'make setup            make .venv, which run, test and lint do by themselves'
 	@echo '                      (PYTHON=python3.12 chooses the interpreter, 3.11 or newer)'
 	@echo 'make baselines        install the other methods of aick benchmark, too (1 GB)'
@@ -48,6 +50,10 @@ lint: setup
 	$(BIN)/python -m flake8
 	$(BIN)/python -m isort --check-only --quiet .
 	$(BIN)/python -m mypy aick_ros examples
+
+SECONDS ?= 600
+fuzz: setup
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python tools/fuzz --seconds $(SECONDS) $(ARGS)
 
 baselines: setup
 	$(BIN)/python -m pip install --quiet --constraint $(PINS) --no-build-isolation \

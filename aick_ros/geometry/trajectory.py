@@ -65,8 +65,8 @@ def seconds_to_stamp(text: str) -> int:
     whole, _, fraction = text.strip().partition('.')
     if whole.isdecimal() and (fraction or '0').isdecimal():
         stamp = int(whole) * NANOSECONDS + int(fraction[:9].ljust(9, '0'))
-    elif math.isfinite(seconds := float(text)):
-        stamp = round(seconds * NANOSECONDS)
+    elif math.isfinite(nanoseconds := float(text) * NANOSECONDS):
+        stamp = round(nanoseconds)
     else:
         raise ValueError(f'{text!r} is not a stamp')
     if not 0 <= stamp <= MAX_STAMP:

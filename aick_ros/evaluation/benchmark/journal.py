@@ -12,12 +12,15 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import threading
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TextIO
 
+from aick_ros.borders.files import read_text
+from aick_ros.borders.limits import MAX_LIST_BYTES
 from aick_ros.errors import InputError
 from aick_ros.evaluation.benchmark.recording import Recording
 from aick_ros.evaluation.scores.frame_pairs import FramePair
@@ -117,9 +120,9 @@ class Journal:
 
     def _read(self, path: Path, header: str) -> None:
         """Read the lines of an earlier run; an incomplete last line is removed."""
-        content = path.read_text(encoding='utf-8')
+        content = read_text(path, 'the results', MAX_LIST_BYTES)
         whole = content[:content.rfind('\n') + 1]
-        lines = whole.splitlines()
+        lines = whole.split('\n')[:-1]
         if lines and lines[0] != header:
             raise InputError(
                 f'{path} belongs to a run on other recordings, another machine or other versions: '
@@ -140,9 +143,26 @@ def _header(recordings: Sequence[Recording]) -> dict[str, Any]:
 def _parse(path: Path, number: int, text: str) -> Line:
     try:
         content = json.loads(text)
-        if 'pair' in content:
-            return PairLine(**{**content, 'pair': FramePair(*content['pair'])})
-        return FrameLine(**content)
-    except (ValueError, TypeError):
+        line = (PairLine(**{**content, 'pair': FramePair(*content['pair'])}) if 'pair' in content
+                else FrameLine(**content))
+        _require_types(line)
+    except (ValueError, TypeError, RecursionError):
         raise InputError(f'{path}, line {number} is not a result: delete the file to start '
                          'anew') from None
+    return line
+
+
+def _require_types(line: Line) -> None:
+    """Raise ValueError where a field is of another type than it is declared as."""
+    names = [line.method, line.recording]
+    if isinstance(line, PairLine):
+        names, frames = [*names, line.failure], [*line.pair]
+        measured = (line.milliseconds, line.translation, line.rotation)
+        numbers = [number for number in measured if number is not None]
+    else:
+        frames, numbers = [line.frame], [line.milliseconds]
+    # type() is for bool, which is an int
+    if not (all(isinstance(name, str) for name in names)
+            and all(type(frame) is int and frame >= 0 for frame in frames)
+            and all(type(number) is not bool and math.isfinite(number) for number in numbers)):
+        raise ValueError

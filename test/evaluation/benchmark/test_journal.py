@@ -6,16 +6,47 @@
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.benchmark.journal import Journal
+from aick_ros.evaluation.benchmark.journal import FrameLine, Journal, PairLine
+from aick_ros.evaluation.scores.frame_pairs import FramePair
 
 
 @pytest.mark.parametrize(('lines', 'message'), [
     ('{"recordings": {}}\n', 'other recordings'),
     ('HEADER\nnonsense\n', 'line 2 is not a result'),
-    ('HEADER\n{"method": "a"}\n', 'line 2 is not a result')])
+    ('HEADER\n{"method": "a"}\n', 'line 2 is not a result'),
+    ('HEADER\n{"method": "a", "recording": "r", "frame": 0, "milliseconds": "2"}\n', 'line 2'),
+    ('HEADER\n{"method": ["a"], "recording": "r", "frame": 0, "milliseconds": 2}\n', 'line 2'),
+    ('HEADER\n{"method": "a", "recording": "r", "frame": 0.5, "milliseconds": 2}\n', 'line 2'),
+    ('HEADER\n{"method": "a", "recording": "r", "frame": 0, "milliseconds": 1e999}\n', 'line 2'),
+    ('HEADER\n' + 100_000 * '[' + '\n', 'line 2'),
+    ('HEADER\n\x85\n', 'line 2')])
 def test_a_file_of_another_run_is_rejected(recording, tmp_path, lines, message):
     path = tmp_path / 'x.partial'
     Journal(path, [recording]).close()
     path.write_text(lines.replace('HEADER', path.read_text().strip()))
     with pytest.raises(InputError, match=message):
         Journal(path, [recording])
+
+
+def test_a_file_that_is_no_text_is_rejected(recording, tmp_path):
+    path = tmp_path / 'x.partial'
+    Journal(path, [recording]).close()
+    path.write_bytes(path.read_bytes() + b'\xff\n')
+    with pytest.raises(InputError, match='x.partial: byte .* is not UTF-8 text'):
+        Journal(path, [recording])
+
+
+def test_what_was_written_is_read(recording, tmp_path):
+    lines = [FrameLine('aick', 'r', 3, 2.5),
+             PairLine('aick', 'r', FramePair(0, 1), None, None, None, 'lost'),
+             PairLine('aick', 'r', FramePair(1, 2), 0.5, 0, 3.0, '')]
+    path = tmp_path / 'x.partial'
+    first = Journal(path, [recording])
+    for line in lines:
+        first.add(line)
+    first.close()
+    second = Journal(path, [recording])
+    second.close()
+    assert second.lines_found == 3
+    assert second.frames == {('aick', 'r'): {3: 2.5}}
+    assert second.pairs == {('aick', 'r'): {line.pair: line for line in lines[1:]}}
