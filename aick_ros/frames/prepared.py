@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 
@@ -23,6 +24,7 @@ class PreparedFrame:
     :param surface: surface of the depth image; None if the refinement does not use it.
     :param depth_lag: time from the colour image to the depth image [s].
     :param stamp_jitter: standard deviation of the recent stamps about a constant rate [s].
+    :param repeat: images that are those of the frame before.
     """
 
     frame: RgbdFrame
@@ -31,6 +33,7 @@ class PreparedFrame:
     surface: Surface | None = None
     depth_lag: float = 0.0
     stamp_jitter: float = 0.0
+    repeat: Repeat = Repeat.NONE
 
     @property
     def stamp(self) -> int:

@@ -30,6 +30,7 @@ class BaseState(Enum):
     TRACKED = 'measured'
     RECOVERED = 'measured again, from a pose that was not'
     PREDICTED = 'predicted by another sensor'
+    CONTINUED = 'not measured, as the images repeat: continued'
     LOST = 'not known: the pose is the last one'
 
 
@@ -73,7 +74,7 @@ class BaseUpdate:
 
     :param stamp: stamp of the frame [ns].
     :param pose: ``T_odom_base``.
-    :param motion: None where it was not measured.
+    :param motion: None where it was neither measured nor continued.
     """
 
     stamp: int
@@ -159,9 +160,12 @@ class BaseOdometry:
         if self._is_lost:
             return BaseUpdate(update.stamp, state, self._pose)
         motion = self._motion(update, T_base_camera, mount)
-        self._follow(_Sighting(update.stamp, update.pose, T_base_camera), mount)
+        now = _Sighting(update.stamp, update.pose, T_base_camera)
+        self._follow(now, mount)
+        if state is not BaseState.CONTINUED:  # the next motion begins where this one does
+            self._last = now
         return BaseUpdate(update.stamp, state, self._pose,
-                          motion if state is BaseState.TRACKED else None)
+                          motion if state in (BaseState.TRACKED, BaseState.CONTINUED) else None)
 
     def _follow(self, now: _Sighting, mount: Mount) -> None:
         """Add the motion of the camera since the start to the pose of the base there."""
@@ -175,12 +179,12 @@ class BaseOdometry:
         start = self._start
         self._pose = (start.base @ start.T_base_camera @ now.pose.since(start.camera)
                       @ se3.inverse(now.T_base_camera))
-        self._camera, self._last = now.pose, now
+        self._camera = now.pose
 
     def _motion(self, update: OdometryUpdate, T_base_camera: np.ndarray,
                 mount: Mount) -> BaseMotion | None:
         """Return the motion of the base, None where the extrinsic at its start is not known."""
-        increment = update.increment
+        increment = update.expected if update.increment is None else update.increment
         if increment is None:
             return None
         before = T_base_camera
@@ -194,6 +198,8 @@ class BaseOdometry:
 
 
 def _state(update: OdometryUpdate) -> BaseState:
+    if update.status is Status.REPEATED:
+        return BaseState.CONTINUED
     if update.status.ok:
         return BaseState.RECOVERED if update.recovered else BaseState.TRACKED
     return BaseState.PREDICTED if update.predicted else BaseState.LOST

@@ -49,6 +49,15 @@ class MotionModel:
         return PoseWithCovariance(se3.exp(velocity * min(elapsed, self._hold_time)),
                                   np.diag(sigmas ** 2))
 
+    def time_to_rest(self, twist: np.ndarray | None) -> float:
+        """
+        Return after which time [s] a camera whose images do not change has come to rest.
+
+        :param twist: its velocity before; None: unknown, zero.
+        """
+        velocity = np.zeros(6) if twist is None else np.abs(twist)
+        return self._hold_time + float(np.max(velocity / self._acceleration_sigmas))
+
     def with_slip(self, motion: np.ndarray) -> PoseWithCovariance:
         """
         Return a motion measured by another sensor, with the covariance assumed for it.
@@ -58,6 +67,11 @@ class MotionModel:
         amount = np.array([np.linalg.norm(motion[:3, 3]), se3.angle(motion[:3, :3])])
         sigmas = np.repeat(_SLIP * amount + _MIN_SLIP, 3)
         return PoseWithCovariance(motion, np.diag(sigmas ** 2))
+
+    def is_at_rest(self, motion: np.ndarray) -> bool:
+        """Return whether a motion measured by another sensor, 4x4, is within its least slip."""
+        largest = max(float(np.linalg.norm(motion[:3, 3])), se3.angle(motion[:3, :3]))
+        return largest <= 3 * _MIN_SLIP
 
     def violation(self, increment: Increment) -> str | None:
         """Return which limits an increment exceeds, with the numbers; None if it exceeds none."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from aick_ros.features.detector import Detector
 from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.repetition import Repeat, repeat_of
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
@@ -56,6 +57,13 @@ class Odometry:
     pose is predicted by another sensor or at constant velocity, and the next frame is registered
     to this lost one as well. So a bad pair is bridged, a camera that was covered finds back to
     where it was, and after a long loss the odometry continues from the predicted pose.
+
+    A frame whose images are both those of the frame before is no measurement of standing still:
+    its pose is that of the motion model or of another sensor, and the next real frame has its
+    increment over the whole interval. A sensor at rest has noise, a simulated one may have none:
+    images that do not change for longer than the camera needs to stop (``odometry.hold_time``
+    and the time by ``odometry.acceleration_sigma``) are taken for rest, unless another sensor
+    moves. Where one image repeats it is not used; neither kind of frame becomes a keyframe.
 
     Poses are added up in a frame of their own, by dead reckoning; the memory of the keyframes
     corrects what is published.
@@ -113,6 +121,8 @@ class Odometry:
         self._is_lost = is_lost
         self._stamp: int | None = None
         self._twist: np.ndarray | None = None
+        self._twist_covariance = np.zeros((6, 6))
+        self._unchanged_since = 0
         self._references: References | None = None
         self._memory = None
         self._policy.begin()
@@ -135,8 +145,42 @@ class Odometry:
             lost without an answer, and the next one is registered as if it had not been.
         """
         self._times.take()
-        update = self._register(self._registrar.prepare(frame), predict)
+        repeat = self._repeat_of(frame)
+        update = None
+        if self._references is not None and repeat is Repeat.BOTH:
+            update = self._continue(frame, self._references.last, predict)
+        if update is None:
+            update = self._register(self._registrar.prepare(frame, repeat), predict)
         return dataclasses.replace(update, timing=self._times.take())
+
+    def _repeat_of(self, frame: RgbdFrame) -> Repeat:
+        """Return which images are those of the frame before, if that was tracked."""
+        if (self._references is None or self._is_lost or self._stamp is None
+                or frame.stamp <= self._stamp):
+            return Repeat.NONE
+        return repeat_of(frame, self._references.last.prepared.frame)
+
+    def _continue(self, frame: RgbdFrame, last: Reference,
+                  predict: Predict) -> OdometryUpdate | None:
+        """Return the update of a frame whose images repeat; None if they show a camera at rest."""
+        predicted = self._predicted(predict, last.stamp, frame.stamp)
+        unchanged = _seconds(self._unchanged_since, frame.stamp)
+        if unchanged > self._motion_model.time_to_rest(self._twist):
+            moved = self._predicted(predict, self._unchanged_since, frame.stamp)
+            if moved is None or self._motion_model.is_at_rest(moved):
+                return None
+        elapsed = _seconds(last.stamp, frame.stamp)
+        motion = self._motion_since(last, frame.stamp, predicted)
+        if predicted is None:
+            motion = PoseWithCovariance(
+                motion.matrix, motion.covariance + elapsed ** 2 * self._twist_covariance)
+        self._stamp, self._pose = frame.stamp, last.pose @ motion
+        prepared = dataclasses.replace(
+            last.prepared, frame=frame, repeat=Repeat.BOTH,
+            keypoints=dataclasses.replace(last.prepared.keypoints, stamp=frame.stamp))
+        return dataclasses.replace(
+            self._update(prepared, Status.REPEATED, f'unchanged for {unchanged:.2f} s'),
+            expected=Increment(motion, elapsed))
 
     def _register(self, prepared: PreparedFrame, predict: Predict) -> OdometryUpdate:
         if self._stamp is not None and prepared.stamp <= self._stamp:
@@ -146,6 +190,8 @@ class Odometry:
                                     f'{back / NANOSECONDS:.6f} s before the last frame')
             self._begin(self._published, is_lost=True)
         self._stamp = prepared.stamp
+        if prepared.repeat is not Repeat.BOTH:
+            self._unchanged_since = prepared.stamp
         if self._references is None or self._memory is None:
             return self._start(prepared)
         failures = []
@@ -154,9 +200,7 @@ class Odometry:
             if attempt.status.ok:
                 return self._track(prepared, attempt, self._references, self._memory)
             failures.append(attempt)
-        predicted = predict(self._references.last.stamp, prepared.stamp)
-        if predicted is not None:
-            predicted = se3.checked(predicted, 'the predicted motion')
+        predicted = self._predicted(predict, self._references.last.stamp, prepared.stamp)
         return self._lose(prepared, failures[0], self._references, predicted)
 
     def _start(self, prepared: PreparedFrame) -> OdometryUpdate:
@@ -209,8 +253,9 @@ class Odometry:
             self._policy.begin()
         recovered, self._is_lost = self._is_lost, False
         self._twist = increment.twist
+        self._twist_covariance = increment.pose.covariance / increment.interval ** 2
         self._pose = reference.pose @ registration.pose
-        if self._policy.keeps(prepared, registration):
+        if prepared.repeat is not Repeat.NONE or self._policy.keeps(prepared, registration):
             keyframe = Reference(reference.prepared, reference.pose)
             last = Reference(prepared, self._pose, in_keyframe=registration.varying_pose)
         else:
@@ -231,18 +276,25 @@ class Odometry:
         """
         self._is_lost = True
         last = references.last
-        if predicted is None:
-            motion = self._motion_model.predict(
-                self._twist, _seconds(last.stamp, prepared.stamp))
-        else:
-            motion = self._motion_model.with_slip(predicted)
-        self._pose = last.pose @ motion
+        self._pose = last.pose @ self._motion_since(last, prepared.stamp, predicted)
         if len(prepared.keypoints) >= self._settings.odometry.min_matches:
             references.lose(Reference(prepared, self._pose))
         return dataclasses.replace(
             self._update(prepared, failure.status, failure.reason),
             rejected=failure.increment if failure.registration.status.ok else None,
             predicted=predicted is not None)
+
+    def _predicted(self, predict: Predict, start: int, end: int) -> np.ndarray | None:
+        """Return the motion by another sensor between two stamps, None where it has none."""
+        predicted = predict(start, end)
+        return None if predicted is None else se3.checked(predicted, 'the predicted motion')
+
+    def _motion_since(self, last: Reference, stamp: int,
+                      predicted: np.ndarray | None) -> PoseWithCovariance:
+        """Return the motion since the last tracked frame by another sensor or the model."""
+        if predicted is not None:
+            return self._motion_model.with_slip(predicted)
+        return self._motion_model.predict(self._twist, _seconds(last.stamp, stamp))
 
     def _update(self, prepared: PreparedFrame, status: Status, reason: str) -> OdometryUpdate:
         return OdometryUpdate(prepared.stamp, status, reason, self._published, prepared)

@@ -23,10 +23,12 @@ class OdometryUpdate:
     :param stamp: stamp of the frame [ns].
     :param status: OK or FIRST_FRAME, or why the pose was not measured; ``reason`` has the numbers.
     :param pose: ``T_odom_camera``, its covariance accumulated since the start. Where the frame
-        was lost it is predicted, or held at constant velocity.
+        was lost, or repeats, it is predicted or held at constant velocity.
     :param prepared: the frame as it is registered.
     :param increment: motion since the last tracked frame or, after a loss, since the frame it was
         found again by; None where nothing was measured.
+    :param expected: motion since the last tracked frame by the motion model or another sensor,
+        where the images repeat those of the frame before; None otherwise.
     :param rejected: the motion that was measured but failed a check; None where there is none.
     :param recovered: whether this is the first tracked frame after a loss or a restart.
     :param predicted: whether the pose of a lost frame is that of the predicted motion.
@@ -43,6 +45,7 @@ class OdometryUpdate:
     pose: PoseWithCovariance
     prepared: PreparedFrame
     increment: Increment | None = None
+    expected: Increment | None = None
     rejected: Increment | None = None
     recovered: bool = False
     predicted: bool = False

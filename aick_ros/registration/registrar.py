@@ -15,6 +15,7 @@ from aick_ros.features.vocabulary import vocabulary_of
 from aick_ros.frames.camera_clock import CameraClock
 from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -60,17 +61,22 @@ class Registrar:
         self._verified = None if settings.refinement.mode == 'none' else VerifiedAick(
             settings, self._aick, self._learned.noise, self._times, detector)
 
-    def prepare(self, frame: RgbdFrame) -> PreparedFrame:
-        """Return what registrations need of a frame; frames come in the order of their stamps."""
+    def prepare(self, frame: RgbdFrame, repeat: Repeat = Repeat.NONE) -> PreparedFrame:
+        """
+        Return what registrations need of a frame; frames come in the order of their stamps.
+
+        :param repeat: images that are those of the frame before; a depth image that repeats is
+            not used: it shows another moment than the colour image.
+        """
         with self._times.stage('features'):
             keypoints, grey = self._extractor.extract(frame), frame.grey
         surface = None
-        if self._settings.refinement.mode == 'joint':
+        if self._settings.refinement.mode == 'joint' and repeat is not Repeat.DEPTH:
             with self._times.stage('surface'):
                 surface = Surface.of(frame.depth, frame.camera, self._settings.sensor,
                                      self._settings.refinement.surface_points)
         return PreparedFrame(frame, keypoints, grey, surface, self._depth_lag(frame),
-                             self._learned.colour_clock.jitter)
+                             self._learned.colour_clock.jitter, repeat)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
@@ -84,7 +90,8 @@ class Registrar:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
         found = self._verified.register(source, target, expected, elapsed)
-        if np.array_equal(source.grey, target.grey):  # a repeated image shows no noise
+        if source.repeat is not Repeat.NONE or np.array_equal(source.grey, target.grey):
+            # a repeated image shows no noise, or the same once more
             found = dataclasses.replace(found, bias=None, noise=None)
         if found.noise is not None:
             self._learned.noise.learn(found.noise)

@@ -16,6 +16,7 @@ class Status(Enum):
     TOO_FEW_MATCHES = 'too few matches'
     DEGENERATE_GEOMETRY = 'matches lie on a line or in a point'
     MOTION_GATE = 'motion faster than the gate allows'
+    REPEATED = 'both images are those of the frame before'
     BAD_STAMP = 'stamp repeats or goes back'
     BAD_FRAME = 'frame cannot be used'
 
@@ -23,3 +24,8 @@ class Status(Enum):
     def ok(self) -> bool:
         """Whether the pose that comes with this status was measured."""
         return self in (Status.OK, Status.FIRST_FRAME)
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the camera is lost; one whose images repeat is neither measured nor lost."""
+        return not self.ok and self is not Status.REPEATED

@@ -233,12 +233,21 @@ def test_the_motion_over_a_gap_is_known_where_the_camera_cannot_have_moved_on_th
         assert (found.motion is None) == (mount is Mount.MOVING)
 
 
+def test_the_motion_over_images_that_repeat_begins_before_them():
+    for mount in Mount:
+        camera = Camera()
+        camera.update(mount=mount)
+        camera.update(mount=mount, status=Status.REPEATED, expected=moved_by(ORIGIN))
+        assert camera.update(mount=mount, increment=moved_by(ORIGIN, back=2)).motion is not None
+
+
 LOST, OK = {'status': Status.TOO_FEW_MATCHES}, {'increment': moved_by(ORIGIN)}
 
 
 @pytest.mark.parametrize('values, state, moves, has_motion', [
     (OK, BaseState.TRACKED, True, True),
     ({'status': Status.FIRST_FRAME}, BaseState.TRACKED, True, False),
+    ({'status': Status.REPEATED, 'expected': moved_by(ORIGIN)}, BaseState.CONTINUED, True, True),
     ({**OK, 'recovered': True}, BaseState.RECOVERED, True, False),
     ({**LOST, 'predicted': True}, BaseState.PREDICTED, True, False),
     (LOST, BaseState.LOST, False, False)])

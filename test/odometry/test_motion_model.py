@@ -77,3 +77,19 @@ def test_a_motion_by_another_sensor_is_known_to_a_tenth_and_a_centimetre():
     found = MotionModel(OdometrySettings()).with_slip(motion)
     np.testing.assert_array_equal(found.matrix, motion)
     np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), [0.51] * 3 + [0.05] * 3)
+
+
+@pytest.mark.parametrize('twist, seconds', [
+    (None, 0.3), ([0.6, 0, 0, 0, 0, 0], 0.5), ([-0.6, 0, 0, 0, 0, 6.0], 0.7)])
+def test_the_time_to_rest_is_that_to_stop_after_the_hold_time(twist, seconds):
+    """0.6 m/s at 3 m/s^2 stop in 0.2 s, 6 rad/s at 15 rad/s^2 in 0.4 s."""
+    model = MotionModel(OdometrySettings(
+        hold_time=0.3, acceleration_sigma=3.0, angular_acceleration_sigma=15.0))
+    assert model.time_to_rest(None if twist is None else np.array(twist)) == pytest.approx(seconds)
+
+
+def test_another_sensor_is_at_rest_within_its_slip():
+    model = MotionModel(OdometrySettings())
+    assert model.is_at_rest(se3.exp([0.02, 0, 0, 0, 0.02, 0]))
+    assert not model.is_at_rest(se3.exp([0.04, 0, 0, 0, 0, 0]))
+    assert not model.is_at_rest(se3.exp([0, 0, 0, 0, 0.04, 0]))

@@ -12,6 +12,7 @@ class Count(Enum):
     RECEIVED = 'frames received'
     ANSWERED = 'frames answered'
     LOST = 'frames lost'
+    REPEATED = 'frames with an image that repeats'
     DAMAGED = 'frames damaged'
     FAILED = 'internal errors'
     STAMP_NOT_NEWER = 'frames whose stamp repeats or goes back'

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from aick_ros.frames.repetition import Repeat
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.counts import Count
@@ -118,7 +119,8 @@ class FrameStatistics:
             if update.status is Status.BAD_STAMP:
                 self._add(Count.STAMP_NOT_NEWER, 1)
                 return
-            self._is_lost = not update.status.ok
+            self._is_lost = update.status.is_lost
+            self._add(Count.REPEATED, int(update.prepared.repeat is not Repeat.NONE))
             self._add(Count.ANSWERED, 1)
             self._add(Count.LOST, int(self._is_lost))
             self._answers.append(_Answer(

@@ -60,7 +60,7 @@ def judge(frames: Snapshot, complaint: str, paused: bool) -> tuple[Level, str]:
     concerns = list(_concerns(frames))
     if concerns:
         return Level.WARN, '; '.join(concerns)
-    return (Level.OK, frames.status.value) if frames.status.ok else (Level.WARN, status)
+    return (Level.WARN, status) if frames.status.is_lost else (Level.OK, frames.status.value)
 
 
 def _unanswered(frames: Snapshot) -> bool:
@@ -75,6 +75,10 @@ def _concerns(frames: Snapshot) -> Iterator[str]:
     lost = frames.share(Count.LOST, Count.ANSWERED)
     if lost > _TOLERATED:
         yield f'{lost:.0%} of the frames {window} were lost'
+    repeated = frames.share(Count.REPEATED, Count.ANSWERED)
+    if repeated > _TOLERATED:
+        yield (f'{repeated:.0%} of the frames {window} have an image that repeats: its driver '
+               'sends it twice or hangs; or a simulated camera without noise stands still')
     damaged = frames.share(Count.DAMAGED, Count.RECEIVED)
     if damaged > _TOLERATED:
         yield f'{damaged:.0%} of the frames {window} could not be used, see the log'

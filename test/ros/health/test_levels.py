@@ -3,8 +3,11 @@
 
 """The level and the sentence for what happened to the frames."""
 
+from types import SimpleNamespace
+
 import pytest
 
+from aick_ros.frames.repetition import Repeat
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.levels import Level
@@ -128,3 +131,16 @@ def test_an_internal_error_is_an_error(frames):
 def test_a_pause_is_named_before_all_else(frames):
     assert frames.judged('nobody publishes', paused=True) == (
         Level.WARN, 'paused: call ~/resume_odom to continue')
+
+
+def test_images_that_repeat_are_counted_and_explained(frames):
+    repeated = SimpleNamespace(keypoints=(), repeat=Repeat.BOTH)
+    frames.answer(290)
+    frames.answer(10, Status.REPEATED, frame=repeated)
+    assert frames.snapshot().totals[Count.REPEATED] == 10
+    assert frames.snapshot().totals[Count.LOST] == 0
+    assert frames.judged()[0] is Level.OK  # now and then
+    frames.answer(10, frame=SimpleNamespace(keypoints=(), repeat=Repeat.DEPTH))
+    level, sentence = frames.judged()
+    assert level is Level.WARN
+    assert 'of the frames in the last 10 s have an image that repeats' in sentence

@@ -1,0 +1,44 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Images that a driver delivers again under a new stamp."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+import numpy as np
+
+from aick_ros.frames.rgbd import RgbdFrame
+
+
+class Repeat(Enum):
+    """
+    Images of a frame that are those of the frame before, to the last bit.
+
+    A sensor has noise: even at rest its images differ.
+    """
+
+    NONE = 'no image repeats'
+    COLOUR = 'the colour image repeats'
+    DEPTH = 'the depth image repeats'
+    BOTH = 'both images repeat'
+
+
+def repeat_of(frame: RgbdFrame, before: RgbdFrame) -> Repeat:
+    """Return which images of a frame are those of the frame before."""
+    colour = _is_same(frame.colour, before.colour)
+    # as bits: NaN differs from itself
+    depth = _is_same(frame.depth.view(np.int32), before.depth.view(np.int32))
+    if colour:
+        return Repeat.BOTH if depth else Repeat.COLOUR
+    return Repeat.DEPTH if depth else Repeat.NONE
+
+
+def _is_same(image: np.ndarray, before: np.ndarray) -> bool:
+    """Return whether two images are equal and show something: all covered lenses see the same."""
+    if image.shape != before.shape:
+        return False
+    middle = len(image) // 2  # one row tells almost all different images apart
+    return (np.array_equal(image[middle], before[middle]) and np.array_equal(image, before)
+            and bool(image.min() != image.max()))
