@@ -12,6 +12,7 @@ change of either; a test compares the files with what this prints.
 from __future__ import annotations
 
 import ast
+import functools
 import inspect
 import re
 import subprocess
@@ -100,7 +101,7 @@ def _entry(name: str, thing: object) -> Iterator[str]:
         yield ''
     for method in _methods(definition):
         yield f'#### `{name}.{method.name}`\n'
-        if not isinstance(vars(thing)[method.name], property):
+        if not isinstance(vars(thing)[method.name], property | functools.cached_property):
             yield _call(method.name, _arguments(method), method.returns)
         yield from _text(ast.get_docstring(method))
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -62,7 +63,7 @@ class RgbdFrame:
                 raise InputError(f'the stamp {stamp!r} is not a 64-bit whole number of '
                                  'nanoseconds')
 
-    @property
+    @cached_property
     def grey(self) -> np.ndarray:
         """The colour image in grey, HxW uint8."""
         if self.colour.ndim == 2:

@@ -126,7 +126,9 @@ def unknown_covariance() -> np.ndarray:
 
 def in_axes(rotation: np.ndarray) -> np.ndarray:
     """Return the 6x6 matrix that expresses an error in rotated axes."""
-    return np.kron(np.eye(2), rotation)
+    axes = np.zeros((6, 6))
+    axes[:3, :3] = axes[3:, 3:] = rotation
+    return axes
 
 
 def at_point(arm: np.ndarray) -> np.ndarray:

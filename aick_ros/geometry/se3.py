@@ -20,6 +20,7 @@ from aick_ros.borders.limits import MAX_DISTANCE
 from aick_ros.errors import InputError
 
 _Vector = Sequence[float] | np.ndarray
+_SMALL_ANGLE = 1e-4  # rad; derived: below it the next terms of the series are below eps
 _MAX_SKEW = 1e-4  # of R R^T from the identity; chosen: a rotation written with five digits
 
 
@@ -33,9 +34,10 @@ def transform(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 def inverse(pose: np.ndarray) -> np.ndarray:
     """Return the inverse of a pose."""
-    inverted = np.eye(4)
+    inverted = np.zeros((4, 4))
     inverted[:3, :3] = pose[:3, :3].T
-    inverted[:3, 3] = -pose[:3, :3].T @ pose[:3, 3]
+    inverted[:3, 3] = -(inverted[:3, :3] @ pose[:3, 3])
+    inverted[3, 3] = 1.0
     return inverted
 
 
@@ -47,22 +49,18 @@ def skew(v: _Vector) -> np.ndarray:
 
 def exp_rotation(theta: _Vector) -> np.ndarray:
     """Return the rotation matrix of a rotation vector [rad], 3x3 (Rodrigues)."""
-    vector = np.asarray(theta, np.float64)
-    angle = float(np.linalg.norm(vector))
-    k = skew(vector)
-    # sin(a)/a and (1 - cos(a))/a^2 in a form that is accurate down to zero
-    sine, versine = np.sinc(angle / np.pi), 0.5 * np.sinc(angle / 2 / np.pi) ** 2
-    rotation: np.ndarray = np.eye(3) + sine * k + versine * k @ k
-    return rotation
+    angle = _length(theta)
+    # (1 - cos(a))/a^2 in a form that is accurate down to zero
+    return _polynomial(theta, _sinc(angle), 0.5 * _sinc(0.5 * angle) ** 2)
 
 
 def log_rotation(rotation: np.ndarray) -> np.ndarray:
     """Return the rotation vector [rad] of a rotation matrix; its length is 0 to pi."""
     quaternion = to_quaternion(rotation)
-    sine = float(np.linalg.norm(quaternion[:3]))
+    sine = _length(quaternion[:3])
     if sine == 0.0:
         return np.zeros(3)
-    vector: np.ndarray = quaternion[:3] * (2.0 * np.arctan2(sine, quaternion[3]) / sine)
+    vector: np.ndarray = quaternion[:3] * (2.0 * math.atan2(sine, quaternion[3]) / sine)
     return vector
 
 
@@ -78,7 +76,7 @@ def exp(twist: _Vector) -> np.ndarray:
 def log(pose: np.ndarray) -> np.ndarray:
     """Return the twist whose exponential is the pose, 6 (logarithmic map)."""
     theta = log_rotation(pose[:3, :3])
-    return np.concatenate([np.linalg.solve(_left_jacobian(theta), pose[:3, 3]), theta])
+    return np.concatenate([_inverse_left_jacobian(theta) @ pose[:3, 3], theta])
 
 
 def interpolate(start: np.ndarray, end: np.ndarray, fraction: float) -> np.ndarray:
@@ -97,21 +95,21 @@ def angle(rotation: np.ndarray) -> float:
 
 def to_quaternion(rotation: np.ndarray) -> np.ndarray:
     """Return the unit quaternion (x, y, z, w), w >= 0, of a rotation (Shepperd 1978)."""
-    r = rotation
-    trace = np.trace(r)
-    diagonal = np.array([r[0, 0], r[1, 1], r[2, 2], trace])
-    largest = int(np.argmax(diagonal))
+    r: list[list[float]] = rotation.tolist()
+    trace = r[0][0] + r[1][1] + r[2][2]
+    diagonal = [r[0][0], r[1][1], r[2][2], trace]
+    largest = diagonal.index(max(diagonal))
     if largest == 3:
-        q = np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], 1.0 + trace])
+        q = np.array([r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1], 1.0 + trace])
     else:
         i, j, k = largest, (largest + 1) % 3, (largest + 2) % 3
         q = np.empty(4)
-        q[i] = 1.0 + 2.0 * r[i, i] - trace
-        q[j] = r[j, i] + r[i, j]
-        q[k] = r[k, i] + r[i, k]
-        q[3] = r[k, j] - r[j, k]
-    q /= np.linalg.norm(q)
-    return -q if q[3] < 0 else q
+        q[i] = 1.0 + 2.0 * r[i][i] - trace
+        q[j] = r[j][i] + r[i][j]
+        q[k] = r[k][i] + r[i][k]
+        q[3] = r[k][j] - r[j][k]
+    q /= math.copysign(math.hypot(*q.tolist()), q[3])
+    return q
 
 
 def from_quaternion(quaternion: _Vector,
@@ -207,12 +205,42 @@ def scaled(motion: np.ndarray, factor: float) -> np.ndarray:
 
 def _left_jacobian(theta: np.ndarray) -> np.ndarray:
     """Return the left Jacobian of SO(3), 3x3."""
-    angle = float(np.linalg.norm(theta))
-    k = skew(theta)
-    half_versine = 0.5 * np.sinc(angle / 2 / np.pi) ** 2
-    if angle < 1e-4:  # derived: the next term of the series is below eps
+    angle = _length(theta)
+    if angle < _SMALL_ANGLE:
         third = 1.0 / 6.0 - angle ** 2 / 120.0
     else:
-        third = (1.0 - np.sinc(angle / np.pi)) / angle ** 2
-    jacobian: np.ndarray = np.eye(3) + half_versine * k + third * k @ k
-    return jacobian
+        third = (1.0 - _sinc(angle)) / angle ** 2
+    return _polynomial(theta, 0.5 * _sinc(0.5 * angle) ** 2, third)
+
+
+def _inverse_left_jacobian(theta: np.ndarray) -> np.ndarray:
+    """Return the inverse of the left Jacobian of SO(3), 3x3."""
+    angle = _length(theta)
+    if angle < _SMALL_ANGLE:
+        twelfth = 1.0 / 12.0 + angle ** 2 / 720.0
+    else:
+        twelfth = (1.0 - 0.5 * angle / math.tan(0.5 * angle)) / angle ** 2
+    return _polynomial(theta, -0.5, twelfth)
+
+
+def _length(vector: _Vector) -> float:
+    return math.hypot(*vector)
+
+
+def _sinc(angle: float) -> float:
+    """Return sin(a)/a, 1 at zero."""
+    return math.sin(angle) / angle if angle else 1.0
+
+
+def _polynomial(vector: _Vector, first: float, second: float) -> np.ndarray:
+    """
+    Return I + first * K + second * K^2, K the matrix of the cross product with a vector, 3x3.
+
+    It is written out: for nine numbers NumPy's products take several times as long.
+    """
+    x, y, z = (float(number) for number in vector)
+    xx, yy, zz = second * x * x, second * y * y, second * z * z
+    xy, xz, yz = second * x * y, second * x * z, second * y * z
+    return np.array([[1.0 - yy - zz, xy - first * z, xz + first * y],
+                     [xy + first * z, 1.0 - xx - zz, yz - first * x],
+                     [xz - first * y, yz + first * x, 1.0 - xx - yy]])
