@@ -40,6 +40,7 @@ setup(
     description='RGB-D visual odometry by Adaptive Iterative Closest Keypoint, for ROS 2 '
                 'and offline',
     license='Apache-2.0',
+    url='https://doi.org/10.1109/ECMR.2013.6698824',  # the paper; no public repository yet
     maintainer='The aick_ros authors',
     maintainer_email='aick_ros@no-address-yet.invalid',
     packages=find_packages(include=[PACKAGE, f'{PACKAGE}.*']),

@@ -18,14 +18,14 @@ from aick_ros.registration.status import Status
 
 
 class Mount(Enum):
-    """How a camera sits on the base, and so what a change of its extrinsic means."""
+    """Mount of a camera on the base, which decides the meaning of a change of its extrinsic."""
 
     FIXED = 'the extrinsic has been corrected'
     MOVING = 'the camera has been moved'
 
 
 class BaseState(Enum):
-    """How the pose of the base is known."""
+    """Source of the pose of the base."""
 
     TRACKED = 'measured'
     RECOVERED = 'measured again, from a pose that was not'

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How long a keyframe serves as the reference."""
+"""The rule for how long a keyframe serves as the reference."""
 
 from __future__ import annotations
 

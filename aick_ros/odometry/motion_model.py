@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How the camera is expected to move between frames."""
+"""Motion of the camera that is expected between frames."""
 
 from __future__ import annotations
 

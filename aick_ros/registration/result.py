@@ -41,7 +41,7 @@ class SensorBias:
 
 
 class Evidence(Enum):
-    """What supports the pose of a registration."""
+    """Measurements that support the pose of a registration."""
 
     KEYPOINTS = 'keypoints that agree with the pose'
     DEPTH = 'depth and brightness of most of the view, whatever the number of keypoints'
@@ -65,7 +65,7 @@ class Registration:
     :param evidence: what supports the pose, where the status is OK.
     :param systematic: 6x6, the part of the covariance that is the bias expected between keypoints
         and depth; registrations with about the same motion have it in common.
-    :param noise: what the residuals tell about the noise; None unless a refinement used both.
+    :param noise: noise measured from the residuals; None unless a refinement used both.
     """
 
     status: Status

@@ -73,8 +73,8 @@ class OdomNode(Node):
         except ValueError as error:
             if 'PARAMETER_NOT_SET' not in str(error):
                 raise
-            raise InputError('a parameter is an empty list or has no value, of which ROS cannot '
-                             'tell the type: omit it') from None
+            raise InputError('a parameter is an empty list or has no value, and ROS '
+                             'cannot infer its type: omit it') from None
         if arguments.level:
             self.get_logger().set_level(LoggingSeverity[arguments.level.upper()])
         settings, core = declare_settings(self, arguments.parameters)

@@ -129,7 +129,7 @@ WITHOUT_EFFECT = {
     'Vis/MinDepth': WithoutEffect('the depth is limited', 'sensor.min_depth'),
     'Vis/MaxDepth': WithoutEffect('the depth is limited', 'sensor.max_depth'),
     'Rtabmap/ImagesAlreadyRectified': WithoutEffect(
-        "the names of the topics tell", 'image_rectification', off=False),
+        "the names of the topics show it", 'image_rectification', off=False),
 }
 _OF_RTABMAP = WithoutEffect('it is a parameter of the algorithm of RTAB-Map, which is not that '
                             'of this node', off=False)

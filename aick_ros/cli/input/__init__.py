@@ -1,4 +1,4 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the commands read: options, settings, recordings, Ctrl-C."""
+"""Input of the commands: options, settings, recordings, Ctrl-C."""

@@ -1,4 +1,4 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the commands write: messages, tables, plots, files."""
+"""Output of the commands: messages, tables, plots, files."""

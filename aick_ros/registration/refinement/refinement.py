@@ -154,7 +154,7 @@ class _Problem:
         return self._with_bias(refined, keypoints, depth) if by_depth else refined
 
     def _with_bias(self, refined: Refined, keypoints: _Estimate, depth: _Estimate) -> Refined:
-        """Return a refined pose with what the two estimates tell about bias and noise."""
+        """Return a refined pose with the bias and noise that the two estimates indicate."""
         bias = SensorBias(depth.error - keypoints.error, keypoints.covariance + depth.covariance)
         noise = None
         if len(self._tracks) >= FEWEST_TO_CONFIRM:

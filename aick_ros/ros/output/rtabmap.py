@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What RTAB-Map and its viewer receive beside the odometry, where rtabmap_msgs is installed."""
+"""Topics for RTAB-Map and its viewer beside the odometry, where rtabmap_msgs is installed."""
 
 from __future__ import annotations
 

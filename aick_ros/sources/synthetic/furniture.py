@@ -42,7 +42,7 @@ def bookshelf(here: Assembly, width: float, height: float, colour: Colour) -> No
 
 
 def desk(here: Assembly, colour: Colour) -> None:
-    """Put up a desk with a computer, a lamp and papers, and a chair before it; 1.4 m wide."""
+    """Add a desk with a computer, a lamp and papers, and a chair before it; 1.4 m wide."""
     width, depth, height = 1.4, 0.7, 0.74
     _table(here.at(0, -depth / 2), (width, depth, height), colour)
     here.at(0.45, -0.33).box((0.42, 0.5, height - 0.06), materials.wood(colour),
@@ -61,7 +61,7 @@ def desk(here: Assembly, colour: Colour) -> None:
 
 
 def sofa(here: Assembly, colour: Colour) -> None:
-    """Put up a sofa with cushions; 1.9 m wide, 0.85 m deep."""
+    """Add a sofa with cushions; 1.9 m wide, 0.85 m deep."""
     width, depth = 1.9, 0.85
     cloth = materials.fabric(colour)
     here.at(0, -depth / 2).box((width, depth, 0.28), cloth)
@@ -77,7 +77,7 @@ def sofa(here: Assembly, colour: Colour) -> None:
 
 
 def cabinet(here: Assembly, width: float, colour: Colour, clutter: Sequence[Clutter]) -> None:
-    """Put up a chest of drawers with things on it; 0.45 m deep, 0.85 m high."""
+    """Add a chest of drawers with things on it; 0.45 m deep, 0.85 m high."""
     depth, height = 0.45, 0.85
     wood = materials.wood(colour)
     here.at(0, -depth / 2).box((width, depth, height), wood,
@@ -89,7 +89,7 @@ def cabinet(here: Assembly, width: float, colour: Colour, clutter: Sequence[Clut
 
 
 def coffee_table(here: Assembly, colour: Colour) -> None:
-    """Put up a low table with things on it; 1.0 by 0.6 m."""
+    """Add a low table with things on it; 1.0 by 0.6 m."""
     _table(here, (1.0, 0.6, 0.42), colour)
     top = here.at(z=0.42)
     for x, y in ((-0.34, 0.1), (-0.2, -0.13), (0.1, 0.16)):
@@ -101,7 +101,7 @@ def coffee_table(here: Assembly, colour: Colour) -> None:
 
 
 def chair(here: Assembly, colour: Colour) -> None:
-    """Put up a chair with a padded seat; its front is where one sits down."""
+    """Add a chair with a padded seat; its front is where one sits down."""
     wood, cloth = materials.wood((120, 84, 54)), materials.fabric(colour)
     for x in (-0.19, 0.19):
         for y, height in ((-0.19, 0.44), (0.19, 0.92)):
@@ -111,19 +111,19 @@ def chair(here: Assembly, colour: Colour) -> None:
 
 
 def stool(here: Assembly, colour: Colour) -> None:
-    """Put up a round, upholstered stool."""
+    """Add a round, upholstered stool."""
     here.cone(0.2, 0.2, 0.42, materials.fabric(colour, hue(here.rng)), materials.fabric(colour))
 
 
 def floor_lamp(here: Assembly) -> None:
-    """Put up a lamp with a cone of cloth."""
+    """Add a lamp with a cone of cloth."""
     here.cone(0.14, 0.13, 0.03, materials.plain(_DARK), materials.plain(_DARK))
     here.at(z=0.03).cone(0.016, 0.016, 1.35, materials.plain(_METAL))
     here.at(z=1.33).cone(0.22, 0.13, 0.3, materials.fabric((232, 214, 170), (190, 150, 90)))
 
 
 def plant(here: Assembly) -> None:
-    """Put up a clipped tree in a pot."""
+    """Add a clipped tree in a pot."""
     here.cone(0.13, 0.17, 0.28, materials.glaze((176, 104, 72), (226, 190, 150)),
               materials.plain((58, 44, 36), 0.3))
     here.at(z=0.28).cone(0.02, 0.018, 0.4, materials.wood((110, 84, 56)))
@@ -140,7 +140,7 @@ def cartons(here: Assembly) -> None:
 
 
 def screen(here: Assembly) -> None:
-    """Put up a monitor."""
+    """Add a monitor."""
     black = materials.plain((34, 34, 36))
     here.box((0.24, 0.18, 0.015), black)
     here.at(0, 0.02, 0.015).box((0.05, 0.04, 0.15), black)
@@ -149,26 +149,26 @@ def screen(here: Assembly) -> None:
 
 
 def desk_lamp(here: Assembly) -> None:
-    """Put up a small lamp."""
+    """Add a small lamp."""
     here.cone(0.08, 0.075, 0.02, materials.plain(_DARK), materials.plain(_DARK))
     here.at(z=0.02).cone(0.01, 0.01, 0.3, materials.plain(_METAL))
     here.at(z=0.28).cone(0.11, 0.06, 0.14, materials.glaze(hue(here.rng), (240, 230, 210)))
 
 
 def globe(here: Assembly) -> None:
-    """Put up a globe."""
+    """Add a globe."""
     here.cone(0.07, 0.02, 0.08, materials.wood((90, 60, 40)))
     here.at(z=0.075).ball(0.12, prints.globe)
 
 
 def mug(here: Assembly) -> None:
-    """Put up a mug."""
+    """Add a mug."""
     here.cone(0.042, 0.042, 0.1, materials.glaze(hue(here.rng), hue(here.rng)),
               materials.plain((60, 40, 28)))
 
 
 def vase(here: Assembly) -> None:
-    """Put up a vase with a ball of foliage."""
+    """Add a vase with a ball of foliage."""
     clay = materials.glaze(hue(here.rng, (0.1, 0.4), (0.6, 0.9)), hue(here.rng))
     here.cone(0.05, 0.085, 0.12, clay)
     here.at(z=0.12).cone(0.085, 0.035, 0.12, clay)
@@ -176,7 +176,7 @@ def vase(here: Assembly) -> None:
 
 
 def bowl(here: Assembly) -> None:
-    """Put up a bowl of fruit."""
+    """Add a bowl of fruit."""
     here.cone(0.06, 0.12, 0.06, materials.glaze((214, 204, 190), (60, 84, 130)),
               materials.plain((70, 50, 40), 0.2))
     for x, y, colour in ((-0.05, 0.02, (190, 60, 44)), (0.04, 0.045, (214, 160, 50)),
@@ -185,7 +185,7 @@ def bowl(here: Assembly) -> None:
 
 
 def radio(here: Assembly) -> None:
-    """Put up a box with a speaker's cloth and dials."""
+    """Add a box with a speaker's cloth and dials."""
     here.box((0.32, 0.15, 0.2), materials.wood((112, 70, 44)),
              {'front': materials.fabric((200, 180, 140), (120, 90, 60))})
     for x in (-0.09, 0.09):
@@ -193,7 +193,7 @@ def radio(here: Assembly) -> None:
 
 
 def photograph(here: Assembly) -> None:
-    """Put up a framed picture that leans backwards."""
+    """Add a framed picture that leans backwards."""
     here.tilted(0.2).box((0.2, 0.02, 0.26), materials.wood((70, 50, 36)),
                          {'front': prints.poster})
 
@@ -209,7 +209,7 @@ def book_pile(here: Assembly, count: int) -> None:
 
 
 def book_row(here: Assembly, width: float, height: float, depth: float) -> None:
-    """Put up a row of books; the middle of its front is at (0, 0, 0)."""
+    """Add a row of books; the middle of its front is at (0, 0, 0)."""
     paper = materials.fabric((214, 204, 180))
     cloth = materials.plain(hue(here.rng))
     here.at(0, depth / 2).box((width, depth, height), cloth,
@@ -217,7 +217,7 @@ def book_row(here: Assembly, width: float, height: float, depth: float) -> None:
 
 
 def wall_shelf(here: Assembly, width: float, colour: Colour) -> None:
-    """Put up a board on the wall with books on it; 0.22 m deep."""
+    """Add a board on the wall with books on it; 0.22 m deep."""
     wood = materials.wood(colour)
     here.at(0, -0.11).box((width, 0.22, 0.025), wood, {'bottom': wood})
     _fill_shelf(here.at(0, -0.22, 0.025), width - 0.04, 0.34, 0.22)

@@ -20,7 +20,7 @@ _RUGS = (((120, 34, 36), (34, 40, 70), (226, 208, 170), (180, 120, 60), (90, 110
 
 
 def spines(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
-    """Make the backs of a row of books."""
+    """Return an image of the backs of a row of books."""
     texel = 0.0015
     image = blank(width, height, texel, (30, 24, 20))
     rows, columns = image.shape[:2]
@@ -37,7 +37,7 @@ def spines(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
 
 
 def cover(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
-    """Make the front of a book or a magazine."""
+    """Return an image of the front of a book or a magazine."""
     image = blank(width, height, 0.0015, hue(rng, (0.15, 0.55), (0.4, 0.9)))
     rows, columns = image.shape[:2]
     ink = ink_on(image[0, 0])
@@ -52,7 +52,7 @@ def cover(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
 
 
 def poster(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
-    """Make a framed picture: a landscape, shapes or a map."""
+    """Return an image of a framed picture: a landscape, shapes or a map."""
     image = blank(width, height, 0.002, (236, 230, 218))
     rows, columns = image.shape[:2]
     edge = max(5, round(min(rows, columns) / 22))
@@ -66,7 +66,7 @@ def poster(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
 
 
 def page(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
-    """Make a sheet of paper with a headline, lines and perhaps a diagram."""
+    """Return an image of a sheet of paper with a headline, lines and perhaps a diagram."""
     image = blank(width, height, 0.0015, (240, 238, 230))
     rows, columns = image.shape[:2]
     margin = columns // 10
@@ -82,7 +82,7 @@ def page(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
 
 
 def screen(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
-    """Make a monitor with a few windows open."""
+    """Return an image of a monitor with a few windows open."""
     image = blank(width, height, 0.0015, (0, 0, 0))
     rows, columns = image.shape[:2]
     image[:] = shade(landscape(rng, rows, columns), np.full((rows, columns), 0.6, np.float32))
@@ -98,7 +98,7 @@ def screen(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
 
 
 def keyboard(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
-    """Make a keyboard from above."""
+    """Return an image of a keyboard from above."""
     image = blank(width, height, 0.0015, (40, 40, 44))
     rows, columns = image.shape[:2]
     pitch = rows / 6
@@ -117,7 +117,7 @@ def keyboard(rng: np.random.Generator, width: float, height: float) -> np.ndarra
 
 
 def rug(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
-    """Make a carpet with borders and ornaments, the same on all four quarters."""
+    """Return an image of a carpet with borders and ornaments, the same on all four quarters."""
     ground, border, *accents = _RUGS[int(rng.integers(len(_RUGS)))]
     quarter = blank(width / 2, height / 2, 0.003, ground)
     rows, columns = quarter.shape[:2]
@@ -139,7 +139,7 @@ def rug(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
 
 
 def view(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
-    """Make a window with what is outside."""
+    """Return an image of a window with what is outside."""
     image = blank(width, height, 0.003, (0, 0, 0))
     rows, columns = image.shape[:2]
     outside = landscape(rng, rows, columns, sky=(150, 190, 230), land=(110, 140, 90))
@@ -153,7 +153,7 @@ def view(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
 
 
 def globe(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
-    """Make land and sea, with a grid."""
+    """Return an image of land and sea, with a grid."""
     image = chart(rng, *blank(width, height, 0.0015, (0, 0, 0)).shape[:2])
     rows, columns = image.shape[:2]
     for share in np.arange(1, 12) / 12:
@@ -163,7 +163,7 @@ def globe(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
 
 
 def clock(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
-    """Make the face of a clock."""
+    """Return an image of the face of a clock."""
     image = blank(width, height, 0.0015, (238, 236, 228))
     centre, radius = (image.shape[1] // 2, image.shape[0] // 2), image.shape[0] // 2
     cv2.circle(image, centre, radius, (50, 40, 36), max(3, radius // 9), cv2.LINE_AA)
@@ -179,7 +179,7 @@ def clock(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
 
 
 def carton(rng: np.random.Generator, width: float, height: float) -> np.ndarray:
-    """Make a side of a cardboard box with tape, a stamp and a label."""
+    """Return an image of a side of a cardboard box with tape, a stamp and a label."""
     image = blank(width, height, 0.002, (176, 136, 92))
     rows, columns = image.shape[:2]
     image = shade(image, 1 + 0.08 * cloud(rng, (rows, columns), (3, 60))

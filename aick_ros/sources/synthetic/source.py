@@ -80,7 +80,7 @@ class SyntheticOptions:
 
 
 class CameraPath(Protocol):
-    """Where the camera is at any time."""
+    """Pose of the camera at any time."""
 
     def pose(self, time: float) -> np.ndarray:
         """Return ``T_world_camera`` of the optical frame at a time [s]."""
