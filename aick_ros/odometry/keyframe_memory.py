@@ -90,6 +90,18 @@ class KeyframeMemory:
         return PoseWithCovariance(self._correction.apply(pose.matrix),
                                   estimate.covariance + np.outer(self._error, self._error))
 
+    def keypoints_from(self, pose: PoseWithCovariance) -> np.ndarray:
+        """
+        Return the keypoints of all keyframes in the frame of a camera, Nx3 [m].
+
+        :param pose: of the camera, by dead reckoning.
+        """
+        T_odom_camera = (self._graph.pose(self._newest) @ pose.since(self._reckoned)).matrix
+        return np.concatenate([
+            se3.transform(se3.inverse(T_odom_camera) @ T_odom_keyframe,
+                          self._frames[key].keypoints.positions)
+            for key, T_odom_keyframe in zip(self._graph.keys, self._graph.matrices)])
+
     def _add(self, keyframe: Reference, detour: np.ndarray) -> None:
         """Add a keyframe to the graph, and begin to search for earlier ones like it."""
         key, parent = self._newest + 1, self._newest

@@ -132,6 +132,12 @@ class Odometry:
         """The last pose, corrected by keyframes that were found again."""
         return self._pose if self._memory is None else self._memory.published(self._pose)
 
+    def local_map(self) -> np.ndarray:
+        """Return the keypoints of the keyframes in memory, in the last camera's frame, Nx3 [m]."""
+        if self._memory is None:
+            return np.empty((0, 3))
+        return self._memory.keypoints_from(self._pose)
+
     def register_frame(self, frame: RgbdFrame,
                        predict: Predict = lambda before, now: None) -> OdometryUpdate:
         """

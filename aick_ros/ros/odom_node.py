@@ -95,7 +95,7 @@ class OdomNode(Node):
         self._base = BaseOdometry(initial_pose(settings))
         self._publisher = OdometryPublisher(self, settings, self._guess)
         self._views = Views(self, settings.odom_frame_id)
-        self._rtabmap = RtabmapTopics(self, settings.odom_frame_id)
+        self._rtabmap = RtabmapTopics(self, settings.odom_frame_id, self._odometry.local_map)
         self._live_settings = LiveSettings(core, self._change_settings)
         self._control = Control(self, settings.odom_frame_id, self._reset, self._set_pose)
         # from images to the queue
@@ -186,7 +186,7 @@ class OdomNode(Node):
         base = self._base.update(update, T_base_camera, mount)
         if base is not None:
             self._publisher.publish(base)
-            self._rtabmap.show(Registered(update, base, T_base_camera))
+            self._rtabmap.show(Registered(update, base, T_base_camera, camera_frame))
         self._diagnostics.answered(
             update, 1e3 * (time.monotonic() - arrival.paired_at),
             1e-6 * (self.get_clock().now().nanoseconds - update.stamp))

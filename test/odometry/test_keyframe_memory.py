@@ -124,6 +124,24 @@ def test_the_covariance_of_the_pose_shrinks_and_is_honest():
     assert np.mean(nees) < 7.0
 
 
+def test_the_local_map_is_seen_from_where_the_camera_is():
+    """The keypoints here are where their camera was; keyframes found again correct them."""
+    by_graph, by_reckoning = [], []
+    for seed in range(4):
+        walk = Walk(seed)
+        points = walk.memory.keypoints_from(walk.reckoned[-1]).reshape(-1, KEYPOINTS, 3)
+        assert len(points) == len(walk.memory.frames) > LAP
+        assert np.ptp(points, axis=1).max() < 1e-9
+        for frame, point in zip(walk.memory.frames, points[:, 0]):
+            index = round(frame.stamp / NANOSECONDS / PERIOD)
+            true = se3.inverse(walk.truth[-1]) @ walk.truth[index]
+            reckoned = (se3.inverse(walk.reckoned[-1].matrix)
+                        @ walk.reckoned[1 + FRAMES * (index - 1) if index else 0].matrix)
+            by_graph.append(np.linalg.norm(point - true[:3, 3]))
+            by_reckoning.append(np.linalg.norm(reckoned[:3, 3] - true[:3, 3]))
+    assert np.mean(by_graph) < 0.7 * np.mean(by_reckoning)
+
+
 def test_nothing_jumps():
     walk = Walk(1)
     settings = Settings().odometry

@@ -407,3 +407,21 @@ def test_a_prediction_that_is_no_motion_is_rejected_and_forgotten(rendered, pred
     assert update.status is Status.OK
     distance, angle = error(update, truth, index=2)
     assert distance < 0.01 and angle < 0.01
+
+
+def test_the_local_map_is_the_keypoints_of_the_keyframes(rendered):
+    """As long as none is found again the keyframes are where their poses were published."""
+    odometry = Odometry(with_values(Settings(), {'odometry.min_overlap': 0.95}))
+    assert len(odometry.local_map()) == 0
+    updates = track(odometry, rendered[0])
+    references = {id(update.reference) for update in updates[1:]}
+    keyframes = [update for update in updates if id(update.keypoints) in references]
+    assert len(keyframes) > 2
+    expected = np.concatenate([
+        se3.transform(se3.inverse(updates[-1].T_odom_camera) @ keyframe.T_odom_camera,
+                      keyframe.keypoints.positions) for keyframe in keyframes])
+    seen = odometry.local_map()  # the last frame may be a keyframe already
+    np.testing.assert_allclose(seen[:len(expected)], expected, atol=1e-6)
+    assert len(seen) - len(expected) in (0, len(updates[-1].keypoints))
+    odometry.reset()
+    assert len(odometry.local_map()) == 0

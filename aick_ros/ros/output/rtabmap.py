@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,12 +18,14 @@ from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.odometry.base_odometry import BaseState, BaseUpdate
 from aick_ros.ros import conversions
+from aick_ros.ros.output.rgbd_image import rgbd_image
 from aick_ros.ros.output.views import point_cloud
-from aick_ros.ros.rtabmap_messages import INSTALL_RTABMAP_MSGS, OdomInfo, Point2f
+from aick_ros.ros.rtabmap_messages import INSTALL_RTABMAP_MSGS, OdomInfo, Point2f, RGBDImage
 
 _QUEUE = 10
 _FRAME_TO_FRAME = 1  # by definition, OdomInfo.type of corners that are matched to a reference
-_TOPICS = ('odom_info', 'odom_info_lite')
+_INFO_TOPICS = ('odom_info', 'odom_info_lite')
+_RGBD_TOPIC = 'odom_rgbd_image'
 
 
 @dataclass(frozen=True)
@@ -32,26 +35,34 @@ class Registered:
 
     :param base: what is published of it.
     :param T_base_camera: extrinsic, 4x4.
+    :param camera_frame: frame of the images.
     """
 
     update: OdometryUpdate
     base: BaseUpdate
     T_base_camera: np.ndarray
+    camera_frame: str
 
 
 class RtabmapTopics:
     """
-    Publishes ``odom_info``, ``odom_info_lite`` and ``odom_last_frame``.
+    Publishes ``odom_info`` and its relatives, the images and the local map.
 
     They are made only while somebody subscribes.
+
+    :param local_map: returns the keypoints of the keyframes in the camera's frame, Nx3 [m].
     """
 
-    def __init__(self, node: Node, odom_frame: str) -> None:
-        self._node, self._odom_frame = node, odom_frame
+    def __init__(self, node: Node, odom_frame: str, local_map: Callable[[], np.ndarray]) -> None:
+        self._node, self._odom_frame, self._local_map = node, odom_frame, local_map
         self._distance = 0.0
-        self._last_frame = node.create_publisher(PointCloud2, 'odom_last_frame', _QUEUE)
-        self._infos = [] if OdomInfo is None else [
-            node.create_publisher(OdomInfo, topic, _QUEUE) for topic in _TOPICS]
+        self._clouds = {name: node.create_publisher(PointCloud2, name, _QUEUE)
+                        for name in ('odom_last_frame', 'odom_local_map')}
+        self._infos, self._rgbd_images = [], []
+        if OdomInfo is not None:
+            self._infos = [node.create_publisher(OdomInfo, topic, _QUEUE)
+                           for topic in _INFO_TOPICS]
+            self._rgbd_images = [node.create_publisher(RGBDImage, _RGBD_TOPIC, _QUEUE)]
 
     def reset(self) -> None:
         """Restart the distance travelled."""
@@ -59,12 +70,14 @@ class RtabmapTopics:
 
     def complaint(self) -> str:
         """Return which topic somebody subscribes to in vain, '' for none."""
-        if OdomInfo is None:
-            for topic in _TOPICS:
-                if self._node.count_subscribers(topic):
-                    return (f'somebody subscribes to {self._node.resolve_topic_name(topic)}, but '
-                            f'rtabmap_msgs is not installed: {INSTALL_RTABMAP_MSGS}, or set '
-                            'subscribe_odom_info to false there')
+        if OdomInfo is not None:
+            return ''
+        for topic in (*_INFO_TOPICS, _RGBD_TOPIC):
+            if self._node.count_subscribers(topic):
+                remedy = ('' if topic == _RGBD_TOPIC else
+                          ', or set subscribe_odom_info to false there')
+                return (f'somebody subscribes to {self._node.resolve_topic_name(topic)}, but '
+                        f'rtabmap_msgs is not installed: {INSTALL_RTABMAP_MSGS}{remedy}')
         return ''
 
     def show(self, frame: Registered) -> None:
@@ -76,11 +89,21 @@ class RtabmapTopics:
         for publisher, is_full in zip(self._infos, (True, False)):
             if publisher.get_subscription_count():
                 publisher.publish(self._info(frame, T_before_now, is_full))
-        if frame.update.status.ok and self._last_frame.get_subscription_count():
-            self._last_frame.publish(point_cloud(
+        for publisher in self._rgbd_images:
+            if publisher.get_subscription_count():
+                publisher.publish(rgbd_image(frame.update.prepared.frame, frame.camera_frame))
+        if frame.update.status.ok:
+            self._show_points('odom_last_frame', frame,
+                              lambda: frame.update.keypoints.positions)
+            self._show_points('odom_local_map', frame, self._local_map)
+
+    def _show_points(self, topic: str, frame: Registered,
+                     points: Callable[[], np.ndarray]) -> None:
+        """Publish points in the camera's frame, Nx3 [m]."""
+        if self._clouds[topic].get_subscription_count():
+            self._clouds[topic].publish(point_cloud(
                 conversions.header(frame.update.stamp, self._odom_frame), se3.transform(
-                    frame.base.pose.matrix @ frame.T_base_camera,
-                    frame.update.keypoints.positions)))
+                    frame.base.pose.matrix @ frame.T_base_camera, points())))
 
     def _info(self, frame: Registered, T_before_now: np.ndarray | None,
               is_full: bool) -> OdomInfo:

@@ -10,10 +10,13 @@ import sys
 
 import numpy as np
 import pytest
+from sensor_msgs.msg import PointCloud2
 
 from aick_ros.geometry import se3
+from aick_ros.messages.camera_info import to_camera
+from aick_ros.messages.raw_image import decode_colour, decode_depth
 from aick_ros.odometry import Odometry
-from aick_ros.ros.conversions import from_pose
+from aick_ros.ros.conversions import from_pose, to_stamp
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT, DARK = 6, 4
@@ -147,17 +150,49 @@ def test_without_the_messages_one_sentence_says_so(rig, receiver, start_node, mo
     node.wait_for_log('somebody subscribes to /odom_info, but rtabmap_msgs is not installed')
 
 
-def test_the_last_frame_is_in_the_odometry_frame(rig, start_node, frames):
-    from sensor_msgs.msg import PointCloud2
-    clouds, keypoints = [], []
+def positions(cloud):
+    return np.frombuffer(cloud.data, np.float32).reshape(cloud.width, 3)
+
+
+def test_the_registered_frame_is_published(rtabmap_msgs, rig, start_node, frames):
+    """Also that of a lost camera: whoever pairs it with odom receives both."""
+    from rtabmap_msgs.msg import RGBDImage
+    images = []
+    rig.listen(RGBDImage, 'odom_rgbd_image', images.append)
+    start_node()
+    rig.send_camera_info(frames[0].camera)
+    rig.wait_until(lambda: rig.diagnostics, 'the node')
+    shown = [frames[0], dataclasses.replace(frames[DARK], depth_stamp=frames[DARK].stamp + 5)]
+    for frame in shown:
+        rig.send(frame)
+        rig.answer(frame.stamp)
+    rig.wait_until(lambda: len(images) == 2, 'the images')
+    for frame, message in zip(shown, images):
+        depth_stamp = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
+        assert [to_stamp(part.header.stamp) for part in (message, message.rgb, message.depth)] == [
+            frame.stamp, frame.stamp, depth_stamp]
+        assert message.header.frame_id == message.depth.header.frame_id == (
+            'camera_rgb_optical_frame')
+        assert to_camera(message.rgb_camera_info) == frame.camera
+        assert to_camera(message.depth_camera_info, rectified=True) == frame.camera
+        np.testing.assert_array_equal(decode_colour(message.rgb), frame.colour)
+        np.testing.assert_array_equal(decode_depth(message.depth), frame.depth)
+
+
+def test_the_clouds_are_in_the_odometry_frame(rig, start_node, frames):
+    """Of frame to frame odometry the local map is the last frame."""
+    clouds, keypoints, maps = [], [], []
     rig.listen(PointCloud2, 'odom_last_frame', clouds.append)
     rig.listen(PointCloud2, 'keypoints', keypoints.append)
-    start_node()
+    rig.listen(PointCloud2, 'odom_local_map', maps.append)
+    start_node(odometry__reference='previous')
     rig.send_camera_info(frames[0].camera)
     rig.send(frames[0])
     rig.send(frames[1])
-    rig.wait_until(lambda: len(clouds) == len(keypoints) == 2, 'both clouds')
-    for cloud, same in zip(clouds, keypoints):
+    rig.wait_until(lambda: len(clouds) == len(keypoints) == len(maps) == 2, 'the clouds')
+    for cloud, same, local_map in zip(clouds, keypoints, maps):
+        assert local_map.header == cloud.header
+        np.testing.assert_allclose(positions(local_map), positions(cloud), atol=1e-5)
         assert cloud.header.frame_id == 'odom'
         assert cloud.width > 100
         assert (cloud.header, cloud.data) == (same.header, same.data)
