@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 
 import numpy as np
@@ -20,7 +20,7 @@ from aick_ros.ros.conversions import from_pose, to_stamp
 from aick_ros.ros.playback.answers import Answer
 
 _DIAGNOSED = 'odom_node: odometry'
-_LONGEST_PAUSE = 3.0  # seconds after which no further answer is expected; chosen
+_LONGEST_PAUSE = 10.0  # seconds after which no further answer is expected; chosen
 _POLL = 0.005  # seconds; chosen
 _QUEUE = 1000
 
@@ -40,10 +40,16 @@ class Listener(Node):
         self.create_subscription(Odometry, 'odom', self._take, _QUEUE)
         self.create_subscription(DiagnosticArray, '/diagnostics', self._hear, _QUEUE)
 
-    def wait_for_answers(self, count: int) -> None:
-        """Wait for a number of answers, or until no more come."""
+    def wait_for_answers(self, stamps: Collection[int]) -> None:
+        """Wait until every image or the last one is answered, or until no more answers come."""
+        last = max(stamps, default=None)
+
+        def is_complete() -> bool:
+            answered = [answer.stamp for answer in self.answers[-1:]]
+            return len(self.answers) >= len(stamps) or answered == [last]
+
         seen = -1
-        while len(self.answers) not in (seen, count):
+        while len(self.answers) != seen and not is_complete():
             seen = len(self.answers)
             wait_until(lambda: len(self.answers) > seen, _LONGEST_PAUSE)
 
