@@ -53,6 +53,7 @@ setup(
     entry_points={'console_scripts': [
         'aick = aick_ros.cli:main',
         'odom_node = aick_ros.ros.process.entry_points:odom_node',
+        'odom_lifecycle_node = aick_ros.ros.process.entry_points:odom_lifecycle_node',
         'bag_player = aick_ros.ros.process.entry_points:bag_player',
     ]},
 )

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,16 +26,16 @@ _PAGE = os.sysconf('SC_PAGE_SIZE')
 
 
 class NodeProcess:
-    """odom_node with parameters; leave the ``with`` block to end it."""
+    """A node with parameters; leave the ``with`` block to end it."""
 
-    def __init__(self, **parameters: Any) -> None:
-        self._arguments = ['--ros-args', '--log-level', 'error']
+    def __init__(self, command: Sequence[str] = NODE_COMMAND, **parameters: Any) -> None:
+        self._arguments = [*command, '--ros-args', '--log-level', 'error']
         for name, value in {'frame_id': 'camera_optical_frame', **parameters}.items():
             self._arguments += ['-p', f'{name}:={value}']
 
     def __enter__(self) -> NodeProcess:
         """Start the node."""
-        self._process = subprocess.Popen([*NODE_COMMAND, *self._arguments])
+        self._process = subprocess.Popen(self._arguments)
         return self
 
     def __exit__(self, *error: object) -> None:

@@ -50,6 +50,8 @@ def generate_launch_description():
                               description='Whether time comes from /clock'),
         DeclareLaunchArgument('params_file', default_value='',
                               description="Parameter file of the node; '': the defaults"),
+        DeclareLaunchArgument('lifecycle', default_value='false',
+                              description='Whether a manager configures and activates the node'),
         DeclareLaunchArgument('rviz', default_value='false',
                               description='Whether to show path, keypoints and matches'),
         OpaqueFunction(function=start_nodes),
@@ -80,8 +82,10 @@ def start_nodes(context):
     if argument('publish_tf'):
         given_parameters['publish_tf'] = _truth('publish_tf', argument('publish_tf'))
     clock = {'use_sim_time': _truth('use_sim_time', argument('use_sim_time'))}
+    managed = _truth('lifecycle', argument('lifecycle'))
     nodes = [Node(
-        package='aick_ros', executable='odom_node', output='screen',
+        package='aick_ros', executable='odom_lifecycle_node' if managed else 'odom_node',
+        output='screen',
         namespace=argument('namespace'),
         remappings=[(name, topic) for name, topic in topics.items() if topic],
         additional_env=_profile(),

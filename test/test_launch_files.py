@@ -98,7 +98,13 @@ def test_truth_values(launch, text, expected):
     assert ('rviz2' in nodes) == expected
 
 
-@pytest.mark.parametrize('name', ['publish_tf', 'use_sim_time', 'rviz'])
+def test_the_node_for_a_manager_is_started_like_the_other_one(launch):
+    one = launch('odometry.launch.py', camera='orbbec')['odom_node']
+    other = launch('odometry.launch.py', camera='orbbec', lifecycle='true')['odom_lifecycle_node']
+    assert (other.parameters, other.remappings) == (one.parameters, one.remappings)
+
+
+@pytest.mark.parametrize('name', ['publish_tf', 'use_sim_time', 'rviz', 'lifecycle'])
 def test_what_is_no_truth_value_is_rejected(launch, name):
     with pytest.raises(ValueError, match=f'{name}:=maybe is not true or false'):
         launch('odometry.launch.py', **{name: 'maybe'})

@@ -33,8 +33,8 @@ _Settings = TypeVar('_Settings', NodeSettings, Settings)
 _OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides.')
 
 
-def declare_settings(node: Node, arguments: Mapping[str, str] = MappingProxyType({})
-                     ) -> tuple[NodeSettings, Settings]:
+def declare_settings(node: Node, arguments: Mapping[str, str] = MappingProxyType({}),
+                     read_only: bool = True) -> tuple[NodeSettings, Settings]:
     """
     Declare every parameter and return the settings.
 
@@ -44,7 +44,8 @@ def declare_settings(node: Node, arguments: Mapping[str, str] = MappingProxyType
     :param node: made with ``automatically_declare_parameters_from_overrides``, which accepts
         values of any type, so that the error message is that of the settings.
     :param arguments: parameters of ``rgbd_odometry`` from the command line; they take precedence.
-    :raises InputError: naming the parameter, its range and its unit.
+    :param read_only: whether those that are read once can never be set.
+    :raises InputError: naming the parameter, its range and its unit; none is declared then.
     """
     # a node made so returns parameters, not the bare values that its annotation says
     given = {name: getattr(parameter, 'value')
@@ -53,12 +54,11 @@ def declare_settings(node: Node, arguments: Mapping[str, str] = MappingProxyType
     _warn_of_unknown(node, given)
     given.update(_read_theirs(node, given))
     chosen = str(_PRESET.convert(given.get(_PRESET.name, '')))
-    core = preset(chosen) if chosen else Settings()
-    own, core = _checked(_chosen(NodeSettings(), given)), _chosen(core, given)
-    _declare(node, _PRESET, chosen, read_only=True)
-    for group, read_only in ((own, True), (core, False)):
+    own, core = _checked(_chosen(NodeSettings(), given)), _chosen(_from(chosen), given)
+    _declare(node, _PRESET, chosen, read_only)
+    for group, is_read_once in ((own, True), (core, False)):
         for parameter in parameters(group):
-            _declare(node, parameter, parameter.default, read_only)
+            _declare(node, parameter, parameter.default, read_only and is_read_once)
     return own, core
 
 
@@ -80,14 +80,29 @@ def initial_pose(settings: NodeSettings) -> PoseWithCovariance:
 
 class LiveSettings:
     """
-    The algorithm's settings while the node runs.
+    The settings of a node, and what may be set: all before it begins, then the algorithm's.
 
-    :param on_change: called with the new settings.
+    :ivar own: settings that are read once.
+    :ivar core: settings of the algorithm.
     """
 
-    def __init__(self, core: Settings, on_change: Callable[[Settings], None]) -> None:
-        self._core = core
-        self._on_change = on_change
+    def __init__(self, own: NodeSettings, core: Settings) -> None:
+        self.own, self.core = own, core
+        self._on_change: Callable[[Settings], None] | None = None
+        self._read_once = ''
+
+    def begin(self, on_change: Callable[[Settings], None], read_once: str) -> None:
+        """
+        Pass on the algorithm's settings from now on, and fix the others.
+
+        :param on_change: called with the new settings.
+        :param read_once: what follows the name of another in the rejection.
+        """
+        self._on_change, self._read_once = on_change, read_once
+
+    def end(self) -> None:
+        """Let everything be set again."""
+        self._on_change = None
 
     def set(self, asked: list[RosParameter],
             store: Callable[[list[RosParameter]], SetParametersResult]) -> SetParametersResult:
@@ -98,29 +113,44 @@ class LiveSettings:
         """
         changes = {parameter.name: parameter.value for parameter in asked}
         try:
-            core = self._changed(changes)
+            own, core = self._changed(changes)
         except InputError as error:
             return SetParametersResult(successful=False, reason=str(error))
-        now = values(core)
-        result = store([RosParameter(name, value=_ros_value(now[name])) if name in now
-                        else parameter for name, parameter in zip(changes, asked)])
-        if result.successful and core != self._core:
-            self._core = core
-            self._on_change(core)
+        before, now = ({**values(group[0]), **values(group[1])}
+                       for group in ((self.own, self.core), (own, core)))
+        changed = {name: value for name, value in now.items()
+                   if name in changes or value != before[name]}
+        result = store([parameter for parameter in asked if parameter.name not in now]
+                       + [RosParameter(name, value=_ros_value(value))
+                          for name, value in changed.items()])
+        if result.successful:
+            is_new = core != self.core
+            self.own, self.core = own, core
+            if is_new and self._on_change is not None:
+                self._on_change(core)
         return result
 
-    def _changed(self, changes: Mapping[str, object]) -> Settings:
-        own = [_PRESET.name, *values(NodeSettings)]
+    def _changed(self, changes: Mapping[str, object]) -> tuple[NodeSettings, Settings]:
+        names = values(NodeSettings)
         for name, value in changes.items():
-            if value is None and name in values(Settings):  # ros2 param delete
+            if self._on_change is not None and (name in names or name == _PRESET.name):
+                raise InputError(f'{name}{self._read_once}')
+            if value is None and (name in names or name in values(Settings)
+                                  or name == _PRESET.name):  # ros2 param delete
                 raise InputError(f'{name} cannot be deleted: set it to another value')
-            if name in own:
-                raise InputError(f'{name} is read at the start only: give it to the node when it '
-                                 'is started, in its parameter file or with -p')
-        core = with_values(self._core, {
-            name: value for name, value in changes.items() if not name.startswith(_OF_ROS)})
+        chosen = changes.get(_PRESET.name)
+        own = _checked(with_values(self.own, {
+            name: value for name, value in changes.items() if name in names}))
+        core = with_values(self.core if chosen is None else _from(str(chosen)), {
+            name: value for name, value in changes.items()
+            if name not in names and name != _PRESET.name and not name.startswith(_OF_ROS)})
         vocabulary_of(core)  # rejects one that cannot be read, or of another detector
-        return core
+        return own, core
+
+
+def _from(chosen: str) -> Settings:
+    """Return the settings of a preset, '' for the defaults."""
+    return preset(chosen) if chosen else Settings()
 
 
 def _warn_of_unknown(node: Node, given: Mapping[str, object]) -> None:

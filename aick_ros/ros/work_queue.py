@@ -23,7 +23,7 @@ class WorkQueue(Generic[Item]):
         capacity of 1 the newest item is the next.
     :param size: returns the size of an item [bytes].
     :param max_bytes: largest total size of the items; one item is kept however large it is.
-    :ivar dropped: number of items dropped since the start.
+    :ivar dropped: number of items dropped for newer ones since the start, or the last clearing.
     """
 
     def __init__(self, capacity: int, size: Callable[[Item], int] = lambda item: 0,
@@ -63,6 +63,12 @@ class WorkQueue(Generic[Item]):
         with self._changed:
             self._tasks.append(task)
             self._changed.notify()
+
+    def clear(self) -> None:
+        """Drop the items, uncounted, and restart the count; tasks stay."""
+        with self._changed:
+            self._items.clear()
+            self._bytes = self.dropped = 0
 
     def wake(self) -> None:
         """Have the thread check again whether the oldest item is ready."""

@@ -29,6 +29,12 @@ class Worker(Generic[Item]):
         """Start the thread."""
         self._thread.start()
 
+    def settle(self) -> None:
+        """Wait until the job at hand and the tasks that wait are done; the thread must run."""
+        done = threading.Event()
+        self._queue.put_task(done.set)
+        done.wait()
+
     def stop(self) -> None:
         """
         Close the queue and wait until the job at hand is done.

@@ -76,6 +76,14 @@ class Rig:
         self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
 
+    def add(self, node):
+        """Have a node's callbacks done by this executor."""
+        self._executor.add_node(node)
+
+    def remove(self, node):
+        """Stop that."""
+        self._executor.remove_node(node)
+
     def listen(self, kind, topic, take):
         self.node.create_subscription(kind, topic, take, QUEUE)
 

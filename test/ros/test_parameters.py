@@ -124,11 +124,11 @@ def live(make_node):
     class Live:
         def __init__(self):
             self.node, self.changes = make_node(), []
-            _, core = declare_settings(self.node)
-            self._settings = LiveSettings(core, self.changes.append)
+            self.settings = LiveSettings(*declare_settings(self.node, read_only=False))
+            self.settings.begin(self.changes.append, ' is read at the start only')
 
         def set(self, **changes):
-            return self._settings.set(
+            return self.settings.set(
                 [RosParameter(name.replace('__', '.'), value=value)
                  for name, value in changes.items()], self.node.set_parameters_atomically)
 
@@ -176,6 +176,27 @@ def test_of_a_bad_change_nothing_is_taken(live, changes, reason):
 def test_changes_that_only_fit_together_are_taken_together(live):
     assert not live.set(sensor__min_depth=12.0).successful
     assert live.set(sensor__min_depth=12.0, sensor__max_depth=20.0).successful
+
+
+def test_before_it_begins_everything_can_be_set(live):
+    live.settings.end()
+    assert live.set(frame_id='body', aick__alpha=0.5, camera_in_base=[0.0] * 6 + [1.0]).successful
+    assert live.node.get_parameter('frame_id').value == 'body'
+    assert (live.settings.own.frame_id, live.settings.core.aick.alpha) == ('body', 0.5)
+    assert live.settings.own.camera_in_base == (0, 0, 0, 0, 0, 0, 1)
+    assert not live.set(odom_frame_id='body').successful  # frames must differ
+    assert live.changes == []
+
+
+def test_before_it_begins_a_preset_replaces_what_was_set(live):
+    live.settings.end()
+    assert live.set(aick__lambda_e=0.05).successful
+    assert live.set(preset='paper-full', aick__iterations=3).successful
+    expected = with_values(preset('paper-full'), {'aick.iterations': 3})
+    assert live.settings.core == expected
+    for name in ('aick.lambda_e', 'aick.alpha', 'aick.iterations', 'refinement.mode'):
+        group, _, last = name.partition('.')
+        assert live.node.get_parameter(name).value == getattr(getattr(expected, group), last)
 
 
 def test_parameters_of_ros_itself_are_left_to_it(live):

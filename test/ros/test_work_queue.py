@@ -57,3 +57,16 @@ def test_a_closed_queue_gives_nothing_however_much_waits():
     queue.put_task(lambda: None)
     queue.close()
     assert queue.take(print, ready) is None
+
+
+def test_cleared_it_keeps_its_tasks_only():
+    queue, done = WorkQueue(capacity=2, size=len), []
+    for item in 'abc':
+        queue.put(item)
+    queue.put_task(lambda: done.append('task'))
+    queue.clear()
+    assert (queue.backlog, queue.backlog_bytes, queue.dropped) == (0, 0, 0)
+    queue.put('d')
+    assert do_next(queue) == []
+    assert done == ['task']
+    assert do_next(queue) == ['d']

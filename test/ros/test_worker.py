@@ -122,5 +122,24 @@ def test_stop_waits_for_the_item_at_hand_and_drops_the_others(gate, start):
     assert gate.done == [0]
 
 
+def test_it_settles_once_the_item_at_hand_is_done(gate, start):
+    queue = WorkQueue(capacity=10)
+    worker = start(queue)
+    queue.put('first')
+    assert gate.entered.acquire(timeout=PATIENCE)
+    settled, seen = threading.Event(), []
+
+    def settle():
+        worker.settle()
+        seen.extend(gate.done)
+        settled.set()
+
+    threading.Thread(target=settle).start()
+    assert not settled.wait(0.05)
+    gate.open.set()
+    assert settled.wait(PATIENCE)
+    assert seen == ['first']
+
+
 def test_a_worker_that_never_started_can_be_stopped(gate):
     Worker(WorkQueue(capacity=1), gate.work).stop()

@@ -90,12 +90,17 @@ class FrameStatistics:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         self._lock = threading.Lock()
-        self._totals: Counter[Count] = Counter()
-        self._events: deque[_Event] = deque(maxlen=_MOST_KEPT)
-        self._answers: deque[_Answer] = deque(maxlen=_MOST_KEPT)
-        self._status, self._reason = Status.NO_FRAME, 'waiting for images'
-        self._is_lost = False
-        self._start = self._tracked_at = self._answered_at = clock()
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget everything and begin now."""
+        with self._lock:
+            self._totals: Counter[Count] = Counter()
+            self._events: deque[_Event] = deque(maxlen=_MOST_KEPT)
+            self._answers: deque[_Answer] = deque(maxlen=_MOST_KEPT)
+            self._status, self._reason = Status.NO_FRAME, 'waiting for images'
+            self._is_lost = False
+            self._start = self._tracked_at = self._answered_at = self._clock()
 
     def count(self, count: Count, number: int = 1) -> None:
         """Add to a count."""

@@ -21,16 +21,20 @@ from aick_ros.ros.rtabmap_messages import INSTALL_RTABMAP_MSGS, RGBDImage, RGBDI
 from aick_ros.settings.node import NodeSettings
 
 
-def rgbd_subscription(node: Node, settings: NodeSettings, assembler: FrameAssembler,
-                      pairing: Pairing) -> AdaptiveSubscription:
+def require_messages(settings: NodeSettings) -> None:
     """
-    Subscribe to the images of the first camera, as ``rgbd_cameras`` says how they are sent.
+    Check that what the settings need is installed.
 
-    :raises InputError: where rtabmap_msgs is not installed.
+    :raises InputError: where rtabmap_msgs is not.
     """
-    if RGBDImage is None:
+    if settings.subscribe_rgbd and RGBDImage is None:
         raise InputError('subscribe_rgbd is true, and rtabmap_msgs is not installed: '
                          f'{INSTALL_RTABMAP_MSGS}, or set subscribe_rgbd to false')
+
+
+def rgbd_subscription(node: Node, settings: NodeSettings, assembler: FrameAssembler,
+                      pairing: Pairing) -> AdaptiveSubscription:
+    """Subscribe to the images of the first camera, as ``rgbd_cameras`` says how they are sent."""
     name, _ = image_topics(settings)
     if settings.rgbd_cameras > 1:
         node.get_logger().warning(f'rgbd_cameras = {settings.rgbd_cameras}: only the first '

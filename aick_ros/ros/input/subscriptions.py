@@ -84,6 +84,13 @@ class AdaptiveSubscription:
                 return topic, transport
         return '', ''
 
+    def close(self) -> None:
+        """Unsubscribe; what waits in the queues is not taken."""
+        for subscription in (self._old, self._new):
+            if subscription is not None:
+                self._node.destroy_subscription(subscription)
+        self._old = None
+
     def adapt(self) -> None:
         """Match the QoS of the publishers; to be called regularly on the executor's thread."""
         wanted, present = self._wanted(), self.qos_profile

@@ -14,6 +14,7 @@ from aick_ros.errors import InputError
 
 HELP = """\
 usage: odom_node [--Group/Name VALUE ...] [--ros-args ...]
+       odom_lifecycle_node [--Group/Name VALUE ...] [--ros-args ...]
 
 Odometry from the colour and depth images of one camera.
 

@@ -20,6 +20,11 @@ def odom_node() -> None:
     _run('odom_node', 'aick_ros.ros.odom_node')
 
 
+def odom_lifecycle_node() -> None:
+    """Run the odometry node with a life cycle."""
+    _run('odom_lifecycle_node', 'aick_ros.ros.odom_lifecycle_node')
+
+
 def bag_player() -> None:
     """Play a bag."""
     _run('bag_player', 'aick_ros.ros.playback.bag_player')

@@ -74,3 +74,16 @@ def test_a_damaged_frame_does_not_lose_a_tracked_camera(frames):
     frames.answer(30)
     frames.damage(30)
     assert frames.snapshot().lost_for == 0.0
+
+
+def test_restarted_it_knows_nothing_of_before(frames):
+    frames.answer(30)
+    frames.answer(60, Status.TOO_FEW_MATCHES)
+    frames.now += 100.0
+    frames.restart()
+    frames.now += 2.0
+    snapshot = frames.snapshot()
+    assert not snapshot.totals
+    assert (snapshot.status, snapshot.lost_for) == (Status.NO_FRAME, 0.0)
+    assert snapshot.silent_for == pytest.approx(2.0)
+    assert len(snapshot.delays) == 0

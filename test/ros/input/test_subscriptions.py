@@ -68,6 +68,14 @@ def test_images_of_the_old_queue_come_before_those_of_the_new_one(change):
     assert change.node.subscriptions == [change.new]
 
 
+def test_closed_it_takes_nothing_more(change):
+    change.arrive(change.old, 0, 1)
+    change.adapt()
+    change.subscription.close()
+    assert change.node.subscriptions == []
+    assert change.taken == []
+
+
 @pytest.mark.parametrize('taken_first', range(7))
 def test_an_image_of_both_queues_is_taken_once(change, taken_first):
     """However many of its messages the old subscription brings before the new one."""

@@ -1,0 +1,41 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a node has of ROS: publishers, subscriptions, services, timers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from rclpy.node import Node
+
+
+class Entities:
+    """
+    The publishers, subscriptions, services and timers that a node gets from now on.
+
+    The subscription of /clock is not one of them: it comes and goes with ``use_sim_time``.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._before = {id(entity): entity for entities, _ in self._all() for entity in entities}
+
+    def destroy(self) -> None:
+        """Destroy those that are still there."""
+        for entities, destroy in self._all():
+            for entity in list(entities):
+                if id(entity) not in self._before and not _is_of_clock(entity):
+                    destroy(entity)
+
+    def _all(self) -> Iterable[tuple[Iterable[Any], Callable[[Any], bool]]]:
+        node = self._node
+        return ((node.publishers, node.destroy_publisher),
+                (node.subscriptions, node.destroy_subscription),
+                (node.services, node.destroy_service),
+                (node.timers, node.destroy_timer))
+
+
+def _is_of_clock(entity: Any) -> bool:
+    return getattr(entity, 'topic_name', '') == '/clock'

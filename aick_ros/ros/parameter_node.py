@@ -1,0 +1,64 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A node whose parameters are the settings."""
+
+from __future__ import annotations
+
+import rclpy
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.logging import LoggingSeverity
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from aick_ros.errors import InputError
+from aick_ros.ros.parameters import LiveSettings, declare_settings
+from aick_ros.ros.process.arguments import Arguments
+
+
+class ParameterNode(Node):
+    """
+    A node that declares the settings as its parameters.
+
+    :param arguments: of the command line, beside those of ROS.
+    :raises InputError: where ROS cannot infer the type of a parameter.
+    """
+
+    def __init__(self, arguments: Arguments) -> None:
+        self._live_settings: LiveSettings | None = None
+        try:
+            super().__init__('odom_node', automatically_declare_parameters_from_overrides=True)
+        except ValueError as error:
+            if 'PARAMETER_NOT_SET' not in str(error):
+                raise
+            raise InputError('a parameter is an empty list or has no value, and ROS '
+                             'cannot infer its type: omit it') from None
+        self._theirs = arguments.parameters
+        if arguments.level:
+            self.get_logger().set_level(LoggingSeverity[arguments.level.upper()])
+
+    def run(self) -> None:
+        """Do what is requested until the context is shut down."""
+        rclpy.spin(self)
+
+    def close(self) -> None:
+        """End."""
+        self.destroy_node()
+
+    def declare(self, read_only: bool = True) -> LiveSettings:
+        """
+        Declare every parameter, once, and return the settings.
+
+        :param read_only: whether those that are read once can never be set.
+        :raises InputError: where one cannot be used; none is declared then.
+        """
+        if self._live_settings is None:
+            self._live_settings = LiveSettings(*declare_settings(self, self._theirs, read_only))
+        return self._live_settings
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """Set parameters all or none; a rejection names range and unit."""
+        store = super().set_parameters_atomically
+        if self._live_settings is None:  # each is checked when they are declared
+            return store(parameter_list)
+        return self._live_settings.set(parameter_list, store)

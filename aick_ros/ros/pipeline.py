@@ -1,0 +1,227 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""From images to odometry: what the node does between its topics."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Callable
+from functools import partial
+
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
+from rclpy.node import Node
+from rclpy.timer import Timer
+
+from aick_ros.errors import InputError
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.messages.synchronizer import Pair
+from aick_ros.odometry import Odometry
+from aick_ros.odometry.base_odometry import BaseOdometry
+from aick_ros.ros.control import Control
+from aick_ros.ros.health.counts import Count
+from aick_ros.ros.health.diagnostics import Diagnostics
+from aick_ros.ros.image_stream import ImageStream
+from aick_ros.ros.input.assembler import Arrival, FrameAssembler
+from aick_ros.ros.input.extrinsics import Extrinsics
+from aick_ros.ros.input.guess import Guess, StartByGuess
+from aick_ros.ros.input.rate_limit import RateLimit
+from aick_ros.ros.input.rgbd_images import require_messages
+from aick_ros.ros.input.transforms import Transforms
+from aick_ros.ros.output.publisher import OdometryPublisher
+from aick_ros.ros.output.rtabmap import Registered, RtabmapTopics
+from aick_ros.ros.output.views import Views
+from aick_ros.ros.parameters import initial_pose
+from aick_ros.ros.process.warm_up import warm_up
+from aick_ros.ros.work_queue import WorkQueue
+from aick_ros.ros.worker import Worker
+from aick_ros.settings import NodeSettings, Settings
+
+_LONGEST_BACKLOG = 100  # pairs; chosen: 3 s at 30 Hz
+_LARGEST_BACKLOG = 256 * 2 ** 20  # bytes; chosen: a pair of 640x480 takes 1.5 to 2.1 MB
+_THROTTLE = 5.0  # seconds between two log lines of the same kind; chosen
+
+
+class Pipeline:
+    """
+    Visual odometry of an RGB-D camera on the topics of a node.
+
+    The executor's thread pairs images and queues the pairs; a worker thread decodes them,
+    registers the frames and publishes. Services and changed parameters are tasks of the worker
+    between two frames. Images are taken from :meth:`activate` to :meth:`deactivate`; then the
+    odometry continues from the last tracked frame.
+
+    :raises InputError: where a setting cannot be used.
+    """
+
+    def __init__(self, node: Node, settings: NodeSettings, core: Settings) -> None:
+        require_messages(settings)
+        self._node, self._logger, self._settings = node, node.get_logger(), settings
+        self._diagnostics = Diagnostics(node)
+        self._queue = _queue(settings)
+        # what frames are made of
+        self._transforms = Transforms(
+            node, (settings.odom_frame_id, settings.guess_frame_id or settings.frame_id),
+            on_change=self._queue.wake)
+        self._extrinsics = Extrinsics(self._transforms, settings)
+        self._assembler = FrameAssembler(
+            node, settings, self._extrinsics, on_change=self._queue.wake)
+        # from frames to odometry
+        self._guess = (Guess(self._transforms, self._extrinsics, settings)
+                       if settings.guess_frame_id else None)
+        self._start = StartByGuess(self._guess, settings)
+        self._odometry = Odometry(core)
+        self._base = BaseOdometry(initial_pose(settings))
+        self._publisher = OdometryPublisher(node, settings, self._guess)
+        self._views = Views(node, settings.odom_frame_id)
+        self._rtabmap = RtabmapTopics(
+            node, settings.odom_frame_id, self._odometry.local_map)
+        self._control = Control(node, settings.odom_frame_id, self._reset, self._set_pose)
+        # from images to the queue
+        self._rate_limit = RateLimit(settings.max_update_rate)
+        self._images: ImageStream | None = None
+        self._report_timer: Timer | None = None
+        self._worker = Worker(self._queue, self._answer, self._is_ready)
+        self._between_frames(lambda: warm_up(core))
+
+    def activate(self) -> None:
+        """Subscribe to the images."""
+        self._diagnostics.restart()
+        self._images = ImageStream(self._node, self._settings, self._assembler, self._transforms,
+                                   self._diagnostics, self._enqueue)
+        # a steady timer: a /clock that stands still must not stop it
+        self._report_timer = self._node.create_timer(
+            1.0, partial(self._report, self._images),
+            clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def start(self) -> None:
+        """Start the worker's thread."""
+        self._worker.start()
+
+    def deactivate(self) -> None:
+        """Unsubscribe from the images; nothing is published any more once this returns."""
+        if self._images is not None and self._report_timer is not None:
+            self._images.close()
+            self._node.destroy_timer(self._report_timer)
+            self._images = self._report_timer = None
+        self._queue.clear()
+        self._worker.settle()
+
+    def close(self) -> None:
+        """Finish the frame at hand and end."""
+        self._worker.stop()
+
+    def change_settings(self, core: Settings) -> None:
+        """Change the settings of the algorithm between two frames."""
+        self._between_frames(lambda: self._odometry.change_settings(core))
+
+    # A frame, from the executor's thread ...
+
+    def _enqueue(self, pair: Pair) -> None:
+        """Queue a pair with the cameras as they are now."""
+        if self._control.paused:
+            self._diagnostics.count(Count.SKIPPED_WHILE_PAUSED)
+        elif not self._rate_limit.admits(pair.colour_stamp):
+            self._diagnostics.count(Count.SKIPPED_BY_RATE_LIMIT)
+        else:
+            self._queue.put(self._assembler.arrival(pair))
+
+    # ... to the worker's
+
+    def _is_ready(self, arrival: Arrival) -> bool:
+        """Return whether a pair can be answered, or must not block the newest one, which can."""
+        images = self._images
+        newest = None if images is None else images.newest
+        return any(not self._assembler.missing_for(pair)
+                   for pair in (arrival.pair, newest) if pair)
+
+    def _answer(self, arrival: Arrival) -> None:
+        """Register a pair and publish; whatever happens, the next one is answered."""
+        stamp = arrival.pair.colour_stamp
+        try:
+            self._register(arrival)
+        except InputError as error:
+            self._diagnostics.damaged(str(error))
+            self._logger.warning(f'frame {stamp} ns skipped: {error}',
+                                 throttle_duration_sec=_THROTTLE)
+        except Exception:  # a defect of ours in one frame must not end the odometry
+            if not self._node.context.ok():
+                return  # a consequence of the shutdown
+            self._diagnostics.damaged('internal error, see the log', Count.FAILED)
+            self._logger.error(f'frame {stamp} ns failed, please report this:\n'
+                               f'{traceback.format_exc()}', throttle_duration_sec=_THROTTLE)
+
+    def _register(self, arrival: Arrival) -> None:
+        camera_frame = arrival.camera_frame
+        frame = self._assembler.frame(arrival)
+        T_base_camera = self._extrinsics.camera_in_base(camera_frame, frame.stamp)
+        mount = self._extrinsics.camera_mount(camera_frame)
+        start = self._start.pose(frame.stamp)
+        if start is not None:
+            self._base.reset(start)
+        if self._guess is None:
+            update = self._odometry.register_frame(frame)
+        else:
+            update = self._odometry.register_frame(
+                frame, partial(self._guess.camera_motion, camera_frame))
+        base = self._base.update(update, T_base_camera, mount)
+        if base is not None:
+            self._publisher.publish(base)
+            self._rtabmap.show(Registered(update, base, T_base_camera, camera_frame))
+        self._diagnostics.answered(
+            update, 1e3 * (time.monotonic() - arrival.paired_at),
+            1e-6 * (self._node.get_clock().now().nanoseconds - update.stamp))
+        if not update.status.ok:
+            self._logger.warning(
+                f'frame {update.stamp} ns: {update.status.value}: {update.reason}',
+                throttle_duration_sec=_THROTTLE)
+        self._views.show(frame, update, self._base.pose.matrix, T_base_camera, camera_frame)
+
+    # Requests, done by the worker between two frames.
+
+    def _reset(self) -> None:
+        def reset() -> None:
+            self._odometry.reset()
+            self._base.reset()
+            self._start.reset()
+            self._views.reset()
+            self._rtabmap.reset()
+            self._logger.info('odometry reset')
+        self._between_frames(reset)
+
+    def _set_pose(self, pose: PoseWithCovariance, paused: bool) -> None:
+        def set_pose() -> None:
+            self._base.set_pose(pose, paused)
+            self._start.cancel()
+            self._logger.info('pose set')
+        self._between_frames(set_pose)
+
+    def _between_frames(self, task: Callable[[], None]) -> None:
+        def run() -> None:
+            try:
+                task()
+            except Exception:  # must not end the odometry, as little as a frame
+                self._logger.error('failed between two frames, please report this:\n'
+                                   f'{traceback.format_exc()}')
+        self._queue.put_task(run)
+
+    # Once a second.
+
+    def _report(self, images: ImageStream) -> None:
+        complaint = images.complaint() or self._rtabmap.complaint()
+        if complaint:
+            self._logger.warning(complaint, throttle_duration_sec=_THROTTLE)
+        for count, total in images.counts.items():
+            self._diagnostics.count_up_to(count, total)
+        self._diagnostics.count_up_to(Count.DROPPED_UNDER_LOAD, self._queue.dropped)
+        self._diagnostics.publish(
+            complaint, self._control.paused,
+            {'backlog': str(self._queue.backlog),
+             'backlog in MB': f'{self._queue.backlog_bytes / 1e6:.1f}'})
+
+
+def _queue(settings: NodeSettings) -> WorkQueue[Arrival]:
+    capacity = _LONGEST_BACKLOG if settings.process_every_frame else 1
+    return WorkQueue(capacity, lambda arrival: arrival.size, _LARGEST_BACKLOG)

@@ -1,0 +1,158 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The node with a life cycle, as a manager leads it from state to state."""
+
+import signal
+import sys
+
+import numpy as np
+import pytest
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.srv import SetParameters
+from rclpy.parameter import Parameter
+
+from aick_ros.odometry import Odometry
+from aick_ros.ros.conversions import from_pose
+from aick_ros.ros.odom_lifecycle_node import OdomLifecycleNode
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+COMMAND = (sys.executable, '-c', 'from aick_ros.ros.process.entry_points import '
+           'odom_lifecycle_node; odom_lifecycle_node()')
+OPTICAL = 'camera_rgb_optical_frame'
+SUITABLE = {'process_every_frame': True, 'qos_reliability': 'reliable', 'topic_queue_size': 100,
+            'sync_queue_size': 100, 'frame_id': OPTICAL}
+COUNT = 9
+
+
+@pytest.fixture(scope='module')
+def frames():
+    source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
+    return [source.frame(i) for i in range(COUNT)]
+
+
+def change(rig, transition):
+    """Ask for a transition; return whether it succeeded."""
+    request = ChangeState.Request()
+    request.transition.label = transition
+    return rig.call(ChangeState, '/odom_node/change_state', request).success
+
+
+def state(rig):
+    return rig.call(GetState, '/odom_node/get_state').current_state.label
+
+
+def set_parameters(rig, values):
+    """Set parameters as ``ros2 param set`` does; return the reasons why not."""
+    results = rig.call(SetParameters, '/odom_node/set_parameters', SetParameters.Request(
+        parameters=[Parameter(name, value=value).to_parameter_msg()
+                    for name, value in values.items()])).results
+    return [result.reason for result in results if not result.successful]
+
+
+def activate(rig):
+    rig.diagnostics.clear()
+    assert change(rig, 'activate')
+    rig.wait_for_node()
+
+
+def answers(rig, frames):
+    """Send frames and return the poses that come back."""
+    rig.send_camera_info(frames[0].camera)
+    for frame in frames:
+        rig.send(frame)
+    return [from_pose(rig.answer(frame.stamp).pose.pose) for frame in frames]
+
+
+def offline(frames):
+    odometry = Odometry()
+    return [odometry.register_frame(frame).T_odom_camera for frame in frames]
+
+
+def entities(node):
+    return [len(list(kind)) for kind in (
+        node.publishers, node.subscriptions, node.services, node.timers)]
+
+
+@pytest.fixture
+def node(rig):
+    """The node in this process, on the executor of the other side."""
+    node = OdomLifecycleNode()
+    rig.add(node)
+    yield node
+    rig.remove(node)
+    node.close()
+
+
+def test_it_follows_its_life_cycle(rig, node, frames):
+    unconfigured = entities(node)
+    assert set_parameters(rig, SUITABLE) == []
+    for cycle in range(2):
+        assert state(rig) == 'unconfigured'
+        assert rig.node.count_publishers('odom') == 0
+
+        assert change(rig, 'configure')
+        assert rig.node.count_subscribers(rig.colour.topic_name) == 0
+        assert node.count_publishers('odom') == 1
+        configured = entities(node)
+
+        activate(rig)
+        before = answers(rig, frames[:3])
+        assert change(rig, 'deactivate')
+        assert entities(node) == configured
+        rig.wait_until(lambda: not rig.colour.get_subscription_count(), 'the end of the images')
+        rig.send(frames[3])
+
+        activate(rig)  # with the same odometry
+        after = answers(rig, frames[5:7])
+        np.testing.assert_allclose(
+            before + after, offline([*frames[:3], *frames[5:7]]), atol=1e-6)
+        assert rig.stamps() == [frames[i].stamp for i in (0, 1, 2, 5, 6)]
+        rig.odom.clear()
+
+        assert change(rig, 'deactivate')
+        assert change(rig, 'cleanup')
+        assert entities(node) == unconfigured
+
+
+def test_what_does_not_fit_its_state_is_rejected(rig, node):
+    assert not change(rig, 'activate')
+    assert not change(rig, 'cleanup')
+    assert state(rig) == 'unconfigured'
+    assert set_parameters(rig, {'frame_id': 'body'}) == []
+    assert change(rig, 'configure')
+    [reason] = set_parameters(rig, {'frame_id': 'base'})
+    assert reason == ('frame_id is read by configure only: clean the node up before, and '
+                      'configure it afterwards')
+    assert not change(rig, 'configure')
+    assert state(rig) == 'inactive'
+    assert change(rig, 'shutdown')
+    assert state(rig) == 'finalized'
+
+
+def test_what_cannot_be_configured_says_why_and_stays_unconfigured(rig, start_node):
+    node = start_node(wait=False, command=COMMAND, aick__alpha=1.5,
+                      camera_in_base='[1.0, 2.0, 3.0]')
+    assert not change(rig, 'configure')
+    node.wait_for_log('aick.alpha = 1.5 is outside 0 to 1')
+    assert set_parameters(rig, {'aick.alpha': 0.6}) == []
+    assert not change(rig, 'configure')
+    node.wait_for_log('camera_in_base = [1.0, 2.0, 3.0]')
+    assert rig.node.count_publishers('odom') == 0
+    assert state(rig) == 'unconfigured'
+    assert set_parameters(rig, {'camera_in_base': [0.0] * 6 + [1.0]}) == []
+    assert change(rig, 'configure')
+    assert node.stop() == 0
+    assert 'Traceback' not in node.log
+
+
+def test_ends_cleanly_in_the_middle_of_work(rig, start_node, frames):
+    node = start_node(wait=False, command=COMMAND)
+    assert change(rig, 'configure')
+    activate(rig)
+    rig.send_camera_info(frames[0].camera)
+    for frame in frames:
+        rig.send(frame)
+    rig.answer(frames[0].stamp)
+    assert node.stop(signal.SIGTERM) == 0
+    assert 'Traceback' not in node.log
