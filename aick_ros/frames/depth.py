@@ -25,18 +25,19 @@ def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.
     """
     height, width = image.shape
     u, v = np.asarray(pixels, np.float64).reshape(-1, 2).T
-    nearest = image[np.clip(np.rint(v).astype(np.intp), 0, height - 1),
-                    np.clip(np.rint(u).astype(np.intp), 0, width - 1)].astype(np.float64)
-    column = np.clip(np.floor(u).astype(np.intp), 0, width - 2)
-    row = np.clip(np.floor(v).astype(np.intp), 0, height - 2)
-    right, down = np.clip(u - column, 0.0, 1.0), np.clip(v - row, 0.0, 1.0)
-    corners = np.stack([image[row, column], image[row, column + 1],
-                        image[row + 1, column], image[row + 1, column + 1]]).astype(np.float64)
-    weights = np.stack([(1 - right) * (1 - down), right * (1 - down),
-                        (1 - right) * down, right * down])
+    u, v = np.clip(u, 0, width - 1), np.clip(v, 0, height - 1)
+    flat = image.ravel()
+    nearest = flat.take((np.rint(v) * width + np.rint(u)).astype(np.intp)).astype(np.float64)
+    column, row = np.minimum(np.floor(u), width - 2), np.minimum(np.floor(v), height - 2)
+    first = (row * width + column).astype(np.intp)
+    corners = flat.take(first + [[0], [1], [width], [width + 1]]).astype(np.float64)
+    right, down = u - column, v - row
+    left, up = 1 - right, 1 - down
+    weights = np.array([left * up, right * up, left * down, right * down])
     with np.errstate(divide='ignore', invalid='ignore'):
         interpolated = 1.0 / (weights / corners).sum(axis=0)
-        smooth = np.ptp(corners, axis=0) <= sensor.depth_jump * corners.min(axis=0)
+        nearest_corner = corners.min(axis=0)
+        smooth = corners.max(axis=0) - nearest_corner <= sensor.depth_jump * nearest_corner
         depths = np.where(smooth, interpolated, nearest)
         usable = (depths >= sensor.min_depth) & (depths <= sensor.max_depth)
     return np.where(usable, depths, np.nan)

@@ -190,17 +190,23 @@ def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:
     that a small box in front of a large wall still constrains the direction that only it observes.
     """
     cells = _shuffled(len(usable))
-    cells = cells[usable[cells]]
+    cells = cells[usable.take(cells)]
     if len(cells) <= count:
         return np.sort(cells)
-    bucket = ((normals.take(cells, 0)[:, :2] + 1) * (0.5 * _BUCKETS * (1 - 1e-6))).astype(np.int16)
-    bucket = bucket[:, 0] * np.int16(_BUCKETS) + bucket[:, 1]
-    order = np.argsort(bucket, kind='stable')  # 16 bits: NumPy takes a radix sort
+    bucket = ((normals.take(cells, 0)[:, :2] + 1) * (0.5 * _BUCKETS * (1 - 1e-6))).astype(np.uint8)
+    bucket = bucket[:, 0] * np.uint8(_BUCKETS) + bucket[:, 1]
+    order = np.argsort(bucket, kind='stable')  # 8 bits: NumPy takes a radix sort
     sizes = np.bincount(bucket, minlength=_BUCKETS ** 2)
     rank = np.arange(len(cells)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-    # the largest quota per bucket with which all buckets together stay within the count
-    quota = np.partition(rank, count)[count]
-    return np.sort(cells[order[rank < quota]])
+    return np.sort(cells.take(order[rank < _quota(sizes, count)]))
+
+
+def _quota(sizes: np.ndarray, count: int) -> int:
+    """Return the largest quota per bucket with which all together contribute at most a count."""
+    rising = np.sort(sizes)
+    left = len(sizes) - np.arange(len(sizes))  # buckets that are no smaller than each
+    quotas = (count - np.cumsum(rising) + rising) // left  # if all smaller buckets are used up
+    return int(quotas[np.argmax(quotas < rising)])
 
 
 @functools.lru_cache(maxsize=8)

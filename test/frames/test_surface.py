@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.frames.surface import CELL, Surface
+from aick_ros.frames.surface import CELL, Surface, _quota
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -222,3 +222,13 @@ def test_an_image_smaller_than_a_cell_is_rejected(width, height):
     camera = Camera(width, height, 500.0, 500.0, 0.0, 0.0)
     with pytest.raises(InputError, match=f'{width} x {height} pixels: at least 4 x 4 are'):
         Surface.of(np.ones((height, width), np.float32), camera, SensorSettings(), 10)
+
+
+def test_the_quota_of_the_buckets_is_the_largest_within_the_count():
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        sizes = rng.integers(0, rng.integers(2, 60), rng.integers(2, 64))
+        count = int(rng.integers(0, max(sizes.sum(), 1)))
+        quota = _quota(sizes, count)
+        assert np.minimum(sizes, quota).sum() <= count
+        assert np.minimum(sizes, quota + 1).sum() > count or sizes.sum() == 0
