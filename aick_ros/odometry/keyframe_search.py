@@ -25,7 +25,7 @@ from aick_ros.settings import OdometrySettings, Settings
 
 _WITNESSES = 2  # by definition: keyframes that must agree
 _MIN_TRACKED = 0.35  # chosen on rendered rooms: share of the keypoints that must be tracked
-_MAX_SIGMA = 0.15  # m; chosen: 3 sigma is less than the spacing of repeated furniture
+MAX_SIGMA = 0.15  # m; chosen: 3 sigma is less than the spacing of repeated furniture
 _GATES = 22.46, 32.91  # by definition: 99.9 % of chi squared with 6 and 12 degrees of freedom
 
 
@@ -84,7 +84,7 @@ def candidates(graph: KeyframeGraph, key: int, stamps: Mapping[int, int],
                    and distance < 1.0}.values())
     certain = [other for _, other in near[:2 * _WITNESSES]
                if np.trace(graph.relative(other, key).covariance[:3, :3])
-               < _MAX_SIGMA ** 2]
+               < MAX_SIGMA ** 2]
     return tuple(certain[:_WITNESSES]) if len(certain) >= _WITNESSES else ()
 
 

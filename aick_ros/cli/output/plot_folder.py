@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The folder of ``--plots``, checked before a long run."""
+"""Folders that options name, made before a long run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from aick_ros.errors import InputError
 
 def make_plot_folder(path: Path) -> None:
     """
-    Make the folder, and check that plots can be drawn.
+    Make the folder of ``--plots``, and check that plots can be drawn.
 
     :raises InputError: where the folder cannot be made or matplotlib is not installed.
     """
@@ -20,7 +20,16 @@ def make_plot_folder(path: Path) -> None:
         import matplotlib  # noqa: F401: only whether it is installed
     except ModuleNotFoundError:
         raise InputError("--plots requires matplotlib: pip install 'aick_ros[eval]'") from None
+    make_folder(path, '--plots')
+
+
+def make_folder(path: Path, option: str) -> None:
+    """
+    Make the folder that an option names.
+
+    :raises InputError: where it cannot be made.
+    """
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f'--plots {path}: cannot make the folder: {error.strerror}') from None
+        raise InputError(f'{option} {path}: cannot make the folder: {error.strerror}') from None

@@ -6,8 +6,9 @@ Consistency of covariances by the normalised estimation error squared (NEES).
 
 The NEES of an error e with covariance C is e^T C^-1 e. If the errors are normal and C is correct,
 it follows the chi-square distribution with as many degrees of freedom as e has elements
-(Bar-Shalom, Li and Kirubarajan 2001, 5.4), so its mean is 6 here. A larger mean indicates an
-overconfident covariance, a smaller one a conservative covariance.
+(Bar-Shalom, Li and Kirubarajan 2001, 5.4), so its mean is 6 for a pose, and 3 for its translation
+or rotation alone. A larger mean indicates an overconfident covariance, a smaller one a
+conservative covariance.
 """
 
 from __future__ import annotations
@@ -25,6 +26,10 @@ DOF = 6  # by definition: degrees of freedom of a pose
 # 1 - exp(-x/2) (1 + x/2 + x^2/8)
 QUANTILE_95 = 12.591587243743977
 QUANTILE_997 = 19.8046523588496
+
+_QUANTILES = {DOF: (QUANTILE_95, QUANTILE_997),
+              3: (7.814727903251179, 13.931422665512084)}
+"""Degrees of freedom -> 95 and 99.7 % quantiles of the chi-square distribution; derived."""
 
 
 @dataclass(frozen=True)
@@ -44,23 +49,25 @@ class Consistency:
     inside_997: float | None
 
     @classmethod
-    def of(cls, values: Iterable[float | None]) -> Consistency:
+    def of(cls, values: Iterable[float | None], dof: int = DOF) -> Consistency:
         """
         Return the statistics of some NEES.
 
         :param values: as :func:`nees` returns them; None is ignored.
+        :param dof: 6, or 3 for translations or rotations alone.
         """
+        inside_95, inside_997 = _QUANTILES[dof]
         known = np.array([value for value in values if value is not None], np.float64)
-        return cls(mean(known[np.isfinite(known)]), DOF,
-                   mean(known <= QUANTILE_95), mean(known <= QUANTILE_997))
+        return cls(mean(known[np.isfinite(known)]), dof,
+                   mean(known <= inside_95), mean(known <= inside_997))
 
 
 def nees(error: np.ndarray, covariance: np.ndarray) -> float | None:
     """
     Return the NEES of an error.
 
-    :param error: 6.
-    :param covariance: 6x6, in the same units.
+    :param error: 6, or 3 of them.
+    :param covariance: 6x6 or 3x3, in the same units.
     :returns: None where the covariance is not finite, as it claims nothing; infinite where it is
         not positive definite, as it claims the impossible.
     """

@@ -15,7 +15,10 @@ from aick_ros.evaluation.scores.consistency import Consistency
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.increment_error import IncrementError
 from aick_ros.evaluation.scores.machine import machine_facts
+from aick_ros.evaluation.scores.motion_consistency import (
+    MotionConsistency, gap_consistency, pose_consistency)
 from aick_ros.evaluation.scores.pair_evaluation import PairError, PairEvaluation, PairScore
+from aick_ros.evaluation.scores.rest import RestScore
 from aick_ros.evaluation.scores.run_errors import RunErrors, SilentFailures
 from aick_ros.evaluation.scores.run_summary import stage_times
 from aick_ros.evaluation.scores.statistics import Percentiles, mean
@@ -31,13 +34,17 @@ GAPS = (1, 5, 10)
 @dataclass(frozen=True)
 class Evaluation:
     """
-    Scores on a recording; the fields but ``nees`` are the keys of the JSON.
+    Scores on a recording; the fields but ``nees`` and ``records`` are the keys of the JSON.
 
     :param pairs: gap -> score of all pairs of frames at this distance in the list of frames.
     :param consistency: of the covariances of the odometry's increments.
+    :param trajectory_consistency: gap -> that of the motion along the trajectory over it.
+    :param pose_consistency: of the covariances accumulated since the start.
+    :param rest: drift while the camera rests.
     :param timing_ms: stage of the odometry -> milliseconds per frame.
     :param settings: dotted name -> value.
     :param nees: 'odometry' or the gap as text -> NEES of its increments or pairs.
+    :param records: of all frames.
     """
 
     source: str
@@ -46,17 +53,22 @@ class Evaluation:
     pairs: dict[int, PairScore]
     trajectory: TrajectoryScore
     consistency: Consistency
+    trajectory_consistency: dict[int, MotionConsistency]
+    pose_consistency: MotionConsistency
+    rest: RestScore
     silent_failures: SilentFailures
     timing_ms: dict[str, Percentiles]
     settings: dict[str, Any]
     machine: dict[str, str | int]
     nees: dict[str, list[float]]
+    records: Sequence[FrameRecord]
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of the JSON; a missing value is None."""
-        content = dataclasses.asdict(self)
-        del content['nees']
-        content['pairs'] = {str(gap): score for gap, score in content['pairs'].items()}
+        content = dataclasses.asdict(dataclasses.replace(self, records=()))
+        del content['nees'], content['records']
+        for key in ('pairs', 'trajectory_consistency'):
+            content[key] = {str(gap): score for gap, score in content[key].items()}
         return content
 
 
@@ -105,9 +117,12 @@ def _evaluation(source: RgbdSource, settings: Settings, records: Sequence[FrameR
         pairs={gap: PairScore.of(errors) for gap, errors in pair_errors.items()},
         trajectory=TrajectoryScore.of(records, source.ground_truth),
         consistency=Consistency.of(nees['odometry']),
+        trajectory_consistency=gap_consistency(records, source.ground_truth),
+        pose_consistency=pose_consistency(records, source.ground_truth),
+        rest=RestScore.of(records, source.ground_truth),
         silent_failures=SilentFailures.of(run_errors),
         timing_ms=stage_times(records), settings=values(settings), machine=machine_facts(),
-        nees=nees)
+        nees=nees, records=records)
 
 
 def _nees(errors: Sequence[PairError | IncrementError]) -> list[float]:

@@ -3,6 +3,7 @@
 
 """The figures on the terminal and as JSON."""
 
+import dataclasses
 import json
 import os
 import signal
@@ -11,11 +12,13 @@ import sys
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 
 from aick_ros.cli.commands import evaluate as evaluate_module
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.evaluation import evaluate as evaluate_source
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.settings.presets import preset
 from aick_ros.sources import raise_damage
 from aick_ros.sources.writers.bag_writer import write_bag
@@ -82,6 +85,42 @@ def test_covariances_and_silent_failures_are_shown(evaluate, recording, tmp_path
     [line] = [line for line in lines if 'error above 5 cm or 3 deg' in line]
     assert line.endswith(f'{figures["silent_failures"]["reported_good_but_off"]} of '
                          f'{figures["silent_failures"]["reported_good"]}')
+
+
+def test_consistency_along_the_trajectory_is_shown(evaluate, recording, tmp_path):
+    outcome = evaluate(recording, '--gaps', '1', '--json', tmp_path / 'figures.json')
+    figures = json.loads((tmp_path / 'figures.json').read_text())
+    lines = [line.split() for line in outcome.out.splitlines()]
+    for name, score in (('10 frames', figures['trajectory_consistency']['10']),
+                        ('poses', figures['pose_consistency'])):
+        cells = [f'{score[part][key]:.{digits}f}' for part in ('joint', 'translation', 'rotation')
+                 for key, digits in (('nees_mean', 1), ('inside_95', 3))]
+        assert [*name.split(), str(score['count']), *cells] in lines
+    assert '100 frames' not in outcome.out
+    assert 'at rest' not in outcome.out
+
+
+def test_drift_at_rest_is_shown(evaluate, in_memory, recording):
+    first = next(iter(recording.frames(raise_damage)))
+    still = [dataclasses.replace(first, stamp=first.stamp + index * 400_000_000)
+             for index in range(4)]
+    stamps = np.array([frame.stamp for frame in still])
+    truth = Trajectory(stamps, np.tile(np.eye(4), (4, 1, 1)))
+    outcome = evaluate(in_memory(still, truth), '--gaps', '1')
+    assert 'at rest for 1 s, largest drift' in outcome.out
+    assert ' mm/min, ' in outcome.out
+
+
+def test_the_trajectory_is_exported_with_its_covariances(evaluate, recording, tmp_path):
+    outcome = evaluate(recording, '--gaps', '1', '--export', tmp_path / 'a' / 'b')
+    assert outcome.code == 0
+    rows = {path.stem: len([line for line in path.read_text().splitlines() if line[0] != '#'])
+            for path in (tmp_path / 'a' / 'b').iterdir()}
+    assert rows == {'estimate': len(recording) - 1, 'reference': len(recording)}
+    (tmp_path / 'file').touch()
+    outcome = evaluate(recording, '--export', tmp_path / 'file')
+    assert outcome.code == 2
+    assert f'--export {tmp_path / "file"}: cannot make the folder' in outcome.sentence
 
 
 def test_plots_are_drawn_for_odometry_and_gaps(evaluate, recording, tmp_path):

@@ -95,5 +95,12 @@ def test_a_covariance_that_promises_too_much_is_outside(covariance):
     assert Consistency.of([np.inf]) == Consistency(None, 6, 0.0, 0.0)
 
 
+@pytest.mark.parametrize('dof', [3, 6])
+def test_the_shares_are_those_inside_the_quantiles_of_scipy(dof):
+    inner, outer = stats.chi2(dof).ppf([0.95, 0.997])
+    score = Consistency.of([inner - 1e-9, inner + 1e-9, outer - 1e-9, outer + 1e-9], dof)
+    assert (score.dof, score.inside_95, score.inside_997) == (dof, 0.25, 0.75)
+
+
 def test_there_is_no_consistency_of_nothing():
     assert Consistency.of([]) == Consistency.of([None]) == Consistency(None, 6, None, None)

@@ -70,6 +70,8 @@ def test_json_has_the_promised_names(evaluation):
     times = {'p50': 'number', 'p99': 'number'}
     consistency = {'nees_mean': 'number', 'dof': 'number', 'inside_95': 'number',
                    'inside_997': 'number'}
+    motion = {'count': 'number', **dict.fromkeys(('joint', 'translation', 'rotation'),
+                                                 consistency)}
     pair = {'count': 'number', 'failed': 'number',
             'success_ratio': {'0.0033': 'number', '0.01': 'number', '0.05': 'number'},
             'translation_median_m': 'number', 'rotation_median_deg': 'number',
@@ -80,16 +82,23 @@ def test_json_has_the_promised_names(evaluation):
         'trajectory': {'rpe_1s_translation_rmse_m': 'number',
                        'rpe_1s_rotation_rmse_deg': 'number', 'ate_rmse_m': 'number',
                        'tracked_fraction': 'number'},
-        'consistency': consistency,
+        'consistency': consistency, 'pose_consistency': motion,
         'silent_failures': {'reported_good': 'number', 'reported_good_but_off': 'number',
                             'refused': 'number', 'refused_but_good': 'number'},
         'timing_ms': {'features': times, 'surface': times, 'registration': times,
                       'refinement': times, 'total': times}}
     found = shape(figures)
     assert {key: found[key] for key in promised} == promised
+    assert set(figures['trajectory_consistency']) == {'1', '10', '30', '100'}
+    assert shape(figures['trajectory_consistency']['10']) == motion
+    assert figures['trajectory_consistency']['30']['count'] == 0
+    assert figures['rest'] == {
+        'stretches': 0, 'duration_s': 0.0, 'largest_translation_m': None,
+        'largest_rotation_deg': None, 'translation_mm_per_min': None,
+        'rotation_deg_per_min': None}
     assert figures['settings']['aick.iterations'] == 10
     assert figures['machine']['cores'] >= 1
-    assert 'nees' not in figures
+    assert not {'nees', 'records'} & set(figures)
 
 
 def test_pairs_agree_with_registrations_one_by_one(source, evaluation):
@@ -152,6 +161,12 @@ def test_a_wrong_path_is_reported_good(source):
     assert (failures.reported_good_but_off, failures.reported_good) == (1, FRAMES - 1)
 
 
+def test_motions_of_one_frame_are_the_increments(evaluation):
+    assert evaluation.trajectory_consistency[1].count == FRAMES - 1
+    assert evaluation.trajectory_consistency[1].joint.nees_mean == pytest.approx(
+        evaluation.consistency.nees_mean, rel=1e-4)
+
+
 def test_progress_and_damage_are_reported(source):
     done, damaged = [], []
     evaluate(source, SETTINGS, [1], done.append, damaged.append)
@@ -169,7 +184,8 @@ def test_without_ground_truth_there_are_times_alone(source):
         'count': 0, 'failed': 0, 'success_ratio': {'0.0033': None, '0.01': None, '0.05': None},
         'translation_median_m': None, 'rotation_median_deg': None,
         'registration_ms': {'p50': None, 'p99': None}, 'consistency': nothing}
-    assert figures['consistency'] == nothing
+    assert figures['consistency'] == figures['pose_consistency']['joint'] == nothing
+    assert figures['trajectory_consistency']['1']['count'] == 0
     assert set(figures['silent_failures'].values()) == {None}
     assert figures['trajectory'] == {
         'rpe_1s_translation_rmse_m': None, 'rpe_1s_rotation_rmse_deg': None, 'ate_rmse_m': None,
