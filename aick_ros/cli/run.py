@@ -24,7 +24,8 @@ from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError
 
 _TRACEBACK = '--traceback'
-_USER_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EPERM, errno.EROFS)
+_USER_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS,
+                errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EIO)
 
 
 def run(arguments: Sequence[str]) -> int:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import io
 import math
+import os
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -135,7 +136,7 @@ def load(path: Path) -> Vocabulary:
 
     :raises InputError: if it cannot be read, is damaged, of another version or too large.
     """
-    if not path.exists():
+    if not os.path.exists(path):  # unlike path.exists(), False where the name is too long
         raise InputError(f'there is no vocabulary {path}: aick.vocabulary must be a file or one '
                          f'of {", ".join(shipped())}')
     content = read_bytes(path, 'the vocabulary', MAX_VOCABULARY_BYTES)

@@ -37,7 +37,7 @@ class RgbdFrame:
     def __post_init__(self) -> None:
         """Reject images of wrong type or size, and stamps that are not whole nanoseconds."""
         self._check_types()
-        if self.colour.dtype != np.uint8 or self.colour.shape[2:] not in ((), (3,)):
+        if self.colour.dtype != np.uint8 or not _is_image(self.colour):
             raise InputError(f'the colour image is {self.colour.dtype} of shape '
                              f'{self.colour.shape}: uint8 of shape HxW or HxWx3 is required')
         if self.depth.dtype != np.float32 or self.depth.ndim != 2:
@@ -58,6 +58,8 @@ class RgbdFrame:
             if not isinstance(image, np.ndarray):
                 raise InputError(f'the {name} image is a {type(image).__name__}: a NumPy array is '
                                  'required')
+        if not isinstance(self.camera, Camera):
+            raise InputError(f'the camera is a {type(self.camera).__name__}: a Camera is required')
         for stamp in (self.stamp, 0 if self.depth_stamp is None else self.depth_stamp):
             if not isinstance(stamp, int | np.integer) or abs(int(stamp)) >= 2 ** 63:
                 raise InputError(f'the stamp {stamp!r} is not a 64-bit whole number of '
@@ -69,3 +71,7 @@ class RgbdFrame:
         if self.colour.ndim == 2:
             return self.colour
         return cv2.cvtColor(self.colour, cv2.COLOR_RGB2GRAY)
+
+
+def _is_image(array: np.ndarray) -> bool:
+    return array.ndim == 2 or array.ndim == 3 and array.shape[2] == 3

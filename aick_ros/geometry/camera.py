@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -49,7 +51,8 @@ class Camera:
     distortion: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Reject invalid values."""
+        """Reject invalid values; the coefficients become a tuple."""
+        self._check_types()
         intrinsics = (self.fx, self.fy, self.cx, self.cy)
         if not np.all(np.isfinite(intrinsics)) or self.fx <= 0 or self.fy <= 0:
             raise InputError(
@@ -69,8 +72,21 @@ class Camera:
                              f'{MAX_SIDE} on a side and {MAX_PIXELS} in all are supported')
         self._check_distortion()
 
+    def _check_types(self) -> None:
+        try:
+            for size in (self.width, self.height):
+                operator.index(size)
+            for number in (self.fx, self.fy, self.cx, self.cy):
+                math.isfinite(number)
+            distortion = tuple(float(coefficient) for coefficient in self.distortion)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise InputError(f'the camera is not of numbers ({error}): width and height must be '
+                             'whole numbers, focal lengths, centre and coefficients numbers'
+                             ) from None
+        object.__setattr__(self, 'distortion', distortion)
+
     def _check_distortion(self) -> None:
-        if self.distortion_model not in DISTORTION_MODELS:
+        if str(self.distortion_model) not in DISTORTION_MODELS:
             raise InputError(
                 f'unknown distortion model {self.distortion_model!r}: supported are '
                 + ', '.join(DISTORTION_MODELS))
@@ -95,19 +111,24 @@ class Camera:
         :param distortion_model: a key of :data:`DISTORTION_MODELS`; empty: plumb_bob.
         :raises InputError: if a field is invalid, for example ``k`` all zero (not calibrated).
         """
+        try:
+            k, d = [float(number) for number in k], [float(number) for number in d]
+            width, height = int(width), int(height)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise InputError(f'camera_info is not of numbers ({error}): required are width and '
+                             'height, and the lists k and d') from None
         if len(k) != 9:
             raise InputError(f'k of camera_info has {len(k)} numbers: 9 are required, row by row')
         if k[0] == 0.0:
             raise InputError('camera_info is not calibrated: k[0] is 0; calibrate the camera or '
                              'start its driver with a calibration file')
         model = distortion_model or 'plumb_bob'
-        distortion = tuple(float(c) for c in d)
+        distortion = tuple(d)
         if model == 'equidistant':
             distortion = distortion or (0.0,) * 4  # an equidistant projection all the same
         elif not any(distortion):
             distortion = ()
-        return cls(int(width), int(height), float(k[0]), float(k[4]), float(k[2]), float(k[5]),
-                   model, distortion)
+        return cls(width, height, k[0], k[4], k[2], k[5], model, distortion)
 
     @property
     def matrix(self) -> np.ndarray:

@@ -143,8 +143,9 @@ def checked(pose: object, name: str) -> np.ndarray:
     :raises InputError: where it is not a rigid transformation within ``MAX_DISTANCE``.
     """
     try:
-        matrix = np.array(pose, np.float64)
-    except (TypeError, ValueError):
+        # without a type first, as complex numbers would lose a part
+        matrix = np.array(pose).astype(np.float64, casting='same_kind')
+    except (TypeError, ValueError, OverflowError):
         matrix = np.empty(0)
     if matrix.shape != (4, 4):
         raise InputError(f'{name} is not a pose: a 4x4 matrix is required')

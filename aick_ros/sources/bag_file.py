@@ -14,6 +14,8 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import TopicInfo
 from rosbags.typesys import Stores, get_typestore
 
+from aick_ros.borders.files import read_bytes
+from aick_ros.borders.limits import MAX_METADATA_BYTES
 from aick_ros.errors import InputError
 from aick_ros.geometry.trajectory import stamp_to_seconds
 from aick_ros.sources import OnDamaged
@@ -136,8 +138,8 @@ def _check_files(path: Path) -> None:
     for file in files:
         if file.suffix in ('.mcap', '.db3'):
             check_storage(file)
-        elif file.name == 'metadata.yaml' and not file.is_file():
-            raise InputError(f'cannot read {file}: it is not a regular file')
+        elif file.name == 'metadata.yaml':
+            read_bytes(file, 'the metadata', MAX_METADATA_BYTES)
 
 
 def _reason(error: Exception) -> str:

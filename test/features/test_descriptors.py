@@ -57,6 +57,13 @@ def test_distances_of_identical_descriptors_are_small_and_never_negative(binary,
         assert distances.max() < 1e-4
 
 
+def test_distances_of_descriptors_that_differ_in_the_last_bit_are_never_negative(numpy_version):
+    source, = random_descriptors(False, 64, [2000])
+    target, rows = np.nextafter(source, np.float32(1)), np.arange(len(source))
+    assert pair_distances(source, target, rows, rows).min() == 0.0
+    assert descriptor_distances(source, target).min() == 0.0
+
+
 def test_complementary_bits_have_distance_one(numpy_version):
     source, target = np.zeros((2, 32), np.uint8), np.full((3, 32), 255, np.uint8)
     np.testing.assert_array_equal(descriptor_distances(source, target), np.ones((2, 3)))

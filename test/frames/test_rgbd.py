@@ -28,6 +28,10 @@ DEPTH = np.ones((480, 640), np.float32)
     ({'stamp': 1.5}, 'the stamp 1.5 is not a 64-bit whole number'),
     ({'stamp': 2 ** 63}, 'is not a 64-bit whole number'),
     ({'depth_stamp': -2 ** 70}, 'is not a 64-bit whole number'),
+    ({'colour': COLOUR[0, :, 0]}, 'uint8 of shape HxW or HxWx3 is required'),
+    ({'colour': COLOUR[0, 0, 0]}, 'the colour image is a uint8'),
+    ({'colour': COLOUR[..., None]}, 'uint8 of shape HxW or HxWx3 is required'),
+    ({'camera': None}, 'the camera is a NoneType: a Camera is required'),
     ({'depth': COLOUR}, 'float32 of shape HxW, in metres, is required'),
 ])
 def test_images_of_wrong_type_or_size_are_rejected(changes, sentence):

@@ -3,6 +3,8 @@
 
 """Cameras against the equations of the distortion models."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -98,8 +100,25 @@ def test_pixels_without_a_ray_in_front_of_the_camera_are_nan(camera):
     ((640, 480, K, [1e300, 0.0, 0.0, 0.0]), 'not all finite and at most'),
     ((40000, 480, K), 'at most 32767 on a side'),
     ((8192, 8192, K), 'and 33554432 in all'),
+    ((640, 480, 'abcdefghi'), 'camera_info is not of numbers'),
+    ((640, 480, None), 'camera_info is not of numbers'),
+    ((640, 480, K, 5), 'camera_info is not of numbers'),
+    ((None, 480, K), 'camera_info is not of numbers'),
     ((640, 480, K, [0.1] * 4, 'thin_prism'), "unknown distortion model 'thin_prism'"),
 ])
 def test_invalid_calibrations_are_rejected(fields, sentence):
     with pytest.raises(InputError, match=sentence):
         Camera.from_camera_info(*fields)
+
+
+@pytest.mark.parametrize('changes', [
+    {'width': '640'}, {'width': 640.5}, {'height': None}, {'fx': '500'}, {'fy': None}, {'cx': 1j},
+    {'cy': 10 ** 400}, {'distortion': None}, {'distortion': 'abcd'}, {'distortion': [None] * 4}])
+def test_what_is_no_number_is_rejected(changes):
+    with pytest.raises(InputError, match='the camera is not of numbers'):
+        dataclasses.replace(PINHOLE, **changes)
+
+
+def test_coefficients_in_an_array_are_those_in_a_tuple():
+    camera = dataclasses.replace(FR1, distortion=np.array(FR1.distortion))
+    assert camera == FR1 and hash(camera) == hash(FR1)

@@ -22,6 +22,7 @@ try:
 except ModuleNotFoundError:  # before Python 3.14
     from backports import zstd
 
+from aick_ros.borders.limits import MAX_METADATA_BYTES
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.sources import SourceOptions, bag_file, bag_limits, open_source, raise_damage
@@ -549,7 +550,14 @@ def test_pipes_are_rejected_as_bags_and_in_bags(bag):
     (bag / 'metadata.yaml').unlink()
     os.mkfifo(bag / 'metadata.yaml')
     storage.unlink()
-    with pytest.raises(InputError, match='cannot read .*metadata.yaml: it is not a regular file'):
+    with pytest.raises(InputError, match='cannot read the metadata .*yaml: it is not a regular file'):
+        open_source(bag)
+
+
+def test_large_metadata_is_rejected(bag):
+    with open(bag / 'metadata.yaml', 'a') as file:
+        file.write('#' * MAX_METADATA_BYTES)
+    with pytest.raises(InputError, match='cannot read the metadata .* larger than 1048576 bytes'):
         open_source(bag)
 
 

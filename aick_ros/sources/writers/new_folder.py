@@ -13,6 +13,8 @@ from pathlib import Path
 
 from aick_ros.errors import InputError
 
+_HIDDEN_NAME = 60  # characters of the name of a folder in that of the hidden one; chosen
+
 
 @contextmanager
 def new_folder(path: Path) -> Iterator[Path]:
@@ -24,11 +26,11 @@ def new_folder(path: Path) -> Iterator[Path]:
 
     :raises InputError: where ``path`` exists already or cannot be written.
     """
-    if path.exists():
-        raise InputError(f'{path} exists already: remove it or choose another name')
     try:
+        if _exists(path):
+            raise InputError(f'{path} exists already: remove it or choose another name')
         path.parent.mkdir(parents=True, exist_ok=True)
-        hidden = Path(tempfile.mkdtemp(prefix=f'.{path.name}.', dir=path.parent))
+        hidden = Path(tempfile.mkdtemp(prefix=f'.{path.name[:_HIDDEN_NAME]}.', dir=path.parent))
     except OSError as error:
         raise InputError(f'cannot write {path}: {error.strerror}') from None
     try:
@@ -38,3 +40,14 @@ def new_folder(path: Path) -> Iterator[Path]:
         raise InputError(f'cannot write {path}: {error}') from None
     finally:
         shutil.rmtree(hidden, ignore_errors=True)
+
+
+def _exists(path: Path) -> bool:
+    """Return whether anything is at a path; OSError where nothing can be."""
+    try:
+        path.lstat()
+    except FileNotFoundError:
+        return False
+    except ValueError as error:  # NUL in the name
+        raise InputError(f'cannot write {str(path)!r}: {error}') from None
+    return True

@@ -8,7 +8,7 @@ import threading
 
 import pytest
 
-from aick_ros.cli.output.files import write_json, write_whole
+from aick_ros.cli.output.files import check_target, write_json, write_whole
 from aick_ros.errors import InputError
 
 
@@ -38,3 +38,29 @@ def test_what_cannot_be_written_is_named_and_leaves_nothing(tmp_path):
     with pytest.raises(InputError, match='cannot write'):
         write_whole(tmp_path, 'content')
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_link_to_itself_is_no_file(tmp_path):
+    link = tmp_path / 'link'
+    link.symlink_to(link)
+    for write in (lambda: write_whole(link, 'content'), lambda: check_target(str(link))):
+        with pytest.raises(InputError, match='cannot write .*link'):
+            write()
+
+
+def test_a_name_may_be_as_long_as_the_system_allows(tmp_path):
+    name = (os.pathconf(tmp_path, 'PC_NAME_MAX') - 5) * 'n' + '.json'
+    check_target(str(tmp_path / name))
+    write_whole(tmp_path / name, 'content')
+    assert (tmp_path / name).read_text() == 'content'
+    with pytest.raises(InputError, match='File name too long'):
+        write_whole(tmp_path / f'n{name}', 'content')
+    assert os.listdir(tmp_path) == [name]
+
+
+@pytest.mark.parametrize('name, reason', [
+    ('n' * 300, 'File name too long'), ('', 'it is a folder'), ('none/file', 'does not exist'),
+    ('nu\0l', 'null'), ('n' * 300 + '/file', 'does not exist')])
+def test_what_cannot_be_written_is_found_before_the_work(tmp_path, name, reason):
+    with pytest.raises(InputError, match=f'cannot write (.|\n)*{reason}'):
+        check_target(os.path.join(tmp_path, name))

@@ -54,3 +54,20 @@ def test_a_full_disk_is_told(tmp_path):
             folder.mkdir()
             raise OSError(28, 'No space left on device')
     assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize('name', ['n' * 300, 'file/target', 'nu\0l', 'loop/target'])
+def test_a_place_that_cannot_be_is_rejected_before_the_work(tmp_path, name):
+    (tmp_path / 'file').touch()
+    (tmp_path / 'loop').symlink_to(tmp_path / 'loop')
+    with pytest.raises(InputError, match='cannot write '):
+        with new_folder(tmp_path / name):
+            pytest.fail('nothing may be written')
+    assert sorted(os.listdir(tmp_path)) == ['file', 'loop']
+
+
+def test_a_name_may_be_as_long_as_the_system_allows(tmp_path):
+    name = os.pathconf(tmp_path, 'PC_NAME_MAX') * 'n'
+    with new_folder(tmp_path / name) as folder:
+        folder.mkdir()
+    assert os.listdir(tmp_path) == [name]
