@@ -129,7 +129,9 @@ class Rig:
         """Call a service and return its response."""
         client = self.node.create_client(kind, name)
         assert client.wait_for_service(PATIENCE), f'no service {name}'
-        return client.call(request or kind.Request())
+        response = client.call(request or kind.Request(), timeout_sec=PATIENCE)
+        assert response is not None, f'{name} does not answer'
+        return response
 
     def values(self):
         """Values of the last message on /diagnostics, by key."""
