@@ -3,11 +3,11 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Build a Python package of messages for a virtual environment with ROS 2 from the package index.
+Build a Python package of interfaces for a virtual environment with ROS 2 from the package index.
 
 The wheels of ROS 2 have no tf2_msgs, without which nobody can publish transforms: it is what is
-built unless another package is named. They have the generators for messages, but without the
-CMake around them; this does what CMake would do.
+built unless another package is named. They have the generators for messages and services, but
+without the CMake around them; this does what CMake would do.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-DEPENDENCIES = ('builtin_interfaces', 'std_msgs', 'geometry_msgs', 'sensor_msgs')
+DEPENDENCIES = ('builtin_interfaces', 'service_msgs', 'std_msgs', 'geometry_msgs', 'sensor_msgs')
 
 PREFIX = Path(sys.prefix)
 SHARE, INCLUDE, LIB = PREFIX / 'share', PREFIX / 'include', PREFIX / 'lib'
@@ -70,9 +70,9 @@ def check_tools() -> None:
 @dataclass(frozen=True)
 class Package:
     """
-    A package of messages.
+    A package of messages and services.
 
-    :param definitions: content of the .msg file by the name of the message.
+    :param definitions: content by file, ``NAME.msg`` or ``NAME.srv``.
     """
 
     name: str
@@ -81,17 +81,18 @@ class Package:
     @classmethod
     def of_folder(cls, folder: Path) -> Package:
         """
-        Return the package of a folder with its name, from the .msg files in it.
+        Return the package of a folder with its name, from the .msg and .srv files in it.
 
         :raises BuildError: where there are none.
         """
-        definitions = {file.stem: file.read_text() for file in sorted(folder.glob('*.msg'))}
+        definitions = {file.name: file.read_text() for file in sorted(folder.iterdir())
+                       if file.suffix in ('.msg', '.srv')}
         if not definitions:
-            raise BuildError(f'there are no .msg files in {folder}')
+            raise BuildError(f'there are no .msg and no .srv files in {folder}')
         return cls(folder.resolve().name, definitions)
 
 
-TF2_MSGS = Package('tf2_msgs', {'TFMessage': 'geometry_msgs/TransformStamped[] transforms\n'})
+TF2_MSGS = Package('tf2_msgs', {'TFMessage.msg': 'geometry_msgs/TransformStamped[] transforms\n'})
 
 
 class Generators:
@@ -103,13 +104,15 @@ class Generators:
 
     def __init__(self, package: Package, work: Path) -> None:
         self._package, self._work = package, work
-        self.message_files = self._files('source', 'msg')
-        self.idl_files = self._files('idl', 'idl')
-        self.hash_files = self._files(TYPE_HASHES, 'json')
+        self.definition_files = self._files('source', None)
+        self.idl_files = self._files('idl', '.idl')
+        self.hash_files = self._files(TYPE_HASHES, '.json')
 
-    def _files(self, folder: str, ending: str) -> dict[str, Path]:
-        return {message: self._work / folder / self._package.name / 'msg' / f'{message}.{ending}'
-                for message in self._package.definitions}
+    def _files(self, folder: str, suffix: str | None) -> dict[str, Path]:
+        """Return the files made of each definition, in the folder of its kind: msg or srv."""
+        return {name: self._work / folder / self._package.name / Path(name).suffix[1:]
+                / Path(name).with_suffix(suffix or Path(name).suffix)
+                for name in self._package.definitions}
 
     def run(self) -> list[Path]:
         """
@@ -130,9 +133,9 @@ class Generators:
         folders = [
             self._generate(
                 C_GENERATOR, generate_c,
-                ros_interface_files=[str(file) for file in self.message_files.values()],
-                type_description_tuples=[f'msg/{message}.idl:{file}'
-                                         for message, file in self.hash_files.items()]),
+                ros_interface_files=[str(file) for file in self.definition_files.values()],
+                type_description_tuples=[f'{_in_package(self.idl_files[name])}:{file}'
+                                         for name, file in self.hash_files.items()]),
             self._generate(FASTRTPS, generate_typesupport_fastrtps_c),
             self._generate(INTROSPECTION, generate_introspection),
             self._generate(DISPATCH, generate_dispatch, [FASTRTPS, INTROSPECTION]),
@@ -144,14 +147,16 @@ class Generators:
 
     def _write_idl(self) -> None:
         from rosidl_adapter.msg import convert_msg_to_idl
+        from rosidl_adapter.srv import convert_srv_to_idl
 
-        for message, definition in self._package.definitions.items():
-            file = self.message_files[message]
+        convert = {'.msg': convert_msg_to_idl, '.srv': convert_srv_to_idl}
+        for name, definition in self._package.definitions.items():
+            file = self.definition_files[name]
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_text(definition)
             with contextlib.redirect_stdout(io.StringIO()):
-                convert_msg_to_idl(file.parents[1], self._package.name, Path('msg', file.name),
-                                   self.idl_files[message].parent)
+                convert[file.suffix](file.parents[1], self._package.name, _in_package(file),
+                                     self.idl_files[name].parent)
 
     def _generate(self, name: str, generator: Callable[..., Any], *arguments: Any,
                   **more: Any) -> Path:
@@ -160,7 +165,7 @@ class Generators:
         description = self._work / f'{name}.json'
         description.write_text(json.dumps({
             'package_name': self._package.name,
-            'idl_tuples': [f'{file.parents[1]}:msg/{file.name}'
+            'idl_tuples': [f'{file.parents[1]}:{_in_package(file)}'
                            for file in self.idl_files.values()],
             'ros_interface_dependencies': [
                 f'{dependency}:{path}' for dependency in DEPENDENCIES
@@ -250,12 +255,12 @@ def install(built: Path, destination: Path) -> None:
 
 def register(name: str, files: Sequence[Path]) -> None:
     """Enter the package into the environment's ament index, for the command line tools of ROS."""
-    folder = SHARE / name / 'msg'
-    folder.mkdir(parents=True, exist_ok=True)
     for path in files:
-        shutil.copy(path, folder)
+        target = SHARE / name / _in_package(path)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(path, target)
     index = SHARE / 'ament_index' / 'resource_index'
-    names = sorted(f'msg/{path.name}\n' for path in files)
+    names = sorted(f'{_in_package(path)}\n' for path in files)
     for kind, content in (('packages', ''), ('rosidl_interfaces', ''.join(names))):
         (index / kind).mkdir(parents=True, exist_ok=True)
         (index / kind / name).write_text(content)
@@ -279,7 +284,7 @@ def build(destination: Path, package: Package = TF2_MSGS) -> Path:
         install(built, destination)
         if destination.resolve() == SITE_PACKAGES.resolve():
             register(package.name, [
-                *generators.message_files.values(), *generators.idl_files.values(),
+                *generators.definition_files.values(), *generators.idl_files.values(),
                 *generators.hash_files.values()])
     return destination / package.name
 
@@ -287,8 +292,9 @@ def build(destination: Path, package: Package = TF2_MSGS) -> Path:
 def main() -> None:
     """Run from the command line."""
     parser = argparse.ArgumentParser(description=__doc__.strip().splitlines()[0])
-    parser.add_argument('package', type=Path, nargs='?', metavar='FOLDER_OF_MSG_FILES',
-                        help='folder named like the package (default: tf2_msgs, without files)')
+    parser.add_argument('package', type=Path, nargs='?', metavar='FOLDER',
+                        help='folder named like the package, with .msg and .srv files (default: '
+                        'tf2_msgs, without files)')
     parser.add_argument('--into', type=Path, default=SITE_PACKAGES, metavar='FOLDER',
                         help="folder to build the package in (default: this Python's own)")
     arguments = parser.parse_args()
@@ -297,6 +303,11 @@ def main() -> None:
         print('built', build(arguments.into, package))
     except BuildError as error:
         sys.exit(f'the messages were not built: {error}')
+
+
+def _in_package(file: Path) -> Path:
+    """Return the path of a file below its package: msg/NAME.idl for instance."""
+    return Path(file.parent.name, file.name)
 
 
 def _sources(folder: Path) -> Iterator[Path]:

@@ -15,8 +15,10 @@ from rclpy.node import Node
 from std_srvs.srv import Empty
 
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.ros.conversions import from_pose
+from aick_ros.ros.rtabmap_messages import ResetPose
 
 _QUEUE = 10
 _LEVELS = {'debug': LoggingSeverity.DEBUG, 'info': LoggingSeverity.INFO,
@@ -28,17 +30,21 @@ class Control:
     The services ``~/reset_odom``, ``~/pause_odom`` and others, and the topic ``set_pose``.
 
     :param odom_frame: the only frame in which a pose can be set.
-    :param on_reset: called to restart the odometry, at the origin or at the guess.
+    :param on_reset: called to restart the odometry at ``T_odom_base``; None: at the origin or at
+        the guess.
     :param on_pose: called with ``T_odom_base``, and whether the node is paused.
     """
 
-    def __init__(self, node: Node, odom_frame: str, on_reset: Callable[[], None],
+    def __init__(self, node: Node, odom_frame: str,
+                 on_reset: Callable[[PoseWithCovariance | None], None],
                  on_pose: Callable[[PoseWithCovariance, bool], None]) -> None:
         self._logger = node.get_logger()
         self._odom_frame = odom_frame
         self._on_reset, self._on_pose = on_reset, on_pose
         self._paused = False
         node.create_service(Empty, '~/reset_odom', self._reset)
+        if ResetPose is not None:
+            node.create_service(ResetPose, '~/reset_odom_to_pose', self._reset_to_pose)
         node.create_service(Empty, '~/pause_odom', self._pause)
         node.create_service(Empty, '~/resume_odom', self._resume)
         for name, level in _LEVELS.items():
@@ -51,7 +57,15 @@ class Control:
         return self._paused
 
     def _reset(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
-        self._on_reset()
+        self._on_reset(None)
+        return response
+
+    def _reset_to_pose(self, request: ResetPose.Request,
+                       response: ResetPose.Response) -> ResetPose.Response:
+        try:
+            self._on_reset(PoseWithCovariance(_requested_pose(request)))
+        except InputError as error:
+            self._logger.warning(f'reset_odom_to_pose rejected: {error}')
         return response
 
     def _pause(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:
@@ -74,6 +88,19 @@ class Control:
             self._on_pose(_pose_to_set(message, self._odom_frame), self._paused)
         except InputError as error:
             self._logger.warning(f'set_pose rejected: {error}')
+
+
+def _requested_pose(request: ResetPose.Request) -> np.ndarray:
+    """
+    Return ``T_odom_base``, 4x4.
+
+    :raises InputError: where its numbers are not finite or it is too far away.
+    """
+    angles = request.roll, request.pitch, request.yaw
+    if not np.isfinite(angles).all():
+        raise InputError('its angles are not finite')
+    return se3.checked(se3.from_roll_pitch_yaw(*angles, (request.x, request.y, request.z)),
+                       'what it asks for')
 
 
 def _pose_to_set(message: PoseWithCovarianceStamped, odom_frame: str) -> PoseWithCovariance:

@@ -181,11 +181,15 @@ class Pipeline:
 
     # Requests, done by the worker between two frames.
 
-    def _reset(self) -> None:
+    def _reset(self, pose: PoseWithCovariance | None) -> None:
         def reset() -> None:
             self._odometry.reset()
-            self._base.reset()
-            self._start.reset()
+            if pose is None:
+                self._base.reset()
+                self._start.reset()
+            else:
+                self._base.reset(pose)
+                self._start.cancel()
             self._views.reset()
             self._rtabmap.reset()
             self._logger.info('odometry reset')

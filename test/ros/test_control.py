@@ -11,6 +11,7 @@ import yaml
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
 from rclpy.parameter import Parameter, parameter_value_to_python
+from scipy.spatial.transform import Rotation
 from std_srvs.srv import Empty
 
 from aick_ros.geometry import se3
@@ -78,6 +79,26 @@ def test_reset_begins_at_the_origin(rig, start_node, frames):
     after = answers(rig, frames[4:7])
     np.testing.assert_array_equal(after[0], np.eye(4))
     np.testing.assert_allclose(after, offline(frames[4:7], frames[:4]), atol=1e-6)
+
+
+def test_reset_to_a_pose_begins_there(rtabmap_msgs, rig, start_node, frames):
+    from rtabmap_msgs.srv import ResetPose
+    node = start_node(initial_pose='[9.0, 9.0, 9.0, 0.0, 0.0, 0.0]')
+    answers(rig, frames[:3])
+    rig.call(ResetPose, '/odom_node/reset_odom_to_pose',
+             ResetPose.Request(x=1.0, y=-2.0, z=3.0, roll=0.1, pitch=-0.2, yaw=2.0))
+    after = answers(rig, frames[3:6])
+    # rotations about the fixed axes x, y, z are those about the moving ones z, y, x
+    axes = [Rotation.from_euler('ZYX', [2.0, -0.2, 0.1]).as_matrix(), [[1.0], [-2.0], [3.0]]]
+    np.testing.assert_allclose(after[0][:3], np.hstack(axes), atol=1e-6)
+    for pose, expected in zip(after, offline(frames[3:6], frames[:3])):
+        np.testing.assert_allclose(pose, after[0] @ expected, atol=1e-6)
+    for wrong, reason in (('yaw', 'its angles are not finite'), ('x', 'what it asks for is not')):
+        rig.call(ResetPose, '/odom_node/reset_odom_to_pose',
+                 ResetPose.Request(**{wrong: float('inf')}))
+        node.wait_for_log(f'reset_odom_to_pose rejected: {reason}')
+    np.testing.assert_allclose(answers(rig, frames[6:7])[0],
+                               after[0] @ offline(frames[3:7], frames[:3])[-1], atol=1e-6)
 
 
 def test_under_the_name_of_rtabmaps_node_the_service_is_where_rtabmap_viz_calls_it(
