@@ -58,6 +58,23 @@ class MotionModel:
         velocity = np.zeros(6) if twist is None else np.abs(twist)
         return self._hold_time + float(np.max(velocity / self._acceleration_sigmas))
 
+    def observed_twist(self, increment: Increment, unconfirmed: float) -> np.ndarray:
+        """
+        Return the velocity to predict with after an increment that depth alone measured.
+
+        Where the scene has no shape the increment is the one that was predicted: past the hold
+        time the camera stands still there, as if it were lost.
+
+        :param unconfirmed: time since keypoints confirmed the velocity [s].
+        """
+        if self.holds(unconfirmed):
+            return increment.twist
+        prior = self.predict(None, unconfirmed).covariance
+        # by the share of the information that is not the prior's
+        kept: np.ndarray = prior @ np.linalg.solve(
+            prior + increment.pose.covariance, increment.twist)
+        return kept
+
     def with_slip(self, motion: np.ndarray) -> PoseWithCovariance:
         """
         Return a motion measured by another sensor, with the covariance assumed for it.

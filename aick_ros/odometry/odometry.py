@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,35 +17,20 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
+from aick_ros.odometry.attempts import Attempt, Attempts, seconds
 from aick_ros.odometry.keyframe import KeyframePolicy
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.odometry.update import OdometryUpdate
 from aick_ros.registration.registrar import Learned, Registrar
-from aick_ros.registration.result import Evidence, Registration
+from aick_ros.registration.result import Evidence
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 
 Predict = Callable[[int, int], np.ndarray | None]
 """From two stamps [ns] to ``T_camera0_camera1`` by another sensor; None: it has none."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Attempt:
-    """
-    A frame registered to a reference.
-
-    :param status: OK, or why the registration failed or was rejected.
-    :param increment: motion from the reference to the frame; meaningless if registration failed.
-    """
-
-    reference: Reference
-    registration: Registration
-    increment: Increment
-    status: Status
-    reason: str
 
 
 class Odometry:
@@ -64,6 +48,9 @@ class Odometry:
     images that do not change for longer than the camera needs to stop (``odometry.hold_time``
     and the time by ``odometry.acceleration_sigma``) are taken for rest, unless another sensor
     moves. Where one image repeats it is not used; neither kind of frame becomes a keyframe.
+
+    Where keypoints do not determine the motion, depth does as far as the scene has shape. Such a
+    frame becomes no keyframe either, and what no shape shows is that of the motion model.
 
     Poses are added up in a frame of their own, by dead reckoning; the memory of the keyframes
     corrects what is published.
@@ -101,6 +88,7 @@ class Odometry:
         self._settings = settings
         self._registrar = registrar
         self._motion_model = MotionModel(settings.odometry)
+        self._attempts = Attempts(settings, registrar)
         self._policy = KeyframePolicy(settings)
         if self._memory is not None:
             self._memory.configure(settings, registrar)
@@ -122,7 +110,7 @@ class Odometry:
         self._stamp: int | None = None
         self._twist: np.ndarray | None = None
         self._twist_covariance = np.zeros((6, 6))
-        self._unchanged_since = 0
+        self._unchanged_since = self._confirmed = 0
         self._references: References | None = None
         self._memory = None
         self._policy.begin()
@@ -169,24 +157,29 @@ class Odometry:
     def _continue(self, frame: RgbdFrame, last: Reference,
                   predict: Predict) -> OdometryUpdate | None:
         """Return the update of a frame whose images repeat; None if they show a camera at rest."""
-        predicted = self._predicted(predict, last.stamp, frame.stamp)
-        unchanged = _seconds(self._unchanged_since, frame.stamp)
+        unchanged = seconds(self._unchanged_since, frame.stamp)
         if unchanged > self._motion_model.time_to_rest(self._twist):
             moved = self._predicted(predict, self._unchanged_since, frame.stamp)
             if moved is None or self._motion_model.is_at_rest(moved):
                 return None
-        elapsed = _seconds(last.stamp, frame.stamp)
-        motion = self._motion_since(last, frame.stamp, predicted)
-        if predicted is None:
-            motion = PoseWithCovariance(
-                motion.matrix, motion.covariance + elapsed ** 2 * self._twist_covariance)
-        self._stamp, self._pose = frame.stamp, last.pose @ motion
+        self._stamp = frame.stamp
         prepared = dataclasses.replace(
             last.prepared, frame=frame, repeat=Repeat.BOTH,
             keypoints=dataclasses.replace(last.prepared.keypoints, stamp=frame.stamp))
-        return dataclasses.replace(
-            self._update(prepared, Status.REPEATED, f'unchanged for {unchanged:.2f} s'),
-            expected=Increment(motion, elapsed))
+        return self._hold(prepared, last, predict, f'unchanged for {unchanged:.2f} s')
+
+    def _hold(self, prepared: PreparedFrame, last: Reference, predict: Predict,
+              reason: str) -> OdometryUpdate:
+        """Return the update of a frame whose images repeat: its pose is the one expected."""
+        elapsed = seconds(last.stamp, prepared.stamp)
+        predicted = self._predicted(predict, last.stamp, prepared.stamp)
+        motion = self._motion_since(last, prepared.stamp, predicted)
+        if predicted is None:
+            motion = PoseWithCovariance(
+                motion.matrix, motion.covariance + elapsed ** 2 * self._twist_covariance)
+        self._pose = last.pose @ motion
+        return dataclasses.replace(self._update(prepared, Status.REPEATED, reason),
+                                   expected=Increment(motion, elapsed))
 
     def _register(self, prepared: PreparedFrame, predict: Predict) -> OdometryUpdate:
         if self._stamp is not None and prepared.stamp <= self._stamp:
@@ -201,11 +194,14 @@ class Odometry:
         if self._references is None or self._memory is None:
             return self._start(prepared)
         failures = []
-        for reference in self._references.candidates():
-            attempt = self._attempt(prepared, reference, self._references.last)
+        for attempt in self._attempts.of(prepared, self._references, self._twist,
+                                         self._confirmed):
             if attempt.status.ok:
                 return self._track(prepared, attempt, self._references, self._memory)
             failures.append(attempt)
+        if prepared.repeat is Repeat.COLOUR:
+            return self._hold(prepared, self._references.last, predict,
+                              'depth does not show the motion')
         predicted = self._predicted(predict, self._references.last.stamp, prepared.stamp)
         return self._lose(prepared, failures[0], self._references, predicted)
 
@@ -216,64 +212,51 @@ class Odometry:
             return self._update(prepared, Status.TOO_FEW_KEYPOINTS,
                                 f'{count} keypoints with depth, at least {required} are required')
         recovered, self._is_lost = self._is_lost, False
+        self._confirmed = prepared.stamp
         first = Reference(prepared, self._pose)
         self._references = References(first)
         self._memory = KeyframeMemory(self._settings, self._registrar, first)
         return dataclasses.replace(
             self._update(prepared, Status.FIRST_FRAME, f'{count} keypoints'), recovered=recovered)
 
-    def _attempt(self, prepared: PreparedFrame, reference: Reference, last: Reference) -> _Attempt:
-        """Register a frame to a reference and check the result."""
-        elapsed = _seconds(last.stamp, prepared.stamp)
-        expected = None
-        if self._twist is not None and self._motion_model.holds(elapsed):
-            moved = last.pose.matrix @ self._motion_model.predict(self._twist, elapsed).matrix
-            expected = se3.inverse(reference.pose.matrix) @ moved
-        registration = self._registrar.register(prepared, reference.prepared, expected, elapsed)
-        increment = Increment(registration.pose, _seconds(reference.stamp, prepared.stamp))
-        return _Attempt(reference, registration, increment, *self._check(registration, increment))
-
-    def _check(self, registration: Registration, increment: Increment) -> tuple[Status, str]:
-        """Return OK, or why a registration is rejected."""
-        if not registration.status.ok:
-            return registration.status, registration.reason
-        count, required = registration.support, self._settings.odometry.min_matches
-        if registration.evidence is Evidence.KEYPOINTS and count < required:
-            return Status.TOO_FEW_MATCHES, f'{count} matches, odometry.min_matches is {required}'
-        violation = self._motion_model.violation(increment)
-        if violation:
-            return Status.MOTION_GATE, violation
-        return Status.OK, registration.reason
-
-    def _track(self, prepared: PreparedFrame, attempt: _Attempt, references: References,
+    def _track(self, prepared: PreparedFrame, attempt: Attempt, references: References,
                memory: KeyframeMemory) -> OdometryUpdate:
         """Add the motion to the pose, and choose the next keyframe."""
         reference, registration, increment = (
             attempt.reference, attempt.registration, attempt.increment)
-        if reference is references.keyframe:
-            detour = np.zeros((6, 6))
+        by_depth = registration.evidence is Evidence.DEPTH_ALONE
+        if reference is (references.shape or references.keyframe):
             increment = Increment(references.last.motion_to(registration),
-                                  _seconds(references.last.stamp, prepared.stamp))
-        else:
-            detour = registration.covariance
-            self._policy.begin()
+                                  seconds(references.last.stamp, prepared.stamp))
         recovered, self._is_lost = self._is_lost, False
-        self._twist = increment.twist
-        self._twist_covariance = increment.pose.covariance / increment.interval ** 2
         self._pose = reference.pose @ registration.pose
-        if prepared.repeat is not Repeat.NONE or self._policy.keeps(prepared, registration):
-            keyframe = Reference(reference.prepared, reference.pose)
-            last = Reference(prepared, self._pose, in_keyframe=registration.varying_pose)
+        last = Reference(prepared, self._pose, in_keyframe=registration.varying_pose)
+        detour = np.zeros((6, 6))
+        if by_depth:
+            self._twist = self._motion_model.observed_twist(
+                increment, seconds(self._confirmed, prepared.stamp))
+            references.track_shape(last, reference)
         else:
-            keyframe = last = Reference(prepared, self._pose)
-        references.track(last, keyframe)
-        memory.track(keyframe, self._pose.matrix, detour)
+            if references.shape is None:  # else the increment is over all frames by depth alone
+                self._twist = increment.twist
+            self._confirmed = prepared.stamp
+            if reference is not references.keyframe:
+                detour = registration.covariance
+                self._policy.begin()
+            if prepared.repeat is not Repeat.NONE or self._policy.keeps(prepared, registration):
+                keyframe = Reference(reference.prepared, reference.pose)
+            else:
+                keyframe = last = Reference(prepared, self._pose)
+            references.track(last, keyframe)
+        self._twist_covariance = increment.pose.covariance / increment.interval ** 2
+        memory.track(references.keyframe, self._pose.matrix, detour)
         return dataclasses.replace(
             self._update(prepared, Status.OK, registration.reason), increment=increment,
             recovered=recovered, reference=reference.prepared.keypoints,
-            matches=registration.matches, support=registration.support)
+            matches=registration.matches, support=registration.support,
+            evidence=registration.evidence)
 
-    def _lose(self, prepared: PreparedFrame, failure: _Attempt, references: References,
+    def _lose(self, prepared: PreparedFrame, failure: Attempt, references: References,
               predicted: np.ndarray | None) -> OdometryUpdate:
         """
         Predict the pose of a frame that could not be registered.
@@ -300,12 +283,7 @@ class Odometry:
         """Return the motion since the last tracked frame by another sensor or the model."""
         if predicted is not None:
             return self._motion_model.with_slip(predicted)
-        return self._motion_model.predict(self._twist, _seconds(last.stamp, stamp))
+        return self._motion_model.predict(self._twist, seconds(last.stamp, stamp))
 
     def _update(self, prepared: PreparedFrame, status: Status, reason: str) -> OdometryUpdate:
         return OdometryUpdate(prepared.stamp, status, reason, self._published, prepared)
-
-
-def _seconds(start: int, end: int) -> float:
-    """Return the time between two stamps [s]."""
-    return (end - start) / NANOSECONDS

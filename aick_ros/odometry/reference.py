@@ -41,7 +41,8 @@ class Reference:
 
     :param pose: ``T_odom_camera``.
     :param in_keyframe: ``T_keyframe_camera`` as registered, with the covariance of what differs
-        from frame to frame; the identity, without error, if the frame is a keyframe itself.
+        from frame to frame; the identity, without error, if the frame is a keyframe itself. By
+        depth alone, the pose in the frame whose depth it was registered to.
     """
 
     prepared: PreparedFrame
@@ -67,12 +68,20 @@ class Reference:
         if not self.in_keyframe.covariance.any():
             return registration.pose
         motion = registration.varying_pose.relative_to(self.in_keyframe)
-        depth = float(np.median(self.prepared.keypoints.positions[:, 2]))
+        depth = _scene_depth(self.prepared)
         ratio = _size(motion.matrix, depth) / max(
             _size(registration.T_target_source, depth), _SMALLEST_SIZE)
         share = min(ratio, 1.0) ** _SYSTEMATIC_POWER
         return PoseWithCovariance(motion.matrix,
                                   0.5 * motion.covariance + share * registration.systematic)
+
+
+def _scene_depth(prepared: PreparedFrame) -> float:
+    """Return the median depth of the keypoints, or of the surface where there are none [m]."""
+    positions = prepared.keypoints.positions
+    if not len(positions) and prepared.surface is not None:
+        positions = prepared.surface.points.take(prepared.surface.chosen, 0)
+    return float(np.median(positions[:, 2]))
 
 
 def _size(motion: np.ndarray, depth: float) -> float:
@@ -84,11 +93,16 @@ class References:
     """
     The keyframe, the last tracked frame, earlier ones and the last lost one.
 
+    While frames are registered by depth alone the keyframe stays, for keypoints that are seen
+    again. The shape is what they are registered to: the last frame with keypoints, and where that
+    is out of view a later one; None while there are keypoints.
+
     :param first: a frame that is the keyframe and the last tracked frame in one.
     """
 
     def __init__(self, first: Reference) -> None:
         self.keyframe = self.last = first
+        self.shape: Reference | None = None
         self._earlier: deque[Reference] = deque(maxlen=_EARLIER_FRAMES)
         self._lost: Reference | None = None
         self._turn = 0
@@ -98,13 +112,25 @@ class References:
         spacing = _EARLIER_SPACING * NANOSECONDS
         if not self._earlier or self.last.stamp - self._earlier[-1].stamp >= spacing:
             self._earlier.append(self.last)
-        self.keyframe, self.last = keyframe, last
+        self.keyframe, self.last, self.shape = keyframe, last, None
+        self._lost, self._turn = None, 0
+
+    def track_shape(self, last: Reference, shape: Reference) -> None:
+        """Advance to a frame that was registered to the depth image of another."""
+        self.last, self.shape = last, shape
         self._lost, self._turn = None, 0
 
     def lose(self, lost: Reference) -> None:
         """Keep a lost frame: the next one may show the same place."""
         self._turn += self._lost is not None
         self._lost = lost
+
+    def shapes(self) -> Iterator[Reference]:
+        """Yield what to register a frame to by depth alone."""
+        if self.shape is not None:
+            yield self.shape
+        if self.last is not self.shape:
+            yield self.last
 
     def candidates(self) -> Iterator[Reference]:
         """

@@ -12,6 +12,7 @@ import numpy as np
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
 
 
@@ -35,6 +36,7 @@ class OdometryUpdate:
     :param reference: keypoints of the frame it was registered to; None without an increment.
     :param matches: Kx2, rows (keypoint, keypoint of the reference).
     :param support: number of keypoints that agree with the increment; 0 without one.
+    :param evidence: what supports the increment; None without one.
     :param timing: milliseconds of each of
         :data:`aick_ros.registration.stage_times.STAGES`, and ``total``.
     """
@@ -52,6 +54,7 @@ class OdometryUpdate:
     reference: KeypointFrame | None = None
     matches: np.ndarray = field(default_factory=lambda: np.empty((0, 2), np.intp))
     support: int = 0
+    evidence: Evidence | None = None
     timing: dict[str, float] = field(default_factory=dict)
 
     @property

@@ -18,8 +18,10 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.result import Registration
 from aick_ros.registration.stage_times import StageTimes
@@ -58,6 +60,7 @@ class Registrar:
                                             detector)
         self._aick = Aick(settings.aick)
         self._learned = learned or Learned()
+        self._depth_alone = DepthAlone(settings, self._learned.noise)
         self._verified = None if settings.refinement.mode == 'none' else VerifiedAick(
             settings, self._aick, self._learned.noise, self._times, detector)
 
@@ -110,6 +113,18 @@ class Registrar:
         found = self._verified.recognize(source, target)
         without_bias = dataclasses.replace(found, bias=None)
         return self._learned.systematic_error.add_to(without_bias, source, target)
+
+    def register_depth(self, source: PreparedFrame, target: PreparedFrame,
+                       expected: PoseWithCovariance, unobserved: np.ndarray) -> Registration:
+        """
+        Return the pose of the source in the target by depth alone, whatever the keypoints.
+
+        :param expected: ``T_target_source`` by the motion model since the last frame.
+        :param unobserved: 6x6, the covariance of the pose if no frame had been registered since
+            keypoints were last seen.
+        """
+        with self._times.stage('refinement'):
+            return self._depth_alone.register(source, target, expected, unobserved)
 
     def _depth_lag(self, frame: RgbdFrame) -> float:
         """Return how much later than the colour image the depth image was taken [s]."""

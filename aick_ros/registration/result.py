@@ -45,6 +45,7 @@ class Evidence(Enum):
 
     KEYPOINTS = 'keypoints that agree with the pose'
     DEPTH = 'depth and brightness of most of the view, whatever the number of keypoints'
+    DEPTH_ALONE = 'depth, and the motion expected where the scene has no shape'
 
 
 @dataclass(frozen=True, eq=False)

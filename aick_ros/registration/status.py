@@ -16,7 +16,7 @@ class Status(Enum):
     TOO_FEW_MATCHES = 'too few matches'
     DEGENERATE_GEOMETRY = 'matches lie on a line or in a point'
     MOTION_GATE = 'motion faster than the gate allows'
-    REPEATED = 'both images are those of the frame before'
+    REPEATED = 'images are those of the frame before'
     BAD_STAMP = 'stamp repeats or goes back'
     BAD_FRAME = 'frame cannot be used'
 

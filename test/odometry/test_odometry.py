@@ -50,7 +50,9 @@ class HalfOrb:
 
 
 def black(frame):
-    return dataclasses.replace(frame, colour=np.zeros_like(frame.colour))
+    """Return a frame of a covered lens, without depth either."""
+    return dataclasses.replace(frame, colour=np.zeros_like(frame.colour),
+                               depth=np.full_like(frame.depth, np.nan))
 
 
 def test_follows_the_camera(rendered):

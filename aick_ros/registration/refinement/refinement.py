@@ -119,7 +119,7 @@ class _Problem:
         if self._source_surface is not None and self._target_surface is not None:
             expected = noise.expected(self._motion)
             self._keypoint_weight, self._systematic = 1 / expected.keypoints, expected.bias
-        self._depth_rate = _depth_rate(source, target)
+        self._depth_rate = depth_rate(source, target)
         self._ray_sigma = settings.track_sigma / target.frame.camera.fx
         self._settings = settings
         self._sensor = sensor
@@ -215,7 +215,7 @@ class _Estimate:
         return float(np.trace(self.inverse @ (self.gradient_noise + _PRIOR))) / 6
 
 
-def _depth_rate(source: PreparedFrame, target: PreparedFrame) -> float:
+def depth_rate(source: PreparedFrame, target: PreparedFrame) -> float:
     """Return the time between the depth images, as a ratio to that between the colour images."""
     interval = (source.stamp - target.stamp) / NANOSECONDS
     if interval == 0.0:

@@ -12,6 +12,7 @@ class Count(Enum):
     RECEIVED = 'frames received'
     ANSWERED = 'frames answered'
     LOST = 'frames lost'
+    BY_DEPTH_ALONE = 'frames registered by depth alone'
     REPEATED = 'frames with an image that repeats'
     DAMAGED = 'frames damaged'
     FAILED = 'internal errors'

@@ -16,6 +16,7 @@ import numpy as np
 
 from aick_ros.frames.repetition import Repeat
 from aick_ros.odometry import OdometryUpdate
+from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.counts import Count
 
@@ -125,6 +126,7 @@ class FrameStatistics:
                 self._add(Count.STAMP_NOT_NEWER, 1)
                 return
             self._is_lost = update.status.is_lost
+            self._add(Count.BY_DEPTH_ALONE, int(update.evidence is Evidence.DEPTH_ALONE))
             self._add(Count.REPEATED, int(update.prepared.repeat is not Repeat.NONE))
             self._add(Count.ANSWERED, 1)
             self._add(Count.LOST, int(self._is_lost))

@@ -75,6 +75,10 @@ def _concerns(frames: Snapshot) -> Iterator[str]:
     lost = frames.share(Count.LOST, Count.ANSWERED)
     if lost > _TOLERATED:
         yield f'{lost:.0%} of the frames {window} were lost'
+    by_depth = frames.share(Count.BY_DEPTH_ALONE, Count.ANSWERED)
+    if by_depth > _TOLERATED:
+        yield (f'{by_depth:.0%} of the frames {window} were registered by depth alone: it is too '
+               'dark, too bright or too blurred for keypoints, or the view is blank')
     repeated = frames.share(Count.REPEATED, Count.ANSWERED)
     if repeated > _TOLERATED:
         yield (f'{repeated:.0%} of the frames {window} have an image that repeats: its driver '

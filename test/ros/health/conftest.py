@@ -10,6 +10,7 @@ import pytest
 from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry import OdometryUpdate
+from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.frame_statistics import FrameStatistics
@@ -29,13 +30,14 @@ class Frames(FrameStatistics):
         self.now += 1 / 30
         self.count(Count.RECEIVED)
 
-    def answer(self, count, status=Status.OK, matches=100, total=20.0, frame=FRAME):
+    def answer(self, count, status=Status.OK, matches=100, total=20.0, frame=FRAME,
+               evidence=Evidence.KEYPOINTS):
         """Receive and answer frames, with delays of 10 and 11 ms and ages of 50 and 51 ms."""
         for i in range(count):
             self.receive()
             self.answered(OdometryUpdate(
                 1, status, f'{matches} matches', PoseWithCovariance.identity(), frame,
-                support=matches, timing={'total': total}),
+                evidence=evidence, support=matches, timing={'total': total}),
                 delay_ms=10.0 + i % 2, age_ms=50.0 + i % 2)
 
     def damage(self, count):

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from aick_ros.frames.repetition import Repeat
+from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.levels import Level
@@ -131,6 +132,17 @@ def test_an_internal_error_is_an_error(frames):
 def test_a_pause_is_named_before_all_else(frames):
     assert frames.judged('nobody publishes', paused=True) == (
         Level.WARN, 'paused: call ~/resume_odom to continue')
+
+
+def test_frames_by_depth_alone_are_counted_and_explained(frames):
+    frames.answer(280)
+    frames.answer(10, evidence=Evidence.DEPTH_ALONE)
+    assert frames.judged()[0] is Level.OK
+    frames.answer(10, evidence=Evidence.DEPTH_ALONE)
+    level, sentence = frames.judged()
+    assert frames.snapshot().totals[Count.BY_DEPTH_ALONE] == 20
+    assert level is Level.WARN
+    assert sentence.startswith('7% of the frames in the last 10 s were registered by depth alone')
 
 
 def test_images_that_repeat_are_counted_and_explained(frames):

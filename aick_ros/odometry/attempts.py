@@ -1,0 +1,113 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Registrations of a frame to one reference after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.repetition import Repeat
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.motion_model import MotionModel
+from aick_ros.odometry.reference import Reference, References
+from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.result import Evidence, Registration
+from aick_ros.registration.status import Status
+from aick_ros.settings import Settings
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """
+    A frame registered to a reference.
+
+    :param status: OK, or why the registration failed or was rejected.
+    :param increment: motion from the reference to the frame; meaningless if registration failed.
+    """
+
+    reference: Reference
+    registration: Registration
+    increment: Increment
+    status: Status
+    reason: str
+
+
+class Attempts:
+    """Registers frames to references, and checks the results."""
+
+    def __init__(self, settings: Settings, registrar: Registrar) -> None:
+        self._min_matches = settings.odometry.min_matches
+        self._motion_model = MotionModel(settings.odometry)
+        self._registrar = registrar
+
+    def of(self, prepared: PreparedFrame, references: References, twist: np.ndarray | None,
+           confirmed: int) -> Iterator[Attempt]:
+        """
+        Yield registrations of a frame, until one is accepted: by keypoints, then by depth alone.
+
+        :param twist: body velocity at the last tracked frame [m/s, rad/s]; None: unknown.
+        :param confirmed: stamp of the last frame that was registered by keypoints [ns].
+        """
+        elapsed = seconds(references.last.stamp, prepared.stamp)
+        motion = None
+        if twist is not None and self._motion_model.holds(elapsed):
+            motion = self._motion_model.predict(twist, elapsed)
+        unconfirmed = seconds(confirmed, prepared.stamp)
+        if prepared.repeat is not Repeat.COLOUR:
+            yield from self._by_keypoints(prepared, references, motion, unconfirmed)
+        if motion is not None:
+            yield from self._by_depth(prepared, references, motion, unconfirmed)
+
+    def _by_keypoints(self, prepared: PreparedFrame, references: References,
+                      motion: PoseWithCovariance | None, unconfirmed: float) -> Iterator[Attempt]:
+        for reference in references.candidates():
+            expected = None if motion is None else (
+                _from(reference, references.last) @ motion.matrix)
+            yield self._checked(prepared, reference, self._registrar.register(
+                prepared, reference.prepared, expected, unconfirmed))
+
+    def _by_depth(self, prepared: PreparedFrame, references: References,
+                  motion: PoseWithCovariance, unconfirmed: float) -> Iterator[Attempt]:
+        blind = PoseWithCovariance(
+            motion.matrix, self._motion_model.predict(None, unconfirmed).covariance)
+        for reference in references.shapes():
+            T_reference_last = _from(reference, references.last)
+            yield self._checked(prepared, reference, self._registrar.register_depth(
+                prepared, reference.prepared, T_reference_last @ motion,
+                (T_reference_last @ blind).covariance))
+
+    def _checked(self, prepared: PreparedFrame, reference: Reference,
+                 registration: Registration) -> Attempt:
+        increment = Increment(registration.pose, seconds(reference.stamp, prepared.stamp))
+        return Attempt(reference, registration, increment, *self._check(registration, increment))
+
+    def _check(self, registration: Registration, increment: Increment) -> tuple[Status, str]:
+        """Return OK, or why a registration is rejected."""
+        if not registration.status.ok:
+            return registration.status, registration.reason
+        count = registration.support
+        if registration.evidence is Evidence.KEYPOINTS and count < self._min_matches:
+            return Status.TOO_FEW_MATCHES, (
+                f'{count} matches, odometry.min_matches is {self._min_matches}')
+        violation = self._motion_model.violation(increment)
+        if violation:
+            return Status.MOTION_GATE, violation
+        return Status.OK, registration.reason
+
+
+def seconds(start: int, end: int) -> float:
+    """Return the time between two stamps [s]."""
+    return (end - start) / NANOSECONDS
+
+
+def _from(reference: Reference, last: Reference) -> np.ndarray:
+    """Return ``T_reference_last``, 4x4."""
+    T_reference_last: np.ndarray = se3.inverse(reference.pose.matrix) @ last.pose.matrix
+    return T_reference_last

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A rendered room in which the light goes out: depth carries on, against the exact path."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.repetition import Repeat
+from aick_ros.geometry import se3
+from aick_ros.odometry import Odometry
+from aick_ros.registration.result import Evidence
+from aick_ros.registration.status import Status
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+COUNT, DARK = 18, range(4, 14)
+
+
+@pytest.fixture(scope='module')
+def rendered():
+    source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
+    return [source.frame(i) for i in range(COUNT)], source.pose
+
+
+@pytest.fixture(scope='module')
+def dark(rendered):
+    """Return the updates of the frames, of which some are dark."""
+    odometry = Odometry()
+    return [odometry.register_frame(without_light(frame) if i in DARK else frame)
+            for i, frame in enumerate(rendered[0])]
+
+
+def without_light(frame):
+    return dataclasses.replace(frame, colour=np.zeros_like(frame.colour))
+
+
+def error(update, frames, pose):
+    true = se3.inverse(pose(frames[0].stamp)) @ pose(update.stamp)
+    E = se3.inverse(true) @ update.T_odom_camera
+    return np.linalg.norm(E[:3, 3]), se3.angle(E[:3, :3])
+
+
+def test_in_the_dark_depth_carries_on(rendered, dark):
+    assert all(update.status.ok for update in dark)
+    assert {dark[i].evidence for i in DARK} == {Evidence.DEPTH_ALONE}
+    assert {dark[i].evidence for i in range(1, COUNT) if i not in DARK} == {Evidence.KEYPOINTS}
+    for update in dark:
+        translation, rotation = error(update, *rendered)
+        assert translation < 0.006
+        assert rotation < np.radians(0.2)
+
+
+def test_in_the_dark_increments_are_between_neighbours_and_honest(rendered, dark):
+    frames, pose = rendered
+    squares = []
+    for i in DARK:
+        increment = dark[i].increment
+        assert increment.interval == pytest.approx(1 / 30)
+        true = se3.inverse(pose(frames[i - 1].stamp)) @ pose(frames[i].stamp)
+        deviation = se3.difference(increment.pose.matrix, true)
+        squares.append(deviation @ np.linalg.solve(increment.pose.covariance, deviation))
+    assert np.mean(squares) < 8
+
+
+def test_a_dark_frame_becomes_no_keyframe(rendered, dark):
+    keypoints = {i: dark[i].reference.stamp for i in range(1, COUNT) if i not in DARK}
+    assert set(keypoints.values()).isdisjoint({rendered[0][i].stamp for i in DARK})
+
+
+def test_depth_of_another_place_is_not_taken_for_the_same(rendered):
+    frames, _ = rendered
+    elsewhere = SyntheticSource(SyntheticOptions(seed=6, frames=1)).frame(0)
+    odometry = Odometry()
+    for frame in frames[:3]:
+        odometry.register_frame(frame)
+    update = odometry.register_frame(without_light(
+        dataclasses.replace(frames[3], depth=elsewhere.depth)))
+    assert update.status is Status.TOO_FEW_KEYPOINTS
+
+
+def test_where_only_the_colour_image_repeats_depth_tells_the_motion(rendered):
+    frames, pose = rendered
+    odometry = Odometry()
+    updates = [odometry.register_frame(frame if i != 4 else dataclasses.replace(
+        frame, colour=frames[3].colour)) for i, frame in enumerate(frames[:6])]
+    assert updates[4].prepared.repeat is Repeat.COLOUR
+    assert updates[4].evidence is Evidence.DEPTH_ALONE
+    assert error(updates[4], frames, pose)[0] < 0.003
+    assert updates[5].evidence is Evidence.KEYPOINTS
+
+
+def test_a_colour_image_that_repeats_without_depth_is_no_measurement(rendered):
+    frames, _ = rendered
+    odometry = Odometry()
+    for frame in frames[:3]:
+        odometry.register_frame(frame)
+    blind = dataclasses.replace(frames[3], colour=frames[2].colour,
+                                depth=np.full_like(frames[3].depth, np.nan))
+    update = odometry.register_frame(blind)
+    assert update.status is Status.REPEATED
+    assert update.increment is None
+    assert update.expected.interval == pytest.approx(1 / 30)

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Registration by depth alone, on planes whose depth has a closed form."""
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.frames.surface import Surface
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.registration.depth_alone import DepthAlone
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise
+from aick_ros.registration.result import Evidence
+from aick_ros.settings import Settings
+
+CAMERA = Camera(320, 240, 260.0, 260.0, 160.0, 120.0)
+WALL = [([0.0, 0.0, 1.0], 2.0)]  # normal and distance of each plane
+CORNER = [([0.6, 0.0, 0.8], 1.6), ([-0.6, 0.0, 0.8], 1.6), ([0.0, 0.8, 0.6], 1.5)]
+MOTION = se3.exp([0.02, -0.01, 0.03, 0.01, -0.02, 0.015])
+PRIOR = np.diag(np.repeat([0.05, 0.06], 3) ** 2)
+
+
+def prepared(planes, T_world_camera, stamp, rng):
+    """Return the frame of a camera that sees the nearest of some planes, with noise of depth."""
+    v, u = np.mgrid[:CAMERA.height, :CAMERA.width]
+    rays = np.stack([(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy,
+                     np.ones(u.shape)], axis=-1)
+    directions = rays @ T_world_camera[:3, :3].T
+    with np.errstate(divide='ignore'):
+        depths = [(distance - np.dot(normal, T_world_camera[:3, 3])) / (directions @ normal)
+                  for normal, distance in planes]
+    depth = np.min([np.where(z > 0, z, np.inf) for z in depths], axis=0)
+    depth += Settings().sensor.depth_sigma * depth ** 2 * rng.standard_normal(depth.shape)
+    depth = depth.astype(np.float32)
+    frame = RgbdFrame(stamp, np.zeros(depth.shape, np.uint8), depth, CAMERA)
+    none = KeypointFrame(stamp, np.empty((0, 3), np.float32), np.empty((0, 32), np.uint8),
+                         np.empty((0, 3, 3), np.float32), np.empty((0, 2), np.float32))
+    return PreparedFrame(frame, none, frame.grey,
+                         Surface.of(depth, CAMERA, Settings().sensor, 2000))
+
+
+def register(planes, expected=np.eye(4), other=None, seed=0):
+    """Return the registration of two views that are MOTION apart."""
+    rng = np.random.default_rng(seed)
+    target = prepared(planes, np.eye(4), 0, rng)
+    source = prepared(other or planes, MOTION, 33_000_000, rng)
+    return DepthAlone(Settings(), MeasuredNoise()).register(
+        source, target, PoseWithCovariance(expected, PRIOR), PRIOR)
+
+
+def test_a_corner_holds_all_directions():
+    found = register(CORNER)
+    assert found.status.ok
+    assert found.evidence is Evidence.DEPTH_ALONE
+    error = se3.difference(found.T_target_source, MOTION)
+    assert np.abs(error[:3]).max() < 0.002
+    assert np.abs(error[3:]).max() < np.radians(0.1)
+    sigmas = np.sqrt(np.diag(found.covariance))
+    assert (np.abs(error) < 3 * sigmas).all()
+    assert (sigmas < 0.1 * np.sqrt(np.diag(PRIOR))).all()
+
+
+def test_a_wall_holds_its_normal_and_two_rotations_and_the_motion_expected_the_rest():
+    expected = se3.exp([0.04, -0.03, 0.0, 0.0, 0.0, 0.05])
+    found = register(WALL, expected)
+    assert found.status.ok
+    error = se3.difference(found.T_target_source, MOTION)
+    sigmas, prior = np.sqrt(np.diag(found.covariance)), np.sqrt(np.diag(PRIOR))
+    seen, blind = [2, 3, 4], [0, 1, 5]  # z is along the normal
+    assert np.abs(error[seen]).max() < 0.003
+    assert (sigmas[seen] < 0.15 * prior[seen]).all()
+    np.testing.assert_allclose(found.T_target_source[:2, 3], expected[:2, 3], atol=0.003)
+    np.testing.assert_allclose(sigmas[blind], prior[blind], rtol=0.1)
+
+
+def test_the_errors_are_those_of_the_covariance():
+    """Mean NEES of nine registrations with different noise, the bias assumed included."""
+    squares = []
+    for seed in range(9):
+        found = register(CORNER, seed=seed)
+        error = se3.difference(found.T_target_source, MOTION)
+        squares.append(error @ np.linalg.solve(found.covariance, error))
+    assert 0.001 < np.mean(squares) < 6 + 3 * np.sqrt(12 / 9)
+
+
+@pytest.mark.parametrize('other', [
+    [([0.0, 0.0, 1.0], 1.2)], [([0.8, 0.0, 0.6], 1.0), ([-0.3, 0.9, 0.3], 1.3)]])
+def test_surfaces_that_are_not_the_same_are_not_registered(other):
+    assert not register(CORNER, other=other).status.ok
+
+
+def test_without_depth_there_is_no_registration():
+    rng = np.random.default_rng(0)
+    target, source = prepared(CORNER, np.eye(4), 0, rng), prepared(CORNER, MOTION, 1, rng)
+    blind = PreparedFrame(source.frame, source.keypoints, source.grey)
+    found = DepthAlone(Settings(), MeasuredNoise()).register(
+        blind, target, PoseWithCovariance(np.eye(4), PRIOR), PRIOR)
+    assert not found.status.ok
+    assert not np.isfinite(found.covariance).any(axis=None, where=np.eye(6, dtype=bool))
