@@ -49,11 +49,16 @@ def requirements(setup_arguments):
             [*setup_arguments['install_requires'], *(text for extra in extras for text in extra)]]
 
 
-@pytest.fixture(scope='module')
-def pins():
-    lines = (ROOT / 'requirements' / 'constraints.txt').read_text().splitlines()
+def pins_of(name):
+    """Return version by package of a file in requirements/."""
+    lines = (ROOT / 'requirements' / name).read_text().splitlines()
     found = [Requirement(line) for line in lines if line and not line.startswith('#')]
     return {canonicalize_name(pin.name): str(pin.specifier).removeprefix('==') for pin in found}
+
+
+@pytest.fixture(scope='module')
+def pins():
+    return pins_of('constraints.txt')
 
 
 def imports(path):
@@ -135,6 +140,16 @@ def test_each_node_has_a_launcher(setup_arguments):
 def test_pins_fit_the_requirements(requirements, pins):
     for requirement in requirements:
         assert pins[canonicalize_name(requirement.name)] in requirement.specifier, requirement
+
+
+def test_the_oldest_pins_are_those_of_ubuntu_and_fit_the_requirements(setup_arguments):
+    oldest = pins_of('oldest.txt')
+    assert oldest['numpy'].startswith('1.26.')
+    assert oldest['opencv-python-headless'].startswith('4.6.')
+    for requirement in map(Requirement, [*setup_arguments['install_requires'], *(
+            text for name in ('ros', 'eval', 'test')
+            for text in setup_arguments['extras_require'][name])]):
+        assert oldest[canonicalize_name(requirement.name)] in requirement.specifier, requirement
 
 
 def test_everything_that_is_required_is_pinned(requirements, pins):
