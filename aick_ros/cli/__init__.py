@@ -6,11 +6,13 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
 _NEEDED = ('typer', 'rich', 'yaml')
+_EPOCH = re.compile('[0-9]{1,11}')  # seconds, up to the year 5138
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -24,6 +26,9 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     # plots go to files; a backend that does not exist would make matplotlib's import fail
     os.environ['MPLBACKEND'] = 'agg'
+    # matplotlib stamps plots with it, and fails where it is no time
+    if not _EPOCH.fullmatch(os.environ.get('SOURCE_DATE_EPOCH', '0')):
+        del os.environ['SOURCE_DATE_EPOCH']
     try:
         from aick_ros.cli.run import run
     except ModuleNotFoundError as error:

@@ -139,7 +139,9 @@ def test_names_reach_the_terminal_harmlessly(aick):
 
 @pytest.mark.parametrize('environment, code, redirect', [
     ({'PYTHONIOENCODING': 'ascii'}, 'print("größe")', ''),
-    ({'MPLBACKEND': 'nonsense'}, 'import matplotlib', ''), ({}, 'pass', '2>&-')])
+    ({'MPLBACKEND': 'nonsense'}, 'import matplotlib', ''),
+    ({'SOURCE_DATE_EPOCH': 'x'}, 'import os; int(os.environ.get("SOURCE_DATE_EPOCH", 0))', ''),
+    ({}, 'pass', '2>&-')])
 def test_odd_environments_are_no_defects(tmp_path, environment, code, redirect):
     command = (f'from aick_ros.cli import main; import sys\ntry:\n'
                f' main(["replay", "größe"])\nfinally:\n {code}')

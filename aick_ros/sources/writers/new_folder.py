@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import shutil
+import sqlite3
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -36,7 +37,7 @@ def new_folder(path: Path) -> Iterator[Path]:
     try:
         yield hidden / path.name
         (hidden / path.name).rename(path)
-    except OSError as error:
+    except (OSError, sqlite3.Error) as error:  # sqlite3: a full disk
         raise InputError(f'cannot write {path}: {error}') from None
     finally:
         shutil.rmtree(hidden, ignore_errors=True)

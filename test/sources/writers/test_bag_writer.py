@@ -194,3 +194,32 @@ def test_real_frames_come_back_bit_for_bit(tmp_path, real_folder, assert_same_fr
     write_bag(tmp_path / 'out', source)
     assert_same_frames(list(open_source(tmp_path / 'out').frames(raise_damage)),
                        list(source.frames(raise_damage)))
+
+
+FULL_DISK = """
+import resource, signal, sys
+from pathlib import Path
+from aick_ros.errors import InputError
+from aick_ros.sources import open_source
+from aick_ros.sources.writers.bag_writer import write_bag
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+source = open_source(sys.argv[2])
+for storage in 'mcap', 'sqlite3':
+    for size in 0, 5000, 20_000:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, -1))
+        try:
+            write_bag(Path(sys.argv[1]), source, storage)
+        except InputError as error:
+            sys.stdout.write(f'{error}|')
+"""
+
+
+def test_nothing_is_left_on_a_full_disk(tmp_path, recorded_folder):
+    before = sorted(os.listdir(tmp_path))
+    run = subprocess.run([sys.executable, '-c', FULL_DISK, tmp_path / 'out', recorded_folder],
+                         capture_output=True, text=True)
+    assert run.stderr == ''
+    sentences = run.stdout.split('|')[:-1]
+    assert len(sentences) == 6
+    assert all(text.startswith(f'cannot write {tmp_path}/out: ') for text in sentences)
+    assert sorted(os.listdir(tmp_path)) == before
