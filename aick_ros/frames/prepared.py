@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -13,6 +15,7 @@ from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
+from aick_ros.geometry.median import median
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +37,14 @@ class PreparedFrame:
     depth_lag: float = 0.0
     stamp_jitter: float = 0.0
     repeat: Repeat = Repeat.NONE
+
+    @cached_property
+    def scene_depth(self) -> float:
+        """Median depth of the keypoints, or of the surface where there are none [m]."""
+        positions = self.keypoints.positions
+        if not len(positions) and self.surface is not None:
+            positions = self.surface.points.take(self.surface.chosen, 0)
+        return median(positions[:, 2]) if len(positions) else math.nan
 
     @property
     def stamp(self) -> int:

@@ -59,5 +59,5 @@ def scene_variance(prepared: PreparedFrame, covariance: np.ndarray) -> float:
 
     :param covariance: 6x6 of the pose.
     """
-    depth = float(np.median(prepared.keypoints.positions[:, 2]))
+    depth = prepared.scene_depth
     return float(np.trace(covariance[:3, :3]) + depth ** 2 * np.trace(covariance[3:, 3:]))

@@ -68,20 +68,12 @@ class Reference:
         if not self.in_keyframe.covariance.any():
             return registration.pose
         motion = registration.varying_pose.relative_to(self.in_keyframe)
-        depth = _scene_depth(self.prepared)
+        depth = self.prepared.scene_depth
         ratio = _size(motion.matrix, depth) / max(
             _size(registration.T_target_source, depth), _SMALLEST_SIZE)
         share = min(ratio, 1.0) ** _SYSTEMATIC_POWER
         return PoseWithCovariance(motion.matrix,
                                   0.5 * motion.covariance + share * registration.systematic)
-
-
-def _scene_depth(prepared: PreparedFrame) -> float:
-    """Return the median depth of the keypoints, or of the surface where there are none [m]."""
-    positions = prepared.keypoints.positions
-    if not len(positions) and prepared.surface is not None:
-        positions = prepared.surface.points.take(prepared.surface.chosen, 0)
-    return float(np.median(positions[:, 2]))
 
 
 def _size(motion: np.ndarray, depth: float) -> float:
