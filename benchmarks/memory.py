@@ -22,8 +22,8 @@ import numpy as np
 from found_again import followed
 from lookalike import CAMERA, Returning, equal_shelves
 
-from aick_ros.evaluation.scores.consistency import nees
-from aick_ros.evaluation.scores.ground_truth import true_pose
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.evaluation.scores.motion_consistency import pose_consistency
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory
@@ -47,13 +47,18 @@ def opened(name: str) -> RgbdSource:
     kind, _, seed = name.partition(':')
     if kind not in ('walk', 'shelves'):
         return open_source(name)
-    scene = furnished_room(int(seed)) if kind == 'walk' else equal_shelves(int(seed))
-    reach, degrees = (0.6, 60.0) if kind == 'walk' else (0.4, 25.0)
-    path = Returning(np.random.default_rng([int(seed), 1]), scene.free, reach, degrees)
-    source = SyntheticSource(SyntheticOptions(
-        seed=int(seed), frames=FRAMES, rate=RATE, camera=CAMERA), scene, path)
+    source = rendered_walk(kind, int(seed), FRAMES)
     source.frame = functools.cache(source.frame)  # rendered once for all variants
     return source
+
+
+def rendered_walk(kind: str, seed: int, frames: int) -> SyntheticSource:
+    """Return a walk that returns, in a furnished room or along equal shelves."""
+    scene = furnished_room(seed) if kind == 'walk' else equal_shelves(seed)
+    reach, degrees = (0.6, 60.0) if kind == 'walk' else (0.4, 25.0)
+    path = Returning(np.random.default_rng([seed, 1]), scene.free, reach, degrees)
+    return SyntheticSource(SyntheticOptions(
+        seed=seed, frames=frames, rate=RATE, camera=CAMERA), scene, path)
 
 
 def largest_step(updates: list[OdometryUpdate]) -> tuple[float, float]:
@@ -64,16 +69,6 @@ def largest_step(updates: list[OdometryUpdate]) -> tuple[float, float]:
              if now.increment is not None and not now.recovered]
     return (max(np.linalg.norm(step[:3]) for step in steps),
             max(np.linalg.norm(step[3:]) for step in steps))
-
-
-def pose_nees(updates: list[OdometryUpdate], truth: Trajectory) -> float:
-    """Return the mean NEES of the accumulated poses, from the first pose on."""
-    known = [(update, true_pose(truth, update.stamp)) for update in updates]
-    known = [(update, pose) for update, pose in known if pose is not None]
-    T_odom_world = known[0][0].T_odom_camera @ se3.inverse(known[0][1])
-    values = [nees(se3.difference(update.T_odom_camera, T_odom_world @ pose),
-                   update.pose.covariance) for update, pose in known[1:]]
-    return float(np.mean([value for value in values if value is not None]))
 
 
 def row(name: str, variant: str, source: RgbdSource) -> str:
@@ -88,8 +83,10 @@ def row(name: str, variant: str, source: RgbdSource) -> str:
     ate, rpe, turn = (np.sqrt(np.mean(values ** 2))
                       for values in (errors.positions(), translations, rotations))
     step, step_turn = largest_step(updates)
+    poses_nees = pose_consistency(
+        [FrameRecord.of(update) for update in updates], source.ground_truth).joint.nees_mean
     return (f'| {name} | {variant} | {1e3 * ate:.2f} | {1e3 * rpe:.2f} | '
-            f'{np.degrees(turn):.3f} | {pose_nees(updates, source.ground_truth):.1f} | '
+            f'{np.degrees(turn):.3f} | {poses_nees:.1f} | '
             f'{len(reuses)} | {sum(error.is_wrong for error in found if error)} | '
             f'{1e3 * step:.2f} | {np.degrees(step_turn):.3f} | '
             f'{np.mean([update.timing["total"] for update in updates]):.0f} |')

@@ -62,9 +62,27 @@ def follow(frames, changes):
     return [odometry.register_frame(frame) for frame in frames]
 
 
-def test_a_place_seen_again_corrects_the_pose_without_a_jump(returning):
-    frames, truth = returning
-    updates, reckoned = (follow(frames, {'odometry.max_keyframes': most}) for most in (30, 0))
+@pytest.fixture(scope='module')
+def walked(returning):
+    """Return the updates of the walk with keyframes that are kept, and by dead reckoning."""
+    return [follow(returning[0], {'odometry.max_keyframes': most}) for most in (30, 0)]
+
+
+def nees_of(updates, truth):
+    """Return the NEES of the poses after the first one."""
+    errors = [se3.difference(update.T_odom_camera, se3.inverse(truth[0]) @ true)
+              for update, true in zip(updates, truth)]
+    return np.array([error @ np.linalg.solve(update.pose.covariance, error)
+                     for error, update in zip(errors[1:], updates[1:])])
+
+
+def variances_of(updates):
+    """Return the variances of the positions [m^2]."""
+    return np.array([np.trace(update.pose.covariance[:3, :3]) for update in updates])
+
+
+def test_a_place_seen_again_corrects_the_pose_without_a_jump(walked):
+    updates, reckoned = walked
     assert all(update.status.ok for update in updates)
     settings = Settings().odometry
     for before, now in zip(updates, updates[1:]):
@@ -73,8 +91,23 @@ def test_a_place_seen_again_corrects_the_pose_without_a_jump(returning):
         assert np.linalg.norm(step[:3]) <= settings.correction_step
         assert np.linalg.norm(step[3:]) <= settings.correction_turn
     assert not np.allclose(updates[-1].T_odom_camera, reckoned[-1].T_odom_camera, atol=1e-6)
-    error = se3.difference(updates[-1].T_odom_camera, se3.inverse(truth[0]) @ truth[-1])
-    assert error @ np.linalg.solve(updates[-1].pose.covariance, error) < 22.5
+
+
+def test_the_accumulated_covariance_is_honest_along_the_way(walked, returning):
+    for updates in walked:
+        nees = nees_of(updates, returning[1])
+        assert nees.max() < 22.5  # 99.9 % of chi squared
+        assert nees.mean() > 0.3  # errors this small have a chance of one in a thousand
+
+
+def test_the_accumulated_covariance_shrinks_when_a_place_is_seen_again(walked):
+    kept, reckoned = map(variances_of, walked)
+    assert kept[-1] < 0.6 * reckoned[-1]
+    same = np.isclose(kept, reckoned, rtol=1e-9)
+    found = int(np.flatnonzero(~same)[0])
+    assert kept[found] < 0.8 * kept[found - 1]
+    assert reckoned[found] > 0.95 * reckoned[found - 1]
+    assert (kept[found:] < reckoned[found:]).all()
 
 
 def lookalike_room():
