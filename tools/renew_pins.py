@@ -25,7 +25,7 @@ HEADER = """\
 """
 OLDEST = ('numpy==1.26.4', 'opencv-python-headless==4.6.0.66')
 OLDEST_HEADER = """\
-# Every package that `make test-oldest` installs: NumPy and OpenCV of Ubuntu 24.04, for Python 3.11.
+# Every package that `make test-oldest` installs: NumPy and OpenCV of Ubuntu 24.04, Python 3.11.
 # Made by tools/renew_pins.py.
 """
 
