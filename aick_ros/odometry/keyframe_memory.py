@@ -146,12 +146,10 @@ class KeyframeMemory:
     def _most_redundant(self, droppable: list[int]) -> int:
         """Return the keyframe whose view is nearest to that of a newer one."""
         keys, poses = self._graph.keys, self._graph.matrices
-        nearest = {}
-        for key in droppable:
-            index = keys.index(key)
-            nearest[key] = view_distances(
-                poses[index + 1:], poses[index], self._settings.odometry).min()
-        return min(nearest, key=nearest.__getitem__)
+        apart = view_distances(poses, poses, self._settings.odometry)
+        apart[np.tril_indices(len(keys))] = np.inf
+        nearest = dict(zip(keys, apart.min(axis=1)))
+        return min(droppable, key=nearest.__getitem__)
 
     @property
     def _capacity(self) -> int:

@@ -76,7 +76,7 @@ def candidates(graph: KeyframeGraph, key: int, stamps: Mapping[int, int],
     distinguish two places that look alike.
     """
     limit = stamps[key] - settings.reuse_age * NANOSECONDS
-    apart = view_distances(graph.matrices, graph.pose(key).matrix, settings)
+    apart = view_distances(graph.matrices, graph.pose(key).matrix[None], settings)[:, 0]
     # by stamp: a frame that became a keyframe twice is one witness, and none of itself
     near = sorted({stamps[other]: (distance, other)
                    for distance, other in zip(apart, graph.keys)
@@ -88,15 +88,16 @@ def candidates(graph: KeyframeGraph, key: int, stamps: Mapping[int, int],
     return tuple(certain[:_WITNESSES]) if len(certain) >= _WITNESSES else ()
 
 
-def view_distances(poses: np.ndarray, pose: np.ndarray,
+def view_distances(poses: np.ndarray, others: np.ndarray,
                    settings: OdometrySettings) -> np.ndarray:
     """
-    Return how far views are from another one, N; 1 is the farthest that is sought.
+    Return how far views are from other ones, NxM; 1 is the farthest that is sought.
 
-    :param poses: ``T_odom_camera``, Nx4x4; ``pose``: of the other view, 4x4.
+    :param poses: ``T_odom_camera``, Nx4x4; ``others``: Mx4x4.
     """
-    distances = np.linalg.norm(poses[:, :3, 3] - pose[:3, 3], axis=1)
-    traces = np.einsum('nij,ij->n', poses[:, :3, :3], pose[:3, :3])
+    distances = np.linalg.norm(poses[:, None, :3, 3] - others[:, :3, 3], axis=2)
+    rotations, other_rotations = (views[:, :3, :3].reshape(-1, 9) for views in (poses, others))
+    traces = rotations @ other_rotations.T  # of R^T R', each as the sum of nine products
     angles = np.arccos(np.clip((traces - 1.0) / 2.0, -1.0, 1.0))
     apart: np.ndarray = np.hypot(distances / settings.reuse_distance,
                                  angles / settings.reuse_angle)
