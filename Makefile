@@ -8,7 +8,7 @@ READY := $(VENV)/ready
 UNFINISHED := $(VENV)/unfinished
 TF2_MSGS := $(VENV)/tf2_msgs
 PINS := requirements/constraints.txt
-JOBS ?= 2
+JOBS ?= 3
 
 # A ROS that the calling shell has sourced stays out of the virtual environment, and the traffic
 # stays on this machine.
@@ -45,7 +45,8 @@ run: setup
 	$(BIN)/aick demo $(if $(BAG),"$$BAG")
 
 test: setup
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $(JOBS) --dist loadfile $(ARGS)
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $(JOBS) --dist loadfile \
+	    --no-loadscope-reorder $(ARGS)
 
 # An environment of its own, with NumPy and OpenCV of Ubuntu 24.04.
 CORE := borders geometry settings features frames messages registration odometry sources
@@ -73,7 +74,8 @@ pcl:
 clean:
 	rm -rf $(VENV) .venv-oldest build install log dist *.egg-info .pytest_cache
 
-# A set-up that was interrupted left the file `unfinished`: it is begun anew.
+# A set-up that was interrupted left the file `unfinished`: it is begun anew. Modules are compiled
+# when they are imported first: to compile all of them takes as long as to install them.
 $(READY): setup.py setup.cfg pyproject.toml $(PINS)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	    { echo '$(PYTHON) is missing or older than Python 3.11: name a newer one,' \
@@ -81,9 +83,9 @@ $(READY): setup.py setup.cfg pyproject.toml $(PINS)
 	@if [ -e $(UNFINISHED) ]; then rm -rf $(VENV); fi
 	@mkdir -p $(VENV) && touch $(UNFINISHED)
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --constraint $(PINS) setuptools
-	$(BIN)/python -m pip install --quiet --constraint $(PINS) --no-build-isolation \
-	    --editable '.[ros,eval,test]'
+	$(BIN)/python -m pip install --quiet --no-compile --constraint $(PINS) setuptools
+	$(BIN)/python -m pip install --quiet --no-compile --constraint $(PINS) \
+	    --no-build-isolation --editable '.[ros,eval,test]'
 	@mv $(UNFINISHED) $(READY) && touch $(READY)
 
 # Without it everything works but the transforms: a missing compiler does not stop the set-up.

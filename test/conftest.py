@@ -6,6 +6,7 @@
 import fcntl
 import itertools
 import os
+import pickle
 import signal
 import socket
 import tempfile
@@ -17,10 +18,16 @@ from pathlib import Path
 import hypothesis
 import pytest
 
-from aick_ros.sources.synthetic import source
+from aick_ros.evaluation.benchmark import dead_reckoning
+from aick_ros.sources.synthetic import renderer, source
+from aick_ros.sources.synthetic.atlas import Atlas
+from aick_ros.sources.synthetic.corridor import corridor
 from aick_ros.sources.synthetic.room import furnished_room
 
 ROOT = Path(__file__).parents[1]
+LONGEST_FIRST = (
+    'test_lint.py', 'test_colcon.py', 'test_lifecycle.py', 'test_replay.py', 'test_odom_node.py',
+    'test_inputs.py', 'test_control.py', 'test_source.py', 'test_benchmark.py')
 DOMAINS = 101  # the ports of higher ones are those the system hands out to clients
 
 _turns = itertools.count(7 * os.getpid())
@@ -35,12 +42,52 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile('aick')
 
 
+def pytest_configure(config):
+    """Make the folder of the scenes that all processes of this run share."""
+    if 'PYTEST_XDIST_WORKER' not in os.environ:
+        folder = tempfile.TemporaryDirectory(prefix='aick_ros_scenes_')
+        config.add_cleanup(folder.cleanup)
+        os.environ['AICK_ROS_SCENES'] = folder.name
+
+
+def pytest_collection_modifyitems(items):
+    """Put the longest files first: at the end no process works while the others have finished."""
+    order = {name: rank for rank, name in enumerate(LONGEST_FIRST)}
+    items.sort(key=lambda item: order.get(item.path.name, len(order)))
+
+
+def built_once(build):
+    """Return the function, whose scenes the first process that asks builds for all."""
+    @lru_cache(maxsize=3)
+    def scene(*arguments):
+        name = '_'.join([build.__name__, *map(str, arguments)])
+        with Path(os.environ['AICK_ROS_SCENES'], name).open('a+b') as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            if not os.fstat(file.fileno()).st_size:
+                file.write(pickle.dumps(build(*arguments)))
+            file.seek(0)
+            return pickle.load(file)
+    return scene
+
+
+furnished_once = built_once(furnished_room)
+
+
 @pytest.fixture(scope='session', autouse=True)
-def rooms_furnished_once():
-    """Keep the last rooms: to furnish one takes as long as to render 30 frames of it."""
+def scenes_are_built_once():
+    """Keep scenes and their textures: to build a room takes as long as to render 30 frames."""
+    packed = lru_cache(maxsize=3)(Atlas)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(source, 'furnished_room', lru_cache(maxsize=4)(furnished_room))
+        patch.setattr(source, 'furnished_room', furnished_once)
+        patch.setattr(dead_reckoning, 'corridor', built_once(corridor))
+        patch.setattr(renderer, 'Atlas', lambda surfaces: packed(tuple(surfaces)))
         yield
+
+
+@pytest.fixture(scope='session')
+def room():
+    """Return the function that gives the room of a seed."""
+    return furnished_once
 
 
 @pytest.fixture

@@ -66,11 +66,12 @@ def test_the_last_ten_seconds_are_kept_at_any_rate(tree, rate):
 
 
 def test_older_samples_are_dropped_and_their_number_is_bounded(tree):
+    at_rest = pose(4)
     for stamp in range(0, 30 * SECOND, SECOND // 10):
-        tree.add_sample('base', 'mast', stamp, pose(4))
+        tree.add_sample('base', 'mast', stamp, at_rest)
     assert tree.find('base', 'mast', 0).gap == pytest.approx(20 * SECOND, abs=SECOND)
     for stamp in range(30 * SECOND, 30 * SECOND + 50_000):  # one per nanosecond
-        tree.add_sample('base', 'mast', stamp, pose(4))
+        tree.add_sample('base', 'mast', stamp, at_rest)
     assert tree.find('base', 'mast', 30 * SECOND).gap > 10_000
 
 

@@ -3,7 +3,9 @@
 
 """A camera, a consumer and the node's process for the tests of the ROS side."""
 
+import dataclasses
 import fcntl
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -23,13 +25,32 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 
+from aick_ros.geometry.camera import Camera
 from aick_ros.ros.conversions import to_stamp
 from aick_ros.ros.playback.node_process import NODE_COMMAND
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 ROOT = Path(__file__).parents[2]
 OPTICAL = 'camera_rgb_optical_frame'
 QUEUE = 1000
+PYTHONPATH = os.environ.get('PYTHONPATH')
 PATIENCE = 120.0  # seconds that nothing takes, even on a loaded machine
+
+# A process that has imported the node and ROS, from which nodes are forked
+FORK_SERVER = multiprocessing.get_context('forkserver')
+FORK_SERVER.set_forkserver_preload(['aick_ros.ros.odom_node'])
+
+# Run in the fork, which has nothing of the test's but what it is given here
+NODE = '''
+import os, sys
+os.environ.clear()
+os.environ.update(environment)
+for stream in (1, 2):
+    os.dup2(os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND), stream)
+sys.argv = ['odom_node', *arguments]
+from aick_ros.ros.process.entry_points import odom_node
+odom_node()
+'''
 
 
 def wait_until(condition, what):
@@ -43,6 +64,12 @@ def wait_until(condition, what):
 def info_message(camera):
     return CameraInfo(width=camera.width, height=camera.height, k=camera.matrix.ravel(),
                       distortion_model=camera.distortion_model, d=camera.distortion)
+
+
+def in_the_dark(frame):
+    """Return a frame without anything to see; depth alone would do to go on."""
+    return dataclasses.replace(frame, colour=np.zeros_like(frame.colour),
+                               depth=np.full_like(frame.depth, np.nan))
 
 
 class Rig:
@@ -148,34 +175,43 @@ class Rig:
 
 
 class NodeProcess:
-    """odom_node in a process of its own; its log goes to a file."""
+    """
+    odom_node in a process of its own; its log goes to a file.
 
-    def __init__(self, log, parameters, remappings, command):
-        arguments = ['--ros-args']
+    :param command: that starts it; None: it is forked, which saves the imports, unless it needs
+        others than those of the test.
+    """
+
+    def __init__(self, log, arguments, parameters, remappings, command):
+        arguments = [*arguments, '--ros-args']
         for name, value in parameters.items():
             arguments += ['-p', f'{name}:={value}']
         for rule in remappings:
             arguments += ['-r', rule]
         self._log = log
-        self.process = subprocess.Popen([*command, *arguments], stdout=log.open('w'),
-                                        stderr=subprocess.STDOUT)
+        log.touch()
+        if command is None and os.environ.get('PYTHONPATH') != PYTHONPATH:
+            command = NODE_COMMAND
+        self._process = (ForkedProcess(arguments, log) if command is None else
+                         subprocess.Popen([*command, *arguments], stdout=log.open('w'),
+                                          stderr=subprocess.STDOUT))
 
     @property
     def log(self):
         return self._log.read_text()
 
     def wait_for_log(self, sentence):
-        wait_until(lambda: sentence in self.log, f'{sentence!r} in the log:\n{self.log}')
+        wait_until(lambda: sentence in self.log, lambda: f'{sentence!r} in the log:\n{self.log}')
 
     def stop(self, how=signal.SIGINT):
         """End the process as Ctrl-C does; return its exit code."""
-        if self.process.poll() is None:
-            self.process.send_signal(how)
+        if self._process.poll() is None:
+            self._process.send_signal(how)
         try:
-            return self.process.wait(PATIENCE)
+            return self._process.wait(PATIENCE)
         except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
+            self._process.kill()
+            self._process.wait()
             raise
 
 
@@ -207,6 +243,45 @@ def rtabmap_msgs(built_rtabmap_msgs, monkeypatch):
         [str(built_rtabmap_msgs), os.environ.get('PYTHONPATH', '')]))
 
 
+class ForkedProcess:
+    """What NodeProcess asks of a subprocess.Popen, of a fork of the process with the imports."""
+
+    def __init__(self, arguments, log):
+        self._process = FORK_SERVER.Process(daemon=True, target=exec, args=(NODE, {
+            'environment': dict(os.environ), 'arguments': arguments, 'log': str(log)}))
+        self._process.start()
+        self.kill = self._process.kill
+
+    def poll(self):
+        return self._process.exitcode
+
+    def send_signal(self, how):
+        os.kill(self._process.pid, how)
+
+    def wait(self, timeout=None):
+        self._process.join(timeout)
+        if self._process.exitcode is None:
+            raise subprocess.TimeoutExpired('odom_node', timeout)
+        return self._process.exitcode
+
+
+@pytest.fixture(scope='session')
+def source():
+    """Return the rendered sequence of ``frames``, small as the node takes its time on each."""
+    return SyntheticSource(SyntheticOptions(
+        seed=5, frames=24, camera=Camera(320, 240, 262.5, 262.5, 159.5, 119.5)))
+
+
+@pytest.fixture(scope='session')
+def all_frames(source):
+    return tuple(source.frames())
+
+
+@pytest.fixture(scope='session')
+def darken():
+    return in_the_dark
+
+
 @pytest.fixture
 def rig(ros_domain):
     rclpy.init(args=[])
@@ -221,15 +296,15 @@ def start_node(rig, tmp_path):
     """Start odom_node with parameters that suit a test: every frame, nothing lost on the way."""
     started = []
 
-    def start(wait=True, bare=False, command=NODE_COMMAND, remappings=(), **parameters):
+    def start(*arguments, wait=True, bare=False, command=None, remappings=(), **parameters):
         suitable = {} if bare else {
             'process_every_frame': 'true', 'qos_reliability': 'reliable',
             # frames come in bursts here: their images must not push each other out
             'topic_queue_size': 100, 'sync_queue_size': 100, 'frame_id': OPTICAL}
         parameters = {**suitable, **{name.replace('__', '.'): value
                                      for name, value in parameters.items()}}
-        node = NodeProcess(tmp_path / f'odom_node_{len(started)}.log', parameters, remappings,
-                           command)
+        node = NodeProcess(tmp_path / f'odom_node_{len(started)}.log', arguments, parameters,
+                           remappings, command)
         started.append(node)
         if wait:
             rig.wait_for_node()

@@ -3,7 +3,6 @@
 
 """Conclusions of RTAB-Map, robot_localization and nav2 from the messages of the node."""
 
-import dataclasses
 import math
 from enum import Enum
 
@@ -15,7 +14,6 @@ from std_srvs.srv import Empty
 
 from aick_ros.odometry import Odometry
 from aick_ros.ros.conversions import from_pose, from_transform, to_stamp
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT, DARK = 16, range(6, 11)
 FOUND = DARK.stop  # the first frame after the loss
@@ -107,14 +105,13 @@ class Nav2:
 
 
 @pytest.fixture(scope='module')
-def frames():
-    source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
-    return [source.frame(i) for i in range(COUNT)]
+def frames(all_frames):
+    return list(all_frames[:COUNT])
 
 
 @pytest.fixture(scope='module')
-def with_loss(frames):
-    return [dataclasses.replace(frame, colour=np.zeros_like(frame.colour)) if i in DARK else frame
+def with_loss(frames, darken):
+    return [darken(frame) if i in DARK else frame
             for i, frame in enumerate(frames)]
 
 

@@ -17,18 +17,15 @@ from std_srvs.srv import Empty
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.ros.conversions import from_pose, pose_with_covariance
-from aick_ros.ros.playback.node_process import NODE_COMMAND
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT = 10
 
 
 @pytest.fixture(scope='module')
-def frames():
-    source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
-    return [source.frame(i) for i in range(COUNT)]
+def frames(all_frames):
+    return list(all_frames[:COUNT])
 
 
 def offline(frames, before_reset=()):
@@ -146,7 +143,8 @@ def test_from_a_pose_that_was_set_the_motion_goes_on(rig, start_node, frames, gi
 
 
 def covered(frame):
-    return dataclasses.replace(frame, colour=np.zeros_like(frame.colour))
+    return dataclasses.replace(frame, colour=np.zeros_like(frame.colour),
+                               depth=np.full_like(frame.depth, np.nan))
 
 
 def lose_sight(rig, frames):
@@ -260,8 +258,7 @@ def test_a_dump_of_the_parameters_starts_the_same_node(rig, start_node, frames, 
     first.stop()
     rig.odom.clear()
     rig.diagnostics.clear()
-    second = start_node(bare=True, command=(
-        *NODE_COMMAND, '--ros-args', '--params-file', str(file)))
+    second = start_node('--ros-args', '--params-file', str(file), bare=True)
     np.testing.assert_allclose(answers(rig, frames[:4]), before, atol=1e-9)
     assert dump(rig, 'odom_node') == dumped
     assert 'changes nothing' not in second.log

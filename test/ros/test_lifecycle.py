@@ -17,7 +17,6 @@ from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.ros.conversions import from_pose
 from aick_ros.ros.playback.node_process import NODE_COMMAND
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT = 12
 PATIENCE = 120.0  # seconds that nothing takes, even on a loaded machine
@@ -38,9 +37,8 @@ odom_node.main()
 
 
 @pytest.fixture(scope='module')
-def frames():
-    source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
-    return [source.frame(i) for i in range(COUNT)]
+def frames(all_frames):
+    return list(all_frames[:COUNT])
 
 
 def send_all(rig, frames):
@@ -87,7 +85,7 @@ def test_a_camera_that_runs_already_is_answered_from_the_first_frames_on(
 
 @pytest.mark.parametrize('how', ENDINGS)
 def test_ends_cleanly_without_a_camera(rig, start_node, how):
-    node = start_node()
+    node = start_node(command=NODE_COMMAND)
     assert node.stop(how) == 0
     # a slow machine may take longer than the camera's silence is tolerated
     assert [line for line in node.log.splitlines() if 'sends nothing' not in line] == []
@@ -95,7 +93,7 @@ def test_ends_cleanly_without_a_camera(rig, start_node, how):
 
 @pytest.mark.parametrize('how', ENDINGS)
 def test_ends_cleanly(rig, start_node, frames, how):
-    node = start_node()
+    node = start_node(command=NODE_COMMAND)
     send_all(rig, frames[:3])
     rig.answer(frames[2].stamp)
     assert node.stop(how) == 0
@@ -104,7 +102,7 @@ def test_ends_cleanly(rig, start_node, frames, how):
 
 @pytest.mark.parametrize('how', ENDINGS)
 def test_ends_cleanly_in_the_middle_of_work(rig, start_node, frames, how):
-    node = start_node(preset='paper-full')
+    node = start_node(command=NODE_COMMAND, preset='paper-full')
     send_all(rig, frames)
     rig.answer(frames[1].stamp)
     assert node.stop(how) == 0

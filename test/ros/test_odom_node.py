@@ -16,9 +16,7 @@ from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.registration.stage_times import STAGES
 from aick_ros.ros.conversions import from_pose, from_transform, to_stamp
-from aick_ros.ros.playback.node_process import NODE_COMMAND
 from aick_ros.settings.presets import preset
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 OPTICAL = 'camera_rgb_optical_frame'
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
@@ -27,9 +25,8 @@ LOST = 9999.0
 
 
 @pytest.fixture(scope='module')
-def frames():
-    source = SyntheticSource(SyntheticOptions(seed=5, frames=12))
-    return [source.frame(i) for i in range(12)]
+def frames(all_frames):
+    return list(all_frames[:12])
 
 
 def offline(frames):
@@ -53,7 +50,8 @@ def send_all(rig, frames):
 
 
 def black(frame):
-    return dataclasses.replace(frame, colour=np.zeros_like(frame.colour))
+    return dataclasses.replace(frame, colour=np.zeros_like(frame.colour),
+                               depth=np.full_like(frame.depth, np.nan))
 
 
 def test_answers_every_frame_as_offline(rig, start_node, frames):
@@ -157,16 +155,17 @@ def bad_messages(frame, image_message):
     grown.height *= 2
     unknown = image_message(stamp, 'rgb8', colour)
     unknown.encoding = 'rgb17'
+    nothing = np.full_like(depth, np.nan)
     return [
         ('32FC1', {'colour': image_message(stamp, '32FC1', depth)}),
         ('rgb8', {'depth': image_message(stamp, 'rgb8', colour)}),
         ('1000', {'colour': truncated}),
-        ('960', {'colour': grown}),
+        ('480', {'colour': grown}),
         ('rgb17', {'colour': unknown}),
-        ('400 x 300', {'depth': image_message(stamp, '32FC1', depth[:300, :400].copy())}),
-        ('too few keypoints', {'depth': image_message(
-            stamp, '32FC1', np.full_like(depth, np.nan))}),
-        ('too few keypoints', {'colour': image_message(stamp, 'rgb8', np.zeros_like(colour))}),
+        ('200 x 150', {'depth': image_message(stamp, '32FC1', depth[:150, :200].copy())}),
+        ('too few keypoints', {'depth': image_message(stamp, '32FC1', nothing)}),
+        ('too few keypoints', {'colour': image_message(stamp, 'rgb8', np.zeros_like(colour)),
+                               'depth': image_message(stamp, '32FC1', nothing)}),
     ]
 
 
@@ -228,10 +227,10 @@ def test_padded_rows_and_millimetres_of_either_byte_order(rig, start_node, frame
     for i, frame in enumerate(frames[:6]):
         millimetres = np.where(np.isnan(frame.depth), 0, np.rint(1000 * frame.depth)).astype(
             '>u2' if i % 2 else '<u2')
-        padded = np.zeros((480, 700, 3), np.uint8)
-        padded[:, :640] = frame.colour
+        padded = np.zeros((240, 350, 3), np.uint8)
+        padded[:, :320] = frame.colour
         colour = rig.image_message(frame.stamp, 'rgb8', padded)
-        colour.width = 640
+        colour.width = 320
         rig.send(frame, colour, rig.image_message(frame.stamp, '16UC1', millimetres))
         metres = (millimetres / 1000.0).astype(np.float32)
         expected.append(dataclasses.replace(frame, depth=np.where(metres > 0, metres, np.nan)))
@@ -396,8 +395,7 @@ def test_where_nobody_publishes_the_topics_that_have_images_are_named(rig, start
 def test_the_parameter_file_of_the_package_is_taken_and_leaves_the_preset_alone(
         rig, start_node, frames):
     file = Path(__file__).parents[2] / 'config' / 'odom_node.yaml'
-    start_node(command=(*NODE_COMMAND, '--ros-args', '--params-file', str(file)),
-               preset='paper-fast')
+    start_node('--ros-args', '--params-file', str(file), preset='paper-fast')
     answers = send_all(rig, frames[:5])
     odometry = Odometry(preset('paper-fast'))
     for frame, answer in zip(frames, answers):

@@ -6,7 +6,6 @@
 import pytest
 
 from aick_ros.ros.parameter_files import warnings_of_files
-from aick_ros.ros.playback.node_process import NODE_COMMAND
 
 
 @pytest.fixture
@@ -47,5 +46,5 @@ def test_a_file_for_this_node_is_not(warnings, content, name):
 def test_the_node_warns(rig, start_node, tmp_path):
     file = tmp_path / 'theirs.yaml'
     file.write_text('rgbd_odometry: {ros__parameters: {frame_id: body}}')
-    node = start_node(command=(*NODE_COMMAND, '--ros-args', '--params-file', str(file)))
+    node = start_node('--ros-args', '--params-file', str(file))
     node.wait_for_log('it is for /rgbd_odometry, and this node is /odom_node')

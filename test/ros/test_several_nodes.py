@@ -12,16 +12,18 @@ from nav_msgs.msg import Odometry as OdometryMessage
 from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Empty
 
+from aick_ros.geometry.camera import Camera
 from aick_ros.odometry import Odometry
 from aick_ros.ros.conversions import from_pose, from_transform, to_stamp
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
+CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
 COUNT = 6
 
 
 @cache
 def render(seed):
-    source = SyntheticSource(SyntheticOptions(seed=seed, frames=COUNT))
+    source = SyntheticSource(SyntheticOptions(seed=seed, frames=COUNT, camera=CAMERA))
     return [dataclasses.replace(source.frame(i), depth_stamp=None) for i in range(COUNT)]
 
 

@@ -4,6 +4,7 @@
 """Noise of keypoints, against noise added to them and against rendered rooms."""
 
 import dataclasses
+from functools import cache
 
 import cv2
 import numpy as np
@@ -27,9 +28,13 @@ STEP = 10  # px, that the picture moves from one frame to the next
 
 def picture(index, step=STEP):
     """Return a part of a large texture, another one for each index."""
+    return texture()[:, step * index:step * index + 320].astype(np.uint8)
+
+
+@cache
+def texture():
     noise = np.random.default_rng(0).uniform(0, 255, (240, 900)).astype(np.float32)
-    texture = cv2.normalize(cv2.GaussianBlur(noise, None, 2.0), None, 0, 255, cv2.NORM_MINMAX)
-    return texture[:, step * index:step * index + 320].astype(np.uint8)
+    return cv2.normalize(cv2.GaussianBlur(noise, None, 2.0), None, 0, 255, cv2.NORM_MINMAX)
 
 
 def frames(count, step=STEP):
@@ -80,18 +85,18 @@ def test_noise_added_to_keypoints_is_recovered(monkeypatch, sigma, exponent):
 
 @pytest.fixture(scope='module')
 def room():
-    """Return a room and frames of it as a real camera would take them."""
+    """Return a room, frames of it as a real camera would take them, and their exact depth."""
     source = SyntheticSource(SyntheticOptions(seed=6, frames=100, camera=CAMERA))
-    return source, [source.frame(i) for i in range(0, 100, 5)]
-
-
-def true_noise(source, frames_, detector):
-    """Return scales, and distances by the square root of two from where the truth has them."""
     truth = SyntheticSource(SyntheticOptions.perfect(seed=6, frames=100, camera=CAMERA))
+    indices = range(0, 100, 5)
+    return source, [source.frame(i) for i in indices], [truth.frame(i).depth for i in indices]
+
+
+def true_noise(source, frames_, depths, detector):
+    """Return scales, and distances by the square root of two from where the truth has them."""
     settings, scales, distances = Settings().sensor, [], []
-    for before, now in zip(frames_, frames_[1:]):
+    for before, now, exact in zip(frames_, frames_[1:], depths):
         first, second = detector.detect(before.grey), detector.detect(now.grey)
-        exact = truth.frame(round((before.stamp - frames_[0].stamp) * 30 / 1e9)).depth
         points = CAMERA.back_project(first.pixels, depth.sample(exact, first.pixels, settings))
         T = se3.inverse(source.pose(now.stamp)) @ source.pose(before.stamp)
         seen = CAMERA.project(se3.transform(T, points))
@@ -109,11 +114,11 @@ def true_noise(source, frames_, detector):
 @pytest.mark.parametrize('name, tolerance', [('orb', 0.12), ('surf', 0.3), ('sift', 0.4)])
 def test_in_a_rendered_room_it_is_the_reprojection_error(room, name, tolerance):
     """Heavy tails (SURF, SIFT) and the noise of the optical flow contribute to the difference."""
-    source, taken = room
+    source, taken, depths = room
     found = model_of(taken, detector=name)
     assert found.detector == name
     features = dataclasses.replace(Settings().features, detector=name)
-    scales, distances = true_noise(source, taken, make_detector(features))
+    scales, distances = true_noise(source, taken, depths, make_detector(features))
     compared = 0
     for bin_ in found.bins:
         near = np.abs(np.log(scales / bin_.scale)) < 0.09

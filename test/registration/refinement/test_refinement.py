@@ -4,7 +4,7 @@
 """The joint problem against a general solver, Monte Carlo and scenes with free motions."""
 
 import dataclasses
-import functools
+from functools import cache
 
 import cv2
 import numpy as np
@@ -23,14 +23,12 @@ from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.renderer import Renderer
-from aick_ros.sources.synthetic.room import furnished_room
 from aick_ros.sources.synthetic.surfaces import Rectangle
 
 SETTINGS = Settings()
 CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)
 INTERVAL = 33_000_000
 OFF = np.array([0.008, -0.005, 0.01, 0.006, -0.004, 0.008])
-room = functools.cache(furnished_room)
 
 
 def look(settings, frames):
@@ -50,7 +48,7 @@ def error_of(found, truth):
 
 def rendered(seed, first, second, **options):
     """Return two frames of a room, the second first, and its pose in the first."""
-    source = SyntheticSource(SyntheticOptions(seed=seed, **options), room(seed))
+    source = SyntheticSource(SyntheticOptions(seed=seed, **options))
     poses = source.ground_truth.poses
     return (source.frame(second), source.frame(first),
             se3.inverse(poses[first]) @ poses[second])
@@ -230,6 +228,7 @@ def bare_view(surfaces, T_target_camera, seed, stamp):
     return look(SETTINGS, [frame])[0]
 
 
+@cache
 def refine_bare(name):
     truth = se3.exp(np.array([0.004, -0.003, 0.01, 0.006, 0.012, -0.004]))
     surfaces, free = BARE[name]
@@ -344,7 +343,7 @@ def test_a_known_lag_of_the_depth_images_is_corrected():
     lag, errors = 0.02, []
     for seed, first in ((1, 0), (2, 30), (3, 60)):
         source, _, truth = rendered(seed, first, first + 2)
-        late = SyntheticSource(SyntheticOptions(seed=seed, depth_delay=lag), room(seed))
+        late = SyntheticSource(SyntheticOptions(seed=seed, depth_delay=lag))
         views = look(SETTINGS, (source, late.frame(first)))
         known = [dataclasses.replace(view, depth_lag=delay)
                  for view, delay in zip(views, (0.0, lag))]

@@ -3,7 +3,6 @@
 
 """The wheels carry the pose through the dark: over DDS, with wheels that know the truth."""
 
-import dataclasses
 
 import numpy as np
 import pytest
@@ -14,7 +13,6 @@ from aick_ros.geometry import se3
 from aick_ros.ros.conversions import from_pose, from_transform, to_stamp, transform_stamped
 from aick_ros.ros.input.guess import Guess, StartByGuess
 from aick_ros.settings.node import NodeSettings
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
 T_WHEELS_START = se3.exp([2.0, -1.0, 0.0, 0.0, 0.0, 0.7])  # they count from elsewhere
@@ -23,15 +21,13 @@ LOST = 9999.0
 
 
 @pytest.fixture(scope='module')
-def recording():
+def recording(source, all_frames, darken):
     """Frames with a stretch in the dark, and where the base was by the truth."""
-    source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
-    frames = [source.frame(i) for i in range(COUNT)]
     T_camera0_world = se3.inverse(source.ground_truth.poses[0])
     truth = [T_BASE_CAMERA @ T_camera0_world @ pose @ se3.inverse(T_BASE_CAMERA)
-             for pose in source.ground_truth.poses]
-    return [dataclasses.replace(frame, colour=np.zeros_like(frame.colour)) if i in DARK else frame
-            for i, frame in enumerate(frames)], truth
+             for pose in source.ground_truth.poses[:COUNT]]
+    return [darken(frame) if i in DARK else frame
+            for i, frame in enumerate(all_frames[:COUNT])], truth
 
 
 def play(rig, frames, truth, wheels):

@@ -24,13 +24,8 @@ COUNT = 6
 
 
 @pytest.fixture(scope='module')
-def source():
-    return SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
-
-
-@pytest.fixture(scope='module')
-def frames(source):
-    return [source.frame(i) for i in range(COUNT)]
+def frames(all_frames):
+    return list(all_frames[:COUNT])
 
 
 def offline(frames):
@@ -164,7 +159,7 @@ def test_depth_compressed_by_rvl(rig, start_node, frames):
         # the package puts the number of pixels before the data, image_transport the size
         data = rvl.compress(millimetres(frame).tobytes())[4:size]
         rig.depth.publish(compressed(frame.stamp, '16UC1; compressedDepth rvl',
-                                     bytes(12) + np.int32([640, 480]).tobytes() + data))
+                                     bytes(12) + np.int32([320, 240]).tobytes() + data))
 
     for frame in frames[:-1]:
         send(frame)
@@ -178,7 +173,7 @@ def test_depth_compressed_by_rvl(rig, start_node, frames):
 def test_depth_of_half_the_size(rig, start_node, source, frames):
     """Of a camera whose pixels are twice as large; truth is the path at full size."""
     camera = frames[0].camera
-    half = Camera(320, 240, camera.fx / 2, camera.fy / 2, (camera.cx + 0.5) / 2 - 0.5,
+    half = Camera(160, 120, camera.fx / 2, camera.fy / 2, (camera.cx + 0.5) / 2 - 0.5,
                   (camera.cy + 0.5) / 2 - 0.5)
     renderer = Renderer(source.scene.surfaces, half)
     start_node()
@@ -210,10 +205,10 @@ def test_rectified_images_take_p(rig, start_node, frames):
 
 def test_a_camera_that_changes_its_resolution(rig, start_node, frames):
     camera = frames[0].camera
-    half = Camera(320, 240, camera.fx / 2, camera.fy / 2, (camera.cx + 0.5) / 2 - 0.5,
-                  (camera.cy + 0.5) / 2 - 0.5)
-    smaller = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT, camera=half))
-    mixed = [*frames[:2], smaller.frame(2), smaller.frame(3), *frames[4:]]
+    twice = Camera(640, 480, 2 * camera.fx, 2 * camera.fy, 2 * camera.cx + 0.5,
+                   2 * camera.cy + 0.5)
+    larger = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT, camera=twice))
+    mixed = [*frames[:2], larger.frame(2), larger.frame(3), *frames[4:]]
     node = start_node()
     for i, frame in enumerate(mixed):
         if i in (0, 2, 4):
@@ -233,8 +228,8 @@ def test_binning_and_roi(rig, start_node, frames):
     camera = frames[0].camera
     k = np.diag((2.0, 2.0, 1.0)) @ camera.matrix
     k[:2, 2] += (100, 60)
-    info = camera_info(camera, width=1480, height=1080, k=k.ravel(), binning_x=2, binning_y=2)
-    info.roi.x_offset, info.roi.y_offset, info.roi.width, info.roi.height = 100, 60, 1280, 960
+    info = camera_info(camera, width=840, height=600, k=k.ravel(), binning_x=2, binning_y=2)
+    info.roi.x_offset, info.roi.y_offset, info.roi.width, info.roi.height = 100, 60, 640, 480
     rig.info.publish(info)
     for frame in frames:
         rig.send(frame)

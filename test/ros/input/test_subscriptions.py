@@ -13,7 +13,6 @@ from sensor_msgs.msg import Image
 from aick_ros.geometry.stamps import RESTART_AFTER
 from aick_ros.ros.conversions import to_stamp
 from aick_ros.ros.input.subscriptions import AdaptiveSubscription
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 START, PERIOD = 10 ** 18, 33_333_333
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
@@ -206,9 +205,8 @@ def test_another_transport_of_the_topic_is_found(fake_node, published, expected)
 # Over DDS.
 
 @pytest.fixture(scope='module')
-def frames():
-    source = SyntheticSource(SyntheticOptions(seed=5, frames=2))
-    return [source.frame(i) for i in range(2)]
+def frames(all_frames):
+    return list(all_frames[:2])
 
 
 def subscriptions(rig, topic):

@@ -17,7 +17,6 @@ from aick_ros.messages.camera_info import to_camera
 from aick_ros.messages.raw_image import decode_colour, decode_depth
 from aick_ros.odometry import Odometry
 from aick_ros.ros.conversions import from_pose, to_stamp
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT, DARK = 6, 4
 EXTRINSIC = '[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]'
@@ -55,10 +54,9 @@ rclpy.spin(node)
 
 
 @pytest.fixture(scope='module')
-def frames():
-    source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
-    frames = [source.frame(i) for i in range(COUNT)]
-    frames[DARK] = dataclasses.replace(frames[DARK], colour=np.zeros_like(frames[DARK].colour))
+def frames(all_frames, darken):
+    frames = list(all_frames[:COUNT])
+    frames[DARK] = darken(frames[DARK])
     return frames
 
 
@@ -138,15 +136,14 @@ def test_the_lite_one_has_no_lists(rig, receiver, start_node, frames):
     assert (info['new'], info['reference'], info['corner_inliers']) == ([], 0, [])
 
 
-def test_without_the_messages_one_sentence_says_so(rig, receiver, start_node, monkeypatch):
+def test_without_the_messages_one_sentence_says_so(rig, receiver, start_node, frames):
     """The receiver has them, the node has not."""
     rig.wait_until(lambda: rig.node.count_subscribers('odom_info'), 'the receiver')
     blocked = (sys.executable, '-c', 'import sys; sys.modules["rtabmap_msgs"] = None; '
                'from aick_ros.ros import odom_node; odom_node.main()')
     node = start_node(command=blocked)
-    frame = SyntheticSource(SyntheticOptions(seed=5, frames=1)).frame(0)
-    rig.send_camera_info(frame.camera)
-    rig.send(frame)
+    rig.send_camera_info(frames[0].camera)
+    rig.send(frames[0])
     node.wait_for_log('somebody subscribes to /odom_info, but rtabmap_msgs is not installed')
 
 

@@ -19,7 +19,6 @@ from aick_ros.registration.status import Status
 from aick_ros.ros.conversions import from_pose, to_stamp
 from aick_ros.ros.output.debug_image import draw_matches
 from aick_ros.ros.output.views import Views
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 OPTICAL = 'camera_rgb_optical_frame'
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
@@ -27,9 +26,8 @@ COUNT = 10
 
 
 @pytest.fixture(scope='module')
-def frames():
-    source = SyntheticSource(SyntheticOptions(seed=5, frames=COUNT))
-    return [source.frame(i) for i in range(COUNT)]
+def frames(all_frames):
+    return list(all_frames[:COUNT])
 
 
 @pytest.fixture(scope='module')
@@ -72,8 +70,8 @@ def test_views_are_published_to_subscribers_and_change_nothing(rig, start_node, 
     check_path(paths[-1], poses)
     check_cloud(clouds[-1], expected, poses)
     assert pictures[-1].header.frame_id == OPTICAL
-    assert (pictures[-1].width, pictures[-1].height, pictures[-1].encoding) == (640, 480, 'rgb8')
-    assert len(pictures[-1].data) == 640 * 480 * 3
+    assert (pictures[-1].width, pictures[-1].height, pictures[-1].encoding) == (320, 240, 'rgb8')
+    assert len(pictures[-1].data) == 320 * 240 * 3
 
 
 def check_path(path, poses):
@@ -146,7 +144,7 @@ def test_lines_run_from_where_a_keypoint_was_to_where_it_is(frames, updates):
 
 
 def test_a_lost_frame_is_marked_in_red(frames, updates):
-    grey = np.full((480, 640), 90, np.uint8)
+    grey = np.full((240, 320), 90, np.uint8)
     lost = dataclasses.replace(updates[0], status=Status.TOO_FEW_MATCHES, reason='3 matches')
     picture = draw_matches(grey, lost)
     caption = picture[-16:].astype(int)

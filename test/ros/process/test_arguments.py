@@ -59,7 +59,6 @@ def test_the_process_ends_with_one_sentence(ros_domain):
 
 
 def test_the_node_says_what_they_mean(rig, start_node):
-    node = start_node(command=(*NODE_COMMAND, '--Odom/ResetCountdown', '1', '--uinfo'),
-                      publish_null_when_lost='true')
+    node = start_node('--Odom/ResetCountdown', '1', '--uinfo', publish_null_when_lost='true')
     node.wait_for_log("parameter 'Odom/ResetCountdown' of rgbd_odometry changes nothing here")
     node.wait_for_log("parameter 'publish_null_when_lost' is read as lost_policy = 'null'")

@@ -1,21 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Rooms for all tests: one takes a second or two to build."""
-
-import functools
+"""What is seen in the room of seed 1."""
 
 import numpy as np
 import pytest
 
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
-from aick_ros.sources.synthetic.room import furnished_room
-
-
-@pytest.fixture(scope='session')
-def room():
-    """Return the function that gives the room of a seed."""
-    return functools.cache(furnished_room)
 
 
 @pytest.fixture(scope='session')

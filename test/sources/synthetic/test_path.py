@@ -14,7 +14,7 @@ ZONE = Zone(np.array([-0.9, -0.7, 1.05]), np.array([0.9, 0.7, 1.55]))
 RATE = 30.0
 
 
-@pytest.fixture(params=range(6))
+@pytest.fixture(scope='module', params=range(6))
 def poses(request):
     """Return one minute of a path."""
     path = HandheldPath(np.random.default_rng(request.param), ZONE)
