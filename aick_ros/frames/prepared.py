@@ -28,6 +28,8 @@ class PreparedFrame:
     :param depth_lag: time from the colour image to the depth image [s].
     :param stamp_jitter: standard deviation of the recent stamps about a constant rate [s].
     :param repeat: images that are those of the frame before.
+    :param twist: body velocity (vx, vy, vz, wx, wy, wz) of the camera [m/s, rad/s]; None where
+        unknown.
     """
 
     frame: RgbdFrame
@@ -37,6 +39,7 @@ class PreparedFrame:
     depth_lag: float = 0.0
     stamp_jitter: float = 0.0
     repeat: Repeat = Repeat.NONE
+    twist: np.ndarray | None = None
 
     @cached_property
     def scene_depth(self) -> float:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -59,6 +60,7 @@ class Attempts:
         motion = None
         if twist is not None and self._motion_model.holds(elapsed):
             motion = self._motion_model.predict(twist, elapsed)
+            prepared = dataclasses.replace(prepared, twist=twist)
         unconfirmed = seconds(confirmed, prepared.stamp)
         if prepared.repeat is not Repeat.COLOUR:
             yield from self._by_keypoints(prepared, references, motion, unconfirmed)

@@ -23,6 +23,7 @@ from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.odometry.update import OdometryUpdate
+from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.result import Evidence
 from aick_ros.registration.stage_times import StageTimes
@@ -114,6 +115,11 @@ class Odometry:
         self._references: References | None = None
         self._memory = None
         self._policy.begin()
+
+    @property
+    def misalignment(self) -> Misalignment:
+        """Misalignment of the camera's images, where registrations show a significant one."""
+        return self._learned.misalignment.misalignment
 
     @property
     def _published(self) -> PoseWithCovariance:
@@ -229,6 +235,7 @@ class Odometry:
             increment = Increment(references.last.motion_to(registration),
                                   seconds(references.last.stamp, prepared.stamp))
         recovered, self._is_lost = self._is_lost, False
+        prepared = dataclasses.replace(prepared, twist=increment.twist)
         self._pose = reference.pose @ registration.pose
         last = Reference(prepared, self._pose, in_keyframe=registration.varying_pose)
         detour = np.zeros((6, 6))

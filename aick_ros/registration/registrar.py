@@ -23,6 +23,7 @@ from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
+from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.result import Registration
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.systematic_error import SystematicError
@@ -37,6 +38,7 @@ class Learned:
     colour_clock: CameraClock = field(default_factory=CameraClock)
     depth_clock: CameraClock = field(default_factory=CameraClock)
     noise: MeasuredNoise = field(default_factory=MeasuredNoise)
+    misalignment: MisalignmentEstimate = field(default_factory=MisalignmentEstimate)
     systematic_error: SystematicError = field(default_factory=SystematicError)
 
 
@@ -62,7 +64,8 @@ class Registrar:
         self._learned = learned or Learned()
         self._depth_alone = DepthAlone(settings, self._learned.noise)
         self._verified = None if settings.refinement.mode == 'none' else VerifiedAick(
-            settings, self._aick, self._learned.noise, self._times, detector)
+            settings, self._aick, self._learned.noise, self._learned.misalignment, self._times,
+            detector)
 
     def prepare(self, frame: RgbdFrame, repeat: Repeat = Repeat.NONE) -> PreparedFrame:
         """
@@ -95,9 +98,11 @@ class Registrar:
         found = self._verified.register(source, target, expected, elapsed)
         if source.repeat is not Repeat.NONE or np.array_equal(source.grey, target.grey):
             # a repeated image shows no noise, or the same once more
-            found = dataclasses.replace(found, bias=None, noise=None)
+            found = dataclasses.replace(found, bias=None, noise=None, misalignment=None)
         if found.noise is not None:
             self._learned.noise.learn(found.noise)
+        if found.misalignment is not None:
+            self._learned.misalignment.learn(found.misalignment)
         return self._learned.systematic_error.add_to(found, source, target, expected, elapsed)
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame) -> Registration:

@@ -12,6 +12,7 @@ import numpy as np
 
 from aick_ros.geometry.pose import PoseWithCovariance, unknown_covariance
 from aick_ros.registration.refinement.measured_noise import NoiseSample
+from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.status import Status
 
@@ -67,6 +68,7 @@ class Registration:
     :param systematic: 6x6, the part of the covariance that is the bias expected between keypoints
         and depth; registrations with about the same motion have it in common.
     :param noise: noise measured from the residuals; None unless a refinement used both.
+    :param misalignment: what they tell about that of the two images; None as well.
     """
 
     status: Status
@@ -81,6 +83,7 @@ class Registration:
     evidence: Evidence = Evidence.KEYPOINTS
     systematic: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     noise: NoiseSample | None = None
+    misalignment: MisalignmentSample | None = None
 
     @property
     def pose(self) -> PoseWithCovariance:

@@ -18,6 +18,8 @@ from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.aick.fit_covariance import fit_covariance
 from aick_ros.registration.dynamic_objects import DynamicObjectCheck
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
+from aick_ros.registration.refinement.misalignment import Prediction
+from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Registration, failed
@@ -43,16 +45,18 @@ class VerifiedAick:
 
     :param aick: with the schedule of the settings.
     :param noise: of the camera; by which refinements are weighted.
+    :param misalignment: of the camera; by which refinements correct the frames.
     :param times: adds up the time of each stage.
     :param detector: used instead of the one that ``features.detector`` names.
     """
 
-    def __init__(self, settings: Settings, aick: Aick, noise: MeasuredNoise, times: StageTimes,
+    def __init__(self, settings: Settings, aick: Aick, noise: MeasuredNoise,
+                 misalignment: MisalignmentEstimate, times: StageTimes,
                  detector: Detector | None = None) -> None:
         self._aick = aick
         self._times = times
         self._most_tracks = settings.refinement.max_tracks
-        self._refinement = Refinement(settings.refinement, settings.sensor, noise)
+        self._refinement = Refinement(settings.refinement, settings.sensor, noise, misalignment)
         self._dynamic_objects = DynamicObjectCheck(self._refinement, settings)
         alpha, iterations = _SLOW_SCHEDULE
         self._slow_aick = Aick(dataclasses.replace(settings.aick, alpha=alpha,
@@ -69,11 +73,14 @@ class VerifiedAick:
         :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
         :param elapsed: time since that velocity was measured [s].
         """
-        found = self.recognize(source, target)
+        predicted = None
+        if expected is not None and source.twist is not None and 0.0 < elapsed < np.inf:
+            predicted = Prediction(expected, source.twist, elapsed)
+        found = self.recognize(source, target, predicted)
         if not found.status.ok:
             with self._times.stage('registration'):
                 slow = self._align_slowly(source.frame, target.frame)
-            found = self._refine(source, target, slow)
+            found = self._refine(source, target, slow, predicted)
         if expected is None:
             return found
         if not found.status.ok:
@@ -81,11 +88,16 @@ class VerifiedAick:
         with self._times.stage('refinement'):
             return self._dynamic_objects.check(found, source, target, expected, elapsed)
 
-    def recognize(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
-        """Return the pose of the source in the target by AICK in one attempt, without a guess."""
+    def recognize(self, source: PreparedFrame, target: PreparedFrame,
+                  predicted: Prediction | None = None) -> Registration:
+        """
+        Return the pose of the source in the target by AICK in one attempt, without a guess.
+
+        :param predicted: used for the velocity of the source, not for its pose.
+        """
         with self._times.stage('registration'):
             found = self._aick.align(source.keypoints, target.keypoints)
-        return self._refine(source, target, found)
+        return self._refine(source, target, found, predicted)
 
     def _align_slowly(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
         """Return the registration by AICK with all keypoints and the slow schedule."""
@@ -94,20 +106,22 @@ class VerifiedAick:
         return dataclasses.replace(found, matches=found.matches[:0])
 
     def _refine(self, source: PreparedFrame, target: PreparedFrame,
-                registration: Registration) -> Registration:
+                registration: Registration,
+                predicted: Prediction | None = None) -> Registration:
         """Return the refined registration; failed if it was, or if tracks do not confirm it."""
         if not registration.status.ok:
             return registration
         if source.grey.shape != target.grey.shape:  # the camera has changed its resolution
             return _unverified(registration, source, target, 0)
         with self._times.stage('refinement'):
-            refined = self._refinement.refine(source, target, registration.T_target_source)
+            refined = self._refinement.refine(
+                source, target, registration.T_target_source, predicted)
         if len(refined.tracked) < FEWEST_TO_CONFIRM:
             return _unverified(registration, source, target, len(refined.tracked))
         return dataclasses.replace(
             registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
             systematic=refined.systematic, bias=refined.bias, support=len(refined.tracked),
-            tracks=refined.tracked, noise=refined.noise,
+            tracks=refined.tracked, noise=refined.noise, misalignment=refined.misalignment,
             reason=f'{registration.reason}, {len(refined.tracked)} keypoints tracked')
 
     def _refine_guess(self, source: PreparedFrame, target: PreparedFrame, guess: np.ndarray,

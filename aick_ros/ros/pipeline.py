@@ -23,6 +23,7 @@ from aick_ros.odometry.base_odometry import BaseOdometry
 from aick_ros.ros.control import Control
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
+from aick_ros.ros.health.misalignment_report import MisalignmentReport
 from aick_ros.ros.image_stream import ImageStream
 from aick_ros.ros.input.assembler import Arrival, FrameAssembler
 from aick_ros.ros.input.extrinsics import Extrinsics
@@ -78,6 +79,7 @@ class Pipeline:
         self._views = Views(node, settings.odom_frame_id)
         self._rtabmap = RtabmapTopics(
             node, settings.odom_frame_id, self._odometry.local_map)
+        self._misalignment = MisalignmentReport(self._logger.info)
         self._control = Control(node, settings.odom_frame_id, self._reset, self._set_pose)
         # from images to the queue
         self._rate_limit = RateLimit(settings.max_update_rate)
@@ -166,6 +168,7 @@ class Pipeline:
         else:
             update = self._odometry.register_frame(
                 frame, partial(self._guess.camera_motion, camera_frame))
+        self._misalignment.update(self._odometry.misalignment)
         base = self._base.update(update, T_base_camera, mount)
         if base is not None:
             self._publisher.publish(base)
@@ -223,7 +226,8 @@ class Pipeline:
         self._diagnostics.publish(
             complaint, self._control.paused,
             {'backlog': str(self._queue.backlog),
-             'backlog in MB': f'{self._queue.backlog_bytes / 1e6:.1f}'})
+             'backlog in MB': f'{self._queue.backlog_bytes / 1e6:.1f}',
+             'misalignment of the camera': self._misalignment.description})
 
 
 def _queue(settings: NodeSettings) -> WorkQueue[Arrival]:

@@ -18,6 +18,11 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, NoiseSample
+from aick_ros.registration.refinement.misalignment import (
+    NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction, image_height)
+from aick_ros.registration.refinement.misalignment_equations import (
+    MisalignmentSample, Motion, depth_rows, keypoint_rows, misalignment_sample)
+from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, gradient_noise, point_to_plane, reprojection, track_depth)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
@@ -55,6 +60,7 @@ class Refined:
     :param bias: between keypoints and depth; None where only keypoints are used.
     :param noise: noise measured by the residuals; None where too few keypoints are
         tracked, or only keypoints are used.
+    :param misalignment: what the residuals tell about that of the images; None as ``noise``.
     """
 
     T_target_source: np.ndarray
@@ -63,6 +69,7 @@ class Refined:
     tracked: Tracks
     bias: SensorBias | None = None
     noise: NoiseSample | None = None
+    misalignment: MisalignmentSample | None = None
 
 
 class Refinement:
@@ -70,37 +77,45 @@ class Refinement:
     Refines a first pose; see :class:`aick_ros.settings.RefinementSettings`.
 
     :param noise: of the camera, by which keypoints and depth are weighted.
+    :param misalignment: of the camera, by which both are corrected.
     """
 
     def __init__(self, settings: RefinementSettings, sensor: SensorSettings,
-                 noise: MeasuredNoise | None = None) -> None:
+                 noise: MeasuredNoise | None = None,
+                 misalignment: MisalignmentEstimate | None = None) -> None:
         self._settings = settings
         self._sensor = sensor
         self._noise = noise or MeasuredNoise()
+        self._misalignment = misalignment or MisalignmentEstimate()
         self._tracker = Tracker(settings, sensor)
 
     def refine(self, source: PreparedFrame, target: PreparedFrame,
-               T_target_source: np.ndarray) -> Refined:
+               T_target_source: np.ndarray, predicted: Prediction | None = None) -> Refined:
         """
         Return the pose that explains the images of both frames best.
 
         :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
+        :param predicted: shows how fast the source moves, with a pose; None: at its own twist.
         """
         tracks = self._tracker.track(source, target, T_target_source)
-        refined = self._solve(source, target, tracks, T_target_source)
+        refined = self._solve(source, target, tracks, T_target_source, predicted)
         sought = min(len(source.keypoints), self._settings.max_tracks)
         if (len(tracks) >= _FEWEST_TO_IMPROVE
                 and len(refined.tracked) < _FEW_TRACKED * sought):
             tracks = self._tracker.track(source, target, refined.T_target_source)
-            refined = self._solve(source, target, tracks, refined.T_target_source)
+            refined = self._solve(source, target, tracks, refined.T_target_source, predicted)
         return refined
 
     def _solve(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
-               pose: np.ndarray) -> Refined:
+               pose: np.ndarray, predicted: Prediction | None) -> Refined:
         problem = _Problem(source, target, tracks, self._settings, self._sensor, self._noise)
+        misalignment = self._misalignment.misalignment
+        problem.correct(misalignment, source.twist, pose)
         for i in range(self._settings.iterations - 1):
             step = problem.step(pose, coarse=i < _COARSE_STEPS)
             pose = se3.perturbed(pose, step)
+            if i == _COARSE_STEPS and predicted is not None:
+                problem.correct(misalignment, predicted.twist_with(pose), pose)
             if i > _COARSE_STEPS and np.abs(step).max() < _SMALLEST_STEP:
                 break
         return problem.finish(pose)
@@ -112,17 +127,41 @@ class _Problem:
     def __init__(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
                  settings: RefinementSettings, sensor: SensorSettings,
                  noise: MeasuredNoise) -> None:
-        self._tracks = tracks
-        self._motion = tracks.displacement(target.frame.camera.fx)
+        self._source, self._target = source, target
+        self._seen = self._tracks = tracks
+        self._displacement = tracks.displacement(target.frame.camera.fx)
         self._keypoint_weight, self._systematic = 1.0, np.zeros((6, 6))
         self._source_surface, self._target_surface = source.surface, target.surface
+        self._misalignment, self._twists = NO_MISALIGNMENT, np.zeros((2, 6))
+        self._correction: Correction | None = None
         if self._source_surface is not None and self._target_surface is not None:
-            expected = noise.expected(self._motion)
+            expected = noise.expected(self._displacement)
             self._keypoint_weight, self._systematic = 1 / expected.keypoints, expected.bias
         self._depth_rate = depth_rate(source, target)
         self._ray_sigma = settings.track_sigma / target.frame.camera.fx
         self._settings = settings
         self._sensor = sensor
+
+    def correct(self, misalignment: Misalignment, twist: np.ndarray | None,
+                pose: np.ndarray) -> None:
+        """
+        Correct what both frames see by the misalignment of the camera.
+
+        :param twist: body velocity of the source [m/s, rad/s]; where that of one frame is not
+            known, both count as at rest.
+        :param pose: ``T_target_source``, roughly.
+        """
+        if twist is not None and self._target.twist is not None:
+            self._twists = np.stack([twist, self._target.twist])
+        self._misalignment = misalignment
+        if not misalignment.values.any():
+            return
+        self._correction = Correction(*(
+            Displacement.of(misalignment, twist, prepared.frame.camera)
+            for twist, prepared in zip(self._twists, (self._source, self._target))))
+        self._tracks = self._correction.tracks(self._seen, self._source, self._sensor, pose)
+        if self._source.surface is not None:
+            self._source_surface = self._correction.surface(self._source.surface)
 
     def step(self, pose: np.ndarray, coarse: bool) -> np.ndarray:
         """Return the Gauss-Newton step from a pose, 6; coarse: by keypoints if there are any."""
@@ -150,15 +189,32 @@ class _Problem:
         refined = Refined(
             se3.perturbed(pose, -inverse @ equations.gradient),
             inverse @ (noise + _PRIOR) @ inverse + self._systematic, self._systematic,
-            self._tracks[inliers])
-        return self._with_bias(refined, keypoints, depth) if by_depth else refined
+            self._seen[inliers])
+        if not by_depth:
+            return refined
+        refined = self._with_bias(refined, keypoints, depth)
+        if len(self._tracks) < FEWEST_TO_CONFIRM:
+            return refined
+        return replace(refined, misalignment=self._misalignment_shown_by(
+            by_keypoints[0], by_depth[0], pose))
+
+    def _misalignment_shown_by(self, keypoints: Residuals, depth: Residuals,
+                               pose: np.ndarray) -> MisalignmentSample | None:
+        if self._source.surface is None:
+            return None
+        motion = Motion(pose, self._twists, (image_height(self._source.frame.camera),
+                                             image_height(self._target.frame.camera)))
+        return misalignment_sample(
+            keypoint_rows(keypoints, self._tracks, self._source.surface, motion,
+                          self._keypoint_weight),
+            depth_rows(depth, motion), self._misalignment)
 
     def _with_bias(self, refined: Refined, keypoints: _Estimate, depth: _Estimate) -> Refined:
         """Return a refined pose with the bias and noise that the two estimates indicate."""
         bias = SensorBias(depth.error - keypoints.error, keypoints.covariance + depth.covariance)
         noise = None
         if len(self._tracks) >= FEWEST_TO_CONFIRM:
-            noise = NoiseSample(self._motion, keypoints.design_effect / depth.design_effect,
+            noise = NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
                                 bias.normalised, bias.squares)
         return replace(refined, bias=bias, noise=noise)
 
@@ -173,7 +229,8 @@ class _Problem:
         # the depth images may be more or less time apart than the colour images
         residuals = point_to_plane(
             self._source_surface, self._target_surface, se3.scaled(pose, self._depth_rate),
-            self._sensor, self._settings.robust_width, self._settings.reach)
+            self._sensor, self._settings.robust_width, self._settings.reach,
+            None if self._correction is None else self._correction.target.to_depth)
         return [residuals.of_scaled_error(self._depth_rate)]
 
 

@@ -11,8 +11,8 @@ The Jacobians are with respect to the pose error of :mod:`aick_ros.geometry.se3`
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
 from statistics import NormalDist
 
 import numpy as np
@@ -45,6 +45,12 @@ _MEDIAN_2 = 2.0 * math.log(2.0)
 _REGULARIZATION = 1e-3 * np.eye(6)  # chosen: 30 m and 30 rad; makes any information invertible
 
 
+Move = Callable[[np.ndarray], np.ndarray]
+"""Moves points, Nx3."""
+
+_NO_POINTS = np.empty((0, 3))
+
+
 @dataclass(frozen=True, eq=False)
 class Residuals:
     """
@@ -54,12 +60,16 @@ class Residuals:
     :param jacobian: Nx6, by the error of the pose.
     :param weights: N robust weights, 0 to 1.
     :param blocks: N, number of the block of the image that each residual is from.
+    :param points: Nx3, the points of the source moved into the target [m]; of depth only.
+    :param directions: Nx3, derivatives of the residuals by these points; of depth only.
     """
 
     values: np.ndarray
     jacobian: np.ndarray
     weights: np.ndarray
     blocks: np.ndarray
+    points: np.ndarray = field(default_factory=lambda: _NO_POINTS)
+    directions: np.ndarray = field(default_factory=lambda: _NO_POINTS)
 
     def of_scaled_error(self, rate: float) -> Residuals:
         """Return the residuals of a pose whose error acts on them multiplied by a rate."""
@@ -199,7 +209,8 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
 
 
 def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,
-                   sensor: SensorSettings, width: float, reach: float) -> Residuals:
+                   sensor: SensorSettings, width: float, reach: float,
+                   undo: Move | None = None) -> Residuals:
     """
     Return the distances of the source's chosen points from the planes of the target.
 
@@ -207,11 +218,14 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     share much of their noise, so averaging does not reduce it: it is taken as that of one pixel.
 
     :param reach: pairs with a larger distance are dropped [m].
+    :param undo: moves points of the target's camera to where its depth image has them.
     """
     # take() gathers rows several times as fast as indexing does
     rotation = T_target_source[:3, :3]
     arms = rotation @ source.points.take(source.chosen, 0).T
     moved = arms + T_target_source[:3, 3:]
+    if undo is not None:
+        moved = undo(moved.T).T
     seen, cells = target.cells_at(moved.T)
     arms, moved = arms.take(seen, 1), moved.take(seen, 1)
     normals = np.array(target.normals.take(cells, 0).T, np.float64, order='C')
@@ -227,7 +241,8 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     values = distances.take(kept) / sigmas
     jacobian, other = (_jacobian(n / sigmas, arms).T for n in (normals, rotated))
     return Residuals(values, jacobian @ _observable_projection(jacobian, other),
-                     robust_weights(values ** 2, width), _blocks((moved[:2] / z).T))
+                     robust_weights(values ** 2, width), _blocks((moved[:2] / z).T),
+                     moved.T, jacobian[:, :3])
 
 
 def _products(vectors: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -1,0 +1,197 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Misalignment of the two images of a camera, in space and in time, and its correction.
+
+The depth camera may sit elsewhere than its registration to the colour image assumes, and its image
+may be taken earlier or later than the colour image. A rolling shutter takes the rows of an image
+one after the other. While the camera moves, the last two displace what it sees: a point p in the
+frame of a camera with the body twist (v, w) moves by v + w x p for each unit of time that the
+image was taken after its stamp.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from aick_ros.frames import depth
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.surface import Surface
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.settings import SensorSettings
+
+_DEPTH_STEPS = 2  # chosen: steps of the search along a ray
+_SHARE_MEASURED = 0.5  # chosen: more follows the motion faster, and has more noise
+_MOST_ROWS = 1.0  # by definition at most 0.5 where the optical axis is the centre of the image
+
+
+@dataclass(frozen=True, eq=False)
+class Misalignment:
+    """
+    Misalignment of the depth image to the colour image, and the time that a shutter takes.
+
+    :param offset: 6, twist whose exponential is ``T_colour_depth``, of depth images that are
+        taken for registered to colour [m, rad].
+    :param delay: time from the colour image to the depth image that no stamp shows [s].
+    :param readout: time from the first to the last row of either image [s].
+    """
+
+    offset: np.ndarray
+    delay: float
+    readout: float
+
+    @classmethod
+    def of(cls, values: np.ndarray) -> Misalignment:
+        """Return that of eight numbers: offset, delay, readout."""
+        return cls(values[:6], float(values[6]), float(values[7]))
+
+    @property
+    def values(self) -> np.ndarray:
+        """The eight numbers: offset, delay, readout."""
+        return np.array([*self.offset, self.delay, self.readout])
+
+    @property
+    def description(self) -> str:
+        """What is wrong with the camera, with the numbers; '' where nothing is."""
+        sentences = []
+        if self.offset.any():
+            x, y, z = 1e3 * self.offset[:3]
+            a, b, c = np.degrees(self.offset[3:])
+            sentences.append(
+                f'depth is registered to colour with an error: T_colour_depth is rotated by '
+                f'({a:.2f}, {b:.2f}, {c:.2f}) deg and moved by ({x:.0f}, {y:.0f}, {z:.0f}) mm')
+        if self.delay:
+            order = 'after' if self.delay > 0.0 else 'before'
+            sentences.append(f'depth images are taken {1e3 * abs(self.delay):.0f} ms {order} '
+                             'their colour images')
+        if self.readout:
+            sentences.append('a rolling shutter takes '
+                             f'{1e3 * self.readout:.0f} ms from the first row to the last')
+        return '; '.join(sentences)
+
+
+NO_MISALIGNMENT = Misalignment.of(np.zeros(8))
+
+
+@dataclass(frozen=True, eq=False)
+class Displacement:
+    """
+    Displacement of what one frame sees by the misalignment and the motion of its camera.
+
+    :param depth: 6, twist of all points of the depth image.
+    :param rows: 6, twist from the first to the last row, of the points of both images.
+    :param height: of the image on the plane z = 1.
+    """
+
+    depth: np.ndarray
+    rows: np.ndarray
+    height: float
+
+    @classmethod
+    def of(cls, misalignment: Misalignment, twist: np.ndarray, camera: Camera) -> Displacement:
+        """Return that of a frame whose camera moves with a body twist [m/s, rad/s]."""
+        return cls(misalignment.offset + misalignment.delay * twist,
+                   misalignment.readout * twist, image_height(camera))
+
+    def of_depth(self, points: np.ndarray) -> np.ndarray:
+        """Return where points of the depth image are at the stamp of the frame, Nx3 [m]."""
+        return _moved(points, self.depth, self.rows, rows_of(points, self.height))
+
+    def to_depth(self, points: np.ndarray) -> np.ndarray:
+        """Return where the depth image has points of the frame, Nx3 [m]: the inverse."""
+        return _moved(points, -self.depth, -self.rows, rows_of(points, self.height))
+
+    def of_rows(self, points: np.ndarray) -> np.ndarray:
+        """Return where points seen by their rows are at the stamp of the frame, Nx3 [m]."""
+        return _moved(points, np.zeros(6), self.rows, rows_of(points, self.height))
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """Corrects what two frames see by the displacements of each."""
+
+    source: Displacement
+    target: Displacement
+
+    def surface(self, source: Surface) -> Surface:
+        """Return the surface of the source with its chosen points corrected."""
+        points = source.points.copy()
+        chosen = points.take(source.chosen, 0).astype(np.float64)
+        points[source.chosen] = self.source.of_depth(chosen)
+        return replace(source, points=points)
+
+    def tracks(self, tracks: Tracks, source: PreparedFrame, sensor: SensorSettings,
+               T_target_source: np.ndarray) -> Tracks:
+        """
+        Return tracks as a camera without misalignment would see them.
+
+        :param T_target_source: 4x4; the depths in the target are taken from it, nothing else.
+        """
+        points = self.source.of_rows(_with_depth(tracks.points, source, self.source, sensor))
+        z = se3.transform(T_target_source, points)[:, 2:]
+        seen = self.target.of_rows(np.column_stack([tracks.rays, np.ones(len(tracks))]) * z)
+        return replace(tracks, points=points, rays=seen[:, :2] / seen[:, 2:])
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """
+    Pose that a frame would have at the velocity measured last.
+
+    :param T_target_source: 4x4.
+    :param twist: that velocity, of the body [m/s, rad/s].
+    :param elapsed: time since it was measured [s].
+    """
+
+    T_target_source: np.ndarray
+    twist: np.ndarray
+    elapsed: float
+
+    def twist_with(self, T_target_source: np.ndarray) -> np.ndarray:
+        """Return the body velocity, 6: the mean of the last one and that to a measured pose."""
+        deviation = se3.inverse(self.T_target_source) @ T_target_source
+        measured = se3.log(se3.exp(self.twist * self.elapsed) @ deviation) / self.elapsed
+        twist: np.ndarray = self.twist + _SHARE_MEASURED * (measured - self.twist)
+        return twist
+
+
+def image_height(camera: Camera) -> float:
+    """Return the height of the image on the plane z = 1."""
+    return camera.height / camera.fy
+
+
+def rows_of(points: np.ndarray, height: float) -> np.ndarray:
+    """
+    Return the rows that points project to, N: 0 on the optical axis, 1 is all rows.
+
+    :param height: of the image on the plane z = 1.
+    """
+    rows: np.ndarray = np.clip(points[:, 1] / (points[:, 2] * height), -_MOST_ROWS, _MOST_ROWS)
+    return rows
+
+
+def _moved(points: np.ndarray, constant: np.ndarray, by_row: np.ndarray,
+           rows: np.ndarray) -> np.ndarray:
+    """Return points moved by twists that are linear in their rows, to second order, Nx3."""
+    twists = constant + rows[:, None] * by_row
+    v, w = twists[:, :3], twists[:, 3:]
+    step = v + np.cross(w, points)
+    moved: np.ndarray = points + step + 0.5 * np.cross(w, step)
+    return moved
+
+
+def _with_depth(points: np.ndarray, frame: PreparedFrame, displacement: Displacement,
+                sensor: SensorSettings) -> np.ndarray:
+    """Return points moved along their rays to where the displaced depth image has a surface."""
+    T_depth_colour = se3.exp(-displacement.depth)
+    for _ in range(_DEPTH_STEPS):
+        seen = se3.transform(T_depth_colour, points)
+        measured = depth.sample(frame.frame.depth, frame.frame.camera.project(seen), sensor)
+        scale = measured / seen[:, 2]
+        points = np.where(np.isfinite(scale), scale, 1.0)[:, None] * points
+    return points

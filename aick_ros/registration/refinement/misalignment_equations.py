@@ -1,0 +1,129 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Normal equations of a camera's misalignment, by the residuals of one registration.
+
+The derivative of a residual by the point that it is of, times how the misalignment moves this
+point, is its derivative by the misalignment. Points of the depth image move anyhow. A keypoint
+keeps its ray: a surface that moves changes its depth alone; during the readout it moves anyhow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aick_ros.frames.surface import Surface
+from aick_ros.registration.refinement.misalignment import Misalignment, rows_of
+from aick_ros.registration.refinement.residuals import Residuals
+from aick_ros.registration.refinement.tracks import Tracks
+
+_EVERY = 4  # chosen: of so many depth residuals one is used; neighbours tell the same
+_SMALLEST_COSINE = 0.2  # chosen: of a ray to a normal; more grazing surfaces count as this
+_PRIOR = np.eye(6)  # chosen, as in the refinement: 1 m and 1 rad
+
+
+@dataclass(frozen=True, eq=False)
+class MisalignmentSample:
+    """
+    Normal equations of the misalignment by one registration, its pose eliminated.
+
+    :param information: 8x8, in the order of :attr:`Misalignment.values`.
+    :param gradient: 8, information times the values that explain the residuals best.
+    """
+
+    information: np.ndarray
+    gradient: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """
+    A pair of frames and how their cameras move.
+
+    :param T_target_source: 4x4.
+    :param twists: 2x6, body velocities of the source and of the target [m/s, rad/s].
+    :param heights: of both images on the plane z = 1.
+    """
+
+    T_target_source: np.ndarray
+    twists: np.ndarray
+    heights: tuple[float, float]
+
+
+_Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+
+def misalignment_sample(keypoints: _Rows, depth: _Rows,
+                        applied: Misalignment) -> MisalignmentSample:
+    """
+    Return the normal equations of the misalignment, with the pose eliminated.
+
+    :param keypoints: Jacobian by pose and misalignment, Nx14, values and weights, N each.
+    :param depth: the same of depth.
+    :param applied: misalignment that the residuals are already corrected by.
+    """
+    information, gradient = np.zeros((14, 14)), np.zeros(14)
+    for jacobian, values, weights in (keypoints, depth):
+        weighted = jacobian * weights[:, None]
+        information += weighted.T @ jacobian
+        gradient -= weighted.T @ values
+    gains = np.linalg.solve(information[:6, :6] + _PRIOR, information[:6, 6:]).T
+    reduced = information[6:, 6:] - gains @ information[:6, 6:]
+    return MisalignmentSample(
+        reduced, gradient[6:] - gains @ gradient[:6] + reduced @ applied.values)
+
+
+def keypoint_rows(residuals: Residuals, tracks: Tracks, surface: Surface, motion: Motion,
+                  weight: float) -> _Rows:
+    """
+    Return the Jacobian, values and weights of the keypoints on a smooth surface of the source.
+
+    :param residuals: two per track, as :func:`reprojection` returns them.
+    """
+    seen, cells = surface.cells_at(tracks.points)
+    points, normals = tracks.points[seen], surface.normals[cells].astype(np.float64)
+    rays = points / points[:, 2:]
+    cosines = np.maximum(np.einsum('ij,ij->i', normals, rays), _SMALLEST_COSINE)
+    depths = _by_twist(normals, points) / cosines[:, None]
+    both = np.concatenate([seen, seen + len(tracks)])
+    depths, rays, points = (np.tile(rows, (2, 1)) for rows in (depths, rays, points))
+    jacobian = residuals.jacobian[both]
+    rotation, position = motion.T_target_source[:3, :3], motion.T_target_source[:3, 3]
+    in_target = jacobian[:, :3]
+    in_source, moved = in_target @ rotation, points @ rotation.T + position
+    by_offset = np.einsum('ij,ij->i', in_source, rays)[:, None] * depths
+    by_readout = (_by_readout(in_source, points, motion, 0)
+                  - _by_readout(in_target, moved, motion, 1))
+    return (np.column_stack([jacobian, by_offset, by_offset @ motion.twists[0], by_readout]),
+            residuals.values[both], weight * residuals.weights[both])
+
+
+def depth_rows(residuals: Residuals, motion: Motion) -> _Rows:
+    """Return the Jacobian, values and weights of some of the depth residuals."""
+    moved, in_target = residuals.points[::_EVERY], residuals.directions[::_EVERY]
+    rotation, position = motion.T_target_source[:3, :3], motion.T_target_source[:3, 3]
+    points, in_source = (moved - position) @ rotation, in_target @ rotation
+    of_source, of_target = _by_twist(in_source, points), _by_twist(in_target, moved)
+    by_delay = of_source @ motion.twists[0] - of_target @ motion.twists[1]
+    by_readout = (_by_readout(in_source, points, motion, 0)
+                  - _by_readout(in_target, moved, motion, 1))
+    return (np.column_stack([residuals.jacobian[::_EVERY], of_source - of_target, by_delay,
+                             by_readout]),
+            residuals.values[::_EVERY], _EVERY * residuals.weights[::_EVERY])
+
+
+def _by_readout(directions: np.ndarray, points: np.ndarray, motion: Motion,
+                frame: int) -> np.ndarray:
+    """Return how far points move along directions by a unit of readout time, N."""
+    by_time = _by_twist(directions, points) @ motion.twists[frame]
+    by_readout: np.ndarray = rows_of(points, motion.heights[frame]) * by_time
+    return by_readout
+
+
+def _by_twist(directions: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return how far points move along directions by each number of a twist, Nx6."""
+    (a, b, c), (x, y, z) = directions.T, points.T
+    return np.stack([a, b, c, y * c - z * b, z * a - x * c, x * b - y * a], axis=1)

@@ -1,0 +1,115 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Derivatives by the misalignment against differences of the residuals it corrects."""
+
+import functools
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.frames.surface import Surface
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.registration.refinement.misalignment import (
+    NO_MISALIGNMENT, Correction, Displacement, Misalignment, image_height)
+from aick_ros.registration.refinement.misalignment_equations import (
+    Motion, depth_rows, keypoint_rows, misalignment_sample)
+from aick_ros.registration.refinement.residuals import point_to_plane, reprojection
+from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.settings import Settings
+
+SETTINGS = Settings()
+CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+TWISTS = np.array([[0.3, -0.2, 0.25, 0.5, -0.8, 0.6], [-0.1, 0.3, 0.2, 0.2, 0.6, -0.3]])
+T_WORLD_SOURCE = se3.exp(np.array([0.35, -0.2, 0.3, 0.1, 0.3, -0.2]))
+T_WORLD_TARGET = se3.exp(np.array([0.3, -0.1, 0.25, 0.05, 0.25, -0.1]))
+T_TARGET_SOURCE = se3.inverse(T_WORLD_TARGET) @ T_WORLD_SOURCE
+STEPS = np.array([1e-3] * 6 + [1e-4] * 2)  # m, rad, s
+NO_KEYPOINTS = None
+
+
+def on_sphere(pose, rays):
+    """Return the points that a camera inside of a ball with a radius of 2 m sees, Nx3."""
+    origin, directions = pose[:3, 3], rays @ pose[:3, :3].T
+    a, b = (directions ** 2).sum(axis=1), directions @ origin
+    z = (-b + np.sqrt(b ** 2 - a * (origin @ origin - 4.0))) / a
+    return rays * z[:, None]
+
+
+def prepared(pose, twist):
+    v, u = np.mgrid[:240, :320].reshape(2, -1)
+    points = on_sphere(pose, np.column_stack([
+        CAMERA.normalize(np.column_stack([u, v]).astype(float)), np.ones(u.size)]))
+    depth = points[:, 2].reshape(240, 320).astype(np.float32)
+    grey = np.zeros((240, 320), np.uint8)
+    return PreparedFrame(RgbdFrame(0, grey, depth, CAMERA), NO_KEYPOINTS, grey, Surface.of(
+        depth, CAMERA, SETTINGS.sensor, 4000), twist=twist)
+
+
+@functools.cache
+def scene():
+    source, target = prepared(T_WORLD_SOURCE, TWISTS[0]), prepared(T_WORLD_TARGET, TWISTS[1])
+    rng = np.random.default_rng(1)
+    rays = np.column_stack([rng.uniform(-0.5, 0.5, 300), rng.uniform(-0.35, 0.35, 300),
+                            np.ones(300)])
+    points = on_sphere(T_WORLD_SOURCE, rays)
+    seen = se3.transform(T_TARGET_SOURCE, points)
+    return source, target, Tracks(np.arange(300), points, seen[:, :2] / seen[:, 2:],
+                                  np.full(300, np.nan), np.full(300, 0.002))
+
+
+def residuals(values):
+    """Return the residuals of keypoints and depth, corrected by a misalignment."""
+    source, target, tracks = scene()
+    correction = Correction(*(Displacement.of(Misalignment.of(values), twist, CAMERA)
+                              for twist in TWISTS))
+    return (reprojection(correction.tracks(tracks, source, SETTINGS.sensor, T_TARGET_SOURCE),
+                         T_TARGET_SOURCE, 1 / CAMERA.fx, 2.0),
+            point_to_plane(correction.surface(source.surface), target.surface, T_TARGET_SOURCE,
+                           SETTINGS.sensor, 2.0, 0.3, correction.target.to_depth))
+
+
+def rows(values=np.zeros(8)):
+    """Return Jacobian, values and weights of keypoints and of depth."""
+    source, _, tracks = scene()
+    motion = Motion(T_TARGET_SOURCE, TWISTS, (image_height(CAMERA), image_height(CAMERA)))
+    keypoints, depth = residuals(values)
+    return (keypoint_rows(keypoints, tracks, source.surface, motion, 1.0),
+            depth_rows(depth, motion))
+
+
+def differences(unknown, kind):
+    step = STEPS[unknown] * np.eye(8)[unknown]
+    return (residuals(step)[kind].values, residuals(-step)[kind].values, 2 * STEPS[unknown])
+
+
+@pytest.mark.parametrize('unknown', range(8))
+def test_the_jacobian_of_keypoints_is_that_of_the_correction(unknown):
+    source, _, tracks = scene()
+    seen = source.surface.cells_at(tracks.points)[0]
+    after, before, step = differences(unknown, 0)
+    expected = ((after - before) / step)[np.concatenate([seen, seen + len(tracks)])]
+    assert len(expected) > 400
+    error = rows()[0][0][:, 6 + unknown] - expected
+    assert np.abs(error).max() < 0.05 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize('unknown', range(8))
+def test_the_jacobian_of_depth_is_that_of_the_correction(unknown):
+    after, before, step = differences(unknown, 1)
+    assert len(after) == len(before) == len(residuals(np.zeros(8))[1].values)
+    expected = ((after - before) / step)[::4]
+    error = rows()[1][0][:, 6 + unknown] - expected
+    assert np.median(np.abs(error)) < 0.05 * np.abs(expected).max()
+
+
+def test_one_registration_of_exact_data_shows_the_misalignment_it_is_corrected_by_too_much():
+    """What corrects images without a misalignment is found, as the error of the correction."""
+    applied = np.array([0.004, -0.006, 0.005, 0.004, -0.003, 0.005, 0.003, -0.004])
+    sample = misalignment_sample(*rows(applied), Misalignment.of(applied))
+    assert np.linalg.norm(sample.gradient) < 0.1 * np.linalg.norm(sample.information @ applied)
+    unaware = misalignment_sample(*rows(applied), NO_MISALIGNMENT)
+    assert unaware.gradient == pytest.approx(sample.gradient - sample.information @ applied)

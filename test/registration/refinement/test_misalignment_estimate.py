@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A misalignment learned from registrations: recovered, contradicted, absent and changed."""
+
+import numpy as np
+import pytest
+
+from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
+from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
+
+SIGMAS = np.array([0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.01, 0.01])  # of one registration
+TRUE = np.array([0.02, -0.01, 0.015, 0.02, -0.03, 0.01, -0.02, 0.02])
+
+
+def samples(true, count, seed=1, contradiction=0.0, sigmas=SIGMAS):
+    """Yield registrations that observe three random combinations of the unknowns each."""
+    rng = np.random.default_rng(seed)
+    for i in range(count):
+        jacobian = 30 * rng.standard_normal((3, 8)) / sigmas
+        # errors that some registrations in a row have in common
+        common = np.random.default_rng([seed, i // 5]).standard_normal(8)
+        values = true + sigmas * (0.3 * rng.standard_normal(8) + contradiction * common)
+        information = jacobian.T @ jacobian
+        yield MisalignmentSample(information, information @ values)
+
+
+def learned(*series):
+    estimate = MisalignmentEstimate()
+    for one in series:
+        for sample in one:
+            estimate.learn(sample)
+    return estimate.misalignment.values
+
+
+def test_a_misalignment_is_recovered_from_tens_of_registrations():
+    assert np.abs((learned(samples(TRUE, 60)) - TRUE) / SIGMAS).max() < 0.3
+
+
+def test_few_registrations_show_nothing():
+    assert not learned(samples(TRUE, 29)).any()
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_a_camera_without_misalignment_is_left_alone(seed):
+    assert not learned(samples(np.zeros(8), 80, seed, contradiction=1.0)).any()
+
+
+def test_what_registrations_contradict_is_not_applied():
+    assert not learned(samples(0.1 * TRUE, 80, contradiction=3.0)).any()
+
+
+@pytest.mark.parametrize('part', [slice(0, 6), slice(6, 8)])
+def test_only_the_part_that_is_there_is_applied(part):
+    true = np.zeros(8)
+    true[part] = TRUE[part]
+    found = learned(samples(true, 80))
+    assert np.abs((found - true) / SIGMAS)[part].max() < 0.3
+    assert not np.delete(found, part).any()
+
+
+def test_a_significant_misalignment_of_no_size_is_not_applied():
+    tiny = 0.05 * np.array([0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02])
+    assert not learned(samples(tiny, 80, sigmas=0.01 * SIGMAS)).any()
+
+
+def test_one_absurd_registration_changes_little():
+    absurd = MisalignmentSample(1e9 * np.eye(8), 1e9 * np.ones(8))
+    found = learned(samples(TRUE, 60), [absurd], samples(TRUE, 4, seed=2))
+    assert np.abs((found - TRUE) / SIGMAS).max() < 1.0
+
+
+def test_a_camera_that_is_mounted_anew_is_learned_anew():
+    other = TRUE * [1, -1, 0.5, -1, 1, 2, 0.5, 0.5]
+    found = learned(samples(TRUE, 80), samples(other, 600, seed=2))
+    assert np.abs((found - other) / SIGMAS).max() < 0.3
