@@ -123,11 +123,18 @@ def test_two_signals_end_it_as_cleanly_as_one(ros_domain, gap):
         assert ending(delay, [signal.SIGINT, signal.SIGINT], gap) == (0, ''), f'after {delay} s'
 
 
-def ending(delay, signals, gap=0.0):
-    """Start the node, signal it after some time [s]; return its exit code and complaints."""
-    begin = ('from aick_ros.ros.process.entry_points import odom_node as run; '
+@pytest.mark.parametrize('program', ['odom_node', 'odom_lifecycle_node', 'bag_player'])
+def test_signals_of_both_kinds_while_it_starts_end_it_cleanly(ros_domain, program):
+    """They come while it imports; the second must not interrupt the handling of the first."""
+    arguments = ['no_bag'] if program == 'bag_player' else []  # it ends before it reads that
+    assert ending(0.02, ENDINGS, 0.0, program, *arguments) == (0, '')
+
+
+def ending(delay, signals, gap=0.0, program='odom_node', *arguments):
+    """Start a program, signal it after some time [s]; return its exit code and complaints."""
+    begin = (f'from aick_ros.ros.process.entry_points import {program} as run; '
              'print(flush=True); run()')
-    process = subprocess.Popen([sys.executable, '-c', begin], stdout=subprocess.PIPE,
+    process = subprocess.Popen([sys.executable, '-c', begin, *arguments], stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE, text=True)
     process.stdout.readline()
     time.sleep(delay)

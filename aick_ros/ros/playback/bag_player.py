@@ -27,8 +27,9 @@ from aick_ros.errors import InputError
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.ros.conversions import to_time
 from aick_ros.ros.playback.pace import RealTime, StepByStep
-from aick_ros.ros.process.program import program
+from aick_ros.ros.process.program import make_node, program
 from aick_ros.ros.process.resources import use_fastdds_profile
+from aick_ros.ros.process.signals import held
 
 _IMAGE = 'sensor_msgs/msg/Image'
 _CLOCK = '/clock'
@@ -170,7 +171,9 @@ def main() -> None:
     arguments = _arguments()
     with (program('bag_player', use_fastdds_profile, interrupt=True),
           suppress(EOFError)):  # the end of the input to --step
-        _play(BagPlayer(arguments.bag), arguments)
+        with held():  # rclpy complains where the context ends while it makes the node
+            player = make_node(lambda: BagPlayer(arguments.bag))
+        _play(player, arguments)
 
 
 def _play(player: BagPlayer, arguments: argparse.Namespace) -> None:

@@ -5,11 +5,10 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from importlib import import_module
 
-from aick_ros.ros.process.signals import held, ignore
+from aick_ros.ros.process.signals import hold
 
 _PACKAGES = {'rosbags': 'pip install rosbags', 'cv2': 'apt install python3-opencv',
              'numpy': 'apt install python3-numpy'}
@@ -31,13 +30,11 @@ def bag_player() -> None:
 
 
 def _run(name: str, module_name: str) -> None:
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # until the program has its own
+    # until the program has its handlers: an interrupted import fails in unexpected ways, and of
+    # two signals the second would interrupt the handling of the first
+    hold()
     try:
-        with held():  # an interrupted import fails in unexpected ways
-            module = import_module(module_name)
-    except KeyboardInterrupt:
-        ignore()
-        return
+        module = import_module(module_name)
     except ModuleNotFoundError as error:
         if (error.name or '').startswith('aick_ros'):
             raise

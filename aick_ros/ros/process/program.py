@@ -47,12 +47,15 @@ def program(name: str, prepare: Callable[[], None] = lambda: None,
             prepare()
             _handle_signals(interrupt)
             _initialise()
+            if signal.sigpending() & set(ENDINGS):
+                ignore()
+                sys.exit()  # nothing has begun that had to end
         yield
     except InputError as error:
         print(f'{name}: {error}', file=sys.stderr)
         sys.exit(_UNUSABLE_INPUT)
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass
+        sys.exit()  # also where the block has not begun
     except Exception:
         if rclpy.ok():
             raise  # otherwise a consequence of the shutdown
@@ -97,9 +100,10 @@ def _initialise() -> None:
 
 
 def _finish() -> None:
-    try:
-        rclpy.try_shutdown()
-    except Exception:
-        if rclpy.ok():
-            raise  # otherwise the signal handler has shut the context down meanwhile
-    ignore()
+    with held():  # those that come now end in ignore()
+        try:
+            rclpy.try_shutdown()
+        except Exception:
+            if rclpy.ok():
+                raise  # otherwise the signal handler has shut the context down meanwhile
+        ignore()

@@ -12,10 +12,15 @@ from contextlib import contextmanager
 ENDINGS = (signal.SIGINT, signal.SIGTERM)
 
 
+def hold() -> None:
+    """Hold the signals back until the end of the next block of :func:`held`."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, ENDINGS)
+
+
 @contextmanager
 def held() -> Iterator[None]:
     """Hold the signals back until the end of the block."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, ENDINGS)
+    hold()
     try:
         yield
     finally:
