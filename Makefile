@@ -22,7 +22,7 @@ ifneq ($(RECORDINGS),)
 export AICK_DATA ?= $(abspath $(RECORDINGS))
 endif
 
-.PHONY: help setup run test test-oldest lint fuzz baselines pcl clean
+.PHONY: help setup run test test-oldest lint fuzz mutation baselines pcl clean
 
 help:
 	@echo 'make run              render a sequence, or take BAG=path, and run the node on it'
@@ -32,6 +32,8 @@ help:
 	@echo 'make lint             check style and types: flake8, isort, mypy'
 	@echo 'make fuzz             give damaged inputs to all that reads input, for SECONDS=600; what'
 	@echo '                      fails is kept in fuzz_findings/'
+	@echo 'make mutation         put defects into the core, one at a time, and count those that its'
+	@echo '                      tests notice (ARGS="--mutants 30 --seed 0 --folder geometry")'
 	@echo 'make setup            make .venv, which run, test and lint do by themselves'
 	@echo '                      (PYTHON=python3.12 chooses the interpreter, 3.11 or newer)'
 	@echo 'make baselines        install the other methods of aick benchmark, too (1 GB)'
@@ -62,6 +64,11 @@ lint: setup
 SECONDS ?= 600
 fuzz: setup
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python tools/fuzz --seconds $(SECONDS) $(ARGS)
+
+mutation: setup
+	$(BIN)/python -m pip install --quiet --constraint $(PINS) --no-build-isolation \
+	    --editable '.[mutation]'
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python tools/mutation.py $(ARGS)
 
 baselines: setup
 	$(BIN)/python -m pip install --quiet --constraint $(PINS) --no-build-isolation \

@@ -21,6 +21,8 @@ TEST = [*EVAL, *LINT, 'pytest>=7.4', 'pytest-xdist>=3.7', 'evo>=1.31', 'scipy>=1
         # colcon calls commands of setup.py that setuptools 80 no longer has
         'colcon-common-extensions', 'setuptools<80']
 
+MUTATION = ['cosmic-ray>=8.7']
+
 DATA_FILES = [
     ('share/ament_index/resource_index/packages', [f'resource/{PACKAGE}']),
     (SHARE, ['package.xml']),
@@ -48,7 +50,7 @@ setup(
     python_requires='>=3.11',
     install_requires=['numpy>=1.26', 'opencv-python-headless>=4.6', 'rosbags>=0.11.1'],
     extras_require={'ros': ROS, 'cli': CLI, 'eval': EVAL, 'baselines': BASELINES,
-                    'test': TEST},
+                    'test': TEST, 'mutation': MUTATION},
     data_files=DATA_FILES,
     entry_points={'console_scripts': [
         'aick = aick_ros.cli:main',

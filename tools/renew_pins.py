@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Pin all that `make setup`, `make baselines` and `make test-oldest` install.
+Pin all that `make setup`, `make baselines`, `make mutation` and `make test-oldest` install.
 
 The versions are the newest that go together, but for the oldest NumPy and OpenCV of the last one.
 
@@ -20,7 +20,8 @@ ROOT = Path(__file__).resolve().parents[1]
 PINS = ROOT / 'requirements' / 'constraints.txt'
 OLDEST_PINS = ROOT / 'requirements' / 'oldest.txt'
 HEADER = """\
-# Every package that `make setup` and `make baselines` install, for Python 3.11 and newer on Linux.
+# Every package that `make setup`, `make baselines` and `make mutation` install, for Python 3.11
+# and newer on Linux.
 # Made by tools/renew_pins.py.
 """
 OLDEST = ('numpy==1.26.4', 'opencv-python-headless==4.6.0.66')
@@ -42,7 +43,8 @@ def resolve(*requirements: str) -> list[str]:
 
 def main() -> None:
     """Write the pins of the newest packages and of the oldest NumPy and OpenCV."""
-    PINS.write_text(HEADER + '\n'.join(resolve(f'{ROOT}[ros,eval,baselines,test]')) + '\n')
+    extras = 'ros,eval,baselines,mutation,test'
+    PINS.write_text(HEADER + '\n'.join(resolve(f'{ROOT}[{extras}]')) + '\n')
     OLDEST_PINS.write_text(OLDEST_HEADER + '\n'.join(
         resolve(f'{ROOT}[ros,eval,test]', *OLDEST)) + '\n')
 

@@ -10,6 +10,7 @@ import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.features import make_detector
+from aick_ros.features.detector import Features
 from aick_ros.frames import depth
 from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.frames.rgbd import RgbdFrame
@@ -126,3 +127,24 @@ def test_an_image_too_small_for_the_pyramid_is_rejected(size):
                       dataclasses.replace(CAMERA, width=size[1], height=size[0]))
     with pytest.raises(InputError, match='too small for the pyramid'):
         extract(frame)
+
+
+class AtTheCentre:
+    """A detector of three keypoints at the principal point, of three scales."""
+
+    def detect(self, grey):
+        return Features(np.full((3, 2), (320.0, 240.0), np.float32), np.zeros((3, 32), np.uint8),
+                        np.array([3.0, 2.0, 1.0], np.float32),
+                        np.array([1.0, 2.0, 4.0], np.float32))
+
+
+def test_the_noise_of_a_keypoint_grows_with_a_power_of_its_scale():
+    """Across the optical axis it is sigma * scale^p * z / f, each axis with its focal length."""
+    frame = RgbdFrame(0, COLOUR, 2.0 * DEPTH, Camera(640, 480, 500, 400, 320, 240))
+    features = FeatureSettings()
+    features = dataclasses.replace(features, orb=dataclasses.replace(
+        features.orb, pixel_sigma=0.3, pixel_exponent=1.5))
+    found = KeypointExtractor(features, SensorSettings(), detector=AtTheCentre()).extract(frame)
+    sigmas = 0.3 * np.array([1.0, 2.0, 4.0]) ** 1.5
+    np.testing.assert_allclose(found.covariances[:, 0, 0], (sigmas * 2 / 500) ** 2, rtol=1e-5)
+    np.testing.assert_allclose(found.covariances[:, 1, 1], (sigmas * 2 / 400) ** 2, rtol=1e-5)

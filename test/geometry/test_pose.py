@@ -5,10 +5,20 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from scipy.linalg import expm, logm
 from scipy.spatial.transform import Rotation
 
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
+
+VECTORS = arrays(np.float64, 3, elements=st.floats(-3.0, 3.0))
+MATRICES = st.builds(lambda turn, way: np.block([
+    [Rotation.from_rotvec(turn).as_matrix(), way[:, None]], [np.zeros(3), 1.0]]), VECTORS, VECTORS)
+POSES = st.builds(PoseWithCovariance, MATRICES, arrays(
+    np.float64, (6, 6), elements=st.floats(-1.0, 1.0)).map(lambda root: root @ root.T))
+"""Any pose; covariances may be zero or singular."""
 
 
 @pytest.fixture
@@ -159,3 +169,33 @@ def test_the_increment_of_a_base_has_the_same_interval(rng):
     moved = increment.in_body(T_base_camera)
     assert moved.interval == 0.25
     assert_same(moved.pose, increment.pose.in_body(T_base_camera))
+
+
+@settings(max_examples=30, deadline=None)
+@given(POSES, POSES, MATRICES)
+def test_laws_hold_for_any_poses(a, b, matrix):
+    assert_same(a.inverse().inverse(), a, atol=1e-9)
+    assert_same((a @ b).inverse(), b.inverse() @ a.inverse(), atol=1e-9)
+    assert_same(a.relative_to(b), b.inverse() @ a, atol=1e-9)
+    assert_same((a @ b).in_body(matrix), a.in_body(matrix) @ b.in_body(matrix), atol=1e-7)
+    for pose in (a @ b, a.inverse(), a.in_body(matrix)):
+        np.testing.assert_allclose(pose.covariance, pose.covariance.T, atol=1e-9)
+        assert np.linalg.eigvalsh(pose.covariance).min() > -1e-9
+
+
+@settings(max_examples=30, deadline=None)
+@given(POSES, POSES, POSES)
+def test_what_was_added_along_a_path_is_the_motion_since(start, first, second):
+    assert_same((start @ first).since(start), first, atol=1e-7)
+    assert_same((start @ first @ second).since(start), first @ second, atol=1e-7)
+
+
+@given(MATRICES, MATRICES, st.floats(1e-3, 10.0))
+def test_the_twist_of_a_base_moves_it_as_the_camera(motion, T_base_camera, interval):
+    """The motion of the twist, by the matrix exponential, for any motion but a half turn."""
+    if np.linalg.norm(Rotation.from_matrix(motion[:3, :3]).as_rotvec()) > 3.0:
+        return
+    increment = Increment(PoseWithCovariance(motion), interval).in_body(T_base_camera)
+    vx, vy, vz, wx, wy, wz = interval * increment.twist
+    generator = np.array([[0, -wz, wy, vx], [wz, 0, -wx, vy], [-wy, wx, 0, vz], [0, 0, 0, 0]])
+    np.testing.assert_allclose(expm(generator) @ T_base_camera, T_base_camera @ motion, atol=1e-9)

@@ -70,6 +70,7 @@ def test_roll_pitch_yaw_agrees_with_scipy(rng):
         np.testing.assert_allclose(T[:3, :3], Rotation.from_euler('xyz', angles).as_matrix(),
                                    atol=1e-12)
         assert T[:3, 3].tolist() == [1, 2, 3]
+        assert se3.from_roll_pitch_yaw(*angles)[:3, 3].tolist() == [0, 0, 0]
 
 
 def test_interpolation_is_linear_in_position_and_angle(rng):
