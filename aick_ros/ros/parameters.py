@@ -183,9 +183,9 @@ def _checked(own: NodeSettings) -> NodeSettings:
     names = [name for name in ('frame_id', 'odom_frame_id', 'guess_frame_id')
              if name != 'guess_frame_id' or own.guess_frame_id]
     frames = [getattr(own, name) for name in names]
-    if '' in frames or len(set(frames)) < len(frames):
+    if '' in frames or own.frame_id in frames[1:]:
         raise InputError(' and '.join(f'{name} = {frame!r}' for name, frame in zip(names, frames))
-                         + ': they must be different frames')
+                         + ': frame_id must differ from the others, and none be empty')
     return own
 
 

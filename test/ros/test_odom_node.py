@@ -381,7 +381,7 @@ def test_without_publish_tf_it_is_left_to_others(rig, start_node, frames):
 
 def test_silence_names_the_topics(rig, start_node, frames):
     node = start_node()
-    node.wait_for_log('nothing on /depth/image for 5 s: rig is there but sends nothing')
+    node.wait_for_log('nothing on /depth/image for 5 s, though rig is there: it sends no images')
     assert 'nothing on /rgb/camera_info' in node.log
 
 

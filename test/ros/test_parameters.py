@@ -89,13 +89,19 @@ def test_single_parameters_change_the_preset(make_node):
     ({'publish_tf': 'maybe'}, "publish_tf = 'maybe' is not true or false"),
     ({'preset': 'paper'}, "unknown preset 'paper'"),
     ({'preset': 5}, 'preset = 5 is not text'),
-    ({'frame_id': ''}, 'they must be different frames'),
-    ({'frame_id': 'odom'}, 'they must be different frames'),
-    ({'guess_frame_id': 'odom'}, "guess_frame_id = 'odom': they must be different frames"),
+    ({'frame_id': ''}, 'none be empty'), ({'odom_frame_id': ''}, 'none be empty'),
+    ({'frame_id': 'odom'}, 'frame_id must differ from the others'),
+    ({'guess_frame_id': 'base_link'}, "guess_frame_id = 'base_link': frame_id must differ"),
     ({'camera_in_base': ['a', 'b']}, 'is not a list of numbers')])
 def test_rejections_say_what_to_do(make_node, overrides, sentence):
     with pytest.raises(InputError, match=sentence):
         declare_settings(make_node(**overrides))
+
+
+def test_the_guess_may_be_in_the_frame_of_the_odometry(make_node):
+    """As where the wheels publish odom -> base_link, and this node no TF."""
+    own, _ = declare_settings(make_node(guess_frame_id='odom', publish_tf=False))
+    assert own.guess_frame_id == own.odom_frame_id
 
 
 def test_the_initial_pose_turns_about_x_then_y_then_z():

@@ -87,6 +87,6 @@ def _concerns(frames: Snapshot) -> Iterator[str]:
     if damaged > _TOLERATED:
         yield f'{damaged:.0%} of the frames {window} could not be used, see the log'
     if frames.share(Count.DROPPED_UNDER_LOAD, Count.RECEIVED) > _TOLERATED:
-        yield (f'{frames.rate(Count.ANSWERED):.0f} of {frames.rate(Count.RECEIVED):.0f} frames '
+        yield (f'{frames.rate(Count.ANSWERED):.3g} of {frames.rate(Count.RECEIVED):.3g} frames '
                'per second are answered: lower features.max_keypoints, or limit the rate evenly '
                'with max_update_rate')

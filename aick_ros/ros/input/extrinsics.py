@@ -42,6 +42,9 @@ class Extrinsics:
         """
         if self._T_base_camera is not None:
             return self._T_base_camera
+        if not camera_frame:
+            raise InputError('the colour image has no frame_id: let the driver set it, or set '
+                             'camera_in_base')
         found = self._transforms.find(
             self._base_frame, camera_frame, stamp, self._wait if wait else 0.0)
         if found is None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -24,6 +25,7 @@ from aick_ros.ros.input.subscriptions import image_topics
 from aick_ros.settings.node import NodeSettings
 
 _THROTTLE = 5.0  # seconds between two log lines of the same kind; chosen
+_ARRIVALS_KEPT = 100  # images; chosen
 
 
 class Pairing:
@@ -45,6 +47,7 @@ class Pairing:
         self._synchronizer = Synchronizer(_max_interval(settings), settings.sync_queue_size)
         self._names = image_topics(settings)
         self._colour, self._depth = StampMonitor(), StampMonitor()
+        self._arrivals = {name: deque[float](maxlen=_ARRIVALS_KEPT) for name in self._names}
         self.newest: Pair | None = None
         self.newest_stamp = 0
         self.paired_at = time.monotonic()
@@ -63,6 +66,12 @@ class Pairing:
     def missing_shares(self) -> dict[str, float]:
         """Share of the recent images that did not arrive, by unresolved topic name."""
         return dict(zip(self._names, (self._colour.missing_share, self._depth.missing_share)))
+
+    def recent_counts(self, seconds: float) -> dict[str, int]:
+        """Return how many images were accepted lately, up to 100, by unresolved topic name."""
+        since = time.monotonic() - seconds
+        return {name: sum(at >= since for at in arrivals)
+                for name, arrivals in self._arrivals.items()}
 
     def take_colour(self, message: Any) -> None:
         """Take a colour image."""
@@ -100,6 +109,8 @@ class Pairing:
         fault = _fault(stamp) or stream.check(to_stamp(stamp), time.monotonic())
         if fault:
             self.reject(name, fault)
+        else:
+            self._arrivals[name].append(time.monotonic())
         return not fault
 
     def _add(self, name: str, stamp: int, add: Callable[[], list[Pair]]) -> None:

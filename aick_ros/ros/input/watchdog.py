@@ -23,6 +23,9 @@ _TOLERATED_AHEAD = 1.0  # seconds; chosen
 _IMAGE = 'sensor_msgs/msg/Image'
 _RGBD_IMAGE = 'rtabmap_msgs/msg/RGBDImage'
 _MOST_NAMED = 6  # topics; chosen
+_FEWEST = 10  # images in 5 s; chosen: a camera sends more
+_IF_LOST = ('if Fast DDS loses them, start the driver with config/fastdds.xml of this package '
+            "(FASTRTPS_DEFAULT_PROFILES_FILE; on this node's side it changes nothing)")
 
 
 class Watchdog:
@@ -66,9 +69,7 @@ class Watchdog:
                 if share > _TOLERATED_LOSS]
         if not lost:
             return ''
-        return (f'{" and ".join(lost)} do not arrive: if Fast DDS loses them, start the driver '
-                'with config/fastdds.xml of this package (FASTRTPS_DEFAULT_PROFILES_FILE; on this '
-                "node's side it changes nothing)")
+        return f'{" and ".join(lost)} do not arrive: {_IF_LOST}'
 
     def complaint_about_clocks(self) -> str:
         """Return how the clocks of camera and node differ, '' where they do not."""
@@ -127,7 +128,16 @@ class Watchdog:
         return ', '.join(sorted(topics)[:_MOST_NAMED])
 
     def _explain_unpaired(self) -> str:
+        losses = self.complaint_about_losses()
+        if losses:  # no two images that belong together have arrived
+            return losses
         both = f'colour and depth images come, but for {_SILENT_AFTER:g} s no two of them have '
+        few = [f'{count} on {self._subscriptions[name].topic_name}'
+               for name, count in self._pairing.recent_counts(_SILENT_AFTER).items()
+               if count < _FEWEST]
+        if few:  # too few to tell how many are missing between them
+            return (f'in {_SILENT_AFTER:g} s only few images arrive ({", ".join(few)}), and no '
+                    f'two of them are a pair: {_IF_LOST}')
         if not self._settings.approx_sync:
             return both + 'the same stamp: set approx_sync to true'
         return both + (f'stamps within approx_sync_max_interval = '
@@ -143,4 +153,8 @@ class Watchdog:
             if compatibility == QoSCompatibility.ERROR:  # each is a new object
                 return (f'{silence}: the QoS of {publisher.node_name} does not match ours '
                         f'({reason.strip()}); set qos_reliability to auto')
-        return f'{silence}: {publishers[0].node_name} is there but sends nothing'
+        sender = publishers[0].node_name
+        if 'image' in name:
+            return (f'{silence}, though {sender} is there: it sends no images, or none arrives; '
+                    f'{_IF_LOST}')
+        return f'{silence}: {sender} is there but sends nothing'

@@ -39,7 +39,13 @@ class OdometryPublisher:
         self._odom_frame, self._base_frame = settings.odom_frame_id, settings.frame_id
         self._odom = node.create_publisher(Odometry, 'odom', _QUEUE)
         self._pose = node.create_publisher(PoseWithCovarianceStamped, 'pose', _QUEUE)
-        self._tf = TransformBroadcaster(node) if settings.publish_tf else None
+        publishes_tf = settings.publish_tf
+        if publishes_tf and settings.guess_frame_id == settings.odom_frame_id:
+            publishes_tf = False
+            node.get_logger().warning(
+                'guess_frame_id is odom_frame_id, of which another node publishes TF: this one '
+                'does not (set publish_tf to false to silence this)')
+        self._tf = TransformBroadcaster(node) if publishes_tf else None
 
     def publish(self, base: BaseUpdate) -> None:
         """Publish pose, motion and TF of the base at one frame."""

@@ -26,6 +26,7 @@ _QUEUE = 10
 _FRAME_TO_FRAME = 1  # by definition, OdomInfo.type of corners that are matched to a reference
 _INFO_TOPICS = ('odom_info', 'odom_info_lite')
 _RGBD_TOPIC = 'odom_rgbd_image'
+_ABSENT_TOPICS = tuple(f'odom_sensor_data/{kind}' for kind in ('raw', 'features', 'compressed'))
 
 
 @dataclass(frozen=True)
@@ -70,9 +71,12 @@ class RtabmapTopics:
 
     def complaint(self) -> str:
         """Return which topic somebody subscribes to in vain, '' for none."""
-        if OdomInfo is not None:
-            return ''
-        for topic in (*_INFO_TOPICS, _RGBD_TOPIC):
+        for topic in _ABSENT_TOPICS:
+            if self._node.count_subscribers(topic):
+                return (f'somebody subscribes to {self._node.resolve_topic_name(topic)}, which is '
+                        f'not published here: subscribe to {_RGBD_TOPIC} (subscribe_rgbd) in its '
+                        'place')
+        for topic in () if OdomInfo is not None else (*_INFO_TOPICS, _RGBD_TOPIC):
             if self._node.count_subscribers(topic):
                 remedy = ('' if topic == _RGBD_TOPIC else
                           ', or set subscribe_odom_info to false there')

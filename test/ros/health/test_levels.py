@@ -156,3 +156,10 @@ def test_images_that_repeat_are_counted_and_explained(frames):
     level, sentence = frames.judged()
     assert level is Level.WARN
     assert 'of the frames in the last 10 s have an image that repeats' in sentence
+
+
+def test_rates_that_differ_are_different_numbers(frames):
+    frames.answer(300)
+    frames.count(Count.RECEIVED, 4)
+    frames.count(Count.DROPPED_UNDER_LOAD, 18)
+    assert '30 of 30.4 frames per second are answered' in frames.judged()[1]

@@ -133,3 +133,12 @@ def test_nanoseconds_beyond_a_second_are_rejected(make, stamped):
     pairing.take_colour(stamped(START))
     pairing.take_depth(stamped(START))
     assert len(pairing.pairs) == 1
+
+
+def test_images_of_the_last_seconds_are_counted(make, stamped, steady):
+    pairing = make()
+    for i in range(10):
+        pairing.take_colour(stamped(START + i * PERIOD))
+        steady.now += 1.0
+    pairing.take_depth(stamped(0))  # is rejected
+    assert pairing.recent_counts(4.5) == {'rgb/image': 4, 'depth/image': 0}

@@ -27,7 +27,8 @@ class Watched:
             10, reliability) for name in names}
         self.pairing = SimpleNamespace(
             rejected_at=-math.inf, rejection='', paired_at=steady.now, newest_stamp=0,
-            missing_shares={'rgb/image': 0.0, 'depth/image': 0.0})
+            missing_shares={'rgb/image': 0.0, 'depth/image': 0.0},
+            recent_counts=lambda seconds: {'rgb/image': 150, 'depth/image': 150})
         self.dog = Watchdog(node, NodeSettings(**settings), list(self.subscriptions.values()),
                             self.pairing)
 
@@ -79,8 +80,31 @@ def test_a_topic_that_may_be_silent_is_not_named(watched):
 def test_a_publisher_that_sends_nothing_is_named(watched, fake_node):
     fake_node.publish('/depth/image', node_name='driver')
     watched.wait(6.0, ['rgb/image', 'rgb/camera_info'])
-    assert watched.complaint == ('nothing on /depth/image for 5 s: driver is there but sends '
+    assert watched.complaint.startswith(
+        'nothing on /depth/image for 5 s, though driver is there: it sends no images, or none '
+        'arrives; if Fast DDS loses them, start the driver with config/fastdds.xml')
+
+
+def test_a_publisher_that_sends_no_calibration_is_named(watched, fake_node):
+    """It is small: Fast DDS does not lose it."""
+    fake_node.publish('/rgb/camera_info', node_name='driver')
+    watched.wait(6.0, ['rgb/image', 'depth/image'])
+    watched.pairing.paired_at = math.inf
+    assert watched.complaint == ('nothing on /rgb/camera_info for 5 s: driver is there but sends '
                                  'nothing')
+
+
+@pytest.mark.parametrize('shares, counts, reason', [
+    ((0.9, 0.0), (150, 150), '90% of the images on /rgb/image do not arrive: if Fast DDS'),
+    ((0.0, 0.0), (3, 150), 'only few images arrive (3 on /rgb/image), and no two of them'),
+    ((0.0, 0.0), (3, 9), '(3 on /rgb/image, 9 on /depth/image)')])
+def test_images_that_are_lost_are_no_camera_to_synchronise(watched, shares, counts, reason):
+    watched.pairing.missing_shares = dict(zip(NAMES, shares))
+    watched.pairing.recent_counts = lambda seconds: dict(zip(NAMES, counts))
+    watched.wait(6.0, NAMES)
+    assert reason in watched.complaint
+    assert 'config/fastdds.xml' in watched.complaint
+    assert 'synchronize' not in watched.complaint
 
 
 def test_a_publisher_whose_qos_does_not_match_is_explained(fake_node, steady):

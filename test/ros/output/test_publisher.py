@@ -173,6 +173,13 @@ def test_tf_places_the_base_and_stops_while_it_is_lost(probe):
         np.testing.assert_allclose(from_transform(link.transform), T_ODOM_BASE, atol=1e-12)
 
 
+def test_without_a_frame_of_its_own_it_publishes_no_tf(probe):
+    """The wheels publish odom -> base already; a second publisher would contradict them."""
+    made = probe(guess=Guess(), publish_tf=True, guess_frame_id='odom')
+    made.sent(base(stamp=1))
+    assert made.node.count_publishers('/tf') == 0
+
+
 def test_tf_to_the_guess_frame_places_the_base_too(probe):
     """TF chains odom -> guess -> base; while the pose is predicted it continues."""
     made = probe(guess=Guess(), publish_tf=True, guess_frame_id='wheels')
