@@ -4,13 +4,13 @@
 """
 How often a place that only looks alike is taken for a keyframe.
 
-    python benchmarks/false_reuses.py [--rooms N] [--first SEED]
+    python benchmarks/false_reuses.py [--rooms N] [--first SEED] [--rate HZ] [--seconds S]
 
 In each room one piece of furniture is repeated along a wall every 0.4 to 0.75 m, and a camera
-(160x120, 8 Hz) is moved along it to and fro for six seconds. The odometry follows it; then its
-frames are sought among each other as if the odometry had drifted, by errors drawn with up to the
-largest standard deviation at which it still searches. A reuse is off if its error is above 5 cm
-or 3 degrees, and false if that is also outside of the 99.7 % ellipsoid of its covariance.
+(160x120) is moved along it to and fro. The odometry follows it; then its frames are sought among
+each other as if the odometry had drifted, by errors drawn with up to the largest standard
+deviation at which it still searches. A reuse is off if its error is above 5 cm or 3 degrees, and
+false if that is also outside of the 99.7 % ellipsoid of its covariance.
 """
 
 from __future__ import annotations
@@ -50,7 +50,6 @@ from aick_ros.sources import raise_damage  # noqa: E402
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource  # noqa: E402
 
 CAMERA = Camera(160, 120, 131.25, 131.25, 79.5, 59.5)
-FRAMES, RATE = 48, 8.0
 REACH, TURN = 0.5, 25.0  # of the camera: about one piece of furniture to either side [m], [deg]
 TRIALS = 12  # frames that are sought, per room
 KEPT = 5  # one of so many frames is a keyframe that may be found
@@ -86,16 +85,16 @@ def _counts(errors: list[IncrementError]) -> tuple[str, ...]:
             str(sum(map(is_false, errors))), f'{1e3 * largest:.0f}')
 
 
-def walked(seed: int) -> Tally:
+def walked(seed: int, rate: float, frames: int) -> Tally:
     """Return what was found again in the room of a seed."""
     scene = lookalike_room(seed)
     path = Returning(np.random.default_rng([seed, 1]), scene.free, REACH, TURN)
     source = SyntheticSource(
-        SyntheticOptions(seed=seed, frames=FRAMES, rate=RATE, camera=CAMERA), scene, path)
+        SyntheticOptions(seed=seed, frames=frames, rate=rate, camera=CAMERA), scene, path)
     updates, reuses = followed(source.frames(raise_damage))
-    frames = dict(enumerate(update.prepared for update in updates))
+    prepared = dict(enumerate(update.prepared for update in updates))
     rng = np.random.default_rng([seed, 4])
-    searches = [_sought(rng, frames, source.ground_truth) for _ in range(TRIALS)]
+    searches = [_sought(rng, prepared, source.ground_truth) for _ in range(TRIALS)]
     increments = RunErrors.of([FrameRecord.of(update) for update in updates],
                               source.ground_truth).accepted
     return Tally(1, sum(error.is_wrong for error in increments),
@@ -141,12 +140,14 @@ def main() -> None:
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--rooms', type=int, default=100)
     parser.add_argument('--first', type=int, default=1000, help='seed of the first room')
+    parser.add_argument('--rate', type=float, default=8.0, help='of the frames [Hz]')
+    parser.add_argument('--seconds', type=float, default=6.0, help='of each walk')
     options = parser.parse_args()
     cv2.setNumThreads(1)
     kinds = {name: Tally() for name in PIECES}
     for seed in range(options.first, options.first + options.rooms):
         name = list(PIECES)[seed % len(PIECES)]
-        tally = walked(seed)
+        tally = walked(seed, options.rate, round(options.seconds * options.rate))
         kinds[name].add(tally)
         print('  '.join((f'room {seed}', *tally.row(name))), file=sys.stderr, flush=True)
     total = Tally()
