@@ -14,6 +14,7 @@ import numpy as np
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.frames.sharpness import Sharpness
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry.median import median
 
@@ -53,3 +54,12 @@ class PreparedFrame:
     def stamp(self) -> int:
         """Stamp of the colour image [ns]."""
         return self.frame.stamp
+
+    @cached_property
+    def sharpness(self) -> Sharpness:
+        """Sharpness of the colour image; measured only where it is asked for."""
+        return Sharpness.of(self.grey)
+
+    def is_blurred_beside(self, other: PreparedFrame) -> bool:
+        """Return whether the image is blurred beyond use, if that of another frame is not."""
+        return self.sharpness.is_blurred_beside(other.sharpness)

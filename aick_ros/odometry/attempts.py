@@ -53,6 +53,8 @@ class Attempts:
         """
         Yield registrations of a frame, until one is accepted: by keypoints, then by depth alone.
 
+        Depth comes before poses that no track confirms, as of a sharp image in a blurred one.
+
         :param twist: body velocity at the last tracked frame [m/s, rad/s]; None: unknown.
         :param confirmed: stamp of the last frame that was registered by keypoints [ns].
         """
@@ -62,14 +64,23 @@ class Attempts:
             motion = self._motion_model.predict(twist, elapsed)
             prepared = dataclasses.replace(prepared, twist=twist)
         unconfirmed = seconds(confirmed, prepared.stamp)
+        doubtful = []
         if prepared.repeat is not Repeat.COLOUR:
-            yield from self._by_keypoints(prepared, references, motion, unconfirmed)
+            for attempt in self._by_keypoints(prepared, references, motion, unconfirmed):
+                if _is_doubtful(attempt, prepared):
+                    doubtful.append(attempt)
+                else:
+                    yield attempt
         if motion is not None:
             yield from self._by_depth(prepared, references, motion, unconfirmed)
+        yield from doubtful
 
     def _by_keypoints(self, prepared: PreparedFrame, references: References,
                       motion: PoseWithCovariance | None, unconfirmed: float) -> Iterator[Attempt]:
-        for reference in references.candidates():
+        candidates = list(references.candidates())
+        if references.is_blurred() and not prepared.is_blurred_beside(references.sharp.prepared):
+            candidates.insert(0, references.sharp)
+        for reference in candidates:
             expected = None if motion is None else (
                 _from(reference, references.last) @ motion.matrix)
             yield self._checked(prepared, reference, self._registrar.register(
@@ -102,6 +113,13 @@ class Attempts:
         if violation:
             return Status.MOTION_GATE, violation
         return Status.OK, registration.reason
+
+
+def _is_doubtful(attempt: Attempt, prepared: PreparedFrame) -> bool:
+    """Return whether no track confirms a pose, though depth may know better."""
+    return (attempt.status.ok and attempt.registration.tracks is None
+            and prepared.surface is not None
+            and prepared.grey.shape == attempt.reference.prepared.grey.shape)
 
 
 def seconds(start: int, end: int) -> float:

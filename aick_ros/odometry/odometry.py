@@ -50,6 +50,8 @@ class Odometry:
     and the time by ``odometry.acceleration_sigma``) are taken for rest, unless another sensor
     moves. Where one image repeats it is not used; neither kind of frame becomes a keyframe.
 
+    A frame that is blurred beyond use, beside its keyframe, becomes no keyframe.
+
     Where keypoints do not determine the motion, depth does as far as the scene has shape. Such a
     frame becomes no keyframe either, and what no shape shows is that of the motion model.
 
@@ -244,17 +246,13 @@ class Odometry:
                 increment, seconds(self._confirmed, prepared.stamp))
             references.track_shape(last, reference)
         else:
-            if references.shape is None:  # else the increment is over all frames by depth alone
+            if not references.is_return_to(reference):  # that increment is over all of the gap
                 self._twist = increment.twist
             self._confirmed = prepared.stamp
             if reference is not references.keyframe:
                 detour = registration.covariance
                 self._policy.begin()
-            if prepared.repeat is not Repeat.NONE or self._policy.keeps(prepared, registration):
-                keyframe = Reference(reference.prepared, reference.pose)
-            else:
-                keyframe = last = Reference(prepared, self._pose)
-            references.track(last, keyframe)
+            self._choose_keyframe(last, attempt, references)
         self._twist_covariance = increment.pose.covariance / increment.interval ** 2
         memory.track(references.keyframe, self._pose.matrix, detour)
         return dataclasses.replace(
@@ -262,6 +260,17 @@ class Odometry:
             recovered=recovered, reference=reference.prepared.keypoints,
             matches=registration.matches, support=registration.support,
             evidence=registration.evidence)
+
+    def _choose_keyframe(self, last: Reference, attempt: Attempt, references: References) -> None:
+        """Advance to a frame that was registered by keypoints, a keyframe or not."""
+        prepared, reference = last.prepared, attempt.reference
+        if (prepared.repeat is not Repeat.NONE
+                or self._policy.keeps(prepared, attempt.registration)
+                or prepared.is_blurred_beside(reference.prepared)):
+            references.track(last, Reference(reference.prepared, reference.pose))
+        else:
+            keyframe = Reference(prepared, self._pose)
+            references.track(keyframe, keyframe)
 
     def _lose(self, prepared: PreparedFrame, failure: Attempt, references: References,
               predicted: np.ndarray | None) -> OdometryUpdate:

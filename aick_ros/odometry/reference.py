@@ -30,6 +30,8 @@ increments is 1.2 to 5.0; with 2 it was below 1.7 on six of the seven.
 
 _SMALLEST_SIZE = 1e-9  # rad; chosen: far below any error
 
+_LONGEST_BLUR = 5.0  # s; chosen: what stays blurred for longer is how the camera sees
+
 _MAX_ATTEMPTS = 3
 """Most registrations per frame, chosen: one that fails costs about 45 ms, mostly in AICK."""
 
@@ -89,11 +91,14 @@ class References:
     again. The shape is what they are registered to: the last frame with keypoints, and where that
     is out of view a later one; None while there are keypoints.
 
+    While the image is blurred, blurred frames may have to be keyframes. The last one that was
+    sharp is kept: what is seen after the blur is registered to what was seen before it.
+
     :param first: a frame that is the keyframe and the last tracked frame in one.
     """
 
     def __init__(self, first: Reference) -> None:
-        self.keyframe = self.last = first
+        self.keyframe = self.last = self.sharp = first
         self.shape: Reference | None = None
         self._earlier: deque[Reference] = deque(maxlen=_EARLIER_FRAMES)
         self._lost: Reference | None = None
@@ -104,6 +109,10 @@ class References:
         spacing = _EARLIER_SPACING * NANOSECONDS
         if not self._earlier or self.last.stamp - self._earlier[-1].stamp >= spacing:
             self._earlier.append(self.last)
+        if keyframe.stamp != self.keyframe.stamp and not (
+                keyframe.stamp - self.sharp.stamp < _LONGEST_BLUR * NANOSECONDS
+                and keyframe.prepared.is_blurred_beside(self.sharp.prepared)):
+            self.sharp = keyframe
         self.keyframe, self.last, self.shape = keyframe, last, None
         self._lost, self._turn = None, 0
 
@@ -116,6 +125,14 @@ class References:
         """Keep a lost frame: the next one may show the same place."""
         self._turn += self._lost is not None
         self._lost = lost
+
+    def is_blurred(self) -> bool:
+        """Return whether the keyframe is blurred beyond use, beside the one before the blur."""
+        return self.keyframe.stamp != self.sharp.stamp
+
+    def is_return_to(self, reference: Reference) -> bool:
+        """Return whether a frame registered to a reference ends the dark or a blur."""
+        return self.shape is not None or self.is_blurred() and reference is self.sharp
 
     def shapes(self) -> Iterator[Reference]:
         """Yield what to register a frame to by depth alone."""

@@ -75,8 +75,18 @@ def test_from_a_keyframe_the_systematic_error_counts_in_full():
         Reference(VIEW, ORIGIN).motion_to(registration).covariance, np.eye(6))
 
 
-def reference(seconds):
-    return Reference(SimpleNamespace(stamp=round(seconds * NANOSECONDS)), ORIGIN)
+class View:
+    """A frame at a time [s], with a sharpness in place of an image."""
+
+    def __init__(self, seconds, sharpness):
+        self.stamp, self.sharpness = round(seconds * NANOSECONDS), sharpness
+
+    def is_blurred_beside(self, other):
+        return self.sharpness < other.sharpness
+
+
+def reference(seconds, sharpness=1):
+    return Reference(View(seconds, sharpness), ORIGIN)
 
 
 def tracked(times, keyframe=None):
@@ -131,3 +141,31 @@ def test_after_a_tracked_frame_the_lost_ones_are_forgotten():
         references.lose(reference(1.0 + i / 10))
     references.track(reference(1.4), reference(1.4))
     assert seconds(references) == [1.4, 0.8, 0.4]
+
+
+def test_during_a_blur_the_last_sharp_keyframe_is_kept():
+    references = References(reference(0.0))
+    for time, sharpness, sharp in [(0.1, 1, 0.1), (0.2, 0, 0.1), (0.3, 0, 0.1), (0.4, 1, 0.4)]:
+        keyframe = reference(time, sharpness)
+        references.track(keyframe, keyframe)
+        assert references.sharp.stamp == round(sharp * NANOSECONDS)
+        assert references.is_blurred() == (time != sharp)
+
+
+def test_what_stays_blurred_is_how_the_camera_sees():
+    references = References(reference(0.0))
+    for time in (4.9, 5.1):
+        keyframe = reference(time, 0)
+        references.track(keyframe, keyframe)
+        assert references.is_blurred() == (time < 5.0)
+
+
+def test_by_depth_alone_the_keyframe_stays_and_the_shape_is_tried_before_the_last_frame():
+    references = tracked([0.0, 0.1], keyframe=0.0)
+    assert [one.stamp for one in references.shapes()] == [references.last.stamp]
+    shape, dark = references.last, reference(0.2)
+    references.track_shape(dark, shape)
+    assert list(references.shapes()) == [shape, dark]
+    assert references.keyframe.stamp == 0
+    references.track(dark, references.keyframe)
+    assert list(references.shapes()) == [dark]

@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Blur against what looks like it: other contrast, noise, a view with little on it."""
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros.frames.sharpness import Sharpness
+
+
+@pytest.fixture(scope='module')
+def image():
+    """Return a picture of patches of random size and brightness, with noise of the sensor."""
+    rng = np.random.default_rng(0)
+    picture = np.full((240, 320), 90.0)
+    for _ in range(400):
+        u, v, size = rng.integers((320, 240, 30))
+        picture[v:v + size, u:u + size] = rng.uniform(20, 230)
+    return picture
+
+
+def sharpness(picture, noise=1.5):
+    noisy = picture + noise * np.random.default_rng(1).standard_normal(picture.shape)
+    return Sharpness.of(np.clip(np.rint(noisy), 0, 255).astype(np.uint8))
+
+
+@pytest.mark.parametrize('sigma, is_blurred', [(0.7, False), (3.0, True), (6.0, True)])
+def test_gaussian_blur(image, sigma, is_blurred):
+    blurred = cv2.GaussianBlur(image, (0, 0), sigma)
+    assert sharpness(blurred).is_blurred_beside(sharpness(image)) == is_blurred
+
+
+@pytest.mark.parametrize('width, is_blurred', [(3, False), (45, True)])
+def test_motion_blur(image, width, is_blurred):
+    diagonal = np.eye(width) / width
+    smeared = cv2.filter2D(image, -1, diagonal)
+    assert sharpness(smeared).is_blurred_beside(sharpness(image)) == is_blurred
+
+
+@pytest.mark.parametrize('other', [
+    lambda image: 90 + 0.2 * (image - 90), lambda image: np.full_like(image, 90.0),
+    lambda image: np.where(np.arange(320) < 290, 90.0, image)],
+    ids=['low contrast', 'blank', 'little to see'])
+def test_what_is_not_blurred(image, other):
+    assert not sharpness(other(image)).is_blurred_beside(sharpness(image))
+
+
+def test_a_sharp_image_is_not_blurred_beside_a_blurred_one(image):
+    blurred = cv2.GaussianBlur(image, (0, 0), 4.0)
+    assert not sharpness(image).is_blurred_beside(sharpness(blurred))
