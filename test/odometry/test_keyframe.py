@@ -16,8 +16,7 @@ from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
 KEYPOINTS = 100
-VIEW = SimpleNamespace(keypoints=type('Keypoints', (), {
-    'positions': np.tile([0.0, 0.0, 2.0], (KEYPOINTS, 1)), '__len__': lambda self: KEYPOINTS})())
+VIEW = SimpleNamespace(keypoints=range(KEYPOINTS), scene_depth=2.0)
 
 
 def registration(support, deviation):

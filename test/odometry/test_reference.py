@@ -16,7 +16,7 @@ from aick_ros.registration.result import Registration
 from aick_ros.registration.status import Status
 
 ORIGIN = PoseWithCovariance.identity()
-VIEW = SimpleNamespace(keypoints=SimpleNamespace(positions=np.array([[0.0, 0.0, 2.0]])))
+VIEW = SimpleNamespace(scene_depth=2.0)
 
 
 def registered_at(pose, systematic=np.zeros((6, 6))):

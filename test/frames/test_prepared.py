@@ -1,0 +1,32 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Depth of the scene of a prepared frame."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.prepared import PreparedFrame
+
+
+def prepared(keypoint_depths, surface_depths=()):
+    keypoints, points = (np.column_stack([np.zeros((len(depths), 2)), depths])
+                         for depths in (keypoint_depths, surface_depths))
+    surface = SimpleNamespace(points=np.concatenate([np.full((2, 3), 9.0), points]),
+                              chosen=np.arange(2, 2 + len(points)))
+    return PreparedFrame(None, SimpleNamespace(positions=keypoints), None, surface)
+
+
+def test_the_scene_is_at_the_median_depth_of_the_keypoints():
+    assert prepared([1.0, 4.0, 2.0], [7.0]).scene_depth == 2.0
+    assert prepared([1.0, 4.0, 2.0, 3.0]).scene_depth == pytest.approx(2.5)
+
+
+def test_without_keypoints_it_is_at_that_of_the_chosen_surface_points():
+    assert prepared([], [5.0, 1.0, 3.0]).scene_depth == 3.0
+
+
+def test_without_either_it_is_unknown():
+    assert np.isnan(prepared([]).scene_depth)
