@@ -58,7 +58,7 @@ def learned(delay, count):
 
 
 def test_the_delay_of_the_depth_images_is_learned_and_outlives_a_reset():
-    odometry = learned(DELAY, 50)
+    odometry = learned(DELAY, 80)
     assert odometry.misalignment.delay == pytest.approx(DELAY, rel=0.4)
     assert odometry.misalignment.readout == 0.0
     odometry.reset()
