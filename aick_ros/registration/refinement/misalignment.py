@@ -178,10 +178,10 @@ def rows_of(points: np.ndarray, height: float) -> np.ndarray:
 def _moved(points: np.ndarray, constant: np.ndarray, by_row: np.ndarray,
            rows: np.ndarray) -> np.ndarray:
     """Return points moved by twists that are linear in their rows, to second order, Nx3."""
-    twists = constant + rows[:, None] * by_row
-    v, w = twists[:, :3], twists[:, 3:]
-    step = v + np.cross(w, points)
-    moved: np.ndarray = points + step + 0.5 * np.cross(w, step)
+    turn, turn_by_row = se3.skew(constant[3:]).T, se3.skew(by_row[3:]).T
+    rows = rows[:, None]
+    step = constant[:3] + points @ turn + rows * (by_row[:3] + points @ turn_by_row)
+    moved: np.ndarray = points + step + 0.5 * (step @ turn + rows * (step @ turn_by_row))
     return moved
 
 
