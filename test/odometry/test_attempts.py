@@ -27,6 +27,7 @@ class View:
     sharpness: int = 1
     repeat: Repeat = Repeat.NONE
     surface: str = 'a room'
+    twist: np.ndarray | None = None
     grey: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros((3, 4)))
 
     def is_blurred_beside(self, other):

@@ -16,7 +16,7 @@ from aick_ros.settings import Settings
 
 def warm_up(settings: Settings) -> None:
     """
-    Register two frames of noise.
+    Register two frames of noise, a column of pixels apart.
 
     The libraries load and allocate at their first use, which takes as long as several frames.
     """
@@ -27,5 +27,6 @@ def warm_up(settings: Settings) -> None:
                     np.float32)
     camera = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
     odometry = Odometry(settings)
-    for stamp in (NANOSECONDS, 2 * NANOSECONDS):
-        odometry.register_frame(RgbdFrame(stamp, colour, depth, camera))
+    for i in (1, 2):  # images that repeat would not be registered
+        odometry.register_frame(RgbdFrame(i * NANOSECONDS, np.roll(colour, i, axis=1),
+                                          (1.0 + 1e-4 * i) * depth, camera))

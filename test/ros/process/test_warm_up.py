@@ -5,6 +5,7 @@
 
 import pytest
 
+from aick_ros.frames.repetition import Repeat
 from aick_ros.odometry import Odometry
 from aick_ros.registration.status import Status
 from aick_ros.ros.process.warm_up import warm_up
@@ -17,7 +18,8 @@ def test_its_frames_are_registered(settings, monkeypatch):
     found, register = [], Odometry.register_frame
 
     def watch(self, frame):
-        found.append(register(self, frame).status)
+        update = register(self, frame)
+        found.append((update.status, update.prepared.repeat))
     monkeypatch.setattr(Odometry, 'register_frame', watch)
     warm_up(settings)
-    assert found == [Status.FIRST_FRAME, Status.OK]
+    assert found == [(Status.FIRST_FRAME, Repeat.NONE), (Status.OK, Repeat.NONE)]
