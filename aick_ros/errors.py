@@ -1,8 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The one kind of error a user can mend: input that cannot be used."""
+"""Errors that a user can mend: input that cannot be used, packages that are missing."""
 
 
 class InputError(ValueError):
     """Input that cannot be used; the message says what, where and what to do."""
+
+
+def installation(extra: str) -> str:
+    """Return how to install what an extra of this package needs; no index has the package."""
+    return f"pip install '.[{extra}]' in the folder of aick_ros"

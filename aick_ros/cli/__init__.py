@@ -11,6 +11,8 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from aick_ros.errors import installation
+
 _NEEDED = ('typer', 'rich', 'yaml')
 _EPOCH = re.compile('[0-9]{1,11}')  # seconds, up to the year 5138
 
@@ -35,7 +37,6 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         package = (error.name or '').partition('.')[0]
         if package not in _NEEDED:
             raise
-        print(f"aick: the command needs {package}: pip install 'aick_ros[cli]'",
-              file=sys.stderr)
+        print(f"aick: the command needs {package}: {installation('cli')}", file=sys.stderr)
         sys.exit(2)
     sys.exit(run(sys.argv[1:] if arguments is None else arguments))

@@ -172,7 +172,8 @@ def test_missing_packages_are_named(missing):
     process = python(f'import sys; sys.modules["{missing}"] = None\n'
                      'from aick_ros.cli import main; main(["--version"])')
     assert process.returncode == 2
-    assert process.stderr == f"aick: the command needs {missing}: pip install 'aick_ros[cli]'\n"
+    assert process.stderr == (f"aick: the command needs {missing}: pip install '.[cli]' in the "
+                              'folder of aick_ros\n')
 
 
 def test_a_closed_pipe_is_no_defect():

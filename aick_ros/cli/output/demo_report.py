@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aick_ros.cli.output.console import decimal
+from aick_ros.errors import installation
 from aick_ros.evaluation.scores.statistics import Percentiles, root_mean_square
 from aick_ros.evaluation.scores.trajectory_errors import TrajectoryErrors
 from aick_ros.frames.keypoints import KeypointExtractor
@@ -74,7 +75,7 @@ def plot_path(path_png: Path, name: str, estimate: Trajectory, truth: Trajectory
     try:
         from aick_ros.reports.path_plot import View, plot_trajectory
     except ModuleNotFoundError as error:
-        return f"not plotted, {error.name} is not installed: pip install 'aick_ros[eval]'"
+        return f"not plotted, {error.name} is not installed: {installation('eval')}"
     extractor = KeypointExtractor(Settings().features, Settings().sensor)
     shown = set(np.linspace(0, len(recording) - 1, _IMAGES, dtype=int))
     views = [View(frame.colour, extractor.extract(frame).pixels)

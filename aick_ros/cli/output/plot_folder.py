@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from aick_ros.errors import InputError
+from aick_ros.errors import InputError, installation
 
 
 def make_plot_folder(path: Path) -> None:
@@ -19,7 +19,7 @@ def make_plot_folder(path: Path) -> None:
     try:
         import matplotlib  # noqa: F401: only whether it is installed
     except ModuleNotFoundError:
-        raise InputError("--plots requires matplotlib: pip install 'aick_ros[eval]'") from None
+        raise InputError(f"--plots requires matplotlib: {installation('eval')}") from None
     make_folder(path, '--plots')
 
 

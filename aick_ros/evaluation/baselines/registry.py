@@ -19,7 +19,7 @@ from typing import Any
 
 import cv2
 
-from aick_ros.errors import InputError
+from aick_ros.errors import InputError, installation
 from aick_ros.evaluation.baselines import Baseline
 
 _HERE = __package__
@@ -101,7 +101,7 @@ def _is_importable(module: str) -> bool:
 
 
 def _extra(module: str) -> Need:
-    return Need(partial(_is_importable, module), "pip install 'aick_ros[baselines]'")
+    return Need(partial(_is_importable, module), installation('baselines'))
 
 
 def _pcl(name: str, title: str, settings: str, max_depth: float, *arguments: str) -> Method:

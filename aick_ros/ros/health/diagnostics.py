@@ -17,6 +17,7 @@ from aick_ros.ros.health.frame_statistics import FrameStatistics, Snapshot
 from aick_ros.ros.health.levels import judge
 
 _QUEUE = 10
+_LONGEST_AGE = 3.6e6  # ms; chosen: a stamp older than an hour is not of this clock
 
 
 class Diagnostics(FrameStatistics):
@@ -43,10 +44,11 @@ class Diagnostics(FrameStatistics):
             status=[DiagnosticStatus(
                 level=level.value, name=self._name, message=message,
                 values=[KeyValue(key=key, value=value)
-                        for key, value in {**_values(frames), **present}.items()])]))
+                        for key, value in {**values_of(frames), **present}.items()])]))
 
 
-def _values(frames: Snapshot) -> dict[str, str]:
+def values_of(frames: Snapshot) -> dict[str, str]:
+    """Return counts and times as text, by key."""
     values = {'status': f'{frames.status.value}: {frames.reason}',
               'input rate [Hz]': f'{frames.rate(Count.RECEIVED):.1f}',
               'output rate [Hz]': f'{frames.rate(Count.ANSWERED):.1f}',
@@ -55,7 +57,13 @@ def _values(frames: Snapshot) -> dict[str, str]:
     if len(frames.delays):
         median, worst = np.percentile(frames.delays, (50, 99))
         values.update({'delay [ms]': f'{median:.1f}', 'delay, 99 % [ms]': f'{worst:.1f}',
-                       'delay since the stamp [ms]': f'{np.median(frames.ages):.1f}'})
+                       'delay since the stamp [ms]': _age(float(np.median(frames.ages)))})
     values.update((f'{stage} [ms]', f'{time:.2f}') for stage, time in frames.timing.items())
     values.update((count.value, str(total)) for count, total in frames.totals.items())
     return values
+
+
+def _age(age: float) -> str:
+    if abs(age) > _LONGEST_AGE:
+        return 'unknown: the stamps are of another clock; with a bag, set use_sim_time'
+    return f'{age:.1f}'

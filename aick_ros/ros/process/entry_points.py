@@ -8,6 +8,7 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
+from aick_ros.errors import installation
 from aick_ros.ros.process.signals import hold
 
 _PACKAGES = {'rosbags': 'pip install rosbags', 'cv2': 'apt install python3-opencv',
@@ -39,8 +40,8 @@ def _run(name: str, module_name: str) -> None:
         if (error.name or '').startswith('aick_ros'):
             raise
         package = (error.name or '').partition('.')[0]
-        remedy = _PACKAGES.get(package, "source a ROS 2 Jazzy workspace, or pip install "
-                               "'aick_ros[ros]'")
+        remedy = _PACKAGES.get(package, "source a ROS 2 Jazzy workspace, or "
+                               + installation('ros'))
         print(f'{name}: {error.name} is not installed: {remedy}', file=sys.stderr)
         sys.exit(2)
     module.main()

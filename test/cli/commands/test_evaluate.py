@@ -139,7 +139,7 @@ def test_plots_are_checked_before_the_run(evaluate, recording, tmp_path, monkeyp
         assert outcome.code == 2
         assert f'--plots {target}: cannot make the folder' in outcome.sentence
     monkeypatch.setitem(sys.modules, 'matplotlib', None)
-    assert "pip install 'aick_ros[eval]'" in evaluate(recording, '--plots', 'p').sentence
+    assert "pip install '.[eval]'" in evaluate(recording, '--plots', 'p').sentence
     assert list(tmp_path.iterdir()) == [tmp_path / 'file']
 
 

@@ -262,7 +262,8 @@ def test_runs_without_matplotlib(replay, recording, monkeypatch):
     monkeypatch.setitem(sys.modules, 'matplotlib', None)
     outcome, run = replay(recording, '--limit', '2')
     assert outcome.code == 0
-    assert outcome.sentence == "no report.html without matplotlib: pip install 'aick_ros[eval]'"
+    assert outcome.sentence == ("no report.html without matplotlib: pip install '.[eval]' in the "
+                                'folder of aick_ros')
     assert {path.name for path in run.iterdir()} == FILES - {'report.html'}
 
 

@@ -102,7 +102,8 @@ def test_names_of_methods():
 
 def test_a_method_names_its_requirements(monkeypatch):
     monkeypatch.setattr(registry.importlib.util, 'find_spec', lambda name: None)
-    assert METHODS['small-gicp'].missing == "pip install 'aick_ros[baselines]'"
+    assert METHODS['small-gicp'].missing == (
+        "pip install '.[baselines]' in the folder of aick_ros")
     assert METHODS['aick-orb'].missing == ''
 
 
