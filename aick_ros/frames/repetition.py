@@ -39,6 +39,6 @@ def _is_same(image: np.ndarray, before: np.ndarray) -> bool:
     """Return whether two images are equal and show something: all covered lenses see the same."""
     if image.shape != before.shape:
         return False
-    middle = len(image) // 2  # one row tells almost all different images apart
+    middle = len(image) // 2  # one row differs in almost all different images
     return (np.array_equal(image[middle], before[middle]) and np.array_equal(image, before)
             and bool(image.min() != image.max()))

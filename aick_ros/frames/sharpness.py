@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Whether an image is blurred beyond use, by another image of about the same view."""
+"""Blur of an image beyond use, measured by another image of about the same view."""
 
 from __future__ import annotations
 

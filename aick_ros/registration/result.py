@@ -68,7 +68,7 @@ class Registration:
     :param systematic: 6x6, the part of the covariance that is the bias expected between keypoints
         and depth; registrations with about the same motion have it in common.
     :param noise: noise measured from the residuals; None unless a refinement used both.
-    :param misalignment: what they tell about that of the two images; None as well.
+    :param misalignment: that of the two images, measured likewise; None as well.
     """
 
     status: Status

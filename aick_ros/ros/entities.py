@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a node has of ROS: publishers, subscriptions, services, timers."""
+"""Entities of a node: publishers, subscriptions, services, timers."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ class Misalignment:
 
     @property
     def description(self) -> str:
-        """What is wrong with the camera, with the numbers; '' where nothing is."""
+        """The misalignment in words, with the numbers; '' where there is none."""
         sentences = []
         if self.offset.any():
             x, y, z = 1e3 * self.offset[:3]

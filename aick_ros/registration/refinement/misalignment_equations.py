@@ -20,7 +20,7 @@ from aick_ros.registration.refinement.misalignment import Misalignment, rows_of
 from aick_ros.registration.refinement.residuals import Residuals
 from aick_ros.registration.refinement.tracks import Tracks
 
-_EVERY = 4  # chosen: of so many depth residuals one is used; neighbours tell the same
+_EVERY = 4  # chosen: of so many depth residuals one is used; neighbours are correlated
 _SMALLEST_COSINE = 0.2  # chosen: of a ray to a normal; more grazing surfaces count as this
 _PRIOR = np.eye(6)  # chosen, as in the refinement: 1 m and 1 rad
 

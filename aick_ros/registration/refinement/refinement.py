@@ -60,7 +60,7 @@ class Refined:
     :param bias: between keypoints and depth; None where only keypoints are used.
     :param noise: noise measured by the residuals; None where too few keypoints are
         tracked, or only keypoints are used.
-    :param misalignment: what the residuals tell about that of the images; None as ``noise``.
+    :param misalignment: that of the images, measured by the residuals; None as ``noise``.
     """
 
     T_target_source: np.ndarray

@@ -68,7 +68,7 @@ class Pairing:
         return dict(zip(self._names, (self._colour.missing_share, self._depth.missing_share)))
 
     def recent_counts(self, seconds: float) -> dict[str, int]:
-        """Return how many images were accepted lately, up to 100, by unresolved topic name."""
+        """Return how many images were accepted in the last seconds, at most 100, by topic name."""
         since = time.monotonic() - seconds
         return {name: sum(at >= since for at in arrivals)
                 for name, arrivals in self._arrivals.items()}

@@ -135,7 +135,7 @@ class Watchdog:
         few = [f'{count} on {self._subscriptions[name].topic_name}'
                for name, count in self._pairing.recent_counts(_SILENT_AFTER).items()
                if count < _FEWEST]
-        if few:  # too few to tell how many are missing between them
+        if few:  # too few to estimate how many are missing between them
             return (f'in {_SILENT_AFTER:g} s only few images arrive ({", ".join(few)}), and no '
                     f'two of them are a pair: {_IF_LOST}')
         if not self._settings.approx_sync:
