@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Imports run one way: each folder imports only from those named beside it, never in a circle."""
+"""Imports run one way, never in a circle; folders are few, functions short."""
 
 import ast
 import graphlib
@@ -30,6 +30,7 @@ IMPORTS = {
     'cli': 'errors borders geometry settings features frames messages registration odometry '
            'sources ros evaluation reports',
 }
+LONGEST_FUNCTION = 40  # lines, docstring included
 CORE = 'errors borders geometry settings features frames messages registration odometry'.split()
 
 
@@ -86,3 +87,15 @@ def test_no_imports_run_in_a_circle():
                       for name in imported(path)} & set(files)
              for module, path in files.items()}
     assert len(list(graphlib.TopologicalSorter(graph).static_order())) == len(files)
+
+
+def test_functions_fit_on_a_screen():
+    long = {f'{path.name}: {node.name}': lines for path in PACKAGE.rglob('*.py')
+            for node in ast.walk(ast.parse(path.read_text()))
+            if isinstance(node, ast.FunctionDef)
+            and (lines := node.end_lineno - node.lineno + 1) > LONGEST_FUNCTION}
+    assert not long
+
+
+def test_the_package_has_few_folders():
+    assert len([path for path in PACKAGE.iterdir() if (path / '__init__.py').is_file()]) <= 13

@@ -19,8 +19,9 @@ from aick_ros.cli.output.evaluation_tables import show
 from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.cli.output.plot_folder import make_folder, make_plot_folder
 from aick_ros.cli.output.square_files import write_square
+from aick_ros.evaluation.scores.evaluation import Evaluation
 from aick_ros.evaluation.scores.evaluation import evaluate as evaluate_source
-from aick_ros.sources import SourceOptions, open_source
+from aick_ros.sources import RgbdSource, SourceOptions, open_source
 
 Plots = Annotated[Path | None, typer.Option(
     '--plots', metavar='DIR', show_default=False,
@@ -66,6 +67,13 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
         make_folder(export, '--export')
     with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as done:
         evaluation = evaluate_source(reading, settings, numbers, done, reading.damage)
+    _write(evaluation, reading, recording, json, plots, export)
+    return outcome.of_reading(reading)
+
+
+def _write(evaluation: Evaluation, reading: Reading, recording: RgbdSource, json: str | None,
+           plots: Path | None, export: Path | None) -> None:
+    """Show an evaluation and write what was asked for."""
     if json is not None:
         write_json(json, {**evaluation.to_json(), 'ended': reading.ended,
                           'damaged_images': reading.damage.count})
@@ -77,4 +85,3 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
     if recording.ground_truth is not None and evaluation.trajectory.ate_rmse_m is None:
         say(f'the ground truth of {recording.name} covers none of its frames: check that both '
             'have the same clock')
-    return outcome.of_reading(reading)
