@@ -100,6 +100,17 @@ def test_the_jitter_is_the_standard_deviation_of_the_stamps(jitter):
         np.std(stamps / NANOSECONDS - taken), rel=0.1)
 
 
+def test_irregular_stamps_do_not_count_against_the_camera_that_follows():
+    """Images on a trigger, then at a rate: one late stamp is an outlier, the lock stays."""
+    intervals = np.random.default_rng(3).uniform(0.02, 0.2, 500)
+    clock = CameraClock()
+    corrected(clock, np.rint(np.cumsum(intervals) * NANOSECONDS).astype(int))
+    taken, stamps = simulate(30.0, 0.0, missing=0.0, start=200.0)
+    stamps[SETTLED] += round(0.4 / 30 * NANOSECONDS)
+    error = corrected(clock, stamps) - taken
+    assert np.abs(error[SETTLED:]).max() < 1e-4
+
+
 @pytest.mark.parametrize('rates', [(30.0, 15.0), (15.0, 30.0), (30.0, 25.0), (60.0, 6.0)])
 def test_a_change_of_the_rate_is_followed(rates):
     jitter = 0.001

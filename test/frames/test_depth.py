@@ -39,6 +39,17 @@ def test_at_an_edge_the_depth_is_that_of_one_of_the_surfaces():
     np.testing.assert_allclose(found, np.where(np.rint(u) >= 300, 1.0, 3.0))
 
 
+def test_whether_there_is_an_edge_does_not_depend_on_the_distance():
+    """An edge is a ratio of depths: with all depths scaled, the samples are."""
+    rng = np.random.default_rng(3)
+    image = rng.uniform(1.0, 1.2, (48, 64)).astype(np.float32)
+    pixels = rng.uniform((0, 0), (63, 47), (400, 2))
+    found = depth.sample(image, pixels, SENSOR)
+    for scale in (0.25, 4.0, 8.0):  # powers of two, so that nothing is rounded
+        np.testing.assert_allclose(
+            depth.sample(image * np.float32(scale), pixels, SENSOR), scale * found, rtol=1e-12)
+
+
 def test_beside_a_hole_the_nearest_pixel_is_taken():
     image = np.full((480, 640), 2.0, np.float32)
     image[100, 100] = np.nan

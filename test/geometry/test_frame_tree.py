@@ -78,7 +78,27 @@ def test_older_samples_are_dropped_and_their_number_is_bounded(tree):
 def test_samples_that_are_not_newer_are_ignored(tree):
     for seconds, seed in ((10, 1), (11, 2), (10.5, 3), (11, 4)):
         tree.add_sample('base', 'mast', round(seconds * SECOND), pose(seed))
-    np.testing.assert_allclose(tree.find('base', 'mast', 11 * SECOND).T_target_source, pose(2))
+    for seconds in (11, 12):
+        found = tree.find('base', 'mast', seconds * SECOND)
+        np.testing.assert_allclose(found.T_target_source, pose(2))
+
+
+@pytest.mark.parametrize('target, source', [('camera', 'wheel'), ('wheel', 'camera')])
+def test_of_two_chains_the_larger_gap_counts(tree, target, source):
+    tree.add_sample('base', 'mast', 10 * SECOND, pose(4))
+    tree.set_static('axle', 'wheel', pose(3))
+    tree.add_sample('world', 'base', 9 * SECOND, pose(5))
+    tree.add_sample('world', 'axle', 11 * SECOND, pose(6))
+    assert tree.find(target, source, 14 * SECOND).gap == 5 * SECOND
+
+
+def test_a_frame_on_another_parent_forgets_the_one_before(tree):
+    tree.add_sample('base', 'mast', 10 * SECOND, pose(4))
+    tree.add_sample('trailer', 'mast', 11 * SECOND, pose(5))
+    assert tree.find('base', 'mast', 11 * SECOND) is None
+    found = tree.find('trailer', 'mast', 10 * SECOND)
+    np.testing.assert_allclose(found.T_target_source, pose(5))
+    assert found.gap == SECOND
 
 
 def test_a_clock_set_back_clears_the_history(tree):

@@ -33,3 +33,14 @@ def test_points_outside_of_the_field_of_view_are_not_folded_into_the_image():
     assert abs(camera.project([(1.93, 0.0, 1.0)])[0, 0] - 320) < 300
     u, v = PixelMap(camera).pixels(x, np.zeros_like(x))
     assert np.isnan(u).all() and np.isnan(v).all()
+
+
+def test_rays_beyond_the_maximum_of_the_polynomial_have_no_pixel():
+    """The corners of this image see nothing, so those of the table lie beyond the maximum."""
+    camera = Camera(640, 480, 517, 517, 320, 240, 'plumb_bob', (-0.4, 0.05, 0, 0, 0))
+    farthest = np.sqrt((1.2 - np.sqrt(1.44 - 1.0)) / 0.5)  # where the derivative of r' is zero
+    x, y = np.meshgrid(*2 * [np.linspace(-0.95, 0.95, 60, dtype=np.float32)])
+    u, v = PixelMap(camera).pixels(x, y)
+    beyond = np.hypot(x, y) > farthest
+    assert beyond.mean() > 0.05 and np.isnan(u[beyond]).all() and np.isnan(v[beyond]).all()
+    assert np.isfinite(u[np.hypot(x, y) < 0.6]).all()

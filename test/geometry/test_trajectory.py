@@ -49,6 +49,12 @@ def test_outside_and_in_a_long_gap_there_is_no_pose():
     assert path.at(int(path.stamps[0]) + 1, max_gap=0.04) is not None
 
 
+def test_a_gap_as_long_as_the_longest_is_interpolated():
+    path = Trajectory(np.array([0, SECOND // 4]), np.tile(np.eye(4), (2, 1, 1)))
+    assert path.at(1, max_gap=0.25) is not None
+    assert path.at(1, max_gap=0.249999999) is None
+
+
 @pytest.mark.parametrize('text, stamp', [
     ('1305031102.175304', 1305031102_175304000), ('1.5', 1_500_000_000), ('7', 7 * SECOND),
     ('0.000000001', 1), ('1305031102.123456789', 1305031102_123456789), ('1e2', 100 * SECOND)])

@@ -103,6 +103,15 @@ def test_large_images_are_rejected_by_their_header(kind, width, height, monkeypa
         png_jpeg.decode(declared(kind, width, height))
 
 
+@pytest.mark.parametrize('count', [1, 2, 3])
+def test_padding_before_a_marker_is_skipped(count):
+    """Any number of bytes ff may stand before a marker (ITU-T T.81, B.1.1.2)."""
+    data = encoded(BGR, '.jpg')
+    place = data.index(b'\xff\xc0')
+    padded = data[:place] + count * b'\xff' + data[place:]
+    np.testing.assert_array_equal(png_jpeg.decode(padded), png_jpeg.decode(data))
+
+
 @pytest.mark.parametrize('kind', ['.png', '.jpg'])
 @given(data=st.data())
 def test_any_bytes_are_an_image_or_an_input_error(kind, data):

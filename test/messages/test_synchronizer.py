@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aick_ros.geometry.stamps import RESTART_AFTER
 from aick_ros.messages.synchronizer import Synchronizer
 
 MS = 1_000_000
@@ -122,6 +123,15 @@ def test_a_recording_that_starts_again_is_followed():
     pairs, synchronizer = run(once + once)
     assert pairs == 2 * [(stamp, stamp) for stamp, kind in once if kind == 'colour']
     assert synchronizer.late == 0
+
+
+@pytest.mark.parametrize('beyond, is_late', [(0, True), (1, False)])
+def test_up_to_a_second_back_is_late_and_more_is_a_restart(beyond, is_late):
+    synchronizer = Synchronizer()
+    synchronizer.add_colour(10 ** 10, None)
+    synchronizer.add_colour(10 ** 10 - RESTART_AFTER - beyond, None)
+    assert synchronizer.late == is_late
+    assert synchronizer.unpaired['colour'] == (not is_late)
 
 
 @pytest.mark.parametrize('shift_ms', [2_000, 60_000])
