@@ -32,6 +32,12 @@ def test_stray_stamps_apart_are_each_stray():
         False, False, True, False, True, False]
 
 
+def test_a_stray_stamp_in_a_pause_does_not_make_those_after_it_stray():
+    """The time that has passed is that since the last accepted stamp."""
+    assert stray([0.0, 0.1, 500.0, 60.0, 60.1], [0.0, 0.1, 59.9, 60.0, 60.1]) == [
+        False, False, True, False, False]
+
+
 @pytest.mark.parametrize('second', [98.0, 99.0 + 10.1])
 def test_stray_stamps_in_succession_do_not_confirm_each_other(second):
     """A clock that was set runs on: at most 10 s to the next image, and never back."""

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aick_ros.geometry.stamps import RESTART_AFTER
-from aick_ros.messages.synchronizer import Synchronizer
+from aick_ros.messages.synchronizer import Pair, Synchronizer
 
 MS = 1_000_000
 
@@ -123,6 +123,15 @@ def test_a_recording_that_starts_again_is_followed():
     pairs, synchronizer = run(once + once)
     assert pairs == 2 * [(stamp, stamp) for stamp, kind in once if kind == 'colour']
     assert synchronizer.late == 0
+
+
+def test_the_images_of_a_pair_are_not_used_again():
+    synchronizer = Synchronizer()
+    pair = Pair(10 * MS, 'c', 12 * MS, 'd')
+    assert synchronizer.add_pair(pair) == [pair]
+    assert synchronizer.add_pair(pair) == []
+    assert synchronizer.add_depth(12 * MS, 'd') == []
+    assert synchronizer.late == 2
 
 
 @pytest.mark.parametrize('beyond, is_late', [(0, True), (1, False)])

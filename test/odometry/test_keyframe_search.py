@@ -107,6 +107,17 @@ def test_young_ones_are_not_sought():
     assert candidates(graph_of(POSITIONS), 6, stamps(7, 0.3), SETTINGS.odometry) == ()
 
 
+@pytest.mark.parametrize('sigma, is_sought', [(0.149, True), (0.151, False)])
+def test_a_keyframe_is_sought_up_to_a_sigma_of_15_cm(sigma, is_sought):
+    """The first is six steps away, each with an equal variance along the three axes."""
+    graph = KeyframeGraph(0, PoseWithCovariance.identity())
+    step = np.diag([sigma ** 2 / 6 / 3] * 3 + [1e-12] * 3)
+    for key in range(1, len(POSITIONS)):
+        motion = se3.exp([POSITIONS[key] - POSITIONS[key - 1], 0, 0, 0, 0, 0])
+        graph.add(key, PoseWithCovariance(motion, step), key - 1)
+    assert (0 in candidates(graph, 6, stamps(7), SETTINGS.odometry)) == is_sought
+
+
 def test_a_frame_that_became_a_keyframe_twice_is_one_witness_and_none_of_itself():
     graph, twice = graph_of(POSITIONS), stamps(7)
     twice[1] = twice[0]

@@ -71,6 +71,14 @@ def test_increments_beyond_a_limit_are_named(speed, turn_rate, exceeds, interval
         assert violation is None
 
 
+def test_increments_at_a_limit_are_within_it():
+    turn = se3.exp_rotation([0.0, 0.25, 0.0])
+    model = MotionModel(OdometrySettings(max_speed=2.0, max_turn_rate=se3.angle(turn) / 0.5))
+    motion = np.eye(4)
+    motion[:3, :3], motion[:3, 3] = turn, (0.0, 0.0, 1.0)
+    assert model.violation(Increment(PoseWithCovariance(motion), 0.5)) is None
+
+
 def test_a_motion_by_another_sensor_is_known_to_a_tenth_and_a_centimetre():
     motion = np.eye(4)
     motion[:3, :3], motion[:3, 3] = se3.exp_rotation([0.0, 0.4, 0.0]), (0.0, 3.0, 4.0)

@@ -1,0 +1,227 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The states of the odometry by made-up registrations: right poses, and a script of failures."""
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.repetition import Repeat
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry import Odometry
+from aick_ros.odometry.keyframe import KeyframePolicy
+from aick_ros.odometry.keyframe_memory import KeyframeMemory
+from aick_ros.registration.result import Evidence, Registration, failed
+from aick_ros.registration.status import Status
+from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
+
+CAMERA = Camera(12, 10, 10.0, 10.0, 5.5, 4.5)
+PERIOD = 0.1
+COVARIANCE = np.diag([1e-6, 2e-6, 3e-6, 1e-7, 2e-7, 3e-7])
+TWIST = np.array([0.3, -0.1, 0.2, 0.05, 0.1, -0.2])
+START = 10 * NANOSECONDS
+
+
+class Registrar:
+    """
+    Registers frames by their true poses.
+
+    :ivar dark: stamps without matches; ``blind``: without depth; ``few``: with few keypoints.
+    :ivar refused: pairs of stamps, source and target, that do not match.
+    :ivar asked: what :meth:`register` was asked, stamps for frames, and the twist of the source.
+    """
+
+    def __init__(self, path):
+        self.path, self.dark, self.blind, self.few = path, set(), set(), set()
+        self.asked, self.unobserved, self.refused = [], [], set()
+
+    def prepare(self, frame, repeat=Repeat.NONE):
+        count = 5 if frame.stamp in self.few else 200
+        keypoints = KeypointFrame(
+            frame.stamp, np.full((count, 3), 2.0, np.float32), np.zeros((count, 32), np.uint8),
+            np.tile(np.eye(3, dtype=np.float32), (count, 1, 1)), np.zeros((count, 2), np.float32))
+        return PreparedFrame(frame, keypoints, frame.grey, repeat=repeat)
+
+    def register(self, source, target, expected=None, elapsed=np.inf):
+        self.asked.append((source.stamp, target.stamp, expected, elapsed, source.twist))
+        if self.dark & {source.stamp, target.stamp} or (
+                source.stamp, target.stamp) in self.refused:
+            return failed(Status.TOO_FEW_MATCHES, 'dark')
+        return self._found(source, target, Evidence.KEYPOINTS)
+
+    def register_depth(self, source, target, expected, unobserved):
+        self.unobserved.append((expected.covariance, unobserved))
+        if self.blind & {source.stamp, target.stamp}:
+            return failed(Status.TOO_FEW_KEYPOINTS, 'blind')
+        return self._found(source, target, Evidence.DEPTH_ALONE)
+
+    def _found(self, source, target, evidence):
+        T = se3.inverse(self.path(target.stamp)) @ self.path(source.stamp)
+        return Registration(Status.OK, '', T, COVARIANCE, np.empty((0, 2), np.intp), 1, 200,
+                            tracks='some', evidence=evidence)
+
+
+def at_constant_velocity(stamp):
+    return se3.exp((stamp - START) / NANOSECONDS * TWIST)
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Return a function that makes an odometry with the registrar that it gets."""
+    def make(path=at_constant_velocity, **values):
+        registrar = Registrar(path)
+        monkeypatch.setattr('aick_ros.odometry.odometry.Registrar', lambda *_: registrar)
+        return Odometry(with_values(Settings(), {
+            f'odometry.{name}': value for name, value in values.items()})), registrar
+    return make
+
+
+def stamp_of(number):
+    return START + round(number * PERIOD * NANOSECONDS)
+
+
+def frame(number, images=None):
+    """Return the frame of a number, with images of its own or those of another number."""
+    rng = np.random.default_rng(number if images is None else images)
+    return RgbdFrame(stamp_of(number), rng.integers(0, 255, (10, 12), np.uint8),
+                     rng.uniform(1, 3, (10, 12)).astype(np.float32), CAMERA)
+
+
+def test_a_frame_is_expected_where_the_velocity_leads(made):
+    """Also in the frame of the keyframe, which is earlier than the last tracked one."""
+    odometry, registrar = made()
+    for number in range(5):
+        odometry.register_frame(frame(number))
+    source, target, expected, elapsed, twist = registrar.asked[-1]
+    assert (source, target) == (stamp_of(4), stamp_of(0))
+    np.testing.assert_allclose(expected, at_constant_velocity(source), atol=1e-9)
+    np.testing.assert_allclose(twist, TWIST, atol=1e-9)
+    assert elapsed == pytest.approx(PERIOD)
+
+
+def test_the_time_since_the_velocity_was_confirmed_grows_in_the_dark(made):
+    odometry, registrar = made()
+    registrar.dark = {stamp_of(3), stamp_of(4)}
+    for number in range(6):
+        odometry.register_frame(frame(number))
+    elapsed = {source: elapsed for source, _, _, elapsed, _ in registrar.asked}
+    assert [elapsed[stamp_of(number)] for number in range(2, 6)] == pytest.approx(
+        [PERIOD, PERIOD, 2 * PERIOD, 3 * PERIOD])
+
+
+def test_in_the_dark_what_nothing_observes_is_as_uncertain_as_since_the_last_keypoints(made):
+    """The motion expected is that of one step, the covariance that of all the time."""
+    odometry, registrar = made(acceleration_sigma=2.0)
+    registrar.dark = {stamp_of(3), stamp_of(4)}
+    for number in range(5):
+        odometry.register_frame(frame(number))
+    for steps, (expected, unobserved) in zip((1, 2), registrar.unobserved):
+        assert expected[0, 0] == pytest.approx((0.5 * 2.0 * PERIOD ** 2) ** 2)
+        assert unobserved[0, 0] >= (0.5 * 2.0 * (steps * PERIOD) ** 2) ** 2
+        assert unobserved[0, 0] == pytest.approx(
+            (0.5 * 2.0 * (steps * PERIOD) ** 2) ** 2, rel=0.01)
+
+
+def test_after_a_reset_there_is_no_velocity(made):
+    odometry, registrar = made()
+    for number in range(3):
+        odometry.register_frame(frame(number))
+    odometry.reset()
+    for number in (3, 4):
+        odometry.register_frame(frame(number))
+    assert registrar.asked[-1][2] is None
+    assert registrar.asked[-1][4] is None
+
+
+def test_the_pose_of_an_image_that_repeats_has_the_error_of_the_velocity(made):
+    """Its covariance is that of the motion model, and of the twist, by the square of the time."""
+    odometry, registrar = made(acceleration_sigma=1.0, angular_acceleration_sigma=1.0)
+    odometry.register_frame(frame(0))
+    odometry.register_frame(frame(1))
+    for ahead in (1, 2):
+        update = odometry.register_frame(frame(1 + ahead, images=1))
+        assert update.status is Status.REPEATED
+        by_model = (0.5 * (ahead * PERIOD) ** 2) ** 2 * np.eye(6)
+        np.testing.assert_allclose(update.expected.pose.covariance,
+                                   by_model + ahead ** 2 * COVARIANCE, rtol=1e-9)
+        np.testing.assert_allclose(update.T_odom_camera, at_constant_velocity(update.stamp),
+                                   atol=1e-9)
+
+
+def test_a_reset_begins_the_time_without_change_anew(made):
+    """The first frame after it repeats no other; the time to rest counts from there."""
+    odometry, registrar = made(hold_time=0.25)
+    for number in range(8):
+        odometry.register_frame(frame(number, images=0))
+    odometry.reset()
+    updates = [odometry.register_frame(frame(number, images=0)) for number in range(8, 11)]
+    assert [update.status for update in updates] == [
+        Status.FIRST_FRAME, Status.REPEATED, Status.REPEATED]
+
+
+def test_the_increment_over_a_gap_is_no_velocity(made):
+    """Found again by the keyframe, the velocity stays that from before the dark."""
+    def path(stamp):  # the camera is turned round in the dark
+        return se3.exp([0, 0, 0, 0, 0.5, 0]) @ at_constant_velocity(stamp) if (
+            stamp > stamp_of(4)) else at_constant_velocity(stamp)
+    odometry, registrar = made(path, max_turn_rate=10.0)
+    registrar.dark = {stamp_of(3), stamp_of(4)}
+    for number in range(7):
+        odometry.register_frame(frame(number))
+    expected = {source: expected for source, _, expected, _, _ in registrar.asked}
+    turned = se3.inverse(path(stamp_of(5))) @ path(stamp_of(6))
+    step = se3.inverse(path(stamp_of(0))) @ path(stamp_of(5)) @ turned
+    np.testing.assert_allclose(expected[stamp_of(6)], step, atol=1e-6)
+
+
+def test_a_lost_frame_of_few_keypoints_is_no_reference(made):
+    odometry, registrar = made()
+    registrar.few = {stamp_of(2)}
+    registrar.dark = registrar.blind = {stamp_of(2), stamp_of(3)}
+    for number in range(5):
+        odometry.register_frame(frame(number))
+    sought = {(source, target) for source, target, *_ in registrar.asked}
+    assert (stamp_of(3), stamp_of(2)) not in sought
+    assert (stamp_of(4), stamp_of(3)) not in sought  # found by the keyframe, which comes first
+    registrar.dark = registrar.blind = {stamp_of(number) for number in (0, 4, 5, 6)}
+    for number in (5, 6):
+        odometry.register_frame(frame(number))
+    sought = {(source, target) for source, target, *_ in registrar.asked}
+    assert (stamp_of(6), stamp_of(5)) in sought
+
+
+def test_a_keyframe_found_by_another_frame_than_the_one_before_has_the_error_of_both(
+        made, monkeypatch):
+    """It is no measurement from keyframe to keyframe: that covariance is added to the graph's."""
+    detours, track = {}, KeyframeMemory.track
+
+    def recorded(self, keyframe, T_reckoned_camera, detour):
+        detours[keyframe.stamp] = detour
+        track(self, keyframe, T_reckoned_camera, detour)
+
+    monkeypatch.setattr(KeyframeMemory, 'track', recorded)
+    monkeypatch.setattr(KeyframePolicy, 'keeps', lambda self, prepared, found: (
+        prepared.stamp not in (stamp_of(2), stamp_of(3))))
+    odometry, registrar = made()
+    registrar.refused = {(stamp_of(3), stamp_of(2))}
+    for number in range(4):
+        odometry.register_frame(frame(number))
+    np.testing.assert_array_equal(detours[stamp_of(2)], np.zeros((6, 6)))
+    np.testing.assert_array_equal(detours[stamp_of(3)], COVARIANCE)
+
+
+def test_after_a_change_of_detector_the_motion_up_to_the_next_frame_is_not_known(made):
+    odometry, _ = made()
+    other = with_values(Settings(), {'features.detector': 'surf'})
+    odometry.change_settings(other)
+    assert not odometry.register_frame(frame(0)).recovered
+    odometry.change_settings(Settings())
+    update = odometry.register_frame(frame(1))
+    assert update.status is Status.FIRST_FRAME
+    assert update.recovered
