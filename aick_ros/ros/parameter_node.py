@@ -36,6 +36,9 @@ class ParameterNode(Node):
         self._theirs = arguments.parameters
         if arguments.level:
             self.get_logger().set_level(LoggingSeverity[arguments.level.upper()])
+        for word in arguments.of_slam:
+            self.get_logger().info(
+                f'argument {word} is one of the SLAM node of RTAB-Map and changes nothing here')
 
     def run(self) -> None:
         """Do what is requested until the context is shut down."""

@@ -23,6 +23,7 @@ from aick_ros.odometry.base_odometry import BaseOdometry
 from aick_ros.ros.control import Control
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
+from aick_ros.ros.health.expectations import Expectations
 from aick_ros.ros.health.misalignment_report import MisalignmentReport
 from aick_ros.ros.image_stream import ImageStream
 from aick_ros.ros.input.assembler import Arrival, FrameAssembler
@@ -80,6 +81,7 @@ class Pipeline:
         self._rtabmap = RtabmapTopics(
             node, settings.odom_frame_id, self._odometry.local_map)
         self._misalignment = MisalignmentReport(self._logger.info)
+        self._expectations = Expectations(node, settings)
         self._control = Control(node, settings.odom_frame_id, self._reset, self._set_pose)
         # from images to the queue
         self._rate_limit = RateLimit(settings.max_update_rate)
@@ -217,7 +219,9 @@ class Pipeline:
     # Once a second.
 
     def _report(self, images: ImageStream) -> None:
-        complaint = images.complaint() or self._rtabmap.complaint()
+        complaint = '; '.join(filter(None, (
+            images.complaint(), self._expectations.complaint())))
+        self._expectations.report_differences()
         if complaint:
             self._logger.warning(complaint, throttle_duration_sec=_THROTTLE)
         for count, total in images.counts.items():

@@ -79,7 +79,10 @@ READ_AS = {row.theirs.name: row for row in (
            'process_every_frame', lambda value: not value),
     ReadAs(Parameter('expected_update_rate', float, 0.0,
                      'Rate above which frames are dropped.', unit='Hz'),
-           'max_update_rate'))}
+           'max_update_rate'),
+    ReadAs(Parameter('Rtabmap/ImagesAlreadyRectified', bool, True,
+                     'Whether the images are rectified.'),
+           'image_rectification', lambda value: 'rectified' if value else 'raw'))}
 
 _NO_IMU = 'an IMU is not used, so odom is not aligned with gravity'
 _NO_TRUTH = 'the odometry does not start at a ground truth: set initial_pose'
@@ -92,9 +95,10 @@ WITHOUT_EFFECT = {
                                      off=False),
     'min_update_rate': WithoutEffect('after a pause of the camera the odometry continues from '
                                      'the last tracked frame'),
-    'keep_color': WithoutEffect('images are never passed on'),
+    'keep_color': WithoutEffect('odom_rgbd_image is always in colour'),
     'subscribe_depth': WithoutEffect(_OF_SLAM, off=False),
     'subscribe_rgb': WithoutEffect(_OF_SLAM, off=False),
+    'subscribe_odom': WithoutEffect(_OF_SLAM, off=False),
     'subscribe_odom_info': WithoutEffect(_OF_SLAM, off=False),
     'wait_imu_to_init': WithoutEffect(_NO_IMU),
     'always_check_imu_tf': WithoutEffect(_NO_IMU),
@@ -128,8 +132,6 @@ WITHOUT_EFFECT = {
                                     'odometry.min_matches', off=False),
     'Vis/MinDepth': WithoutEffect('the depth is limited', 'sensor.min_depth'),
     'Vis/MaxDepth': WithoutEffect('the depth is limited', 'sensor.max_depth'),
-    'Rtabmap/ImagesAlreadyRectified': WithoutEffect(
-        "the names of the topics show it", 'image_rectification', off=False),
 }
 _OF_RTABMAP = WithoutEffect('it is a parameter of the algorithm of RTAB-Map, which is not that '
                             'of this node', off=False)

@@ -27,13 +27,11 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros.geometry.camera import Camera
 from aick_ros.ros.conversions import to_stamp
-from aick_ros.ros.playback.node_process import NODE_COMMAND
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 ROOT = Path(__file__).parents[2]
 OPTICAL = 'camera_rgb_optical_frame'
 QUEUE = 1000
-PYTHONPATH = os.environ.get('PYTHONPATH')
 PATIENCE = 120.0  # seconds that nothing takes, even on a loaded machine
 
 # A process that has imported the node and ROS, from which nodes are forked
@@ -48,6 +46,9 @@ os.environ.update(environment)
 for stream in (1, 2):
     os.dup2(os.open(log, os.O_WRONLY | os.O_CREAT | os.O_APPEND), stream)
 sys.argv = ['odom_node', *arguments]
+for name in list(sys.modules):  # rtabmap_msgs is there in some tests, and in others not
+    if name.startswith(('aick_ros.ros', 'rtabmap_msgs')):
+        del sys.modules[name]
 from aick_ros.ros.process.entry_points import odom_node
 odom_node()
 '''
@@ -178,8 +179,7 @@ class NodeProcess:
     """
     odom_node in a process of its own; its log goes to a file.
 
-    :param command: that starts it; None: it is forked, which saves the imports, unless it needs
-        others than those of the test.
+    :param command: that starts it; None: it is forked, which saves most imports.
     """
 
     def __init__(self, log, arguments, parameters, remappings, command):
@@ -190,8 +190,6 @@ class NodeProcess:
             arguments += ['-r', rule]
         self._log = log
         log.touch()
-        if command is None and os.environ.get('PYTHONPATH') != PYTHONPATH:
-            command = NODE_COMMAND
         self._process = (ForkedProcess(arguments, log) if command is None else
                          subprocess.Popen([*command, *arguments], stdout=log.open('w'),
                                           stderr=subprocess.STDOUT))

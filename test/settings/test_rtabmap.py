@@ -29,7 +29,9 @@ PAGE = (Path(__file__).parents[2] / 'docs' / 'node.md').read_text()
     ('publish_null_when_lost', False, 'lost_policy', 'silent'),
     ('always_process_most_recent_frame', True, 'process_every_frame', False),
     ('always_process_most_recent_frame', 'false', 'process_every_frame', True),
-    ('expected_update_rate', 15, 'max_update_rate', 15.0)])
+    ('expected_update_rate', 15, 'max_update_rate', 15.0),
+    ('Rtabmap/ImagesAlreadyRectified', 'False', 'image_rectification', 'raw'),
+    ('Rtabmap/ImagesAlreadyRectified', 'true', 'image_rectification', 'rectified')])
 def test_what_means_the_same_is_read(name, value, ours, expected):
     translation = translate({name: value})
     assert translation.values == {ours: expected}
@@ -59,6 +61,8 @@ def test_a_value_that_theirs_cannot_have_is_rejected(given, sentence):
     ('Reg/Force3DoF', 'z, roll and pitch are estimated as well'),
     ('guess_min_rotation', 'however little the guess has moved (see max_update_rate)'),
     ('Vis/MaxFeatures', '(see features.max_keypoints)'),
+    ('keep_color', 'odom_rgbd_image is always in colour'),
+    ('subscribe_odom', 'a parameter of the SLAM node'),
     ('qos_camera_info', 'with the QoS its publishers offer'),
     ('Vis/CorNNDR', 'the algorithm of RTAB-Map, which is not that of this node')])
 def test_what_has_no_counterpart_is_explained(name, reason):

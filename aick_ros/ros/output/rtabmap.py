@@ -20,13 +20,11 @@ from aick_ros.odometry.base_odometry import BaseState, BaseUpdate
 from aick_ros.ros import conversions
 from aick_ros.ros.output.rgbd_image import rgbd_image
 from aick_ros.ros.output.views import point_cloud
-from aick_ros.ros.rtabmap_messages import INSTALL_RTABMAP_MSGS, OdomInfo, Point2f, RGBDImage
+from aick_ros.ros.rtabmap_messages import OdomInfo, Point2f, RGBDImage
 
 _QUEUE = 10
 _FRAME_TO_FRAME = 1  # by definition, OdomInfo.type of corners that are matched to a reference
 _INFO_TOPICS = ('odom_info', 'odom_info_lite')
-_RGBD_TOPIC = 'odom_rgbd_image'
-_ABSENT_TOPICS = tuple(f'odom_sensor_data/{kind}' for kind in ('raw', 'features', 'compressed'))
 
 
 @dataclass(frozen=True)
@@ -63,26 +61,11 @@ class RtabmapTopics:
         if OdomInfo is not None:
             self._infos = [node.create_publisher(OdomInfo, topic, _QUEUE)
                            for topic in _INFO_TOPICS]
-            self._rgbd_images = [node.create_publisher(RGBDImage, _RGBD_TOPIC, _QUEUE)]
+            self._rgbd_images = [node.create_publisher(RGBDImage, 'odom_rgbd_image', _QUEUE)]
 
     def reset(self) -> None:
         """Restart the distance travelled."""
         self._distance = 0.0
-
-    def complaint(self) -> str:
-        """Return which topic somebody subscribes to in vain, '' for none."""
-        for topic in _ABSENT_TOPICS:
-            if self._node.count_subscribers(topic):
-                return (f'somebody subscribes to {self._node.resolve_topic_name(topic)}, which is '
-                        f'not published here: subscribe to {_RGBD_TOPIC} (subscribe_rgbd) in its '
-                        'place')
-        for topic in () if OdomInfo is not None else (*_INFO_TOPICS, _RGBD_TOPIC):
-            if self._node.count_subscribers(topic):
-                remedy = ('' if topic == _RGBD_TOPIC else
-                          ', or set subscribe_odom_info to false there')
-                return (f'somebody subscribes to {self._node.resolve_topic_name(topic)}, but '
-                        f'rtabmap_msgs is not installed: {INSTALL_RTABMAP_MSGS}{remedy}')
-        return ''
 
     def show(self, frame: Registered) -> None:
         """Publish what has a subscriber."""

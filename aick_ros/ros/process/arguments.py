@@ -20,6 +20,7 @@ Odometry from the colour and depth images of one camera.
 
   --Group/Name VALUE        a parameter of rtabmap_odom's rgbd_odometry, such as --Odom/Strategy 0;
                             the node says what it means here
+  -d, --delete_db_on_start  arguments of the SLAM node of RTAB-Map, which change nothing here
   --udebug, --uinfo,        the level of the log, as of rgbd_odometry
   --uwarn, --uerror
   --ros-args -p NAME:=VALUE         a parameter; `ros2 param list` shows all
@@ -28,6 +29,7 @@ Odometry from the colour and depth images of one camera.
              -r __node:=NAME        another name of the node
 """
 _LEVELS = {'--udebug': 'debug', '--uinfo': 'info', '--uwarn': 'warn', '--uerror': 'error'}
+_OF_SLAM = ('-d', '--delete_db_on_start')
 _OF_ROS = ('-p', '--param', '-r', '--remap', '--params-file', '--log-level', '-e', '--enclave')
 _PARAMETER = re.compile(r'--(\w+/\w+)')
 
@@ -39,10 +41,12 @@ class Arguments:
 
     :param parameters: of ``rgbd_odometry``, value by name.
     :param level: least severity that is logged, '' for that of ROS.
+    :param of_slam: those of the SLAM node of RTAB-Map, with which launch files share them.
     """
 
     parameters: dict[str, str] = field(default_factory=dict)
     level: str = ''
+    of_slam: tuple[str, ...] = ()
 
 
 def read_arguments(argv: Sequence[str]) -> Arguments:
@@ -59,19 +63,21 @@ def read_arguments(argv: Sequence[str]) -> Arguments:
     if {'-h', '--help'} & set(words):
         print(HELP, end='')
         sys.exit(0)
-    parameters, level = {}, ''
+    parameters, level, of_slam = {}, '', []
     while words:
         word = words.pop(0)
         name = _PARAMETER.fullmatch(word)
         if word in _LEVELS:
             level = _LEVELS[word]
+        elif word in _OF_SLAM:
+            of_slam.append(word)
         elif name is None:
             raise InputError(_explain(word))
         elif not words or words[0].startswith('--'):
             raise InputError(f'{word} has no value: give one after it')
         else:
             parameters[name[1]] = words.pop(0)
-    return Arguments(parameters, level)
+    return Arguments(parameters, level, tuple(of_slam))
 
 
 def _outside_of_ros(arguments: Sequence[str]) -> Iterator[str]:

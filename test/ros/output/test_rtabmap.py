@@ -7,7 +7,6 @@ import dataclasses
 import json
 import subprocess
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,7 +17,6 @@ from aick_ros.messages.camera_info import to_camera
 from aick_ros.messages.raw_image import decode_colour, decode_depth
 from aick_ros.odometry import Odometry
 from aick_ros.ros.conversions import from_pose, to_stamp
-from aick_ros.ros.output import rtabmap
 
 COUNT, DARK = 6, 4
 EXTRINSIC = '[0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5]'
@@ -195,17 +193,3 @@ def test_the_clouds_are_in_the_odometry_frame(rig, start_node, frames):
         assert cloud.header.frame_id == 'odom'
         assert cloud.width > 100
         assert (cloud.header, cloud.data) == (same.header, same.data)
-
-
-@pytest.mark.parametrize('topic, sentence', [
-    ('odom_sensor_data/raw', 'somebody subscribes to /odom_sensor_data/raw, which is not '
-     'published here: subscribe to odom_rgbd_image (subscribe_rgbd) in its place'),
-    ('odom_info', 'somebody subscribes to /odom_info, but rtabmap_msgs is not installed: install '
-     'it (apt install ros-jazzy-rtabmap-msgs), or set subscribe_odom_info to false there'),
-    ('odom_rgbd_image', 'somebody subscribes to /odom_rgbd_image, but rtabmap_msgs is not '
-     'installed: install it (apt install ros-jazzy-rtabmap-msgs)'), ('odom', '')])
-def test_who_subscribes_in_vain_is_told(monkeypatch, topic, sentence):
-    monkeypatch.setattr(rtabmap, 'OdomInfo', None)
-    node = SimpleNamespace(create_publisher=lambda *_: None, count_subscribers=topic.__eq__,
-                           resolve_topic_name=lambda name: f'/{name}')
-    assert rtabmap.RtabmapTopics(node, 'odom', lambda: np.empty((0, 3))).complaint() == sentence

@@ -20,7 +20,9 @@ from aick_ros.ros.process.arguments import Arguments, read_arguments
     (['--Odom/ResetCountdown', '1'], Arguments({'Odom/ResetCountdown': '1'})),
     (['--Vis/MinInliers 12 --uwarn', '--ros-args', '-r', '__node:=a'],
      Arguments({'Vis/MinInliers': '12'}, 'warn')),
-    (['--Vis/MaxDepth', '-1', '--udebug'], Arguments({'Vis/MaxDepth': '-1'}, 'debug'))])
+    (['--Vis/MaxDepth', '-1', '--udebug'], Arguments({'Vis/MaxDepth': '-1'}, 'debug')),
+    (['-d --Odom/Strategy 1', '--delete_db_on_start', ''],  # as launch files share them with SLAM
+     Arguments({'Odom/Strategy': '1'}, of_slam=('-d', '--delete_db_on_start')))])
 def test_what_they_mean(argv, expected):
     assert read_arguments(['odom_node', *argv]) == expected
 
@@ -59,6 +61,7 @@ def test_the_process_ends_with_one_sentence(ros_domain):
 
 
 def test_the_node_says_what_they_mean(rig, start_node):
-    node = start_node('--Odom/ResetCountdown', '1', '--uinfo', publish_null_when_lost='true')
+    node = start_node('--Odom/ResetCountdown', '1', '-d', '--uinfo', publish_null_when_lost='true')
     node.wait_for_log("parameter 'Odom/ResetCountdown' of rgbd_odometry changes nothing here")
     node.wait_for_log("parameter 'publish_null_when_lost' is read as lost_policy = 'null'")
+    node.wait_for_log('argument -d is one of the SLAM node of RTAB-Map and changes nothing here')
