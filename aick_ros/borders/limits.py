@@ -22,6 +22,9 @@ MAX_SIDE = 2 ** 15 - 1
 MAX_MESSAGE_BYTES = 2 ** 28
 """Bytes of a message, and of an unpacked chunk, of a bag; derived: MAX_PIXELS of 8 bytes."""
 
+MAX_UNPACKING = 100
+"""Bytes of a packed file of a bag per packed byte; chosen: images of a camera do not reach 10."""
+
 MAX_METADATA_BYTES = 2 ** 20
 """Bytes of metadata.yaml of a bag; chosen: that of a bag of some thousand files."""
 

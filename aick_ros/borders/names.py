@@ -5,6 +5,17 @@
 
 from __future__ import annotations
 
+_LONGEST = 2000  # characters of a message; chosen: more than most paths, less than a screen
+
+
+def one_line(text: str) -> str:
+    """Return a message in one printable line, without its middle where it is very long."""
+    line = printable(' '.join(text.split()))
+    if len(line) <= _LONGEST:
+        return line
+    half = _LONGEST // 2
+    return f'{line[:half]} [... {len(line) - 2 * half} characters ...] {line[-half:]}'
+
 
 def printable(text: str) -> str:
     r"""

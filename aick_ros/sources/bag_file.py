@@ -14,12 +14,11 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import TopicInfo
 from rosbags.typesys import Stores, get_typestore
 
-from aick_ros.borders.files import read_bytes
-from aick_ros.borders.limits import MAX_METADATA_BYTES
+from aick_ros.borders.bag_limits import check_bag
+from aick_ros.borders.unpacking import limit_unpacking
 from aick_ros.errors import InputError
 from aick_ros.geometry.trajectory import stamp_to_seconds
 from aick_ros.sources import OnDamaged
-from aick_ros.sources.bag_limits import check_storage
 
 _REPAIR = ('copy or record it again, or repair it (`ros2 bag reindex` for a ROS 2 bag, `mcap '
            'recover` for an mcap file, `rosbag reindex` for a ROS 1 bag)')
@@ -43,7 +42,8 @@ class BagFile:
 
     def __init__(self, path: Path) -> None:
         self._path = _storage(path)
-        _check_files(self._path)
+        check_bag(self._path)
+        limit_unpacking()
 
     def topics(self) -> dict[str, TopicInfo]:
         """
@@ -130,16 +130,6 @@ def _storage(path: Path) -> Path:
         raise InputError(f'{path} is a folder that ends in .bag: rename it')
     raise InputError(f'{path} has {len(files)} storage files and no metadata.yaml: run `ros2 bag '
                      f'reindex {path}`, or give one of the files')
-
-
-def _check_files(path: Path) -> None:
-    """Raise InputError where a file of a bag is not a regular file or has too large parts."""
-    files = [path] if not path.is_dir() else sorted(path.iterdir())
-    for file in files:
-        if file.suffix in ('.mcap', '.db3'):
-            check_storage(file)
-        elif file.name == 'metadata.yaml':
-            read_bytes(file, 'the metadata', MAX_METADATA_BYTES)
 
 
 def _reason(error: Exception) -> str:

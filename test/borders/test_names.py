@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-from aick_ros.borders.names import printable
+from aick_ros.borders.names import one_line, printable
 
 
 @pytest.mark.parametrize('name, shown', [
@@ -22,3 +22,11 @@ def test_invisible_characters_are_shown(name, shown):
 @pytest.mark.parametrize('text', ['/camera/rgb', 'größe 1 × 2', '日本', 'two\nlines', ''])
 def test_other_text_is_unchanged(text):
     assert printable(text) == text
+
+
+def test_messages_are_one_line_of_limited_length():
+    assert one_line(' two\n\n lines\x1b ') == r'two lines\x1b'
+    long = one_line('start ' + '\x1b' * 100_000 + ' end')
+    assert long.startswith(r'start \x1b') and long.endswith(' end') and len(long) < 2100
+    assert '[... 398010 characters ...]' in long
+    assert one_line('x' * 2000) == 'x' * 2000

@@ -17,15 +17,11 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
-try:
-    from compression import zstd
-except ModuleNotFoundError:  # before Python 3.14
-    from backports import zstd
-
+from aick_ros.borders import bag_limits
 from aick_ros.borders.limits import MAX_METADATA_BYTES
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
-from aick_ros.sources import SourceOptions, bag_file, bag_limits, open_source, raise_damage
+from aick_ros.sources import SourceOptions, bag_file, open_source, raise_damage
 from aick_ros.sources.bag import BagSource
 from aick_ros.sources.bag_file import BagMessage
 
@@ -528,16 +524,6 @@ def test_messages_that_are_too_large_are_rejected_before_they_are_read(
     monkeypatch.setattr(bag_file, 'AnyReader', None)  # nothing is read
     with pytest.raises(InputError, match=r'bag.* has a message or chunk of \d+ bytes: at most'):
         BagSource(folder)
-
-
-@pytest.mark.parametrize('packed, size', [
-    (zstd.compress(bytes(1000)), 1000), (zstd.compress(bytes(100_000)), 100_000),
-    (zstd.compress(b'ab'), 2), (b'', 0)])
-def test_chunks_are_measured_by_what_their_data_declares(tmp_path, packed, size):
-    head = struct.pack('<QQQII4sQ', 0, 0, 7, 0, 4, b'zstd', len(packed)) + packed
-    path = tmp_path / 'a.mcap'
-    path.write_bytes(b'\x89MCAP0\r\n' + struct.pack('<BQ', 6, len(head)) + head + b'\0' * 9)
-    assert bag_limits._largest_record(path) == max(len(head), size, 7)
 
 
 def test_pipes_are_rejected_as_bags_and_in_bags(bag):

@@ -64,7 +64,8 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     """
     check_target(json)
     play = _player(rate)
-    recording = open_source(source) if source else SyntheticSource(SyntheticOptions(frames=frames))
+    recording = (SyntheticSource(SyntheticOptions(frames=frames)) if source is None
+                 else open_source(source))
     folder = make_folder(out, f'demo-{recording.name}', datetime.now())
     link_latest(folder)
     damage = DamageLog()

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from aick_ros.borders.names import printable
+from aick_ros.borders.names import one_line, printable
 
 _UPDATE_INTERVAL = 0.2  # [s]; chosen
 
@@ -28,8 +28,7 @@ _ERRORS = _console(stderr=True)
 
 def say(text: str) -> None:
     """Print one line on standard error."""
-    line = printable(' '.join(text.split()))
-    _ERRORS.print(f'aick: {line}', soft_wrap=True)
+    _ERRORS.print(f'aick: {one_line(text)}', soft_wrap=True)
 
 
 @contextmanager

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import struct
 import sys
 import time
@@ -13,21 +14,26 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
+from typing import NoReturn, TypeVar
 
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
-from rosbags.rosbag2 import Reader, ReaderError
+from rosbags.rosbag2 import Reader
 from rosgraph_msgs.msg import Clock
 
+from aick_ros.borders.bag_limits import check_bag
+from aick_ros.borders.names import one_line
+from aick_ros.borders.unpacking import limit_unpacking
 from aick_ros.errors import InputError
-from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.stamps import MAX_STAMP, NANOSECONDS
 from aick_ros.ros.conversions import to_time
 from aick_ros.ros.playback.pace import RealTime, StepByStep
-from aick_ros.ros.process.program import make_node, program
+from aick_ros.ros.process.program import RCLError, make_node, program
 from aick_ros.ros.process.resources import use_fastdds_profile
 from aick_ros.ros.process.signals import held
 
@@ -35,6 +41,11 @@ _IMAGE = 'sensor_msgs/msg/Image'
 _CLOCK = '/clock'
 _QUEUE = 10
 _ACKNOWLEDGED_WITHIN = Duration(seconds=2)
+_MESSAGE_TYPE = re.compile(r'(\w+)/msg/(\w+)', re.ASCII)
+_STAMP_END = 12  # bytes; by definition of CDR: four of its own, seconds and nanoseconds
+_SLOWEST = 0.001  # playback rate; chosen
+
+_Item = TypeVar('_Item')
 
 
 @dataclass(frozen=True)
@@ -86,7 +97,10 @@ class BagPlayer(Node):
         with _reading(self._path) as reader:
             connections = [connection for connection in reader.connections
                            if connection.topic in self._publishers_by_topic]
-            for connection, stamp, message in reader.messages(connections):
+            for connection, stamp, message in _readable(self._path, reader.messages(connections)):
+                if not 0 <= stamp <= MAX_STAMP:
+                    raise InputError(f'{self._path}: a message on {connection.topic} was recorded '
+                                     f'at {stamp} ns, which is no time of ROS: record it again')
                 pace(stamp)
                 self._clock_publisher.publish(Clock(clock=to_time(stamp)))
                 self._publishers_by_topic[connection.topic].publish(bytes(message))
@@ -100,15 +114,17 @@ class BagPlayer(Node):
         publishers = {}
         with _reading(self._path) as reader:
             for connection in reader.connections:
-                kind = _message_class(connection.msgtype)
-                if connection.topic == _CLOCK:
+                topic, kind = connection.topic, _message_class(connection.msgtype)
+                if topic == _CLOCK:
                     continue  # the time is that of this playing
                 if kind is None:
-                    self.get_logger().warning(
-                        f'{connection.topic} is not played: {connection.msgtype} is not installed')
-                elif connection.topic not in publishers:
-                    publishers[connection.topic] = self.create_publisher(
-                        kind, connection.topic, _qos(connection.topic))
+                    self.get_logger().warning(one_line(
+                        f'{topic} is not played: {connection.msgtype} is not installed'))
+                elif topic not in publishers:
+                    try:
+                        publishers[topic] = self.create_publisher(kind, topic, _qos(topic))
+                    except (ValueError, RCLError) as error:
+                        self.get_logger().warning(one_line(f'{topic} is not played: {error}'))
         if not publishers:
             raise InputError(f'{self._path} has no topic whose message type is installed')
         return publishers
@@ -116,16 +132,43 @@ class BagPlayer(Node):
 
 @contextmanager
 def _reading(path: Path) -> Iterator[Reader]:
+    if not path.exists():
+        raise InputError(f'cannot play {path}: it does not exist; the folder of a ROS 2 bag is '
+                         'required')
+    check_bag(path)
+    limit_unpacking()
     try:
-        with Reader(path) as reader:
-            yield reader
-    except (ReaderError, OSError, ValueError, KeyError) as error:
-        raise InputError(f'cannot play {path}: {error}; the folder of a ROS 2 bag is '
-                         'required (aick convert makes one of other recordings)') from None
+        reader = Reader(path)
+        reader.open()
+    except Exception as error:  # rosbags raises nearly anything on a damaged bag
+        raise _unplayable(path, error) from None
+    try:
+        yield reader
+    finally:
+        reader.close()
 
 
-def _header_stamp(message: bytes) -> int:
-    """Return the stamp [ns] of a serialized message that begins with a header."""
+def _readable(path: Path, items: Iterator[_Item]) -> Iterator[_Item]:
+    """Yield the items; InputError where the bag cannot be read on."""
+    while True:
+        try:
+            item = next(items)
+        except StopIteration:
+            return
+        except Exception as error:  # as above
+            raise _unplayable(path, error) from None
+        yield item
+
+
+def _unplayable(path: Path, error: Exception) -> InputError:
+    return InputError(f'cannot play {path}: {error}; the folder of a ROS 2 bag is required (aick '
+                      'convert makes one of other recordings)')
+
+
+def _header_stamp(message: bytes) -> int | None:
+    """Return the stamp [ns] of a serialized message that begins with a header, if it has one."""
+    if len(message) < _STAMP_END:
+        return None
     little_endian = message[1] & 1
     seconds: int
     nanoseconds: int
@@ -135,9 +178,13 @@ def _header_stamp(message: bytes) -> int:
 
 def _message_class(name: str) -> type | None:
     """Return the class of a message type, None where it is not installed."""
-    package, _, kind = name.replace('/', '.').rpartition('.')
+    parts = _MESSAGE_TYPE.fullmatch(name)
+    package = parts and find_spec(parts[1])
+    places = package and package.submodule_search_locations
+    if not parts or not any(Path(place, 'msg').is_dir() for place in places or ()):
+        return None  # the import of any other module may do anything
     try:
-        found: type = getattr(import_module(package), kind)
+        found: type = getattr(import_module(f'{parts[1]}.msg'), parts[2])
     except (ImportError, AttributeError):
         return None
     return found
@@ -151,8 +198,15 @@ def _qos(topic: str) -> QoSProfile:
         durability=DurabilityPolicy.TRANSIENT_LOCAL if latched else DurabilityPolicy.VOLATILE)
 
 
+class _Parser(argparse.ArgumentParser):
+    """A parser that rejects arguments in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f'{self.prog}: {one_line(message)}; see {self.prog} --help\n')
+
+
 def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog='bag_player', description='Play a ROS 2 bag over DDS with /clock. Topics are '
         'remapped by --ros-args -r /camera/rgb/image_raw:=/rgb/image')
     parser.add_argument('bag', type=Path, help='folder of a ROS 2 bag')
@@ -161,8 +215,11 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument('--wait', type=float, default=10.0, metavar='S', help='longest '
                         'wait for subscribers of the images [s] (default 10)')
     arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
-    if not arguments.rate > 0:
-        parser.error(f'--rate is {arguments.rate:g}: a number above 0 is required')
+    if not arguments.rate >= _SLOWEST:
+        parser.error(f'--rate is {arguments.rate:g}: a number of at least {_SLOWEST:g} is '
+                     'required')
+    if not arguments.wait >= 0:
+        parser.error(f'--wait is {arguments.wait:g}: a number of at least 0 is required')
     return arguments
 
 

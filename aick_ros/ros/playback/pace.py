@@ -10,6 +10,8 @@ import time
 
 from aick_ros.geometry.stamps import NANOSECONDS
 
+_LONGEST_WAIT = 86400.0  # seconds; chosen: time.sleep takes no number of years
+
 
 class RealTime:
     """
@@ -29,7 +31,7 @@ class RealTime:
             self._start = stamp, now
         due = self._start[1] + (stamp - self._start[0]) / NANOSECONDS / self._rate
         if due > now:
-            time.sleep(due - now)
+            time.sleep(min(due - now, _LONGEST_WAIT))
 
 
 class StepByStep:

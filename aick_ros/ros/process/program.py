@@ -17,6 +17,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
+from aick_ros.borders.names import one_line
 from aick_ros.errors import InputError
 from aick_ros.ros.process.signals import ENDINGS, held, ignore
 
@@ -52,7 +53,7 @@ def program(name: str, prepare: Callable[[], None] = lambda: None,
                 sys.exit()  # nothing has begun that had to end
         yield
     except InputError as error:
-        print(f'{name}: {error}', file=sys.stderr)
+        print(f'{name}: {one_line(str(error))}', file=sys.stderr)
         sys.exit(_UNUSABLE_INPUT)
     except (KeyboardInterrupt, ExternalShutdownException):
         sys.exit()  # also where the block has not begun

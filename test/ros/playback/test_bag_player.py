@@ -3,16 +3,22 @@
 
 """The bag player as a process: messages as recorded, with /clock, or step by step."""
 
+import shutil
 import signal
+import struct
 import subprocess
 import sys
 import time
 
+import lz4.frame
 import numpy as np
 import pytest
 from rosgraph_msgs.msg import Clock
 
+from aick_ros.borders.unpacking import unpack
+from aick_ros.errors import InputError
 from aick_ros.ros.conversions import to_stamp
+from aick_ros.ros.playback import bag_player
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer
@@ -96,3 +102,56 @@ def test_a_path_that_is_no_bag_is_rejected_in_one_line(ros_domain, tmp_path, mak
     assert run.returncode == 2
     assert sentence in run.stderr
     assert run.stderr.count('\n') == 1
+
+
+@pytest.mark.parametrize('arguments, sentence', [
+    (['--rate', '0'], 'a number of at least 0.001'), (['--rate', 'nan'], 'at least 0.001'),
+    (['--rate', '1e-300'], 'at least 0.001'), (['--wait', 'nan'], 'a number of at least 0'),
+    (['--wait', '-1'], 'a number of at least 0'), (['--rate', 'x'], 'invalid float value'),
+    (['\x1b[31m'], r'unrecognized arguments: \x1b[31m')])
+def test_arguments_are_rejected_in_one_printable_line(monkeypatch, capsys, arguments, sentence):
+    monkeypatch.setattr(sys, 'argv', ['bag_player', 'bag', *arguments])
+    with pytest.raises(SystemExit) as end:
+        bag_player._arguments()
+    error = capsys.readouterr().err
+    assert end.value.code == 2 and sentence in error
+    assert error.startswith('bag_player: ') and error.endswith('see bag_player --help\n')
+    assert error[:-1].isprintable()
+
+
+def test_damage_of_any_kind_is_an_input_error(bag, tmp_path):
+    damaged = tmp_path / 'bag'
+    shutil.copytree(bag, damaged)
+    (storage,) = damaged.glob('*.mcap')
+    content = storage.read_bytes()
+    for cut in (0, 7, 100, len(content) // 2, len(content) - 1):
+        storage.write_bytes(content[:cut])
+        with (pytest.raises(InputError, match='cannot play'),
+              bag_player._reading(damaged) as reader):
+            list(bag_player._readable(damaged, reader.messages(reader.connections)))
+
+
+def test_a_chunk_that_unpacks_to_too_many_bytes_is_rejected(tmp_path, monkeypatch):
+    monkeypatch.setattr(unpack, '__defaults__', (1_000_000,))
+    content = lz4.frame.compress(bytes(1_000_001))
+    chunk = struct.pack('<QQQII3sQ', 0, 1, 9, 0, 3, b'lz4', len(content)) + content
+    path = tmp_path / 'bomb.mcap'
+    path.write_bytes(b'\x89MCAP0\r\n' + struct.pack('<BQI4sI', 1, 12, 4, b'ros2', 0)
+                     + struct.pack('<BQ', 6, len(chunk)) + chunk
+                     + struct.pack('<BQ', 2, 20) + bytes(20) + b'\x89MCAP0\r\n')
+    for read in (bag_player._reading, lambda path: open_source(path)):
+        with pytest.raises(InputError, match='unpacks to more than 1000000 bytes'):
+            with read(path):
+                pass
+
+
+@pytest.mark.parametrize('name', ['antigravity/x', 'antigravity/msg/fly', 'os/path', '', 'a/b/c/d',
+                                  'sensor_msgs/msg/Nothing', 'sensor_msgs/msg/\u0301', '../msg/a'])
+def test_types_that_are_no_messages_import_nothing(name):
+    assert bag_player._message_class(name) is None
+    assert 'antigravity' not in sys.modules
+
+
+def test_messages_shorter_than_a_stamp_have_none():
+    assert bag_player._header_stamp(bytes(11)) is None
+    assert bag_player._header_stamp(b'\0\1\0\0' + struct.pack('<iI', 2, 3)) == 2_000_000_003

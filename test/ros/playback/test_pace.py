@@ -59,6 +59,13 @@ def test_at_an_infinite_rate_nothing_waits(time):
     assert time.now == 50.0
 
 
+def test_messages_of_another_century_are_no_error(time):
+    is_due = RealTime(0.001)
+    is_due(0)
+    is_due(2 ** 62)
+    assert time.now == 50.0 + 86400.0
+
+
 def test_a_step_takes_the_messages_of_20_ms(monkeypatch):
     lines = io.StringIO('\n' * 2)
     monkeypatch.setattr(sys, 'stdin', lines)

@@ -1,0 +1,108 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Sizes in a bag, checked by the headers of its files before anything is unpacked."""
+
+from __future__ import annotations
+
+import sqlite3
+import struct
+from contextlib import closing
+from pathlib import Path
+from typing import BinaryIO
+
+from aick_ros.borders.files import read_bytes
+from aick_ros.borders.limits import MAX_MESSAGE_BYTES, MAX_METADATA_BYTES
+from aick_ros.errors import InputError
+
+_MCAP_MAGIC = b'\x89MCAP0\r\n'
+_CHUNK, _ATTACHMENT = 6, 9  # opcodes of MCAP
+_RECORD = struct.Struct('<BQ')  # opcode, bytes
+_CHUNK_HEAD = struct.Struct('<QQQ')  # first and last stamp, unpacked bytes
+_ROS1_MAGIC = b'#ROSBAG V2.0\n'
+_ROS1_LENGTH = struct.Struct('<I')
+
+
+def check_bag(path: Path) -> None:
+    """
+    Check the files of a bag; damage of other kinds is left to the reader.
+
+    :param path: folder of a ROS 2 bag, one of its .mcap or .db3 files, or a .bag file.
+    :raises InputError: where a file is not a regular file, or a message or a chunk is too large.
+    """
+    for file in [path] if not path.is_dir() else sorted(path.iterdir()):
+        if file.suffix in _LARGEST:
+            _check_storage(file)
+        elif file.name == 'metadata.yaml':
+            read_bytes(file, 'the metadata', MAX_METADATA_BYTES)
+
+
+def _check_storage(path: Path) -> None:
+    if not path.is_file():
+        raise InputError(f'cannot read {path}: it is not a regular file')
+    try:
+        largest = _LARGEST[path.suffix](path)
+    except OSError as error:
+        raise InputError(f'cannot read {path}: {error.strerror}') from None
+    except (sqlite3.Error, struct.error):
+        return
+    if largest > MAX_MESSAGE_BYTES:
+        raise InputError(f'{path} has a message or chunk of {largest} bytes: at most '
+                         f'{MAX_MESSAGE_BYTES} are supported')
+
+
+def _largest_row(path: Path) -> int:
+    """Return the bytes of the largest message of an SQLite bag, without reading it."""
+    with closing(sqlite3.connect(f'{path.resolve().as_uri()}?mode=ro&immutable=1',
+                                 uri=True)) as connection:
+        # a view, or a table that a program makes up, may have rows without end
+        if connection.execute("SELECT 1 FROM sqlite_master WHERE type = 'view' OR sql LIKE "
+                              "'CREATE VIRTUAL%'").fetchone():
+            raise InputError(f'{path} has views or virtual tables, which no bag has: record it '
+                             'again')
+        return int(connection.execute('SELECT MAX(LENGTH(data)) FROM messages').fetchone()[0] or 0)
+
+
+def _largest_record(path: Path) -> int:
+    """Return the bytes of the largest record or unpacked chunk of an MCAP file."""
+    largest, size = 0, path.stat().st_size
+    with open(path, 'rb') as file:
+        if file.read(len(_MCAP_MAGIC)) != _MCAP_MAGIC:
+            return 0
+        while (start := file.tell()) + _RECORD.size <= size:
+            opcode, length = _RECORD.unpack(file.read(_RECORD.size))
+            if opcode != _ATTACHMENT:  # which nothing reads
+                largest = max(largest, length)
+            if opcode == _CHUNK:
+                *_, unpacked = _CHUNK_HEAD.unpack(file.read(_CHUNK_HEAD.size))
+                largest = max(largest, unpacked)
+            if not opcode or length > size:  # damaged, or zeros without end
+                break
+            file.seek(start + _RECORD.size + length)
+    return largest
+
+
+def _largest_ros1_record(path: Path) -> int:
+    """Return the bytes of the largest header or data of a record, packed, of a ROS 1 bag."""
+    largest, size = 0, path.stat().st_size
+    with open(path, 'rb') as file:
+        if file.read(len(_ROS1_MAGIC)) != _ROS1_MAGIC:
+            return 0
+        while file.tell() + _ROS1_LENGTH.size <= size:
+            header = _skip_part(file)
+            largest = max(largest, header, _skip_part(file))
+            if not header:  # zeros without end
+                break
+    return largest
+
+
+def _skip_part(file: BinaryIO) -> int:
+    """Skip a header or the data after it, and return its bytes."""
+    length: int
+    length, = _ROS1_LENGTH.unpack(file.read(_ROS1_LENGTH.size))
+    file.seek(length, 1)
+    return length
+
+
+_LARGEST = {'.mcap': _largest_record, '.db3': _largest_row, '.bag': _largest_ros1_record}
+"""Suffix of a storage file -> function that returns the bytes of its largest part."""

@@ -1,0 +1,88 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The parts of a bag are measured without being read."""
+
+import sqlite3
+import struct
+from contextlib import closing
+
+import pytest
+
+from aick_ros.borders.bag_limits import check_bag
+from aick_ros.borders.limits import MAX_MESSAGE_BYTES
+from aick_ros.errors import InputError
+
+MAGIC = b'\x89MCAP0\r\n'
+ATTACHMENT = 9
+
+
+def record(opcode, content=b'', length=None):
+    return struct.pack('<BQ', opcode, len(content) if length is None else length) + content
+
+
+def chunk(unpacked):
+    return record(6, struct.pack('<QQQII', 0, 0, unpacked, 0, 0) + bytes(8))
+
+
+def write(path, *parts, size=None):
+    path.write_bytes(b''.join(parts))
+    if size:
+        with open(path, 'r+b') as file:
+            file.truncate(size)
+    return path
+
+
+@pytest.mark.parametrize('size', [MAX_MESSAGE_BYTES, MAX_MESSAGE_BYTES + 1])
+@pytest.mark.parametrize('make', [
+    lambda path, size: write(path / 'a.mcap', MAGIC, record(1, b'x'), chunk(size), record(2)),
+    # no message, but rosbags reads all of it
+    lambda path, size: write(path / 'a.mcap', MAGIC, record(3, length=size), size=size + 100),
+    lambda path, size: write(path / 'a.bag', b'#ROSBAG V2.0\n', struct.pack('<I', 3), b'abc',
+                             struct.pack('<I', size), size=size + 100),
+    lambda path, size: write(path / 'a.bag', b'#ROSBAG V2.0\n', struct.pack('<I', size),
+                             size=size + 100)])
+def test_large_parts_are_rejected(tmp_path, make, size):
+    path = make(tmp_path, size)
+    for given in (path, tmp_path):
+        if size <= MAX_MESSAGE_BYTES:
+            check_bag(given)
+            continue
+        with pytest.raises(InputError, match=f'has a message or chunk of {size} bytes: at most'):
+            check_bag(given)
+
+
+@pytest.mark.parametrize('name, magic', [('a.mcap', MAGIC), ('a.bag', b'#ROSBAG V2.0\n')])
+def test_zeros_take_no_time(tmp_path, name, magic):
+    check_bag(write(tmp_path / name, magic, size=2 ** 40))  # of which the disk has none
+
+
+def test_attachments_may_be_large(tmp_path):
+    large = MAX_MESSAGE_BYTES + 1
+    check_bag(write(tmp_path / 'a.mcap', MAGIC, record(ATTACHMENT, length=large), size=large + 99))
+
+
+@pytest.mark.parametrize('content', [
+    b'', b'\x89MCAP0', MAGIC, MAGIC + b'\6', MAGIC + chunk(9)[:20],
+    MAGIC + record(5, length=2 ** 63), b'#ROSBAG V2.0\n\1\0'])
+@pytest.mark.parametrize('suffix', ['mcap', 'db3', 'bag'])
+def test_other_damage_is_left_to_the_reader(tmp_path, content, suffix):
+    path = write(tmp_path / f'a.{suffix}', content)
+    if suffix == 'mcap' and len(content) > 16 and content[8] == 5:
+        with pytest.raises(InputError, match='message or chunk'):
+            check_bag(path)
+    else:
+        check_bag(path)
+
+
+@pytest.mark.parametrize('statement', [
+    'CREATE VIEW messages AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) '
+    "SELECT i AS id, i AS timestamp, 1 AS topic_id, x'00' AS data FROM n",
+    'CREATE VIRTUAL TABLE messages USING fts5(data)'])
+def test_tables_that_never_end_are_rejected(tmp_path, statement):
+    path = tmp_path / 'a.db3'
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute(statement)
+        connection.commit()
+    with pytest.raises(InputError, match='has views or virtual tables, which no bag has'):
+        check_bag(path)
