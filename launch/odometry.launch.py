@@ -3,19 +3,18 @@
 
 """Visual odometry of one RGB-D camera: ros2 launch aick_ros odometry.launch.py camera:=...."""
 
-import os
 from pathlib import Path
 
 import yaml
 from ament_index_python.packages import get_package_share_directory
 from launch_ros.actions import Node
 
+from aick_ros.ros.process.resources import fastdds_profile
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 
 SHARE = Path(get_package_share_directory('aick_ros'))
-PROFILES = 'FASTRTPS_DEFAULT_PROFILES_FILE'
 TOPICS = ('rgb/image', 'depth/image', 'rgb/camera_info', 'depth/camera_info')
 TRUTH_VALUES = {'true': True, 'yes': True, 'on': True, '1': True,
                 'false': False, 'no': False, 'off': False, '0': False}
@@ -88,7 +87,7 @@ def start_nodes(context):
         output='screen',
         namespace=argument('namespace'),
         remappings=[(name, topic) for name, topic in topics.items() if topic],
-        additional_env=_profile(),
+        additional_env=fastdds_profile(),
         parameters=[*parameters, {**clock, **given_parameters}])]
     if _truth('rviz', argument('rviz')):
         nodes.append(Node(
@@ -104,8 +103,3 @@ def _truth(name, text):
     if text.lower() not in TRUTH_VALUES:
         raise ValueError(f'{name}:={text} is not true or false')
     return TRUTH_VALUES[text.lower()]
-
-
-def _profile():
-    """Return the Fast DDS profile that debug images need, unless the user set one."""
-    return {} if PROFILES in os.environ else {PROFILES: str(SHARE / 'config' / 'fastdds.xml')}

@@ -28,8 +28,7 @@ def generate_launch_description():
     """Start the node and play the bag to it; the launch ends with the bag."""
     player = Node(
         package='aick_ros', executable='bag_player', output='screen',
-        arguments=[LaunchConfiguration('bag'), '--rate', LaunchConfiguration('rate')],
-        additional_env={'FASTRTPS_DEFAULT_PROFILES_FILE': str(SHARE / 'config' / 'fastdds.xml')})
+        arguments=[LaunchConfiguration('bag'), '--rate', LaunchConfiguration('rate')])
     return LaunchDescription([
         *_arguments(),
         OpaqueFunction(function=start_odometry), player,

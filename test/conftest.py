@@ -110,10 +110,11 @@ def ros_domain(monkeypatch):
 
     It returns the domain. Nothing leaves this machine, and images are not lost.
     """
+    from aick_ros.ros.process.resources import profiles_variable
     with own_domain() as domain:
         monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
         monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        monkeypatch.setenv('FASTRTPS_DEFAULT_PROFILES_FILE', str(ROOT / 'config' / 'fastdds.xml'))
+        monkeypatch.setenv(profiles_variable(), str(ROOT / 'config' / 'fastdds.xml'))
         yield domain
 
 

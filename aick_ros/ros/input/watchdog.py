@@ -15,6 +15,7 @@ from rclpy.topic_endpoint_info import TopicEndpointInfo
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.ros.input.pairing import Pairing
 from aick_ros.ros.input.subscriptions import AdaptiveSubscription
+from aick_ros.ros.process.resources import profiles_variable
 from aick_ros.settings.node import NodeSettings
 
 _SILENT_AFTER = 5.0  # seconds; chosen
@@ -25,7 +26,7 @@ _RGBD_IMAGE = 'rtabmap_msgs/msg/RGBDImage'
 _MOST_NAMED = 6  # topics; chosen
 _FEWEST = 10  # images in 5 s; chosen: a camera sends more
 _IF_LOST = ('if Fast DDS loses them, start the driver with config/fastdds.xml of this package '
-            "(FASTRTPS_DEFAULT_PROFILES_FILE; on this node's side it changes nothing)")
+            f"({profiles_variable()}; on this node's side it changes nothing)")
 
 
 class Watchdog:

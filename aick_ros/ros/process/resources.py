@@ -7,13 +7,24 @@ from __future__ import annotations
 
 import os
 import sys
+from importlib.metadata import PackageNotFoundError as NotInstalled
+from importlib.metadata import version
 from pathlib import Path
 
 from ament_index_python.packages import PackageNotFoundError, get_package_share_directory
 
 from aick_ros.errors import InputError
 
-PROFILES_VARIABLE = 'FASTRTPS_DEFAULT_PROFILES_FILE'
+_OF_JAZZY, _OF_KILTED = 'FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'
+
+
+def profiles_variable() -> str:
+    """Return the name of the environment variable with the profile, as this Fast DDS reads it."""
+    try:
+        is_jazzy = int(version('rclpy').split('.')[0]) < 8  # 7.1 in Jazzy, 9.1 in Kilted
+    except NotInstalled:
+        is_jazzy = True
+    return _OF_JAZZY if is_jazzy else _OF_KILTED
 
 
 def config_file(name: str) -> Path:
@@ -34,12 +45,17 @@ def config_file(name: str) -> Path:
                      'aick_ros again')
 
 
-def use_fastdds_profile() -> None:
+def fastdds_profile() -> dict[str, str]:
     """
-    Set the Fast DDS profile of this process, unless the user set one.
+    Return the variable of the environment that names the profile; none where the user set one.
 
-    With the default shared-memory segment of 512 KiB most best-effort images are lost. Call it
-    before rclpy.init().
+    With the default shared-memory segment of 512 KiB most best-effort images are lost.
     """
-    if PROFILES_VARIABLE not in os.environ:
-        os.environ[PROFILES_VARIABLE] = str(config_file('fastdds.xml'))
+    if {_OF_JAZZY, _OF_KILTED} & set(os.environ):  # Kilted reads both
+        return {}
+    return {profiles_variable(): str(config_file('fastdds.xml'))}
+
+
+def use_fastdds_profile() -> None:
+    """Set the profile of this process; to be called before rclpy.init()."""
+    os.environ.update(fastdds_profile())
