@@ -9,7 +9,10 @@ that ``import aick_ros`` itself loads neither NumPy nor OpenCV.
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING
+
+# By its name true for type checkers. From typing it would take more than half of the time until
+# the first line of a program of ours runs, in which it cannot handle a signal.
+TYPE_CHECKING = False
 
 if TYPE_CHECKING:
     from aick_ros.errors import InputError

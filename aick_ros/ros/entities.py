@@ -25,9 +25,15 @@ class Entities:
     def destroy(self) -> None:
         """Destroy those that are still there."""
         for entities, destroy in self._all():
-            for entity in list(entities):
-                if id(entity) not in self._before and not _is_of_clock(entity):
-                    destroy(entity)
+            self._destroy(list(entities), destroy)
+        # rclpy keeps a weak reference to each for ever, 5 kB per life cycle of the odometry
+        references = self._node.default_callback_group.entities
+        references -= {reference for reference in references if reference() is None}
+
+    def _destroy(self, entities: list[Any], destroy: Callable[[Any], bool]) -> None:
+        for entity in entities:
+            if id(entity) not in self._before and not _is_of_clock(entity):
+                destroy(entity)
 
     def _all(self) -> Iterable[tuple[Iterable[Any], Callable[[Any], bool]]]:
         node = self._node

@@ -50,3 +50,14 @@ def test_the_clock_of_use_sim_time_goes_on(node):
     node.set_parameters([Parameter('use_sim_time', value=True)])
     entities.destroy()
     assert '/clock' in [subscription.topic_name for subscription in node.subscriptions]
+
+
+def test_nothing_is_kept_of_what_was_destroyed(node):
+    """Rclpy itself would keep a weak reference to each entity, for ever."""
+    references = node.default_callback_group.entities
+    entities = Entities(node)
+    kept = set(references)
+    furnish(node, 'gone')
+    assert len(references) > len(kept)
+    entities.destroy()
+    assert references == kept
