@@ -15,6 +15,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
+from aick_ros.registration.refinement.residuals import NormalEquations, point_to_plane
 from aick_ros.registration.result import Evidence
 from aick_ros.settings import Settings
 
@@ -44,13 +45,17 @@ def prepared(planes, T_world_camera, stamp, rng):
                          Surface.of(depth, CAMERA, Settings().sensor, 2000))
 
 
-def register(planes, expected=np.eye(4), other=None, seed=0):
-    """Return the registration of two views that are MOTION apart."""
+def views(planes, other=None, seed=0):
+    """Return two views that are MOTION apart, the second first."""
     rng = np.random.default_rng(seed)
     target = prepared(planes, np.eye(4), 0, rng)
-    source = prepared(other or planes, MOTION, 33_000_000, rng)
+    return prepared(other or planes, MOTION, 33_000_000, rng), target
+
+
+def register(planes, expected=np.eye(4), other=None, seed=0, prior=PRIOR, unobserved=PRIOR):
+    """Return the registration of two views."""
     return DepthAlone(Settings(), MeasuredNoise()).register(
-        source, target, PoseWithCovariance(expected, PRIOR), PRIOR)
+        *views(planes, other, seed), PoseWithCovariance(expected, prior), unobserved)
 
 
 def test_a_corner_holds_all_directions():
@@ -76,6 +81,26 @@ def test_a_wall_holds_its_normal_and_two_rotations_and_the_motion_expected_the_r
     assert (sigmas[seen] < 0.15 * prior[seen]).all()
     np.testing.assert_allclose(found.T_target_source[:2, 3], expected[:2, 3], atol=0.003)
     np.testing.assert_allclose(sigmas[blind], prior[blind], rtol=0.1)
+
+
+def test_what_nothing_observes_is_as_uncertain_as_without_the_frames_before():
+    found = register(WALL, unobserved=9 * PRIOR)
+    blind = [0, 1, 5]
+    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance))[blind],
+                               3 * np.sqrt(np.diag(PRIOR))[blind], rtol=0.1)
+
+
+def test_an_expectation_as_sure_as_the_depth_images_counts_as_much():
+    """Two estimates of equal information: the pose is halfway between them."""
+    source, target = views(CORNER)
+    settings = Settings()
+    seen = NormalEquations.of([point_to_plane(
+        source.surface, target.surface, MOTION, settings.sensor,
+        settings.refinement.robust_width, settings.refinement.reach)])
+    off = np.array([0.006, -0.004, 0.005, 0.003, -0.004, 0.003])
+    found = register(CORNER, se3.perturbed(MOTION, off), prior=np.linalg.inv(seen.information))
+    np.testing.assert_allclose(se3.difference(found.T_target_source, MOTION), off / 2,
+                               atol=0.25 * np.abs(off).max())
 
 
 def test_the_errors_are_those_of_the_covariance():

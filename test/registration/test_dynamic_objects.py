@@ -14,7 +14,9 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.dynamic_objects import DynamicObjectCheck, fuse, suddenness
-from aick_ros.registration.refinement.refinement import Refinement
+from aick_ros.registration.pose_vote import PoseVote
+from aick_ros.registration.refinement.refinement import Refined, Refinement
+from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence
 from aick_ros.settings import Settings
@@ -101,6 +103,25 @@ def test_a_sudden_motion_is_one_beyond_the_motion_model(frames):
         Settings().refinement, Settings().sensor).refine(*args)
     calm.check(found, source, target, moved, PERIOD)
     assert asked
+
+
+def test_a_second_pose_that_nothing_observes_is_that_of_the_motion_model(frames, monkeypatch):
+    """Its deviations are a t^2 / 2: 5/3 sigma of the acceleration, one of the angular one."""
+    source, target, found = pair(frames[0][:2])
+    expected = found.T_target_source @ JOLT
+    none = Tracks(*(np.empty(shape) for shape in [0, (0, 3), (0, 2), 0, 0]))
+    blind = Refined(found.T_target_source, 1e9 * np.eye(6), np.zeros((6, 6)), dataclasses.replace(
+        none, keypoints=np.empty(0, int)))
+    monkeypatch.setattr('aick_ros.registration.dynamic_objects.pose_vote',
+                        lambda *_: PoseVote(first=0.0, second=1.0, seen=1.0))
+    check = opinion(with_values(Settings(), {'odometry.acceleration_sigma': 3.0,
+                                             'odometry.angular_acceleration_sigma': 7.0}))
+    check._refinement.refine = lambda *_: blind
+    elapsed = 0.05
+    weighed = check.check(found, source, target, expected, elapsed)
+    np.testing.assert_allclose(weighed.T_target_source, expected, atol=1e-9)
+    sigmas = 0.5 * elapsed ** 2 * np.repeat([5.0 / 3.0 * 3.0, 7.0], 3)
+    np.testing.assert_allclose(weighed.covariance, np.diag(sigmas ** 2), rtol=1e-6, atol=1e-15)
 
 
 def moving(frames, picture, width, leap=LEAP):

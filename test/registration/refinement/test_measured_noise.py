@@ -3,6 +3,8 @@
 
 """Noise learned from registrations: closed forms, random noise and wrong settings."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -16,6 +18,15 @@ from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 SLOW, FAST = 10.0, 100.0  # px
 SQUARES = np.array([4e-6, 1e-6])
+
+
+@pytest.fixture(scope='module')
+def views():
+    """Return two views of a room, the second first, and its true pose in the first."""
+    source = SyntheticSource(SyntheticOptions(seed=3))
+    poses, registrar = source.ground_truth.poses, Registrar()
+    return (*(registrar.prepare(source.frame(i)) for i in (3, 0)),
+            se3.inverse(poses[0]) @ poses[3])
 
 
 def sample(ratio=1.0, normalised=1.0, squares=SQUARES, motion=SLOW):
@@ -92,26 +103,51 @@ def test_motions_never_seen_have_the_noise_of_the_nearest():
     assert noise.expected(FAST).keypoints == noise.expected(SLOW).keypoints
 
 
-def test_wrong_settings_are_corrected():
+def test_motions_between_two_that_were_seen_have_the_noise_of_the_nearer():
+    for order in (1, -1):
+        noise = learned(*[*[sample(5.0)] * 100, *[sample(2.0, motion=FAST)] * 100][::order])
+        assert noise.expected(0.0).keypoints == pytest.approx(5, rel=0.05)
+
+
+def test_the_gain_of_weight_ends_where_the_squared_bias_is_three_to_five_times_its_noise():
+    """At their geometric mean keypoints gain half of what the scatter shows."""
+    rng = np.random.default_rng(4)
+    noise, gained = MeasuredNoise(), []
+    for difference in 15 ** 0.25 * rng.normal(size=(500, 6)):
+        noise.learn(sample(0.2, np.mean(difference ** 2)))
+        gained.append(np.log(noise.expected(SLOW).keypoints) / np.log(0.2))
+    assert np.mean(gained[100:]) == pytest.approx(0.5, abs=0.1)
+
+
+def test_the_weight_of_keypoints_does_not_change_their_covariance(views):
+    """Without a usable depth image: the scatter of weighted residuals grows with its square."""
+    source, target = views[:2]
+    source = dataclasses.replace(source, surface=dataclasses.replace(
+        source.surface, chosen=source.surface.chosen[:0]))
+    covariances = []
+    for ratio in (1.0, 0.25):
+        noise = learned(*[sample(ratio, motion=motion) for motion in (1.0, 4.0, SLOW, 30.0, FAST)
+                          for _ in range(100)])
+        found = Refinement(Settings().refinement, Settings().sensor, noise).refine(
+            source, target, views[2])
+        covariances.append(np.diag(found.covariance - found.systematic))
+    np.testing.assert_allclose(covariances[1] / covariances[0], 1.0, atol=0.3)
+
+
+def test_wrong_settings_are_corrected(views):
     """A track sigma six times too small: once learned, the weights are as with the right one."""
-    source = SyntheticSource(SyntheticOptions(seed=3))
-    frames = [source.frame(i) for i in (3, 0)]
-    poses = source.ground_truth.poses
-    truth = se3.inverse(poses[0]) @ poses[3]
     right = Settings()
     wrong = with_values(right, {
         'refinement.track_sigma': right.refinement.track_sigma / 6})
-    registrar = Registrar(right)
-    views = [registrar.prepare(frame) for frame in frames]
 
     def refined(settings):
         """Return the refinement by the settings, and that after some registrations."""
         noise = MeasuredNoise()
         refinement = Refinement(settings.refinement, settings.sensor, noise)
-        first = refinement.refine(*views, truth)
+        first = refinement.refine(*views)
         for _ in range(60):
             noise.learn(first.noise)
-        return first, refinement.refine(*views, truth)
+        return first, refinement.refine(*views)
 
     by_right, by_wrong = refined(right), refined(wrong)
     ratios = [pair[0].noise.ratio for pair in (by_right, by_wrong)]

@@ -94,6 +94,16 @@ def test_jacobian_of_point_to_plane():
                     step=1e-8)
 
 
+def test_noise_as_modelled_does_not_widen_the_robust_weights():
+    """The median of the squares is below that of chi squared with two degrees of freedom."""
+    tracks = tracks_of()
+    angles = np.linspace(0, 6, len(tracks))
+    off = 1.1 * RAY_SIGMA * np.column_stack([np.cos(angles), np.sin(angles)])
+    exact = dataclasses.replace(tracks, rays=tracks.rays + off, sigmas=np.zeros(len(tracks)))
+    weights = reprojection(exact, POSE, RAY_SIGMA, WIDTH).weights
+    np.testing.assert_allclose(weights, 1 / (1 + 1.1 ** 2 / WIDTH ** 2) ** 2, rtol=1e-6)
+
+
 def test_reprojection_is_whitened_by_the_covariance_of_each_track():
     """S = ray_sigma^2 I + s s^T, s by numerical differentiation in the source's inverse depth."""
     tracks = tracks_of(noise=0.005)
