@@ -100,6 +100,18 @@ def test_the_jitter_is_the_standard_deviation_of_the_stamps(jitter):
         np.std(stamps / NANOSECONDS - taken), rel=0.1)
 
 
+def test_the_loop_begins_with_the_line_through_its_stamps():
+    """The first corrections are the residuals of ordinary least squares over all stamps."""
+    _, stamps = simulate(30.0, 0.001, count=18, missing=0.0)
+    clock, seconds = CameraClock(), (stamps - stamps[0]) / NANOSECONDS
+    corrections = np.array([clock.correct(stamp) for stamp in stamps.tolist()])
+    first = np.flatnonzero(corrections)[0]
+    assert 10 < first < 16
+    for i in range(first, len(stamps)):
+        line = np.polyfit(np.arange(i + 1), seconds[:i + 1], 1)
+        assert corrections[i] == pytest.approx(np.polyval(line, i) - seconds[i], abs=1e-9)
+
+
 def test_irregular_stamps_do_not_count_against_the_camera_that_follows():
     """Images on a trigger, then at a rate: one late stamp is an outlier, the lock stays."""
     intervals = np.random.default_rng(3).uniform(0.02, 0.2, 500)

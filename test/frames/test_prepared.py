@@ -28,5 +28,10 @@ def test_without_keypoints_it_is_at_that_of_the_chosen_surface_points():
     assert prepared([], [5.0, 1.0, 3.0]).scene_depth == 3.0
 
 
+def test_without_clocks_neither_lag_nor_jitter_is_known():
+    frame = PreparedFrame(None, None, None)
+    assert (frame.depth_lag, frame.stamp_jitter, frame.twist) == (0.0, 0.0, None)
+
+
 def test_without_either_it_is_unknown():
     assert np.isnan(prepared([]).scene_depth)

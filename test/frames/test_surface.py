@@ -67,6 +67,17 @@ def test_points_and_normals_of_a_plane(camera, normal):
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-5)
 
 
+def test_a_plane_is_usable_where_a_ray_meets_it_at_ten_degrees_or_more():
+    """A wall to the side: the cosine between ray and normal is 0 ahead, and grows outwards."""
+    normal = np.array([0.96, 0.28, 0.0])
+    surface = surface_of(plane_depth(PINHOLE, normal, 0.5))
+    rays = surface.points / np.linalg.norm(surface.points, axis=1, keepdims=True)
+    steep = in_image(rays @ normal)[RADIUS:-RADIUS, RADIUS:-RADIUS]
+    usable = in_image(surface.usable)[RADIUS:-RADIUS, RADIUS:-RADIUS]
+    assert usable[steep > 0.18].all() and not usable[steep < 0.16].any()
+    assert usable.sum() > 1000 and (steep < 0.16).sum() > 500
+
+
 @pytest.mark.parametrize('camera', [PINHOLE, BARREL], ids=['pinhole', 'barrel'])
 def test_points_lie_on_the_rays_of_an_undistorted_camera(camera):
     surface = surface_of(plane_depth(camera, (0.2, 0.1, 1.0), 1.5), camera)

@@ -4,6 +4,7 @@
 """Cameras against the equations of the distortion models."""
 
 import dataclasses
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -109,6 +110,24 @@ def test_pixels_without_a_ray_in_front_of_the_camera_are_nan(camera):
 def test_invalid_calibrations_are_rejected(fields, sentence):
     with pytest.raises(InputError, match=sentence):
         Camera.from_camera_info(*fields)
+
+
+@pytest.mark.parametrize('focal_length', ['fx', 'fy'])
+def test_a_focal_length_below_a_pixel_is_positive_and_zero_is_not(focal_length):
+    assert dataclasses.replace(PINHOLE, **{focal_length: 0.5})
+    with pytest.raises(InputError, match='must be positive'):
+        dataclasses.replace(PINHOLE, **{focal_length: 0.0})
+
+
+@pytest.mark.parametrize('model, counts', [
+    ('plumb_bob', {0, 4, 5}), ('rational_polynomial', {0, 8, 12, 14}), ('equidistant', {4})])
+def test_the_numbers_of_coefficients_are_those_of_opencv(model, counts):
+    accepted = set()
+    for count in range(16):
+        with suppress(InputError):
+            dataclasses.replace(PINHOLE, distortion_model=model, distortion=(0.01,) * count)
+            accepted.add(count)
+    assert accepted == counts
 
 
 @pytest.mark.parametrize('changes', [

@@ -62,6 +62,14 @@ def test_fit_never_reflects(rng, fit):
 
 
 @fits
+def test_fit_of_points_that_have_nothing_in_common_is_a_rotation(rng, fit):
+    for _ in range(100):
+        rotation = fit(rng.normal(0, 1, (4, 3)), rng.normal(0, 1, (4, 3)))[:3, :3]
+        np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-9)
+        assert np.linalg.det(rotation) > 0
+
+
+@fits
 def test_fit_of_coplanar_points(rng, fit):
     for noise in (0.0, 1e-3):
         source = np.c_[rng.normal(0, 1, (20, 2)), np.zeros(20)]

@@ -155,7 +155,8 @@ def test_any_quaternion_and_translation_are_a_pose_or_rejected(quaternion, trans
 @pytest.mark.parametrize('pose', [
     None, 'pose', [[1, 2], [3]], 1j * np.eye(4), [[10 ** 400] * 4] * 4, np.eye(3),
     np.zeros((4, 4)), np.full((4, 4), np.nan),
-    np.diag([1.0, 1.0, -1.0, 1.0]), np.diag([2.0, 2.0, 2.0, 1.0]), np.diag([1, 1, 1, 2.0]),
+    np.diag([1.0, 1.0, -1.0, 1.0]), np.diag([2.0, 2.0, 2.0, 1.0]),
+    np.diag([1.001, 1.001, 1.001, 1.0]), np.diag([1, 1, 1, 2.0]),
     np.diag([1e300, 1e300, 1e300, 1.0]), np.eye(4) + [[0, 0, 0, 1e300]] * 4,
     np.eye(4) + [[0.0, 0.0, 0.0, 2 * MAX_DISTANCE], *[[0.0] * 4] * 3]])
 def test_what_is_not_a_pose_is_rejected(pose):

@@ -13,7 +13,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.keyframe_graph import KeyframeGraph
-from aick_ros.odometry.keyframe_search import KeyframeSearch, candidates
+from aick_ros.odometry.keyframe_search import KeyframeSearch, candidates, view_distances
 from aick_ros.registration.result import Registration
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
@@ -136,6 +136,17 @@ def test_one_that_looks_elsewhere_is_not_sought():
     turn = se3.exp([0, 0, 0, 0, 0.9, 0])
     graph.add(7, PoseWithCovariance(turn, SIGMA ** 2 * np.eye(6)), 6)
     assert candidates(graph, 7, stamps(8), SETTINGS.odometry) == ()
+
+
+@pytest.mark.parametrize('position, angle, expected', [
+    ((0.3, 0.0, 0.4), 0.0, 1.0), ((0.0, 0.0, 0.0), 0.2, 1.0), ((0.0, 0.5, 0.0), 0.2, 2 ** 0.5)])
+def test_views_are_apart_by_distance_and_angle_each_by_its_own_limit(position, angle, expected):
+    pose = se3.exp([0, 0, 0, 0.1, 0.2, 0.3])
+    other = pose.copy()
+    other[:3, :3] = pose[:3, :3] @ se3.exp_rotation([0.0, angle, 0.0])
+    other[:3, 3] += position
+    settings = dataclasses.replace(SETTINGS.odometry, reuse_distance=0.5, reuse_angle=0.2)
+    assert view_distances(pose[None], other[None], settings)[0, 0] == pytest.approx(expected)
 
 
 def test_where_the_pose_is_not_known_none_is_sought():

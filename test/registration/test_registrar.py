@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from aick_ros.frames.keypoints import KeypointExtractor
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.aick.aick import Aick
@@ -226,6 +227,18 @@ def test_the_lag_of_the_depth_is_known(two_clocks):
     registrar = Registrar()
     lags = [registrar.prepare(frame).depth_lag for frame in two_clocks[1]]
     np.testing.assert_allclose(lags, 6 * [0.0, 0.5 / RATE], atol=1e-7)
+
+
+@pytest.mark.parametrize('jitters', [(0.002, 0.0), (0.0, 0.002)])
+def test_the_lag_of_the_depth_is_that_of_the_acquisitions(jitters):
+    """Either stream is stamped on arrival, with jitter; the images are taken 10 ms apart."""
+    rng, camera = np.random.default_rng(1), Camera(32, 24, 30.0, 30.0, 15.5, 11.5)
+    taken = np.arange(1, 200)[:, None] / RATE + (0.0, 0.010)
+    stamps = np.rint(1e9 * (taken + jitters * rng.normal(size=taken.shape))).astype(int)
+    registrar, grey = Registrar(), np.zeros((24, 32), np.uint8)
+    lags = [registrar.prepare(RgbdFrame(colour, grey, np.ones((24, 32), np.float32), camera, depth)
+                              ).depth_lag for colour, depth in stamps.tolist()]
+    assert np.sqrt(np.mean(np.square(np.array(lags[100:]) - 0.010))) < 0.5 * max(jitters)
 
 
 def test_each_sensor_is_taken_at_its_own_time(two_clocks):
