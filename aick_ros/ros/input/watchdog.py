@@ -92,8 +92,11 @@ class Watchdog:
 
     def _explain_unpublished(self, names: list[str]) -> str:
         topics = ', '.join(self._subscriptions[name].topic_name for name in names)
-        sentence = (f'nobody publishes {topics}: start the camera, or remap {", ".join(names)} to '
-                    'its topics')
+        remedy = f'start the camera, or remap {", ".join(names)} to its topics'
+        losses = self._losses_of_others()
+        sentence = (  # who loses images also loses the announcements of publishers
+            f'no publisher of {topics} is found, and {losses}; otherwise {remedy}' if losses
+            else f'nobody publishes {topics}: {remedy}')
         others = ''.join(map(self._published_instead, names))
         if not others and any('image' in name for name in names):
             others = self._published_elsewhere()
@@ -133,17 +136,29 @@ class Watchdog:
         if losses:  # no two images that belong together have arrived
             return losses
         both = f'colour and depth images come, but for {_SILENT_AFTER:g} s no two of them have '
-        few = [f'{count} on {self._subscriptions[name].topic_name}'
-               for name, count in self._pairing.recent_counts(_SILENT_AFTER).items()
-               if count < _FEWEST]
-        if few:  # too few to estimate how many are missing between them
-            return (f'in {_SILENT_AFTER:g} s only few images arrive ({", ".join(few)}), and no '
-                    f'two of them are a pair: {_IF_LOST}')
+        few = self._few_images()
+        if few:
+            return f'{few}, and no two of them are a pair: {_IF_LOST}'
         if not self._settings.approx_sync:
             return both + 'the same stamp: set approx_sync to true'
         return both + (f'stamps within approx_sync_max_interval = '
                        f'{self._settings.approx_sync_max_interval:g} s: synchronize the camera, '
                        'or raise it')
+
+    def _losses_of_others(self) -> str:
+        """Return how many images are lost on topics that are not silent, '' for none."""
+        if not any(self._pairing.recent_counts(_SILENT_AFTER).values()):
+            return ''
+        few = self._few_images()
+        return self.complaint_about_losses() or (f'{few}: {_IF_LOST}' if few else '')
+
+    def _few_images(self) -> str:
+        """Return on which topics too few arrive to say how many are missing, '' for none."""
+        few = [f'{count} on {self._subscriptions[name].topic_name}'
+               for name, count in self._pairing.recent_counts(_SILENT_AFTER).items()
+               if 0 < count < _FEWEST]
+        return (f'in {_SILENT_AFTER:g} s only few images arrive ({", ".join(few)})' if few
+                else '')
 
     def _explain(self, name: str, publishers: list[TopicEndpointInfo]) -> str:
         subscription = self._subscriptions[name]

@@ -70,6 +70,29 @@ def test_unpublished_topics_are_named_together(watched, fake_node):
         'depth/image, rgb/camera_info to its topics')
 
 
+@pytest.mark.parametrize('share, count, losses', [
+    (0.9, 40, '90% of the images on /rgb/image do not arrive: if Fast DDS loses them'),
+    (0.0, 3, 'in 5 s only few images arrive (3 on /rgb/image): if Fast DDS loses them')])
+def test_where_images_are_lost_a_publisher_may_be_there_unseen(watched, fake_node, share, count,
+                                                               losses):
+    """Its announcement travels as the images do."""
+    fake_node.publish('/rgb/image')
+    watched.pairing.missing_shares = {'rgb/image': share, 'depth/image': 0.0}
+    watched.pairing.recent_counts = lambda seconds: {'rgb/image': count, 'depth/image': 0}
+    watched.wait(6.0, ['rgb/image', 'rgb/camera_info'])
+    assert watched.complaint.startswith(
+        f'no publisher of /depth/image is found, and {losses}')
+    assert watched.complaint.endswith(
+        '; otherwise start the camera, or remap depth/image to its topics')
+
+
+def test_a_camera_that_lost_images_and_ended_is_to_be_started(watched):
+    watched.pairing.missing_shares = {'rgb/image': 0.9, 'depth/image': 0.9}
+    watched.pairing.recent_counts = lambda seconds: {'rgb/image': 0, 'depth/image': 0}
+    watched.wait(6.0)
+    assert watched.complaint.startswith('nobody publishes /rgb/image, /depth/image, ')
+
+
 def test_a_topic_that_may_be_silent_is_not_named(watched):
     watched.subscriptions['rgb/camera_info'].may_be_silent = True
     watched.wait(6.0)
