@@ -24,17 +24,13 @@ from aick_ros.registration.pose_vote import PoseVote, pose_vote
 from aick_ros.registration.refinement.refinement import Refined, Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Evidence, Registration
+from aick_ros.registration.unexpected_motion import is_same, sudden_accelerations, suddenness
 from aick_ros.settings import Settings
 
 # All chosen on rendered rooms with boards that move through 10 to 60 % of the view.
-_SUDDEN = 5.0, 2.0
-"""Acceleration and angular acceleration above which a motion is checked [sigma]."""
-
 _PRIOR_FACTORS = 5.0 / 3.0, 1.0
 """Standard deviations of the second pose's prior, by the sigmas of the motion model."""
 
-_SAME_POSE = 0.015, np.radians(0.8)  # m and rad; poses with smaller differences are the same
-_SAME_KEYPOINTS = 0.5  # share of a registration's keypoints that confirm another pose, too
 _LEAST_SEEN = 0.6  # share of the surfaces that both poses must put into view
 _LEAST_FOR_SECOND = 0.07  # share of the view that must support the second pose
 _MAJORITY, _MINORITY = 0.6, 0.1
@@ -53,7 +49,7 @@ class DynamicObjectCheck:
         self._sensor = settings.sensor
         sigmas = np.array([settings.odometry.acceleration_sigma,
                            settings.odometry.angular_acceleration_sigma])
-        self._sudden = np.multiply(_SUDDEN, sigmas)
+        self._sudden = sudden_accelerations(settings.odometry)
         self._prior_sigmas = np.repeat(np.multiply(_PRIOR_FACTORS, sigmas), 3)
 
     def check(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
@@ -61,9 +57,7 @@ class DynamicObjectCheck:
         """
         Return the registration, or the one without its keypoints if the images support that more.
 
-        Of a scene that repeats itself, such as a row of equal shelves, keypoints confirm several
-        poses; the one that continues the motion is returned. Where the images do not decide, the
-        difference of the two poses adds to the covariance.
+        Where the images do not decide, the difference of the two poses adds to the covariance.
 
         :param expected: ``T_target_source`` at constant velocity, 4x4.
         :param elapsed: time since the velocity was measured [s].
@@ -72,15 +66,11 @@ class DynamicObjectCheck:
         if (sudden <= 1.0 or source.surface is None or target.surface is None
                 or source.grey.shape != target.grey.shape):
             return found
-        continuous = self._refinement.refine(source, target, expected)
-        if (_is_confirmed_alike(found, continuous)
-                and not _is_same(found.T_target_source, continuous.T_target_source)):
-            return _repeated(found, continuous)
         refined = self._without_keypoints_of(found, source, target, expected)
         prior = np.diag((0.5 * self._prior_sigmas * elapsed ** 2) ** 2)
         second = fuse(PoseWithCovariance(expected, prior),
                       PoseWithCovariance(refined.T_target_source, refined.covariance))
-        if _is_same(found.T_target_source, second.matrix):
+        if is_same(found.T_target_source, second.matrix):
             return found
         vote = pose_vote(source, target, found.T_target_source, second.matrix, self._sensor)
         if not _is_for_second(vote, sudden):
@@ -116,47 +106,10 @@ def fuse(prior: PoseWithCovariance, measured: PoseWithCovariance) -> PoseWithCov
                               0.5 * (covariance + covariance.T))
 
 
-def suddenness(change: np.ndarray, elapsed: float, limits: np.ndarray) -> float:
-    """
-    Return the apparent acceleration by its limit, the larger of the two ratios.
-
-    :param change: 4x4, from the camera at constant velocity to the camera.
-    :param elapsed: time since the velocity was measured [s].
-    :param limits: 2, acceleration [m/s^2] and angular acceleration [rad/s^2], such that the
-        change is at most the limit times the squared time.
-    """
-    distances = np.array([np.linalg.norm(change[:3, 3]), se3.angle(change[:3, :3])])
-    return float(np.max(distances / limits)) / elapsed ** 2
-
-
-def _is_same(first: np.ndarray, second: np.ndarray) -> bool:
-    difference = se3.inverse(first) @ second
-    return bool(np.linalg.norm(difference[:3, 3]) < _SAME_POSE[0]
-                and se3.angle(difference[:3, :3]) < _SAME_POSE[1])
-
-
 def _is_for_second(vote: PoseVote, sudden: float) -> bool:
     needed = max(_MINORITY, _MAJORITY * np.exp(0.5 * (1.0 - sudden)))
     return (vote.seen > _LEAST_SEEN and vote.second > _LEAST_FOR_SECOND
             and vote.for_second > needed)
-
-
-def _is_confirmed_alike(found: Registration, other: Refined) -> bool:
-    """Return whether the same keypoints confirm two poses, not some one and some the other."""
-    if found.tracks is None:
-        return False
-    common = np.isin(found.tracks.keypoints, other.tracked.keypoints)
-    return int(common.sum()) >= _SAME_KEYPOINTS * found.support
-
-
-def _repeated(found: Registration, continuous: Refined) -> Registration:
-    """Return the pose that continues the motion, of two that the keypoints confirm alike."""
-    return dataclasses.replace(
-        found, T_target_source=continuous.T_target_source, covariance=continuous.covariance,
-        matches=found.matches[:0], bias=continuous.bias, tracks=continuous.tracked,
-        support=len(continuous.tracked),
-        reason=f'{found.reason}; the scene repeats itself, {len(continuous.tracked)} keypoints '
-               'tracked where the motion continues')
 
 
 def _doubted(found: Registration, second: np.ndarray, vote: PoseVote) -> Registration:

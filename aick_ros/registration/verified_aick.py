@@ -22,6 +22,7 @@ from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
+from aick_ros.registration.repeating_scene import RepeatingSceneCheck
 from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
@@ -57,6 +58,7 @@ class VerifiedAick:
         self._times = times
         self._most_tracks = settings.refinement.max_tracks
         self._refinement = Refinement(settings.refinement, settings.sensor, noise, misalignment)
+        self._repeating_scene = RepeatingSceneCheck(self._refinement, settings.odometry)
         self._dynamic_objects = DynamicObjectCheck(self._refinement, settings)
         alpha, iterations = _SLOW_SCHEDULE
         self._slow_aick = Aick(dataclasses.replace(settings.aick, alpha=alpha,
@@ -82,10 +84,13 @@ class VerifiedAick:
                 slow = self._align_slowly(source.frame, target.frame)
             found = self._refine(source, target, slow, predicted)
         if expected is None:
-            return found
+            return self._repeating_scene.check_first(found, source, target)
         if not found.status.ok:
             return self._refine_guess(source, target, expected, found)
         with self._times.stage('refinement'):
+            likelier = self._repeating_scene.check(found, source, target, expected, elapsed)
+            if likelier is not found:
+                return likelier
             return self._dynamic_objects.check(found, source, target, expected, elapsed)
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame,

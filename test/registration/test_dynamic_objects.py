@@ -13,7 +13,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.registration.dynamic_objects import DynamicObjectCheck, fuse, suddenness
+from aick_ros.registration.dynamic_objects import DynamicObjectCheck, fuse
 from aick_ros.registration.pose_vote import PoseVote
 from aick_ros.registration.refinement.refinement import Refined, Refinement
 from aick_ros.registration.refinement.tracks import Tracks
@@ -63,17 +63,6 @@ def opinion(settings=Settings()):
 def off(pose, truth):
     E = se3.inverse(truth) @ pose
     return np.linalg.norm(E[:3, 3]), se3.angle(E[:3, :3])
-
-
-LIMITS = np.array([15.0, 30.0])
-
-
-def test_suddenness_is_the_acceleration_by_its_limit():
-    assert suddenness(np.eye(4), 0.1, LIMITS) == 0.0
-    assert suddenness(se3.exp([0, 0.15, 0, 0, 0, 0]), 0.1, LIMITS) == pytest.approx(1.0)
-    assert suddenness(se3.exp([0, 0, 0, 0.6, 0, 0]), 0.1, LIMITS) == pytest.approx(2.0)
-    assert suddenness(se3.exp([0.15, 0, 0, 0, 0, 0]), 0.2, LIMITS) == pytest.approx(0.25)
-    assert suddenness(se3.exp([9, 0, 0, 0, 0, 0]), np.inf, LIMITS) == 0.0
 
 
 def test_fused_informations_add():
@@ -211,34 +200,3 @@ def test_a_registration_without_expected_pose_is_not_checked(frames, picture, mo
     monkeypatch.setattr(DynamicObjectCheck, 'check', lambda *_: pytest.fail('asked'))
     shown, _ = frames
     pair([paste(shown[0], picture, 60, 460), paste(shown[1], picture, 60 + LEAP, 460)])
-
-
-def repeated_wall(shift):
-    """Return a view of a wall 2 m away whose picture repeats every 0.4 m, moved by some pixels."""
-    rng = np.random.default_rng(3)
-    tile = cv2.GaussianBlur(rng.uniform(0, 255, (480, 105, 3)), (0, 0), 2.0)
-    tile = cv2.normalize(np.tile(tile, (1, 8, 1)), None, 0, 255, cv2.NORM_MINMAX, cv2.CV_8U)
-    grown = cv2.warpAffine(tile, np.float32([[1, 0, -60 - shift], [0, 1, 0]]), (640, 480))
-    camera = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
-    depth = 2.0 + rng.normal(0, 0.002, (480, 640)).astype(np.float32)
-    return RgbdFrame(round(shift * 1e9), grown, depth, camera)
-
-
-def test_of_poses_in_a_repeating_scene_the_one_that_continues_the_motion_is_returned():
-    """105 px at 525 px are 0.4 m: by the images alone the camera may have moved by that."""
-    registrar = Registrar()
-    target, source = (registrar.prepare(repeated_wall(shift)) for shift in (0, 8))
-    truth = se3.exp([8 / 525 * 2.0, 0, 0, 0, 0, 0])
-    mistaken = se3.exp([0.4, 0, 0, 0, 0, 0]) @ truth
-    settings = Settings()
-    refined = Refinement(settings.refinement, settings.sensor).refine(source, target, mistaken)
-    assert off(refined.T_target_source, mistaken)[0] < 0.02  # the images confirm it
-    found = dataclasses.replace(
-        registrar.register(source, target), T_target_source=refined.T_target_source,
-        covariance=refined.covariance, support=len(refined.tracked), tracks=refined.tracked)
-    expected = se3.exp([0.01, 0.005, 0, 0, 0, 0])
-    checked = opinion().check(found, source, target, expected, PERIOD)
-    assert off(checked.T_target_source, truth)[0] < 0.02
-    assert 'repeats itself' in checked.reason
-    kept = opinion().check(found, source, target, mistaken, PERIOD)
-    assert kept is found

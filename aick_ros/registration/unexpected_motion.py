@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""How far a motion is from the one expected."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aick_ros.geometry import se3
+from aick_ros.settings import OdometrySettings
+
+_SUDDEN = 5.0, 2.0
+"""Acceleration and angular acceleration above which a motion is sudden [sigma].
+
+Chosen on rendered rooms with boards that move through 10 to 60 % of the view."""
+
+_SAME_POSE = 0.015, np.radians(0.8)  # m and rad; chosen likewise
+
+
+def sudden_accelerations(settings: OdometrySettings) -> np.ndarray:
+    """Return the acceleration [m/s^2] and the angular one [rad/s^2] that are sudden, 2."""
+    return np.multiply(_SUDDEN, (settings.acceleration_sigma,
+                                 settings.angular_acceleration_sigma))
+
+
+def suddenness(change: np.ndarray, elapsed: float, limits: np.ndarray) -> float:
+    """
+    Return the apparent acceleration by its limit, the larger of the two ratios.
+
+    :param change: 4x4, from the camera at constant velocity to the camera.
+    :param elapsed: time since the velocity was measured [s].
+    :param limits: 2, acceleration [m/s^2] and angular acceleration [rad/s^2], such that the
+        change is at most the limit times the squared time.
+    """
+    return float(np.max(_distances(change) / limits)) / elapsed ** 2
+
+
+def is_same(first: np.ndarray, second: np.ndarray,
+            tolerance: tuple[float, float] = _SAME_POSE) -> bool:
+    """
+    Return whether two poses, 4x4, are alike.
+
+    :param tolerance: of the position and of the orientation [m, rad].
+    """
+    return bool((_distances(se3.inverse(first) @ second) < tolerance).all())
+
+
+def _distances(change: np.ndarray) -> np.ndarray:
+    return np.array([np.linalg.norm(change[:3, 3]), se3.angle(change[:3, :3])])

@@ -1,0 +1,147 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Motions along a wall whose picture repeats itself: the images fit several of them."""
+
+import dataclasses
+from types import SimpleNamespace
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.registration.refinement.refinement import Refinement
+from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.repeating_scene import RepeatingSceneCheck
+from aick_ros.settings import Settings
+
+SETTINGS = Settings()
+CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+DEPTH, PERIOD = 2.0, 0.4  # of the wall [m]
+MOVED = 0.03  # m
+TRUTH = se3.exp([MOVED, 0, 0, 0, 0, 0])
+ONE_ON = se3.exp([PERIOD, 0, 0, 0, 0, 0])
+SLOW = 0.25  # s between frames: an acceleration of 3 m/s^2 moves a camera by 9.4 cm
+
+
+def wall(x):
+    """Return a view of a picture that repeats itself, with the camera at a place [m]."""
+    rng = np.random.default_rng(3)
+    period = round(PERIOD / DEPTH * 4 * CAMERA.fx)
+    tile = cv2.GaussianBlur(rng.uniform(0, 255, (960, period, 3)), (0, 0), 4.0)
+    tile = cv2.normalize(np.tile(tile, (1, 8, 1)), None, 0, 255, cv2.NORM_MINMAX, cv2.CV_8U)
+    shift = 4 * CAMERA.fx * x / DEPTH
+    seen = cv2.warpAffine(tile, np.float32([[1, 0, -period - shift], [0, 1, 0]]), (1280, 960))
+    depth = DEPTH + rng.normal(0, 0.002, (240, 320)).astype(np.float32)
+    return RgbdFrame(round(1e9 * (x + 1)), cv2.resize(seen, (320, 240),
+                                                      interpolation=cv2.INTER_AREA), depth, CAMERA)
+
+
+@pytest.fixture(scope='module')
+def views():
+    """Return the prepared target and source, and registrations by the pose they begin with."""
+    registrar, refinement = Registrar(), Refinement(SETTINGS.refinement, SETTINGS.sensor)
+    target, source = (registrar.prepare(wall(x)) for x in (0.0, MOVED))
+    some = registrar.register(source, target)
+
+    def found(pose):
+        refined = refinement.refine(source, target, pose)
+        assert error(refined.T_target_source, pose) < 0.02  # the images confirm it
+        return dataclasses.replace(
+            some, T_target_source=refined.T_target_source, covariance=refined.covariance,
+            support=len(refined.tracked), tracks=refined.tracked)
+
+    return source, target, found
+
+
+def error(pose, truth):
+    return float(np.linalg.norm(se3.difference(pose, truth)))
+
+
+def check(refinement=None):
+    return RepeatingSceneCheck(refinement or Refinement(SETTINGS.refinement, SETTINGS.sensor),
+                               SETTINGS.odometry).check
+
+
+@pytest.mark.parametrize('elapsed', [1 / 30, SLOW])
+def test_of_poses_that_the_same_keypoints_confirm_the_likelier_one_is_returned(views, elapsed):
+    """By the images alone the camera may have moved by one period more, sudden or not."""
+    source, target, found = views
+    expected = se3.exp([0.01, 0.005, 0, 0, 0, 0])
+    checked = check()(found(ONE_ON @ TRUTH), source, target, expected, elapsed)
+    assert error(checked.T_target_source, TRUTH) < 0.02
+    assert 'repeats itself after 0.40 m' in checked.reason
+    assert checked.support == len(checked.tracks)
+    assert np.sqrt(checked.covariance[0, 0]) < 0.02
+
+
+def test_a_motion_near_the_one_expected_is_not_checked(views):
+    source, target, found = views
+    mistaken = found(ONE_ON @ TRUTH)
+    expected = ONE_ON @ TRUTH @ se3.exp([0.04, 0, 0, 0, 0.04, 0])
+    assert check()(mistaken, source, target, expected, SLOW) is mistaken
+
+
+@pytest.fixture
+def beyond(views):
+    """Return a refinement that finds the pose one period on, wherever it begins."""
+    source, target, _ = views
+    refined = Refinement(SETTINGS.refinement, SETTINGS.sensor).refine(
+        source, target, ONE_ON @ TRUTH)
+    return SimpleNamespace(refine=lambda *_: refined)
+
+
+def test_the_likelier_pose_is_that_of_the_smaller_acceleration(views, beyond):
+    """The registration is kept unless the pose beside it is far likelier."""
+    source, target, found = views
+    kept = found(TRUTH)
+    expected = se3.exp([MOVED + 0.06, 0, 0, 0, 0, 0])
+    checked = check(refinement=beyond)(kept, source, target, expected, SLOW)
+    np.testing.assert_array_equal(checked.T_target_source, kept.T_target_source)
+    assert 'repeats itself' in checked.reason
+    assert np.sqrt(checked.covariance[0, 0]) < 0.02
+
+
+def test_where_the_motion_model_does_not_decide_the_covariance_has_both_poses(views, beyond):
+    """Half-way between two of them either is as likely: its variance is half the difference's."""
+    source, target, found = views
+    halfway = se3.exp([MOVED + 0.5 * PERIOD, 0, 0, 0, 0, 0])
+    checked = check(refinement=beyond)(found(TRUTH), source, target, halfway, SLOW)
+    assert checked.covariance[0, 0] == pytest.approx(0.5 * PERIOD ** 2, rel=0.3)
+    for pose in (TRUTH, ONE_ON @ TRUTH):
+        difference = se3.difference(checked.T_target_source, pose)
+        assert difference @ np.linalg.solve(checked.covariance, difference) < 12.6
+
+
+def test_a_motion_that_begins_with_a_slip_does_not_go_on_slipping(views):
+    """The first motion seems to be one period a frame; the next frame is right, and is kept."""
+    source, target, found = views
+    tester = RepeatingSceneCheck(Refinement(SETTINGS.refinement, SETTINGS.sensor),
+                                 SETTINGS.odometry)
+    before = dataclasses.replace(source, frame=dataclasses.replace(
+        source.frame, stamp=target.stamp - round(1e9 * SLOW)))
+    slipped = dataclasses.replace(found(TRUTH), T_target_source=se3.inverse(ONE_ON))
+    assert tester.check_first(slipped, before, target) is slipped
+    kept = tester.check(found(TRUTH), source, target, ONE_ON @ TRUTH, SLOW)
+    assert error(kept.T_target_source, TRUTH) < 0.02
+    difference = se3.difference(kept.T_target_source, ONE_ON @ TRUTH)
+    assert difference @ np.linalg.solve(kept.covariance, difference) < 12.6
+    again = tester.check(found(TRUTH), source, target, ONE_ON @ TRUTH, SLOW)
+    np.testing.assert_array_equal(again.T_target_source, kept.T_target_source)
+
+
+def test_of_two_poses_the_one_that_more_keypoints_confirm_is_returned(views):
+    source, target, found = views
+    mistaken = found(ONE_ON @ TRUTH)
+    few = mistaken.tracks[np.arange(18)]
+    few = dataclasses.replace(few, keypoints=few.keypoints + len(source.keypoints))
+    mistaken = dataclasses.replace(mistaken, tracks=few, support=len(few))
+    checked = check()(mistaken, source, target, np.eye(4), SLOW)
+    assert error(checked.T_target_source, TRUTH) < 0.02
+    assert checked.support > 100
+    np.testing.assert_array_equal(
+        check()(dataclasses.replace(mistaken, support=1000), source, target, np.eye(4),
+                SLOW).T_target_source, mistaken.T_target_source)

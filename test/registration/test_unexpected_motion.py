@@ -1,0 +1,36 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Deviations from an expected motion, with closed forms."""
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry import se3
+from aick_ros.registration.unexpected_motion import is_same, sudden_accelerations, suddenness
+from aick_ros.settings import OdometrySettings
+
+LIMITS = np.array([15.0, 30.0])
+
+
+def test_suddenness_is_the_acceleration_by_its_limit():
+    assert suddenness(np.eye(4), 0.1, LIMITS) == 0.0
+    assert suddenness(se3.exp([0, 0.15, 0, 0, 0, 0]), 0.1, LIMITS) == pytest.approx(1.0)
+    assert suddenness(se3.exp([0, 0, 0, 0.6, 0, 0]), 0.1, LIMITS) == pytest.approx(2.0)
+    assert suddenness(se3.exp([0.15, 0, 0, 0, 0, 0]), 0.2, LIMITS) == pytest.approx(0.25)
+    assert suddenness(se3.exp([9, 0, 0, 0, 0, 0]), np.inf, LIMITS) == 0.0
+
+
+def test_what_is_sudden_grows_with_the_noise_of_the_motion_model():
+    calm, hasty = (sudden_accelerations(OdometrySettings(
+        acceleration_sigma=factor, angular_acceleration_sigma=factor)) for factor in (1.0, 2.0))
+    np.testing.assert_allclose(hasty, 2 * calm)
+    np.testing.assert_allclose(calm, [5.0, 2.0])
+
+
+@pytest.mark.parametrize(('change', 'same'), [
+    ([0, 0.09, 0, 0, 0, 0], True), ([0, 0, 0, 0, 0.19, 0], True),
+    ([0, 0.11, 0, 0, 0, 0], False), ([0, 0, 0, 0, 0.21, 0], False)])
+def test_poses_are_the_same_within_both_tolerances(change, same):
+    pose = se3.exp([1.0, 2.0, 3.0, 0.4, 0.5, 0.6])
+    assert is_same(pose, pose @ se3.exp(change), (0.1, 0.2)) is same
