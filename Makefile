@@ -24,13 +24,14 @@ ifneq ($(RECORDINGS),)
 export AICK_DATA ?= $(abspath $(RECORDINGS))
 endif
 
-.PHONY: help setup run test test-oldest lint fuzz mutation baselines pcl clean
+.PHONY: help setup run test test-oldest test-newest lint fuzz mutation baselines pcl clean
 
 help:
 	@echo 'make run              render a sequence, or take BAG=path, and run the node on it'
 	@echo 'make test             run every test, style and types included (ARGS=... go to pytest;'
 	@echo '                      JOBS=0 runs them in one process)'
 	@echo 'make test-oldest      run the tests of the core with the oldest NumPy and OpenCV'
+	@echo 'make test-newest      the same with the newest releases of everything'
 	@echo 'make lint             check style and types: flake8, isort, mypy'
 	@echo 'make fuzz             give damaged inputs to all that reads input, for SECONDS=600; what'
 	@echo '                      fails is kept in fuzz_findings/'
@@ -52,10 +53,13 @@ test: setup
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $(JOBS) --dist loadfile \
 	    --no-loadscope-reorder $(ARGS)
 
-# An environment of its own, with NumPy and OpenCV of Ubuntu 24.04.
+# Environments of their own, with NumPy and OpenCV of Ubuntu 24.04, and with the newest releases.
 CORE := borders geometry settings features frames messages registration odometry sources
 test-oldest:
 	$(MAKE) test VENV=.venv-oldest PINS=requirements/oldest.txt \
+	    ARGS='$(or $(ARGS),$(CORE:%=test/%))'
+test-newest:
+	$(MAKE) test VENV=.venv-newest PINS=requirements/newest.txt \
 	    ARGS='$(or $(ARGS),$(CORE:%=test/%))'
 
 lint: setup
@@ -81,7 +85,7 @@ pcl:
 	cmake --build build/pcl
 
 clean:
-	rm -rf $(VENV) .venv-oldest build install log dist *.egg-info .pytest_cache
+	rm -rf $(VENV) .venv-oldest .venv-newest build install log dist *.egg-info .pytest_cache
 
 # A set-up that was interrupted left the file `unfinished`: it is begun anew. Modules are compiled
 # when they are imported first: to compile all of them takes as long as to install them.

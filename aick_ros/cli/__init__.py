@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from aick_ros.errors import installation
+from aick_ros.ros.process.signals import held
 
 _NEEDED = ('typer', 'rich', 'yaml')
 _EPOCH = re.compile('[0-9]{1,11}')  # seconds, up to the year 5138
@@ -32,11 +33,15 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     if not _EPOCH.fullmatch(os.environ.get('SOURCE_DATE_EPOCH', '0')):
         del os.environ['SOURCE_DATE_EPOCH']
     try:
-        from aick_ros.cli.run import run
+        with held():  # an interrupted import fails in unexpected ways
+            from aick_ros.cli.run import run
     except ModuleNotFoundError as error:
         package = (error.name or '').partition('.')[0]
         if package not in _NEEDED:
             raise
         print(f"aick: the command needs {package}: {installation('cli')}", file=sys.stderr)
         sys.exit(2)
+    except KeyboardInterrupt:
+        print('aick: interrupted', file=sys.stderr)
+        sys.exit(130)
     sys.exit(run(sys.argv[1:] if arguments is None else arguments))

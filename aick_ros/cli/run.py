@@ -9,6 +9,7 @@ import errno
 import io
 import os
 import platform
+import re
 import sys
 import tempfile
 import traceback
@@ -25,7 +26,9 @@ from aick_ros.errors import InputError
 
 _TRACEBACK = '--traceback'
 _USER_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS,
-                errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EIO)
+                errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EIO,
+                errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.EAGAIN, errno.EBADF)
+_NO_MEMORY = re.compile("map segment|allocate memory|Insufficient memory|can't start new thread")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -85,6 +88,8 @@ def _user_sentence(error: Exception) -> str:
     """Return the sentence for an error that the user can correct, '' for any other."""
     if isinstance(error, OSError) and error.errno in _USER_ERRORS:
         return f'{error.filename or "writing"}: {error.strerror}'
+    if isinstance(error, MemoryError) or _NO_MEMORY.search(str(error)):
+        return 'the memory is full, or limited (ulimit): free some, or use fewer or smaller images'
     # typer raises the usage errors of click or, in later versions, of its own copy of click
     if not hasattr(error, 'format_message'):
         return ''

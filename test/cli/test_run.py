@@ -152,12 +152,23 @@ def test_odd_environments_are_no_defects(tmp_path, environment, code, redirect):
     assert b'Traceback' not in process.stderr
 
 
-def test_a_full_disk_is_no_defect(aick, monkeypatch):
-    error = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), 'runs/x')
+@pytest.mark.parametrize('number', [errno.ENOSPC, errno.EMFILE, errno.ENOMEM])
+def test_full_resources_are_no_defect(aick, monkeypatch, number):
+    error = OSError(number, os.strerror(number), 'runs/x')
     monkeypatch.setattr(replay_module, 'open_source', fail_with(error))
     outcome = aick('replay', 'x')
     assert outcome.code == 2
-    assert outcome.sentence == 'runs/x: No space left on device'
+    assert outcome.sentence == f'runs/x: {os.strerror(number)}'
+
+
+@pytest.mark.parametrize('error', [
+    MemoryError(), RuntimeError("can't start new thread"),
+    ImportError('x.so: failed to map segment from shared object')])
+def test_full_memory_is_no_defect(aick, monkeypatch, error):
+    monkeypatch.setattr(replay_module, 'open_source', fail_with(error))
+    outcome = aick('replay', 'x')
+    assert outcome.code == 2
+    assert outcome.sentence.startswith('the memory is full, or limited (ulimit)')
 
 
 def test_an_interruption_before_anything_is_begun(aick, monkeypatch, tmp_path):
@@ -189,3 +200,13 @@ def test_only_one_thread_of_blas_unless_asked():
     code = ('import os, sys; sys.argv = ["aick", "--version"]; from aick_ros.cli import main\n'
             'try: main()\nfinally: print(os.environ["OPENBLAS_NUM_THREADS"])')
     assert python(code).stdout.split()[-1] == '1'
+
+
+def test_an_interruption_of_the_start_is_one_line():
+    process = python('import os, signal, sys\n'
+                     'class Finder:\n'
+                     ' def find_spec(self, name, *_):\n'
+                     '  if name == "aick_ros.cli.run": os.kill(os.getpid(), signal.SIGINT)\n'
+                     'sys.meta_path.insert(0, Finder())\n'
+                     'from aick_ros.cli import main; main(["--version"])')
+    assert (process.returncode, process.stderr) == (130, 'aick: interrupted\n')

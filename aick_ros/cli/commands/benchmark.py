@@ -14,6 +14,7 @@ import typer
 
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
+from aick_ros.cli.input.codec_messages import codecs_silenced
 from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.output.benchmark_plots import FigureFolder
@@ -100,7 +101,8 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
 def _scan(requests: Sequence[Request], damage: DamageLog) -> list[Recording]:
     recordings: dict[str, Recording] = {}
     for request in requests:
-        with progress(f'reading {request.path}', request.limit or len(request.open())) as show:
+        total = request.limit or len(request.open())
+        with progress(f'reading {request.path}', total) as show, codecs_silenced():
             recording = Recording.scan(request, show, damage)
         if recording.name in recordings:
             raise InputError(f'two recordings are called {recording.name}: rename one of them, or '

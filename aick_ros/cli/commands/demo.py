@@ -17,6 +17,7 @@ import typer
 
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
+from aick_ros.cli.input.codec_messages import codecs_silenced
 from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.output.console import progress, table
 from aick_ros.cli.output.demo_report import live_statistics, plot_path, table_rows
@@ -120,7 +121,7 @@ def _playable_bag(path: str | None, source: RgbdSource, folder: Path,
             and (Path(path) / 'metadata.yaml').is_file()):
         return Path(path), source.raw_topics
     bag = folder / 'bag'
-    with progress(f'writing {bag}', len(source)) as show:
+    with progress(f'writing {bag}', len(source)) as show, codecs_silenced():
         bag_writer.write_bag(bag, source, on_damaged=damage,
                              progress=lambda written, total: show(written))
     return bag, _WRITTEN_TOPICS

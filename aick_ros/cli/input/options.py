@@ -73,6 +73,7 @@ JsonFile = Annotated[str | None, typer.Option(
     help='Write the results as JSON; - writes them to standard output, and nothing else there.')]
 
 
+_MOST_GAPS = 100  # chosen
 _LARGEST_GAP = 1_000_000  # frames; chosen: nine hours at 30 Hz
 
 
@@ -101,9 +102,9 @@ def gaps_from(gaps: str) -> list[int]:
         numbers = sorted({int(gap) for gap in gaps.split(',')})
     except ValueError:
         numbers = [0]
-    if numbers[0] < 1 or numbers[-1] > _LARGEST_GAP:
-        raise InputError(f'--gaps {gaps[:80]}: whole numbers from 1 to {_LARGEST_GAP} are '
-                         'required, for example --gaps 1,5,10')
+    if numbers[0] < 1 or numbers[-1] > _LARGEST_GAP or len(numbers) > _MOST_GAPS:
+        raise InputError(f'--gaps {gaps[:80]}: at most {_MOST_GAPS} whole numbers from 1 to '
+                         f'{_LARGEST_GAP} are required, for example --gaps 1,5,10')
     return numbers
 
 
