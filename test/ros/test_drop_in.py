@@ -24,6 +24,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros.ros.conversions import header, to_stamp, to_time
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.parameter import values
 
 FOLDER = Path(__file__).parent / 'launch_files'
 OPTICAL = 'camera_rgb_optical_frame'
@@ -297,3 +299,46 @@ def test_a_launch_file_needs_two_names_changed(rtabmap_msgs, rig, odometry, fram
     assert answers[0].pose.pose.position.x == pytest.approx(5.0 if case.has_guess else 0.0)
     for sentence in case.said:
         node.wait_for_log(sentence)
+
+
+# all of rgbd_odometry, by its documentation; none has its default value
+PARAMETERS = {
+    'frame_id': 'camera_link', 'odom_frame_id': 'vo', 'publish_tf': False,
+    'wait_for_transform': 0.3, 'initial_pose': '1 2 3 0 0 0', 'guess_frame_id': 'wheels',
+    'guess_min_translation': 0.1, 'guess_min_rotation': 0.1, 'guess_min_time': 0.1,
+    'guess_linear_variance': 0.01, 'guess_angular_variance': 0.01,
+    'ground_truth_frame_id': 'world', 'ground_truth_base_frame_id': 'truth',
+    'config_path': '/a.ini', 'publish_null_when_lost': False, 'expected_update_rate': 20.0,
+    'max_update_rate': 10.0, 'min_update_rate': 1.0, 'wait_imu_to_init': True,
+    'always_check_imu_tf': True, 'imu_queue_size': 10, 'qos': 1, 'qos_camera_info': 1,
+    'qos_imu': 1, 'log_to_rosout_level': 2, 'sensor_data_compression_format': '.png',
+    'sensor_data_parallel_compression': False, 'publish_compressed_sensor_data': True,
+    'always_process_most_recent_frame': False, 'approx_sync': False, 'topic_queue_size': 20,
+    'sync_queue_size': 20, 'queue_size': 20, 'approx_sync_max_interval': 0.1,
+    'image_transport': 'compressed', 'rgb_transport': 'compressed',
+    'depth_transport': 'compressedDepth', 'subscribe_rgbd': False, 'rgbd_cameras': 2,
+    'keep_color': True, 'Odom/ResetCountdown': '1', 'Reg/Force3DoF': 'true',
+    'Odom/Strategy': '1', 'Vis/EstimationType': '0', 'Rtabmap/ImagesAlreadyRectified': 'false'}
+TOPICS = ['odom', 'odom_info', 'odom_info_lite', 'odom_last_frame', 'odom_local_map',
+          'odom_rgbd_image']
+ABSENT_TOPICS = ['odom_local_scan_map', 'odom_sensor_data/raw']
+SERVICES = ['reset_odom', 'reset_odom_to_pose', 'pause_odom', 'resume_odom', 'log_debug',
+            'log_info', 'log_warning', 'log_error']
+
+
+def test_nothing_of_rgbd_odometry_is_absent_in_silence(rtabmap_msgs, rig, start_node, tmp_path):
+    """Parameters are ours or named in the log; topics are there, or whoever waits is told."""
+    file = tmp_path / 'parameters.yaml'
+    file.write_text(yaml.safe_dump({'/**': {'ros__parameters': PARAMETERS}}))
+    node = start_node('--ros-args', '--params-file', str(file), '--', bare=True, wait=False,
+                      remappings=['__node:=rgbd_odometry'])
+    for topic in TOPICS:
+        rig.wait_until(lambda: rig.node.count_publishers(topic), topic)
+    for service in SERVICES:
+        rig.wait_until(lambda: rig.node.count_services(f'/rgbd_odometry/{service}'), service)
+    ours = values(NodeSettings)
+    unnamed = [name for name in PARAMETERS if name not in ours and f"'{name}'" not in node.log]
+    assert unnamed == []
+    for topic in ABSENT_TOPICS:
+        rig.listen(Image, topic, lambda message: None)
+        node.wait_for_log(f'somebody subscribes to /{topic}, which')

@@ -74,6 +74,12 @@ def test_who_waits_in_vain_without_the_messages_is_told(without_messages, used, 
     assert complaint(f'/robot/{used}') == sentence
 
 
+@pytest.mark.parametrize('kind', ['raw', 'features', 'compressed'])
+def test_sensor_data_are_published_in_no_form(with_messages, kind):
+    assert f'/robot/odom_sensor_data/{kind}, which is not published' in complaint(
+        f'/robot/odom_sensor_data/{kind}')
+
+
 @pytest.mark.parametrize('used', ['odom_info', 'odom_rgbd_image', 'odom_node/reset_odom_to_pose'])
 def test_with_the_messages_nobody_waits_in_vain(with_messages, used):
     assert complaint(f'/robot/{used}') == ''
