@@ -124,6 +124,18 @@ def test_the_covariance_of_the_pose_shrinks_and_is_honest():
     assert np.mean(nees) < 7.0
 
 
+def test_an_earlier_frame_that_becomes_the_keyframe_again_is_where_it_was():
+    moved = PoseWithCovariance(se3.exp([0.3, -0.2, 0.1, 0.2, 0.1, -0.3]), COVARIANCE)
+    memory = KeyframeMemory(Settings(), None, Reference(
+        prepared(0), PoseWithCovariance.identity()))
+    memory.track(Reference(prepared(1), moved), moved.matrix, NO_DETOUR)
+    again = Reference(prepared(0), PoseWithCovariance.identity())
+    memory.track(again, np.eye(4), NO_DETOUR)
+    # the keypoints of each are where its camera was
+    places = memory.keypoints_from(PoseWithCovariance.identity()).reshape(3, KEYPOINTS, 3)[:, 0]
+    np.testing.assert_allclose(places, [np.zeros(3), moved.translation, np.zeros(3)], atol=1e-6)
+
+
 def test_the_local_map_is_seen_from_where_the_camera_is():
     """The keypoints here are where their camera was; keyframes found again correct them."""
     by_graph, by_reckoning = [], []

@@ -96,6 +96,19 @@ def test_the_time_to_rest_is_that_to_stop_after_the_hold_time(twist, seconds):
     assert model.time_to_rest(None if twist is None else np.array(twist)) == pytest.approx(seconds)
 
 
+def test_a_velocity_that_depth_alone_observed_counts_by_its_share_of_the_information():
+    """Past the hold time: of prior p and error c a velocity v leaves v p / (p + c)."""
+    model = MotionModel(OdometrySettings(hold_time=0.3, acceleration_sigma=2.0,
+                                         angular_acceleration_sigma=4.0))
+    unconfirmed, twist = 0.5, np.array([0.3, -0.2, 0.1, 0.4, -0.5, 0.6])
+    prior = np.square(0.5 * unconfirmed ** 2 * np.repeat([2.0, 4.0], 3))
+    errors = prior * np.array([1e-6, 1.0, 1e6, 1e-6, 3.0, 1e6])
+    increment = Increment(PoseWithCovariance(se3.exp(0.1 * twist), np.diag(errors)), 0.1)
+    np.testing.assert_allclose(model.observed_twist(increment, unconfirmed),
+                               twist * prior / (prior + errors), rtol=1e-6)
+    np.testing.assert_allclose(model.observed_twist(increment, 0.2), twist, rtol=1e-9)
+
+
 def test_another_sensor_is_at_rest_within_its_slip():
     model = MotionModel(OdometrySettings())
     assert model.is_at_rest(se3.exp([0.02, 0, 0, 0, 0.02, 0]))

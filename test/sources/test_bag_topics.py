@@ -79,6 +79,16 @@ def test_given_topics_are_used():
     assert topics.ground_truth('/mocap/pose') == '/mocap/pose'
 
 
+@pytest.mark.parametrize('transport', ['', '/compressed', '/compressedDepth'])
+def test_the_calibration_beside_the_images_is_that_of_any_transport(transport):
+    """Beside them it is taken whatever its name; infrared ones are not taken otherwise."""
+    images = f'/camera/infra1/image_rect_raw{transport}'
+    topics = BagTopics({images: COMPRESSED_IMAGE if transport else IMAGE,
+                        '/camera/infra1/camera_info': CAMERA_INFO,
+                        '/camera/color/camera_info': CAMERA_INFO}, 'a.bag')
+    assert topics.info(None, images) == '/camera/infra1/camera_info'
+
+
 def test_of_two_cameras_one_must_be_chosen():
     topics = BagTopics(TWO, 'two.bag')
     with pytest.raises(InputError, match='two.bag has several that may be the colour topic, '

@@ -13,7 +13,7 @@ from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.sources import SourceOptions, raise_damage
-from aick_ros.sources.images import ImagesSource
+from aick_ros.sources.images import START, ImagesSource
 
 RNG = np.random.default_rng(7)
 COLOURS = RNG.integers(0, 256, (4, 24, 32, 3), np.uint8)
@@ -65,6 +65,12 @@ def test_stamps_follow_the_numbers_at_30_hz(folder):
     assert stamps[0] > 0
     seconds = (np.array(stamps) - stamps[0]) / 1e9
     assert np.allclose(seconds, np.array(NUMBERS) / 30, atol=2e-9)
+
+
+def test_the_stamps_of_large_numbers_have_no_error_that_adds_up(folder):
+    write(folder, 300_000, 0)
+    *_, last = ImagesSource(folder).frames(raise_damage)
+    assert last.stamp == START + 10_000 * 10 ** 9
 
 
 def test_ground_truth_is_at_the_frames(folder):

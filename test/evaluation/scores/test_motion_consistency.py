@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.motion_consistency import (
-    TRAJECTORY_GAPS, gap_consistency, pose_consistency)
+    TRAJECTORY_GAPS, gap_consistency, pose_consistency, reference_poses)
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -97,6 +97,16 @@ def test_a_covariance_that_is_too_small_shows_in_its_part_alone():
     score = gap_consistency(*walk(300, claimed), [1])[1]
     assert score.rotation.nees_mean > 30.0
     assert 2.0 < score.translation.nees_mean < 4.5
+
+
+def test_the_truth_is_moved_to_the_first_pose_that_it_covers():
+    records, truth = walk(12)
+    moved = reference_poses(records[4:], truth)
+    np.testing.assert_allclose(moved[0][1], records[4].T_odom_camera, atol=1e-12)
+    for (_, before), (_, now), index in zip(moved, moved[1:], range(4, 12)):
+        np.testing.assert_allclose(
+            se3.inverse(before) @ now,
+            se3.inverse(truth.poses[index]) @ truth.poses[index + 1], atol=1e-12)
 
 
 def test_poses_are_scored_from_the_first_one_on():

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from aick_ros.evaluation.scores.pair_evaluation import PairEvaluation
+from aick_ros.evaluation.scores.pair_evaluation import (
+    THRESHOLDS, PairError, PairEvaluation, PairScore)
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
@@ -194,6 +195,11 @@ def test_each_gap_has_a_registrar_of_its_own(monkeypatch, stamps, ground_truth):
     for stamp in stamps:
         pairs.add(view(stamp))
     assert sorted(map(sorted, gaps_seen)) == [[gap] for gap in GAPS]
+
+
+def test_a_success_is_an_error_below_the_threshold():
+    score = PairScore.of([PairError(threshold, 0.0, 1.0) for threshold in THRESHOLDS])
+    assert list(score.success_ratio.values()) == pytest.approx([0.0, 1 / 3, 2 / 3])
 
 
 @pytest.mark.parametrize('count', [0, 1, 3])

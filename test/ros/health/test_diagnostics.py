@@ -19,6 +19,12 @@ def test_delays_are_medians(frames):
     assert (values['delay [ms]'], values[KEY]) == ('10.0', '50.0')
 
 
+def test_the_longest_delay_is_that_of_99_in_a_hundred(frames):
+    frames.answer(3)
+    values = values_of(dataclasses.replace(frames.snapshot(), delays=np.arange(101.0)))
+    assert (values['delay [ms]'], values['delay, 99 % [ms]']) == ('50.0', '99.0')
+
+
 @pytest.mark.parametrize('years', [-9, 9])
 def test_stamps_of_a_recording_beside_the_clock_of_today_are_no_delay(frames, years):
     frames.answer(3)

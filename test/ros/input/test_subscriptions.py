@@ -16,6 +16,7 @@ from aick_ros.ros.input.subscriptions import AdaptiveSubscription
 
 START, PERIOD = 10 ** 18, 33_333_333
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
+LATCHED, VOLATILE = DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE
 
 
 class Change:
@@ -184,13 +185,15 @@ def test_the_reliability_follows_the_publishers_or_the_parameter(fake_node, want
     assert subscription.qos_profile.reliability == expected
 
 
-@pytest.mark.parametrize('offered', [DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE],
-                         ids=lambda durability: durability.name)
-def test_earlier_messages_are_requested_where_they_are_kept(fake_node, offered):
+@pytest.mark.parametrize('offered, expected', [
+    ([LATCHED], LATCHED), ([VOLATILE], VOLATILE), ([LATCHED, VOLATILE], VOLATILE)], ids=str)
+def test_earlier_messages_are_requested_where_all_publishers_keep_them(fake_node, offered,
+                                                                       expected):
     subscription = AdaptiveSubscription(fake_node, Image, 'info', None, 10, latched=True)
-    fake_node.publish('/info', durability=offered)
+    for durability in offered:
+        fake_node.publish('/info', durability=durability)
     subscription.adapt()
-    assert subscription.qos_profile.durability == offered
+    assert subscription.qos_profile.durability == expected
 
 
 @pytest.mark.parametrize('published, expected', [

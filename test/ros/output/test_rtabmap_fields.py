@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The fields of the messages for RTAB-Map, without DDS and without rtabmap_msgs."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.odometry import OdometryUpdate
+from aick_ros.odometry.base_odometry import BaseMotion, BaseState, BaseUpdate
+from aick_ros.registration.status import Status
+from aick_ros.ros.conversions import to_stamp
+from aick_ros.ros.output import rgbd_image, rtabmap
+from aick_ros.ros.output.rtabmap import Registered, RtabmapTopics
+
+CAMERA = Camera(8, 6, 10.0, 11.0, 3.5, 2.5)
+STAMP = 5_250_000_000
+COVARIANCE = np.diag([1e-4, 2e-4, 3e-4, 4e-5, 5e-5, 6e-5])
+SOURCE, TARGET = (np.random.default_rng(seed).uniform(0, 8, (4, 2)) for seed in (1, 2))
+MATCHES = np.array([(3, 0), (1, 2)])
+
+
+class Publisher(list):
+    """Keeps what is published; one subscriber listens."""
+
+    publish = list.append
+
+    def get_subscription_count(self):
+        return 1
+
+
+class Node:
+    """Keeps publishers by their topics."""
+
+    def __init__(self):
+        self.published = {}
+
+    def create_publisher(self, kind, topic, qos):
+        return self.published.setdefault(topic, Publisher())
+
+
+@pytest.fixture
+def topics(monkeypatch):
+    """Return the topics on a node, with messages that take any field."""
+    for name in ('OdomInfo', 'Point2f', 'RGBDImage'):
+        monkeypatch.setattr(rtabmap, name, SimpleNamespace)
+    monkeypatch.setattr(rgbd_image, 'RGBDImage', SimpleNamespace)
+    node = Node()
+    return RtabmapTopics(node, 'odom', lambda: np.ones((2, 3))), node.published
+
+
+def registered(state=BaseState.TRACKED, forward=0.1, seconds=0.2):
+    """Return a frame after a motion of the base straight on."""
+    frame = RgbdFrame(STAMP, np.zeros((6, 8), np.uint8), np.ones((6, 8), np.float32), CAMERA,
+                      STAMP + 7)
+    keypoints = SimpleNamespace(pixels=SOURCE, positions=np.zeros((4, 3)))
+    prepared = SimpleNamespace(frame=frame, keypoints=keypoints)
+    is_tracked = state is BaseState.TRACKED
+    increment = Increment(PoseWithCovariance(np.eye(4), COVARIANCE), seconds)
+    update = OdometryUpdate(
+        STAMP, Status.OK if is_tracked else Status.TOO_FEW_MATCHES, '',
+        PoseWithCovariance.identity(), prepared, increment=increment if is_tracked else None,
+        reference=SimpleNamespace(pixels=TARGET[:3]) if is_tracked else None,
+        matches=MATCHES if is_tracked else MATCHES[:0], support=17 if is_tracked else 0,
+        timing={'features': 20.0, 'total': 35.0})
+    motion = BaseMotion(np.array([forward / seconds, 0, 0, 0, 0, 0]), COVARIANCE, seconds)
+    base = BaseUpdate(STAMP, state, PoseWithCovariance.identity(), motion if is_tracked else None)
+    return Registered(update, base, se3.exp([0, 0, 1, 0, 0, 0]), 'optical')
+
+
+def test_times_are_seconds_and_counts_those_of_the_frame(topics):
+    rtabmap_topics, published = topics
+    rtabmap_topics.show(registered())
+    info, = published['odom_info']
+    assert (info.time_estimation, info.interval, info.stamp) == pytest.approx((0.035, 0.2, 5.25))
+    assert (info.matches, info.inliers, info.features, info.local_map_size) == (2, 17, 4, 3)
+    assert to_stamp(info.header.stamp) == STAMP and info.header.frame_id == 'odom'
+    np.testing.assert_array_equal(np.reshape(info.covariance, (6, 6)), COVARIANCE)
+    assert info.transform.translation.x == pytest.approx(0.1)
+
+
+def test_corners_are_those_of_the_matches(topics):
+    rtabmap_topics, published = topics
+    rtabmap_topics.show(registered())
+    info, lite = published['odom_info'][0], published['odom_info_lite'][0]
+    np.testing.assert_allclose([(p.x, p.y) for p in info.new_corners], SOURCE[[3, 1]])
+    np.testing.assert_allclose([(p.x, p.y) for p in info.ref_corners], TARGET[[0, 2]])
+    assert not hasattr(lite, 'new_corners')
+
+
+@pytest.mark.parametrize('state', [BaseState.LOST, BaseState.PREDICTED])
+def test_without_a_measurement_the_camera_is_lost_and_its_motion_unknown(topics, state):
+    rtabmap_topics, published = topics
+    rtabmap_topics.show(registered(state))
+    info, = published['odom_info']
+    assert info.lost
+    np.testing.assert_array_equal(np.reshape(info.covariance, (6, 6)), 9999.0 * np.eye(6))
+    rotation = info.transform.rotation
+    assert (rotation.x, rotation.y, rotation.z, rotation.w) == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_the_distance_is_the_sum_of_the_motions_since_the_reset(topics):
+    rtabmap_topics, published = topics
+    for forward in (0.1, -0.1, 0.3):
+        rtabmap_topics.show(registered(forward=forward))
+    rtabmap_topics.show(registered(BaseState.LOST))
+    assert [info.distance_travelled for info in published['odom_info']] == pytest.approx(
+        [0.1, 0.2, 0.5, 0.5])
+    rtabmap_topics.reset()
+    rtabmap_topics.show(registered(forward=0.4))
+    assert published['odom_info'][-1].distance_travelled == pytest.approx(0.4)
+
+
+def test_each_image_and_its_camera_have_one_header(topics):
+    rtabmap_topics, published = topics
+    rtabmap_topics.show(registered())
+    message, = published['odom_rgbd_image']
+    assert message.rgb.header == message.rgb_camera_info.header == message.header
+    assert message.depth.header == message.depth_camera_info.header
+    stamps = [to_stamp(part.header.stamp) for part in (message.rgb, message.depth)]
+    assert stamps == [STAMP, STAMP + 7]
+    for info in (message.rgb_camera_info, message.depth_camera_info):
+        assert info.header.frame_id == 'optical'
+        np.testing.assert_array_equal(np.reshape(info.k, (3, 3)), CAMERA.matrix)
+        np.testing.assert_array_equal(np.reshape(info.p, (3, 4)),
+                                      np.column_stack([CAMERA.matrix, np.zeros(3)]))
+        np.testing.assert_array_equal(np.reshape(info.r, (3, 3)), np.eye(3))

@@ -1,0 +1,209 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The way of a frame through the node, and requests between frames, without DDS."""
+
+from collections import defaultdict
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from rclpy.logging import LoggingSeverity
+from std_srvs.srv import Empty
+
+from aick_ros.errors import InputError
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.messages.synchronizer import Pair
+from aick_ros.odometry import OdometryUpdate
+from aick_ros.registration.status import Status
+from aick_ros.ros.conversions import from_pose, header, to_time
+from aick_ros.ros.health.counts import Count
+from aick_ros.ros.health.diagnostics import values_of
+from aick_ros.ros.pipeline import Pipeline
+from aick_ros.settings import NodeSettings, Settings
+
+STAMP = 1_700_000_000_000_000_000
+MS = 1_000_000
+
+
+class Logger:
+    """Keeps its level and what it is told."""
+
+    def __init__(self):
+        self.lines, self.level = [], None
+
+    def set_level(self, level):
+        self.level = level
+
+    def info(self, text, **_):
+        self.lines.append(text)
+
+    warning = error = info
+
+
+class Node:
+    """Keeps what is made on it; nobody else is there."""
+
+    def __init__(self):
+        self.published, self.services, self.now = defaultdict(list), {}, STAMP
+        self.logger, self.context = Logger(), SimpleNamespace(ok=lambda: True)
+
+    def get_logger(self):
+        return self.logger
+
+    def get_fully_qualified_name(self):
+        return '/odom_node'
+
+    def get_clock(self):
+        return SimpleNamespace(now=lambda: SimpleNamespace(
+            nanoseconds=self.now, to_msg=lambda: to_time(self.now)))
+
+    def resolve_topic_name(self, name):
+        return f'/{name}'
+
+    def create_publisher(self, kind, topic, qos):
+        return SimpleNamespace(publish=self.published[topic].append,
+                               get_subscription_count=lambda: 0)
+
+    def create_subscription(self, kind, topic, callback, qos, **_):
+        return SimpleNamespace(topic_name=topic, qos_profile=qos)
+
+    def destroy_subscription(self, subscription):
+        pass
+
+    def create_service(self, kind, name, callback):
+        self.services[name] = callback
+
+
+class Camera:
+    """An odometry that sees the camera at poses which the test sets."""
+
+    def __init__(self):
+        self.pose, self.status = np.eye(4), Status.OK
+        self.misalignment = SimpleNamespace(values=np.zeros(8), description='')
+
+    def register_frame(self, frame, predict=None):
+        prepared = SimpleNamespace(frame=frame, keypoints=(), repeat=None)
+        return OdometryUpdate(frame.stamp, self.status, '', PoseWithCovariance(self.pose),
+                              prepared)
+
+    def reset(self):
+        self.pose = np.eye(4)
+
+
+def message(stamp):
+    return SimpleNamespace(header=header(stamp, 'optical'), data=b'')
+
+
+class Rig:
+    """A pipeline whose jobs the test does."""
+
+    def __init__(self, monkeypatch, **settings):
+        monkeypatch.setattr('aick_ros.ros.pipeline.warm_up', lambda core: None)
+        self.node = Node()
+        self.pipeline = Pipeline(self.node, NodeSettings(
+            camera_in_base=(0.0,) * 6 + (1.0,), publish_tf=False, **settings), Settings())
+        self.camera = self.pipeline._odometry = Camera()
+        monkeypatch.setattr(self.pipeline._assembler, 'frame', lambda arrival: SimpleNamespace(
+            stamp=arrival.pair.colour_stamp))
+        monkeypatch.setattr(self.pipeline._views, 'show', lambda *_: None)
+        monkeypatch.setattr(self.pipeline._rtabmap, 'show', lambda *_: None)
+
+    def work(self):
+        """Do what waits."""
+        queue = self.pipeline._queue
+        while queue.backlog or queue._tasks:
+            queue.take(self.pipeline._answer, lambda arrival: True)()
+
+    def see(self, *stamps):
+        for stamp in stamps:
+            self.pipeline._enqueue(Pair(stamp, message(stamp), stamp, message(stamp)))
+            self.work()
+
+    def call(self, name):
+        self.node.services[f'~/{name}'](Empty.Request(), Empty.Response())
+        self.work()
+
+    @property
+    def poses(self):
+        return [from_pose(message.pose.pose) for message in self.node.published['odom']]
+
+    @property
+    def snapshot(self):
+        return self.pipeline._diagnostics.snapshot()
+
+
+@pytest.fixture
+def make(monkeypatch):
+    return lambda **settings: Rig(monkeypatch, **settings)
+
+
+def test_the_age_of_an_answer_is_that_of_its_image(make):
+    made = make()
+    made.node.now = STAMP + 50 * MS
+    made.see(STAMP)
+    assert values_of(made.snapshot)['delay since the stamp [ms]'] == '50.0'
+    assert made.snapshot.delays[0] < 10_000.0
+
+
+@pytest.mark.parametrize('level, severity', [
+    ('debug', LoggingSeverity.DEBUG), ('info', LoggingSeverity.INFO),
+    ('warning', LoggingSeverity.WARN), ('error', LoggingSeverity.ERROR)])
+def test_each_service_of_the_log_sets_its_level(make, level, severity):
+    made = make()
+    made.call(f'log_{level}')
+    assert made.node.logger.level == severity
+
+
+def test_a_reset_forgets_the_way_on_every_topic(make, monkeypatch):
+    made, forgotten = make(), []
+    for part in ('_views', '_rtabmap', '_start'):
+        monkeypatch.setattr(getattr(made.pipeline, part), 'reset',
+                            lambda part=part: forgotten.append(part))
+    made.camera.pose = se3.exp([1, 0, 0, 0, 0, 0])
+    made.see(STAMP, STAMP + 33 * MS)
+    made.call('reset_odom')
+    made.see(STAMP + 66 * MS)
+    assert sorted(forgotten) == ['_rtabmap', '_start', '_views']
+    np.testing.assert_allclose(made.poses[-1], np.eye(4))
+
+
+def test_after_a_reset_to_a_pose_the_guess_is_not_waited_for(make):
+    made = make(guess_frame_id='wheels', wait_for_transform=0.0)
+    made.see(STAMP)
+    assert not made.node.published['odom']  # the guess is not known yet
+    T_odom_base = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
+    made.pipeline._reset(PoseWithCovariance(T_odom_base))
+    made.see(STAMP + 33 * MS)
+    np.testing.assert_allclose(made.poses[-1], T_odom_base, atol=1e-9)
+
+
+def test_a_pose_that_was_set_is_where_it_goes_on_and_no_guess_is_waited_for(make):
+    made = make(guess_frame_id='wheels', wait_for_transform=0.0)
+    T_odom_base = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
+    made.pipeline._set_pose(PoseWithCovariance(T_odom_base), False)
+    made.see(STAMP)
+    np.testing.assert_allclose(made.poses[-1], T_odom_base, atol=1e-9)
+
+
+def test_what_is_skipped_damaged_or_failed_is_counted_as_such(make, monkeypatch):
+    made = make(max_update_rate=10.0)
+    made.see(*(STAMP + i * 50 * MS for i in range(6)))
+    made.call('pause_odom')
+    made.see(STAMP + 1000 * MS)
+    made.call('resume_odom')
+
+    def broken(error):
+        def raises(arrival):
+            raise error
+        monkeypatch.setattr(made.pipeline._assembler, 'frame', raises)
+    broken(InputError('it is damaged'))
+    made.see(STAMP + 2000 * MS)
+    broken(ZeroDivisionError())
+    made.see(STAMP + 3000 * MS, STAMP + 4000 * MS)
+    totals = made.snapshot.totals
+    assert {count: totals[count] for count in (
+        Count.ANSWERED, Count.SKIPPED_BY_RATE_LIMIT, Count.SKIPPED_WHILE_PAUSED, Count.DAMAGED,
+        Count.FAILED)} == {Count.ANSWERED: 3, Count.SKIPPED_BY_RATE_LIMIT: 3,
+                           Count.SKIPPED_WHILE_PAUSED: 1, Count.DAMAGED: 1, Count.FAILED: 2}
