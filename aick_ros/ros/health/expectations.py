@@ -45,12 +45,11 @@ class Expectations:
             yield (f'somebody subscribes to {topic}, which is not published here: subscribe to '
                    f'{_RGBD_TOPIC} (subscribe_rgbd) in its place')
         if OdomInfo is None:
-            missing = f'rtabmap_msgs is not installed: {INSTALL_RTABMAP_MSGS}'
-            for topic in self._subscribed(*_INFO_TOPICS):
-                yield (f'somebody subscribes to {topic}, but {missing}, or set '
-                       'subscribe_odom_info to false there')
-            for topic in self._subscribed(_RGBD_TOPIC):
-                yield f'somebody subscribes to {topic}, but {missing}'
+            for topics, remedy in ((_INFO_TOPICS, ', or set subscribe_odom_info to false there'),
+                                   ((_RGBD_TOPIC,), '')):
+                for topic in self._subscribed(*topics):
+                    yield (f'somebody subscribes to {topic}, but rtabmap_msgs is not installed: '
+                           f'{INSTALL_RTABMAP_MSGS}{remedy}')
         yield from self._uncalled_services()
 
     def _uncalled_services(self) -> Iterator[str]:

@@ -11,6 +11,7 @@ import numpy as np
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
+from aick_ros.frames.rectification import rectified
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.messages.raw_image import ImageFields, encode_colour, encode_depth
@@ -22,8 +23,11 @@ def rgbd_image(frame: RgbdFrame, camera_frame: str) -> RGBDImage:
     """
     Return the message of a frame, its depth in metres and in the image of the colour camera.
 
+    Both images are rectified, as RTAB-Map expects them.
+
     :param camera_frame: frame of the images.
     """
+    frame = rectified(frame)
     header = conversions.header(frame.stamp, camera_frame)
     depth_header = conversions.header(
         frame.stamp if frame.depth_stamp is None else frame.depth_stamp, camera_frame)
@@ -43,5 +47,5 @@ def _image(header: Header, fields: ImageFields) -> Image:
 def _camera_info(header: Header, camera: Camera) -> CameraInfo:
     return CameraInfo(
         header=header, width=camera.width, height=camera.height, k=camera.matrix.ravel(),
-        distortion_model=camera.distortion_model, d=camera.distortion, r=np.eye(3).ravel(),
+        distortion_model='plumb_bob', d=[0.0] * 5, r=np.eye(3).ravel(),
         p=np.hstack([camera.matrix, np.zeros((3, 1))]).ravel())

@@ -1,0 +1,50 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Frames as a pinhole camera without distortion sees them."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import lru_cache
+
+import cv2
+import numpy as np
+
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.pixel_map import PixelMap
+
+_OUTSIDE = np.float32(-2.0)  # by definition: a pixel beyond the border of any image
+
+
+def rectified(frame: RgbdFrame) -> RgbdFrame:
+    """
+    Return the frame of a camera of the same focal lengths and centre without distortion.
+
+    Colours are interpolated, depths taken from the nearest pixel; what the camera has not seen is
+    black and without depth.
+    """
+    if not frame.camera.distortion:
+        return frame
+    u, v = _source_pixels(frame.camera)
+    return dataclasses.replace(
+        frame, camera=_without_distortion(frame.camera),
+        colour=cv2.remap(frame.colour, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT,
+                         borderValue=(0, 0, 0)),
+        depth=cv2.remap(frame.depth, u, v, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT,
+                        borderValue=(np.nan,)))
+
+
+def _without_distortion(camera: Camera) -> Camera:
+    return dataclasses.replace(camera, distortion=(), distortion_model='plumb_bob')
+
+
+@lru_cache(maxsize=1)
+def _source_pixels(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
+    """Return u and v of the camera's image for each pixel of the rectified one, HxW float32."""
+    v, u = np.mgrid[:camera.height, :camera.width].astype(np.float32)
+    x, y = (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy
+    u, v = PixelMap(camera).pixels(x.astype(np.float32), y.astype(np.float32))
+    is_seen = np.isfinite(u) & np.isfinite(v)
+    return np.where(is_seen, u, _OUTSIDE), np.where(is_seen, v, _OUTSIDE)
