@@ -31,6 +31,9 @@ MAX_METADATA_BYTES = 2 ** 20
 MAX_LIST_BYTES = 2 ** 26
 """Bytes of a list of images or of a trajectory; chosen: about 10 h at 200 Hz."""
 
+MAX_FRAMES_BYTES = 2 ** 30
+"""Bytes of the table of frames of a run; chosen: 6 h at 30 Hz, of 1.5 kB a frame."""
+
 MAX_CONFIGURATION_BYTES = 2 ** 18
 """Bytes of a parameter or calibration file; chosen: ten times all parameters."""
 

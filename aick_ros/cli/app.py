@@ -11,6 +11,7 @@ import typer
 
 import aick_ros
 from aick_ros.cli.commands.benchmark import benchmark
+from aick_ros.cli.commands.compare import compare
 from aick_ros.cli.commands.convert import convert
 from aick_ros.cli.commands.demo import demo
 from aick_ros.cli.commands.evaluate import evaluate
@@ -20,11 +21,13 @@ from aick_ros.cli.commands.replay import replay
 from aick_ros.cli.commands.simulate import simulate
 from aick_ros.cli.commands.vocabulary import vocabulary
 
-COMMANDS = (replay, evaluate, benchmark, simulate, convert, vocabulary, noise, parameters, demo)
+COMMANDS = (replay, evaluate, compare, benchmark, simulate, convert, vocabulary, noise, parameters,
+            demo)
 
 app = typer.Typer(
     add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,
-    epilog='Exit codes: 0 done, 1 a defect of aick, 2 unusable input, 130 interrupted. '
+    epilog='Exit codes: 0 done, 1 a defect of aick, 2 unusable input, 3 a regression, '
+           '130 interrupted. '
            '--traceback prints the traceback of a defect. "aick COMMAND --help" explains a '
            'command.')
 for command in COMMANDS:

@@ -12,6 +12,7 @@ from aick_ros.cli.output.console import say
 DONE = 0
 DEFECT = 1
 UNUSABLE_INPUT = 2
+REGRESSION = 3
 INTERRUPTED_BY_USER = 130
 PIPE_CLOSED = 141
 

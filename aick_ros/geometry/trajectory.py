@@ -114,8 +114,13 @@ def read_trajectory(path: Path) -> Trajectory:
     return Trajectory(unique, np.array(poses)[first])
 
 
-def write_trajectory(path: Path, trajectory: Trajectory) -> None:
-    """Write a TUM trajectory file with nine decimals."""
+def trajectory_text(trajectory: Trajectory) -> str:
+    """Return the content of a TUM trajectory file, with nine decimals."""
     lines = [format_pose(int(stamp), pose)
              for stamp, pose in zip(trajectory.stamps, trajectory.poses)]
-    path.write_text('# stamp tx ty tz qx qy qz qw\n' + ''.join(f'{line}\n' for line in lines))
+    return '# stamp tx ty tz qx qy qz qw\n' + ''.join(f'{line}\n' for line in lines)
+
+
+def write_trajectory(path: Path, trajectory: Trajectory) -> None:
+    """Write a TUM trajectory file with nine decimals."""
+    path.write_text(trajectory_text(trajectory))

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Parts of a self-contained HTML page, without scripts or other files."""
+"""Parts of a self-contained HTML page, without other files; it is complete without scripts."""
 
 from __future__ import annotations
 
@@ -41,6 +41,18 @@ th, td { text-align: left; padding: .3rem .8rem .3rem 0; border-bottom: 1px soli
          vertical-align: top; }
 th { color: #616e7c; font-weight: 600; }
 td:not(:first-child) { font-variant-numeric: tabular-nums; }
+td, th { overflow-wrap: anywhere; }
+.sortable th { cursor: pointer; }
+.sortable th[aria-sort=ascending]::after { content: " \2191"; }
+.sortable th[aria-sort=descending]::after { content: " \2193"; }
+@media (prefers-color-scheme: dark) {
+  :root { color-scheme: dark; }
+  body { color: #e4e7eb; background: #14181d; }
+  h2, .tile, th, td { border-color: #323a44; }
+  .quiet, .tile span, th { color: #9aa5b1; }
+  .notice { background: #3a2c14; }
+  figure { padding: .5rem; border-radius: .4rem; background: #fff; }
+}
 code { font: .9em ui-monospace, "DejaVu Sans Mono", monospace; }
 </style>
 </head>
@@ -50,15 +62,38 @@ $body
 </html>
 ''')
 
+_SORT_SCRIPT = '''<script>
+for (const head of document.querySelectorAll('.sortable th')) {
+  head.tabIndex = 0;
+  const sort = () => {
+    const down = head.getAttribute('aria-sort') === 'ascending' ? -1 : 1;
+    const value = row => {
+      const text = row.cells[head.cellIndex].textContent, number = parseFloat(text);
+      return Number.isNaN(number) ? text : number;
+    };
+    const order = (a, b) => typeof a !== typeof b ? (typeof a === 'string' ? 1 : -1)
+      : a < b ? -1 : a > b ? 1 : 0;
+    const body = head.closest('table').tBodies[0];
+    body.append(...[...body.rows].sort((a, b) => down * order(value(a), value(b))));
+    for (const other of head.parentNode.cells) other.removeAttribute('aria-sort');
+    head.setAttribute('aria-sort', down > 0 ? 'ascending' : 'descending');
+  };
+  head.addEventListener('click', sort);
+  head.addEventListener('keydown', event => { if (event.key === 'Enter') sort(); });
+}
+</script>'''
 
-def page(title: str, *parts: str) -> str:
+
+def page(title: str, *parts: str, sorts_tables: bool = False) -> str:
     """
     Return a complete page.
 
     :param title: plain text.
     :param parts: HTML.
+    :param sorts_tables: a click on the head of a column sorts a sortable table.
     """
-    return _PAGE.substitute(title=escape(title), body='\n'.join(parts))
+    body = '\n'.join((*parts, _SORT_SCRIPT) if sorts_tables else parts)
+    return _PAGE.substitute(title=escape(title), body=body)
 
 
 def heading(text: str, level: int = 2) -> str:
@@ -78,12 +113,14 @@ def tiles(facts: Iterable[tuple[str, str]]) -> str:
     return f'<div class="tiles">{inner}</div>'
 
 
-def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+def table(head: Iterable[str], rows: Iterable[Iterable[str]], is_sortable: bool = False) -> str:
     """Return a table of plain text."""
     body = ''.join('<tr>' + ''.join(f'<td>{escape(cell)}</td>' for cell in row) + '</tr>'
                    for row in rows)
     top = ''.join(f'<th>{escape(cell)}</th>' for cell in head)
-    return f'<table><tr>{top}</tr>{body}</table>'
+    kind = ' class="sortable"' if is_sortable else ''
+    return (f'<table{kind}><thead><tr>{top}</tr></thead>'
+            f'<tbody>{body}</tbody></table>')
 
 
 def picture(svg: str) -> str:

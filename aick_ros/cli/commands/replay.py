@@ -72,6 +72,8 @@ def _run(reading: Reading, settings: Settings, out: Path) -> tuple[Path, RunSumm
         if first is None:
             raise InputError(f'{reading.name} has no usable frame')
         with RunFolder(out, reading.name, settings, started) as folder:
+            if ground_truth is not None:
+                folder.write_ground_truth(ground_truth)
             for record in chain([first], updates):
                 records.append(record)
                 folder.add(record)

@@ -8,45 +8,20 @@ from __future__ import annotations
 import csv
 import os
 import re
-from collections.abc import Iterator, Sequence
 from datetime import datetime
-from itertools import combinations_with_replacement, count
+from itertools import count
 from pathlib import Path
 from typing import TextIO
 
-import numpy as np
-
 from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.errors import InputError
+from aick_ros.evaluation.runs import files
+from aick_ros.evaluation.runs.frames_csv import cells, columns
 from aick_ros.evaluation.scores.frame_record import FrameRecord, stages_of
 from aick_ros.evaluation.scores.run_summary import RunSummary
-from aick_ros.geometry import se3
-from aick_ros.geometry.trajectory import format_pose, stamp_to_seconds
+from aick_ros.geometry.trajectory import Trajectory, format_pose, trajectory_text
 from aick_ros.settings import Settings
 from aick_ros.settings.text import config_text
-
-_AXES = ('x', 'y', 'z', 'rot_x', 'rot_y', 'rot_z')
-_TRIANGLE = np.triu_indices(6)
-_NAMES = tuple(f'cov_{a}{b}' for a, b in combinations_with_replacement(
-    ('x', 'y', 'z', 'rx', 'ry', 'rz'), 2))
-"""Upper triangle of a covariance, row by row."""
-
-
-def columns(stages: Sequence[str]) -> tuple[str, ...]:
-    """
-    Return the columns of frames.csv.
-
-    The columns of the increment are empty for a frame without one; its rotation is a rotation
-    vector. Covariances are upper triangles, row by row [m^2, m rad, rad^2].
-
-    :param stages: timed stages of the odometry.
-    """
-    return ('stamp', 'status', 'reason', 'keypoints', 'matches',
-            *(f'increment_{axis}' for axis in _AXES),
-            *(f'increment_variance_{axis}' for axis in _AXES),
-            *(f'pose_variance_{axis}' for axis in _AXES),
-            *(f'{stage}_ms' for stage in stages),
-            *(f'increment_{name}' for name in _NAMES), *(f'pose_{name}' for name in _NAMES))
 
 
 class RunFolder:
@@ -64,8 +39,8 @@ class RunFolder:
     def __init__(self, parent: Path, source: str, settings: Settings, started: datetime) -> None:
         self.path = make_folder(parent, source, started)
         try:
-            self._trajectory = self._open('trajectory.tum')
-            self._frames = self._open('frames.csv')
+            self._trajectory = self._open(files.TRAJECTORY)
+            self._frames = self._open(files.FRAMES)
         except OSError as error:
             raise InputError(f'cannot write {error.filename}: {error.strerror}') from None
         write_whole(self.path / 'settings.yaml', config_text(
@@ -90,37 +65,20 @@ class RunFolder:
             self._stages = stages_of([record])
             self._csv.writerow(columns(self._stages))
         self._trajectory.write(format_pose(record.stamp, record.T_odom_camera) + '\n')
-        self._csv.writerow(_row(record, self._stages))
+        self._csv.writerow(cells(record, self._stages))
         self._trajectory.flush()
         self._frames.flush()
 
     def write_summary(self, summary: RunSummary) -> None:
         """Write the statistics of the run."""
-        write_json(self.path / 'summary.json', summary.to_json())
+        write_json(self.path / files.SUMMARY, summary.to_json())
+
+    def write_ground_truth(self, ground_truth: Trajectory) -> None:
+        """Write the true poses, by which the run can be scored without its recording."""
+        write_whole(self.path / files.GROUND_TRUTH, trajectory_text(ground_truth))
 
     def _open(self, name: str) -> TextIO:
         return open(self.path / name, 'w', encoding='utf-8', newline='')
-
-
-def _row(record: FrameRecord, stages: Sequence[str]) -> Iterator[str | int]:
-    yield from (stamp_to_seconds(record.stamp), record.status.name, record.reason,
-                record.keypoints, record.matches)
-    if record.increment is None:
-        yield from [''] * (2 * len(_AXES))
-    else:
-        motion = record.increment.pose
-        yield from (f'{value:.9f}' for value in motion.translation)
-        yield from (f'{value:.9f}' for value in se3.log_rotation(motion.rotation))
-        yield from (f'{value:.6e}' for value in np.diag(motion.covariance))
-    yield from (f'{value:.6e}' for value in np.diag(record.pose.covariance))
-    yield from (f'{record.timing[stage]:.3f}' if stage in record.timing else ''
-                for stage in stages)
-    # enough digits for the matrix to stay positive definite
-    if record.increment is None:
-        yield from [''] * len(_TRIANGLE[0])
-    else:
-        yield from (f'{value:.12e}' for value in record.increment.pose.covariance[_TRIANGLE])
-    yield from (f'{value:.12e}' for value in record.pose.covariance[_TRIANGLE])
 
 
 def make_folder(parent: Path, source: str, started: datetime) -> Path:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import platform
+import resource
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -26,6 +27,12 @@ def machine_facts() -> dict[str, str | int]:
         'opencv': cv2.__version__,
         'aick_ros': _installed_version(),
     }
+
+
+def peak_memory_mb() -> float:
+    """Return the largest resident memory of this process so far [MB]."""
+    kibibytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return kibibytes * 1024 / 1e6
 
 
 def _installed_version() -> str:

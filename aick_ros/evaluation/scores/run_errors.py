@@ -31,8 +31,10 @@ class RunErrors:
     @classmethod
     def of(cls, records: Sequence[FrameRecord], ground_truth: Trajectory) -> RunErrors:
         """Return the errors of a run."""
-        accepted = (_error(record.stamp, record.increment, ground_truth) for record in records)
-        rejected = (_error(record.stamp, record.rejected, ground_truth) for record in records)
+        accepted = (increment_error(record.stamp, record.increment, ground_truth)
+                    for record in records)
+        rejected = (increment_error(record.stamp, record.rejected, ground_truth)
+                    for record in records)
         return cls([error for error in accepted if error is not None],
                    [error for error in rejected if error is not None])
 
@@ -62,8 +64,8 @@ class SilentFailures:
                    len(errors.rejected), sum(not error.is_wrong for error in errors.rejected))
 
 
-def _error(stamp: int, increment: Increment | None,
-           ground_truth: Trajectory) -> IncrementError | None:
+def increment_error(stamp: int, increment: Increment | None,
+                    ground_truth: Trajectory) -> IncrementError | None:
     """Return the error of an increment; None without an increment or its ground truth."""
     if increment is None:
         return None

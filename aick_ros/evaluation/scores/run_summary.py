@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from aick_ros.evaluation.scores.frame_record import FrameRecord, stages_of, trajectory_of
-from aick_ros.evaluation.scores.machine import machine_facts
+from aick_ros.evaluation.scores.machine import machine_facts, peak_memory_mb
 from aick_ros.evaluation.scores.statistics import Percentiles, mean
 from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -35,6 +35,7 @@ class RunSummary:
     :param duration_s: duration of the recording.
     :param wall_time_s: duration of the run.
     :param end_distance_m: distance from the first to the last position.
+    :param peak_memory_mb: largest resident memory of the process so far.
     :param timing_ms: stage of the odometry -> milliseconds per frame.
     """
 
@@ -47,6 +48,7 @@ class RunSummary:
     duration_s: float
     wall_time_s: float
     frames_per_second: float
+    peak_memory_mb: float
     path_length_m: float
     end_distance_m: float
     keypoints_mean: float | None
@@ -76,6 +78,7 @@ def summarize(source: RgbdSource, records: Sequence[FrameRecord], settings: Sett
         status=dict(Counter(record.status.name for record in records)),
         duration_s=(records[-1].stamp - records[0].stamp) / NANOSECONDS,
         wall_time_s=wall_time, frames_per_second=len(records) / wall_time,
+        peak_memory_mb=peak_memory_mb(),
         path_length_m=float(np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()),
         end_distance_m=float(np.linalg.norm(positions[-1] - positions[0])),
         keypoints_mean=mean(record.keypoints for record in records),

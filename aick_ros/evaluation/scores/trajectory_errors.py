@@ -63,11 +63,19 @@ class TrajectoryErrors:
         :param interval: [s].
         :returns: translation errors, K [m], and rotation errors, K [rad].
         """
+        return self.relative_from(interval)[1:]
+
+    def relative_from(self, interval: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """
+        Return the relative errors of :meth:`relative`, and where they begin.
+
+        :returns: indices of the first poses of the pairs, K, and their errors.
+        """
         first, second = _pairs(self.estimate.stamps, interval)
         motions = _relative(self.estimate.poses[first], self.estimate.poses[second])
         true_motions = _relative(self.truth.poses[first], self.truth.poses[second])
         errors = _relative(true_motions, motions)
-        return _norms(errors[:, :3, 3]), _angles(errors)
+        return first, _norms(errors[:, :3, 3]), _angles(errors)
 
 
 def compare(estimate: Trajectory, ground_truth: Trajectory) -> TrajectoryErrors | None:

@@ -20,8 +20,9 @@ from evo.tools import file_interface
 
 from aick_ros.cli.commands import replay as replay_module
 from aick_ros.cli.input.options import settings_from
-from aick_ros.cli.output.run_folder import RunFolder, columns
+from aick_ros.cli.output.run_folder import RunFolder
 from aick_ros.errors import InputError
+from aick_ros.evaluation.runs.frames_csv import columns
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry.trajectory import read_trajectory, stamp_to_seconds
@@ -58,7 +59,7 @@ def summary(run):
 
 def assert_whole(run, frames):
     """All files are there, readable and of the same frames."""
-    assert {path.name for path in run.iterdir()} == FILES
+    assert {path.name for path in run.iterdir()} - {'ground_truth.tum'} == FILES
     assert len(read_trajectory(run / 'trajectory.tum')) == frames
     assert len(rows(run)) == frames
     assert all(None not in row.values() for row in rows(run))
@@ -77,6 +78,8 @@ def test_files_have_the_values_of_the_odometry(replay, recording, updates):
     assert outcome.code == 0
     assert outcome.err == ''
     assert_whole(run, len(updates))
+    np.testing.assert_allclose(read_trajectory(run / 'ground_truth.tum').poses,
+                               recording.ground_truth.poses, atol=2e-9)
     path = read_trajectory(run / 'trajectory.tum')
     np.testing.assert_array_equal(path.stamps, [update.stamp for update in updates])
     np.testing.assert_allclose(path.poses, [update.T_odom_camera for update in updates],
@@ -264,7 +267,7 @@ def test_runs_without_matplotlib(replay, recording, monkeypatch):
     assert outcome.code == 0
     assert outcome.sentence == ("no report.html without matplotlib: pip install '.[eval]' in the "
                                 'folder of aick_ros')
-    assert {path.name for path in run.iterdir()} == FILES - {'report.html'}
+    assert {path.name for path in run.iterdir()} == FILES - {'report.html'} | {'ground_truth.tum'}
 
 
 def test_every_line_is_written_before_the_next_frame(tmp_path, updates):

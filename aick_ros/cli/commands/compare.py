@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""``aick compare``: what got better or worse between runs, beyond chance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from aick_ros.cli import outcome
+from aick_ros.cli.input import options
+from aick_ros.cli.output.console import say, table
+from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json, write_whole
+from aick_ros.errors import InputError, installation
+from aick_ros.evaluation.comparison.comparison import CONFIDENCE, Comparison, compare_runs
+from aick_ros.evaluation.runs.run import Run, read_run, run_folders
+
+Runs = Annotated[list[Path], typer.Argument(
+    metavar='RUN RUN...', show_default=False,
+    help='Folders of runs of aick replay, or folders of such folders; the first is the baseline.')]
+Out = Annotated[Path, typer.Option('--out', metavar='FILE', help='HTML page to be written.')]
+FailOnRegression = Annotated[bool, typer.Option(
+    '--fail-on-regression', help='Exit with 3 if a metric became worse over all recordings.')]
+
+
+def compare(runs: Runs, out: Out = Path('comparison.html'), json: options.JsonFile = None,
+            fail_on_regression: FailOnRegression = False) -> int:
+    """
+    Compare runs with a baseline: accuracy, consistency, lost frames, time and memory.
+
+    Runs are of the same recording if it has the same name. Errors need ground truth, which a run
+    of aick replay has if its recording had it.
+    """
+    if len(runs) < 2:
+        raise InputError('at least two runs are required, the baseline first')
+    check_target(json)
+    check_target(str(out))
+    baseline = _read(runs[0])
+    comparisons = {str(path): _compared(runs[0], baseline, path) for path in runs[1:]}
+    if json is not None:
+        write_json(json, {'baseline': str(runs[0]), 'candidates': {
+            name: comparison.to_json() for name, comparison in comparisons.items()}})
+    _show(comparisons, out, str(runs[0]), on_stderr=json == STANDARD_OUTPUT)
+    regressions = [f'{metric.title} of {name}' for name, comparison in comparisons.items()
+                   for metric in comparison.regressions]
+    if fail_on_regression and regressions:
+        say(f'worse than {runs[0]}: {"; ".join(regressions)}')
+        return outcome.REGRESSION
+    return outcome.DONE
+
+
+def _read(path: Path) -> dict[str, Run]:
+    """Return the newest run of each recording."""
+    folders = run_folders(path)
+    runs = {run.source: run for run in map(read_run, folders)}
+    if len(runs) < len(folders):
+        say(f'{path} has several runs of a recording: the last by name is compared')
+    return runs
+
+
+def _compared(baseline: Path, runs: Mapping[str, Run], candidate: Path) -> Comparison:
+    comparison = compare_runs(runs, _read(candidate))
+    if not comparison.recordings:
+        raise InputError(f'{baseline} and {candidate} have no recording in common: compare runs '
+                         'of the same recordings')
+    if not comparison.total:
+        raise InputError(f'{baseline} and {candidate} have no frame in common: compare runs of '
+                         'the same recordings')
+    return comparison
+
+
+def _show(comparisons: Mapping[str, Comparison], out: Path, baseline: str,
+          on_stderr: bool) -> None:
+    """Write the page, and show the changes over all recordings."""
+    try:
+        from aick_ros.reports.comparison_page import cells, comparison_page
+    except ModuleNotFoundError as error:
+        package = (error.name or '').partition('.')[0]
+        raise InputError(f"no page without {package}: {installation('eval')}") from None
+    write_whole(out, comparison_page(baseline, comparisons))
+    for name, comparison in comparisons.items():
+        table(f'{name} against {baseline}',
+              ((metric.title, *cells(metric, change))
+               for metric, change in comparison.total.items()),
+              columns=('', 'baseline', 'candidate', 'change', f'{CONFIDENCE:.0%} interval', ''),
+              on_stderr=on_stderr)
+    say(f'details: {out}')

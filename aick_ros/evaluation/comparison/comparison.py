@@ -1,0 +1,169 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Comparison of two runs over the same recordings, with what chance alone would do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from aick_ros.evaluation.comparison.block_bootstrap import REPLICATES, replicates_of_means
+from aick_ros.evaluation.comparison.metrics import METRICS, Metric, Values, values_of
+from aick_ros.evaluation.runs.run import Run
+from aick_ros.geometry.stamps import NANOSECONDS
+
+CONFIDENCE = 0.99  # chosen: five metrics are tested at once
+BLOCK = 2.0  # chosen: twice the interval of the RPE
+"""Length of the blocks of the bootstrap [s]."""
+
+
+class Verdict(Enum):
+    """What a change means; the value is its description for people."""
+
+    BETTER = 'better'
+    WORSE = 'worse'
+    CHANCE = 'within chance'
+    UNTESTED = 'not tested'
+
+
+@dataclass(frozen=True)
+class Change:
+    """
+    Change of a metric from a baseline to a candidate, on one recording or on all.
+
+    :param baseline: value of the metric; of several recordings their mean.
+    :param change: share by which it changed, .1 is 10 % more; the difference of a metric that is
+        itself a share. Of several recordings the mean, geometric for ratios.
+    :param low: lower end of its 99 % interval.
+    :param high: upper end.
+    """
+
+    baseline: float
+    candidate: float
+    change: float
+    low: float
+    high: float
+    verdict: Verdict
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the content of the JSON."""
+        return {**self.__dict__, 'verdict': self.verdict.name.lower()}
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """
+    Changes from a baseline to a candidate.
+
+    :param recordings: name -> changes, of the recordings that both have run.
+    :param total: changes over all of them.
+    :param only_baseline: recordings that the candidate has not run.
+    :param only_candidate: recordings that the baseline has not run.
+    :param settings: name -> both values, where they differ.
+    """
+
+    recordings: Mapping[str, Mapping[Metric, Change]]
+    total: Mapping[Metric, Change]
+    only_baseline: Sequence[str]
+    only_candidate: Sequence[str]
+    settings: Mapping[str, tuple[Any, Any]]
+
+    @property
+    def regressions(self) -> list[Metric]:
+        """Metrics that became worse over all recordings, beyond chance and tolerance."""
+        return [metric for metric, change in self.total.items()
+                if change.verdict is Verdict.WORSE]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the content of the JSON."""
+        return {
+            'total': _json(self.total),
+            'recordings': {name: _json(changes) for name, changes in self.recordings.items()},
+            'only_baseline': list(self.only_baseline),
+            'only_candidate': list(self.only_candidate),
+            'settings': {name: list(both) for name, both in self.settings.items()},
+            'regressions': [metric.key for metric in self.regressions]}
+
+
+@dataclass(frozen=True, eq=False)
+class _Sample:
+    """Baseline and candidate on one recording: values of the metric, and replicates of them."""
+
+    values: np.ndarray
+    replicates: np.ndarray
+
+
+def compare_runs(baseline: Mapping[str, Run], candidate: Mapping[str, Run]) -> Comparison:
+    """
+    Compare two sets of runs.
+
+    :param baseline: name of the recording -> its run.
+    """
+    common = [name for name in baseline if name in candidate]
+    samples = {name: _samples(baseline[name], candidate[name]) for name in common}
+    differing: dict[str, tuple[Any, Any]] = {}
+    for name in common:
+        differing.update(_differing(baseline[name].settings, candidate[name].settings))
+    return Comparison(
+        {name: {metric: _change(metric, [sample]) for metric, sample in of_one.items()}
+         for name, of_one in samples.items()},
+        {metric: _change(metric, chosen) for metric in METRICS
+         if (chosen := [s[metric] for s in samples.values() if metric in s])},
+        [name for name in baseline if name not in candidate],
+        [name for name in candidate if name not in baseline], differing)
+
+
+def _samples(baseline: Run, candidate: Run) -> dict[Metric, _Sample]:
+    """Return the metrics that both runs have, at the frames that both have."""
+    truth = baseline.ground_truth or candidate.ground_truth
+    first, second = values_of(baseline, truth), values_of(candidate, truth)
+    return {metric: sample for metric in METRICS if metric in first and metric in second
+            and (sample := _sample(metric, first[metric], second[metric])) is not None}
+
+
+def _sample(metric: Metric, baseline: Values, candidate: Values) -> _Sample | None:
+    stamps = sorted(baseline.keys() & candidate.keys())
+    if not stamps:
+        return None
+    series = np.array([[values[stamp] for stamp in stamps] for values in (baseline, candidate)])
+    period = np.median(np.diff(stamps)) / NANOSECONDS if len(stamps) > 1 else BLOCK
+    return _Sample(metric.of_mean(series.mean(axis=1)), metric.of_mean(
+        replicates_of_means(series, max(1, round(BLOCK / period)))))
+
+
+def _change(metric: Metric, samples: Sequence[_Sample]) -> Change:
+    """Return the mean change over recordings."""
+    change = float(np.mean([metric.change(*sample.values) for sample in samples]))
+    replicates = np.mean([metric.change(*sample.replicates) for sample in samples], axis=0)
+    assert replicates.shape == (REPLICATES,)
+    tail = (1 - CONFIDENCE) / 2
+    low, high = np.quantile(replicates, (tail, 1 - tail))
+    shares = metric.as_share(change), metric.as_share(low), metric.as_share(high)
+    verdict = Verdict.UNTESTED if metric.depends_on_machine else _verdict(
+        metric.tolerance, *shares)
+    baseline, candidate = np.mean([sample.values for sample in samples], axis=0)
+    return Change(float(baseline), float(candidate), *shares, verdict)
+
+
+def _verdict(tolerance: float, change: float, low: float, high: float) -> Verdict:
+    if low > 0 and change > tolerance:
+        return Verdict.WORSE
+    if high < 0 and change < -tolerance:
+        return Verdict.BETTER
+    return Verdict.CHANCE
+
+
+def _differing(baseline: Mapping[str, Any],
+               candidate: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:
+    names = dict.fromkeys((*baseline, *candidate))
+    return {name: (baseline.get(name), candidate.get(name)) for name in names
+            if baseline.get(name) != candidate.get(name)}
+
+
+def _json(changes: Mapping[Metric, Change]) -> dict[str, Any]:
+    return {metric.key: change.to_json() for metric, change in changes.items()}

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Runs, read from the folders that ``aick replay`` writes."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from aick_ros.borders.files import read_text
+from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
+from aick_ros.errors import InputError
+from aick_ros.evaluation.runs import files
+from aick_ros.evaluation.runs.frames_csv import read_frames
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.geometry.trajectory import Trajectory, read_trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """
+    One run of the odometry over a recording.
+
+    :param source: name of the recording.
+    :param records: of all frames with a stamp of their own, in order.
+    :param ground_truth: of the recording, if it has one.
+    :param peak_memory_mb: of the process that made the run; None in runs of earlier versions.
+    :param settings: dotted name -> value.
+    :param machine: as :func:`aick_ros.evaluation.scores.machine.machine_facts` returns it.
+    """
+
+    path: Path
+    source: str
+    records: Sequence[FrameRecord]
+    ground_truth: Trajectory | None
+    peak_memory_mb: float | None
+    settings: Mapping[str, Any]
+    machine: Mapping[str, Any]
+
+
+def read_run(path: Path) -> Run:
+    """
+    Read the folder of a run.
+
+    :raises InputError: where it is not the folder of a run that ended, or a file is damaged.
+    """
+    summary = _summary(path / files.SUMMARY)
+    truth = path / files.GROUND_TRUTH
+    records = read_frames(path / files.FRAMES, read_trajectory(path / files.TRAJECTORY))
+    if not records:
+        raise InputError(f'{path / files.FRAMES} has no frames')
+    return Run(path, summary['source'], records,
+               read_trajectory(truth) if truth.exists() else None, summary.get('peak_memory_mb'),
+               summary['settings'], summary['machine'])
+
+
+def run_folders(path: Path) -> list[Path]:
+    """
+    Return the folders of runs that a path stands for: itself, or those in it.
+
+    :raises InputError: where there is none.
+    """
+    if (path / files.SUMMARY).exists():
+        return [path]
+    if not path.is_dir():
+        raise InputError(f'{path} is not a folder: name the folder of a run of aick replay, or a '
+                         'folder of such folders')
+    folders = sorted(folder for folder in path.iterdir()
+                     if (folder / files.SUMMARY).exists() and not folder.is_symlink())
+    if not folders:
+        raise InputError(f'{path} has no {files.SUMMARY}, nor has a folder in it: name the folder '
+                         'of a run of aick replay that has ended')
+    return folders
+
+
+def _summary(path: Path) -> dict[str, Any]:
+    """Return the content of summary.json, with the keys and types that a run needs."""
+    text = read_text(path, 'the summary of the run', MAX_CONFIGURATION_BYTES)
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError):
+        raise InputError(f'{path} is not JSON; use the folder as aick replay wrote it') from None
+    kinds = {'source': str, 'settings': dict, 'machine': dict}
+    is_run = isinstance(content, dict) and all(
+        isinstance(content.get(key), kind) for key, kind in kinds.items()) and isinstance(
+            content.get('peak_memory_mb'), (int, float, type(None)))
+    if not is_run:
+        raise InputError(f'{path} is not the summary of a run; use the folder as aick replay '
+                         'wrote it')
+    result: dict[str, Any] = content
+    return result

@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Comparison of runs whose errors are known."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aick_ros.evaluation.comparison.comparison import Verdict, compare_runs
+from aick_ros.evaluation.comparison.metrics import (
+    ATE, COVERAGE, LOST, MEMORY, METRICS, RPE_ROTATION, RPE_TRANSLATION, TIME)
+from aick_ros.evaluation.runs.run import Run
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.registration.status import Status
+
+FRAMES = 120
+PERIOD = NANOSECONDS // 30
+NAMES = [f'recording {number}' for number in range(20)]
+
+
+def run(name, scale=1.0, seed=0, milliseconds=10.0, lost=(), settings=None, truth=True,
+        covariance_scale=1.0):
+    """
+    Return a run along a line whose increments have random errors of 1 mm and 0.001 rad.
+
+    :param scale: of the errors.
+    :param seed: runs of one recording with other seeds have other errors of the same size.
+    """
+    stamps = PERIOD * np.arange(1, FRAMES + 1)
+    true = np.tile(np.eye(4), (FRAMES, 1, 1))
+    true[:, 0, 3] = 0.01 * np.arange(FRAMES)
+    true[:, 1, 3] = 0.3 * np.sin(0.1 * np.arange(FRAMES))
+    rng = np.random.default_rng([seed, *name.encode()])
+    errors = 1e-3 * rng.normal(size=(FRAMES, 6))
+    pose, records = np.eye(4), []
+    for index, stamp in enumerate(stamps):
+        increment = None
+        if index:
+            motion = se3.inverse(true[index - 1]) @ true[index]
+            motion[:3, 3] += scale * errors[index, :3]
+            motion[:3, :3] = se3.exp_rotation(scale * errors[index, 3:]) @ motion[:3, :3]
+            increment = Increment(PoseWithCovariance(motion, covariance_scale * 1e-6 * np.eye(6)),
+                                  PERIOD / NANOSECONDS)
+            pose = pose @ motion
+        status = Status.TOO_FEW_MATCHES if index in lost else Status.OK
+        records.append(FrameRecord(int(stamp), status, '', PoseWithCovariance(pose.copy()), 100,
+                                   50, {'total': milliseconds}, increment))
+    return Run(Path(name), name, records, Trajectory(stamps, true) if truth else None, 100.0,
+               settings or {}, {})
+
+
+def runs(names=NAMES, **how):
+    return {name: run(name, **how) for name in names}
+
+
+@pytest.fixture(scope='module')
+def baseline():
+    return runs()
+
+
+def test_identical_runs_have_no_change(baseline):
+    comparison = compare_runs(baseline, runs())
+    assert list(comparison.recordings) == NAMES
+    assert list(comparison.total) == list(METRICS)
+    for changes in (comparison.total, *comparison.recordings.values()):
+        assert all(change.change == change.low == change.high == 0 for change in changes.values())
+        assert {change.verdict for change in changes.values()} == {Verdict.CHANCE,
+                                                                   Verdict.UNTESTED}
+    assert comparison.regressions == []
+
+
+def test_errors_larger_by_a_tenth_are_found(baseline):
+    comparison = compare_runs(baseline, runs(scale=1.1))
+    for metric in (RPE_TRANSLATION, RPE_ROTATION):
+        change = comparison.total[metric]
+        assert change.change == pytest.approx(0.1, abs=0.02)
+        assert change.low < change.change < change.high
+        assert change.verdict is Verdict.WORSE
+    assert {RPE_TRANSLATION, RPE_ROTATION, ATE} <= set(comparison.regressions)
+
+
+def test_a_gain_is_no_regression(baseline):
+    comparison = compare_runs(runs(scale=1.1), baseline)
+    assert comparison.total[RPE_TRANSLATION].verdict is Verdict.BETTER
+    assert RPE_TRANSLATION not in comparison.regressions
+
+
+def test_other_errors_of_the_same_size_are_within_chance(baseline):
+    comparison = compare_runs(baseline, runs(seed=1))
+    assert comparison.regressions == []
+    assert comparison.total[RPE_ROTATION].low < 0 < comparison.total[RPE_ROTATION].high
+
+
+def test_coverage_is_judged_by_its_distance_from_the_nominal_share():
+    # errors as large as their covariance says against a covariance four times too small
+    comparison = compare_runs(runs(), runs(covariance_scale=0.25))
+    assert comparison.total[COVERAGE].baseline < 0.02
+    assert comparison.total[COVERAGE].verdict is Verdict.WORSE
+    # and a hundred times too large: all inside
+    wide = compare_runs(runs(), runs(covariance_scale=100.0)).total[COVERAGE]
+    assert wide.candidate == pytest.approx(0.05)
+
+
+def test_lost_frames_time_and_memory():
+    name, = NAMES[:1]
+    comparison = compare_runs({name: run(name)}, {
+        name: run(name, lost=range(30, 60), milliseconds=20.0)})
+    assert comparison.total[LOST].change == pytest.approx(30 / FRAMES)
+    time = comparison.total[TIME]
+    assert (time.baseline, time.candidate, time.change) == pytest.approx((10.0, 20.0, 1.0))
+    assert time.verdict is Verdict.UNTESTED
+    assert comparison.total[MEMORY].change == 0
+
+
+def test_without_ground_truth_there_are_no_errors():
+    name, = NAMES[:1]
+    comparison = compare_runs({name: run(name, truth=False)}, {name: run(name, truth=False)})
+    assert list(comparison.total) == [LOST, TIME, MEMORY]
+
+
+def test_one_ground_truth_serves_both_runs():
+    name, = NAMES[:1]
+    comparison = compare_runs({name: run(name, truth=False)}, {name: run(name)})
+    assert comparison.total[ATE].change == 0
+
+
+def test_runs_of_other_recordings_and_settings_are_named():
+    comparison = compare_runs(runs(NAMES[:2], settings={'a': 1, 'b': 2}),
+                              runs(NAMES[1:3], settings={'a': 1, 'b': 3}))
+    assert list(comparison.recordings) == NAMES[1:2]
+    assert (comparison.only_baseline, comparison.only_candidate) == (NAMES[:1], NAMES[2:3])
+    assert comparison.settings == {'b': (2, 3)}
