@@ -10,6 +10,7 @@ from types import ModuleType, SimpleNamespace
 
 import pytest
 import yaml
+from ament_index_python import packages
 
 from aick_ros.settings.node import NodeSettings
 from aick_ros.settings.parameter import with_values
@@ -22,8 +23,7 @@ NAMES = {
     'launch.event_handlers': ['OnProcessExit'], 'launch.events': ['Shutdown'],
     'launch.launch_description_sources': ['PythonLaunchDescriptionSource'],
     'launch.substitutions': ['LaunchConfiguration'], 'launch_ros': [],
-    'launch_ros.actions': ['Node'], 'ament_index_python': [],
-    'ament_index_python.packages': ['get_package_share_directory']}
+    'launch_ros.actions': ['Node']}
 
 
 def recorder(kind):
@@ -45,8 +45,7 @@ def launch(monkeypatch):
         for name in names:
             setattr(stand_in, name, recorder(name))
         monkeypatch.setitem(sys.modules, module, stand_in)
-    monkeypatch.setattr(sys.modules['ament_index_python.packages'],
-                        'get_package_share_directory', lambda name: str(ROOT))
+    monkeypatch.setattr(packages, 'get_package_share_directory', lambda name: str(ROOT))
 
     def run(file, context):
         description = runpy.run_path(str(file))['generate_launch_description']()
@@ -96,6 +95,15 @@ def test_truth_values(launch, text, expected):
     given = parameters(nodes['odom_node'])
     assert (given['publish_tf'], given['use_sim_time']) == (expected, expected)
     assert ('rviz2' in nodes) == expected
+
+
+def test_the_profile_of_fast_dds_is_that_of_the_package_unless_one_is_set(launch, monkeypatch):
+    for variable in ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE'):
+        monkeypatch.delenv(variable, raising=False)
+    [profile] = launch('odometry.launch.py')['odom_node'].additional_env.values()
+    assert Path(profile) == ROOT / 'config' / 'fastdds.xml'
+    monkeypatch.setenv('FASTDDS_DEFAULT_PROFILES_FILE', '/mine.xml')
+    assert launch('odometry.launch.py')['odom_node'].additional_env == {}
 
 
 def test_the_node_for_a_manager_is_started_like_the_other_one(launch):
