@@ -23,6 +23,7 @@ from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
+from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.result import Registration
 from aick_ros.registration.stage_times import StageTimes
@@ -66,6 +67,7 @@ class Registrar:
         self._verified = None if settings.refinement.mode == 'none' else VerifiedAick(
             settings, self._aick, self._learned.noise, self._learned.misalignment, self._times,
             detector)
+        self._learned.misalignment.assume(Misalignment.by(settings.misalignment))
 
     def prepare(self, frame: RgbdFrame, repeat: Repeat = Repeat.NONE) -> PreparedFrame:
         """

@@ -4,10 +4,12 @@
 """Every parameter once, with range and unit."""
 
 from aick_ros.settings.algorithm import (
-    AickSettings, OdometrySettings, RefinementSettings, SensorSettings, Settings)
+    AickSettings, MisalignmentSettings, OdometrySettings, RefinementSettings, SensorSettings,
+    Settings)
 from aick_ros.settings.features import FeatureSettings, OrbSettings, SiftSettings, SurfSettings
 from aick_ros.settings.node import NodeSettings
 
 __all__ = [
-    'AickSettings', 'FeatureSettings', 'NodeSettings', 'OdometrySettings', 'OrbSettings',
-    'RefinementSettings', 'SensorSettings', 'Settings', 'SiftSettings', 'SurfSettings']
+    'AickSettings', 'FeatureSettings', 'MisalignmentSettings', 'NodeSettings', 'OdometrySettings',
+    'OrbSettings', 'RefinementSettings', 'SensorSettings', 'Settings', 'SiftSettings',
+    'SurfSettings']

@@ -44,6 +44,36 @@ class SensorSettings(Checked):
 
 
 @dataclass(frozen=True)
+class MisalignmentSettings(Checked):
+    """
+    Known misalignment of the depth images to the colour images, measured by ``aick noise``.
+
+    The offset is the twist whose exponential is ``T_colour_depth``, of depth images that are taken
+    for registered to colour.
+    """
+
+    x: float = parameter(
+        0.0, 'Offset of depth to colour along x, of images that are taken for registered.',
+        unit='m', minimum=-0.2, maximum=0.2)
+    y: float = parameter(
+        0.0, 'Offset of depth to colour along y.', unit='m', minimum=-0.2, maximum=0.2)
+    z: float = parameter(
+        0.0, 'Offset of depth to colour along z.', unit='m', minimum=-0.2, maximum=0.2)
+    rot_x: float = parameter(
+        0.0, 'Rotation of depth to colour about x.', unit='rad', minimum=-0.3, maximum=0.3)
+    rot_y: float = parameter(
+        0.0, 'Rotation of depth to colour about y.', unit='rad', minimum=-0.3, maximum=0.3)
+    rot_z: float = parameter(
+        0.0, 'Rotation of depth to colour about z.', unit='rad', minimum=-0.3, maximum=0.3)
+    delay: float = parameter(
+        0.0, 'Time from the colour image to the depth image that no stamp shows.', unit='s',
+        minimum=-0.1, maximum=0.1)
+    readout: float = parameter(
+        0.0, 'Time that a rolling shutter takes from the first row to the last.', unit='s',
+        minimum=-0.1, maximum=0.1)
+
+
+@dataclass(frozen=True)
 class AickSettings(Checked):
     """Adaptive Iterative Closest Keypoint (III-A)."""
 
@@ -151,6 +181,7 @@ class Settings(Checked):
 
     features: FeatureSettings = FeatureSettings()
     sensor: SensorSettings = SensorSettings()
+    misalignment: MisalignmentSettings = MisalignmentSettings()
     aick: AickSettings = AickSettings()
     refinement: RefinementSettings = RefinementSettings()
     odometry: OdometrySettings = OdometrySettings()

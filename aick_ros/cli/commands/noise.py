@@ -17,6 +17,8 @@ from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json
 from aick_ros.evaluation.noise.camera_noise import CameraNoise, estimate_noise
 from aick_ros.evaluation.noise.depth_noise import DepthNoise
 from aick_ros.evaluation.noise.pixel_noise import MIN_FLOW, MIN_PAIRS, PixelNoise
+from aick_ros.registration.refinement.misalignment import Misalignment
+from aick_ros.settings.parameter import parameters
 from aick_ros.sources import SourceOptions, open_source
 
 
@@ -33,9 +35,10 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
     """
     Estimate the noise of a camera, and print it as a parameter file.
 
-    Record walls, floors and tables, from near and from far, with the camera moving slowly. Of
-    the parameters, features.detector, sensor.min_depth and sensor.max_depth are used; the
-    exponents of the noise are kept where the recording does not determine them.
+    Record walls, floors and tables, from near and from far, with the camera moving slowly, and
+    move and turn it to and fro in a furnished room for ten seconds: this shows how the two images
+    are misaligned, in space and in time. Exponents of the noise and the misalignment are kept
+    where the recording does not determine them.
     """
     settings = options.settings_from(None, config, assignments)
     check_target(json)
@@ -82,6 +85,11 @@ def _lines(found: CameraNoise) -> Iterator[str]:
         yield f'    features.{pixels.detector}.pixel_sigma: {pixels.pixel_sigma:.2f}'
         yield (f'    features.{pixels.detector}.pixel_exponent: {pixels.pixel_exponent:.2f}'
                f'{_kept(pixels)}')
+    if (description := Misalignment.by(found.misalignment).description):
+        yield from (f'    # {sentence}' for sentence in description.split('; '))
+    for known in parameters(found.misalignment):
+        if known.default:
+            yield f'    misalignment.{known.name}: {known.default:.4f}'
 
 
 def _kept(found: DepthNoise | PixelNoise) -> str:

@@ -13,6 +13,7 @@ image was taken after its stamp.
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +24,8 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.tracks import Tracks
-from aick_ros.settings import SensorSettings
+from aick_ros.settings import MisalignmentSettings, SensorSettings
+from aick_ros.settings.parameter import parameters
 
 _DEPTH_STEPS = 2  # chosen: steps of the search along a ray
 _SHARE_MEASURED = 0.5  # chosen: more follows the motion faster, and has more noise
@@ -50,10 +52,22 @@ class Misalignment:
         """Return that of eight numbers: offset, delay, readout."""
         return cls(values[:6], float(values[6]), float(values[7]))
 
+    @classmethod
+    def by(cls, settings: MisalignmentSettings) -> Misalignment:
+        """Return the one that is known."""
+        return cls.of(np.array(dataclasses.astuple(settings)))
+
     @property
     def values(self) -> np.ndarray:
         """The eight numbers: offset, delay, readout."""
         return np.array([*self.offset, self.delay, self.readout])
+
+    @property
+    def settings(self) -> MisalignmentSettings:
+        """The same as settings, within their ranges."""
+        return MisalignmentSettings(**{
+            known.name: float(np.clip(value, known.minimum, known.maximum))
+            for known, value in zip(parameters(MisalignmentSettings), self.values)})
 
     @property
     def description(self) -> str:

@@ -7,7 +7,8 @@ Misalignment of a camera's images, estimated over its registrations.
 One pair of frames hardly distinguishes a misalignment from other errors, but all pairs have the
 same one. So their normal equations are added up, the poses eliminated. A delete-a-group jackknife
 (Shao and Tu 1995) shows how far parts of the registrations contradict each other; what is not
-significant against that is taken as zero, and changes nothing.
+significant against that changes nothing. What is estimated is the deviation from a misalignment
+that is known: by the settings, zero unless the camera was measured before.
 
 The scale of depth is none of the unknowns: it would scale the whole trajectory, and nothing
 contradicts it.
@@ -46,20 +47,30 @@ _OUTLYING = 3.0  # gain of a registration, as a ratio to the mean, from which on
 
 
 class MisalignmentEstimate:
-    """Misalignment of one camera, learned over its registrations; none until it is significant."""
+    """
+    Misalignment of one camera, learned over its registrations.
 
-    def __init__(self) -> None:
+    :param known: holds until a deviation from it is significant.
+    """
+
+    def __init__(self, known: Misalignment = NO_MISALIGNMENT) -> None:
+        self._known = self._misalignment = known
         self._information = np.zeros((_GROUPS, _SIZE, _SIZE))
         self._gradient = np.zeros((_GROUPS, _SIZE))
         self._count = 0
         self._mean_gain = 0.0
         self._applied: tuple[slice, ...] = ()
-        self._misalignment = NO_MISALIGNMENT
 
     @property
     def misalignment(self) -> Misalignment:
-        """Misalignment to be corrected; zero in each part that is not significant."""
+        """Misalignment to be corrected: the known one, and each deviation that is significant."""
         return self._misalignment
+
+    def assume(self, known: Misalignment) -> None:
+        """Continue with another known misalignment; what was learned of the camera is kept."""
+        if (known.values != self._known.values).any():
+            self._known, self._applied = known, ()
+            self._estimate()
 
     def learn(self, sample: MisalignmentSample) -> None:
         """Add one registration."""
@@ -71,7 +82,7 @@ class MisalignmentEstimate:
         weight = self._weight(sample)
         self._information[group] += weight * sample.information
         self._gradient[group] += weight * sample.gradient
-        if self._count % _RUN == 0 and self._count >= _FEWEST:
+        if self._count % _RUN == 0:
             self._estimate()
 
     def _weight(self, sample: MisalignmentSample) -> float:
@@ -84,8 +95,8 @@ class MisalignmentEstimate:
         return min(limit / gain, 1.0) if gain > 0.0 else 1.0
 
     def _estimate(self) -> None:
-        """Estimate the parts that are significant: the least significant one is dropped first."""
-        parts, values = _PARTS, np.zeros(_SIZE)
+        """Estimate the significant deviations: the least significant part is dropped first."""
+        parts, values = _PARTS if self._count >= _FEWEST else (), np.zeros(_SIZE)
         while parts:
             chosen = np.r_[parts]
             estimate, significances = self._solve(chosen, parts)
@@ -99,7 +110,7 @@ class MisalignmentEstimate:
         for unknowns in (slice(0, 6), slice(6, 7), slice(7, 8)):
             if (np.abs(values[unknowns]) < _SMALLEST[unknowns]).all():
                 values[unknowns] = 0.0
-        self._misalignment = Misalignment.of(values)
+        self._misalignment = Misalignment.of(self._known.values + values)
 
     def _required(self, part: slice) -> float:
         """Return the significance that a part requires to be applied."""
@@ -110,7 +121,8 @@ class MisalignmentEstimate:
                parts: tuple[slice, ...]) -> tuple[np.ndarray, np.ndarray]:
         """Return the estimate of the chosen unknowns, and the significance of each part."""
         information = self._information[:, chosen[:, None], chosen]
-        gradient, prior = self._gradient[:, chosen], _prior(chosen)
+        deviation = self._gradient - self._information @ self._known.values
+        gradient, prior = deviation[:, chosen], _prior(chosen)
         total = information.sum(axis=0)
         estimate = np.linalg.solve(total + prior, gradient.sum(axis=0))
         without = np.linalg.solve(total - information + prior,

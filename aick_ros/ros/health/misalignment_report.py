@@ -12,7 +12,7 @@ from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misal
 
 class MisalignmentReport:
     """
-    Logs a misalignment when it is first found.
+    Logs a misalignment when it is first found to differ from the one known at the start.
 
     :param log: called with the sentence, on the thread that registers.
     """
@@ -20,17 +20,19 @@ class MisalignmentReport:
     def __init__(self, log: Callable[[str], object]) -> None:
         self._log = log
         self._misalignment = NO_MISALIGNMENT
+        self._known: Misalignment | None = None
         self._is_logged = False
 
     def update(self, misalignment: Misalignment) -> None:
         """Take the misalignment as it is now estimated."""
         self._misalignment = misalignment
-        if self._is_logged or not misalignment.values.any():
+        self._known = self._known or misalignment
+        if self._is_logged or not (misalignment.values - self._known.values).any():
             return
         self._is_logged = True
-        self._log(f'{misalignment.description}. This is corrected from now on; the first '
-                  'frames are better too if the camera is calibrated and its images are '
-                  'synchronized')
+        self._log(f'{misalignment.description or "the known misalignment is not there"}. This is '
+                  'corrected from now on; for the first frames, let `aick noise` measure it once '
+                  'and set the parameters misalignment.*')
 
     @property
     def description(self) -> str:

@@ -43,6 +43,21 @@ def test_the_output_is_a_parameter_file(noise, recording, tmp_path):
     assert f'depths from {figures["nearest"]:.2f} to {figures["farthest"]:.2f} m' in outcome.out
 
 
+def test_the_parameter_file_has_the_misalignment_too(noise, recording, tmp_path):
+    known = {'delay': -0.02, 'rot_y': 0.01, 'x': 0.025}
+    assignments = [part for name, value in known.items()
+                   for part in ('--set', f'misalignment.{name}={value}')]
+    outcome = noise(recording, '--json', tmp_path / 'noise.json', '--limit', '6', *assignments)
+    file = tmp_path / 'camera.yaml'
+    file.write_text(outcome.out[outcome.out.index('/**:'):])
+    assert '# depth images are taken 20 ms before their colour images' in outcome.out
+    settings = read_settings_file(file).applied_to(Settings())
+    assert dataclasses.asdict(settings.misalignment) == {
+        **dataclasses.asdict(Settings().misalignment), **known}
+    assert json.loads((tmp_path / 'noise.json').read_text())['misalignment'] == dataclasses.asdict(
+        settings.misalignment)
+
+
 def test_the_table_compares_model_and_measurement(noise, recording, tmp_path):
     outcome = noise(recording, '--json', tmp_path / 'noise.json')
     figures = json.loads((tmp_path / 'noise.json').read_text())

@@ -10,6 +10,8 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.evaluation.noise.camera_noise import estimate_noise
 from aick_ros.geometry.camera import Camera
+from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 from aick_ros.sources import raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -31,6 +33,16 @@ def test_both_noises_are_estimated():
     assert content['pixels']['pixel_sigma'] == found.pixels.pixel_sigma
     assert content['pixels']['bins'][0]['scale'] == found.pixels.bins[0].scale
     assert found.pairs == found.pixels.pairs
+
+
+def test_a_known_misalignment_is_kept_where_the_recording_shows_nothing_else():
+    known = {'misalignment.delay': -0.02, 'misalignment.rot_y': 0.01}
+    settings = with_values(Settings(), known)
+    found = estimate_noise(room(frames=12), settings)
+    assert found.misalignment == settings.misalignment
+    assert found.to_json()['misalignment'] == {
+        'x': 0.0, 'y': 0.0, 'z': 0.0, 'rot_x': 0.0, 'rot_y': 0.01, 'rot_z': 0.0, 'delay': -0.02,
+        'readout': 0.0}
 
 
 def test_a_camera_at_rest_has_depth_noise_only():

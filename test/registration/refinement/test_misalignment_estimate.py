@@ -6,6 +6,7 @@
 import numpy as np
 import pytest
 
+from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 
@@ -62,6 +63,32 @@ def test_only_the_part_that_is_there_is_applied(part):
 def test_a_significant_misalignment_of_no_size_is_not_applied():
     tiny = 0.05 * np.array([0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02])
     assert not learned(samples(tiny, 80, sigmas=0.01 * SIGMAS)).any()
+
+
+def test_a_known_misalignment_holds_from_the_start_and_its_deviation_is_learned():
+    known = Misalignment.of(0.5 * TRUE)
+    estimate = MisalignmentEstimate(known)
+    assert estimate.misalignment is known
+    for sample in samples(TRUE, 80):
+        estimate.learn(sample)
+    assert np.abs((estimate.misalignment.values - TRUE) / SIGMAS).max() < 0.3
+
+
+def test_a_misalignment_known_exactly_is_kept():
+    estimate = MisalignmentEstimate(Misalignment.of(TRUE))
+    for sample in samples(TRUE, 80, contradiction=1.0):
+        estimate.learn(sample)
+    np.testing.assert_array_equal(estimate.misalignment.values, TRUE)
+
+
+def test_what_was_learned_is_kept_when_another_misalignment_is_said_to_be_known():
+    estimate = MisalignmentEstimate()
+    estimate.assume(Misalignment.of(TRUE))
+    np.testing.assert_array_equal(estimate.misalignment.values, TRUE)  # nothing is learned yet
+    for sample in samples(TRUE, 80):
+        estimate.learn(sample)
+    estimate.assume(Misalignment.of(-TRUE))
+    assert np.abs((estimate.misalignment.values - TRUE) / SIGMAS).max() < 0.3
 
 
 def test_one_absurd_registration_changes_little():

@@ -19,9 +19,22 @@ def test_nothing_is_reported_of_a_good_camera():
     assert report.description == 'none'
 
 
+def test_a_misalignment_that_is_known_is_not_reported_as_found():
+    lines = []
+    report = MisalignmentReport(lines.append)
+    for _ in range(2):
+        report.update(Misalignment(OFFSET, -0.018, 0.02))
+    assert lines == []
+    assert '18 ms before' in report.description
+    report.update(NO_MISALIGNMENT)
+    sentence, = lines
+    assert 'is not there' in sentence
+
+
 def test_a_misalignment_is_logged_once_and_its_numbers_are_kept_up_to_date():
     lines = []
     report = MisalignmentReport(lines.append)
+    report.update(NO_MISALIGNMENT)
     for delay in (-0.018, -0.023):
         report.update(Misalignment(OFFSET, delay, 0.02))
     sentence, = lines
