@@ -3,6 +3,7 @@
 
 """Damaged inputs end in InputError: a few of them, and the inputs that failed once."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -18,6 +19,16 @@ CASES = 30
 def minimise(monkeypatch):
     monkeypatch.syspath_prepend(FUZZ)
     return __import__('minimise').minimise
+
+
+@pytest.fixture(scope='module', autouse=True)
+def minute(tmp_path_factory):
+    """Fuzz for a minute, with another seed each time, while the tests of this file run."""
+    findings = tmp_path_factory.mktemp('findings')
+    with subprocess.Popen(['nice', sys.executable, FUZZ, '--seconds', '60', '--keep', findings],
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        yield process, findings
+        process.terminate()
 
 
 def fuzz(*arguments):
@@ -67,3 +78,29 @@ def test_minimising_leaves_what_is_needed(minimise):
 
     small = minimise(b'1234ab567890x' * 20, fails)
     assert fails(small) and len(small) == 3
+
+
+def test_what_never_answers_is_found():
+    code = f"""
+import sys, time
+sys.path.insert(0, {str(FUZZ)!r})
+import campaign
+campaign._SILENCE, campaign._LONGEST_SILENCE = 0.2, 0.6
+def works(data, folder):
+    while True:
+        pass
+for target in works, lambda data, folder: time.sleep(1000):
+    print(*campaign.run_slice('rvl', target, '0', 60.0, 3).findings)
+"""
+    run = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == ['endless', 'endless']
+
+
+def test_a_minute_of_damage_at_random(minute):
+    process, findings = minute
+    printed, _ = process.communicate()
+    texts = [path.read_text() for path in findings.rglob('*.txt')]
+    assert process.returncode == 0, '\n'.join([printed, *texts])
+    assert re.search(r'\d+ inputs in \d+ s, seed \w{8}\n', printed)
+    counts = {line.split()[0]: int(line.split()[1]) for line in printed.splitlines()[:-1]}
+    assert set(counts) >= {path.name for path in SEEDS.iterdir()} - {'node'}

@@ -44,7 +44,7 @@ def _check_storage(path: Path) -> None:
         largest = _LARGEST[path.suffix](path)
     except OSError as error:
         raise InputError(f'cannot read {path}: {error.strerror}') from None
-    except (sqlite3.Error, struct.error):
+    except (sqlite3.Error, struct.error, UnicodeError):  # the last by sqlite3's own messages
         return
     if largest > MAX_MESSAGE_BYTES:
         raise InputError(f'{path} has a message or chunk of {largest} bytes: at most '

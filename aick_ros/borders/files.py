@@ -27,13 +27,15 @@ def read_bytes(path: Path, what: str, limit: int) -> bytes:
                 name, flags | os.O_NONBLOCK)) as file:
             if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
                 raise InputError(f'cannot read {what} {path}: it is not a regular file')
-            content = file.read(limit + 1)
+            content: bytes | None = file.read(limit + 1)
     except OSError as error:
         raise InputError(f'cannot read {what} {path}: {error.strerror}') from None
     except ValueError as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f'cannot read {what} {path}: {error}') from None  # NUL in the name
+    if content is None:  # as of /proc/kmsg, which calls itself a regular file
+        raise InputError(f'cannot read {what} {path}: its content never ends')
     if len(content) > limit:
         raise InputError(f'cannot read {what} {path}: it is larger than {limit} bytes')
     return content

@@ -75,6 +75,16 @@ def test_other_damage_is_left_to_the_reader(tmp_path, content, suffix):
         check_bag(path)
 
 
+def test_names_in_no_encoding_are_left_to_the_reader(tmp_path):
+    path = tmp_path / 'a.db3'
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute('CREATE TABLE messages(data BLOB)')
+        connection.execute('CREATE INDEX named ON messages(data)')
+        connection.commit()
+    path.write_bytes(path.read_bytes().replace(b'INDEX named ON', b'IND\xe8X named ON'))
+    check_bag(path)
+
+
 @pytest.mark.parametrize('statement', [
     'CREATE VIEW messages AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) '
     "SELECT i AS id, i AS timestamp, 1 AS topic_id, x'00' AS data FROM n",

@@ -7,6 +7,7 @@ import os
 
 import pytest
 
+from aick_ros.borders import files
 from aick_ros.borders.files import read_bytes, read_text
 from aick_ros.errors import InputError
 
@@ -45,3 +46,15 @@ def test_text_is_utf_8(tmp_path):
     (tmp_path / 'file').write_bytes(b'gr\xf6')
     with pytest.raises(InputError, match='file: byte 2 is not UTF-8 text'):
         read_text(tmp_path / 'file', 'the file', 8)
+
+
+def test_a_file_that_waits_for_content_is_rejected(tmp_path, monkeypatch):
+    path = tmp_path / 'messages'  # like /proc/kmsg, a regular file by its own account
+    os.mkfifo(path)
+    monkeypatch.setattr(files.stat, 'S_ISREG', lambda mode: True)
+    writer = os.open(path, os.O_RDWR)
+    try:
+        with pytest.raises(InputError, match='cannot read the list .*messages: its content never'):
+            read_bytes(path, 'the list', 10)
+    finally:
+        os.close(writer)

@@ -14,6 +14,7 @@ import argparse
 import importlib.util
 import itertools
 import math
+import secrets
 import sys
 import tempfile
 import time
@@ -23,7 +24,7 @@ import campaign
 from targets import DECODERS, TARGETS
 from worker import Worker
 
-_SLICE = 6.0  # seconds of a target before the next has its turn
+_SLICE = 6.0  # seconds of a target before the next has its turn, at most
 
 if importlib.util.find_spec('rclpy'):
     from node_events import take_events
@@ -40,7 +41,7 @@ def main() -> int:
     names = arguments.target or list(TARGETS)
     for turn in itertools.count():
         for name in names:
-            seconds = min(_SLICE, end - time.monotonic())
+            seconds = min(_SLICE, arguments.seconds / len(names), end - time.monotonic())
             if arguments.cases is not None:
                 seconds = math.inf
             elif seconds <= 0.0:
@@ -57,7 +58,8 @@ def main() -> int:
         kinds = {kind for part in parts for kind in part.findings}
         print(f'{name:20} {sum(part.count for part in parts):8} inputs, {len(kinds)} findings '
               + ', '.join(sorted(kinds)))
-    print(f'{sum(part.count for part in slices)} inputs in {time.monotonic() - start:.0f} s')
+    print(f'{sum(part.count for part in slices)} inputs in {time.monotonic() - start:.0f} s, '
+          f'seed {arguments.seed}')
     return 1 if any(part.findings for part in slices) else 0
 
 
@@ -65,7 +67,8 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--seconds', type=float, default=600.0, help='time for all targets')
     parser.add_argument('--cases', type=int, help='inputs per target, instead of a time')
-    parser.add_argument('--seed', default='0', help='of the damage')
+    parser.add_argument('--seed', default=secrets.token_hex(4),
+                        help='of the damage; default: drawn at random, and printed')
     parser.add_argument('--target', action='append', choices=TARGETS, help='default: all')
     parser.add_argument('--keep', type=Path, default=Path('fuzz_findings'), metavar='FOLDER')
     parser.add_argument('--replay', type=Path, metavar='FILE',

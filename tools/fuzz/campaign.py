@@ -13,14 +13,16 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
 from minimise import minimise
 from mutation import Mutator
 from targets import DECODERS, SEEDS
-from worker import Outcome, Target, Worker, resident_memory
+from worker import Outcome, Target, Worker, cpu_time, resident_memory
 
-_SILENCE = 60.0  # seconds without an answer after which an input counts as endless
+_SILENCE = 60.0  # seconds without an answer, half of them at work, of an endless input
+_LONGEST_SILENCE = 600.0  # seconds without an answer of an input that waits for something
 _MOST_GROWTH = 150 * 2 ** 20  # bytes that a process may hold more after a slice than at first
 _CHECKED_EVERY = 500  # inputs between two looks at the memory
 _MOST_KEPT = 400  # inputs with a new answer, damaged further
@@ -73,18 +75,34 @@ def _answers(name: str, target: Target, plan: tuple[str, float, int],
     process.start()
     theirs.close()
     try:
-        while ours.poll(_SILENCE):
+        while _answered(ours, process):
             answer = ours.recv()
             if answer is None:
                 return
             yield answer
-        yield Outcome('endless', f'no answer within {_SILENCE:g} s'), current.read_bytes()
+        yield Outcome('endless', f'no answer within {_SILENCE:g} s'), _content(current)
     except EOFError:
         process.join()
-        yield Outcome('killed', f'exit code {process.exitcode}'), current.read_bytes()
+        yield Outcome('killed', f'exit code {process.exitcode}'), _content(current)
     finally:
         process.kill()
         process.join()
+
+
+def _content(current: Path) -> bytes:
+    """Return the input that a process has begun last; empty where it has begun none."""
+    return current.read_bytes() if current.exists() else b''
+
+
+def _answered(answers: Connection, process: BaseProcess) -> bool:
+    """Wait for an answer, on a busy machine too; return whether one has come."""
+    for _ in range(round(_LONGEST_SILENCE / _SILENCE)):
+        start = cpu_time(process.pid)
+        if answers.poll(_SILENCE):
+            return True
+        if cpu_time(process.pid) - start > _SILENCE / 2:
+            return False
+    return False
 
 
 def _work(name: str, target: Target, plan: tuple[str, float, int], current: Path,

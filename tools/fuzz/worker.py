@@ -95,6 +95,15 @@ def resident_memory() -> int:
     return _memory('VmRSS')
 
 
+def cpu_time(process: int | None) -> float:
+    """Return the CPU time that a process has used [s]; 0: it has ended."""
+    try:
+        fields = Path(f'/proc/{process}/stat').read_text().rpartition(')')[2].split()
+    except OSError:
+        return 0.0
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+
+
 def _memory(name: str) -> int:
     status = Path('/proc/self/status').read_text()
     return 1024 * int(status.split(f'{name}:')[1].split()[0])

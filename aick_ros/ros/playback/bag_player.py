@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import struct
 import sys
@@ -132,7 +133,7 @@ class BagPlayer(Node):
 
 @contextmanager
 def _reading(path: Path) -> Iterator[Reader]:
-    if not path.exists():
+    if not os.path.exists(path):  # where the name is too long, Path would raise
         raise InputError(f'cannot play {path}: it does not exist; the folder of a ROS 2 bag is '
                          'required')
     check_bag(path)
@@ -214,7 +215,11 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument('--step', action='store_true', help='play one frame per Enter')
     parser.add_argument('--wait', type=float, default=10.0, metavar='S', help='longest '
                         'wait for subscribers of the images [s] (default 10)')
-    arguments = parser.parse_args(remove_ros_args(sys.argv)[1:])
+    try:
+        own = remove_ros_args(sys.argv)[1:]
+    except Exception as error:  # rcl's errors have no common base class
+        parser.error(str(error))
+    arguments = parser.parse_args(own)
     if not arguments.rate >= _SLOWEST:
         parser.error(f'--rate is {arguments.rate:g}: a number of at least {_SLOWEST:g} is '
                      'required')

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -13,6 +14,7 @@ from types import FrameType
 from typing import TypeVar
 
 import rclpy
+from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -24,6 +26,8 @@ from aick_ros.ros.process.signals import ENDINGS, held, ignore
 RCLError = rclpy_implementation.RCLError
 _Node = TypeVar('_Node', bound=Node)
 
+_LAST_DOMAIN = 232  # by definition: with a higher one, the ports of DDS exceed 65535
+_LOG_PLACES = ('HOME', 'ROS_HOME', 'ROS_LOG_DIR')
 _UNUSABLE_INPUT = 2  # by definition, the exit code of every command of this package
 
 
@@ -72,7 +76,7 @@ def make_node(make: Callable[[], _Node]) -> _Node:
     """
     try:
         return make()
-    except RCLError as error:
+    except (RCLError, InvalidParameterTypeException) as error:
         if not rclpy.ok():
             raise  # a consequence of the shutdown
         reason = ' '.join(str(error).split())
@@ -94,6 +98,11 @@ def _handle_signals(interrupt: bool) -> None:
 
 
 def _initialise() -> None:
+    domain = os.environ.get('ROS_DOMAIN_ID', '')
+    if domain.isdecimal() and int(domain) > _LAST_DOMAIN:  # Fast DDS would end the process
+        raise InputError(f'ROS_DOMAIN_ID is {domain}: at most {_LAST_DOMAIN} is possible')
+    if not any(map(os.environ.get, _LOG_PLACES)):  # rcl would print many lines
+        raise InputError('ROS has no place for its log: set HOME or ROS_LOG_DIR')
     try:
         rclpy.init()
     except Exception as error:  # rcl's errors have no common base class

@@ -9,6 +9,7 @@ import struct
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import lz4.frame
 import numpy as np
@@ -108,6 +109,8 @@ def test_a_path_that_is_no_bag_is_rejected_in_one_line(ros_domain, tmp_path, mak
     (['--rate', '0'], 'a number of at least 0.001'), (['--rate', 'nan'], 'at least 0.001'),
     (['--rate', '1e-300'], 'at least 0.001'), (['--wait', 'nan'], 'a number of at least 0'),
     (['--wait', '-1'], 'a number of at least 0'), (['--rate', 'x'], 'invalid float value'),
+    (['--ros-args', '-r', 'x'], "Couldn't parse remap rule"),
+    (['--ros-args', '--nonsense'], '--nonsense'), (['\udcff'], 'surrogates not allowed'),
     (['\x1b[31m'], r'unrecognized arguments: \x1b[31m')])
 def test_arguments_are_rejected_in_one_printable_line(monkeypatch, capsys, arguments, sentence):
     monkeypatch.setattr(sys, 'argv', ['bag_player', 'bag', *arguments])
@@ -117,6 +120,12 @@ def test_arguments_are_rejected_in_one_printable_line(monkeypatch, capsys, argum
     assert end.value.code == 2 and sentence in error
     assert error.startswith('bag_player: ') and error.endswith('see bag_player --help\n')
     assert error[:-1].isprintable()
+
+
+def test_a_name_that_is_too_long_is_an_input_error():
+    with pytest.raises(InputError, match='cannot play n+: it does not exist'):
+        with bag_player._reading(Path('n' * 5000)):
+            pass
 
 
 def test_damage_of_any_kind_is_an_input_error(bag, tmp_path):

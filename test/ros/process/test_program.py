@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Environments and parameters with which ROS cannot start are input errors."""
+
+import pytest
+from rclpy.exceptions import InvalidParameterTypeException
+from rclpy.parameter import Parameter
+
+from aick_ros.errors import InputError
+from aick_ros.ros.process import program
+
+
+@pytest.fixture
+def starts(monkeypatch):
+    """Return the starts of ROS, which are counted only."""
+    made = []
+    monkeypatch.setattr(program.rclpy, 'init', lambda: made.append(1))
+    monkeypatch.delenv('ROS_DOMAIN_ID', raising=False)
+    return made
+
+
+@pytest.mark.parametrize('domain', ['0', '232', ''])
+def test_ros_starts_in_each_domain_that_has_ports(starts, monkeypatch, domain):
+    monkeypatch.setenv('ROS_DOMAIN_ID', domain)
+    program._initialise()
+    assert starts
+
+
+@pytest.mark.parametrize('domain', ['233', '999', '9' * 30])
+def test_domains_without_ports_are_rejected(starts, monkeypatch, domain):
+    monkeypatch.setenv('ROS_DOMAIN_ID', domain)
+    with pytest.raises(InputError, match=f'ROS_DOMAIN_ID is {domain}: at most 232'):
+        program._initialise()
+    assert not starts
+
+
+@pytest.mark.parametrize('place', ['HOME', 'ROS_HOME', 'ROS_LOG_DIR'])
+def test_a_log_without_a_place_is_rejected(starts, monkeypatch, place):
+    for name in ('HOME', 'ROS_HOME', 'ROS_LOG_DIR'):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(InputError, match='set HOME or ROS_LOG_DIR'):
+        program._initialise()
+    monkeypatch.setenv(place, '/tmp')
+    program._initialise()
+    assert len(starts) == 1
+
+
+def test_parameters_of_the_wrong_type_are_input_errors():
+    def make():
+        raise InvalidParameterTypeException(Parameter('use_sim_time', value='x'), 'BOOL')
+    with pytest.raises(InputError, match='ROS cannot create the node: .*use_sim_time'):
+        program.make_node(make)
