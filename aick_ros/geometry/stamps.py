@@ -11,3 +11,8 @@ MAX_STAMP = 2 ** 31 * NANOSECONDS - 1
 
 RESTART_AFTER = NANOSECONDS  # chosen: no camera or bus delivers images so late
 """A stamp that goes back by more than this [ns] starts a new recording; by less, it is late."""
+
+
+def seconds(start: int, end: int) -> float:
+    """Return the time between two stamps [s]."""
+    return (end - start) / NANOSECONDS

@@ -15,7 +15,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
-from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.stamps import seconds
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.registration.registrar import Registrar
@@ -120,11 +120,6 @@ def _is_doubtful(attempt: Attempt, prepared: PreparedFrame) -> bool:
     return (attempt.status.ok and attempt.registration.tracks is None
             and prepared.surface is not None
             and prepared.grey.shape == attempt.reference.prepared.grey.shape)
-
-
-def seconds(start: int, end: int) -> float:
-    """Return the time between two stamps [s]."""
-    return (end - start) / NANOSECONDS
 
 
 def _from(reference: Reference, last: Reference) -> np.ndarray:

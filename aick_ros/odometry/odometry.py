@@ -16,8 +16,8 @@ from aick_ros.frames.repetition import Repeat, repeat_of
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
-from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
-from aick_ros.odometry.attempts import Attempt, Attempts, seconds
+from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER, seconds
+from aick_ros.odometry.attempts import Attempt, Attempts
 from aick_ros.odometry.keyframe import KeyframePolicy
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.motion_model import MotionModel

@@ -19,7 +19,7 @@ from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
@@ -136,7 +136,7 @@ class Registrar:
     def _depth_lag(self, frame: RgbdFrame) -> float:
         """Return how much later than the colour image the depth image was taken [s]."""
         depth_stamp = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
-        lag = (depth_stamp - frame.stamp) / NANOSECONDS
+        lag = seconds(frame.stamp, depth_stamp)
         if self._learned.colour_clock.is_behind(frame.stamp):
             return lag  # such a frame is not the next one: the clocks learn nothing from it
         return (lag + self._learned.depth_clock.correct(depth_stamp)

@@ -23,7 +23,7 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
-from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.refinement.refinement import Refined, Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Evidence, Registration
@@ -56,7 +56,7 @@ class RepeatingSceneCheck:
     def check_first(self, found: Registration, source: PreparedFrame,
                     target: PreparedFrame) -> Registration:
         """Return a registration as it is, where no motion is expected: rest is the reference."""
-        interval = abs(source.stamp - target.stamp) / NANOSECONDS
+        interval = abs(seconds(target.stamp, source.stamp))
         if found.status.ok and interval > 0.0:
             self._note(source.stamp, se3.difference(found.T_target_source, np.eye(4)), interval)
         return found

@@ -16,7 +16,7 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
-from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.result import Registration, SensorBias
 
 _MEMORY = 30  # registrations; chosen
@@ -79,7 +79,7 @@ class SystematicError:
 def _timing(T_target_source: np.ndarray, source: PreparedFrame, target: PreparedFrame,
             expected: np.ndarray | None, elapsed: float) -> np.ndarray:
     """Return the covariance of a motion due to errors of the two stamps, 6x6."""
-    interval = (source.stamp - target.stamp) / NANOSECONDS
+    interval = seconds(target.stamp, source.stamp)
     if interval == 0.0:
         return np.zeros((6, 6))  # no speed is known
     jitter = max(source.stamp_jitter, target.stamp_jitter)

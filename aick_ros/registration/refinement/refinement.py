@@ -16,7 +16,7 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
-from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
     NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction, image_height)
@@ -274,7 +274,7 @@ class _Estimate:
 
 def depth_rate(source: PreparedFrame, target: PreparedFrame) -> float:
     """Return the time between the depth images, as a ratio to that between the colour images."""
-    interval = (source.stamp - target.stamp) / NANOSECONDS
+    interval = seconds(target.stamp, source.stamp)
     if interval == 0.0:
         return 1.0
     rate = 1.0 + (source.depth_lag - target.depth_lag) / interval
