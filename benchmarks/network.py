@@ -111,7 +111,7 @@ CASES = (
     Case('compressed'),
     Case('compressed, best effort', best_effort=True, must=0.0),
     Case('raw, usual profile', USUAL, compressed=False, must=0.0),
-    Case('raw', compressed=False, must=0.0),
+    Case('raw', compressed=False),
     Case("compressed, camera's clock 50 ms ahead", clock_offset=0.05),
     Case("compressed, camera's clock 50 ms behind", clock_offset=-0.05),
     Case('compressed, interface down for 5 s', down=5.0),
