@@ -8,10 +8,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry import keyframe_search
 from aick_ros.odometry.keyframe_graph import KeyframeGraph
 from aick_ros.odometry.keyframe_search import KeyframeSearch, candidates, view_distances
 from aick_ros.registration.result import Registration
@@ -83,6 +85,11 @@ def test_two_that_agree_are_accepted():
 @pytest.mark.parametrize('wrong', [{0: 0.1}, {1: 0.1}, {0: 0.1, 1: 0.1}, {0: -0.5, 1: -0.5}])
 def test_what_the_graph_contradicts_is_not_accepted(wrong):
     assert search(wrong) == ()
+
+
+def test_the_gates_are_passed_by_999_of_1000_right_measurements():
+    quantiles = stats.chi2.ppf(0.999, (6, 12))
+    np.testing.assert_allclose(keyframe_search._GATES, quantiles, atol=0.005)
 
 
 def test_two_that_contradict_each_other_are_not_accepted():

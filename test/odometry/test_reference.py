@@ -152,6 +152,22 @@ def test_during_a_blur_the_last_sharp_keyframe_is_kept():
         assert references.is_blurred() == (time != sharp)
 
 
+def test_a_frame_registered_to_the_sharp_keyframe_ends_a_blur():
+    references = References(reference(0.0))
+    sharp, blurred = references.sharp, reference(0.1, 0)
+    assert not references.is_return_to(sharp)
+    references.track(blurred, blurred)
+    assert references.is_return_to(sharp)
+    assert not references.is_return_to(blurred)
+
+
+def test_an_earlier_keyframe_that_serves_again_is_the_sharp_one():
+    references = tracked([0.0, 0.4, 0.8])
+    references.track(reference(1.0), reference(0.4))
+    assert references.sharp.stamp == references.keyframe.stamp == round(0.4 * NANOSECONDS)
+    assert not references.is_blurred()
+
+
 def test_what_stays_blurred_is_how_the_camera_sees():
     references = References(reference(0.0))
     for time in (4.9, 5.1):

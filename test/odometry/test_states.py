@@ -180,6 +180,17 @@ def test_the_increment_over_a_gap_is_no_velocity(made):
     np.testing.assert_allclose(expected[stamp_of(6)], step, atol=1e-6)
 
 
+@pytest.mark.parametrize('least, is_reference', [(5, True), (6, False)])
+def test_a_lost_frame_with_keypoints_enough_is_a_reference(made, least, is_reference):
+    odometry, registrar = made(min_matches=least)
+    registrar.few = {stamp_of(2)}
+    registrar.dark = registrar.blind = {stamp_of(2), stamp_of(3)}
+    for number in range(4):
+        odometry.register_frame(frame(number))
+    sought = {(source, target) for source, target, *_ in registrar.asked}
+    assert ((stamp_of(3), stamp_of(2)) in sought) == is_reference
+
+
 def test_a_lost_frame_of_few_keypoints_is_no_reference(made):
     odometry, registrar = made()
     registrar.few = {stamp_of(2)}

@@ -13,7 +13,8 @@ from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
-from aick_ros.registration.refinement.tracks import Tracker
+from aick_ros.geometry.camera import Camera
+from aick_ros.registration.refinement.tracks import Tracker, Tracks, _visible
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -114,6 +115,22 @@ def test_what_leaves_the_image_is_dropped(pair):
     outside = np.flatnonzero(((pixels < 0) | (pixels > (639, 479))).any(axis=1))
     assert len(outside) > 0.3 * len(source.keypoints)
     assert not set(outside) & set(tracks.keypoints)
+
+
+def test_points_beyond_the_centres_of_the_last_pixels_are_not_in_the_image():
+    camera = Camera(64, 48, 50.0, 52.0, 31.5, 23.5)
+    pixels = np.array([(0, 0), (63, 47), (-0.1, 20), (63.1, 20), (20, -0.1), (20, 47.1)])
+    kept, seen = _visible(camera.back_project(pixels, np.full(6, 2.0)), np.eye(4), camera)
+    assert kept.tolist() == [0, 1]
+    np.testing.assert_allclose(seen, pixels[:2], atol=1e-4)
+
+
+def test_the_displacement_is_the_mean_way_of_the_tracks_in_pixels():
+    points = np.array([(0.5, -0.2, 2.0), (-1.0, 0.3, 4.0)])
+    rays = points[:, :2] / points[:, 2:] + [(0.03, 0.04), (0.0, -0.01)]
+    tracks = Tracks(np.arange(2), points, rays, points[:, 2], np.ones(2))
+    assert tracks.displacement(100.0) == pytest.approx(3.0)
+    assert tracks[np.zeros(2, bool)].displacement(100.0) == 0.0
 
 
 def test_what_is_covered_is_dropped(pair):
