@@ -67,6 +67,15 @@ def test_points_and_normals_of_a_plane(camera, normal):
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=1e-5)
 
 
+@pytest.mark.parametrize('distance, is_usable', [
+    (0.45, False), (0.55, True), (2.9, True), (3.1, False)])
+def test_only_depths_in_the_range_of_the_sensor_are_usable(distance, is_usable):
+    sensor = SensorSettings(min_depth=0.5, max_depth=3.0)
+    surface = Surface.of(plane_depth(PINHOLE, (0, 0, 1.0), distance), PINHOLE, sensor, 1000)
+    inside = in_image(surface.usable)[RADIUS:-RADIUS, RADIUS:-RADIUS]
+    assert inside.all() if is_usable else not inside.any()
+
+
 def test_a_plane_is_usable_where_a_ray_meets_it_at_ten_degrees_or_more():
     """A wall to the side: the cosine between ray and normal is 0 ahead, and grows outwards."""
     normal = np.array([0.96, 0.28, 0.0])

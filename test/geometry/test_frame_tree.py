@@ -109,6 +109,16 @@ def test_a_clock_set_back_clears_the_history(tree):
     assert found.gap == 0
 
 
+@pytest.mark.parametrize('back, is_restart', [(1.0, False), (1.001, True)])
+def test_more_than_a_second_back_is_a_restart_however_long_the_history(tree, back, is_restart):
+    for seconds in range(100, 106):
+        tree.add_sample('base', 'mast', seconds * SECOND, pose(4))
+    stamp = round((105 - back) * SECOND)
+    tree.add_sample('base', 'mast', stamp, pose(5))
+    found = tree.find('base', 'mast', stamp)
+    np.testing.assert_allclose(found.T_target_source, pose(5 if is_restart else 4), atol=1e-9)
+
+
 def test_unconnected_frames_have_no_transform(tree):
     assert tree.find('base', 'camera', 0) is None
     assert tree.find('base', 'elsewhere', 0) is None

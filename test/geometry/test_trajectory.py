@@ -57,7 +57,8 @@ def test_a_gap_as_long_as_the_longest_is_interpolated():
 
 @pytest.mark.parametrize('text, stamp', [
     ('1305031102.175304', 1305031102_175304000), ('1.5', 1_500_000_000), ('7', 7 * SECOND),
-    ('0.000000001', 1), ('1305031102.123456789', 1305031102_123456789), ('1e2', 100 * SECOND)])
+    ('0.000000001', 1), ('1305031102.123456789', 1305031102_123456789), ('1e2', 100 * SECOND),
+    ('13e-5', 130_000)])
 def test_stamps_are_exact_to_the_nanosecond(text, stamp):
     assert seconds_to_stamp(text) == stamp
 

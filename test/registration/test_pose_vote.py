@@ -12,7 +12,7 @@ import pytest
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.pose_vote import pose_vote
+from aick_ros.registration.pose_vote import _grey_tolerance, pose_vote
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
@@ -112,6 +112,22 @@ def test_a_wall_without_stains_does_not_vote():
     vote = pose_vote(*wall(truth, contrast=0.0), truth, np.eye(4), SENSOR)
     assert vote.first < 0.02
     assert vote.second < 0.02
+
+
+def test_the_tolerance_of_brightness_is_that_of_a_displacement_by_two_pixels():
+    """On a ramp of a and b grey levels a pixel: three levels, and two pixels along either axis."""
+    v, u = np.mgrid[:40, :60].astype(np.float32)
+    tolerance = _grey_tolerance(1.5 * u - 0.5 * v)
+    np.testing.assert_allclose(tolerance[6:-6, 6:-6], 3.0 + 2.0 * (1.5 + 0.5), rtol=1e-6)
+
+
+def test_the_tolerance_beside_an_edge_is_that_of_the_edge():
+    """The images are smoothed over five pixels, on both sides of it, along either axis."""
+    edge = np.where(np.arange(60) < 30, 50.0, 150.0).astype(np.float32) * np.ones((40, 1))
+    edge = edge.astype(np.float32)
+    for tolerance in (_grey_tolerance(edge), _grey_tolerance(np.ascontiguousarray(edge.T)).T):
+        wide = np.flatnonzero((tolerance > 10.0).all(axis=0))
+        assert wide.tolist() == list(range(25, 35))  # the slope at 29 and 30, and four beside it
 
 
 def test_frames_without_depth_do_not_vote(pair):
