@@ -16,6 +16,7 @@ from aick_ros.ros.playback.answers import LiveRun
 from aick_ros.ros.playback.bag_player import BagPlayer
 from aick_ros.ros.playback.listener import Listener, listening, wait_until
 from aick_ros.ros.playback.node_process import NODE_COMMAND, node_process
+from aick_ros.ros.process.program import initialise
 from aick_ros.ros.process.resources import use_fastdds_profile
 from aick_ros.settings.parameter import Value
 
@@ -37,7 +38,7 @@ def run_live(bag: Path, remappings: Mapping[str, str], parameters: Mapping[str, 
     :raises InputError: where the bag cannot be played or the node does not start.
     """
     use_fastdds_profile()
-    rclpy.init(args=[])
+    initialise([])
     try:
         with node_process(command, remappings, parameters) as process, listening() as listener:
             player = BagPlayer(bag)

@@ -51,7 +51,7 @@ def program(name: str, prepare: Callable[[], None] = lambda: None,
         with held():
             prepare()
             _handle_signals(interrupt)
-            _initialise()
+            initialise()
             if signal.sigpending() & set(ENDINGS):
                 ignore()
                 sys.exit()  # nothing has begun that had to end
@@ -97,16 +97,23 @@ def _handle_signals(interrupt: bool) -> None:
         signal.signal(ending, handle)
 
 
-def _initialise() -> None:
+def initialise(arguments: list[str] | None = None) -> None:
+    """
+    Start ROS.
+
+    :param arguments: None: those of the process.
+    :raises InputError: where arguments or environment do not let it start.
+    """
     domain = os.environ.get('ROS_DOMAIN_ID', '')
     if domain.isdecimal() and int(domain) > _LAST_DOMAIN:  # Fast DDS would end the process
         raise InputError(f'ROS_DOMAIN_ID is {domain}: at most {_LAST_DOMAIN} is possible')
     if not any(map(os.environ.get, _LOG_PLACES)):  # rcl would print many lines
         raise InputError('ROS has no place for its log: set HOME or ROS_LOG_DIR')
     try:
-        rclpy.init()
+        rclpy.init(args=arguments)
     except Exception as error:  # rcl's errors have no common base class
-        raise InputError(f'ROS rejects these arguments: {error}') from None
+        what = 'these arguments' if arguments is None else 'the environment'
+        raise InputError(f'ROS rejects {what}: {error}') from None
 
 
 def _finish() -> None:
