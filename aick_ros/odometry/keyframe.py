@@ -37,7 +37,7 @@ class KeyframePolicy:
         """Return whether the keyframe that a frame was registered to serves for the next one."""
         if self._settings.reference == 'previous':
             return False
-        variance = scene_variance(prepared, registration.covariance)
+        variance = scene_variance(prepared, registration.image_pose.covariance)
         if self._step_variance is None:
             self._step_variance = self._last_variance = variance
         is_better_than_a_chain = variance <= self._last_variance + self._step_variance

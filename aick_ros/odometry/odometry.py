@@ -239,7 +239,8 @@ class Odometry:
         recovered, self._is_lost = self._is_lost, False
         prepared = dataclasses.replace(prepared, twist=increment.twist)
         self._pose = reference.pose @ registration.pose
-        last = Reference(prepared, self._pose, in_keyframe=registration.varying_pose)
+        last = Reference(prepared, reference.pose @ registration.image_pose,
+                         in_keyframe=registration.varying_pose)
         detour = np.zeros((6, 6))
         if by_depth:
             self._twist = self._motion_model.observed_twist(
@@ -269,7 +270,7 @@ class Odometry:
                 or prepared.is_blurred_beside(reference.prepared)):
             references.track(last, Reference(reference.prepared, reference.pose))
         else:
-            keyframe = Reference(prepared, self._pose)
+            keyframe = Reference(prepared, last.pose)
             references.track(keyframe, keyframe)
 
     def _lose(self, prepared: PreparedFrame, failure: Attempt, references: References,

@@ -41,7 +41,8 @@ class Reference:
     """
     A frame with its pose.
 
-    :param pose: ``T_odom_camera``.
+    :param pose: ``T_odom_camera`` of the image, whenever it was taken: errors of stamps do not
+        add up from image to image.
     :param in_keyframe: ``T_keyframe_camera`` as registered, with the covariance of what differs
         from frame to frame; the identity, without error, if the frame is a keyframe itself. By
         depth alone, the pose in the frame whose depth it was registered to.

@@ -67,6 +67,8 @@ class Registration:
     :param evidence: what supports the pose, where the status is OK.
     :param systematic: 6x6, the part of the covariance that is the bias expected between keypoints
         and depth; registrations with about the same motion have it in common.
+    :param timing: 6x6, the part that is due to errors of the two stamps; the pose of one image in
+        the other does not have it.
     :param noise: noise measured from the residuals; None unless a refinement used both.
     :param misalignment: that of the two images, measured likewise; None as well.
     """
@@ -82,6 +84,7 @@ class Registration:
     tracks: Tracks | None = None
     evidence: Evidence = Evidence.KEYPOINTS
     systematic: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    timing: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     noise: NoiseSample | None = None
     misalignment: MisalignmentSample | None = None
 
@@ -89,6 +92,11 @@ class Registration:
     def pose(self) -> PoseWithCovariance:
         """``T_target_source`` with its covariance."""
         return PoseWithCovariance(self.T_target_source, self.covariance)
+
+    @property
+    def image_pose(self) -> PoseWithCovariance:
+        """``T_target_source`` with the covariance of the two images, whenever they were taken."""
+        return PoseWithCovariance(self.T_target_source, self.covariance - self.timing)
 
     @property
     def varying_pose(self) -> PoseWithCovariance:

@@ -28,13 +28,14 @@ _UNUSUAL_BOUNDS = 1.7, 2.3
 """Normalised squared bias of one registration, as a ratio to the usual one (at least 1): up to the
 first it is noise, from the second on fully systematic, linear in between. Chosen."""
 
-_STAMP_SIGMA_PER_JITTER = 3.3
-"""Standard deviation of each stamp by the jitter, for stamps given on arrival.
+_STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER = 0.005, 3.3
+"""Standard deviation of each stamp that is given on arrival [s], and its bound by the jitter.
 
-Measured on a Kinect: about 5 ms, where stamps jitter by 1.2 to 3.3 ms."""
+Measured on a Kinect: about 5 ms, where stamps jitter by 1.2 to 3.3 ms. It is never below the
+jitter, and stamps that do not jitter have no error."""
 
-_LATENCY_SIGMA_PER_JITTER = 12.0
-"""Standard deviation of the common delay of all stamps by the jitter.
+_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER = 0.016, 12.0
+"""Standard deviation of the common delay of all stamps [s], and its bound by the jitter.
 
 Measured on a Kinect: 15 to 25 ms, where stamps jitter by 1.2 to 3.3 ms."""
 
@@ -57,12 +58,12 @@ class SystematicError:
         """
         if not registration.status.ok:
             return registration
-        covariance = registration.covariance + _timing(
-            registration.T_target_source, source, target, expected, elapsed)
+        timing = _timing(registration.T_target_source, source, target, expected, elapsed)
+        covariance = registration.covariance + timing
         if registration.bias is not None:
             covariance += self._unusual(registration.bias)
             self._learn(registration.bias)
-        return dataclasses.replace(registration, covariance=covariance)
+        return dataclasses.replace(registration, covariance=covariance, timing=timing)
 
     def _unusual(self, bias: SensorBias) -> np.ndarray:
         """Return the covariance of the share of a bias that is not usual, 6x6."""
@@ -83,12 +84,12 @@ def _timing(T_target_source: np.ndarray, source: PreparedFrame, target: Prepared
     if interval == 0.0:
         return np.zeros((6, 6))  # no speed is known
     jitter = max(source.stamp_jitter, target.stamp_jitter)
-    stamp_sigma = _STAMP_SIGMA_PER_JITTER * jitter
+    stamp_sigma = max(jitter, min(_STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER * jitter))
     variances = 2 * stamp_sigma ** 2 * _squared_rates(T_target_source, interval)
     if expected is not None:
         # a common delay shifts the motion by the change of the velocity, in a third per axis
         change = se3.inverse(expected) @ T_target_source
-        latency_sigma = _LATENCY_SIGMA_PER_JITTER * jitter
+        latency_sigma = min(_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER * jitter)
         variances += latency_sigma ** 2 * _squared_rates(
             change, min(elapsed, abs(interval))) / 3
     return np.diag(np.repeat(variances, 3))

@@ -19,9 +19,11 @@ KEYPOINTS = 100
 VIEW = SimpleNamespace(keypoints=range(KEYPOINTS), scene_depth=2.0)
 
 
-def registration(support, deviation):
-    return Registration(Status.OK, '', np.eye(4), np.eye(6) * deviation ** 2,
-                        np.empty((0, 2), int), 1, support)
+def registration(support, deviation, timing=0.0):
+    """Return a registration with standard deviations of the images' poses and of the stamps."""
+    timing = np.eye(6) * timing ** 2
+    return Registration(Status.OK, '', np.eye(4), np.eye(6) * deviation ** 2 + timing,
+                        np.empty((0, 2), int), 1, support, timing=timing)
 
 
 def kept(policy, *registrations):
@@ -38,6 +40,12 @@ def test_it_is_kept_while_its_variance_is_below_that_of_a_chain():
     """Of equal steps the variances add up: the third would be 3 with a chain, here it is 3.9."""
     policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.0}))
     assert kept(policy, (90, 1.0), (90, 1.4), (90, 1.7), (90, 2.1)) == [True, True, True, False]
+
+
+def test_errors_of_stamps_do_not_count():
+    """Frames registered while the camera is fast, whatever their keyframe."""
+    policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.0}))
+    assert kept(policy, (90, 1.0, 0.1), (90, 1.4, 30.0)) == [True, True]
 
 
 def test_keypoints_beyond_max_tracks_are_not_counted_as_missing():

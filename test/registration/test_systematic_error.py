@@ -99,7 +99,7 @@ def test_a_past_bias_is_forgotten():
 
 def test_jitter_adds_the_distance_travelled_in_it():
     """Both stamps have errors of 3.3 jitters, their interval of sqrt(2) times as much."""
-    velocity, turn_rate, jitter = np.array([0.3, -0.4, 1.2]), np.array([0.0, 0.0, 2.0]), 0.004
+    velocity, turn_rate, jitter = np.array([0.3, -0.4, 1.2]), np.array([0.0, 0.0, 2.0]), 0.001
     motion = np.eye(4)
     motion[:3, 3] = velocity * PERIOD
     source, target = view(1 + PERIOD, jitter), view(1, jitter / 2)
@@ -111,6 +111,21 @@ def test_jitter_adds_the_distance_travelled_in_it():
     turned = used().add_to(registration(motion), source, target).covariance - OWN
     np.testing.assert_allclose(turned, np.diag(3 * [0] + 3 * [2 * (3.3 * jitter * 2.0) ** 2]),
                                atol=1e-15)
+
+
+@pytest.mark.parametrize('jitter, sigma', [(0.0001, 0.00033), (0.0015, 0.00495), (0.002, 0.005),
+                                           (0.004, 0.005), (0.02, 0.02)])
+def test_stamps_err_by_some_milliseconds_and_by_their_jitter(jitter, sigma):
+    moved = used().add_to(registration(se3.exp([0.04, 0, 0, 0, 0, 0])),
+                          view(1 + PERIOD, jitter), view(1, jitter))
+    assert (moved.covariance - OWN)[0, 0] == pytest.approx(2 * sigma ** 2)
+
+
+def test_errors_of_stamps_are_apart_from_those_of_the_images():
+    moved = used().add_to(registration(se3.exp([0.04, 0, 0, 0, 0, 0])),
+                          view(1 + PERIOD, 0.004), view(1, 0.004))
+    assert moved.timing[0, 0] == pytest.approx(2 * 0.005 ** 2)
+    np.testing.assert_allclose(moved.image_pose.covariance, OWN, atol=1e-15)
 
 
 def test_the_larger_jitter_of_the_two_frames_counts():
@@ -132,20 +147,22 @@ def test_a_lagging_clock_adds_the_change_of_the_motion():
         complete = used().add_to(registration(motion), view(1 + PERIOD, jitter),
                                  view(1, jitter), known)
         speed = np.hypot(0.02, change) / PERIOD
-        return (complete.covariance - OWN)[0, 0] - 2 * (3.3 * jitter * speed) ** 2
+        stamp_sigma = min(3.3 * jitter, 0.005)
+        return (complete.covariance - OWN)[0, 0] - 2 * (stamp_sigma * speed) ** 2
 
-    assert variance(0.0, 0.004) == pytest.approx(0.0, abs=1e-15)
-    assert variance(0.01, 0.004, None) == pytest.approx(0.0, abs=1e-15)
-    one = variance(0.01, 0.004)
+    assert variance(0.0, 0.001) == pytest.approx(0.0, abs=1e-15)
+    assert variance(0.01, 0.001, None) == pytest.approx(0.0, abs=1e-15)
+    one = variance(0.01, 0.001)
     # along each of three axes a third of (delay * change of speed)^2, the delay being 12 jitters
-    assert one == pytest.approx((12 * 0.004 * 0.01 / PERIOD) ** 2 / 3)
-    assert variance(0.02, 0.004) == pytest.approx(4 * one)
-    assert variance(0.01, 0.002) == pytest.approx(one / 4)
+    assert one == pytest.approx((12 * 0.001 * 0.01 / PERIOD) ** 2 / 3)
+    assert variance(0.02, 0.001) == pytest.approx(4 * one)
+    assert variance(0.01, 0.0005) == pytest.approx(one / 4)
+    assert variance(0.01, 0.004) == pytest.approx((0.016 * 0.01 / PERIOD) ** 2 / 3)
 
 
 def test_the_speed_changes_since_it_was_measured_not_since_the_keyframe():
     """A second after the keyframe, with 1 cm of deviation from constant velocity."""
-    jitter, motion = 0.004, se3.exp([0, 0.01, 0, 0, 0, 0])
+    jitter, motion = 0.001, se3.exp([0, 0.01, 0, 0, 0, 0])
     source, target = view(2, jitter), view(1, jitter)
     complete = used().add_to(registration(motion), source, target, np.eye(4), PERIOD)
     added = (complete.covariance - OWN)[0, 0] - 2 * (3.3 * jitter * 0.01) ** 2
@@ -154,10 +171,10 @@ def test_the_speed_changes_since_it_was_measured_not_since_the_keyframe():
 
 @pytest.mark.parametrize('stamps', [(2, 1), (1, 2)])
 def test_the_order_of_the_two_frames_does_not_matter(stamps):
-    source, target = (view(seconds, 0.004) for seconds in stamps)
+    source, target = (view(seconds, 0.001) for seconds in stamps)
     moved = registration(se3.exp([0, 0.01, 0, 0, 0, 0]))
     complete = used().add_to(moved, source, target, np.eye(4), PERIOD)
-    assert (complete.covariance - OWN)[0, 0] > (12 * 0.004 * 0.01 / PERIOD) ** 2 / 3
+    assert (complete.covariance - OWN)[0, 0] > (12 * 0.001 * 0.01 / PERIOD) ** 2 / 3
 
 
 def test_without_a_measured_bias_nothing_is_added():
