@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Whether the weights that are measured are as good as the best fixed ones, whatever the camera.
+
+    python benchmarks/weights.py [--frames N] CAMERA...
+
+A CAMERA is a recording with ground truth, or a rendered room by one of four kinds of cameras:
+``kinect:SEED``, ``stereo:SEED``, ``time-of-flight:SEED``, and ``turned:SEED``, a Kinect whose
+depth is registered 15 mm and 2 degrees wrong. Pairs of frames are registered with the defaults,
+which learn the noise of keypoints and of depth as they go, and with that learning switched off
+and ``refinement.track_sigma`` fixed: the smaller it is, the more keypoints weigh.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import itertools
+from collections.abc import Iterator
+from unittest import mock
+
+import cv2
+import numpy as np
+from misalignment import Misaligned
+
+from aick_ros.evaluation.scores.ground_truth import true_motion
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise
+from aick_ros.registration.registrar import Registrar
+from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
+from aick_ros.sources import open_source, raise_damage
+from aick_ros.sources.synthetic import DepthSensor, SyntheticOptions, SyntheticSource
+
+GAPS = 1, 5, 10
+THRESHOLDS = 0.0033, 0.01  # m
+TRACK_SIGMAS = 0.2, 0.6, 2.0, 6.0  # px; the second is the setting
+FRAMES = 60
+RATE = 15.0  # Hz, of the rendered cameras
+SENSORS = {
+    'kinect': DepthSensor(),
+    'stereo': DepthSensor(sigma=0.004, grain=4.0, step=0.0, baseline=0.05, edge_jitter=1.5),
+    'time-of-flight': dataclasses.replace(DepthSensor.perfect(), edge_jitter=0.5, max_depth=6.0)}
+TIME_OF_FLIGHT_SIGMA = 0.006  # m, at all depths
+
+
+def rendered(kind: str, seed: int, count: int) -> tuple[list[RgbdFrame], Trajectory]:
+    """Return the first frames of a rendered room, with the ground truth."""
+    if kind == 'turned':
+        wrong = Misaligned(kind, seed)
+        return list(itertools.islice(wrong.frames(), count)), wrong.ground_truth
+    source = SyntheticSource(SyntheticOptions(seed=seed, frames=count, rate=RATE,
+                                              depth=SENSORS[kind]))
+    frames = list(source.frames())
+    if kind == 'time-of-flight':
+        rng = np.random.default_rng(seed)
+        frames = [dataclasses.replace(frame, depth=frame.depth + np.float32(
+            rng.normal(0.0, TIME_OF_FLIGHT_SIGMA, frame.depth.shape))) for frame in frames]
+    return frames, source.ground_truth
+
+
+def frames_of(camera: str, count: int) -> tuple[list[RgbdFrame], Trajectory]:
+    """Return the first frames of a camera, with the ground truth."""
+    kind, _, seed = camera.partition(':')
+    if kind in SENSORS or kind == 'turned':
+        return rendered(kind, int(seed), count)
+    source = open_source(camera)
+    if source.ground_truth is None:
+        raise SystemExit(f'{camera} has no ground truth')
+    return list(itertools.islice(source.frames(raise_damage), count)), source.ground_truth
+
+
+def errors(frames: list[RgbdFrame], truth: Trajectory,
+           settings: Settings) -> dict[int, np.ndarray]:
+    """Return gap -> translation errors of its pairs [m], infinite where they failed."""
+    registrar, found = Registrar(settings), {gap: list[float]() for gap in GAPS}
+    views = [registrar.prepare(frame) for frame in frames]
+    for i, gap in itertools.product(range(len(views)), GAPS):
+        if i < gap:
+            continue
+        motion = true_motion(truth, views[i - gap].stamp, views[i].stamp)
+        if motion is not None:
+            registration = registrar.register(views[i], views[i - gap])
+            error = se3.inverse(motion) @ registration.T_target_source
+            found[gap].append(float(np.linalg.norm(error[:3, 3])) if registration.status.ok
+                              else np.inf)
+    return {gap: np.array(values) for gap, values in found.items()}
+
+
+def shares(found: dict[int, np.ndarray]) -> np.ndarray:
+    """Return the shares of the pairs below the thresholds, thresholds x gaps."""
+    return np.array([[np.mean(found[gap] < threshold) for gap in GAPS]
+                     for threshold in THRESHOLDS])
+
+
+def rows(camera: str, count: int) -> Iterator[str]:
+    """Yield the rows of a Markdown table: defaults, fixed weights, and the best of those."""
+    def row(name: str, values: np.ndarray) -> str:
+        cells = (' / '.join(f'{value:.2f}' for value in line) for line in values)
+        return f'| {camera} | {name} | ' + ' | '.join(cells) + ' |'
+
+    frames, truth = frames_of(camera, count)
+    measured = shares(errors(frames, truth, Settings()))
+    yield row('measured', measured)
+    fixed = []
+    with mock.patch.object(MeasuredNoise, 'learn', lambda noise, sample: None):
+        for sigma in TRACK_SIGMAS:
+            settings = with_values(Settings(), {'refinement.track_sigma': sigma})
+            fixed.append(shares(errors(frames, truth, settings)))
+            yield row(f'fixed, {sigma:g} px', fixed[-1])
+    yield row('measured less the best fixed', measured - np.max(fixed, axis=0))
+
+
+def main() -> None:
+    """Print a table, some rows per camera."""
+    parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
+    parser.add_argument('cameras', nargs='+', metavar='CAMERA')
+    parser.add_argument('--frames', type=int, default=FRAMES, help='of each camera')
+    arguments = parser.parse_args()
+    cv2.setNumThreads(1)
+    print('| camera | weights | within 3.3 mm, gap '
+          f'{" / ".join(map(str, GAPS))} | within 10 mm |\n|---|---|---|---|')
+    for camera in arguments.cameras:
+        for line in rows(camera, arguments.frames):
+            print(line, flush=True)
+
+
+if __name__ == '__main__':
+    main()
