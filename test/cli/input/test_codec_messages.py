@@ -44,6 +44,19 @@ def test_only_the_block_is_silent(damaged, capfd):
         assert 'Corrupt JPEG data' in capfd.readouterr().err
 
 
+def test_blocks_overlap(damaged, capfd):
+    """As those of two threads do: the first to begin is the first to end."""
+    first, second = codecs_silenced(), codecs_silenced()
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    decode(damaged)
+    assert capfd.readouterr().err == ''
+    second.__exit__(None, None, None)
+    decode(damaged)
+    assert 'Corrupt JPEG data' in capfd.readouterr().err
+
+
 def test_reading_is_silent(damaged, capfd):
     errors = []
     assert list(read_ahead(Source(damaged), errors.append)) == []
