@@ -96,7 +96,8 @@ $(READY): setup.py setup.cfg pyproject.toml $(PINS)
 	@if [ -e $(UNFINISHED) ]; then rm -rf $(VENV); fi
 	@mkdir -p $(VENV) && touch $(UNFINISHED)
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --no-compile --constraint $(PINS) setuptools
+	$(BIN)/python -m pip install --quiet --no-compile --upgrade --constraint $(PINS) \
+	    setuptools
 	$(BIN)/python -m pip install --quiet --no-compile --constraint $(PINS) \
 	    --no-build-isolation --editable '.[ros,eval,test]'
 	@mv $(UNFINISHED) $(READY) && touch $(READY)

@@ -97,6 +97,8 @@ def make_folder(parent: Path, source: str, started: datetime) -> Path:
             if isinstance(error, FileExistsError) and path.is_dir():
                 continue
             raise InputError(f'cannot make the folder {path}: {error.strerror}') from None
+        except RecursionError:  # of Path.mkdir
+            raise InputError(f'cannot make the folder {path}: it has too many folders') from None
     return path
 
 

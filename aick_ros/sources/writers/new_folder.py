@@ -34,6 +34,8 @@ def new_folder(path: Path) -> Iterator[Path]:
         hidden = Path(tempfile.mkdtemp(prefix=f'.{path.name[:_HIDDEN_NAME]}.', dir=path.parent))
     except OSError as error:
         raise InputError(f'cannot write {path}: {error.strerror}') from None
+    except RecursionError:  # of Path.mkdir
+        raise InputError(f'cannot write {path}: it has too many folders') from None
     try:
         yield hidden / path.name
         (hidden / path.name).rename(path)

@@ -20,7 +20,7 @@ from evo.tools import file_interface
 
 from aick_ros.cli.commands import replay as replay_module
 from aick_ros.cli.input.options import settings_from
-from aick_ros.cli.output.run_folder import RunFolder
+from aick_ros.cli.output.run_folder import RunFolder, make_folder
 from aick_ros.errors import InputError
 from aick_ros.evaluation.runs.frames_csv import columns
 from aick_ros.evaluation.scores.frame_record import FrameRecord
@@ -256,6 +256,12 @@ def test_a_place_that_cannot_be_written(replay, recording, tmp_path):
     outcome, _ = replay(recording, '--out', tmp_path / 'file')
     assert outcome.code == 2
     assert f'cannot make the folder {tmp_path / "file"}' in outcome.sentence
+
+
+def test_a_place_in_too_many_folders(tmp_path):
+    with pytest.raises(InputError, match='cannot make the folder .*: it has too many folders'):
+        make_folder(tmp_path / ('d/' * 1500), 'source', datetime(2026, 1, 1))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_runs_without_matplotlib(replay, recording, monkeypatch):

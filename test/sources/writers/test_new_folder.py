@@ -56,7 +56,8 @@ def test_a_full_disk_is_told(tmp_path):
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.parametrize('name', ['n' * 300, 'file/target', 'nu\0l', 'loop/target'])
+@pytest.mark.parametrize('name', ['n' * 300, 'file/target', 'nu\0l', 'loop/target',
+                                  'd/' * 1500 + 'target'])
 def test_a_place_that_cannot_be_is_rejected_before_the_work(tmp_path, name):
     (tmp_path / 'file').touch()
     (tmp_path / 'loop').symlink_to(tmp_path / 'loop')
