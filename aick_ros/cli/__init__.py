@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import re
 import sys
@@ -15,6 +16,10 @@ from aick_ros.errors import installation
 from aick_ros.ros.process.signals import held
 
 _NEEDED = ('typer', 'rich', 'yaml')
+_OPENCV = ('OPENCV_FOR_THREADS_NUM', 'OPENCV_IO_MAX_IMAGE_PIXELS', 'OPENCV_IO_MAX_IMAGE_WIDTH',
+           'OPENCV_IO_MAX_IMAGE_HEIGHT')
+"""Numbers that OpenCV reads; it ends the process where one is none."""
+
 _EPOCH = re.compile('[0-9]{1,11}')  # seconds, up to the year 5138
 
 
@@ -32,6 +37,11 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     # matplotlib stamps plots with it, and fails where it is no time
     if not _EPOCH.fullmatch(os.environ.get('SOURCE_DATE_EPOCH', '0')):
         del os.environ['SOURCE_DATE_EPOCH']
+    for name in _OPENCV:
+        if not _EPOCH.fullmatch(os.environ.get(name, '0')):
+            del os.environ[name]
+    # of a folder for its cache that cannot be written, without which it only starts later
+    logging.getLogger('matplotlib').setLevel(logging.ERROR)
     try:
         with held():  # an interrupted import fails in unexpected ways
             from aick_ros.cli.run import run

@@ -140,6 +140,9 @@ def test_names_reach_the_terminal_harmlessly(aick):
 @pytest.mark.parametrize('environment, code, redirect', [
     ({'PYTHONIOENCODING': 'ascii'}, 'print("größe")', ''),
     ({'MPLBACKEND': 'nonsense'}, 'import matplotlib', ''),
+    ({'MPLCONFIGDIR': '/proc/none', 'OPENCV_IO_MAX_IMAGE_PIXELS': 'x',
+      'OPENCV_FOR_THREADS_NUM': 'x'},
+     'import cv2; import matplotlib; cv2.getNumThreads()', ''),
     ({'SOURCE_DATE_EPOCH': 'x'}, 'import os; int(os.environ.get("SOURCE_DATE_EPOCH", 0))', ''),
     ({}, 'pass', '2>&-')])
 def test_odd_environments_are_no_defects(tmp_path, environment, code, redirect):
@@ -150,6 +153,7 @@ def test_odd_environments_are_no_defects(tmp_path, environment, code, redirect):
         env={**os.environ, 'PYTHONPATH': str(ROOT), **environment}, capture_output=True)
     assert process.returncode == 2, process.stderr
     assert b'Traceback' not in process.stderr
+    assert process.stderr.count(b'\n') <= 1
 
 
 @pytest.mark.parametrize('number', [errno.ENOSPC, errno.EMFILE, errno.ENOMEM])
