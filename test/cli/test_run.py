@@ -144,7 +144,7 @@ def test_names_reach_the_terminal_harmlessly(aick):
       'OPENCV_FOR_THREADS_NUM': 'x'},
      'import cv2; import matplotlib; cv2.getNumThreads()', ''),
     ({'SOURCE_DATE_EPOCH': 'x'}, 'import os; int(os.environ.get("SOURCE_DATE_EPOCH", 0))', ''),
-    ({}, 'pass', '2>&-')])
+    ({}, 'pass', '2>&-'), ({}, 'pass', '2>/dev/full')])
 def test_odd_environments_are_no_defects(tmp_path, environment, code, redirect):
     command = (f'from aick_ros.cli import main; import sys\ntry:\n'
                f' main(["replay", "größe"])\nfinally:\n {code}')

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -27,8 +27,9 @@ _ERRORS = _console(stderr=True)
 
 
 def say(text: str) -> None:
-    """Print one line on standard error."""
-    _ERRORS.print(f'aick: {one_line(text)}', soft_wrap=True)
+    """Print one line on standard error, where that can be written to."""
+    with suppress(OSError):
+        _ERRORS.print(f'aick: {one_line(text)}', soft_wrap=True)
 
 
 @contextmanager

@@ -33,3 +33,5 @@ def make_folder(path: Path, option: str) -> None:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f'{option} {path}: cannot make the folder: {error.strerror}') from None
+    except RecursionError:  # of Path.mkdir
+        raise InputError(f'{option} {path}: it has too many folders') from None

@@ -146,7 +146,7 @@ def _parse(path: Path, number: int, text: str) -> Line:
         line = (PairLine(**{**content, 'pair': FramePair(*content['pair'])}) if 'pair' in content
                 else FrameLine(**content))
         _require_types(line)
-    except (ValueError, TypeError, RecursionError):
+    except (ValueError, TypeError, RecursionError, OverflowError):
         raise InputError(f'{path}, line {number} is not a result: delete the file to start '
                          'anew') from None
     return line

@@ -20,6 +20,7 @@ from evo.tools import file_interface
 
 from aick_ros.cli.commands import replay as replay_module
 from aick_ros.cli.input.options import settings_from
+from aick_ros.cli.output import plot_folder
 from aick_ros.cli.output.run_folder import RunFolder, make_folder
 from aick_ros.errors import InputError
 from aick_ros.evaluation.runs.frames_csv import columns
@@ -261,6 +262,8 @@ def test_a_place_that_cannot_be_written(replay, recording, tmp_path):
 def test_a_place_in_too_many_folders(tmp_path):
     with pytest.raises(InputError, match='cannot make the folder .*: it has too many folders'):
         make_folder(tmp_path / ('d/' * 1500), 'source', datetime(2026, 1, 1))
+    with pytest.raises(InputError, match='--plots .*: it has too many folders'):
+        plot_folder.make_folder(tmp_path / ('d/' * 1500), '--plots')
     assert list(tmp_path.iterdir()) == []
 
 

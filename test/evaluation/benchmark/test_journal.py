@@ -15,6 +15,8 @@ from aick_ros.evaluation.scores.frame_pairs import FramePair
     ('HEADER\nnonsense\n', 'line 2 is not a result'),
     ('HEADER\n{"method": "a"}\n', 'line 2 is not a result'),
     ('HEADER\n{"method": "a", "recording": "r", "frame": 0, "milliseconds": "2"}\n', 'line 2'),
+    ('HEADER\n{"method": "a", "recording": "r", "frame": 0, "milliseconds": 1' + 400 * '0'
+     + '}\n', 'line 2'),
     ('HEADER\n{"method": ["a"], "recording": "r", "frame": 0, "milliseconds": 2}\n', 'line 2'),
     ('HEADER\n{"method": "a", "recording": "r", "frame": 0.5, "milliseconds": 2}\n', 'line 2'),
     ('HEADER\n{"method": "a", "recording": "r", "frame": 0, "milliseconds": 1e999}\n', 'line 2'),
