@@ -26,8 +26,8 @@ from aick_ros.sources.synthetic.room import furnished_room
 
 ROOT = Path(__file__).parents[1]
 LONGEST_FIRST = (
-    'test_lint.py', 'test_colcon.py', 'test_lifecycle.py', 'test_replay.py', 'test_drop_in.py',
-    'test_odom_node.py', 'test_inputs.py', 'test_control.py', 'test_source.py',
+    'test_lint.py', 'test_fuzz.py', 'test_colcon.py', 'test_lifecycle.py', 'test_replay.py',
+    'test_drop_in.py', 'test_odom_node.py', 'test_inputs.py', 'test_control.py', 'test_source.py',
     'test_benchmark.py')
 DOMAINS = 101  # the ports of higher ones are those the system hands out to clients
 

@@ -3,62 +3,68 @@
 
 """Of damaged images the codecs print nothing, and everything else is printed."""
 
+import subprocess
 import sys
 
+PREPARED = """
+import sys
 import cv2
 import numpy as np
-import pytest
-
 from aick_ros.cli.input.codec_messages import codecs_silenced
 from aick_ros.cli.input.read_ahead import read_ahead
 from aick_ros.errors import InputError
 from aick_ros.messages.png_jpeg import decode
 
+image = np.random.default_rng(0).integers(0, 256, (64, 64, 3), np.uint8)
+content = cv2.imencode('.jpg', image)[1].tobytes()
+damaged = content[:len(content) // 2] + bytes([255, 217])
 
-@pytest.fixture(scope='module')
-def damaged():
-    image = np.random.default_rng(0).integers(0, 256, (64, 64, 3), np.uint8)
-    content = cv2.imencode('.jpg', image)[1].tobytes()
-    return content[:len(content) // 2] + b'\xff\xd9'
+def say(text):
+    print(text, file=sys.stderr, flush=True)
+"""
+CODEC = 'Corrupt JPEG data'
 
 
+def printed(program):
+    """Return what a process of its own prints, as the stream is that of the whole process."""
+    run = subprocess.run([sys.executable, '-c', PREPARED + program], capture_output=True,
+                         text=True, check=True)
+    return [CODEC if CODEC in line else line for line in run.stderr.splitlines()]
+
+
+def test_only_the_block_is_silent():
+    assert printed("""
+decode(damaged)  # what must be silenced
+for _ in range(2):
+    with codecs_silenced():
+        decode(damaged)
+        say('a sentence')
+    decode(damaged)
+""") == [CODEC, 'a sentence', CODEC, 'a sentence', CODEC]
+
+
+def test_blocks_overlap():
+    """As those of two threads do: the first to begin is the first to end."""
+    assert printed("""
+first, second = codecs_silenced(), codecs_silenced()
+first.__enter__()
+second.__enter__()
+first.__exit__(None, None, None)
+decode(damaged)
+say('within the second')
+second.__exit__(None, None, None)
+decode(damaged)
+""") == ['within the second', CODEC]
+
+
+def test_reading_is_silent():
+    assert printed("""
 class Source:
-    def __init__(self, content):
-        self._content = content
-
     def frames(self, on_damaged):
-        decode(self._content)
+        decode(damaged)
         on_damaged(InputError('damaged'))
         return iter(())
 
-
-def test_only_the_block_is_silent(damaged, capfd):
-    decode(damaged)
-    assert 'Corrupt JPEG data' in capfd.readouterr().err  # what must be silenced
-    for _ in range(2):
-        with codecs_silenced():
-            decode(damaged)
-            print('a sentence', file=sys.stderr)
-        assert capfd.readouterr().err == 'a sentence\n'
-        decode(damaged)
-        assert 'Corrupt JPEG data' in capfd.readouterr().err
-
-
-def test_blocks_overlap(damaged, capfd):
-    """As those of two threads do: the first to begin is the first to end."""
-    first, second = codecs_silenced(), codecs_silenced()
-    first.__enter__()
-    second.__enter__()
-    first.__exit__(None, None, None)
-    decode(damaged)
-    assert capfd.readouterr().err == ''
-    second.__exit__(None, None, None)
-    decode(damaged)
-    assert 'Corrupt JPEG data' in capfd.readouterr().err
-
-
-def test_reading_is_silent(damaged, capfd):
-    errors = []
-    assert list(read_ahead(Source(damaged), errors.append)) == []
-    assert [str(error) for error in errors] == ['damaged']
-    assert capfd.readouterr().err == ''
+assert list(read_ahead(Source(), lambda error: say(str(error)))) == []
+decode(damaged)
+""") == ['damaged', CODEC]
