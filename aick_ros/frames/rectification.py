@@ -43,8 +43,11 @@ def _without_distortion(camera: Camera) -> Camera:
 @lru_cache(maxsize=1)
 def _source_pixels(camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Return u and v of the camera's image for each pixel of the rectified one, HxW float32."""
-    v, u = np.mgrid[:camera.height, :camera.width].astype(np.float32)
+    v, u = np.mgrid[:camera.height, :camera.width]
     x, y = (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy
-    u, v = PixelMap(camera).pixels(x.astype(np.float32), y.astype(np.float32))
-    is_seen = np.isfinite(u) & np.isfinite(v)
+    # where a distortion model has no ray, its polynomial still has a pixel
+    is_seen = np.isfinite(PixelMap(camera).pixels(
+        x.astype(np.float32), y.astype(np.float32))).all(axis=0)
+    pixels = camera.project(np.stack([x, y, np.ones_like(x)], axis=-1).reshape(-1, 3))
+    u, v = pixels.T.reshape(2, *x.shape).astype(np.float32)
     return np.where(is_seen, u, _OUTSIDE), np.where(is_seen, v, _OUTSIDE)

@@ -17,7 +17,7 @@ import numpy as np
 import open3d
 
 from aick_ros.evaluation.baselines import Estimate
-from aick_ros.evaluation.baselines.dense import undistorted
+from aick_ros.frames.rectification import rectified
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 
@@ -34,7 +34,8 @@ class Open3dHybrid:
 
     def prepare(self, frame: RgbdFrame) -> tuple[Any, Camera] | None:
         """Return the intensity and depth images; pyramids are made at each registration."""
-        colour, depth = undistorted(frame)
+        pinhole = rectified(frame)
+        colour, depth = pinhole.colour, pinhole.depth
         if not _has_depth(depth):
             return None
         images = open3d.geometry.RGBDImage.create_from_color_and_depth(
@@ -63,7 +64,8 @@ class Open3dPlane:
 
     def prepare(self, frame: RgbdFrame) -> tuple[Any, Any] | None:
         """Return the images as tensors; vertices and normals are made at each registration."""
-        colour, depth = undistorted(frame)
+        pinhole = rectified(frame)
+        colour, depth = pinhole.colour, pinhole.depth
         if not _has_depth(depth):
             return None
         if colour.ndim == 2:

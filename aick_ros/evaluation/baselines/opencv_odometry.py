@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 
 from aick_ros.evaluation.baselines import Estimate
-from aick_ros.evaluation.baselines.dense import undistorted
+from aick_ros.frames.rectification import rectified
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 
@@ -38,7 +38,8 @@ class OpencvOdometry:
         """Return pyramids, normals and gradients, for both roles."""
         if frame.camera != self._camera:
             self._camera, self._odometry = frame.camera, self._make(frame.camera.matrix)
-        colour, depth = undistorted(frame)
+        pinhole = rectified(frame)
+        colour, depth = pinhole.colour, pinhole.depth
         if colour.ndim == 3:
             colour = cv2.cvtColor(colour, cv2.COLOR_RGB2BGR)
         prepared = cv2.OdometryFrame(depth, colour)

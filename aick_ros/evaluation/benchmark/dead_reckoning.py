@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from aick_ros.evaluation.baselines import Baseline
-from aick_ros.evaluation.baselines.dense import undistorted
+from aick_ros.frames.rectification import rectified
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory
@@ -117,7 +117,8 @@ def reckon(method: Baseline, frames: Iterable[RgbdFrame], ground_truth: Trajecto
 
 def _near_points(frame: RgbdFrame) -> tuple[np.ndarray, np.ndarray]:
     """Return points of a frame on a grid of pixels, Nx3 [m], and their colours."""
-    colour, depth = undistorted(frame)
+    pinhole = rectified(frame)
+    colour, depth = pinhole.colour, pinhole.depth
     height, width = depth.shape
     v, u = (index.ravel() for index in np.mgrid[:height:_PIXEL_STEP, :width:_PIXEL_STEP])
     z = depth[v, u].astype(np.float64)

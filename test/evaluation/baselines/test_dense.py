@@ -7,7 +7,8 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.baselines.dense import point_cloud, undistorted
+from aick_ros.evaluation.baselines.dense import point_cloud
+from aick_ros.frames.rectification import rectified
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 
@@ -34,7 +35,7 @@ def test_points_project_onto_their_pixels(frame):
 
 
 def test_undistorts_as_opencv_does(frame):
-    colour, depth = undistorted(frame)
+    colour, depth = rectified(frame).colour, rectified(frame).depth
     expected = cv2.undistort(frame.colour, CAMERA.matrix, np.array(CAMERA.distortion))
     inside = np.s_[8:-8, 8:-8]
     assert np.abs(colour[inside].astype(int) - expected[inside]).max() <= 2
@@ -45,6 +46,6 @@ def test_undistorts_as_opencv_does(frame):
 
 def test_leaves_the_images_of_an_ideal_camera_alone(frame):
     ideal = RgbdFrame(1, frame.colour, frame.depth, Camera(160, 120, 130.0, 128.0, 80.2, 59.1))
-    colour, depth = undistorted(ideal)
+    colour, depth = rectified(ideal).colour, rectified(ideal).depth
     assert colour is ideal.colour
     assert depth is ideal.depth
