@@ -8,6 +8,11 @@ class InputError(ValueError):
     """Input that cannot be used; the message says what, where and what to do."""
 
 
+def package_of(error: ModuleNotFoundError) -> str:
+    """Return the package that is missing, or a part of it."""
+    return (error.name or '').partition('.')[0]
+
+
 def installation(extra: str) -> str:
     """Return how to install what an extra of this package needs; no index has the package."""
     return f"pip install '.[{extra}]' in the folder of aick_ros"

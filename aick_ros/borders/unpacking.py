@@ -21,7 +21,7 @@ from aick_ros.errors import InputError
 
 
 class Decompressor(Protocol):
-    """What the decompressors of bz2, lz4 and zstd have in common."""
+    """The common interface of the decompressors of bz2, lz4 and zstd."""
 
     @property
     def eof(self) -> bool:
@@ -29,7 +29,7 @@ class Decompressor(Protocol):
 
     @property
     def unused_data(self) -> bytes | None:
-        """What follows the frame."""
+        """Bytes after the frame."""
 
     def decompress(self, data: bytes, max_length: int = -1, /) -> bytes:
         """Return unpacked bytes, as many as there are up to a number."""

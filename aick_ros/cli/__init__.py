@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from aick_ros.errors import installation
+from aick_ros.errors import installation, package_of
 from aick_ros.ros.process.signals import held
 
 _NEEDED = ('typer', 'rich', 'yaml')
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         with held():  # an interrupted import fails in unexpected ways
             from aick_ros.cli.run import run
     except ModuleNotFoundError as error:
-        package = (error.name or '').partition('.')[0]
+        package = package_of(error)
         if package not in _NEEDED:
             raise
         print(f"aick: the command needs {package}: {installation('cli')}", file=sys.stderr)

@@ -17,6 +17,9 @@ from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import MAX_STAMP, NANOSECONDS
 
+HEADER = '# stamp tx ty tz qx qy qz qw\n'
+"""First line of a TUM trajectory file, a comment."""
+
 
 @dataclass(frozen=True)
 class Trajectory:
@@ -118,7 +121,7 @@ def trajectory_text(trajectory: Trajectory) -> str:
     """Return the content of a TUM trajectory file, with nine decimals."""
     lines = [format_pose(int(stamp), pose)
              for stamp, pose in zip(trajectory.stamps, trajectory.poses)]
-    return '# stamp tx ty tz qx qy qz qw\n' + ''.join(f'{line}\n' for line in lines)
+    return HEADER + ''.join(f'{line}\n' for line in lines)
 
 
 def write_trajectory(path: Path, trajectory: Trajectory) -> None:

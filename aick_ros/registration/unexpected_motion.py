@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How far a motion is from the one expected."""
+"""Distance of a motion from the one expected."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.output.console import say, table
 from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json, write_whole
-from aick_ros.errors import InputError, installation
+from aick_ros.errors import InputError, installation, package_of
 from aick_ros.evaluation.comparison.comparison import CONFIDENCE, Comparison, compare_runs
 from aick_ros.evaluation.runs.run import Run, read_run, run_folders
 
@@ -79,8 +79,7 @@ def _show(comparisons: Mapping[str, Comparison], out: Path, baseline: str,
     try:
         from aick_ros.reports.comparison_page import cells, comparison_page
     except ModuleNotFoundError as error:
-        package = (error.name or '').partition('.')[0]
-        raise InputError(f"no page without {package}: {installation('eval')}") from None
+        raise InputError(f"no page without {package_of(error)}: {installation('eval')}") from None
     write_whole(out, comparison_page(baseline, comparisons))
     for name, comparison in comparisons.items():
         table(f'{name} against {baseline}',

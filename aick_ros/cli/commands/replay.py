@@ -20,7 +20,7 @@ from aick_ros.cli.input.reading import COMPLETE, Reading
 from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json, write_whole
 from aick_ros.cli.output.run_folder import RunFolder
-from aick_ros.errors import InputError, installation
+from aick_ros.errors import InputError, installation, package_of
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.run_summary import RunSummary, summarize
 from aick_ros.geometry.trajectory import Trajectory
@@ -96,8 +96,7 @@ def _write_report(folder: Path, summary: RunSummary, records: list[FrameRecord],
     try:
         from aick_ros.reports.run_report import report
     except ModuleNotFoundError as error:
-        package = (error.name or '').partition('.')[0]
-        say(f"no report.html without {package}: {installation('eval')}")
+        say(f"no report.html without {package_of(error)}: {installation('eval')}")
         return
     write_whole(folder / 'report.html', report(summary, records, ground_truth, started))
 

@@ -19,7 +19,7 @@ from aick_ros.evaluation.runs import files
 from aick_ros.evaluation.runs.frames_csv import cells, columns
 from aick_ros.evaluation.scores.frame_record import FrameRecord, stages_of
 from aick_ros.evaluation.scores.run_summary import RunSummary
-from aick_ros.geometry.trajectory import Trajectory, format_pose, trajectory_text
+from aick_ros.geometry.trajectory import HEADER, Trajectory, format_pose, trajectory_text
 from aick_ros.settings import Settings
 from aick_ros.settings.text import config_text
 
@@ -47,7 +47,7 @@ class RunFolder:
             settings, title=f'Settings of the run over {source}, {started:%Y-%m-%d %H:%M}.'))
         self._csv = csv.writer(self._frames, lineterminator='\n')
         self._stages: list[str] = []
-        self._trajectory.write('# stamp tx ty tz qx qy qz qw\n')
+        self._trajectory.write(HEADER)
         link_latest(self.path)
 
     def __enter__(self) -> RunFolder:

@@ -23,7 +23,7 @@ BLOCK = 2.0  # chosen: twice the interval of the RPE
 
 
 class Verdict(Enum):
-    """What a change means; the value is its description for people."""
+    """Meaning of a change; the value is its description for people."""
 
     BETTER = 'better'
     WORSE = 'worse'

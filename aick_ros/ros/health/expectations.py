@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the nodes of RTAB-Map expect of rgbd_odometry and do not find here."""
+"""Expectations of RTAB-Map's nodes of rgbd_odometry that are not met here."""
 
 from __future__ import annotations
 

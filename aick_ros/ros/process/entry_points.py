@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
-from aick_ros.errors import installation
+from aick_ros.errors import installation, package_of
 from aick_ros.ros.process.signals import hold
 
 _PACKAGES = {'rosbags': 'pip install rosbags', 'cv2': 'apt install python3-opencv',
@@ -39,7 +39,7 @@ def _run(name: str, module_name: str) -> None:
     except ModuleNotFoundError as error:
         if (error.name or '').startswith('aick_ros'):
             raise
-        package = (error.name or '').partition('.')[0]
+        package = package_of(error)
         remedy = _PACKAGES.get(package, "source a ROS 2 Jazzy workspace, or "
                                + installation('ros'))
         print(f'{name}: {error.name} is not installed: {remedy}', file=sys.stderr)
