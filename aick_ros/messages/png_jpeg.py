@@ -14,6 +14,7 @@ import numpy as np
 
 from aick_ros.borders.limits import MAX_PIXELS, MAX_SIDE
 from aick_ros.errors import InputError
+from aick_ros.messages.codec_messages import codecs_silenced
 
 if TYPE_CHECKING:
     from array import array  # not generic at run time
@@ -55,7 +56,8 @@ def decode(data: ByteData) -> np.ndarray:
                          f'{MAX_SIDE} on a side and {MAX_PIXELS} in all are supported')
     if last in content and size is not None:
         try:
-            image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
+            with codecs_silenced():
+                image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
         except cv2.error:
             pass
     if image is None:

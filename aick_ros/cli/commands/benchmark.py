@@ -14,13 +14,13 @@ import typer
 
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
-from aick_ros.cli.input.codec_messages import codecs_silenced
 from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.output.benchmark_plots import FigureFolder
 from aick_ros.cli.output.benchmark_table import show_results
 from aick_ros.cli.output.console import progress, say
-from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json, write_whole
+from aick_ros.cli.output.files import write_json, write_whole
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines.registry import METHODS, Method, make, methods_of
 from aick_ros.evaluation.benchmark.dead_reckoning import Reckoning, reckon, walk
@@ -68,7 +68,7 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
     methods. After an interruption, the same command with --json FILE resumes the run.
     """
     chosen, numbers = methods_of(methods), options.gaps_from(gaps)
-    check_target(json)
+    check_target(json, *sources)
     folder = None if plots is None else FigureFolder(plots)
     damage = DamageLog()
     recordings = _scan([Request(source, limit, max_interval) for source in sources], damage)
@@ -102,7 +102,7 @@ def _scan(requests: Sequence[Request], damage: DamageLog) -> list[Recording]:
     recordings: dict[str, Recording] = {}
     for request in requests:
         total = request.limit or len(request.open())
-        with progress(f'reading {request.path}', total) as show, codecs_silenced():
+        with progress(f'reading {request.path}', total) as show:
             recording = Recording.scan(request, show, damage)
         if recording.name in recordings:
             raise InputError(f'two recordings are called {recording.name}: rename one of them, or '

@@ -14,7 +14,8 @@ import typer
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.output.console import say, table
-from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json, write_whole
+from aick_ros.cli.output.files import write_json, write_whole
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError, installation, package_of
 from aick_ros.evaluation.comparison.comparison import CONFIDENCE, Comparison, compare_runs
 from aick_ros.evaluation.runs.run import Run, read_run, run_folders
@@ -37,8 +38,11 @@ def compare(runs: Runs, out: Out = Path('comparison.html'), json: options.JsonFi
     """
     if len(runs) < 2:
         raise InputError('at least two runs are required, the baseline first')
-    check_target(json)
-    check_target(str(out))
+    inputs = [folder for path in runs for folder in run_folders(path)]
+    check_target(json, *inputs)
+    check_target(str(out), *inputs)
+    if json is not None and Path(json).resolve() == out.resolve():
+        raise InputError(f'--json and --out are both {out}: name two files')
     baseline = _read(runs[0])
     comparisons = {str(path): _compared(runs[0], baseline, path) for path in runs[1:]}
     if json is not None:

@@ -17,11 +17,11 @@ import typer
 
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
-from aick_ros.cli.input.codec_messages import codecs_silenced
 from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.output.console import progress, table
 from aick_ros.cli.output.demo_report import live_statistics, plot_path, table_rows
-from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json
+from aick_ros.cli.output.files import write_json
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.cli.output.run_folder import link_latest, make_folder
 from aick_ros.errors import InputError, installation
 from aick_ros.evaluation.scores.trajectory_errors import compare
@@ -63,7 +63,7 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
 
     No message leaves this machine.
     """
-    check_target(json)
+    check_target(json, source)
     play = _player(rate)
     recording = (SyntheticSource(SyntheticOptions(frames=frames)) if source is None
                  else open_source(source))
@@ -121,7 +121,7 @@ def _playable_bag(path: str | None, source: RgbdSource, folder: Path,
             and (Path(path) / 'metadata.yaml').is_file()):
         return Path(path), source.raw_topics
     bag = folder / 'bag'
-    with progress(f'writing {bag}', len(source)) as show, codecs_silenced():
+    with progress(f'writing {bag}', len(source)) as show:
         bag_writer.write_bag(bag, source, on_damaged=damage,
                              progress=lambda written, total: show(written))
     return bag, _WRITTEN_TOPICS

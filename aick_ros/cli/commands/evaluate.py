@@ -16,7 +16,8 @@ from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.output.consistency_plots import write_plots
 from aick_ros.cli.output.console import progress, say
 from aick_ros.cli.output.evaluation_tables import show
-from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json
+from aick_ros.cli.output.files import write_json
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.cli.output.plot_folder import make_folder, make_plot_folder
 from aick_ros.cli.output.square_files import write_square
 from aick_ros.evaluation.scores.evaluation import Evaluation
@@ -54,7 +55,7 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
     Ctrl-C ends the run with the results up to this point.
     """
     settings = options.settings_from(preset, config, assignments)
-    check_target(json)
+    check_target(json, source, config, camera, settings.aick.vocabulary)
     numbers = options.gaps_from(gaps)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,

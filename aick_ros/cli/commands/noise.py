@@ -13,7 +13,8 @@ from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.output.console import decimal, progress, say, table
-from aick_ros.cli.output.files import STANDARD_OUTPUT, check_target, write_json
+from aick_ros.cli.output.files import write_json
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.evaluation.noise.camera_noise import CameraNoise, estimate_noise
 from aick_ros.evaluation.noise.depth_noise import DepthNoise
 from aick_ros.evaluation.noise.pixel_noise import MIN_FLOW, MIN_PAIRS, PixelNoise
@@ -41,7 +42,7 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
     where the recording does not determine them.
     """
     settings = options.settings_from(None, config, assignments)
-    check_target(json)
+    check_target(json, source, config, camera, settings.aick.vocabulary)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
         register_depth, depth_info_topic, depth_in_colour))

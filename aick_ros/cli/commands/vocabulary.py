@@ -16,7 +16,8 @@ from aick_ros.cli.input import options
 from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.input.reading import COMPLETE, Reading
 from aick_ros.cli.output.console import progress
-from aick_ros.cli.output.files import check_target, write_whole
+from aick_ros.cli.output.files import write_whole
+from aick_ros.cli.output.target import check_target
 from aick_ros.errors import InputError
 from aick_ros.features.k_means import ROUNDS, learn_words
 from aick_ros.features.vocabulary import Vocabulary
@@ -48,7 +49,7 @@ def vocabulary(sources: Sources, out: Out, words: Words = 1000, every: Every = 1
     behind.
     """
     settings = options.settings_from(preset, config, assignments)
-    check_target(str(out))
+    check_target(str(out), *sources, config)
     damage, descriptors = DamageLog(), []
     for source in sources:
         reading = Reading(open_source(source), limit, damage)

@@ -10,7 +10,6 @@ import threading
 from collections.abc import Generator
 from dataclasses import dataclass
 
-from aick_ros.cli.input.codec_messages import codecs_silenced
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.sources import OnDamaged, RgbdSource
@@ -60,9 +59,8 @@ class _Reader(threading.Thread):
     def run(self) -> None:
         end: BaseException | None = None
         try:
-            with codecs_silenced():
-                for frame in self._source.frames(lambda error: self._put(_Damage(error))):
-                    self._put(frame)
+            for frame in self._source.frames(lambda error: self._put(_Damage(error))):
+                self._put(frame)
         except _Stopped:
             return
         except BaseException as error:

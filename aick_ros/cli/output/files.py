@@ -6,15 +6,13 @@
 from __future__ import annotations
 
 import os
-import stat
 import sys
 from pathlib import Path
 from typing import Any
 
 from aick_ros.cli.output.json_text import json_text
+from aick_ros.cli.output.target import STANDARD_OUTPUT
 from aick_ros.errors import InputError
-
-STANDARD_OUTPUT = '-'
 
 _DRAFT_NAME = 60  # characters of the name of a file in that of its draft; chosen
 
@@ -45,30 +43,6 @@ def write_whole(path: Path, content: str | bytes) -> None:
 
 def _reason(error: Exception) -> str:
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
-
-
-def check_target(target: str | None) -> None:
-    """
-    Check before a long run that its JSON can be written.
-
-    :param target: a file, ``-`` for standard output, None for nothing.
-    :raises InputError: where the file cannot be made: its folder does not exist, its name is too
-        long, or it is a folder.
-    """
-    if target is None or target == STANDARD_OUTPUT:
-        return
-    path = Path(target)
-    if not os.path.isdir(path.parent):
-        raise InputError(f'cannot write {target}: the folder {path.parent} does not exist')
-    try:
-        if stat.S_ISDIR(path.stat().st_mode):
-            raise InputError(f'cannot write {target!r}: it is a folder, a file is required')
-    except FileNotFoundError:
-        pass
-    except (OSError, ValueError) as error:  # ValueError: NUL in the name
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f'cannot write {target!r}: {_reason(error)}') from None
 
 
 def write_json(target: str | Path, content: Any) -> None:

@@ -103,10 +103,12 @@ def make_folder(parent: Path, source: str, started: datetime) -> Path:
 
 
 def link_latest(path: Path) -> None:
-    """Link ``latest`` beside a folder to it, if the file system has links."""
-    draft = path.with_name(f'.latest.{os.getpid()}')
+    """Link ``latest`` beside a folder to it, if the file system has links; a file stays."""
+    draft, latest = path.with_name(f'.latest.{os.getpid()}'), path.with_name('latest')
+    if latest.exists() and not latest.is_symlink():
+        return
     try:
         draft.symlink_to(path.name, target_is_directory=True)
-        draft.replace(path.with_name('latest'))
+        draft.replace(latest)
     except OSError:
         draft.unlink(missing_ok=True)

@@ -21,7 +21,7 @@ from evo.tools import file_interface
 from aick_ros.cli.commands import replay as replay_module
 from aick_ros.cli.input.options import settings_from
 from aick_ros.cli.output import plot_folder
-from aick_ros.cli.output.run_folder import RunFolder, make_folder
+from aick_ros.cli.output.run_folder import RunFolder, link_latest, make_folder
 from aick_ros.errors import InputError
 from aick_ros.evaluation.runs.frames_csv import columns
 from aick_ros.evaluation.scores.frame_record import FrameRecord
@@ -162,6 +162,13 @@ def test_same_source_same_files(replay, recording):
         return (run / 'trajectory.tum').read_bytes(), lines
 
     assert content() == content()
+
+
+def test_a_file_called_latest_stays(tmp_path):
+    (tmp_path / 'latest').write_text('mine')
+    link_latest(tmp_path / 'run')
+    assert (tmp_path / 'latest').read_text() == 'mine'
+    assert os.listdir(tmp_path) == ['latest']
 
 
 def test_runs_lie_side_by_side_and_latest_is_the_last(replay, recording, tmp_path):

@@ -6,18 +6,21 @@
 import subprocess
 import sys
 
+import pytest
+
 PREPARED = """
 import sys
 import cv2
 import numpy as np
-from aick_ros.cli.input.codec_messages import codecs_silenced
-from aick_ros.cli.input.read_ahead import read_ahead
-from aick_ros.errors import InputError
+from aick_ros.messages.codec_messages import codecs_silenced
 from aick_ros.messages.png_jpeg import decode
 
 image = np.random.default_rng(0).integers(0, 256, (64, 64, 3), np.uint8)
 content = cv2.imencode('.jpg', image)[1].tobytes()
 damaged = content[:len(content) // 2] + bytes([255, 217])
+
+def codec():
+    cv2.imdecode(np.frombuffer(damaged, np.uint8), cv2.IMREAD_UNCHANGED)
 
 def say(text):
     print(text, file=sys.stderr, flush=True)
@@ -34,12 +37,12 @@ def printed(program):
 
 def test_only_the_block_is_silent():
     assert printed("""
-decode(damaged)  # what must be silenced
+codec()  # what must be silenced
 for _ in range(2):
     with codecs_silenced():
-        decode(damaged)
+        codec()
         say('a sentence')
-    decode(damaged)
+    codec()
 """) == [CODEC, 'a sentence', CODEC, 'a sentence', CODEC]
 
 
@@ -50,21 +53,27 @@ first, second = codecs_silenced(), codecs_silenced()
 first.__enter__()
 second.__enter__()
 first.__exit__(None, None, None)
-decode(damaged)
+codec()
 say('within the second')
 second.__exit__(None, None, None)
-decode(damaged)
+codec()
 """) == ['within the second', CODEC]
 
 
-def test_reading_is_silent():
+def test_decoding_is_silent():
     assert printed("""
-class Source:
-    def frames(self, on_damaged):
-        decode(damaged)
-        on_damaged(InputError('damaged'))
-        return iter(())
+assert decode(damaged).shape == image.shape
+codec()
+""") == [CODEC]
 
-assert list(read_ahead(Source(), lambda error: say(str(error)))) == []
-decode(damaged)
-""") == ['damaged', CODEC]
+
+def test_the_log_of_ros_is_not_silenced():
+    pytest.importorskip('rclpy')
+    [line] = printed("""
+from rclpy.logging import get_logger
+get_logger('name').info('before')
+with codecs_silenced():
+    get_logger('name').warning('within')
+    codec()
+""")[1:]
+    assert 'within' in line

@@ -20,8 +20,9 @@ _printing: int | None = None  # the stream to come back to
 @contextmanager
 def codecs_silenced() -> Iterator[None]:
     """
-    Drop what C libraries print on ``stderr`` inside the block; Python's is another stream.
+    Drop what C libraries print on ``stderr`` inside the block.
 
+    Python's is another stream, and ROS keeps the one it began with: their messages are printed.
     Blocks of several threads may overlap. libpng and libjpeg in OpenCV have no option for it.
     Elsewhere than with glibc, whose stream is a variable, nothing happens.
     """
@@ -54,6 +55,7 @@ def _leave() -> None:
             _stderr().value = _printing
 
 
+@functools.cache
 def _stderr() -> ctypes.c_void_p:
     """Return the variable ``stderr`` of the C library."""
     return ctypes.c_void_p.in_dll(ctypes.CDLL(None), 'stderr')

@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Files that options name for results, checked before a long run."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from aick_ros.errors import InputError
+
+STANDARD_OUTPUT = '-'
+
+
+def check_target(target: str | None, *inputs: str | Path | None) -> None:
+    """
+    Check before a long run that a file of results can be written, and replaces no input.
+
+    :param target: a file, ``-`` for standard output, None for nothing.
+    :param inputs: files and folders that the command reads; None and names of no file are skipped.
+    :raises InputError: where the file cannot be made: its folder does not exist, its name is too
+        long, it is a folder, or it is an input or a file of one.
+    """
+    if target is None or target == STANDARD_OUTPUT:
+        return
+    path = Path(target)
+    if not os.path.isdir(path.parent):
+        raise InputError(f'cannot write {target}: the folder {path.parent} does not exist')
+    try:
+        status = path.stat()
+        if stat.S_ISDIR(status.st_mode):
+            raise InputError(f'cannot write {target!r}: it is a folder, a file is required')
+        if stat.S_ISREG(status.st_mode):
+            _check_inputs(path, [Path(name) for name in inputs if name])
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError) as error:  # ValueError: NUL in the name
+        if isinstance(error, InputError):
+            raise
+        reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
+        raise InputError(f'cannot write {target!r}: {reason}') from None
+
+
+def _check_inputs(path: Path, inputs: list[Path]) -> None:
+    """Raise InputError where a file is an input, or one of an input's files."""
+    for name in inputs:
+        if not os.path.exists(name):
+            continue
+        if os.path.samefile(path, name):
+            raise InputError(f'cannot write {path}: it is an input of this command; name another '
+                             'file for the results')
+        if os.path.isdir(name) and (path.resolve().is_relative_to(name.resolve())
+                                    or _has_file(name, path)):
+            raise InputError(f'cannot write {path}: it is a file of the input {name}; name '
+                             'another file for the results')
+
+
+def _has_file(folder: Path, path: Path) -> bool:
+    """Return whether a file is in a folder or one level below it, where links may lead."""
+    for place, folders, names in os.walk(folder, followlinks=True):
+        files = (os.path.join(place, name) for name in names)
+        if any(os.path.exists(file) and os.path.samefile(path, file) for file in files):
+            return True
+        if Path(place) != folder:
+            folders.clear()
+    return False

@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A file for results can be written and replaces nothing that the command reads."""
+
+import os
+
+import pytest
+
+from aick_ros.cli.output.target import check_target
+from aick_ros.errors import InputError
+
+
+@pytest.mark.parametrize('name, reason', [
+    ('n' * 300, 'File name too long'), ('', 'it is a folder'), ('none/file', 'does not exist'),
+    ('nu\0l', 'null'), ('n' * 300 + '/file', 'does not exist')])
+def test_what_cannot_be_written_is_found_before_the_work(tmp_path, name, reason):
+    with pytest.raises(InputError, match=f'cannot write (.|\n)*{reason}'):
+        check_target(os.path.join(tmp_path, name))
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Return a folder of a recording: files, files below, links to what lies elsewhere."""
+    outside = tmp_path / 'outside'
+    outside.mkdir()
+    for file in ('rgb.txt', 'rgb/1.png', 'rgb/deep/1.png', '../outside/2.png', '../other.bag'):
+        path = tmp_path / 'recording' / file
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text('input')
+    (tmp_path / 'recording' / 'depth').symlink_to(outside)
+    (tmp_path / 'recording' / 'gone').symlink_to('nothing')
+    (tmp_path / 'link').symlink_to(tmp_path / 'recording')
+    os.link(tmp_path / 'recording' / 'rgb.txt', tmp_path / 'second_name')
+    return tmp_path
+
+
+@pytest.mark.parametrize('name', [
+    'recording/rgb.txt', 'recording/rgb/1.png', 'recording/rgb/deep/1.png', 'outside/2.png',
+    'recording/depth/2.png', 'link/rgb.txt', 'recording/../link/rgb/1.png', 'second_name',
+    'other.bag'])
+def test_an_input_is_not_overwritten(folder, name):
+    inputs = ('synthetic:1', None, '', folder / 'missing', str(folder / 'recording'),
+              folder / 'other.bag')
+    with pytest.raises(InputError, match='input .*another file'):
+        check_target(str(folder / name), *inputs)
+
+
+def test_results_may_be_new_in_the_folder_of_an_input_or_replace_older_ones(folder):
+    (folder / 'older.json').write_text('')
+    for name in ('recording/new.json', 'older.json', 'outside/new.json'):
+        check_target(str(folder / name), folder / 'recording', folder / 'other.bag')
+    for inputs in ((), (None, folder / 'missing')):
+        check_target(str(folder / 'other.bag'), *inputs)
+    check_target('-', folder / 'recording')
+
+
+def test_a_device_that_is_an_input_too_is_nothing_to_lose():
+    check_target('/dev/null', '/dev/null')
