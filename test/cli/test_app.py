@@ -36,4 +36,5 @@ def test_two_results_have_two_files(aick, tmp_path):
     (tmp_path / 'run').mkdir()
     (tmp_path / 'run' / 'summary.json').write_text('')
     outcome = aick('compare', 'run', 'run', '--out', 'page', '--json', './page')
-    assert (outcome.code, outcome.sentence) == (2, '--json and --out are both page: name two files')
+    assert outcome.code == 2
+    assert outcome.sentence == '--json and --out are both page: name two files'

@@ -21,12 +21,13 @@ from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.output.console import progress, table
 from aick_ros.cli.output.demo_report import live_statistics, plot_path, table_rows
 from aick_ros.cli.output.files import write_json
-from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.cli.output.run_folder import link_latest, make_folder
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError, installation
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory, write_trajectory
+from aick_ros.ros.process.environment import check_middleware
 from aick_ros.settings.parameter import Value
 from aick_ros.sources import RgbdSource, SourceOptions, open_source
 from aick_ros.sources.bag import BagSource
@@ -102,6 +103,7 @@ def _player(rate: float) -> Callable[[Path, Topics, Callable[[int], None]], Live
     """
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     os.environ['ROS_DOMAIN_ID'] = str(random.randint(1, _LAST_DOMAIN))
+    check_middleware()
     try:
         from aick_ros.ros.playback.live_run import run_live
         from aick_ros.ros.playback.pace import RealTime

@@ -17,9 +17,9 @@ from aick_ros.cli.output.consistency_plots import write_plots
 from aick_ros.cli.output.console import progress, say
 from aick_ros.cli.output.evaluation_tables import show
 from aick_ros.cli.output.files import write_json
-from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.cli.output.plot_folder import make_folder, make_plot_folder
 from aick_ros.cli.output.square_files import write_square
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.evaluation.scores.evaluation import Evaluation
 from aick_ros.evaluation.scores.evaluation import evaluate as evaluate_source
 from aick_ros.sources import RgbdSource, SourceOptions, open_source

@@ -19,8 +19,8 @@ from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import COMPLETE, Reading
 from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import write_json, write_whole
-from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.cli.output.run_folder import RunFolder
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError, installation, package_of
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.run_summary import RunSummary, summarize

@@ -8,7 +8,9 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
-from aick_ros.errors import installation, package_of
+from aick_ros.borders.names import one_line
+from aick_ros.errors import InputError, installation, package_of
+from aick_ros.ros.process.environment import check_middleware
 from aick_ros.ros.process.signals import hold
 
 _PACKAGES = {'rosbags': 'pip install rosbags', 'cv2': 'apt install python3-opencv',
@@ -35,6 +37,7 @@ def _run(name: str, module_name: str) -> None:
     # two signals the second would interrupt the handling of the first
     hold()
     try:
+        check_middleware()
         module = import_module(module_name)
     except ModuleNotFoundError as error:
         if (error.name or '').startswith('aick_ros'):
@@ -43,5 +46,8 @@ def _run(name: str, module_name: str) -> None:
         remedy = _PACKAGES.get(package, "source a ROS 2 Jazzy workspace, or "
                                + installation('ros'))
         print(f'{name}: {error.name} is not installed: {remedy}', file=sys.stderr)
+        sys.exit(2)
+    except InputError as error:
+        print(f'{name}: {one_line(str(error))}', file=sys.stderr)
         sys.exit(2)
     module.main()

@@ -5,9 +5,9 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
@@ -21,13 +21,12 @@ from rclpy.node import Node
 
 from aick_ros.borders.names import one_line
 from aick_ros.errors import InputError
+from aick_ros.ros.process.environment import check_variables
 from aick_ros.ros.process.signals import ENDINGS, held, ignore
 
 RCLError = rclpy_implementation.RCLError
 _Node = TypeVar('_Node', bound=Node)
 
-_LAST_DOMAIN = 232  # by definition: with a higher one, the ports of DDS exceed 65535
-_LOG_PLACES = ('HOME', 'ROS_HOME', 'ROS_LOG_DIR')
 _UNUSABLE_INPUT = 2  # by definition, the exit code of every command of this package
 
 
@@ -75,7 +74,9 @@ def make_node(make: Callable[[], _Node]) -> _Node:
     :raises InputError: where ROS cannot create it, as with security that is not installed.
     """
     try:
-        return make()
+        with warnings.catch_warnings():  # of what fails after the reason that is raised
+            warnings.simplefilter('ignore', RuntimeWarning)
+            return make()
     except (RCLError, InvalidParameterTypeException) as error:
         if not rclpy.ok():
             raise  # a consequence of the shutdown
@@ -104,11 +105,7 @@ def initialise(arguments: list[str] | None = None) -> None:
     :param arguments: None: those of the process.
     :raises InputError: where arguments or environment do not let it start.
     """
-    domain = os.environ.get('ROS_DOMAIN_ID', '')
-    if domain.isdecimal() and int(domain) > _LAST_DOMAIN:  # Fast DDS would end the process
-        raise InputError(f'ROS_DOMAIN_ID is {domain}: at most {_LAST_DOMAIN} is possible')
-    if not any(map(os.environ.get, _LOG_PLACES)):  # rcl would print many lines
-        raise InputError('ROS has no place for its log: set HOME or ROS_LOG_DIR')
+    check_variables()
     try:
         rclpy.init(args=arguments)
     except Exception as error:  # rcl's errors have no common base class
