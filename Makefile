@@ -24,7 +24,7 @@ ifneq ($(RECORDINGS),)
 export AICK_DATA ?= $(abspath $(RECORDINGS))
 endif
 
-.PHONY: help setup run test test-oldest test-newest lint fuzz mutation baselines pcl clean
+.PHONY: help setup run test test-oldest test-newest lint fuzz mutation bench baselines pcl clean
 
 help:
 	@echo 'make run              render a sequence, or take BAG=path, and run the node on it'
@@ -37,6 +37,8 @@ help:
 	@echo '                      fails is kept in fuzz_findings/'
 	@echo 'make mutation         put defects into the core, one at a time, and count those that its'
 	@echo '                      tests notice (ARGS="--mutants 30 --seed 0 --folder geometry")'
+	@echo 'make bench            time a frame beside other methods, and name what got slower since the'
+	@echo '                      last release (ARGS="--record RELEASE" adds this one)'
 	@echo 'make setup            make .venv, which run, test and lint do by themselves'
 	@echo '                      (PYTHON=python3.12 chooses the interpreter, 3.11 or newer)'
 	@echo 'make baselines        install the other methods of aick benchmark, too (1 GB)'
@@ -75,6 +77,9 @@ mutation: setup
 	$(BIN)/python -m pip install --quiet --constraint $(PINS) --no-build-isolation \
 	    --editable '.[mutation]'
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python tools/mutation.py $(ARGS)
+
+bench: setup
+	$(BIN)/python benchmarks/speed.py $(ARGS)
 
 baselines: setup
 	$(BIN)/python -m pip install --quiet --constraint $(PINS) --no-build-isolation \
