@@ -3,7 +3,6 @@
 
 """The package aick_ros, for pip and for colcon (build type ament_python)."""
 
-import sys
 from glob import glob
 
 from setuptools import find_packages, setup
@@ -30,11 +29,9 @@ DATA_FILES = [
     (f'{SHARE}/config/cameras', glob('config/cameras/*.yaml')),
     (f'{SHARE}/config/sros2', glob('config/sros2/*.xml')),
     (f'{SHARE}/launch', glob('launch/*.launch.py')),
+    # `ros2 run` looks for executables here; these start the entry points, in bin of the prefix
+    (f'lib/{PACKAGE}', glob('scripts/*')),
 ]
-# `ros2 run` looks for executables in lib/aick_ros. colcon puts the entry points themselves there
-# (setup.cfg); pip has them in bin, so what it builds, a wheel, brings launchers for them.
-if 'bdist_wheel' in sys.argv:
-    DATA_FILES.append((f'lib/{PACKAGE}', glob('scripts/*')))
 
 setup(
     name=PACKAGE,

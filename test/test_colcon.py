@@ -93,7 +93,7 @@ def test_the_installed_package_is_the_copy(installed):
 
 def test_ros_finds_the_package(installed):
     prefix, _ = installed
-    for executable in (NODE, 'lib/aick_ros/bag_player'):
+    for executable in (NODE, 'lib/aick_ros/bag_player', 'bin/aick'):
         assert os.access(prefix / executable, os.X_OK)
     for file in ('ament_index/resource_index/packages/aick_ros', 'aick_ros/package.xml',
                  *(f'aick_ros/{path.relative_to(ROOT)}' for folder in ('config', 'launch')

@@ -9,6 +9,9 @@ import importlib.metadata
 import os
 import re
 import runpy
+import shutil
+import signal
+import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -129,12 +132,30 @@ def test_commands_can_be_imported(setup_arguments):
         assert callable(getattr(importlib.import_module(module), function))
 
 
-def test_each_node_has_a_launcher(setup_arguments):
+def test_each_command_has_a_launcher(setup_arguments):
     commands = setup_arguments['entry_points']['console_scripts']
-    nodes = {command.split()[0] for command in commands if 'aick_ros.ros.' in command}
     launchers = dict(setup_arguments['data_files'])['lib/aick_ros']
-    assert {Path(launcher).name for launcher in launchers} == nodes
+    assert {Path(launcher).name for launcher in launchers} == {
+        command.split()[0] for command in commands}
     assert all(os.access(ROOT / launcher, os.X_OK) for launcher in launchers)
+    assert len({(ROOT / launcher).read_text() for launcher in launchers}) == 1
+
+
+@pytest.mark.parametrize('install', [shutil.copy, os.symlink])
+def test_a_launcher_holds_the_signals_back(tmp_path, install):
+    """Until the program can handle them: the mask is that of a program in bin."""
+    for folder in ('bin', 'lib/aick_ros'):
+        (tmp_path / folder).mkdir(parents=True)
+    launcher, program = (tmp_path / folder / 'odom_node' for folder in ('lib/aick_ros', 'bin'))
+    install(ROOT / 'scripts' / 'odom_node', launcher)
+    program.write_text(f'#!{sys.executable}\nimport signal, sys\n'
+                       'print(sorted(signal.pthread_sigmask(0, ())), sys.argv[1:])')
+    program.chmod(0o755)
+    arguments = ['--ros-args', '-p', 'a b', '']
+    for command in ([launcher], ['./odom_node']):
+        printed = subprocess.run([*command, *arguments], cwd=launcher.parent, text=True,
+                                 check=True, stdout=subprocess.PIPE).stdout
+        assert printed.strip() == f'{[signal.SIGINT, signal.SIGTERM]} {arguments}'
 
 
 def test_pins_fit_the_requirements(requirements, pins):

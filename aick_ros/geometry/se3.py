@@ -208,7 +208,7 @@ def _left_jacobian(theta: np.ndarray) -> np.ndarray:
     """Return the left Jacobian of SO(3), 3x3."""
     angle = _length(theta)
     if angle < _SMALL_ANGLE:
-        third = 1.0 / 6.0 - angle ** 2 / 120.0
+        third = 1.0 / 6.0
     else:
         third = (1.0 - _sinc(angle)) / angle ** 2
     return _polynomial(theta, 0.5 * _sinc(0.5 * angle) ** 2, third)
@@ -218,7 +218,7 @@ def _inverse_left_jacobian(theta: np.ndarray) -> np.ndarray:
     """Return the inverse of the left Jacobian of SO(3), 3x3."""
     angle = _length(theta)
     if angle < _SMALL_ANGLE:
-        twelfth = 1.0 / 12.0 + angle ** 2 / 720.0
+        twelfth = 1.0 / 12.0
     else:
         twelfth = (1.0 - 0.5 * angle / math.tan(0.5 * angle)) / angle ** 2
     return _polynomial(theta, -0.5, twelfth)

@@ -7,6 +7,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy.interpolate import RegularGridInterpolator
 
 from aick_ros.frames import depth
 from aick_ros.geometry.camera import Camera
@@ -98,3 +99,12 @@ def test_inverse_depth_sigma_is_that_of_sampled_depths(exponent):
     for z in (0.5, 1.0, 4.0):
         inverse = 1 / (z + rng.normal(0, sensor.depth_sigma * z ** exponent, 100_000))
         assert depth.inverse_depth_sigma(z, sensor) == pytest.approx(np.std(inverse), rel=0.02)
+
+
+def test_between_four_pixels_the_inverse_depth_is_bilinear_up_to_the_borders():
+    rng = np.random.default_rng(5)
+    image = rng.uniform(1.0, 1.0 + 0.9 * SENSOR.depth_jump, (6, 8)).astype(np.float32)
+    v, u = np.array([(v, u) for v in np.arange(0, 5.01, 0.25) for u in np.arange(0, 7.01, 0.25)]).T
+    inverse = RegularGridInterpolator((np.arange(6), np.arange(8)), 1.0 / image.astype(float))
+    np.testing.assert_allclose(depth.sample(image, np.column_stack([u, v]), SENSOR),
+                               1.0 / inverse(np.column_stack([v, u])), rtol=1e-6)

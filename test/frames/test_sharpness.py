@@ -6,6 +6,7 @@
 import cv2
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from aick_ros.frames.sharpness import Sharpness
 
@@ -50,3 +51,16 @@ def test_what_is_not_blurred(image, other):
 def test_a_sharp_image_is_not_blurred_beside_a_blurred_one(image):
     blurred = cv2.GaussianBlur(image, (0, 0), 4.0)
     assert not sharpness(image).is_blurred_beside(sharpness(blurred))
+
+
+def test_it_is_the_root_mean_square_of_laplacian_and_gradient():
+    """By SciPy's filters, on an image whose half is known and whose axes differ."""
+    rng = np.random.default_rng(4)
+    half = np.tile(rng.integers(60, 190, (1, 40)), (30, 1)) + rng.integers(-20, 21, (30, 40))
+    found = Sharpness.of(np.kron(half, np.ones((2, 2))).astype(np.uint8))
+    laplacian = ndimage.laplace(half.astype(float), mode='mirror')
+    gradient = [ndimage.sobel(half.astype(float), axis, mode='mirror') for axis in (0, 1)]
+    detail = np.sqrt(np.mean(laplacian ** 2))
+    assert found.detail == pytest.approx(detail, rel=1e-9)
+    assert found.fineness == pytest.approx(
+        detail / np.sqrt(np.mean(gradient[0] ** 2 + gradient[1] ** 2)), rel=1e-9)

@@ -252,3 +252,20 @@ def test_the_quota_of_the_buckets_is_the_largest_within_the_count():
         quota = _quota(sizes, count)
         assert np.minimum(sizes, quota).sum() <= count
         assert np.minimum(sizes, quota + 1).sum() > count or sizes.sum() == 0
+
+
+def test_points_on_the_first_and_last_cells_are_in_view():
+    """On a surface of cells that are all usable: those of images have a border that is not."""
+    grid = surface_of(plane_depth(PINHOLE, (0, 0, 1), 2.0)).grid
+    count = grid.width * grid.height
+    surface = Surface(grid, np.zeros((count, 3)), np.zeros((count, 3)), np.ones(count, bool),
+                      np.arange(0))
+    x, y = grid.rays
+    points = np.column_stack([np.tile(x[0], grid.height), np.repeat(y[:, 0], grid.width),
+                              np.ones(count)])
+    for beyond in ([0, 0], [-0.4, 0.4], [0.4, -0.4]):  # cells, less than half of one
+        moved = points + np.array([beyond[0] / grid.fx, beyond[1] / grid.fy, 0.0])
+        np.testing.assert_array_equal(surface.cells_at(3.0 * moved), 2 * [np.arange(count)])
+    for outside in ([-1, 0], [grid.width, 0], [0, -1], [0, grid.height]):
+        ray = [(outside[0] - grid.cx) / grid.fx, (outside[1] - grid.cy) / grid.fy, 1.0]
+        assert not len(surface.cells_at(np.array([ray]))[0])

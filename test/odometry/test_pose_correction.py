@@ -57,3 +57,13 @@ def test_without_an_error_the_pose_is_that_of_dead_reckoning(walk):
     published, errors = corrected(walk, np.eye(4))
     np.testing.assert_array_equal(published, walk)
     assert not np.any(errors)
+
+
+@pytest.mark.parametrize('drift, part, largest', [
+    ([0.3, 0, 0.4, 0, 0, 0], slice(3), {'correction_step': 1e-3, 'correction_turn': 1.0}),
+    ([0, 0, 0, 0, 0.3, 0.4], slice(3, 6), {'correction_step': 1.0, 'correction_turn': 1e-3})])
+def test_a_large_correction_takes_the_largest_step_each_frame(walk, drift, part, largest):
+    """Half a metre, or half a radian, is 500 steps of 1e-3."""
+    errors = np.array(corrected(walk[:50], se3.exp(drift), OdometrySettings(**largest))[1])
+    left = np.linalg.norm(errors[:, part], axis=1)
+    np.testing.assert_allclose(left, 0.5 - 1e-3 * np.arange(1, 51), rtol=1e-6)

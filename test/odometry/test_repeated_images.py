@@ -12,6 +12,7 @@ from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.motion_model import _MIN_SLIP
 from aick_ros.registration.status import Status
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -138,3 +139,16 @@ def test_a_lens_that_is_covered_is_lost_not_repeated(rendered):
                                   depth=np.full_like(frames[2].depth, np.nan))
     updates = follow([*frames[:2], covered, repeated(covered)])
     assert [u.status.is_lost for u in updates] == [False, False, True, True]
+
+
+def test_a_camera_at_rest_that_creeps_away_is_not_at_rest(rendered):
+    """Its motion from frame to frame is within the slip of another sensor; all of it is not."""
+    frames, _ = rendered
+    begin = frames[3].stamp + round(30 * PERIOD * NANOSECONDS)
+
+    def predict(before, now):
+        crept = max(now - begin, 0) - max(before - begin, 0)
+        return se3.exp([3 * _MIN_SLIP * crept / NANOSECONDS / (6 * PERIOD), 0, 0, 0, 0, 0])
+    statuses = [u.status for u in follow(standing(frames, 40), predict)[4:]]
+    assert statuses[28:30] == 2 * [Status.OK]
+    assert statuses[37:] == 3 * [Status.REPEATED]

@@ -12,6 +12,7 @@ from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
 from aick_ros.odometry.keyframe import KeyframePolicy
@@ -236,3 +237,18 @@ def test_after_a_change_of_detector_the_motion_up_to_the_next_frame_is_not_known
     update = odometry.register_frame(frame(1))
     assert update.status is Status.FIRST_FRAME
     assert update.recovered
+
+
+def test_a_recording_that_starts_again_does_so_at_the_published_pose(made, monkeypatch):
+    """Which a keyframe found again has moved away from that of the dead reckoning."""
+    odometry, _ = made()
+    for number in range(20, 23):
+        odometry.register_frame(frame(number))
+    moved = PoseWithCovariance(se3.exp([1.0, 2.0, 3.0, 0.1, 0.2, 0.3]), np.eye(6))
+    monkeypatch.setattr(KeyframeMemory, 'published', lambda *_: moved)
+    odometry.register_frame(frame(0))
+    monkeypatch.undo()
+    update = odometry.register_frame(frame(1))
+    assert update.status is Status.OK
+    np.testing.assert_allclose(update.T_odom_camera, moved.matrix @ se3.exp(PERIOD * TWIST),
+                               atol=1e-9)

@@ -13,10 +13,11 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.registration.dynamic_objects import DynamicObjectCheck, fuse
+from aick_ros.registration.dynamic_objects import DynamicObjectCheck, _is_for_second, fuse
 from aick_ros.registration.pose_vote import PoseVote
 from aick_ros.registration.refinement.refinement import Refined, Refinement
 from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.pose_vote import PoseVote
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence
 from aick_ros.settings import Settings
@@ -200,3 +201,13 @@ def test_a_registration_without_expected_pose_is_not_checked(frames, picture, mo
     monkeypatch.setattr(DynamicObjectCheck, 'check', lambda *_: pytest.fail('asked'))
     shown, _ = frames
     pair([paste(shown[0], picture, 60, 460), paste(shown[1], picture, 60 + LEAP, 460)])
+
+
+@pytest.mark.parametrize('first, second, seen, sudden, decides', [
+    (0.2, 0.8, 0.61, 1.0, True), (0.2, 0.8, 0.6, 1.0, False), (0.2, 0.8, 0.2, 1.0, False),
+    (0.0, 0.071, 1.0, 1.0, True), (0.0, 0.07, 1.0, 1.0, False),
+    (0.41, 0.59, 1.0, 1.0, False), (0.39, 0.61, 1.0, 1.0, True),
+    (0.41, 0.59, 1.0, 2.0, True), (0.89, 0.11, 1.0, 9.0, True), (0.91, 0.09, 1.0, 9.0, False)])
+def test_the_view_decides_if_enough_of_it_is_seen_and_votes(first, second, seen, sudden, decides):
+    """The more sudden the motion, the fewer must vote for the expected one: 60 % down to 10 %."""
+    assert _is_for_second(PoseVote(first, second, seen), sudden) == decides

@@ -136,3 +136,16 @@ def test_frames_without_depth_do_not_vote(pair):
     for views in (look(source, blind), look(blind, source)):
         vote = pose_vote(*views, truth, np.eye(4), SENSOR)
         assert (vote.first, vote.second, vote.seen) == (0, 0, 0)
+
+
+@pytest.mark.parametrize('rows, counts', [(1, False), (3, True)])
+def test_a_block_that_is_hardly_seen_does_not_vote(pair, rows, counts):
+    """Of the six rows of cells of each block so many are seen; three tenths are required."""
+    *frames, truth = pair
+    view, target = look(*frames)
+    row = np.arange(len(view.surface.points)) // view.surface.grid.width
+    surface = dataclasses.replace(view.surface, usable=view.surface.usable & (row % 6 < rows))
+    vote = pose_vote(dataclasses.replace(view, surface=surface), target, truth, truth @ SHIFTED,
+                     SENSOR)
+    assert (vote.first > 0.7) == counts
+    assert counts or vote.first == vote.second == 0.0

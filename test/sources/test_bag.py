@@ -146,6 +146,15 @@ def test_frames_come_back(tmp_path, recording, assert_same_frames, version, stor
         assert_same_frames(list(source.frames(raise_damage)), recording.recorded)
 
 
+@pytest.mark.parametrize('topic', [COLOUR, DEPTH])
+def test_the_length_is_that_of_the_topic_with_fewer_images(tmp_path, recording, topic):
+    messages = list(Messages().recording(recording))
+    last = max(i for i, (name, _) in enumerate(messages) if name == topic)
+    del messages[last]
+    source = BagSource(write(tmp_path / 'bag', messages))
+    assert len(source) == len(list(source.frames(raise_damage))) == 5
+
+
 @pytest.mark.parametrize('storage, suffix', [
     (StoragePlugin.MCAP, '.mcap'), (StoragePlugin.SQLITE3, '.db3')])
 def test_a_storage_file_alone_will_do(tmp_path, recording, assert_same_frames, storage, suffix):

@@ -8,9 +8,6 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
-from aick_ros.borders.names import one_line
-from aick_ros.errors import InputError, installation, package_of
-from aick_ros.ros.process.environment import check_middleware
 from aick_ros.ros.process.signals import hold
 
 _PACKAGES = {'rosbags': 'pip install rosbags', 'cv2': 'apt install python3-opencv',
@@ -36,18 +33,25 @@ def _run(name: str, module_name: str) -> None:
     # until the program has its handlers: an interrupted import fails in unexpected ways, and of
     # two signals the second would interrupt the handling of the first
     hold()
+    from aick_ros.errors import InputError, installation, package_of
+    from aick_ros.ros.process.environment import check_middleware
     try:
         check_middleware()
         module = import_module(module_name)
+    except InputError as error:
+        _say(name, str(error))
+        sys.exit(2)
     except ModuleNotFoundError as error:
         if (error.name or '').startswith('aick_ros'):
             raise
         package = package_of(error)
         remedy = _PACKAGES.get(package, "source a ROS 2 Jazzy workspace, or "
                                + installation('ros'))
-        print(f'{name}: {error.name} is not installed: {remedy}', file=sys.stderr)
-        sys.exit(2)
-    except InputError as error:
-        print(f'{name}: {one_line(str(error))}', file=sys.stderr)
+        _say(name, f'{error.name} is not installed: {remedy}')
         sys.exit(2)
     module.main()
+
+
+def _say(name: str, reason: str) -> None:
+    from aick_ros.borders.names import one_line
+    print(f'{name}: {one_line(reason)}', file=sys.stderr)
