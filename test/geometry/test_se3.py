@@ -39,6 +39,17 @@ def test_exp_and_log_are_the_matrix_functions(rng):
     np.testing.assert_allclose(se3.log(T)[:3], logm(T).real[:3, 3], atol=1e-9)
 
 
+@pytest.mark.parametrize('angle', [0.0, 1e-6, 9.9e-5, 1.01e-4, 1e-3])
+def test_the_series_of_small_angles_is_exact(rng, angle):
+    """With a translation of metres, that of a small rotation is right to the last digits."""
+    axis = rng.normal(0, 1, 3)
+    twist = np.array([3.0, -2.0, 4.0, *(angle * axis / np.linalg.norm(axis))])
+    matrix = np.zeros((4, 4))
+    matrix[:3, :3], matrix[:3, 3] = se3.skew(twist[3:]), twist[:3]
+    np.testing.assert_allclose(se3.exp(twist), expm(matrix), rtol=0, atol=1e-14)
+    np.testing.assert_allclose(se3.log(expm(matrix)), twist, rtol=0, atol=1e-14)
+
+
 def test_log_of_rotations_by_pi():
     for axis in np.eye(3):
         rotation = Rotation.from_rotvec(np.pi * axis).as_matrix()

@@ -17,7 +17,6 @@ from aick_ros.registration.dynamic_objects import DynamicObjectCheck, _is_for_se
 from aick_ros.registration.pose_vote import PoseVote
 from aick_ros.registration.refinement.refinement import Refined, Refinement
 from aick_ros.registration.refinement.tracks import Tracks
-from aick_ros.registration.pose_vote import PoseVote
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence
 from aick_ros.settings import Settings
