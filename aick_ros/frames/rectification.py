@@ -36,6 +36,13 @@ def rectified(frame: RgbdFrame) -> RgbdFrame:
                         borderValue=(np.nan,)))
 
 
+def rectified_pixels(camera: Camera, pixels: np.ndarray) -> np.ndarray:
+    """Return where pixels of a camera, Nx2, lie in its rectified image, Nx2 [px]."""
+    if not camera.distortion:
+        return pixels
+    return camera.normalize(pixels) * (camera.fx, camera.fy) + (camera.cx, camera.cy)
+
+
 def _without_distortion(camera: Camera) -> Camera:
     return dataclasses.replace(camera, distortion=(), distortion_model='plumb_bob')
 

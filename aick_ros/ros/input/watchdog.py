@@ -25,8 +25,9 @@ _IMAGE = 'sensor_msgs/msg/Image'
 _RGBD_IMAGE = 'rtabmap_msgs/msg/RGBDImage'
 _MOST_NAMED = 6  # topics; chosen
 _FEWEST = 10  # images in 5 s; chosen: a camera sends more
-_IF_LOST = ('if Fast DDS loses them, start the driver with config/fastdds.xml of this package '
-            f"({profiles_variable()}; on this node's side it changes nothing)")
+_IF_LOST = ('if Fast DDS loses them, start the driver with config/fastdds.xml of this package, on '
+            f'another host with config/fastdds_wireless.xml ({profiles_variable()}; on this '
+            "node's side it changes nothing)")
 
 
 class Watchdog:

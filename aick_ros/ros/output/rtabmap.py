@@ -13,7 +13,9 @@ from geometry_msgs.msg import Quaternion, Transform
 from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 
+from aick_ros.frames.rectification import rectified_pixels
 from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.odometry.base_odometry import BaseState, BaseUpdate
@@ -111,8 +113,9 @@ class RtabmapTopics:
             info.local_map_size, info.local_key_frames = len(update.reference.pixels), 1
             if is_full:
                 source, target = update.matches.T
-                info.new_corners = _points(update.keypoints.pixels[source])
-                info.ref_corners = _points(update.reference.pixels[target])
+                camera = update.prepared.frame.camera
+                info.new_corners = _points(camera, update.keypoints.pixels[source])
+                info.ref_corners = _points(camera, update.reference.pixels[target])
                 info.corner_inliers = list(range(len(source)))
         return info
 
@@ -124,5 +127,6 @@ def _transform(T: np.ndarray | None) -> Transform:
     return conversions.transform_stamped(0, '', '', T).transform
 
 
-def _points(pixels: np.ndarray) -> list[Point2f]:
-    return [Point2f(x=float(x), y=float(y)) for x, y in pixels]
+def _points(camera: Camera, pixels: np.ndarray) -> list[Point2f]:
+    """Return pixels as corners of ``odom_rgbd_image``, which is rectified."""
+    return [Point2f(x=float(x), y=float(y)) for x, y in rectified_pixels(camera, pixels)]

@@ -127,6 +127,7 @@ def test_images_that_are_lost_are_no_camera_to_synchronise(watched, shares, coun
     watched.wait(6.0, NAMES)
     assert reason in watched.complaint
     assert 'config/fastdds.xml' in watched.complaint
+    assert 'on another host with config/fastdds_wireless.xml' in watched.complaint
     assert 'synchronize' not in watched.complaint
 
 

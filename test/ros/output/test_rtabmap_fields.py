@@ -55,11 +55,13 @@ def topics(monkeypatch):
     return RtabmapTopics(node, 'odom', lambda: np.ones((2, 3))), node.published
 
 
-def registered(state=BaseState.TRACKED, forward=0.1, seconds=0.2):
+FRAME = RgbdFrame(STAMP, np.zeros((6, 8), np.uint8), np.ones((6, 8), np.float32), CAMERA,
+                  STAMP + 7)
+
+
+def registered(state=BaseState.TRACKED, forward=0.1, seconds=0.2, frame=FRAME, pixels=SOURCE):
     """Return a frame after a motion of the base straight on."""
-    frame = RgbdFrame(STAMP, np.zeros((6, 8), np.uint8), np.ones((6, 8), np.float32), CAMERA,
-                      STAMP + 7)
-    keypoints = SimpleNamespace(pixels=SOURCE, positions=np.zeros((4, 3)))
+    keypoints = SimpleNamespace(pixels=pixels, positions=np.zeros((4, 3)))
     prepared = SimpleNamespace(frame=frame, keypoints=keypoints)
     is_tracked = state is BaseState.TRACKED
     increment = Increment(PoseWithCovariance(np.eye(4), COVARIANCE), seconds)
@@ -92,6 +94,25 @@ def test_corners_are_those_of_the_matches(topics):
     np.testing.assert_allclose([(p.x, p.y) for p in info.new_corners], SOURCE[[3, 1]])
     np.testing.assert_allclose([(p.x, p.y) for p in info.ref_corners], TARGET[[0, 2]])
     assert not hasattr(lite, 'new_corners')
+
+
+def test_corners_lie_on_the_image_that_is_sent(topics):
+    """On the spots of a distorted image, which is rectified: found in it by their brightness."""
+    rtabmap_topics, published = topics
+    camera = Camera(120, 90, 90.0, 90.0, 59.5, 44.5, 'plumb_bob', (-0.3, 0.05, 0.01, -0.02))
+    pixels = np.array([[20.0, 15.0], [100.0, 20.0], [25.0, 70.0], [90.0, 75.0]])
+    v, u = np.mgrid[:90, :120]
+    image = sum(200 * np.exp(-((u - x) ** 2 + (v - y) ** 2) / 8) for x, y in pixels)
+    frame = RgbdFrame(STAMP, image.astype(np.uint8), np.ones((90, 120), np.float32), camera)
+    rtabmap_topics.show(registered(frame=frame, pixels=pixels))
+    info, = published['odom_info']
+    sent = published['odom_rgbd_image'][0].rgb
+    sent = np.array(sent.data).reshape(sent.height, sent.width)
+    for corner, pixel in zip(info.new_corners, pixels[MATCHES[:, 0]]):
+        near = sent * (np.hypot(u - corner.x, v - corner.y) < 8)
+        assert np.hypot(*(pixel - (corner.x, corner.y))) > 1
+        assert corner.x == pytest.approx((near * u).sum() / near.sum(), abs=0.3)
+        assert corner.y == pytest.approx((near * v).sum() / near.sum(), abs=0.3)
 
 
 @pytest.mark.parametrize('state', [BaseState.LOST, BaseState.PREDICTED])
