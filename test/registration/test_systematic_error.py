@@ -69,6 +69,13 @@ def test_noise_adds_little():
         assert share < 0.2
 
 
+def test_after_many_small_biases_one_of_the_size_of_its_noise_is_not_unusual():
+    model = SystematicError()
+    for _ in range(200):
+        added(model, np.zeros(6))
+    np.testing.assert_array_equal(added(model, np.sqrt(np.diag(NOISE))), 0.0)
+
+
 def test_an_unusual_bias_adds_its_size_at_once():
     model = used()
     sigmas = np.sqrt(np.diag(NOISE))

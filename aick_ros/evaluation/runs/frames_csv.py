@@ -13,6 +13,7 @@ The poses themselves are in trajectory.tum.
 from __future__ import annotations
 
 import csv
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations_with_replacement
 from pathlib import Path
@@ -30,6 +31,7 @@ from aick_ros.registration.status import Status
 
 _AXES = ('x', 'y', 'z', 'rot_x', 'rot_y', 'rot_z')
 _TRIANGLE = np.triu_indices(6)
+_LARGEST = 1e16  # chosen: the square of the largest distance that is supported [m^2]
 _COVARIANCE = tuple(f'cov_{a}{b}' for a, b in combinations_with_replacement(
     ('x', 'y', 'z', 'rx', 'ry', 'rz'), 2))
 """Upper triangle of a covariance, row by row."""
@@ -103,24 +105,34 @@ def read_frames(path: Path, trajectory: Trajectory) -> list[FrameRecord]:
 
 def _record(line: Mapping[str, str], stamp: int, pose: np.ndarray) -> FrameRecord:
     """Return the frame of a line."""
-    timing = {name.removesuffix('_ms'): float(cell) for name, cell in line.items()
+    timing = {name.removesuffix('_ms'): _number(cell) for name, cell in line.items()
               if name.endswith('_ms') and cell}
     increment = None
     if line['increment_interval']:
-        motion = np.array([float(line[f'increment_{axis}']) for axis in _AXES])
+        motion = np.array([_number(line[f'increment_{axis}']) for axis in _AXES])
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = se3.exp_rotation(motion[3:]), motion[:3]
         increment = Increment(PoseWithCovariance(matrix, _covariance(line, 'increment')),
-                              float(line['increment_interval']))
+                              _number(line['increment_interval']))
     return FrameRecord(
         stamp, Status[line['status']], line['reason'],
         PoseWithCovariance(pose, _covariance(line, 'pose')), int(line['keypoints']),
         int(line['matches']), timing, increment)
 
 
+def _number(cell: str, may_be_infinite: bool = False) -> float:
+    """Return a number of a run, not so large that sums of its squares would overflow."""
+    number = float(cell)
+    if not (abs(number) <= _LARGEST or may_be_infinite and not math.isfinite(number)):
+        raise ValueError
+    return number
+
+
 def _covariance(line: Mapping[str, str], of: str) -> np.ndarray:
     """Return a covariance, 6x6."""
     upper = np.zeros((6, 6))
-    upper[_TRIANGLE] = [float(line[f'{of}_{name}']) for name in _COVARIANCE]
+    # not finite where nothing measured the pose
+    upper[_TRIANGLE] = [_number(line[f'{of}_{name}'], may_be_infinite=True)
+                        for name in _COVARIANCE]
     covariance: np.ndarray = upper + np.triu(upper, 1).T
     return covariance

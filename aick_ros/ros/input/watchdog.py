@@ -28,6 +28,8 @@ _FEWEST = 10  # images in 5 s; chosen: a camera sends more
 _IF_LOST = ('if Fast DDS loses them, start the driver with config/fastdds.xml of this package, on '
             f'another host with config/fastdds_wireless.xml ({profiles_variable()}; on this '
             "node's side it changes nothing)")
+_ON_ANOTHER_HOST = ('; one on another host is found only with the same ROS_DOMAIN_ID, within '
+                    'ROS_AUTOMATIC_DISCOVERY_RANGE, and if the network loses little')
 
 
 class Watchdog:
@@ -101,7 +103,7 @@ class Watchdog:
         others = ''.join(map(self._published_instead, names))
         if not others and any('image' in name for name in names):
             others = self._published_elsewhere()
-        return sentence + others
+        return sentence + (others or ('' if losses else _ON_ANOTHER_HOST))
 
     def _published_instead(self, name: str) -> str:
         """Return under which name of image_transport a topic is published, and what to do."""

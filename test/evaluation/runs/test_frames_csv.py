@@ -71,6 +71,25 @@ def test_damaged_lines_are_named(path, records, old, new, line):
         read_frames(path, trajectory_of(records))
 
 
+@pytest.mark.parametrize('number', ['nan', 'inf', '1e17', '1e308', '1e400', '-1e300'])
+@pytest.mark.parametrize('column', ['total_ms', 'increment_x', 'increment_interval',
+                                    'increment_cov_xy'])
+def test_numbers_beyond_any_run_are_named(path, records, column, number):
+    """Only a covariance may be infinite; sums of larger numbers would overflow."""
+    with open(path, newline='') as file:
+        lines = list(csv.DictReader(file))
+    lines[1][column] = number
+    with open(path, 'w', newline='') as file:
+        table = csv.DictWriter(file, list(lines[0]))
+        table.writeheader()
+        table.writerows(lines)
+    if 'cov' in column and number in ('nan', 'inf', '1e400'):
+        assert len(read_frames(path, trajectory_of(records))) == 3
+        return
+    with pytest.raises(InputError, match=r'frames\.csv, line 3: it is not a frame'):
+        read_frames(path, trajectory_of(records))
+
+
 @pytest.mark.parametrize('end', [0, 300, -40])
 def test_a_table_that_ends_early_is_damaged_or_shorter(path, records, end):
     path.write_bytes(path.read_bytes()[:end])

@@ -11,7 +11,7 @@ from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
 from aick_ros.geometry import point_fit, se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.aick.aick import Aick
-from aick_ros.registration.aick.fit_covariance import fit_covariance
+from aick_ros.registration.aick.fit_covariance import _CELL, _cell_counts, fit_covariance
 from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -52,6 +52,27 @@ def test_consistent_with_monte_carlo(group, larger):
         found.append(nees(error(T, T_TARGET_SOURCE),
                           fit_covariance(T, source, target, MATCHES)))
     assert 5.0 < np.mean(found) < 7.0  # 6 expected, standard deviation of the mean 0.2
+
+
+@pytest.mark.parametrize('count', [3, 4, 10])
+def test_large_residuals_scale_it_by_chi_square_per_degree_of_freedom(count):
+    """Three numbers per match, less the six that the fit takes; three matches leave none."""
+    rng = np.random.default_rng(2)
+    positions, roots = rng.uniform(1, 3, (count, 3)), np.tile(0.01 * np.eye(3), (count, 1, 1))
+    pixels = 10.0 * np.column_stack([np.arange(count), np.arange(count)])
+    source = keypoints(positions, roots, pixels)
+    moved = se3.transform(T_TARGET_SOURCE, positions)
+    residuals = rng.normal(0, 0.05, (count, 3))
+    found, least = (fit_covariance(T_TARGET_SOURCE, source, keypoints(points, roots, pixels),
+                                   MATCHES[:count]) for points in (moved + residuals, moved))
+    chi_square = (residuals ** 2).sum() / (2 * 0.01 ** 2)
+    np.testing.assert_allclose(found, chi_square / max(3 * count - 6, 1) * least, rtol=1e-3)
+
+
+def test_keypoints_share_a_cell_if_both_numbers_of_theirs_agree():
+    pixels = np.random.default_rng(0).uniform(0, 5.5 * _CELL, (60, 2))
+    cells = [tuple(cell) for cell in (pixels // _CELL).astype(int)]
+    np.testing.assert_array_equal(_cell_counts(pixels), [cells.count(cell) for cell in cells])
 
 
 def test_small_residuals_do_not_reduce_the_covariance():

@@ -67,7 +67,9 @@ def test_unpublished_topics_are_named_together(watched, fake_node):
     watched.wait(6.0, ['rgb/image'])
     assert watched.complaint == (
         'nobody publishes /depth/image, /rgb/camera_info: start the camera, or remap '
-        'depth/image, rgb/camera_info to its topics')
+        'depth/image, rgb/camera_info to its topics; one on another host is found only with the '
+        'same ROS_DOMAIN_ID, within ROS_AUTOMATIC_DISCOVERY_RANGE, and if the network loses '
+        'little')
 
 
 @pytest.mark.parametrize('share, count, losses', [
