@@ -17,6 +17,7 @@ TYPE_CHECKING = False
 if TYPE_CHECKING:
     from aick_ros.errors import InputError
     from aick_ros.features.detector import Detector, Features
+    from aick_ros.frames.imu import ImuSamples
     from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
     from aick_ros.frames.prepared import PreparedFrame
     from aick_ros.frames.rgbd import RgbdFrame
@@ -40,6 +41,7 @@ _MODULES = {
     'Camera': 'geometry.camera',
     'Detector': 'features.detector',
     'Features': 'features.detector',
+    'ImuSamples': 'frames.imu',
     'Increment': 'geometry.pose',
     'InputError': 'errors',
     'KeypointExtractor': 'frames.keypoints',
@@ -62,10 +64,11 @@ _MODULES = {
 }
 
 __all__ = [
-    '__version__', 'Aick', 'Camera', 'Detector', 'Features', 'Increment', 'InputError',
-    'KeypointExtractor', 'KeypointFrame', 'Odometry', 'OdometryUpdate', 'PoseWithCovariance',
-    'PreparedFrame', 'Registrar', 'Registration', 'RgbdFrame', 'RgbdSource', 'Settings',
-    'SourceOptions', 'Status', 'Trajectory', 'open_source', 'preset', 'with_values']
+    '__version__', 'Aick', 'Camera', 'Detector', 'Features', 'ImuSamples', 'Increment',
+    'InputError', 'KeypointExtractor', 'KeypointFrame', 'Odometry', 'OdometryUpdate',
+    'PoseWithCovariance', 'PreparedFrame', 'Registrar', 'Registration', 'RgbdFrame',
+    'RgbdSource', 'Settings', 'SourceOptions', 'Status', 'Trajectory', 'open_source', 'preset',
+    'with_values']
 
 if not TYPE_CHECKING:  # type checkers would take it for a promise that any name exists
     def __getattr__(name: str) -> object:

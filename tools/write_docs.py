@@ -32,8 +32,8 @@ from aick_ros.settings.text import parameter_table  # noqa: E402
 
 GROUPS = {
     'Odometry': ['Odometry', 'OdometryUpdate', 'Status', 'Increment', 'PoseWithCovariance'],
-    'Frames and recordings': ['RgbdFrame', 'Camera', 'open_source', 'SourceOptions', 'RgbdSource',
-                              'Trajectory'],
+    'Frames and recordings': ['RgbdFrame', 'ImuSamples', 'Camera', 'open_source', 'SourceOptions',
+                              'RgbdSource', 'Trajectory'],
     'Registration': ['Registrar', 'PreparedFrame', 'Aick', 'Registration'],
     'Keypoints': ['KeypointExtractor', 'KeypointFrame', 'Detector', 'Features'],
     'Settings and errors': ['Settings', 'preset', 'with_values', 'InputError'],

@@ -12,6 +12,7 @@ import cv2
 import numpy as np
 
 from aick_ros.errors import InputError
+from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry.camera import Camera
 
 
@@ -25,6 +26,8 @@ class RgbdFrame:
     :param depth: HxW float32, z in the optical frame of the colour camera [m]; NaN where invalid.
     :param camera: calibration of the colour camera.
     :param depth_stamp: stamp of the depth image [ns]; None: that of the colour image.
+    :param imu: samples of an IMU since the frame before, in the axes of the optical frame; None:
+        there is none.
     :raises InputError: if the images do not fit each other or the camera.
     """
 
@@ -33,6 +36,7 @@ class RgbdFrame:
     depth: np.ndarray
     camera: Camera
     depth_stamp: int | None = None
+    imu: ImuSamples | None = None
 
     def __post_init__(self) -> None:
         """Reject images of wrong type or size, and stamps that are not whole nanoseconds."""

@@ -15,7 +15,8 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
-from aick_ros.geometry.stamps import seconds
+from aick_ros.geometry.stamps import NANOSECONDS, seconds
+from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.registration.registrar import Registrar
@@ -29,11 +30,14 @@ class Attempt:
     """
     A frame registered to a reference.
 
+    :param seen: the registration by the images alone.
+    :param registration: the same, with what other sensors say.
     :param status: OK, or why the registration failed or was rejected.
     :param increment: motion from the reference to the frame; meaningless if registration failed.
     """
 
     reference: Reference
+    seen: Registration
     registration: Registration
     increment: Increment
     status: Status
@@ -43,10 +47,12 @@ class Attempt:
 class Attempts:
     """Registers frames to references, and checks the results."""
 
-    def __init__(self, settings: Settings, registrar: Registrar) -> None:
+    def __init__(self, settings: Settings, registrar: Registrar,
+                 expected: ExpectedMotion) -> None:
         self._min_matches = settings.odometry.min_matches
         self._motion_model = MotionModel(settings.odometry)
         self._registrar = registrar
+        self._expected = expected
 
     def of(self, prepared: PreparedFrame, references: References, twist: np.ndarray | None,
            confirmed: int) -> Iterator[Attempt]:
@@ -58,11 +64,12 @@ class Attempts:
         :param twist: body velocity at the last tracked frame [m/s, rad/s]; None: unknown.
         :param confirmed: stamp of the last frame that was registered by keypoints [ns].
         """
-        elapsed = seconds(references.last.stamp, prepared.stamp)
-        motion = None
-        if twist is not None and self._motion_model.holds(elapsed):
-            motion = self._motion_model.predict(twist, elapsed)
-            prepared = dataclasses.replace(prepared, twist=twist)
+        last, motion = references.last.stamp, None
+        if self._expected.is_known(last, prepared.stamp, twist):
+            motion = self._expected.between(last, prepared.stamp, twist)
+            if twist is not None:
+                prepared = dataclasses.replace(
+                    prepared, twist=self._expected.twist_at(prepared.stamp, twist))
         unconfirmed = seconds(confirmed, prepared.stamp)
         doubtful = []
         if prepared.repeat is not Repeat.COLOUR:
@@ -88,8 +95,9 @@ class Attempts:
 
     def _by_depth(self, prepared: PreparedFrame, references: References,
                   motion: PoseWithCovariance, unconfirmed: float) -> Iterator[Attempt]:
+        start = prepared.stamp - round(unconfirmed * NANOSECONDS)
         blind = PoseWithCovariance(
-            motion.matrix, self._motion_model.predict(None, unconfirmed).covariance)
+            motion.matrix, self._expected.between(start, prepared.stamp, None).covariance)
         for reference in references.shapes():
             T_reference_last = _from(reference, references.last)
             yield self._checked(prepared, reference, self._registrar.register_depth(
@@ -97,9 +105,10 @@ class Attempts:
                 (T_reference_last @ blind).covariance))
 
     def _checked(self, prepared: PreparedFrame, reference: Reference,
-                 registration: Registration) -> Attempt:
-        increment = Increment(registration.pose, seconds(reference.stamp, prepared.stamp))
-        return Attempt(reference, registration, increment, *self._check(registration, increment))
+                 seen: Registration) -> Attempt:
+        joined = self._expected.joined(seen, reference.stamp, prepared.stamp)
+        increment = Increment(joined.pose, seconds(reference.stamp, prepared.stamp))
+        return Attempt(reference, seen, joined, increment, *self._check(joined, increment))
 
     def _check(self, registration: Registration, increment: Increment) -> tuple[Status, str]:
         """Return OK, or why a registration is rejected."""

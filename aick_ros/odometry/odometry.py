@@ -18,6 +18,8 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER, seconds
 from aick_ros.odometry.attempts import Attempt, Attempts
+from aick_ros.odometry.expected_motion import ExpectedMotion
+from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.keyframe import KeyframePolicy
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.motion_model import MotionModel
@@ -68,6 +70,7 @@ class Odometry:
         self._detector = detector
         self._times = StageTimes()
         self._learned = Learned()
+        self._gyroscope = Gyroscope(settings.imu, settings.odometry)
         self._memory: KeyframeMemory | None = None
         self._apply(settings, Registrar(settings, self._times, self._learned, detector))
         self.reset(T_odom_camera)
@@ -91,7 +94,9 @@ class Odometry:
         self._settings = settings
         self._registrar = registrar
         self._motion_model = MotionModel(settings.odometry)
-        self._attempts = Attempts(settings, registrar)
+        self._gyroscope.configure(settings.imu, settings.odometry)
+        self._expected = ExpectedMotion(settings.odometry, self._gyroscope)
+        self._attempts = Attempts(settings, registrar, self._expected)
         self._policy = KeyframePolicy(settings)
         if self._memory is not None:
             self._memory.configure(settings, registrar)
@@ -147,6 +152,8 @@ class Odometry:
             lost without an answer, and the next one is registered as if it had not been.
         """
         self._times.take()
+        if frame.imu is not None:
+            self._gyroscope.add(frame.imu)
         repeat = self._repeat_of(frame)
         update = None
         if self._references is not None and repeat is Repeat.BOTH:
@@ -234,19 +241,25 @@ class Odometry:
             attempt.reference, attempt.registration, attempt.increment)
         by_depth = registration.evidence is Evidence.DEPTH_ALONE
         if reference is (references.shape or references.keyframe):
-            increment = Increment(references.last.motion_to(registration),
-                                  seconds(references.last.stamp, prepared.stamp))
+            last_stamp = references.last.stamp
+            increment = Increment(references.last.motion_to(attempt.seen),
+                                  seconds(last_stamp, prepared.stamp))
+            if not by_depth:
+                increment = self._expected.joined_increment(
+                    increment, last_stamp, prepared.stamp)
         recovered, self._is_lost = self._is_lost, False
-        prepared = dataclasses.replace(prepared, twist=increment.twist)
+        prepared = dataclasses.replace(
+            prepared, twist=self._expected.twist_at(prepared.stamp, increment.twist))
         self._pose = reference.pose @ registration.pose
         last = Reference(prepared, reference.pose @ registration.image_pose,
-                         in_keyframe=registration.varying_pose)
+                         in_keyframe=attempt.seen.varying_pose)
         detour = np.zeros((6, 6))
         if by_depth:
             self._twist = self._motion_model.observed_twist(
                 increment, seconds(self._confirmed, prepared.stamp))
             references.track_shape(last, reference)
         else:
+            self._gyroscope.learn(reference.stamp, prepared.stamp, attempt.seen.pose)
             if not references.is_return_to(reference):  # that increment is over all of the gap
                 self._twist = increment.twist
             self._confirmed = prepared.stamp
@@ -298,9 +311,7 @@ class Odometry:
     def _motion_since(self, last: Reference, stamp: int,
                       predicted: np.ndarray | None) -> PoseWithCovariance:
         """Return the motion since the last tracked frame by another sensor or the model."""
-        if predicted is not None:
-            return self._motion_model.with_slip(predicted)
-        return self._motion_model.predict(self._twist, seconds(last.stamp, stamp))
+        return self._expected.between(last.stamp, stamp, self._twist, predicted)
 
     def _update(self, prepared: PreparedFrame, status: Status, reason: str) -> OdometryUpdate:
         return OdometryUpdate(prepared.stamp, status, reason, self._published, prepared)

@@ -176,6 +176,27 @@ class OdometrySettings(Checked):
 
 
 @dataclass(frozen=True)
+class ImuSettings(Checked):
+    """Noise of the IMU, where the frames have its samples; defaults suit those of cameras."""
+
+    gyroscope_noise: float = parameter(
+        0.0003, 'Noise density of the gyroscope.', unit='rad/s/sqrt(Hz)', minimum=1e-7,
+        maximum=1.0)
+    gyroscope_bias_walk: float = parameter(
+        3e-5, 'Random walk of the bias of the gyroscope.', unit='rad/s^2/sqrt(Hz)', minimum=0.0,
+        maximum=1.0)
+    gyroscope_bias_sigma: float = parameter(
+        0.02, 'Standard deviation of the bias of the gyroscope at the start.', unit='rad/s',
+        minimum=0.0, maximum=1.0)
+    time_offset: float = parameter(
+        0.0, 'Time added to the stamps of the images to get those of the IMU.', unit='s',
+        minimum=-0.5, maximum=0.5)
+    time_offset_sigma: float = parameter(
+        0.005, 'Standard deviation of the time offset; the rest is estimated. 0: it is exact.',
+        unit='s', minimum=0.0, maximum=0.1)
+
+
+@dataclass(frozen=True)
 class Settings(Checked):
     """All settings of the algorithm."""
 
@@ -185,3 +206,4 @@ class Settings(Checked):
     aick: AickSettings = AickSettings()
     refinement: RefinementSettings = RefinementSettings()
     odometry: OdometrySettings = OdometrySettings()
+    imu: ImuSettings = ImuSettings()

@@ -7,17 +7,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
 
 from aick_ros.errors import InputError
+from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.sources import OnDamaged, raise_damage
+from aick_ros.sources.synthetic.imu import ImuModel, imu_samples
 from aick_ros.sources.synthetic.motion_blur import motion_blur
 from aick_ros.sources.synthetic.path import HandheldPath
 from aick_ros.sources.synthetic.renderer import Renderer
@@ -28,7 +31,9 @@ from aick_ros.sources.synthetic.wander import Wander
 
 _EXPOSURE = ((0.6, 0.05, 0.15), (0.4, 0.2, 0.4))  # shares and frequencies [Hz]
 # what the random numbers are for; the scene takes 0
-_PATH_STREAM, _EXPOSURE_STREAM, _NOISE_STREAM = 1, 2, 3
+_PATH_STREAM, _EXPOSURE_STREAM, _NOISE_STREAM, _IMU_STREAM = 1, 2, 3, 4
+_IMU_BEFORE = NANOSECONDS // 2  # chosen: how long an IMU measures before the first frame
+_IMU_AHEAD = NANOSECONDS // 50  # chosen: how much longer an image takes to arrive than a sample
 _SLOWEST, _FASTEST = 0.01, 1000.0  # Hz
 _MOST_FRAMES = 100_000  # chosen: an hour at 30 Hz; their poses are computed before the first
 
@@ -46,6 +51,7 @@ class SyntheticOptions:
     :param depth_delay: time from a colour image to its depth image [s].
     :param colour: imperfections of the colour images.
     :param depth: imperfections of the depth images.
+    :param imu: at the place of the colour camera; None: there is none.
     :raises InputError: where an option is out of range.
     """
 
@@ -57,6 +63,7 @@ class SyntheticOptions:
     depth_delay: float = 0.0
     colour: ColourSensor = ColourSensor()
     depth: DepthSensor = DepthSensor()
+    imu: ImuModel | None = None
 
     def __post_init__(self) -> None:
         """Refuse what cannot be rendered."""
@@ -144,11 +151,28 @@ class SyntheticSource:
         gain = 1.0 + self._exposure.at(self._time(stamp))
         return RgbdFrame(stamp, options.colour.measure(colour, gain, rng),
                          options.depth.measure(depth, options.camera, rng), options.camera,
-                         depth_stamp)
+                         depth_stamp, self._imu(index))
 
     def pose(self, stamp: int) -> np.ndarray:
         """Return the true ``T_world_camera`` at any stamp [ns]."""
         return self._path.pose(self._time(stamp))
+
+    @cached_property
+    def imu(self) -> ImuSamples | None:
+        """All samples of the IMU; None where there is none."""
+        options = self._options
+        if options.imu is None:
+            return None
+        end = self._stamp(len(self) - 1) + _IMU_AHEAD
+        return imu_samples(self.pose, options.start - _IMU_BEFORE, end, options.imu,
+                           self._rng(_IMU_STREAM))
+
+    def _imu(self, index: int) -> ImuSamples | None:
+        """Return the samples that arrive between the frame before and one."""
+        end = self._stamp(index) + _IMU_AHEAD
+        if self.imu is None:
+            return None
+        return self.imu.until(end, self._stamp(index - 1) + _IMU_AHEAD if index else None)
 
     def _exposed(self, stamp: int) -> np.ndarray:
         """Return the motion of the camera during the exposure, 4x4."""

@@ -1,0 +1,69 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Samples of an inertial measurement unit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aick_ros.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class ImuSamples:
+    """
+    Samples of an IMU, in the axes of the optical frame of the colour camera.
+
+    :param stamps: N int64 [ns], in any order: whoever uses them decides what is out of order.
+    :param turn_rates: Nx3 float64, by the gyroscope [rad/s]; NaN where it has not measured.
+    :param accelerations: Nx3 float64, specific force by the accelerometer: at rest it points up
+        and has the length of gravity [m/s^2]; NaN where it has not measured.
+    :raises InputError: where the arrays do not fit each other.
+    """
+
+    stamps: np.ndarray
+    turn_rates: np.ndarray
+    accelerations: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Reject arrays of wrong type or shape."""
+        count = len(self.stamps)
+        fits = self.stamps.shape == (count,) and self.stamps.dtype == np.int64 and all(
+            values.shape == (count, 3) and values.dtype == np.float64
+            for values in (self.turn_rates, self.accelerations))
+        if not fits:
+            raise InputError(
+                f'samples of an IMU with stamps {self.stamps.shape} ({self.stamps.dtype}), turn '
+                f'rates {self.turn_rates.shape} and accelerations '
+                f'{self.accelerations.shape}: required are N int64, Nx3 and Nx3 float64')
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return len(self.stamps)
+
+    def __getitem__(self, chosen: slice | np.ndarray) -> ImuSamples:
+        """Return some of the samples, by a slice, their indices or a mask."""
+        return ImuSamples(self.stamps[chosen], self.turn_rates[chosen],
+                          self.accelerations[chosen])
+
+    def until(self, stamp: int, after: int | None = None) -> ImuSamples:
+        """Return the samples up to a stamp [ns] and after another one, of samples in order."""
+        start = 0 if after is None else int(np.searchsorted(self.stamps, after, 'right'))
+        return self[start:int(np.searchsorted(self.stamps, stamp, 'right'))]
+
+    def in_axes(self, rotation: np.ndarray) -> ImuSamples:
+        """Return the same samples in other axes, by the rotation into them, 3x3."""
+        return ImuSamples(self.stamps, self.turn_rates @ rotation.T,
+                          self.accelerations @ rotation.T)
+
+
+def joined(parts: Sequence[ImuSamples]) -> ImuSamples:
+    """Return samples one after the other."""
+    return ImuSamples(
+        np.concatenate([np.empty(0, np.int64), *(part.stamps for part in parts)]),
+        np.concatenate([np.empty((0, 3)), *(part.turn_rates for part in parts)]),
+        np.concatenate([np.empty((0, 3)), *(part.accelerations for part in parts)]))

@@ -1,0 +1,53 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Whether the rotations of a gyroscope and those of the camera agree."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aick_ros.geometry import se3
+from aick_ros.odometry.inertial.rotation_integral import Turn
+
+_LARGEST = 5.5  # derived: chi-squared by 3 degrees of freedom is above it once in 1000
+_FLOOR = np.radians(0.15)
+"""Error of a rotation of the camera that its covariance may miss [rad], chosen."""
+
+_MEMORY = 8.0  # frames; chosen: a share that has settled after a quarter of a second
+_WRONG, _RIGHT = 0.5, 0.1  # chosen: shares of them from which on it is used no more, or again
+
+
+class Agreement:
+    """Compares rotations; while most of the recent ones disagree, the gyroscope is not used."""
+
+    def __init__(self) -> None:
+        self._disagreeing = 0.0  # share of the recent rotations
+        self._turned = np.zeros(2)  # by the gyroscope and by the camera, of those [rad]
+        self._is_wrong = False
+
+    @property
+    def complaint(self) -> str:
+        """What disagrees, in one sentence; '' where they agree."""
+        if not self._is_wrong:
+            return ''
+        gyroscope, camera = np.degrees(self._turned)
+        return (f'the gyroscope turns by {gyroscope:.1f} deg where the camera sees {camera:.1f} '
+                'deg, or about another axis: check the pose of the IMU in the camera, and that '
+                'its samples are in rad/s')
+
+    def note(self, error: np.ndarray, covariance: np.ndarray, turn: Turn) -> bool:
+        """
+        Note the error of one rotation, and return whether it is one of noise.
+
+        :param error: 3, from the gyroscope's rotation to the camera's [rad].
+        :param covariance: 3x3, of the error.
+        """
+        expected = covariance + _FLOOR ** 2 * np.eye(3)
+        agrees = float(error @ np.linalg.solve(expected, error)) / 3 <= _LARGEST
+        self._disagreeing += (float(not agrees) - self._disagreeing) / _MEMORY
+        if not agrees:
+            seen = se3.exp_rotation(error) @ turn.rotation
+            self._turned = np.array([se3.angle(turn.rotation), se3.angle(seen)])
+        self._is_wrong = self._disagreeing > (_RIGHT if self._is_wrong else _WRONG)
+        return agrees

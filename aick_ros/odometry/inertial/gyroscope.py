@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Rotation of the camera by a gyroscope, as long as the camera confirms it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aick_ros.frames.imu import ImuSamples
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS, seconds
+from aick_ros.odometry.inertial.agreement import Agreement
+from aick_ros.odometry.inertial.gyroscope_calibration import GyroscopeCalibration
+from aick_ros.odometry.inertial.rotation_integral import RotationIntegral, Turn
+from aick_ros.odometry.inertial.sample_check import SampleCheck
+from aick_ros.odometry.motion_term import ROTATION, MotionTerm
+from aick_ros.settings import ImuSettings, OdometrySettings
+
+_LONGER = 1.5
+"""Ratio of an interval to the last one from the same keyframe that is learned from.
+
+Chosen: each then has 2.25 times the information of the one before, so that the error of the
+keyframe that all have in common counts less than twice."""
+
+_PERSISTENCE = 3.0
+"""How long the error of the estimated bias stays the same [s], chosen on rendered shakes."""
+
+
+class Gyroscope:
+    """
+    Integrates the samples of a gyroscope, and learns its bias from the motion of the camera.
+
+    :param settings: noise of the gyroscope.
+    :param odometry: the acceleration noise, by which samples that have not arrived are missed.
+    """
+
+    def __init__(self, settings: ImuSettings, odometry: OdometrySettings) -> None:
+        self.configure(settings, odometry)
+        self._integral = RotationIntegral()
+        self._samples = SampleCheck()
+        self._calibration = GyroscopeCalibration(settings)
+        self._agreement = Agreement()
+        self._learned: tuple[int, float] = 0, 0.0  # stamp of a keyframe, and longest interval [s]
+
+    def configure(self, settings: ImuSettings, odometry: OdometrySettings) -> None:
+        """Continue with other settings; what was learned is kept."""
+        self._settings = settings
+        self._acceleration_sigma = odometry.angular_acceleration_sigma
+
+    @property
+    def bias(self) -> np.ndarray:
+        """Estimated bias, 3 [rad/s]."""
+        return self._calibration.bias.copy()
+
+    @property
+    def bias_sigma(self) -> np.ndarray:
+        """Standard deviation of the estimated bias, 3 [rad/s]."""
+        sigma: np.ndarray = np.sqrt(np.diag(self._calibration.covariance)[:3])
+        return sigma
+
+    @property
+    def time_offset(self) -> float:
+        """Estimated time offset [s]."""
+        return self._calibration.offset
+
+    @property
+    def dropped(self) -> int:
+        """Number of samples that could not be used."""
+        return self._samples.dropped
+
+    @property
+    def complaint(self) -> str:
+        """How the samples contradict the camera, in words; '' where they do not."""
+        disagreement = self._agreement.complaint
+        return disagreement and '; '.join(filter(None, (self._samples.unchanged, disagreement)))
+
+    @property
+    def _is_used(self) -> bool:
+        return not self._samples.unchanged and not self._agreement.complaint
+
+    def add(self, samples: ImuSamples) -> None:
+        """Add samples; those that cannot be used are counted and dropped."""
+        for stamp, rate in self._samples.usable(samples):
+            before = self._integral.last
+            if before is not None and stamp > before:
+                self._calibration.elapse(seconds(before, stamp))
+            self._integral.add(stamp, rate)
+
+    def term(self, start: int, end: int, is_summed: bool = False) -> MotionTerm | None:
+        """
+        Return the rotation between two stamps of images [ns]; None: it is not known.
+
+        :param is_summed: whether such motions are added up, as independent ones. The error of
+            the bias is the same in all of them: its covariance is then that of their sum.
+        """
+        turn = self._turn(start, end) if self._is_used else None
+        if turn is None:
+            return None
+        rotation = np.eye(4)
+        rotation[:3, :3] = turn.rotation
+        factor = max(_PERSISTENCE / turn.duration, 1.0) if is_summed else 1.0
+        return MotionTerm(rotation, ROTATION,
+                          self._noise(turn) + factor * self._calibration.uncertainty(turn))
+
+    def rate_at(self, stamp: int) -> np.ndarray | None:
+        """Return the turn rate at the stamp of an image [ns], 3 [rad/s]; None: not known."""
+        turn = self._turn(stamp, stamp) if self._is_used else None
+        return None if turn is None else turn.rates[1]
+
+    def learn(self, start: int, end: int, seen: PoseWithCovariance) -> None:
+        """
+        Compare with a motion that the camera alone has measured, and learn from it.
+
+        :param start: stamp of the keyframe [ns]; end: of the frame.
+        :param seen: ``T_keyframe_camera``.
+        """
+        turn = self._turn(start, end) if end > start else None
+        if turn is None:
+            return
+        error = se3.log_rotation(seen.rotation @ turn.rotation.T)
+        covariance = seen.covariance[3:, 3:] + self._noise(turn)
+        total = covariance + self._calibration.uncertainty(turn)
+        if not self._agreement.note(error, total, turn):
+            return
+        keyframe, longest = self._learned
+        if start != keyframe or turn.duration > _LONGER * longest:
+            self._calibration.learn(turn, error, covariance)
+            self._learned = start, turn.duration
+
+    def _turn(self, start: int, end: int) -> Turn | None:
+        offset = round(self._calibration.offset * NANOSECONDS)
+        return self._integral.between(start + offset, end + offset, self._calibration.bias)
+
+    def _noise(self, turn: Turn) -> np.ndarray:
+        """Return the covariance of a rotation by the noise of the rates, 3x3 [rad^2]."""
+        missed = 0.5 * self._acceleration_sigma * turn.extrapolated ** 2
+        variance = self._settings.gyroscope_noise ** 2 * turn.duration + missed ** 2
+        covariance: np.ndarray = variance * np.eye(3)
+        return covariance

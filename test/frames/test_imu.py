@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Samples of an IMU: choice, axes and what is rejected."""
+
+import numpy as np
+import pytest
+
+from aick_ros.errors import InputError
+from aick_ros.frames.imu import ImuSamples, joined
+from aick_ros.geometry import se3
+
+SAMPLES = ImuSamples(np.arange(5, dtype=np.int64) * 10, np.arange(15.0).reshape(5, 3),
+                     -np.arange(15.0).reshape(5, 3))
+
+
+def test_samples_between_two_stamps_are_shared_by_no_two_intervals():
+    parts = [SAMPLES.until(10), SAMPLES.until(25, after=10), SAMPLES.until(99, after=25)]
+    assert [part.stamps.tolist() for part in parts] == [[0, 10], [20], [30, 40]]
+    whole = joined(parts)
+    for name in ('stamps', 'turn_rates', 'accelerations'):
+        assert np.array_equal(getattr(whole, name), getattr(SAMPLES, name))
+
+
+def test_nothing_joined_is_no_samples():
+    assert len(joined([])) == 0
+
+
+def test_other_axes_keep_lengths_and_turn_vectors():
+    about_z = se3.exp_rotation((0, 0, np.pi / 2))
+    turned = SAMPLES.in_axes(about_z)
+    x, y, z = SAMPLES.turn_rates.T
+    assert np.allclose(turned.turn_rates, np.column_stack([-y, x, z]))
+    assert np.allclose(turned.accelerations, -turned.turn_rates)
+
+
+@pytest.mark.parametrize('stamps, rates', [
+    (np.arange(3.0), np.zeros((3, 3))), (np.arange(3), np.zeros((3, 2))),
+    (np.arange(3), np.zeros((4, 3))), (np.arange(3), np.zeros((3, 3), np.float32))])
+def test_arrays_that_do_not_fit_are_rejected(stamps, rates):
+    with pytest.raises(InputError, match='required are N int64'):
+        ImuSamples(stamps, rates, np.zeros((3, 3)))

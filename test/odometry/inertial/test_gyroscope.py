@@ -1,0 +1,124 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A gyroscope beside a camera that sees the truth: what is learned, noticed and done without."""
+
+import re
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.imu import ImuSamples
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.inertial.gyroscope import Gyroscope
+from aick_ros.settings import ImuSettings, OdometrySettings
+
+MS = NANOSECONDS // 1000
+BIAS = np.array([0.01, -0.02, 0.015])
+RATE = np.array([0.2, 0.5, -0.3])  # rad/s, of a camera that turns evenly
+ABOUT_X = se3.exp_rotation((np.pi / 2, 0, 0))
+FRAMES = range(0, 2001, 40)  # ms
+
+
+def seen(start, end):
+    """Return what a camera with an error of 0.05 deg sees between two times [ms]."""
+    pose = np.eye(4)
+    pose[:3, :3] = se3.exp_rotation((end - start) / 1000 * RATE)
+    return PoseWithCovariance(pose, np.radians(0.05) ** 2 * np.eye(6))
+
+
+def samples(start, end, rate=lambda time: RATE + BIAS, period=5):
+    times = np.arange(start, end, period)
+    rates = np.array([rate(time) for time in times], np.float64).reshape(-1, 3)
+    return ImuSamples(times.astype(np.int64) * MS, rates, np.full(rates.shape, np.nan))
+
+
+def noisy(time):
+    return RATE + BIAS + 1e-4 * np.random.default_rng(int(time) + 100).standard_normal(3)
+
+
+def follow(change=lambda samples: samples, rate=noisy):
+    """Return a gyroscope that was compared with keyframes of 0.4 s for two seconds."""
+    gyroscope = Gyroscope(ImuSettings(), OdometrySettings())
+    for time in FRAMES:
+        gyroscope.add(change(samples(time - 35, time + 5, rate)))
+        keyframe = 400 * ((time - 1) // 400)
+        if time:
+            gyroscope.learn(keyframe * MS, time * MS, seen(keyframe, time))
+    return gyroscope
+
+
+def turned(gyroscope, start=1000, end=2000):
+    """Return the error of the rotation between two times [ms], in its standard deviations."""
+    term = gyroscope.term(start * MS, end * MS)
+    error = term.error(seen(start, end).matrix)
+    return error, float(np.sqrt(error @ np.linalg.solve(term.covariance, error)))
+
+
+def test_the_bias_is_learned_and_the_rotation_is_right():
+    gyroscope = follow()
+    assert np.abs(gyroscope.bias - BIAS).max() < 4 * gyroscope.bias_sigma.max() < 0.006
+    assert gyroscope.complaint == ''
+    error, sigmas = turned(gyroscope)
+    assert np.linalg.norm(error) < np.radians(0.1)
+    assert sigmas < 4.0
+
+
+def test_a_sum_of_motions_has_the_error_of_the_bias_in_common():
+    gyroscope = follow()
+    alone, summed = (gyroscope.term(1000 * MS, 1100 * MS, is_summed) for is_summed in (0, 1))
+    assert np.trace(summed.covariance) > 5 * np.trace(alone.covariance)
+
+
+@pytest.mark.parametrize('damage', [
+    lambda s: s[::-1], lambda s: s[np.repeat(np.arange(len(s)), 2)],
+    lambda s: ImuSamples(s.stamps, np.where((s.stamps // MS % 20 == 0)[:, None] & np.array(
+        [True, False, False]), np.nan, s.turn_rates), s.accelerations),
+    lambda s: ImuSamples(s.stamps, np.where((s.stamps // MS % 20 == 0)[:, None], 1e9,
+                                            s.turn_rates), s.accelerations)],
+    ids=['out of order', 'repeated', 'not a number', 'beyond any range'])
+def test_single_samples_that_cannot_be_used_are_dropped(damage):
+    gyroscope = follow(damage)
+    assert gyroscope.dropped > 10
+    assert gyroscope.complaint == ''
+    assert gyroscope.term(1990 * MS, 2000 * MS) is None or turned(gyroscope, 1900)[1] < 4.0
+
+
+def test_a_gap_is_not_bridged():
+    gyroscope = follow(lambda s: s if not 1200 < s.stamps[0] / MS < 1400 else s[:0])
+    assert gyroscope.term(1160 * MS, 1480 * MS) is None
+    assert turned(gyroscope, 1480)[1] < 4.0
+
+
+@pytest.mark.parametrize('rate, words', [
+    (lambda time: np.zeros(3), r'\(0, 0, 0\) rad/s'),
+    (lambda time: np.array([0.4, 0.0, 0.0]), r'\(0.4, 0, 0\) rad/s'),
+    (lambda time: ABOUT_X @ noisy(time), 'another axis'),
+    (lambda time: -noisy(time), 'another axis'),
+    (lambda time: np.degrees(noisy(time)), 'rad/s')],
+    ids=['zeros', 'stuck', 'turned axes', 'sign', 'degrees'])
+def test_one_that_lies_is_named_and_not_used(rate, words):
+    gyroscope = follow(rate=rate)
+    assert gyroscope.term(1000 * MS, 2000 * MS) is None
+    assert gyroscope.rate_at(2000 * MS) is None
+    assert re.search(words, gyroscope.complaint)
+
+
+def test_one_that_comes_right_is_used_again():
+    gyroscope = follow(rate=lambda time: noisy(time) * (-1.0 if time < 500 else 1.0))
+    assert gyroscope.complaint == ''
+    assert turned(gyroscope, 1500)[1] < 4.0
+
+
+def test_without_samples_nothing_is_known_and_nothing_is_wrong():
+    gyroscope = follow(lambda s: s[:0])
+    assert gyroscope.term(0, 100 * MS) is None
+    assert gyroscope.complaint == ''
+
+
+def test_samples_that_have_not_arrived_cost_certainty():
+    gyroscope = follow()
+    known, missed = (gyroscope.term(1900 * MS, end * MS).covariance for end in (2000, 2018))
+    assert np.trace(missed) > 2 * np.trace(known)

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The integral of turn rates against rotations that are known in closed form."""
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.inertial.rotation_integral import RotationIntegral
+
+NO_BIAS = np.zeros(3)
+MS = NANOSECONDS // 1000
+
+
+def rotation(time):
+    """Return a rotation about axes that move: no two turns commute."""
+    return (se3.exp_rotation((0, 0, 0.7 * np.sin(3 * time)))
+            @ se3.exp_rotation((0.5 * np.cos(2 * time), 0.4 * time, 0)))
+
+
+def rate(time, step=1e-5):
+    """Return the turn rate by a central difference."""
+    return se3.log_rotation(rotation(time - step).T @ rotation(time + step)) / (2 * step)
+
+
+def integral(rates, period=2 * MS, bias=NO_BIAS):
+    result = RotationIntegral()
+    for i, value in enumerate(rates):
+        result.add(i * period, value + bias)
+    return result
+
+
+@pytest.fixture(scope='module')
+def moving():
+    return integral([rate(0.002 * i) for i in range(1001)])
+
+
+@pytest.mark.parametrize('start, end', [(0, 2000), (501, 1501), (700, 703), (900, 900)])
+def test_a_motion_about_moving_axes_is_integrated(moving, start, end):
+    turn = moving.between(start * MS, end * MS, NO_BIAS)
+    true = rotation(start / 1000).T @ rotation(end / 1000)
+    assert se3.angle(true.T @ turn.rotation) < 1e-5
+    assert turn.duration == pytest.approx((end - start) / 1000)
+    assert np.allclose(turn.rates, [rate(start / 1000), rate(end / 1000)], atol=1e-4)
+
+
+def test_a_constant_rate_is_exact():
+    w = np.array([0.3, -2.0, 1.0])
+    turn = integral(200 * [w]).between(33 * MS, 390 * MS, NO_BIAS)
+    assert np.allclose(turn.rotation, se3.exp_rotation(0.357 * w), atol=1e-12)
+
+
+@pytest.mark.parametrize('size', [1e-3, 0.05])
+def test_the_derivative_by_the_bias_is_that_of_finite_differences(moving, size):
+    """Below the size at which the samples are integrated again, and above it."""
+    start, end = 240 * MS, 1233 * MS
+    turn = moving.between(start, end, NO_BIAS)
+    for axis in np.eye(3):
+        again = integral([rate(0.002 * i) - size * axis for i in range(1001)])
+        true = again.between(start, end, NO_BIAS).rotation
+        assert se3.angle(true.T @ moving.between(start, end, size * axis).rotation) < (
+            0.6 * size ** 2 if size < 0.002 else 1e-9)
+        change = se3.log_rotation(true @ turn.rotation.T)
+        assert np.allclose(change, -turn.by_bias @ axis * size, atol=0.6 * size ** 2)
+
+
+def test_the_derivative_by_the_offset_is_that_of_finite_differences(moving):
+    turn, step = moving.between(300 * MS, 1300 * MS, NO_BIAS), MS
+    later = moving.between(300 * MS + step, 1300 * MS + step, NO_BIAS)
+    change = se3.log_rotation(later.rotation @ turn.rotation.T)
+    assert np.allclose(change, 0.001 * turn.by_offset, atol=5e-6)
+
+
+def test_what_was_not_measured_is_not_known(moving):
+    assert moving.between(-1, 10 * MS, NO_BIAS) is None
+    assert moving.between(0, 2021 * MS, NO_BIAS) is None
+    late = moving.between(1990 * MS, 2015 * MS, NO_BIAS)
+    assert late.extrapolated == pytest.approx(0.015)
+    assert se3.angle(late.rotation.T @ rotation(1.990).T @ rotation(2.015)) < 2e-3
+    assert RotationIntegral().between(0, 0, NO_BIAS) is None
+
+
+@pytest.mark.parametrize('stamp', [251 * MS, 100 * MS])
+def test_a_gap_or_an_earlier_stamp_begins_anew(stamp):
+    result = integral(101 * [np.ones(3)])
+    result.add(stamp, np.zeros(3))
+    assert result.between(0, 200 * MS, NO_BIAS) is None
+    result.add(stamp + 10 * MS, np.zeros(3))
+    assert np.array_equal(result.between(stamp, stamp + 10 * MS, NO_BIAS).rotation, np.eye(3))
+
+
+def test_old_samples_are_forgotten_and_the_rest_stays():
+    w = np.array([0.0, 0.1, 0.0])
+    result = integral(1300 * [w], period=50 * MS)
+    assert result.between(0, 64_000 * MS, NO_BIAS) is None
+    turn = result.between(35_000 * MS, 64_000 * MS, NO_BIAS)
+    assert np.allclose(turn.rotation, se3.exp_rotation(29 * w))
