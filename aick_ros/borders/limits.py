@@ -52,6 +52,9 @@ MAX_WORDS = 100_000
 MAX_DISTANCE = 1e8
 """Distance of a pose from its origin [m]; chosen: twice around the Earth, to 15 nm in float64."""
 
+MAX_EXTRINSIC = 1000.0
+"""Distance of a camera from the origin of its robot [m]; chosen: above the largest machines."""
+
 MAX_PIXEL_LENGTH = 1e6
 """Focal length, or offset of the principal point, of a camera [px]; chosen."""
 

@@ -3,6 +3,8 @@
 
 """Rectified frames against OpenCV's undistortion, and against where points are seen."""
 
+import dataclasses
+
 import cv2
 import numpy as np
 import pytest
@@ -40,6 +42,15 @@ def test_it_is_the_undistortion_of_opencv(colour):
     unchanged = np.abs(colour[inside].astype(int) - expected[inside])
     assert unchanged.mean() > 10.0  # there is something to undo
     assert (result.stamp, result.depth_stamp) == (7, 9)
+
+
+@pytest.mark.parametrize('camera', [PLUMB_BOB, FISHEYE])
+def test_at_an_edge_no_depth_lies_between_two_surfaces(colour, camera):
+    near = np.random.default_rng(2).random((120, 160)) < 0.5
+    frame = dataclasses.replace(
+        frame_of(camera, colour), depth=np.where(near, 1.0, 3.0).astype(np.float32))
+    depth = rectified(frame).depth
+    assert set(depth[np.isfinite(depth)].tolist()) == {1.0, 3.0}
 
 
 @pytest.mark.parametrize('camera', [PLUMB_BOB, FISHEYE])

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from aick_ros.borders.limits import MAX_EXTRINSIC
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry.base_odometry import Mount
@@ -52,7 +53,7 @@ class Extrinsics:
                 f'no transform from {camera_frame!r} (the colour image) to {self._base_frame!r} '
                 f'(frame_id) yet: {TF_REMEDY}, or set camera_in_base, or set frame_id to '
                 f'{camera_frame!r}')
-        return found
+        return _near(found, camera_frame, self._base_frame)
 
     def camera_mount(self, camera_frame: str) -> Mount:
         """Return whether the colour camera moves on the base."""
@@ -79,7 +80,21 @@ class Extrinsics:
             raise InputError(
                 f'no transform from {depth_frame!r} (the depth image) to {colour_frame!r} (the '
                 f'colour image) yet: {TF_REMEDY}, or set depth_in_colour')
-        return found
+        return _near(found, depth_frame, colour_frame)
+
+
+def _near(T_target_source: np.ndarray, source: str, target: str) -> np.ndarray:
+    """
+    Return a transform that may be an extrinsic.
+
+    :raises InputError: where it is longer than any machine: the pose of the base would be that of
+        a lever of this length, and stay so after the transform has been corrected.
+    """
+    distance = float(np.linalg.norm(T_target_source[:3, 3]))
+    if distance > MAX_EXTRINSIC:
+        raise InputError(f'the transform from {source!r} to {target!r} is {distance:.3g} m long, '
+                         f'at most {MAX_EXTRINSIC:g} m are possible: check its publisher')
+    return T_target_source
 
 
 def _pose(name: str, numbers: Sequence[float]) -> np.ndarray | None:
@@ -87,7 +102,11 @@ def _pose(name: str, numbers: Sequence[float]) -> np.ndarray | None:
         return None
     try:
         x, y, z, *quaternion = numbers
-        return se3.from_quaternion(quaternion, (x, y, z))
+        pose = se3.from_quaternion(quaternion, (x, y, z))
     except ValueError:
         raise InputError(
             f'{name} = {list(numbers)} is no pose: x y z qx qy qz qw are required') from None
+    if np.linalg.norm(pose[:3, 3]) > MAX_EXTRINSIC:
+        raise InputError(f'{name} = {list(numbers)} is more than {MAX_EXTRINSIC:g} m away: its '
+                         'unit is metres')
+    return pose
