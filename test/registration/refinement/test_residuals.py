@@ -13,8 +13,8 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.residuals import (
-    NormalEquations, Residuals, geman_mcclure, gradient_noise, point_to_plane, reprojection,
-    robust_weights, track_depth)
+    NormalEquations, Residuals, _blocks, geman_mcclure, gradient_noise, point_to_plane,
+    reprojection, robust_weights, track_depth)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
@@ -242,6 +242,15 @@ def test_a_third_of_outliers_hardly_widens_the_weights():
 def random_residuals(rng, count):
     return Residuals(rng.normal(size=count), rng.normal(size=(count, 6)),
                      rng.uniform(0, 1, count), rng.integers(0, 10, count))
+
+
+def test_rays_share_a_block_if_both_numbers_of_theirs_agree():
+    """Squares of 0.2 on the plane z = 1; what lies farther out than 2 is in those at the rim."""
+    rays = np.random.default_rng(0).uniform(-2.5, 2.5, (400, 2))
+    squares = [tuple(square) for square in np.floor(np.clip(rays, -2, 2) / 0.2 + 1e-9).astype(int)]
+    same = [[one == other for other in squares] for one in squares]
+    blocks = _blocks(rays)
+    np.testing.assert_array_equal(blocks[:, None] == blocks, same)
 
 
 def test_normal_equations_solve_the_weighted_least_squares():

@@ -107,6 +107,19 @@ def test_points_and_depths_are_those_of_the_keypoints(pair):
     assert np.mean(np.isfinite(off)) > 0.9
 
 
+def test_the_noise_of_inverse_depth_is_that_of_the_model(pair):
+    """Sigma_z = a z^b is a z^(b-2) of the inverse depth, to first order; other than for 2 both."""
+    source, target, pose = pair
+    for exponent in (1.0, 3.0):
+        sensor = dataclasses.replace(SETTINGS.sensor, depth_exponent=exponent)
+        view = dataclasses.replace(source, keypoints=KeypointExtractor(
+            SETTINGS.features, sensor).extract(source.frame))
+        tracks = Tracker(SETTINGS.refinement, sensor).track(view, target, pose)
+        z = tracks.points[:, 2]
+        np.testing.assert_allclose(
+            tracks.sigmas, sensor.depth_sigma * z ** exponent / z ** 2, rtol=1e-3)
+
+
 def test_what_leaves_the_image_is_dropped(pair):
     source, target, T_target_source = pair
     away = se3.perturbed(T_target_source, np.array([0, 0, 0, 0, 0.5, 0]))
