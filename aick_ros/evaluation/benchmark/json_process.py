@@ -10,7 +10,6 @@ It may crash or hang: its output is read in a thread, so that waiting for an ans
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import json
 import os
 import queue
@@ -24,11 +23,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
 
+from aick_ros.borders.parent import supervised
+
 ONE_THREAD = {name: '1' for name in (
     'OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'NUMEXPR_NUM_THREADS')}
 
-_PARENT = 'AICK_PARENT_PROCESS'  # environment variable
-_PR_SET_PDEATHSIG = 1  # of prctl(2)
 _POLL_INTERVAL = 0.1  # [s] between two checks whether the user stops; chosen
 _LONGEST_MESSAGE = 200  # characters of an error message that are shown; chosen
 
@@ -48,7 +47,7 @@ class JsonProcess:
         self._process = subprocess.Popen(
             [sys.executable, '-m', module],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors,
-            env={**os.environ, **ONE_THREAD, 'PYTHONPATH': path, _PARENT: str(os.getpid())},
+            env={**supervised(), **ONE_THREAD, 'PYTHONPATH': path},
             start_new_session=True)  # Ctrl-C must not reach it; it becomes a group to be killed
         assert self._process.stdin is not None and self._process.stdout is not None
         self._output = self._process.stdout
@@ -98,20 +97,6 @@ class JsonProcess:
         self._errors.seek(0)
         last = self._errors.read().decode(errors='replace').strip().rpartition('\n')[2]
         return f'exit code {code}: {last[:_LONGEST_MESSAGE]}'
-
-
-def end_with_parent() -> None:
-    """
-    Let Linux kill this process when its parent ends, however that ends; call it first.
-
-    The signal comes when the thread ends that started this process: it must wait for it.
-    """
-    prctl = getattr(ctypes.CDLL(None), 'prctl', None)
-    if prctl is not None:
-        prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    # it may have ended before; without the variable, nobody supervises this process
-    if os.environ.get(_PARENT, str(os.getppid())) != str(os.getppid()):
-        sys.exit(1)
 
 
 def _read(stream: IO[bytes], lines: queue.Queue[bytes | None]) -> None:

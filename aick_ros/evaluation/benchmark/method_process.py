@@ -21,10 +21,10 @@ from typing import Any, TextIO
 
 import cv2
 
+from aick_ros.borders.parent import end_with_parent
 from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines import Baseline
 from aick_ros.evaluation.baselines.registry import make
-from aick_ros.evaluation.benchmark.json_process import end_with_parent
 from aick_ros.evaluation.benchmark.recording import Request
 from aick_ros.evaluation.scores.frame_pairs import FramePair
 from aick_ros.frames.rgbd import RgbdFrame

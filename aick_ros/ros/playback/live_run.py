@@ -38,7 +38,7 @@ def run_live(bag: Path, remappings: Mapping[str, str], parameters: Mapping[str, 
     :raises InputError: where the bag cannot be played or the node does not start.
     """
     use_fastdds_profile()
-    initialise([])
+    initialise([], ends_by_signals=False)
     try:
         with node_process(command, remappings, parameters) as process, listening() as listener:
             player = BagPlayer(bag)

@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
+from aick_ros.borders.parent import supervised
 from aick_ros.settings.parameter import Value
 
 NODE_COMMAND = (sys.executable, '-c',
@@ -23,7 +24,7 @@ _END_TIMEOUT = 5.0  # seconds; chosen: as long as ros2 launch waits after SIGINT
 def node_process(command: Sequence[str], remappings: Mapping[str, str],
                  parameters: Mapping[str, Value]) -> Iterator[subprocess.Popen[bytes]]:
     """
-    Start the node for the length of a block.
+    Start the node for the length of a block; it ends with this process, however that ends.
 
     :param command: the command that starts it.
     :param remappings: unresolved name -> topic.
@@ -34,7 +35,7 @@ def node_process(command: Sequence[str], remappings: Mapping[str, str],
         arguments += ['-r', f'{name}:={topic}']
     for name, value in parameters.items():
         arguments += ['-p', f'{name}:={_yaml(value)}']
-    process = subprocess.Popen([*command, *arguments])
+    process = subprocess.Popen([*command, *arguments], env=supervised())
     try:
         yield process
     finally:

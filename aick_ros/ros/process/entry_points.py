@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from signal import SIGTERM
 
 from aick_ros.ros.process.signals import hold
 
@@ -33,8 +34,10 @@ def _run(name: str, module_name: str) -> None:
     # until the program has its handlers: an interrupted import fails in unexpected ways, and of
     # two signals the second would interrupt the handling of the first
     hold()
+    from aick_ros.borders.parent import end_with_parent
     from aick_ros.errors import InputError, installation, package_of
     from aick_ros.ros.process.environment import check_middleware
+    end_with_parent(SIGTERM)
     try:
         check_middleware()
         module = import_module(module_name)

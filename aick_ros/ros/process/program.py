@@ -18,6 +18,7 @@ from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from aick_ros.borders.names import one_line
 from aick_ros.errors import InputError
@@ -98,16 +99,19 @@ def _handle_signals(interrupt: bool) -> None:
         signal.signal(ending, handle)
 
 
-def initialise(arguments: list[str] | None = None) -> None:
+def initialise(arguments: list[str] | None = None, ends_by_signals: bool = True) -> None:
     """
     Start ROS.
 
     :param arguments: None: those of the process.
+    :param ends_by_signals: whether SIGINT and SIGTERM shut it down; otherwise they do what Python
+        does, so that what uses ROS meanwhile does not fail before.
     :raises InputError: where arguments or environment do not let it start.
     """
     check_variables()
     try:
-        rclpy.init(args=arguments)
+        rclpy.init(args=arguments, signal_handler_options=(
+            SignalHandlerOptions.ALL if ends_by_signals else SignalHandlerOptions.NO))
     except Exception as error:  # rcl's errors have no common base class
         what = 'these arguments' if arguments is None else 'the environment'
         raise InputError(f'ROS rejects {what}: {error}') from None

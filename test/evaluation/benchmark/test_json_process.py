@@ -78,7 +78,7 @@ def test_the_cause_of_an_exit_is_named(start, step, cause):
 
 WAITING = '''
 import json, os, time
-from aick_ros.evaluation.benchmark.json_process import end_with_parent
+from aick_ros.borders.parent import end_with_parent
 end_with_parent()
 print(json.dumps({'pid': os.getpid()}), flush=True)
 time.sleep(3600)
