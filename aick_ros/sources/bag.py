@@ -28,6 +28,7 @@ from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.bag_cameras import BagCameras
 from aick_ros.sources.bag_file import BagFile, fields_required
+from aick_ros.sources.bag_imu import BagImu
 from aick_ros.sources.bag_stream import BagStream, StampedMessage
 from aick_ros.sources.bag_topics import IMAGE, BagTopics
 
@@ -97,8 +98,8 @@ class BagSource:
         :raises InputError: where no images are near each other, the bag cannot be read to its
             end, or depth is to be registered and its extrinsic is not known.
         """
-        found = False
-        for pair in self._pairs(on_damaged):
+        found, imu = False, BagImu(self._topics.imu(self._colour), self._cameras.in_colour)
+        for pair in self._pairs(imu, on_damaged):
             found = True
             decode = self._decoder_of(pair)
             try:
@@ -106,7 +107,7 @@ class BagSource:
             except InputError as error:
                 on_damaged(InputError(f'{self._path}, {error}'))
             else:
-                yield frame
+                yield imu.with_samples(frame, pair.colour.header.frame_id)
         if not found:
             raise InputError(
                 f'{self._path}: no image on {self._colour} is within '
@@ -122,19 +123,24 @@ class BagSource:
                        T_colour_depth=self._cameras.depth_in_colour(
                            pair.colour.header.frame_id, pair.depth.header.frame_id))
 
-    def _pairs(self, on_damaged: OnDamaged) -> Iterator[Pair]:
+    def _pairs(self, imu: BagImu, on_damaged: OnDamaged) -> Iterator[Pair]:
         synchronizer = Synchronizer(self._options.max_interval, _QUEUE_SIZE)
         add = {self._colour: synchronizer.add_colour, self._depth: synchronizer.add_depth}
         streams = {topic: BagStream(partial(self._report, on_damaged, topic)) for topic in add}
-        for topic, log_time, message in self._bag.messages(list(add), on_damaged):
+        for topic, log_time, message in self._bag.messages([*add, *imu.topics], on_damaged):
             with fields_required(self._path, topic):
                 stamp = _stamp(message)
+                ready = list(imu.add(message)) if topic in imu.topics else None
+            if ready is not None:
+                yield from ready
+                continue
             for image in streams[topic].add(StampedMessage(stamp, message), log_time):
-                yield from add[topic](*image)
+                yield from imu.wait(add[topic](*image))
         for topic, stream in streams.items():
             for image in stream.flush():
-                yield from add[topic](*image)
-        yield from synchronizer.flush()
+                yield from imu.wait(add[topic](*image))
+        yield from imu.wait(synchronizer.flush())
+        yield from imu.flush()
 
     def _report(self, on_damaged: OnDamaged, topic: str, stamp: int, reason: str) -> None:
         on_damaged(InputError(f'{self._path}, {topic} at {stamp_to_seconds(stamp)}: {reason}; '

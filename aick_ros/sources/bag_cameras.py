@@ -81,6 +81,14 @@ class BagCameras:
                 '--depth-in-colour X Y Z QX QY QZ QW')
         return found.T_target_source
 
+    def in_colour(self, colour_frame: str, sensor_frame: str) -> np.ndarray | None:
+        """Return ``T_colour_sensor``, 4x4, by fixed transforms in the bag; None: not known."""
+        colour, sensor = colour_frame.lstrip('/'), sensor_frame.lstrip('/')
+        if colour == sensor:
+            return np.eye(4)
+        found = self._frames.find(colour, sensor, 0)
+        return None if found is None else found.T_target_source
+
     def _camera(self, topic: str, images: str, remedy: str) -> Camera:
         for message in self._bag.messages([topic], raise_damage):
             try:

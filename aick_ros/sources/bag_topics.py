@@ -15,6 +15,7 @@ from aick_ros.errors import InputError
 IMAGE = 'sensor_msgs/msg/Image'
 COMPRESSED_IMAGE = 'sensor_msgs/msg/CompressedImage'
 CAMERA_INFO = 'sensor_msgs/msg/CameraInfo'
+IMU = 'sensor_msgs/msg/Imu'
 POSES = ('geometry_msgs/msg/PoseStamped', 'geometry_msgs/msg/PoseWithCovarianceStamped',
          'geometry_msgs/msg/TransformStamped', 'nav_msgs/msg/Odometry')
 """Types of messages that can be ground truth."""
@@ -25,6 +26,7 @@ _REGISTERED = re.compile(r'registered|aligned|depth_to_', re.IGNORECASE)
 _COLOUR = re.compile(r'rgb|colou?r', re.IGNORECASE)
 _NEITHER = re.compile(r'infra|\bir\b|disparity|confidence|mask|label|debug', re.IGNORECASE)
 _GROUND_TRUTH = re.compile(r'ground_?truth', re.IGNORECASE)
+_ACCELEROMETER = re.compile(r'acc', re.IGNORECASE)
 _TRANSPORT = re.compile(r'/(compressed|compressedDepth)$')
 
 _OPTIONS = {'colour': '--colour-topic', 'depth': '--depth-topic', 'camera_info': '--info-topic',
@@ -95,6 +97,15 @@ class BagTopics:
         if given is None and not any(fits(topic) for topic in self._of(POSES)):
             return None
         return self._choose('ground truth', given, POSES, fits, lambda topic: ())
+
+    def imu(self, colour: str) -> str | None:
+        """
+        Return the topic of an IMU, or of a gyroscope alone; None where there is none.
+
+        :param colour: the colour topic; one beside it is preferred.
+        """
+        candidates = [topic for topic in self._of((IMU,)) if not _ACCELEROMETER.search(topic)]
+        return max(candidates, key=lambda topic: _shared(topic, colour), default=None)
 
     def __str__(self) -> str:
         """Return the topics with their types, for error messages."""

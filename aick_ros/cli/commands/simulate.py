@@ -16,6 +16,7 @@ from aick_ros.errors import InputError
 from aick_ros.geometry.camera import Camera
 from aick_ros.sources import raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.sources.synthetic.imu import IMU_MODELS
 from aick_ros.sources.writers.bag_writer import write_bag
 from aick_ros.sources.writers.tum_writer import write_tum
 
@@ -23,6 +24,15 @@ _FOCAL_LENGTH = 525 / 640
 """By definition: focal length of a Kinect, relative to the width of the image."""
 
 _SMALLEST, _LARGEST = 16, 4096  # [px]; chosen
+
+
+class ImuName(str, Enum):
+    """Models of IMUs."""
+
+    BMI055 = 'bmi055'
+    BMI085 = 'bmi085'
+    ICM42688 = 'icm42688'
+    PERFECT = 'perfect'
 
 
 class Format(str, Enum):
@@ -45,17 +55,25 @@ Size = Annotated[str, typer.Option(
     '--size', metavar='WIDTHxHEIGHT', help='Size of the images in pixels.')]
 Perfect = Annotated[bool, typer.Option(
     '--perfect', help='Render without noise, motion blur, exposure changes and missing depth.')]
+Imu = Annotated[ImuName | None, typer.Option(
+    '--imu', show_default=False, case_sensitive=False,
+    help='Add the samples of an IMU with the noise of this model, at 200 Hz; in bags only.')]
 
 
 def simulate(out: Out, format: Form = Format.MCAP, frames: Frames = 150, seed: Seed = 0,
-             rate: Rate = 30.0, size: Size = '640x480', perfect: Perfect = False) -> int:
+             rate: Rate = 30.0, size: Size = '640x480', perfect: Perfect = False,
+             imu: Imu = None) -> int:
     """
     Render a recording of a handheld camera in a furnished room, with exact ground truth.
 
     The recording appears when it is complete; Ctrl-C leaves no files behind.
     """
     make = SyntheticOptions.perfect if perfect else SyntheticOptions
-    source = SyntheticSource(make(seed=seed, frames=frames, rate=rate, camera=_camera(size)))
+    if imu is not None and format is Format.TUM:
+        raise InputError('--imu has no effect with --format tum, which has no gyroscope: write a '
+                         'bag')
+    source = SyntheticSource(make(seed=seed, frames=frames, rate=rate, camera=_camera(size),
+                                  imu=None if imu is None else IMU_MODELS[imu.value]))
     with progress(source.name, frames) as show:
         if format is Format.TUM:
             count = write_tum(out, source, raise_damage, lambda written, total: show(written))

@@ -39,6 +39,18 @@ def camera_info(stamp: int, camera: Camera) -> Any:
         projection.ravel(), 0, 0, region)
 
 
+def imu(stamp: int, turn_rate: np.ndarray, acceleration: np.ndarray) -> Any:
+    """Return a sensor_msgs/Imu with a stamp [ns]; what is NaN is marked as not measured."""
+    covariance, vector = np.zeros(9), _TYPES['geometry_msgs/msg/Vector3']
+    unknown = np.array([-1.0, *np.zeros(8)])
+    values = (part for measured in (turn_rate, acceleration) for part in (
+        vector(*map(float, np.nan_to_num(measured))),
+        unknown if np.isnan(measured).any() else covariance))
+    return _TYPES['sensor_msgs/msg/Imu'](
+        _header(stamp, OPTICAL_FRAME), _TYPES['geometry_msgs/msg/Quaternion'](0.0, 0.0, 0.0, 1.0),
+        unknown, *values)
+
+
 def pose(stamp: int, T_world_camera: np.ndarray) -> Any:
     """Return a geometry_msgs/PoseStamped of ``T_world_camera``, 4x4, with a stamp [ns]."""
     position = map(float, T_world_camera[:3, 3])

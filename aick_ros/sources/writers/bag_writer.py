@@ -13,6 +13,7 @@ from typing import Any, Literal
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from aick_ros.errors import InputError
+from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.messages.raw_image import encode_colour, encode_depth
@@ -24,6 +25,7 @@ COLOUR_TOPIC = '/camera/rgb/image_raw'
 DEPTH_TOPIC = '/camera/depth/image_raw'
 INFO_TOPIC = '/camera/rgb/camera_info'
 GROUND_TRUTH_TOPIC = '/ground_truth'
+IMU_TOPIC = '/camera/imu'
 
 STORAGES = {'mcap': StoragePlugin.MCAP, 'sqlite3': StoragePlugin.SQLITE3}
 
@@ -36,7 +38,8 @@ def write_bag(path: Path, source: RgbdSource, storage: str = 'mcap',
     """
     Write a recording as a ROS 2 bag.
 
-    Images and camera_info have the stamps of the frames, the ground truth its own. Messages are in
+    Images and camera_info have the stamps of the frames, samples of an IMU and the ground truth
+    their own. Messages are in
     the order of their stamps, which are also their log times.
 
     :param path: the new folder; it appears once it is complete.
@@ -78,6 +81,8 @@ class _OrderedBag:
 
     def add_frame(self, frame: RgbdFrame, depth_encoding: str) -> None:
         depth_stamp = frame.stamp if frame.depth_stamp is None else frame.depth_stamp
+        if frame.imu is not None:
+            self._add_imu(frame.imu)
         self._add(frame.stamp, INFO_TOPIC, bag_messages.camera_info(frame.stamp, frame.camera))
         self._add(frame.stamp, COLOUR_TOPIC,
                   bag_messages.image(frame.stamp, encode_colour(frame.colour)))
@@ -85,6 +90,11 @@ class _OrderedBag:
                   bag_messages.image(depth_stamp, encode_depth(frame.depth, depth_encoding)))
         # stamps of colour and of depth increase, so nothing earlier than these two will come
         self._write_until(min(frame.stamp, depth_stamp))
+
+    def _add_imu(self, samples: ImuSamples) -> None:
+        for stamp, rate, acceleration in zip(samples.stamps.tolist(), samples.turn_rates,
+                                             samples.accelerations):
+            self._add(stamp, IMU_TOPIC, bag_messages.imu(stamp, rate, acceleration))
 
     def write_rest(self) -> None:
         if self._waiting:

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from aick_ros.cli.commands import simulate as simulate_module
+from aick_ros.frames.imu import joined
 from aick_ros.geometry.camera import Camera
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.sources.synthetic.imu import IMU_MODELS
 
 SMALL = ('--size', '160x120', '--frames', '3')
 CAMERA = Camera(160, 120, 131.25, 131.25, 79.5, 59.5)
@@ -38,6 +40,20 @@ def test_writes_what_the_renderer_renders(aick, tmp_path, rendered, format):
                                atol=1e-8)
 
 
+def test_an_imu_is_in_the_bag(aick, tmp_path):
+    aick('simulate', 'out', *SMALL, '--seed', '4', '--rate', '10', '--imu', 'BMI055')
+    source = SyntheticSource(SyntheticOptions(seed=4, frames=3, rate=10.0, camera=CAMERA,
+                                              imu=IMU_MODELS['bmi055']))
+    found = joined([frame.imu for frame in open_source(tmp_path / 'out').frames(raise_damage)])
+    np.testing.assert_array_equal(found.turn_rates, source.imu.turn_rates[:len(found)])
+    np.testing.assert_array_equal(found.accelerations, source.imu.accelerations[:len(found)])
+    assert len(source.imu) - len(found) <= 4  # those after the last image
+
+
+def test_every_imu_can_be_chosen():
+    assert [name.value for name in simulate_module.ImuName] == list(IMU_MODELS)
+
+
 def test_perfect_depth_has_no_holes(aick, tmp_path, rendered):
     aick('simulate', 'perfect', *SMALL, '--seed', '4', '--perfect')
     frames = open_source(tmp_path / 'perfect').frames(raise_damage)
@@ -48,7 +64,8 @@ def test_perfect_depth_has_no_holes(aick, tmp_path, rendered):
 @pytest.mark.parametrize('option, value, words', [
     ('--size', '640', '--size 640: WIDTHxHEIGHT'), ('--size', '8x8', 'from 16'),
     ('--size', '-640x480', '--size'), ('--size', '99999x10', 'to 4096'),
-    ('--rate', '0', 'rate is 0 Hz'), ('--frames', '0', '--frames'), ('--seed', '-1', '--seed')])
+    ('--rate', '0', 'rate is 0 Hz'),
+    ('--imu', 'mpu6000', '--imu'), ('--frames', '0', '--frames'), ('--seed', '-1', '--seed')])
 def test_invalid_options_of_the_renderer_are_rejected(aick, tmp_path, option, value, words):
     outcome = aick('simulate', 'out', f'{option}={value}')
     assert outcome.code == 2

@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""sensor_msgs/Imu, live or from a bag, to samples that wait for their frame."""
+
+from __future__ import annotations
+
+from collections import deque
+from threading import Lock
+from typing import Protocol
+
+import numpy as np
+
+from aick_ros.frames.imu import ImuSamples
+from aick_ros.geometry.stamps import NANOSECONDS
+
+_MOST = 60_000  # chosen: a minute at 1 kHz; older samples are forgotten
+
+
+class _Stamp(Protocol):
+    sec: int
+    nanosec: int
+
+
+class _Header(Protocol):
+    stamp: _Stamp
+    frame_id: str
+
+
+class _Vector(Protocol):
+    x: float
+    y: float
+    z: float
+
+
+class ImuMessage(Protocol):
+    """What is read of a sensor_msgs/Imu."""
+
+    header: _Header
+    angular_velocity: _Vector
+    angular_velocity_covariance: np.ndarray
+    linear_acceleration: _Vector
+    linear_acceleration_covariance: np.ndarray
+
+
+class ImuBuffer:
+    """Samples that wait for the next frame, in the axes of the sensor; for two threads."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._rows: deque[tuple[float, ...]] = deque(maxlen=_MOST)
+        self._stamps: deque[int] = deque(maxlen=_MOST)
+        self.newest: int | None = None
+        """Stamp of the last sample [ns]; None before the first one."""
+        self.frame_id = ''
+        """Frame of the sensor."""
+
+    def add(self, message: ImuMessage) -> None:
+        """
+        Add a sample.
+
+        A negative first covariance says that a vector is not measured, by definition of the
+        message; drivers with a topic for each sensor leave the other one zero.
+        """
+        stamp = message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec
+        turn, force = message.angular_velocity, message.linear_acceleration
+        rate = (turn.x, turn.y, turn.z)
+        acceleration = (force.x, force.y, force.z)
+        if message.angular_velocity_covariance[0] < 0.0:
+            rate = (np.nan, np.nan, np.nan)
+        if message.linear_acceleration_covariance[0] < 0.0 or not any(acceleration):
+            acceleration = (np.nan, np.nan, np.nan)
+        with self._lock:
+            self._stamps.append(stamp)
+            self._rows.append(rate + acceleration)
+            self.newest, self.frame_id = stamp, message.header.frame_id
+
+    def take(self, R_camera_imu: np.ndarray) -> ImuSamples:
+        """Return all samples that wait, in the axes of the camera, and forget them."""
+        with self._lock:
+            stamps, rows = list(self._stamps), list(self._rows)
+            self._stamps.clear()
+            self._rows.clear()
+        values = np.array(rows, np.float64).reshape(-1, 6)
+        return ImuSamples(np.array(stamps, np.int64), values[:, :3],
+                          values[:, 3:]).in_axes(R_camera_imu)

@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The IMU of a bag, whose samples go with the frames."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.messages.imu import ImuBuffer, ImuMessage
+from aick_ros.messages.synchronizer import Pair
+
+Extrinsic = Callable[[str, str], np.ndarray | None]
+"""From the frames of the colour images and of another sensor to ``T_colour_sensor``, or None."""
+
+
+class BagImu:
+    """
+    Gives each frame the samples up to its stamp.
+
+    Samples and images are in the order in which they were recorded, so that those of a frame may
+    come after it: a pair waits for them, at most until the next pair.
+
+    :param topic: of the samples; None: there are none.
+    :param extrinsic: by which samples are turned into the axes of the camera; without it they
+        are not used.
+    """
+
+    def __init__(self, topic: str | None, extrinsic: Extrinsic) -> None:
+        self.topics = [] if topic is None else [topic]
+        self._extrinsic = extrinsic
+        self._buffer = ImuBuffer()
+        self._held: Pair | None = None
+
+    def add(self, message: ImuMessage) -> Iterator[Pair]:
+        """Add a sample, and yield the pair that it was missing for."""
+        self._buffer.add(message)
+        if self._held is not None and self._is_reached(self._held):
+            yield from self.flush()
+
+    def wait(self, pairs: Iterable[Pair]) -> Iterator[Pair]:
+        """Yield pairs in order, once their samples are there."""
+        for pair in pairs:
+            yield from self.flush()
+            if self._is_reached(pair):
+                yield pair
+            else:
+                self._held = pair
+
+    def flush(self) -> Iterator[Pair]:
+        """Yield the pair that waits, if there is one."""
+        if self._held is not None:
+            pair, self._held = self._held, None
+            yield pair
+
+    def with_samples(self, frame: RgbdFrame, colour_frame: str) -> RgbdFrame:
+        """Return a frame with the samples that have come since the one before."""
+        if self._buffer.newest is None:
+            return frame
+        T_colour_imu = self._extrinsic(colour_frame, self._buffer.frame_id)
+        if T_colour_imu is None:
+            return frame
+        return replace(frame, imu=self._buffer.take(T_colour_imu[:3, :3]))
+
+    def _is_reached(self, pair: Pair) -> bool:
+        newest = self._buffer.newest
+        return not self.topics or newest is not None and newest >= pair.colour_stamp

@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Samples of an IMU in a bag: with their frames, in the axes of the camera, or not at all."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.imu import ImuSamples, joined
+from aick_ros.geometry import se3
+from aick_ros.sources import bag_cameras, open_source, raise_damage
+from aick_ros.sources.bag_topics import IMU, BagTopics
+from aick_ros.sources.writers import bag_messages
+from aick_ros.sources.writers.bag_writer import write_bag
+
+PERIOD = 5_000_000  # ns
+
+
+@pytest.fixture
+def inertial(recording):
+    """Return the recording with samples up to 20 ms after each frame; two have no acceleration."""
+    rng, first, end = np.random.default_rng(2), recording.recorded[0].stamp, None
+    frames = []
+    for frame in recording.recorded:
+        start = first - 100_000_000 if end is None else end
+        end = frame.stamp + 20_000_000
+        stamps = np.arange(first - 100_000_000, end, PERIOD, dtype=np.int64)
+        stamps = stamps[stamps >= start]
+        force = rng.normal(size=(len(stamps), 3))
+        force[:2] = np.nan
+        frames.append(dataclasses.replace(
+            frame, imu=ImuSamples(stamps, rng.normal(size=(len(stamps), 3)), force)))
+    return dataclasses.replace(recording, recorded=frames)
+
+
+def read(path):
+    return list(open_source(path).frames(raise_damage))
+
+
+def test_samples_come_back_bit_for_bit_and_reach_their_frames(tmp_path, inertial):
+    write_bag(tmp_path / 'out', inertial)
+    frames = read(tmp_path / 'out')
+    assert [frame.stamp for frame in frames] == [frame.stamp for frame in inertial.recorded]
+    written = joined([frame.imu for frame in inertial.recorded])
+    found = joined([frame.imu for frame in frames])
+    for name in ('stamps', 'turn_rates', 'accelerations'):
+        np.testing.assert_array_equal(getattr(found, name),
+                                      getattr(written, name)[:len(found)])
+    assert all(frame.imu.stamps[-1] >= frame.stamp for frame in frames)
+
+
+def test_an_imu_that_ends_keeps_no_frame_waiting(tmp_path, inertial):
+    inertial.recorded[2:] = [dataclasses.replace(frame, imu=None)
+                             for frame in inertial.recorded[2:]]
+    write_bag(tmp_path / 'out', inertial)
+    frames = read(tmp_path / 'out')
+    assert len(frames) == 6
+    assert sum(len(frame.imu) for frame in frames) == sum(
+        len(frame.imu) for frame in inertial.recorded[:2])
+
+
+@pytest.mark.parametrize('known', [False, True])
+def test_samples_are_turned_into_the_axes_of_the_camera(tmp_path, inertial, monkeypatch, known):
+    frames_of, turn = bag_messages.imu, se3.exp([1, 2, 3, 0.3, -0.4, 2.0])
+
+    def in_its_own_frame(*values):
+        message = frames_of(*values)
+        message.header.frame_id = 'imu_frame'
+        return message
+
+    monkeypatch.setattr(bag_messages, 'imu', in_its_own_frame)
+    write_bag(tmp_path / 'out', inertial)
+    if known:
+        tree = bag_cameras.FrameTree()
+        tree.set_static(bag_messages.OPTICAL_FRAME, 'imu_frame', turn)
+        monkeypatch.setattr(bag_cameras.BagCameras, '_frames', tree)
+    imu = [frame.imu for frame in read(tmp_path / 'out')]
+    if not known:
+        assert imu == 6 * [None]
+        return
+    written = joined([frame.imu for frame in inertial.recorded]).turn_rates
+    np.testing.assert_allclose(joined(imu).turn_rates[:50], written[:50] @ turn[:3, :3].T,
+                               atol=1e-12)
+
+
+@pytest.mark.parametrize('topics, chosen', [
+    (['/imu/data'], '/imu/data'), (['/camera/accel/sample'], None), ([], None),
+    (['/camera/accel/sample', '/camera/gyro/sample'], '/camera/gyro/sample'),
+    (['/base/imu', '/camera/imu', '/zed/imu'], '/camera/imu')])
+def test_a_gyroscope_beside_the_camera_is_chosen(topics, chosen):
+    assert BagTopics(dict.fromkeys(topics, IMU), 'a bag').imu('/camera/rgb/image') == chosen
