@@ -124,6 +124,11 @@ class Odometry:
         self._policy.begin()
 
     @property
+    def gyroscope(self) -> Gyroscope:
+        """The gyroscope, as the motion of the camera has shown it."""
+        return self._gyroscope
+
+    @property
     def misalignment(self) -> Misalignment:
         """Misalignment of the camera's images, where registrations show a significant one."""
         return self._learned.misalignment.misalignment

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 import traceback
 from collections.abc import Callable
@@ -29,6 +30,7 @@ from aick_ros.ros.image_stream import ImageStream
 from aick_ros.ros.input.assembler import Arrival, FrameAssembler
 from aick_ros.ros.input.extrinsics import Extrinsics
 from aick_ros.ros.input.guess import Guess, StartByGuess
+from aick_ros.ros.input.imu import ImuInput
 from aick_ros.ros.input.rate_limit import RateLimit
 from aick_ros.ros.input.rgbd_images import require_messages
 from aick_ros.ros.input.transforms import Transforms
@@ -70,6 +72,7 @@ class Pipeline:
         self._extrinsics = Extrinsics(self._transforms, settings)
         self._assembler = FrameAssembler(
             node, settings, self._extrinsics, on_change=self._queue.wake)
+        self._imu = ImuInput(node, self._transforms, on_change=self._queue.wake)
         # from frames to odometry
         self._guess = (Guess(self._transforms, self._extrinsics, settings)
                        if settings.guess_frame_id else None)
@@ -91,8 +94,9 @@ class Pipeline:
         self._between_frames(lambda: warm_up(core))
 
     def activate(self) -> None:
-        """Subscribe to the images."""
+        """Subscribe to the images and to the IMU."""
         self._diagnostics.restart()
+        self._imu.activate()
         self._images = ImageStream(self._node, self._settings, self._assembler, self._transforms,
                                    self._diagnostics, self._enqueue)
         # a steady timer: a /clock that stands still must not stop it
@@ -105,7 +109,8 @@ class Pipeline:
         self._worker.start()
 
     def deactivate(self) -> None:
-        """Unsubscribe from the images; nothing is published any more once this returns."""
+        """Unsubscribe from both; nothing is published any more once this returns."""
+        self._imu.deactivate()
         if self._images is not None and self._report_timer is not None:
             self._images.close()
             self._node.destroy_timer(self._report_timer)
@@ -138,7 +143,7 @@ class Pipeline:
         """Return whether a pair can be answered, or must not block the newest one, which can."""
         images = self._images
         newest = None if images is None else images.newest
-        return any(not self._assembler.missing_for(pair)
+        return any(not self._assembler.missing_for(pair) and self._imu.reaches(pair.colour_stamp)
                    for pair in (arrival.pair, newest) if pair)
 
     def _answer(self, arrival: Arrival) -> None:
@@ -160,6 +165,9 @@ class Pipeline:
     def _register(self, arrival: Arrival) -> None:
         camera_frame = arrival.camera_frame
         frame = self._assembler.frame(arrival)
+        samples = self._imu.samples(camera_frame, frame.stamp)
+        if samples is not None:
+            frame = dataclasses.replace(frame, imu=samples)
         T_base_camera = self._extrinsics.camera_in_base(camera_frame, frame.stamp)
         mount = self._extrinsics.camera_mount(camera_frame)
         start = self._start.pose(frame.stamp)
@@ -220,7 +228,8 @@ class Pipeline:
 
     def _report(self, images: ImageStream) -> None:
         complaint = '; '.join(filter(None, (
-            images.complaint(), self._expectations.complaint())))
+            images.complaint(), self._expectations.complaint(), self._imu.complaint,
+            self._odometry.gyroscope.complaint)))
         self._expectations.report_differences()
         if complaint:
             self._logger.warning(complaint, throttle_duration_sec=_THROTTLE)
@@ -231,7 +240,8 @@ class Pipeline:
             complaint, self._control.paused,
             {'backlog': str(self._queue.backlog),
              'backlog in MB': f'{self._queue.backlog_bytes / 1e6:.1f}',
-             'misalignment of the camera': self._misalignment.description})
+             'misalignment of the camera': self._misalignment.description,
+             'gyroscope': self._odometry.gyroscope.description})
 
 
 def _queue(settings: NodeSettings) -> WorkQueue[Arrival]:

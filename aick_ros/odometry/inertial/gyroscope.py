@@ -77,6 +77,17 @@ class Gyroscope:
         return disagreement and '; '.join(filter(None, (self._samples.unchanged, disagreement)))
 
     @property
+    def description(self) -> str:
+        """Bias, time offset and what was dropped, in words; 'none' without samples."""
+        if self._integral.last is None:
+            return 'none'
+        x, y, z = np.degrees(self.bias)
+        sigma, dropped = np.degrees(self.bias_sigma.max()), self._samples.dropped
+        return (f'bias ({x:.2f}, {y:.2f}, {z:.2f}) deg/s, known to {sigma:.2f}; its clock is '
+                f'{1e3 * self.time_offset:.1f} ms ahead of that of the images'
+                + (f'; {dropped} samples dropped' if dropped else ''))
+
+    @property
     def _is_used(self) -> bool:
         return not self._samples.unchanged and not self._agreement.complaint
 

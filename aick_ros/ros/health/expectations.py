@@ -65,10 +65,6 @@ class Expectations:
                        f'with -r __node:={_THEIR_NODE}')
 
     def _differences(self) -> Iterator[str]:
-        topic = self._node.resolve_topic_name('imu')
-        is_remapped = topic != self._node.resolve_topic_name('imu', only_expand=True)
-        if is_remapped or self._node.count_publishers(topic):
-            yield f'an IMU is not used, so odom is not aligned with gravity: {topic} is not read'
         for topic in self._subscribed(_SCAN_TOPIC):
             yield (f'somebody subscribes to {topic}, which stays empty: laser scans are not used '
                    'here')

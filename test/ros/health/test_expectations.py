@@ -99,14 +99,6 @@ def test_a_remapped_topic_is_watched_under_its_other_name(without_messages):
     assert complaint('/robot/odom_info', remapped={'odom_info': '/info'}) == ''
 
 
-@pytest.mark.parametrize('graph, topic', [
-    ({'remapped': {'imu': '/imu/data'}}, '/imu/data'), ({'used': '/robot/imu'}, '/robot/imu')])
-def test_an_imu_that_is_not_used_is_named_once(graph, topic):
-    used = [graph.pop('used')] if 'used' in graph else []
-    assert differences(*used, **graph) == [
-        f'an IMU is not used, so odom is not aligned with gravity: {topic} is not read']
-
-
 def test_a_map_of_scans_stays_empty():
     assert differences('/robot/odom_local_scan_map') == [
         'somebody subscribes to /robot/odom_local_scan_map, which stays empty: laser scans are '
@@ -128,7 +120,6 @@ def test_the_node_finds_who_waits_for_it(rig, start_node):
     """Through DDS, of names as they are after remapping."""
     rig.node.create_client(Empty, 'rgbd_odometry/reset_odom')
     rig.listen(Odometry, 'odom_local_scan_map', lambda message: None)
-    node = start_node(wait=False, remappings=['imu:=/imu/data'])
-    node.wait_for_log('aligned with gravity: /imu/data is not read')
+    node = start_node(wait=False)
     node.wait_for_log('somebody subscribes to /odom_local_scan_map')
     node.wait_for_log('somebody calls /rgbd_odometry/reset_odom, but this node is odom_node')

@@ -1,0 +1,105 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The topic of an IMU: samples for each frame, in the axes of the camera."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
+from sensor_msgs.msg import Imu
+
+from aick_ros.errors import InputError
+from aick_ros.frames.imu import ImuSamples
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.messages.imu import ImuBuffer
+from aick_ros.ros.input.transforms import Transforms
+from aick_ros.ros.tf_messages import TF_REMEDY
+
+_QUEUE = 1000  # messages; chosen: a second at 1 kHz
+_LATEST = NANOSECONDS // 20  # chosen: longer than a sample takes to arrive
+_SILENT = 1.0  # s; chosen
+
+
+class ImuInput:
+    """
+    Receives the samples of an IMU on the executor's thread, for the worker's.
+
+    :param on_change: called when the samples that a frame waits for have arrived.
+    """
+
+    def __init__(self, node: Node, transforms: Transforms, on_change: Callable[[], None]) -> None:
+        self._transforms, self._on_change = transforms, on_change
+        self._buffer = ImuBuffer()
+        self._received_at = 0.0
+        self._awaited: int | None = None  # stamp of an image [ns]
+        self._missing = ''  # which transform is missing, in one sentence
+        self._node = node
+        self._subscription: Subscription | None = None
+
+    def activate(self) -> None:
+        """Subscribe."""
+        self._subscription = self._node.create_subscription(
+            Imu, 'imu', self._take,
+            # matches every publisher; a lost sample is bridged
+            QoSProfile(depth=_QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT))
+
+    def deactivate(self) -> None:
+        """Unsubscribe."""
+        if self._subscription is not None:
+            self._node.destroy_subscription(self._subscription)
+            self._subscription = None
+
+    @property
+    def complaint(self) -> str:
+        """Why the IMU is not used, in one sentence; '' where it is, or there is none."""
+        if self._buffer.newest is None:
+            return ''
+        silence = time.monotonic() - self._received_at
+        if silence > _SILENT:
+            topic = self._node.resolve_topic_name('imu')
+            return f'no sample of the IMU has come on {topic} for {silence:.0f} s'
+        return self._missing
+
+    def reaches(self, stamp: int) -> bool:
+        """
+        Return whether the samples up to the stamp of an image [ns] have arrived.
+
+        A late IMU is not waited for, nor one that is silent.
+        """
+        newest = self._buffer.newest
+        if newest is None or not 0 < stamp - newest < _LATEST:
+            return True
+        self._awaited = stamp
+        return False
+
+    def samples(self, camera_frame: str, stamp: int) -> ImuSamples | None:
+        """
+        Return the samples since the frame before, None where there is no IMU.
+
+        :param camera_frame: of the colour image.
+        :param stamp: of the image [ns].
+        """
+        if self._buffer.newest is None:
+            return None
+        imu_frame = self._buffer.frame_id
+        try:
+            T_camera_imu = self._transforms.find(camera_frame, imu_frame, stamp)
+            self._missing = '' if T_camera_imu is not None else (
+                f'no transform from {imu_frame!r} (the IMU) to {camera_frame!r} (the colour '
+                f'image) yet: {TF_REMEDY}; until then the IMU is not used')
+        except InputError as error:
+            T_camera_imu, self._missing = None, str(error)
+        return None if T_camera_imu is None else self._buffer.take(T_camera_imu[:3, :3])
+
+    def _take(self, message: Imu) -> None:
+        self._received_at = time.monotonic()
+        self._buffer.add(message)
+        awaited, newest = self._awaited, self._buffer.newest
+        if awaited is not None and newest is not None and newest >= awaited:
+            self._awaited = None
+            self._on_change()

@@ -1,0 +1,141 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The topic of an IMU: which samples go with a frame, what is waited for and what is said."""
+
+import re
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import Vector3
+from sensor_msgs.msg import Imu
+
+from aick_ros.errors import InputError
+from aick_ros.geometry import se3
+from aick_ros.ros.conversions import to_time
+from aick_ros.ros.input import imu as imu_module
+from aick_ros.ros.input.imu import ImuInput
+
+MS = 10 ** 6
+OPTICAL = 'camera_rgb_optical_frame'
+
+
+class Node:
+    """What is used of a node."""
+
+    def __init__(self):
+        self.take, self.destroyed = None, []
+
+    def create_subscription(self, kind, topic, take, qos):
+        assert (kind, topic) == (Imu, 'imu')
+        self.take = take
+        return 'the subscription'
+
+    def destroy_subscription(self, subscription):
+        self.destroyed.append(subscription)
+
+    def resolve_topic_name(self, name):
+        return f'/robot/{name}'
+
+
+class Transforms:
+    """A transform that is known, is not, or moves."""
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def find(self, target, source, stamp):
+        assert (target, source) == (OPTICAL, 'imu_frame')
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+
+@pytest.fixture
+def made():
+    """Return a function that makes the input, its node, and a list that grows by each change."""
+    def make(answer=np.eye(4)):
+        node, changes = Node(), []
+        result = ImuInput(node, Transforms(answer), lambda: changes.append(1))
+        result.activate()
+        return result, node, changes
+    return make
+
+
+def message(milliseconds, rate=(0.1, 0.2, 0.3)):
+    result = Imu(angular_velocity=Vector3(**dict(zip('xyz', rate))))
+    result.header.stamp, result.header.frame_id = to_time(milliseconds * MS), 'imu_frame'
+    return result
+
+
+def test_a_frame_gets_the_samples_since_the_one_before_in_its_axes(made):
+    turn = se3.exp([1, 2, 3, 0.3, 0.2, -0.5])
+    source, node, _ = made(turn)
+    assert source.samples(OPTICAL, 0) is None
+    for time in (0, 5, 10):
+        node.take(message(time))
+    samples = source.samples(OPTICAL, 8 * MS)
+    assert samples.stamps.tolist() == [0, 5 * MS, 10 * MS]
+    assert np.allclose(samples.turn_rates, turn[:3, :3] @ [0.1, 0.2, 0.3])
+    assert len(source.samples(OPTICAL, 41 * MS)) == 0
+
+
+def test_an_image_waits_for_samples_that_are_about_to_come(made):
+    source, node, changes = made()
+    assert source.reaches(0)  # there is no IMU
+    node.take(message(5))
+    assert source.reaches(5 * MS)
+    assert not source.reaches(12 * MS)
+    node.take(message(10))
+    assert changes == []
+    node.take(message(15))
+    assert changes == [1]
+    assert source.reaches(12 * MS)
+    assert source.reaches(80 * MS)  # it is late, or has stopped
+    node.take(message(20))
+    assert changes == [1]
+
+
+@pytest.mark.parametrize('answer, words', [
+    (None, 'no transform from .imu_frame. .* not used'), (InputError('it moves'), 'it moves')])
+def test_without_a_transform_it_is_not_used_and_said(made, answer, words):
+    source, node, _ = made(answer)
+    assert source.complaint == ''
+    node.take(message(5))
+    assert source.samples(OPTICAL, 0) is None
+    assert re.match(words, source.complaint)
+
+
+def test_silence_is_said(made, monkeypatch):
+    source, node, _ = made()
+    node.take(message(5))
+    assert source.complaint == ''
+    now = imu_module.time.monotonic()
+    monkeypatch.setattr(imu_module.time, 'monotonic', lambda: now + 3.2)
+    assert source.complaint == 'no sample of the IMU has come on /robot/imu for 3 s'
+
+
+def test_inactive_it_is_not_subscribed(made):
+    source, node, _ = made()
+    source.deactivate()
+    source.deactivate()
+    assert node.destroyed == ['the subscription']
+
+
+def test_the_node_uses_it(rig, start_node, all_frames):
+    """Through DDS."""
+    frames = all_frames[:4]
+    publisher = rig.node.create_publisher(Imu, 'imu', 1000)
+    start_node()
+    rig.wait_until(publisher.get_subscription_count, 'the node to subscribe to the IMU')
+    rig.send_camera_info(frames[0].camera)
+    first = frames[0].stamp // MS
+    for frame in frames:
+        for time in range(first, frame.stamp // MS + 20, 5):
+            sample = message(time, (0.0, 1e-4 * (time % 7), 0.0))
+            sample.header.frame_id = OPTICAL
+            publisher.publish(sample)
+        first = time + 5
+        rig.send(frame)
+        rig.answer(frame.stamp)
+    rig.wait_until(lambda: rig.values()['gyroscope'].startswith('bias ('), rig.values)
