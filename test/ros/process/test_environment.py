@@ -62,12 +62,18 @@ def test_a_middleware_of_a_workspace_is_not_tried(monkeypatch, tmp_path):
     check_middleware()
 
 
-@pytest.mark.parametrize('program', ['odom_node', 'odom_lifecycle_node', 'bag_player'])
-def test_a_program_says_it_in_one_sentence(monkeypatch, program):
-    monkeypatch.setenv('RMW_IMPLEMENTATION', 'rmw_nothing')
+@pytest.mark.parametrize('program, name, reason', [
+    ('odom_node', 'RMW_IMPLEMENTATION', 'which this ROS does not have: '),
+    ('bag_player', 'RMW_IMPLEMENTATION', 'which this ROS does not have: '),
+    *((program, 'RCUTILS_COLORIZED_OUTPUT', ': 0 or 1 is required')
+      for program in ('odom_node', 'odom_lifecycle_node', 'bag_player'))])
+def test_a_program_says_it_in_one_sentence(monkeypatch, program, name, reason):
+    """Before ROS parses its arguments, at which it begins to log."""
+    monkeypatch.setenv(name, 'x')
     run = outcome(f'from aick_ros.ros.process.entry_points import {program} as run; run()')
     assert run.returncode == 2
-    assert run.stderr.startswith(f'{program}: RMW_IMPLEMENTATION is rmw_nothing, which this ROS')
+    assert run.stderr.startswith(f'{program}: {name} is x')
+    assert reason in run.stderr
     assert run.stderr.count('\n') == 1
 
 
