@@ -85,6 +85,31 @@ def test_a_motion_near_the_one_expected_is_not_checked(views):
     assert check()(mistaken, source, target, expected, SLOW) is mistaken
 
 
+@pytest.mark.parametrize('beside, is_checked', [
+    ([0.049, 0, 0, 0, 0, 0], False), ([0.051, 0, 0, 0, 0, 0], True),
+    ([0, 0, 0, 0, np.radians(2.9), 0], False), ([0, 0, 0, 0, np.radians(3.1), 0], True)])
+def test_a_motion_is_checked_from_five_centimetres_or_three_degrees_on(views, beside, is_checked):
+    """After a second, in which neither is sudden."""
+    source, target, found = views
+    asked = []
+    refinement = Refinement(SETTINGS.refinement, SETTINGS.sensor)
+    noted = SimpleNamespace(refine=lambda *of: asked.append(of) or refinement.refine(*of))
+    check(noted)(found(TRUTH), source, target, TRUTH @ se3.exp(beside), 1.0)
+    assert bool(asked) == is_checked
+
+
+@pytest.mark.parametrize('interval', [0.1, 0.5])
+def test_the_acceleration_that_is_noted_explains_the_deviation(views, interval):
+    """A t^2 / 2 of it, in the time since the frame before."""
+    source, target, found = views
+    frame = dataclasses.replace(source.frame, stamp=target.stamp + round(1e9 * interval))
+    source = dataclasses.replace(source, frame=frame)
+    scene = RepeatingSceneCheck(None, SETTINGS.odometry)
+    first = scene.check_first(found(TRUTH), source, target)
+    np.testing.assert_allclose(0.5 * scene._last[1] * interval ** 2,
+                               se3.difference(first.T_target_source, np.eye(4)), atol=1e-12)
+
+
 @pytest.fixture
 def beyond(views):
     """Return a refinement that finds the pose one period on, wherever it begins."""
