@@ -23,11 +23,12 @@ from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.keyframe import KeyframePolicy
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.motion_model import MotionModel
+from aick_ros.odometry.position_filter import PositionFilter
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.odometry.update import OdometryUpdate
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.registrar import Learned, Registrar
-from aick_ros.registration.result import Evidence
+from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
@@ -58,7 +59,7 @@ class Odometry:
     frame becomes no keyframe either, and what no shape shows is that of the motion model.
 
     Poses are added up in a frame of their own, by dead reckoning; the memory of the keyframes
-    corrects what is published.
+    corrects what is published, and the velocity holds positions that are uncertain.
 
     :param T_odom_camera: pose of the first frame, 4x4; None: the identity.
     :param detector: used instead of the one that ``features.detector`` names.
@@ -121,6 +122,7 @@ class Odometry:
         self._unchanged_since = self._confirmed = 0
         self._references: References | None = None
         self._memory = None
+        self._filter = PositionFilter(self._settings.odometry)
         self._policy.begin()
 
     @property
@@ -135,8 +137,9 @@ class Odometry:
 
     @property
     def _published(self) -> PoseWithCovariance:
-        """The last pose, corrected by keyframes that were found again."""
-        return self._pose if self._memory is None else self._memory.published(self._pose)
+        """The last pose, corrected by keyframes found again, and held by the motion before."""
+        pose = self._pose if self._memory is None else self._memory.published(self._pose)
+        return pose @ self._filter.T_measured_filtered
 
     def local_map(self) -> np.ndarray:
         """Return the keypoints of the keyframes in memory, in the last camera's frame, Nx3 [m]."""
@@ -242,16 +245,9 @@ class Odometry:
     def _track(self, prepared: PreparedFrame, attempt: Attempt, references: References,
                memory: KeyframeMemory) -> OdometryUpdate:
         """Add the motion to the pose, and choose the next keyframe."""
-        reference, registration, increment = (
-            attempt.reference, attempt.registration, attempt.increment)
+        reference, registration = attempt.reference, attempt.registration
         by_depth = registration.evidence is Evidence.DEPTH_ALONE
-        if reference is (references.shape or references.keyframe):
-            last_stamp = references.last.stamp
-            increment = Increment(references.last.motion_to(attempt.seen),
-                                  seconds(last_stamp, prepared.stamp))
-            if not by_depth:
-                increment = self._expected.joined_increment(
-                    increment, last_stamp, prepared.stamp)
+        increment = self._increment(prepared, attempt, references)
         recovered, self._is_lost = self._is_lost, False
         prepared = dataclasses.replace(
             prepared, twist=self._expected.twist_at(prepared.stamp, increment.twist))
@@ -265,6 +261,7 @@ class Odometry:
             references.track_shape(last, reference)
         else:
             self._gyroscope.learn(reference.stamp, prepared.stamp, attempt.seen.pose)
+            self._hold_position(prepared.stamp, reference, registration)
             if not references.is_return_to(reference):  # that increment is over all of the gap
                 self._twist = increment.twist
             self._confirmed = prepared.stamp
@@ -279,6 +276,22 @@ class Odometry:
             recovered=recovered, reference=reference.prepared.keypoints,
             matches=registration.matches, support=registration.support,
             evidence=registration.evidence)
+
+    def _increment(self, prepared: PreparedFrame, attempt: Attempt,
+                   references: References) -> Increment:
+        """Return the motion since the last tracked frame or, after a loss, since the reference."""
+        if attempt.reference is not (references.shape or references.keyframe):
+            return attempt.increment
+        last = references.last
+        increment = Increment(last.motion_to(attempt.seen), seconds(last.stamp, prepared.stamp))
+        if attempt.registration.evidence is Evidence.DEPTH_ALONE:
+            return increment
+        return self._expected.joined_increment(increment, last.stamp, prepared.stamp)
+
+    def _hold_position(self, stamp: int, reference: Reference, registration: Registration) -> None:
+        """Hold the position by the velocity before, where the motion prior is used."""
+        if self._settings.odometry.motion_prior:
+            self._filter.update(stamp, reference.pose.matrix @ registration.pose)
 
     def _choose_keyframe(self, last: Reference, attempt: Attempt, references: References) -> None:
         """Advance to a frame that was registered by keypoints, a keyframe or not."""

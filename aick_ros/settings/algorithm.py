@@ -149,6 +149,9 @@ class OdometrySettings(Checked):
     angular_acceleration_sigma: float = parameter(
         15.0, 'Angular acceleration noise (1 sigma) of the constant-velocity model.',
         unit='rad/s^2', minimum=0.001, maximum=10000.0)
+    motion_prior: bool = parameter(
+        True, 'Whether positions that are uncertain are held by the velocity before, within '
+        '`acceleration_sigma`.')
     max_keyframes: int = parameter(
         30, 'Maximum number of keyframes that are kept to be found again; 0 keeps none: the '
         'drift is not corrected.', minimum=0, maximum=1000)

@@ -23,6 +23,7 @@ from aick_ros.settings.parameter import with_values
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT = 24
+AS_MEASURED = with_values(Settings(), {'odometry.motion_prior': False})
 
 
 @pytest.fixture(scope='module')
@@ -88,7 +89,7 @@ def test_a_camera_that_changes_its_resolution_is_followed_on(rendered):
 
 def test_pose_is_the_chain_of_increments(rendered):
     frames, _ = rendered
-    first, *updates = track(Odometry(), frames[:10])
+    first, *updates = track(Odometry(AS_MEASURED), frames[:10])
     assert first.increment is None
     pose = first.T_odom_camera
     for update in updates:
@@ -120,7 +121,7 @@ def test_a_keyframe_adds_its_error_once(rendered):
     frames, truth = rendered
     sums, ends = [], []
     for reference in ('previous', 'keyframe'):
-        chosen = with_values(Settings(), {'odometry.reference': reference})
+        chosen = with_values(AS_MEASURED, {'odometry.reference': reference})
         updates = track(Odometry(chosen), frames)
         sums.append(np.trace(updates[-1].pose.covariance))
         ends.append(se3.inverse(se3.inverse(truth[0]) @ truth[-1]) @ updates[-1].T_odom_camera)
@@ -420,7 +421,7 @@ def test_a_prediction_that_is_no_motion_is_rejected_and_forgotten(rendered, pred
 
 def test_the_local_map_is_the_keypoints_of_the_keyframes(rendered):
     """As long as none is found again the keyframes are where their poses were published."""
-    odometry = Odometry(with_values(Settings(), {'odometry.min_overlap': 0.95}))
+    odometry = Odometry(with_values(AS_MEASURED, {'odometry.min_overlap': 0.95}))
     assert len(odometry.local_map()) == 0
     updates = track(odometry, rendered[0])
     references = {id(update.reference) for update in updates[1:]}

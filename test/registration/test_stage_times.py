@@ -5,6 +5,7 @@
 
 import pytest
 
+from aick_ros.registration import stage_times
 from aick_ros.registration.stage_times import STAGES, StageTimes
 
 
@@ -12,7 +13,7 @@ from aick_ros.registration.stage_times import STAGES, StageTimes
 def wait(monkeypatch):
     """Return a function that lets seconds pass."""
     now = [100.0]
-    monkeypatch.setattr('time.perf_counter', lambda: now[0])
+    monkeypatch.setattr(stage_times, 'clock', lambda: now[0])
 
     def pass_by(seconds):
         now[0] += seconds

@@ -1,0 +1,85 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Positions that are held by the motion before them, as far as they are uncertain."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.stamps import seconds
+from aick_ros.settings import OdometrySettings
+
+_FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
+
+_SUDDEN = 16.3
+"""Squared distance from the expected position, by its covariance, of a camera that was knocked.
+
+Derived: noise exceeds it in one of a thousand frames, by the chi-squared distribution in space.
+"""
+
+
+class PositionFilter:
+    """
+    Kalman filter of the camera's position at constant velocity, with acceleration noise.
+
+    The noise of a registration goes into the distance to the frame before and into that to the
+    next one. A position that was measured well follows the measurement; where the view is weak
+    the velocity holds it, unless the camera was knocked. Poses are measured without the filter
+    and published through it, so that what it holds back does not add up. Orientations are
+    measured well enough to be left alone.
+    """
+
+    def __init__(self, settings: OdometrySettings) -> None:
+        self._acceleration_sigma = settings.acceleration_sigma
+        self._stamp: int | None = None
+        self._measured, self._covariance = np.eye(4), np.zeros((6, 6))
+        self._position, self._velocity = np.zeros(3), np.zeros(3)
+
+    @property
+    def T_measured_filtered(self) -> np.ndarray:
+        """Filtered pose of the last frame in the frame of the measured one, 4x4."""
+        offset = np.eye(4)
+        offset[:3, 3] = self._measured[:3, :3].T @ (self._position - self._measured[:3, 3])
+        return offset
+
+    def update(self, stamp: int, measured: PoseWithCovariance) -> None:
+        """
+        Add the next measured pose.
+
+        :param stamp: [ns].
+        :param measured: with the covariance of this measurement alone.
+        """
+        self._measured = measured.matrix
+        last, self._stamp = self._stamp, stamp
+        if last is None:
+            self._begin(measured)
+            return
+        self._predict(seconds(last, stamp))
+        error = measured.translation - self._position
+        expected = self._covariance[:3, :3] + measured.covariance[:3, :3]
+        if error @ np.linalg.solve(expected, error) > _SUDDEN:
+            self._begin(measured)
+            return
+        gain = np.linalg.solve(expected, self._covariance[:3]).T
+        self._position = self._position + gain[:3] @ error
+        self._velocity = self._velocity + gain[3:] @ error
+        left = self._covariance - gain @ self._covariance[:3]
+        self._covariance = 0.5 * (left + left.T)
+
+    def _begin(self, measured: PoseWithCovariance) -> None:
+        """Take a position as it is measured, and forget the velocity."""
+        self._position, self._velocity = measured.translation, np.zeros(3)
+        self._covariance = np.diag(np.repeat([0.0, _FIRST_VELOCITY ** 2], 3))
+        self._covariance[:3, :3] = measured.covariance[:3, :3]
+
+    def _predict(self, elapsed: float) -> None:
+        """Move on by some time [s]."""
+        self._position = self._position + elapsed * self._velocity
+        transition = np.eye(6)
+        transition[:3, 3:] = elapsed * np.eye(3)
+        by_acceleration = np.vstack([0.5 * elapsed ** 2 * np.eye(3), elapsed * np.eye(3)])
+        self._covariance = (
+            transition @ self._covariance @ transition.T
+            + self._acceleration_sigma ** 2 * by_acceleration @ by_acceleration.T)

@@ -1,0 +1,99 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Uncertain positions are held by the velocity before them, certain ones are not."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.odometry import Odometry
+from aick_ros.odometry.position_filter import PositionFilter
+from aick_ros.settings import OdometrySettings, Settings
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+
+INTERVAL = 0.05
+STEP = 50_000_000  # ns, the same
+ACCELERATION = OdometrySettings().acceleration_sigma
+
+
+def with_position_covariance(matrix, variances):
+    """Return a pose with uncorrelated errors of its position."""
+    return PoseWithCovariance(matrix.copy(), np.diag([*variances, 0.0, 0.0, 0.0]))
+
+
+def filtered(positions, sigmas, rotation=np.eye(3)):
+    """Return the filtered positions, Nx3, of cameras with standard deviations along the axes."""
+    position_filter = PositionFilter(OdometrySettings())
+    published = []
+    for i, position in enumerate(positions):
+        measured = np.eye(4)
+        measured[:3, :3], measured[:3, 3] = rotation, position
+        position_filter.update(i * STEP, with_position_covariance(measured, np.square(sigmas)))
+        published.append((measured @ position_filter.T_measured_filtered)[:3, 3])
+    return np.array(published)
+
+
+def test_the_noise_left_is_that_of_the_steady_state():
+    # the alpha-beta filter in closed form (Kalata 1984) for accelerations constant over a frame
+    sigma = 0.01
+    index = ACCELERATION * INTERVAL ** 2 / sigma
+    r = (4.0 + index - np.sqrt(8.0 * index + index ** 2)) / 4.0
+    alpha = 1.0 - r ** 2
+    rng = np.random.default_rng(3)
+    velocity, positions = np.zeros(3), [np.zeros(3)]
+    for acceleration in rng.normal(0.0, ACCELERATION, (4000, 3)):
+        positions.append(positions[-1] + velocity * INTERVAL + 0.5 * acceleration * INTERVAL ** 2)
+        velocity = velocity + acceleration * INTERVAL
+    noisy = np.array(positions) + rng.normal(0.0, sigma, (4001, 3))
+    errors = filtered(noisy, [sigma] * 3) - positions
+    assert np.mean(errors[100:] ** 2) == pytest.approx(alpha * sigma ** 2, rel=0.06)
+
+
+def test_a_constant_velocity_is_not_held_back():
+    path = np.arange(80)[:, None] * INTERVAL * np.array([0.5, -0.2, 1.0])
+    np.testing.assert_allclose(filtered(path, [0.05] * 3)[-1], path[-1], atol=1e-3)
+
+
+def test_only_what_is_uncertain_is_held():
+    path = np.zeros((30, 3))
+    path[20] = 0.004, 0.02, 0.004  # less than accelerations explain
+    published = filtered(path, [1e-5, 0.1, 1e-5], se3.exp([0, 0, 0, 0.4, -1.0, 2.0])[:3, :3])
+    np.testing.assert_allclose(published[20, [0, 2]], 0.004, atol=1e-5)
+    assert abs(published[20, 1]) < 0.01
+
+
+def test_a_knock_is_followed_at_once():
+    path = np.zeros((12, 3))
+    path[10:, 0] = 0.1
+    np.testing.assert_array_equal(filtered(path, [0.005] * 3)[10], path[10])
+
+
+def test_after_an_interruption_the_velocity_before_counts_for_nothing():
+    position_filter, measured = PositionFilter(OdometrySettings()), np.eye(4)
+    for i in range(20):
+        measured[0, 3] = i * INTERVAL
+        position_filter.update(i * STEP, with_position_covariance(measured, [1e-6] * 3))
+    position_filter.update(20 * STEP + 5_000_000_000,
+                           with_position_covariance(measured, [1e-6] * 3))
+    np.testing.assert_allclose(position_filter.T_measured_filtered, np.eye(4), atol=1e-6)
+
+
+def test_what_is_held_back_does_not_add_up():
+    """The path published differs from the one measured by noise, at its end as at its start."""
+    source = SyntheticSource(SyntheticOptions(frames=40, seed=5))
+    frames = list(source.frames())
+    paths = []
+    for motion_prior in (False, True):
+        settings = Settings(odometry=dataclasses.replace(
+            OdometrySettings(), motion_prior=motion_prior, max_keyframes=0))
+        odometry = Odometry(settings)
+        updates = [odometry.register_frame(frame) for frame in frames]
+        paths.append(np.array([update.T_odom_camera for update in updates]))
+    measured, published = paths
+    np.testing.assert_array_equal(published[:, :3, :3], measured[:, :3, :3])
+    distances = np.linalg.norm(published[:, :3, 3] - measured[:, :3, 3], axis=1)
+    assert 0.0 < distances[-20:].max() < 0.004
