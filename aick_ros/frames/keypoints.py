@@ -37,6 +37,12 @@ class KeypointFrame:
     pixels: np.ndarray
     words: FrameWords | None = None
 
+    @classmethod
+    def none(cls, stamp: int) -> KeypointFrame:
+        """Return a frame without keypoints."""
+        return cls(stamp, np.empty((0, 3), np.float32), np.empty((0, 32), np.uint8),
+                   np.empty((0, 3, 3), np.float32), np.empty((0, 2), np.float32))
+
     def __len__(self) -> int:
         """Return the number of keypoints."""
         return len(self.positions)

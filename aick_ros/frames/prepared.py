@@ -31,6 +31,8 @@ class PreparedFrame:
     :param repeat: images that are those of the frame before.
     :param twist: body velocity (vx, vy, vz, wx, wy, wz) of the camera [m/s, rad/s]; None where
         unknown.
+    :param is_tracked: whether the keypoints are not its own, but those of another frame that were
+        tracked into it.
     """
 
     frame: RgbdFrame
@@ -41,6 +43,7 @@ class PreparedFrame:
     stamp_jitter: float = 0.0
     repeat: Repeat = Repeat.NONE
     twist: np.ndarray | None = None
+    is_tracked: bool = False
 
     @cached_property
     def scene_depth(self) -> float:

@@ -64,12 +64,7 @@ class Attempts:
         :param twist: body velocity at the last tracked frame [m/s, rad/s]; None: unknown.
         :param confirmed: stamp of the last frame that was registered by keypoints [ns].
         """
-        last, motion = references.last.stamp, None
-        if self._expected.is_known(last, prepared.stamp, twist):
-            motion = self._expected.between(last, prepared.stamp, twist)
-            if twist is not None:
-                prepared = dataclasses.replace(
-                    prepared, twist=self._expected.twist_at(prepared.stamp, twist))
+        prepared, motion = self._moving(prepared, references.last, twist)
         unconfirmed = seconds(confirmed, prepared.stamp)
         doubtful = []
         if prepared.repeat is not Repeat.COLOUR:
@@ -82,14 +77,40 @@ class Attempts:
             yield from self._by_depth(prepared, references, motion, unconfirmed)
         yield from doubtful
 
+    def by_tracking(self, prepared: PreparedFrame, references: References,
+                    twist: np.ndarray | None, confirmed: int
+                    ) -> tuple[PreparedFrame, Attempt | None]:
+        """
+        Return a frame with keypoints tracked from the keyframe, registered to that.
+
+        Without an expected motion there is no attempt; parameters as for :meth:`of`.
+        """
+        moving, motion = self._moving(prepared, references.last, twist)
+        if motion is None:
+            return prepared, None
+        tracked, registration = self._registrar.track(
+            moving, references.keyframe.prepared,
+            _expected(references.keyframe, references.last, motion),
+            seconds(confirmed, prepared.stamp))
+        return tracked, self._checked(tracked, references.keyframe, registration)
+
+    def _moving(self, prepared: PreparedFrame, last: Reference, twist: np.ndarray | None
+                ) -> tuple[PreparedFrame, PoseWithCovariance | None]:
+        """Return a frame with the velocity expected, and the motion since the last frame."""
+        if not self._expected.is_known(last.stamp, prepared.stamp, twist):
+            return prepared, None
+        if twist is not None:
+            prepared = dataclasses.replace(
+                prepared, twist=self._expected.twist_at(prepared.stamp, twist))
+        return prepared, self._expected.between(last.stamp, prepared.stamp, twist)
+
     def _by_keypoints(self, prepared: PreparedFrame, references: References,
                       motion: PoseWithCovariance | None, unconfirmed: float) -> Iterator[Attempt]:
         candidates = list(references.candidates())
         if references.is_blurred() and not prepared.is_blurred_beside(references.sharp.prepared):
             candidates.insert(0, references.sharp)
         for reference in candidates:
-            expected = None if motion is None else (
-                _from(reference, references.last) @ motion.matrix)
+            expected = None if motion is None else _expected(reference, references.last, motion)
             yield self._checked(prepared, reference, self._registrar.register(
                 prepared, reference.prepared, expected, unconfirmed))
 
@@ -129,6 +150,17 @@ def _is_doubtful(attempt: Attempt, prepared: PreparedFrame) -> bool:
     return (attempt.status.ok and attempt.registration.tracks is None
             and prepared.surface is not None
             and prepared.grey.shape == attempt.reference.prepared.grey.shape)
+
+
+def _expected(reference: Reference, last: Reference, motion: PoseWithCovariance) -> np.ndarray:
+    """
+    Return where a motion since the last frame puts the camera in the reference, 4x4.
+
+    Its rotation is made one again: poses that are refined from what poses before them let expect
+    would double their errors of rounding from frame to frame.
+    """
+    pose = _from(reference, last) @ motion.matrix
+    return se3.from_quaternion(se3.to_quaternion(pose[:3, :3]), pose[:3, 3])
 
 
 def _from(reference: Reference, last: Reference) -> np.ndarray:

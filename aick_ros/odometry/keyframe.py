@@ -33,8 +33,12 @@ class KeyframePolicy:
         self._step_variance: float | None = None
         self._last_variance = 0.0
 
-    def keeps(self, prepared: PreparedFrame, registration: Registration) -> bool:
-        """Return whether the keyframe that a frame was registered to serves for the next one."""
+    def keeps(self, prepared: PreparedFrame, registration: Registration, sought: int) -> bool:
+        """
+        Return whether the keyframe that a frame was registered to serves for the next one.
+
+        :param sought: number of keypoints of which some support the registration.
+        """
         if self._settings.reference == 'previous':
             return False
         variance = scene_variance(prepared, registration.image_pose.covariance)
@@ -42,7 +46,7 @@ class KeyframePolicy:
             self._step_variance = self._last_variance = variance
         is_better_than_a_chain = variance <= self._last_variance + self._step_variance
         self._last_variance = variance
-        possible = min(len(prepared.keypoints), self._max_support)
+        possible = min(sought, self._max_support)
         is_visible = registration.support >= self._settings.min_overlap * possible
         if not (is_better_than_a_chain and is_visible):
             self.begin()

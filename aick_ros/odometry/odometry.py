@@ -119,7 +119,7 @@ class Odometry:
         self._stamp: int | None = None
         self._twist: np.ndarray | None = None
         self._twist_covariance = np.zeros((6, 6))
-        self._unchanged_since = self._confirmed = 0
+        self._unchanged_since = self._confirmed = self._tracked_frames = 0
         self._references: References | None = None
         self._memory = None
         self._filter = PositionFilter(self._settings.odometry)
@@ -167,7 +167,7 @@ class Odometry:
         if self._references is not None and repeat is Repeat.BOTH:
             update = self._continue(frame, self._references.last, predict)
         if update is None:
-            update = self._register(self._registrar.prepare(frame, repeat), predict)
+            update = self._register(frame, repeat, predict)
         return dataclasses.replace(update, timing=self._times.take())
 
     def _repeat_of(self, frame: RgbdFrame) -> Repeat:
@@ -204,7 +204,29 @@ class Odometry:
         return dataclasses.replace(self._update(prepared, Status.REPEATED, reason),
                                    expected=Increment(motion, elapsed))
 
-    def _register(self, prepared: PreparedFrame, predict: Predict) -> OdometryUpdate:
+    def _register(self, frame: RgbdFrame, repeat: Repeat, predict: Predict) -> OdometryUpdate:
+        """Return the update of a frame: by tracking, unless AICK is due or has to decide."""
+        references, memory = self._references, self._memory
+        if (references is None or memory is None
+                or not self._may_track(frame, repeat, references)):
+            return self._register_prepared(self._registrar.prepare(frame, repeat), predict)
+        prepared, attempt = self._attempts.by_tracking(
+            self._registrar.prepare_for_tracking(frame), references, self._twist, self._confirmed)
+        if attempt is None or not attempt.status.ok:
+            return self._register_prepared(self._registrar.with_own_keypoints(prepared), predict)
+        self._stamp = self._unchanged_since = frame.stamp
+        self._tracked_frames += 1
+        return self._track(prepared, attempt, references, memory)
+
+    def _may_track(self, frame: RgbdFrame, repeat: Repeat, references: References) -> bool:
+        """Return whether AICK is not due, and the keyframe is what the frame is registered to."""
+        return (self._tracked_frames + 1 < self._settings.odometry.aick_interval
+                and repeat is Repeat.NONE and not self._is_lost
+                and references.shape is None and not references.is_blurred()
+                and references.last.stamp < frame.stamp)
+
+    def _register_prepared(self, prepared: PreparedFrame, predict: Predict) -> OdometryUpdate:
+        self._tracked_frames = 0
         if self._stamp is not None and prepared.stamp <= self._stamp:
             back = self._stamp - prepared.stamp
             if back <= RESTART_AFTER:
@@ -296,11 +318,14 @@ class Odometry:
     def _choose_keyframe(self, last: Reference, attempt: Attempt, references: References) -> None:
         """Advance to a frame that was registered by keypoints, a keyframe or not."""
         prepared, reference = last.prepared, attempt.reference
+        of_support = reference.prepared if prepared.is_tracked else prepared
         if (prepared.repeat is not Repeat.NONE
-                or self._policy.keeps(prepared, attempt.registration)
+                or self._policy.keeps(prepared, attempt.registration, len(of_support.keypoints))
                 or prepared.is_blurred_beside(reference.prepared)):
             references.track(last, Reference(reference.prepared, reference.pose))
         else:
+            if prepared.is_tracked:
+                prepared = self._registrar.with_own_keypoints(prepared)
             keyframe = Reference(prepared, last.pose)
             references.track(keyframe, keyframe)
 

@@ -13,7 +13,7 @@ import numpy as np
 from aick_ros.features.detector import Detector
 from aick_ros.features.vocabulary import vocabulary_of
 from aick_ros.frames.camera_clock import CameraClock
-from aick_ros.frames.keypoints import KeypointExtractor
+from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
@@ -25,8 +25,9 @@ from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
-from aick_ros.registration.result import Registration
+from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.stage_times import StageTimes
+from aick_ros.registration.status import Status
 from aick_ros.registration.systematic_error import SystematicError
 from aick_ros.registration.verified_aick import VerifiedAick
 from aick_ros.settings import Settings
@@ -77,13 +78,27 @@ class Registrar:
             not used: it shows another moment than the colour image.
         """
         with self._times.stage('features'):
-            keypoints, grey = self._extractor.extract(frame), frame.grey
+            keypoints = self._extractor.extract(frame)
+        return self._prepared(frame, keypoints, repeat)
+
+    def prepare_for_tracking(self, frame: RgbdFrame) -> PreparedFrame:
+        """Return what tracking needs of a frame, as :meth:`prepare` does; it has no keypoints."""
+        return self._prepared(frame, KeypointFrame.none(frame.stamp), Repeat.NONE)
+
+    def with_own_keypoints(self, prepared: PreparedFrame) -> PreparedFrame:
+        """Return a frame that was prepared for tracking as :meth:`prepare` would."""
+        with self._times.stage('features'):
+            keypoints = self._extractor.extract(prepared.frame)
+        return dataclasses.replace(prepared, keypoints=keypoints, is_tracked=False)
+
+    def _prepared(self, frame: RgbdFrame, keypoints: KeypointFrame,
+                  repeat: Repeat) -> PreparedFrame:
         surface = None
         if self._settings.refinement.mode == 'joint' and repeat is not Repeat.DEPTH:
             with self._times.stage('surface'):
                 surface = Surface.of(frame.depth, frame.camera, self._settings.sensor,
                                      self._settings.refinement.surface_points)
-        return PreparedFrame(frame, keypoints, grey, surface, self._depth_lag(frame),
+        return PreparedFrame(frame, keypoints, frame.grey, surface, self._depth_lag(frame),
                              self._learned.colour_clock.jitter, repeat)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
@@ -98,6 +113,24 @@ class Registrar:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
         found = self._verified.register(source, target, expected, elapsed)
+        return self._learned_from(found, source, target, expected, elapsed)
+
+    def track(self, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
+              elapsed: float) -> tuple[PreparedFrame, Registration]:
+        """
+        Return the source with keypoints of the target tracked into it, and its pose in the target.
+
+        It fails without a refinement, and where AICK has to decide; parameters as for
+        :meth:`register`.
+        """
+        if self._verified is None:
+            return source, failed(Status.TOO_FEW_MATCHES, 'no refinement')
+        source, found = self._verified.track(source, target, expected, elapsed)
+        return source, self._learned_from(found, source, target, expected, elapsed)
+
+    def _learned_from(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
+                      expected: np.ndarray | None, elapsed: float) -> Registration:
+        """Learn from a registration; return it with the errors that it does not show itself."""
         if source.repeat is not Repeat.NONE or np.array_equal(source.grey, target.grey):
             # a repeated image shows no noise, or the same once more
             found = dataclasses.replace(found, bias=None, noise=None, misalignment=None)

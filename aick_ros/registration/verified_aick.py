@@ -26,6 +26,7 @@ from aick_ros.registration.repeating_scene import RepeatingSceneCheck
 from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
+from aick_ros.registration.tracked_keypoints import TrackedKeypoints
 from aick_ros.settings import Settings
 
 _SLOW_SCHEDULE = 0.93, 60
@@ -60,6 +61,7 @@ class VerifiedAick:
         self._refinement = Refinement(settings.refinement, settings.sensor, noise, misalignment)
         self._repeating_scene = RepeatingSceneCheck(self._refinement, settings.odometry)
         self._dynamic_objects = DynamicObjectCheck(self._refinement, settings)
+        self._tracked_keypoints = TrackedKeypoints(settings, self._refinement)
         alpha, iterations = _SLOW_SCHEDULE
         self._slow_aick = Aick(dataclasses.replace(settings.aick, alpha=alpha,
                                                    iterations=iterations))
@@ -75,9 +77,7 @@ class VerifiedAick:
         :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
         :param elapsed: time since that velocity was measured [s].
         """
-        predicted = None
-        if expected is not None and source.twist is not None and 0.0 < elapsed < np.inf:
-            predicted = Prediction(expected, source.twist, elapsed)
+        predicted = Prediction.of(expected, source.twist, elapsed)
         found = self.recognize(source, target, predicted)
         if not found.status.ok:
             with self._times.stage('registration'):
@@ -92,6 +92,12 @@ class VerifiedAick:
             if likelier is not found:
                 return likelier
             return self._dynamic_objects.check(found, source, target, expected, elapsed)
+
+    def track(self, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
+              elapsed: float) -> tuple[PreparedFrame, Registration]:
+        """Return the source with keypoints tracked into it, and its pose; without AICK."""
+        with self._times.stage('refinement'):
+            return self._tracked_keypoints.register(source, target, expected, elapsed)
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame,
                   predicted: Prediction | None = None) -> Registration:

@@ -130,6 +130,11 @@ class OdometrySettings(Checked):
         'keyframe', 'Reference of each registration: the previous frame (the paper), or a '
         'keyframe.',
         choices=('previous', 'keyframe'))
+    aick_interval: int = parameter(
+        1, 'Every so many frames AICK registers the frame; those between are registered by '
+        'keypoints tracked from the keyframe, where enough of them are found, and need no '
+        'keypoints of their own. 1: AICK registers every frame.', unit='frames', minimum=1,
+        maximum=1000)
     min_overlap: float = parameter(
         0.7, 'Minimum fraction of keypoints matched to the keyframe; below it the keyframe is '
         'replaced.', minimum=0.0, maximum=1.0)

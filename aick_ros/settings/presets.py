@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Presets: named sets of parameters, those of the experiments of the paper."""
+"""Presets: named sets of parameters, those of the paper's experiments and of small computers."""
 
 from __future__ import annotations
 
@@ -21,6 +21,12 @@ _FAST_ORB = {**_ALL_PAPER, 'features.detector': 'orb', 'features.max_keypoints':
 _FAST_SURF = {**_ALL_PAPER, 'features.detector': 'surf', 'features.max_keypoints': 200,
               'aick.alpha': 0.3, 'aick.iterations': 5}
 
+_EMBEDDED: Mapping[str, Value] = {
+    'features.max_keypoints': 250, 'features.orb.nfeatures': 700,
+    'features.orb.scale_factor': 1.44, 'features.orb.levels': 4,
+    'refinement.max_tracks': 250, 'refinement.surface_points': 1000,
+    'odometry.aick_interval': 10, 'odometry.min_overlap': 0.65}
+
 PRESETS: Mapping[str, Mapping[str, Value]] = {
     'paper-full': {**_FULL, 'features.detector': 'orb'},
     'paper-fast': _FAST_ORB,
@@ -30,12 +36,14 @@ PRESETS: Mapping[str, Mapping[str, Value]] = {
         **_FAST_ORB, 'aick.vocabulary': 'orb-1000', 'aick.word_radius': 0.26},
     'paper-fast-surf-words': {
         **_FAST_SURF, 'aick.vocabulary': 'surf-1000', 'aick.word_radius': 0.26},
+    'embedded': _EMBEDDED,
 }
 """
-Preset name -> values that differ from the defaults: the parameters of the paper (IV, V-A).
+Preset name -> values that differ from the defaults: the parameters of the paper (IV, V-A), and
+``embedded``, chosen on two excerpts of real recordings and three rendered ones.
 
-One value is not the paper's: its R_w of 0.165 for ORB belongs to its own vocabulary. For ours 0.26
-costs little success (measured on the two TUM excerpts, features/vocabularies/README.md).
+One value of those is not the paper's: its R_w of 0.165 for ORB belongs to its own vocabulary. For
+ours 0.26 costs little success (measured on the two TUM excerpts, features/vocabularies/README.md).
 """
 
 

@@ -27,7 +27,8 @@ def registration(support, deviation, timing=0.0):
 
 
 def kept(policy, *registrations):
-    return [policy.keeps(VIEW, registration(*numbers)) for numbers in registrations]
+    return [policy.keeps(VIEW, registration(*numbers), len(VIEW.keypoints))
+            for numbers in registrations]
 
 
 def test_it_is_kept_while_enough_of_it_is_matched():

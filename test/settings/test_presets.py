@@ -41,13 +41,20 @@ def test_presets_with_words_differ_from_the_others_by_the_vocabulary_only():
         assert with_values(with_words, {'aick.vocabulary': '',
                                         'aick.word_radius': without.aick.word_radius}) == without
     assert preset('paper-fast-surf-words').aick.word_radius == 0.26
-    assert len(PRESETS) == 6
 
 
-@pytest.mark.parametrize('name', PRESETS)
-def test_presets_have_no_refinement_and_register_to_the_previous_frame(name):
+@pytest.mark.parametrize('name', [name for name in PRESETS if name.startswith('paper-')])
+def test_presets_of_the_paper_have_no_refinement_and_register_to_the_previous_frame(name):
     assert preset(name).refinement.mode == 'none'
     assert preset(name).odometry.reference == 'previous'
+
+
+def test_embedded_tracks_between_registrations_by_aick():
+    settings = preset('embedded')
+    assert settings.odometry.aick_interval == 10
+    assert settings.refinement.mode == 'joint'  # tracking is part of the refinement
+    assert settings.aick == Settings().aick
+    assert Settings().odometry.aick_interval == 1
 
 
 def test_an_unknown_preset_is_rejected_with_the_list_of_presets():

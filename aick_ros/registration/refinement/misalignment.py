@@ -166,6 +166,14 @@ class Prediction:
     twist: np.ndarray
     elapsed: float
 
+    @classmethod
+    def of(cls, T_target_source: np.ndarray | None, twist: np.ndarray | None,
+           elapsed: float) -> Prediction | None:
+        """Return the prediction; None where the velocity is not known."""
+        if T_target_source is None or twist is None or not 0.0 < elapsed < np.inf:
+            return None
+        return cls(T_target_source, twist, elapsed)
+
     def twist_with(self, T_target_source: np.ndarray) -> np.ndarray:
         """Return the body velocity, 6: the mean of the last one and that to a measured pose."""
         deviation = se3.inverse(self.T_target_source) @ T_target_source

@@ -106,6 +106,16 @@ class Refinement:
             refined = self._solve(source, target, tracks, refined.T_target_source, predicted)
         return refined
 
+    def refine_back(self, source: PreparedFrame, target: PreparedFrame,
+                    T_target_source: np.ndarray, predicted: Prediction | None = None) -> Refined:
+        """
+        Return the pose of a source that has no keypoints: those of the target are tracked into it.
+
+        The keypoints tracked are those of the target; parameters as for :meth:`refine`.
+        """
+        tracks = self._tracker.track_back(source, target, T_target_source)
+        return self._solve(source, target, tracks, T_target_source, predicted)
+
     def _solve(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
                pose: np.ndarray, predicted: Prediction | None) -> Refined:
         problem = _Problem(source, target, tracks, self._settings, self._sensor, self._noise)

@@ -98,6 +98,22 @@ class Tracker:
                       depth.sample(target.frame.depth, seen, self._sensor),
                       np.sqrt(variances) / points[kept, 2] ** 2)
 
+    def track_back(self, source: PreparedFrame, target: PreparedFrame,
+                   T_target_source: np.ndarray) -> Tracks:
+        """
+        Find the keypoints of the target in the source, which needs none of its own.
+
+        :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
+        :returns: tracks of the source in the target all the same, with depths of the source;
+            ``keypoints`` are those of the target.
+        """
+        seen = self.track(target, source, se3.inverse(T_target_source))
+        seen = seen[np.isfinite(seen.depths)]
+        rays, depths = np.column_stack([seen.rays, np.ones(len(seen))]), seen.depths
+        sigmas = np.broadcast_to(depth.inverse_depth_sigma(depths, self._sensor), depths.shape)
+        return Tracks(seen.keypoints, rays * depths[:, None],
+                      seen.points[:, :2] / seen.points[:, 2:], seen.points[:, 2], sigmas)
+
 
 def _visible(points: np.ndarray, T_target_source: np.ndarray,
              camera: Camera) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Registration by the keypoints of the target, tracked into the source; no detector is needed.
+
+The source has no keypoints of its own: those of the target are sought where the expected motion
+puts them. So nothing but the motion model says that the place is the right one. Where too few are
+found, or where they contradict the expected motion, the registration fails, and AICK decides.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.geometry import se3
+from aick_ros.registration.refinement.misalignment import Prediction
+from aick_ros.registration.refinement.refinement import Refined, Refinement
+from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
+from aick_ros.registration.result import Registration, failed
+from aick_ros.registration.status import Status
+from aick_ros.registration.unexpected_motion import is_same, sudden_accelerations, suddenness
+from aick_ros.settings import Settings
+
+_SHARE_TRACKED = 0.35  # chosen: share of the keypoints that must be tracked
+_EXPECTED = 0.05, np.radians(3.0)  # m and rad; chosen: a motion that differs by more is checked
+
+
+class TrackedKeypoints:
+    """Registers frames of one camera by the keypoints of earlier ones."""
+
+    def __init__(self, settings: Settings, refinement: Refinement) -> None:
+        self._refinement = refinement
+        self._most_tracks = settings.refinement.max_tracks
+        self._sudden = sudden_accelerations(settings.odometry)
+
+    def register(self, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
+                 elapsed: float) -> tuple[PreparedFrame, Registration]:
+        """
+        Return the source with the keypoints found in it, and its pose in the target.
+
+        :param source: its keypoints are not used; its twist is that of the frame before.
+        :param expected: ``T_target_source`` at constant velocity, 4x4.
+        :param elapsed: time since that velocity was measured [s].
+        """
+        if source.grey.shape != target.grey.shape:
+            return source, failed(Status.TOO_FEW_MATCHES, 'the images differ in size')
+        predicted = Prediction.of(expected, source.twist, elapsed)
+        refined = self._refinement.refine_back(source, target, expected, predicted)
+        tracks, sought = refined.tracked, min(len(target.keypoints), self._most_tracks)
+        reason = f'{len(tracks)} keypoints tracked from the keyframe'
+        if len(tracks) < max(FEWEST_TO_CONFIRM, _SHARE_TRACKED * sought):
+            return source, failed(Status.TOO_FEW_MATCHES, f'{reason}, of {sought}')
+        change = se3.inverse(expected) @ refined.T_target_source
+        if (not is_same(expected, refined.T_target_source, _EXPECTED)
+                or suddenness(change, elapsed, self._sudden) > 1.0):
+            return source, failed(Status.TOO_FEW_MATCHES, f'{reason} show a sudden motion')
+        source = dataclasses.replace(source, is_tracked=True, keypoints=_keypoints(
+            tracks, source, target.keypoints))
+        return source, _registration(refined, reason)
+
+
+def _registration(refined: Refined, reason: str) -> Registration:
+    rows = np.arange(len(refined.tracked))
+    return Registration(
+        Status.OK, reason, refined.T_target_source, refined.covariance,
+        np.column_stack([rows, refined.tracked.keypoints]), 0, support=len(rows),
+        bias=refined.bias, tracks=dataclasses.replace(refined.tracked, keypoints=rows),
+        systematic=refined.systematic, noise=refined.noise, misalignment=refined.misalignment)
+
+
+def _keypoints(tracks: Tracks, source: PreparedFrame, known: KeypointFrame) -> KeypointFrame:
+    """Return tracked keypoints as the source sees them, with the descriptors they are known by."""
+    return KeypointFrame(
+        source.stamp, tracks.points.astype(np.float32), known.descriptors[tracks.keypoints],
+        known.covariances[tracks.keypoints],
+        source.frame.camera.project(tracks.points).astype(np.float32))
