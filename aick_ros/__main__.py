@@ -6,4 +6,9 @@
 from aick_ros.cli import main
 
 if __name__ == '__main__':
-    main()
+    try:
+        main()
+    finally:
+        # Where Ctrl-C came while Python ran code from text, as for each dataclass and namedtuple,
+        # it would end `python -m` by SIGINT, handled or not, unless other text was run since.
+        eval('None')

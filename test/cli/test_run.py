@@ -214,3 +214,23 @@ def test_an_interruption_of_the_start_is_one_line():
                      'sys.meta_path.insert(0, Finder())\n'
                      'from aick_ros.cli import main; main(["--version"])')
     assert (process.returncode, process.stderr) == (130, 'aick: interrupted\n')
+
+
+def test_as_a_module_it_has_the_exit_code_of_an_interruption(tmp_path):
+    """Also where it came while Python ran code from text, as for a dataclass."""
+    (tmp_path / 'sitecustomize.py').write_text('''
+import sys
+import aick_ros.cli
+
+def interrupted():
+    try:
+        exec('raise KeyboardInterrupt')
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+aick_ros.cli.main = interrupted
+''')
+    path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get('PYTHONPATH')])])
+    run = subprocess.run([sys.executable, '-m', 'aick_ros'],
+                         env={**os.environ, 'PYTHONPATH': path})
+    assert run.returncode == 130
