@@ -11,6 +11,12 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.registration.result import Registration
 from aick_ros.settings import Settings
 
+_MIN_SHAPE_OVERLAP = 0.6
+"""Share of a depth image that the one it is registered to must show, to serve for the next.
+
+Chosen on two excerpts of real recordings: with 0.5 the error grows faster, with 0.7 fast turns
+get lost."""
+
 
 class KeyframePolicy:
     """
@@ -52,6 +58,11 @@ class KeyframePolicy:
             self.begin()
             return False
         return True
+
+    @staticmethod
+    def keeps_shape(registration: Registration) -> bool:
+        """Return whether the depth image that a frame was registered to serves for the next."""
+        return registration.overlap >= _MIN_SHAPE_OVERLAP
 
 
 def scene_variance(prepared: PreparedFrame, covariance: np.ndarray) -> float:

@@ -280,7 +280,7 @@ class Odometry:
         if by_depth:
             self._twist = self._motion_model.observed_twist(
                 increment, seconds(self._confirmed, prepared.stamp))
-            references.track_shape(last, reference)
+            self._choose_shape(last, attempt, references)
         else:
             self._gyroscope.learn(reference.stamp, prepared.stamp, attempt.seen.pose)
             self._hold_position(prepared.stamp, reference, registration)
@@ -314,6 +314,14 @@ class Odometry:
         """Hold the position by the velocity before, where the motion prior is used."""
         if self._settings.odometry.motion_prior:
             self._filter.update(stamp, reference.pose.matrix @ registration.pose)
+
+    def _choose_shape(self, last: Reference, attempt: Attempt, references: References) -> None:
+        """Advance to a frame that was registered by depth alone."""
+        if self._policy.keeps_shape(attempt.seen):
+            references.track_shape(last, attempt.reference)
+        else:
+            shape = Reference(last.prepared, last.pose)
+            references.track_shape(shape, shape)
 
     def _choose_keyframe(self, last: Reference, attempt: Attempt, references: References) -> None:
         """Advance to a frame that was registered by keypoints, a keyframe or not."""

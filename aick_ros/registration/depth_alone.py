@@ -12,14 +12,16 @@ least-squares problem, so no threshold decides which directions count as observe
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.frames.surface import Surface
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.frames.surface import FINE_CELL, Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
-from aick_ros.registration.refinement.refinement import depth_rate
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, gradient_noise, point_to_plane)
 from aick_ros.registration.result import Evidence, Registration, failed
@@ -29,8 +31,9 @@ from aick_ros.settings import Settings
 _MOST_STEPS = 12  # chosen: planes are associated anew in each
 _SMALLEST_STEP = 1e-4  # m and rad; chosen: a smaller step ends the iteration
 _FEWEST_POINTS = 300  # chosen: with fewer the depth image has too many holes
-_MIN_SHARE = 0.5  # chosen on rendered rooms: share of the points that must lie on a plane
+_MIN_OVERLAP = 0.5  # chosen on rendered rooms: share of the points that must lie on a plane
 _LARGEST_RESIDUAL = 4.0  # chosen: in standard deviations of the noise, of a point on its plane
+_CACHED_FRAMES = 4  # derived: the frame, the shape, the last frame, and one in reserve
 _SMALLEST_FACTOR = 0.01  # chosen: floor of the variance, as a ratio to that by the sensor's noise
 
 
@@ -44,6 +47,7 @@ class DepthAlone:
     def __init__(self, settings: Settings, noise: MeasuredNoise) -> None:
         self._settings = settings
         self._noise = noise
+        self._fine_surface = functools.lru_cache(_CACHED_FRAMES)(self._new_surface)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: PoseWithCovariance, unobserved: np.ndarray) -> Registration:
@@ -60,34 +64,64 @@ class DepthAlone:
         count = 0 if surface is None else len(surface.chosen)
         if surface is None or other is None or count < _FEWEST_POINTS:
             return failed(Status.TOO_FEW_KEYPOINTS, f'{count} points with depth')
-        problem = _Problem(surface, other, expected, depth_rate(source, target), self._settings)
-        pose = problem.solve()
-        share = problem.share_on_planes(pose)
-        reason = f'by depth alone, {share:.0%} of {count} points'
-        if share < _MIN_SHARE:
+        lags = _lags(source, target)
+        coarse = _Depth(surface, other, lags, self._settings)
+        fine = _Depth(self._fine_surface(source.frame), self._fine_surface(target.frame), lags,
+                      self._settings)
+        problem = _Problem(fine, expected)
+        pose = problem.solve(_Problem(coarse, expected).solve(expected.matrix))
+        overlap = coarse.overlap(pose)
+        reason = f'by depth alone, {overlap:.0%} of {count} points'
+        if overlap < _MIN_OVERLAP:
             return failed(Status.TOO_FEW_MATCHES, reason)
         bias = self._noise.expected(
             _displacement(surface, pose, source.frame.camera.fx)).bias
         return Registration(
             Status.OK, reason, pose, problem.covariance(pose, unobserved) + bias,
-            np.empty((0, 2), np.intp), 0, evidence=Evidence.DEPTH_ALONE)
+            np.empty((0, 2), np.intp), 0, evidence=Evidence.DEPTH_ALONE, overlap=overlap)
+
+    def _new_surface(self, frame: RgbdFrame) -> Surface:
+        return Surface.of(frame.depth, frame.camera, self._settings.sensor,
+                          self._settings.refinement.surface_points, FINE_CELL)
+
+
+class _Depth:
+    """
+    A pair of depth images.
+
+    :param lags: motion of the source and of the target between their colour and depth images.
+    """
+
+    def __init__(self, source: Surface, target: Surface, lags: tuple[np.ndarray, np.ndarray],
+                 settings: Settings) -> None:
+        self._source, self._target = source, target
+        self._source_lag, self._target_lead = lags[0], se3.inverse(lags[1])
+        self._sensor, self._settings = settings.sensor, settings.refinement
+
+    def residuals(self, pose: np.ndarray) -> Residuals:
+        """Return the distances of the source's points from planes of the target, whitened."""
+        # their derivatives are by the error of the depth images' pose; the motion between is small
+        return point_to_plane(
+            self._source, self._target, self._target_lead @ pose @ self._source_lag,
+            self._sensor, self._settings.robust_width, self._settings.reach)
+
+    def overlap(self, pose: np.ndarray) -> float:
+        """Return the share of the source's points that lie on planes of the target."""
+        on_planes = np.abs(self.residuals(pose).values) < _LARGEST_RESIDUAL
+        return float(np.count_nonzero(on_planes)) / len(self._source.chosen)
 
 
 class _Problem:
     """The least-squares problem of one pair of depth images."""
 
-    def __init__(self, source: Surface, target: Surface, expected: PoseWithCovariance,
-                 rate: float, settings: Settings) -> None:
-        self._source, self._target, self._rate = source, target, rate
-        self._expected = expected
+    def __init__(self, depth: _Depth, expected: PoseWithCovariance) -> None:
+        self._depth, self._expected = depth, expected
         self._prior = np.linalg.inv(expected.covariance)
-        self._sensor, self._settings = settings.sensor, settings.refinement
 
-    def solve(self) -> np.ndarray:
-        """Return the pose at the minimum, 4x4."""
-        pose = self._expected.matrix
+    def solve(self, pose: np.ndarray) -> np.ndarray:
+        """Return the pose at the minimum near a first one, 4x4."""
         for _ in range(_MOST_STEPS):
-            equations = NormalEquations.of([self._residuals(pose)])
+            equations = NormalEquations.of([self._depth.residuals(pose)])
             deviation = se3.difference(pose, self._expected.matrix)
             step = -np.linalg.solve(equations.information + self._prior,
                                     equations.gradient + self._prior @ deviation)
@@ -96,11 +130,6 @@ class _Problem:
                 break
         return pose
 
-    def share_on_planes(self, pose: np.ndarray) -> float:
-        """Return the share of the source's points that lie on planes of the target."""
-        on_planes = np.abs(self._residuals(pose).values) < _LARGEST_RESIDUAL
-        return float(np.count_nonzero(on_planes)) / len(self._source.chosen)
-
     def covariance(self, pose: np.ndarray, unobserved: np.ndarray) -> np.ndarray:
         """
         Return the covariance A^-1 B A^-1, 6x6; B has the scatter of the residuals.
@@ -108,7 +137,7 @@ class _Problem:
         Velocities are wrong by the same error for many frames, so the motion expected from frame
         to frame holds the solution together, but does not make it more certain.
         """
-        residuals = self._residuals(pose)
+        residuals = self._depth.residuals(pose)
         information = NormalEquations.of([residuals]).information
         noise = gradient_noise([residuals]) + _SMALLEST_FACTOR * information
         prior = np.linalg.inv(unobserved)
@@ -116,10 +145,13 @@ class _Problem:
         covariance: np.ndarray = inverse @ (noise + prior) @ inverse
         return covariance
 
-    def _residuals(self, pose: np.ndarray) -> Residuals:
-        return point_to_plane(
-            self._source, self._target, se3.scaled(pose, self._rate), self._sensor,
-            self._settings.robust_width, self._settings.reach).of_scaled_error(self._rate)
+
+def _lags(source: PreparedFrame, target: PreparedFrame) -> tuple[np.ndarray, np.ndarray]:
+    """Return the motion of each camera from its colour image to its depth image, 4x4 each."""
+    twists = (source.twist, source.twist if target.twist is None else target.twist)
+    lag, other = (np.eye(4) if twist is None else se3.exp(frame.depth_lag * twist)
+                  for frame, twist in zip((source, target), twists))
+    return lag, other
 
 
 def _displacement(surface: Surface, pose: np.ndarray, focal_length: float) -> float:

@@ -71,6 +71,8 @@ class Registration:
         the other does not have it.
     :param noise: noise measured from the residuals; None unless a refinement used both.
     :param misalignment: that of the two images, measured likewise; None as well.
+    :param overlap: share of the points of the depth image that the other one shows, where it is
+        measured: by depth alone.
     """
 
     status: Status
@@ -87,6 +89,7 @@ class Registration:
     timing: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     noise: NoiseSample | None = None
     misalignment: MisalignmentSample | None = None
+    overlap: float = 1.0
 
     @property
     def pose(self) -> PoseWithCovariance:

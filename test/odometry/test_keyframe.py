@@ -3,6 +3,7 @@
 
 """Replacement of a keyframe, by given variances and numbers of matches."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -41,6 +42,12 @@ def test_it_is_kept_while_its_variance_is_below_that_of_a_chain():
     """Of equal steps the variances add up: the third would be 3 with a chain, here it is 3.9."""
     policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.0}))
     assert kept(policy, (90, 1.0), (90, 1.4), (90, 1.7), (90, 2.1)) == [True, True, True, False]
+
+
+@pytest.mark.parametrize(('overlap', 'expected'), [(0.61, True), (0.59, False)])
+def test_a_depth_image_serves_while_enough_of_it_is_seen(overlap, expected):
+    by_depth = dataclasses.replace(registration(0, 0.01), overlap=overlap)
+    assert KeyframePolicy.keeps_shape(by_depth) is expected
 
 
 def test_errors_of_stamps_do_not_count():

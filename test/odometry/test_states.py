@@ -3,6 +3,8 @@
 
 """The states of the odometry by made-up registrations: right poses, and a script of failures."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -34,13 +36,16 @@ class Registrar:
     Registers frames by their true poses.
 
     :ivar dark: stamps without matches; ``blind``: without depth; ``few``: with few keypoints.
+    :ivar leaving: stamps of frames that show little of what was seen before.
     :ivar refused: pairs of stamps, source and target, that do not match.
+    :ivar shapes: pairs of stamps, source and target, that were registered by depth alone.
     :ivar asked: what :meth:`register` was asked, stamps for frames, and the twist of the source.
     """
 
     def __init__(self, path):
         self.path, self.dark, self.blind, self.few = path, set(), set(), set()
         self.asked, self.unobserved, self.refused = [], [], set()
+        self.leaving, self.shapes = set(), []
 
     def prepare(self, frame, repeat=Repeat.NONE):
         count = 5 if frame.stamp in self.few else 200
@@ -60,7 +65,9 @@ class Registrar:
         self.unobserved.append((expected.covariance, unobserved))
         if self.blind & {source.stamp, target.stamp}:
             return failed(Status.TOO_FEW_KEYPOINTS, 'blind')
-        return self._found(source, target, Evidence.DEPTH_ALONE)
+        self.shapes.append((source.stamp, target.stamp))
+        return dataclasses.replace(self._found(source, target, Evidence.DEPTH_ALONE),
+                                   overlap=0.55 if source.stamp in self.leaving else 0.9)
 
     def _found(self, source, target, evidence):
         T = se3.inverse(self.path(target.stamp)) @ self.path(source.stamp)
@@ -127,6 +134,19 @@ def test_in_the_dark_what_nothing_observes_is_as_uncertain_as_since_the_last_key
         assert unobserved[0, 0] >= (0.5 * 2.0 * (steps * PERIOD) ** 2) ** 2
         assert unobserved[0, 0] == pytest.approx(
             (0.5 * 2.0 * (steps * PERIOD) ** 2) ** 2, rel=0.01)
+
+
+def test_in_the_dark_frames_are_registered_to_one_depth_image_until_little_of_it_is_seen(made):
+    odometry, registrar = made()
+    registrar.dark = {stamp_of(number) for number in range(3, 8)}
+    registrar.leaving = {stamp_of(5)}
+    updates = [odometry.register_frame(frame(number)) for number in range(8)]
+    assert registrar.shapes == [(stamp_of(number), stamp_of(shape)) for number, shape in (
+        (3, 2), (4, 2), (5, 2), (6, 5), (7, 5))]
+    for number in range(3, 8):
+        increment = updates[number].increment
+        assert increment.interval == pytest.approx(PERIOD)
+        np.testing.assert_allclose(increment.pose.matrix, se3.exp(PERIOD * TWIST), atol=1e-9)
 
 
 def test_after_a_reset_there_is_no_velocity(made):

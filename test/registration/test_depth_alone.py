@@ -3,6 +3,8 @@
 
 """Registration by depth alone, on planes whose depth has a closed form."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -36,13 +38,29 @@ def prepared(planes, T_world_camera, stamp, rng):
         depths = [(distance - np.dot(normal, T_world_camera[:3, 3])) / (directions @ normal)
                   for normal, distance in planes]
     depth = np.min([np.where(z > 0, z, np.inf) for z in depths], axis=0)
-    depth += Settings().sensor.depth_sigma * depth ** 2 * rng.standard_normal(depth.shape)
+    return with_surface(depth, stamp, rng)
+
+
+def with_surface(depth, stamp, rng):
+    """Return a frame with a depth image, to which noise is added."""
+    depth = depth + Settings().sensor.depth_sigma * depth ** 2 * rng.standard_normal(depth.shape)
     depth = depth.astype(np.float32)
     frame = RgbdFrame(stamp, np.zeros(depth.shape, np.uint8), depth, CAMERA)
     none = KeypointFrame(stamp, np.empty((0, 3), np.float32), np.empty((0, 32), np.uint8),
                          np.empty((0, 3, 3), np.float32), np.empty((0, 2), np.float32))
     return PreparedFrame(frame, none, frame.grey,
                          Surface.of(depth, CAMERA, Settings().sensor, 2000))
+
+
+def corrugated(shift, stamp, rng):
+    """Return a frame of a wall folded every 16 pixels, seen after a shift [m] of the camera."""
+    u = np.mgrid[:CAMERA.height, :CAMERA.width][1]
+    ray, fold = (u - CAMERA.cx) / CAMERA.fx, 16 / CAMERA.fx * 2.0
+    depth = np.full(u.shape, 2.0)
+    for _ in range(30):  # a fixed point: the folds are less steep than the rays
+        x = ray * depth + shift
+        depth = 2.0 + 0.5 * np.abs((x + fold) % (2 * fold) - fold)
+    return with_surface(depth, stamp, rng)
 
 
 def views(planes, other=None, seed=0):
@@ -83,6 +101,14 @@ def test_a_wall_holds_its_normal_and_two_rotations_and_the_motion_expected_the_r
     np.testing.assert_allclose(sigmas[blind], prior[blind], rtol=0.1)
 
 
+def test_folds_as_narrow_as_sixteen_pixels_hold_the_direction_across_them():
+    rng = np.random.default_rng(0)
+    target, source = corrugated(0.0, 0, rng), corrugated(0.02, 33_000_000, rng)
+    found = DepthAlone(Settings(), MeasuredNoise()).register(
+        source, target, PoseWithCovariance(np.eye(4), PRIOR), PRIOR)
+    assert found.T_target_source[0, 3] == pytest.approx(0.02, abs=0.002)
+
+
 def test_what_nothing_observes_is_as_uncertain_as_without_the_frames_before():
     found = register(WALL, unobserved=9 * PRIOR)
     blind = [0, 1, 5]
@@ -111,6 +137,38 @@ def test_the_errors_are_those_of_the_covariance():
         error = se3.difference(found.T_target_source, MOTION)
         squares.append(error @ np.linalg.solve(found.covariance, error))
     assert 0.001 < np.mean(squares) < 6 + 3 * np.sqrt(12 / 9)
+
+
+@pytest.mark.parametrize('late', ['source', 'target'])
+def test_the_pose_is_that_of_the_colour_image_where_depth_is_taken_later(late):
+    """The camera is at rest at one image and moves at the other, so that lags do not cancel."""
+    rng, lag = np.random.default_rng(0), 0.02
+    twist = np.array([0.4, -0.2, 0.3, 0.9, 0.5, -1.0])
+    lags = {frame: se3.exp(lag * twist) if frame == late else np.eye(4)
+            for frame in ('source', 'target')}
+    moving, rest = dict(depth_lag=lag, twist=twist), dict(depth_lag=lag, twist=np.zeros(6))
+    target, source = (
+        dataclasses.replace(prepared(CORNER, pose @ lags[frame], stamp, rng),
+                            **(moving if frame == late else rest))
+        for frame, pose, stamp in (('target', np.eye(4), 0), ('source', MOTION, 33_000_000)))
+    found = DepthAlone(Settings(), MeasuredNoise()).register(
+        source, target, PoseWithCovariance(MOTION, PRIOR), PRIOR)
+    error = se3.difference(found.T_target_source, MOTION)
+    assert np.abs(error[:3]).max() < 0.002
+    assert np.abs(error[3:]).max() < np.radians(0.15)
+
+
+def test_the_overlap_is_the_share_of_the_view_that_both_depth_images_show():
+    assert register(CORNER).overlap > 0.9
+    source, target = views(WALL)
+    hidden = target.frame.depth.copy()
+    hidden[:, :CAMERA.width // 3] = np.nan
+    target = dataclasses.replace(
+        target, frame=dataclasses.replace(target.frame, depth=hidden),
+        surface=Surface.of(hidden, CAMERA, Settings().sensor, 2000))
+    found = DepthAlone(Settings(), MeasuredNoise()).register(
+        source, target, PoseWithCovariance(MOTION, PRIOR), PRIOR)
+    assert found.overlap == pytest.approx(2 / 3, abs=0.06)
 
 
 @pytest.mark.parametrize('other', [
