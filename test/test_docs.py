@@ -74,7 +74,8 @@ def test_every_command_and_option_named_exists():
     folder = ROOT / 'aick_ros' / 'cli' / 'commands'
     assert commands == {file.stem for file in folder.glob('[a-z]*.py')}
     options = ''.join(aick(command, '--help')
-                      for command in ('evaluate', 'compare', 'benchmark', 'simulate', 'vocabulary'))
+                      for command in ('evaluate', 'compare', 'view', 'benchmark', 'simulate',
+                                      'vocabulary'))
     for option in re.findall(r'--[a-z]+', PAGES['command.md']):
         assert option in options + '--help --gaps', option
 

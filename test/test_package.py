@@ -26,7 +26,7 @@ import aick_ros
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted((ROOT / 'aick_ros').rglob('*.py'))
 MODULES_OF_KEYS = {'numpy': 'python3-numpy', 'cv2': 'python3-opencv', 'yaml': 'python3-yaml'}
-MODULES_OF_PACKAGES = {'cv2': 'opencv-python-headless', 'yaml': 'pyyaml'}
+MODULES_OF_PACKAGES = {'cv2': 'opencv-python-headless', 'rerun': 'rerun-sdk', 'yaml': 'pyyaml'}
 
 
 @pytest.fixture(scope='module')
@@ -114,7 +114,8 @@ def test_manifest_names_what_the_code_imports(manifest):
     keys = {element.text for element in manifest.findall('exec_depend')}
     files = [*SOURCES, *(ROOT / 'launch').glob('*.py')]
     imported = set().union(*(top_level(imports(path)) for path in files))
-    from_pip = {'rosbags', 'typer', 'rich', 'matplotlib', 'scipy', 'small_gicp', 'open3d'}
+    from_pip = {'rosbags', 'typer', 'rich', 'matplotlib', 'scipy', 'small_gicp', 'open3d',
+                'rerun'}
     assert {MODULES_OF_KEYS.get(name, name) for name in imported - from_pip} <= keys
 
 

@@ -19,10 +19,11 @@ from aick_ros.cli.commands.noise import noise
 from aick_ros.cli.commands.parameters import parameters
 from aick_ros.cli.commands.replay import replay
 from aick_ros.cli.commands.simulate import simulate
+from aick_ros.cli.commands.view import view
 from aick_ros.cli.commands.vocabulary import vocabulary
 
-COMMANDS = (replay, evaluate, compare, benchmark, simulate, convert, vocabulary, noise, parameters,
-            demo)
+COMMANDS = (replay, evaluate, compare, view, benchmark, simulate, convert, vocabulary, noise,
+            parameters, demo)
 
 app = typer.Typer(
     add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,

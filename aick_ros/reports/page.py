@@ -9,6 +9,8 @@ from collections.abc import Iterable
 from html import escape
 from string import Template
 
+_LONG = 60  # characters of a cell that is kept from becoming narrow; chosen
+
 _PAGE = Template('''<!DOCTYPE html>
 <html lang="en">
 <head>
@@ -34,14 +36,16 @@ p { margin: .35rem 0; }
 .tile b { display: block; font-size: 1.35rem; line-height: 1.3; font-weight: 600;
           font-variant-numeric: tabular-nums; }
 .tile span { color: #616e7c; font-size: .85rem; }
-figure { margin: 1rem 0 0; }
-figure svg { display: block; width: 100%; height: auto; }
+figure { margin: 1rem 0 0; overflow-x: auto; }
+figure svg { display: block; width: 100%; min-width: 36rem; height: auto; }
+.wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font-size: .92rem; }
 th, td { text-align: left; padding: .3rem .8rem .3rem 0; border-bottom: 1px solid #eef0f2;
          vertical-align: top; }
 th { color: #616e7c; font-weight: 600; }
 td:not(:first-child) { font-variant-numeric: tabular-nums; }
-td, th { overflow-wrap: anywhere; }
+td { overflow-wrap: break-word; max-width: 24rem; }
+td.long { min-width: 16rem; }
 .sortable th { cursor: pointer; }
 .sortable th[aria-sort=ascending]::after { content: " \2191"; }
 .sortable th[aria-sort=descending]::after { content: " \2193"; }
@@ -115,12 +119,16 @@ def tiles(facts: Iterable[tuple[str, str]]) -> str:
 
 def table(head: Iterable[str], rows: Iterable[Iterable[str]], is_sortable: bool = False) -> str:
     """Return a table of plain text."""
-    body = ''.join('<tr>' + ''.join(f'<td>{escape(cell)}</td>' for cell in row) + '</tr>'
-                   for row in rows)
+    body = ''.join('<tr>' + ''.join(map(_cell, row)) + '</tr>' for row in rows)
     top = ''.join(f'<th>{escape(cell)}</th>' for cell in head)
     kind = ' class="sortable"' if is_sortable else ''
-    return (f'<table{kind}><thead><tr>{top}</tr></thead>'
-            f'<tbody>{body}</tbody></table>')
+    return (f'<div class="wide"><table{kind}><thead><tr>{top}</tr></thead>'
+            f'<tbody>{body}</tbody></table></div>')
+
+
+def _cell(text: str) -> str:
+    kind = ' class="long"' if len(text) > _LONG else ''
+    return f'<td{kind}>{escape(text)}</td>'
 
 
 def picture(svg: str) -> str:

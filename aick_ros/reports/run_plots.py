@@ -31,8 +31,8 @@ def error_figure(errors: TrajectoryErrors, start: int) -> Figure:
         many = len(times) > canvas.MANY
         upper.plot(times, 100 * errors.positions(), color=canvas.ESTIMATE, rasterized=many)
         lower.plot(times, np.degrees(errors.rotations()), color=canvas.SECOND, rasterized=many)
-        upper.set(title='Position error', ylabel='cm', ylim=(0, None))
-        lower.set(title='Rotation error', ylabel='deg', ylim=(0, None), xlabel='time [s]')
+        upper.set(title='Position error', ylabel='error [cm]', ylim=(0, None))
+        lower.set(title='Rotation error', ylabel='error [deg]', ylim=(0, None), xlabel='time [s]')
 
     return canvas.figure(10.0, 4.2, draw)
 
@@ -71,7 +71,7 @@ def timing_figure(records: Sequence[FrameRecord]) -> Figure:
             # times beyond the axis count in its last bin
             axes.hist(np.minimum(values, bins[-1]), list(bins), color=colour, alpha=0.7,
                       label=f'{stage}, median {np.median(values):.1f} ms')
-        axes.set(title='Time per frame', xlabel='ms', ylabel='frames', xlim=(0, bins[-1]))
+        axes.set(title='Time per frame', xlabel='time [ms]', ylabel='frames', xlim=(0, bins[-1]))
         canvas.legend_above(axes)
 
     return canvas.figure(10.0, 3.0, draw)

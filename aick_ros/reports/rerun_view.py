@@ -1,0 +1,172 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A run of the odometry for the viewer Rerun: path, frames, registrations and errors over time."""
+
+from __future__ import annotations
+
+import weakref
+
+import cv2
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.odometry import OdometryUpdate
+from aick_ros.registration.status import Status
+
+TIMELINE = 'time'
+
+_ELLIPSOID = 7.815 ** 0.5  # derived: chi-square, 3 degrees of freedom, 95 %
+_DEPTH_STEP = 4  # of the pixels of the cloud; chosen: 19,000 points of a VGA image
+_MILLIMETRES = 1000.0
+_JPEG_QUALITY = 80  # chosen
+_ESTIMATE, _TRUTH, _LOST = (23, 105, 170), (140, 148, 160), (198, 40, 40)
+_EDGE, _KEYPOINT, _MATCH = (217, 130, 43), (57, 255, 106), (255, 214, 0)
+
+
+class RerunView:
+    """
+    Logs a run frame by frame.
+
+    The world is the odometry's frame: that of the camera at the start, x right, y down, z forward.
+
+    :param stream: where to log to.
+    :param ground_truth: of the recording; it is drawn from the first frame that it covers.
+    """
+
+    def __init__(self, stream: rr.RecordingStream, ground_truth: Trajectory | None) -> None:
+        self._stream, self._ground_truth = stream, ground_truth
+        self._start: int | None = None
+        self._last: np.ndarray | None = None
+        self._status: Status | None = None
+        self._T_odom_world: np.ndarray | None = None
+        self._positions: weakref.WeakKeyDictionary[KeypointFrame, np.ndarray] = \
+            weakref.WeakKeyDictionary()
+        stream.send_blueprint(_blueprint())
+        stream.log('world', rr.ViewCoordinates.RDF, static=True)
+
+    def add(self, update: OdometryUpdate) -> None:
+        """Log a frame with its images, keypoints and matches."""
+        self.add_record(FrameRecord.of(update))
+        frame = update.prepared.frame
+        self._stream.log('world/camera/image', _pinhole(frame.camera, 1),
+                         rr.EncodedImage(contents=_jpeg(frame), media_type='image/jpeg'))
+        self._stream.log('world/camera/depth', _pinhole(frame.camera, _DEPTH_STEP),
+                         rr.DepthImage(_depth(frame), meter=_MILLIMETRES))
+        pixels = update.keypoints.pixels
+        self._stream.log('world/camera/image/keypoints', rr.Points2D(
+            pixels, colors=[_KEYPOINT], radii=[1.5]))
+        lines = []
+        if update.reference is not None:
+            lines = [np.array(ends) for ends in zip(
+                pixels[update.matches[:, 0]], update.reference.pixels[update.matches[:, 1]])]
+        self._stream.log('world/camera/image/matches', rr.LineStrips2D(lines, colors=[_MATCH]))
+        self._add_keyframe(update)
+
+    def add_record(self, record: FrameRecord) -> None:
+        """Log what a frame has without its images."""
+        self._start = record.stamp if self._start is None else self._start
+        self._stream.set_time(TIMELINE, duration=(record.stamp - self._start) / NANOSECONDS)
+        pose, position = record.T_odom_camera, record.T_odom_camera[:3, 3]
+        self._stream.log('world/camera', rr.Transform3D(translation=position, mat3x3=pose[:3, :3]))
+        colour = _LOST if record.status.is_lost else _ESTIMATE
+        if self._last is not None:
+            self._stream.log('world/path', rr.LineStrips3D([[self._last, position]],
+                                                           colors=[colour]))
+        self._last = position.copy()
+        self._add_ellipsoid(position, record.pose.covariance[:3, :3])
+        for stage, milliseconds in record.timing.items():
+            self._stream.log(f'times/{stage}', rr.Scalars(milliseconds))
+        self._stream.log('status/matches', rr.Scalars(record.matches))
+        self._stream.log('status/tracked', rr.Scalars(float(record.status.ok)))
+        if record.status is not self._status:
+            self._status = record.status
+            self._stream.log('status/changes', rr.TextLog(
+                f'{record.status.name}: {record.reason or record.status.value}'))
+        self._add_truth(record.stamp, pose)
+
+    def _add_ellipsoid(self, position: np.ndarray, covariance: np.ndarray) -> None:
+        """Log the 95 % ellipsoid of a position; none where its covariance is infinite."""
+        if not np.isfinite(covariance).all():
+            return
+        variances, axes = np.linalg.eigh(covariance)
+        axes[:, 0] *= np.sign(np.linalg.det(axes))  # a rotation, not a reflection
+        self._stream.log('world/covariance', rr.Ellipsoids3D(
+            centers=[position], half_sizes=[_ELLIPSOID * np.sqrt(np.maximum(variances, 0))],
+            quaternions=[rr.Quaternion(xyzw=se3.to_quaternion(axes))], colors=[_ESTIMATE]))
+
+    def _add_keyframe(self, update: OdometryUpdate) -> None:
+        """Log the edge from the frame that this one was registered to."""
+        position = update.T_odom_camera[:3, 3].copy()
+        self._positions[update.keypoints] = position
+        if update.reference is None or update.reference not in self._positions:
+            return
+        keyframe = self._positions[update.reference]
+        self._stream.log('world/edges', rr.LineStrips3D([[keyframe, position]], colors=[_EDGE]))
+        self._stream.log('world/keyframes', rr.Points3D([keyframe], colors=[_EDGE], radii=[0.01]))
+
+    def _add_truth(self, stamp: int, pose: np.ndarray) -> None:
+        """Log the ground truth once, and the error of a pose against it."""
+        if self._ground_truth is None:
+            return
+        truth = self._ground_truth.at(stamp)
+        if truth is None:
+            return
+        if self._T_odom_world is None:
+            self._T_odom_world = pose @ se3.inverse(truth)
+            path = (self._T_odom_world @ self._ground_truth.poses)[:, :3, 3]
+            self._stream.log('world/truth', rr.LineStrips3D([path], colors=[_TRUTH]), static=True)
+        error = se3.inverse(self._T_odom_world @ truth) @ pose
+        self._stream.log('errors/position_mm', rr.Scalars(
+            1e3 * float(np.linalg.norm(error[:3, 3]))))
+        self._stream.log('errors/rotation_deg', rr.Scalars(
+            float(np.degrees(se3.angle(error[:3, :3])))))
+
+
+def _pinhole(camera: Camera, step: int) -> rr.Pinhole:
+    return rr.Pinhole(
+        focal_length=[camera.fx / step, camera.fy / step],
+        principal_point=[camera.cx / step, camera.cy / step],
+        resolution=[camera.width // step, camera.height // step], image_plane_distance=0.15)
+
+
+def _jpeg(frame: RgbdFrame) -> bytes:
+    colour = frame.colour if frame.colour.ndim == 2 else frame.colour[:, :, ::-1]
+    _, content = cv2.imencode('.jpg', colour, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+    return bytes(content)
+
+
+def _depth(frame: RgbdFrame) -> np.ndarray:
+    """Return every fourth pixel of the depth image in millimetres, 0 where there is none."""
+    height, width = (size // _DEPTH_STEP * _DEPTH_STEP for size in frame.depth.shape)
+    depth = frame.depth[:height:_DEPTH_STEP, :width:_DEPTH_STEP]
+    millimetres = np.nan_to_num(_MILLIMETRES * depth, posinf=0)
+    return np.clip(millimetres, 0, np.iinfo(np.uint16).max).astype(np.uint16)
+
+
+def _blueprint() -> rrb.Blueprint:
+    """Return the layout: the space with all of the path, the image, and series below."""
+    until_now = rrb.VisibleTimeRanges(rrb.VisibleTimeRange(
+        TIMELINE, start=rrb.TimeRangeBoundary.infinite(),
+        end=rrb.TimeRangeBoundary.cursor_relative()))
+    return rrb.Blueprint(rrb.Vertical(
+        rrb.Horizontal(
+            rrb.Spatial3DView(origin='world', name='space', overrides={
+                f'world/{name}': until_now
+                for name in ('path', 'covariance', 'edges', 'keyframes')}),
+            rrb.Spatial2DView(origin='world/camera/image', name='image and matches'),
+            column_shares=[3, 2]),
+        rrb.Horizontal(
+            rrb.TimeSeriesView(origin='errors', name='errors [mm, deg]'),
+            rrb.TimeSeriesView(origin='times', name='times per stage [ms]'),
+            rrb.TimeSeriesView(origin='status', name='matches, tracked'),
+            rrb.TextLogView(origin='status', name='status')),
+        row_shares=[3, 1]))

@@ -1,0 +1,102 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Files for the viewer Rerun, read back by its own reader."""
+
+import sys
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros.odometry import Odometry
+from aick_ros.sources import raise_damage
+from aick_ros.sources.writers.tum_writer import write_tum
+
+rerun = pytest.importorskip('rerun', reason='no viewer: pip install rerun-sdk')
+FRAMES = 6
+
+
+@pytest.fixture(scope='module')
+def folder(recording, tmp_path_factory):
+    path = tmp_path_factory.mktemp('recordings') / 'rendered'
+    write_tum(path, recording)
+    return path
+
+
+def read(path):
+    """Return entity and component -> its values over time."""
+    from rerun.chunk import RrdReader
+    found = {}
+    for chunk in RrdReader(str(path)).stream().to_chunks():
+        batch = chunk.to_record_batch()
+        for name, column in zip(batch.schema.names, batch.columns):
+            found.setdefault(f'{chunk.entity_path}/{name}', []).extend(column.to_pylist())
+    return found
+
+
+def test_a_recording_is_shown_as_the_odometry_sees_it(aick, folder, tmp_path):
+    assert aick('view', folder, '--save', 'x.rrd', '--limit', FRAMES).code == 0
+    found = read(tmp_path / 'x.rrd')
+    from aick_ros.sources import open_source
+    source = open_source(folder)
+    frames = [frame for frame, _ in zip(source.frames(raise_damage), range(FRAMES))]
+    odometry = Odometry()
+    updates = [odometry.register_frame(frame) for frame in frames]
+    positions = [update.T_odom_camera[:3, 3] for update in updates]
+    np.testing.assert_allclose(
+        np.concatenate(found['/world/camera/Transform3D:translation']), positions, atol=1e-6)
+    segments = np.concatenate(found['/world/path/LineStrips3D:strips'])
+    np.testing.assert_allclose(segments, np.stack([positions[:-1], positions[1:]], 1), atol=1e-6)
+    seconds = np.array(found['/world/camera/time'], 'timedelta64[ns]') / np.timedelta64(1, 's')
+    np.testing.assert_allclose(seconds, [(f.stamp - frames[0].stamp) / 1e9 for f in frames],
+                               atol=1e-6)
+    truth = [source.ground_truth.at(frame.stamp) for frame in frames]
+    first = updates[0].T_odom_camera @ np.linalg.inv(truth[0])
+    errors = [1e3 * np.linalg.norm((np.linalg.inv(first @ true) @ update.T_odom_camera)[:3, 3])
+              for true, update in zip(truth, updates)]
+    np.testing.assert_allclose(np.ravel(found['/errors/position_mm/Scalars:scalars']), errors,
+                               atol=1e-6)
+    image = cv2.imdecode(np.array(found['/world/camera/image/EncodedImage:blob'][2],
+                                  np.uint8).ravel(), cv2.IMREAD_COLOR)[:, :, ::-1]
+    assert np.abs(image.astype(int) - frames[2].colour).mean() < 5
+    keypoints = found['/world/camera/image/keypoints/Points2D:positions'][3]
+    np.testing.assert_array_equal(keypoints, updates[3].keypoints.pixels)
+    assert len(found['/world/camera/image/matches/LineStrips2D:strips'][3]) == len(
+        updates[3].matches)
+    depth = np.frombuffer(bytes(np.ravel(found['/world/camera/depth/DepthImage:buffer'][1])
+                                .astype(np.uint8)), np.uint16).reshape(60, 80)
+    expected = np.nan_to_num(frames[1].depth[::4, ::4])
+    assert np.abs(depth / 1000 - expected).max() <= 0.001
+    assert {'/world/edges/LineStrips3D:strips', '/world/truth/LineStrips3D:strips',
+            '/world/covariance/Ellipsoids3D:half_sizes', '/status/changes/TextLog:text',
+            '/times/total/Scalars:scalars'} <= found.keys()
+
+
+def test_a_run_is_shown_without_its_recording(aick, folder, tmp_path):
+    assert aick('replay', folder, '--limit', FRAMES).code == 0
+    assert aick('view', 'runs/latest', '--save', 'run.rrd').code == 0
+    found = read(tmp_path / 'run.rrd')
+    written = np.loadtxt(tmp_path / 'runs' / 'latest' / 'trajectory.tum')[:, 1:4]
+    np.testing.assert_allclose(
+        np.concatenate(found['/world/camera/Transform3D:translation']), written, atol=1e-6)
+    assert not any('image' in name for name in found)
+
+
+@pytest.mark.parametrize(('arguments', 'sentence'), [
+    (['--save', 'x.rrd', '--web'], '--save and --web exclude each other'),
+    (['--save', 'nowhere/x.rrd'], 'the folder nowhere does not exist'),
+    ([], 'there is no display for the window of the viewer')])
+def test_an_impossible_view_is_rejected(aick, folder, monkeypatch, arguments, sentence):
+    for name in ('DISPLAY', 'WAYLAND_DISPLAY'):
+        monkeypatch.delenv(name, raising=False)
+    outcome = aick('view', folder, *arguments)
+    assert outcome.code == 2
+    assert sentence in outcome.sentence
+
+
+def test_without_rerun_the_extra_is_named(aick, folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'rerun', None)
+    outcome = aick('view', folder, '--save', 'x.rrd')
+    assert outcome.code == 2
+    assert "no view without rerun: pip install '.[view]'" in outcome.sentence
