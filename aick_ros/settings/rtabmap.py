@@ -84,8 +84,8 @@ READ_AS = {row.theirs.name: row for row in (
                      'Whether the images are rectified.'),
            'image_rectification', lambda value: 'rectified' if value else 'raw'))}
 
-_NO_IMU = ('an IMU is used from its first sample on, for its turn rates alone: odom is not aligned '
-           'with gravity')
+_NO_IMU = ('an IMU is used from its first sample on, for its turn rates alone: odom is not '
+           'aligned with gravity')
 _NO_TRUTH = 'the odometry does not start at a ground truth: set initial_pose'
 _NO_LIMIT_OF_GUESS = 'every frame is registered, however little the guess has moved'
 _NO_DATA = 'odom_sensor_data is not published'

@@ -1,0 +1,164 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+What the gyroscope of an IMU brings, and what one that lies costs.
+
+    python benchmarks/inertial.py SEED...
+
+Rendered rooms, 320x240 at 30 Hz, with a Kinect's noise and a BMI055: a handheld camera, one that
+is shaken at up to 300 deg/s with 10 ms of exposure, and one that turns by 90 deg in a second
+without light or depth.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from collections.abc import Callable, Iterator
+
+import cv2
+import numpy as np
+
+from aick_ros.evaluation.scores.trajectory_errors import compare
+from aick_ros.frames.imu import ImuSamples
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.stamps import NANOSECONDS, seconds
+from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.odometry import Odometry
+from aick_ros.sources.synthetic import ColourSensor, SyntheticOptions, SyntheticSource
+from aick_ros.sources.synthetic.imu import IMU_MODELS
+
+CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+SHAKE = np.radians([12.0, 14.0, 6.0]), np.array([3.0, 2.5, 2.8])  # amplitude, frequency [Hz]
+DARK = 3.0, 4.0  # s; the camera turns meanwhile
+OFF = 0.05, np.radians(3.0)  # m and rad: increments beyond are counted
+
+Frames = list[RgbdFrame]
+Motion = Callable[[float], np.ndarray]
+Rates = Callable[[np.ndarray], np.ndarray]
+
+LIES: dict[str, Rates] = {
+    'axes turned by 90 deg': lambda rates: rates @ se3.exp_rotation((np.pi / 2, 0, 0)).T,
+    'sign': lambda rates: -rates, 'in degrees': np.degrees, 'zeros': np.zeros_like,
+    'stuck': lambda rates: np.full_like(rates, 0.2)}
+
+
+class Moved:
+    """The path of a source with another motion added."""
+
+    def __init__(self, source: SyntheticSource, start: int, before: Motion, after: Motion) -> None:
+        self._source, self._start, self._before, self._after = source, start, before, after
+
+    def pose(self, time: float) -> np.ndarray:
+        """Return ``T_world_camera`` at a time [s]."""
+        pose = self._source.pose(self._start + round(NANOSECONDS * time)).copy()
+        pose[:3, :3] = self._before(time) @ pose[:3, :3] @ self._after(time)
+        return pose
+
+
+def still(time: float) -> np.ndarray:
+    """Return no motion."""
+    return np.eye(3)
+
+
+def shaken(time: float) -> np.ndarray:
+    """Return the rotation of a camera that is shaken from 0.5 to 3 s."""
+    since = np.clip((time - 0.5) / 2.5, 0.0, 1.0)
+    amplitudes, frequencies = SHAKE
+    return se3.exp_rotation(np.sin(np.pi * since) ** 2 * amplitudes * np.sin(
+        2 * np.pi * frequencies * (time - 0.5)))
+
+
+def turned(time: float) -> np.ndarray:
+    """Return the rotation of a camera that turns by 90 deg in the dark."""
+    share = np.clip((time - DARK[0]) / (DARK[1] - DARK[0]), 0.0, 1.0)
+    return se3.exp_rotation((0.0, 0.0, np.pi / 2 * share ** 2 * (3.0 - 2.0 * share)))
+
+
+def rendered(seed: int, count: int, before: Motion = still, after: Motion = still,
+             shutter: float = 0.008) -> tuple[Frames, Trajectory]:
+    """Return the frames of a room, and the true path."""
+    options = SyntheticOptions(seed=seed, frames=count, camera=CAMERA, imu=IMU_MODELS['bmi055'],
+                               colour=ColourSensor(shutter=shutter))
+    plain = SyntheticSource(options)
+    source = SyntheticSource(options, plain.scene, Moved(plain, options.start, before, after))
+    return list(source.frames()), source.ground_truth
+
+
+def with_rates(frames: Frames, change: Rates) -> Frames:
+    """Return frames with other turn rates."""
+    def changed(imu: ImuSamples) -> ImuSamples:
+        return dataclasses.replace(imu, turn_rates=change(imu.turn_rates))
+    return [dataclasses.replace(frame, imu=frame.imu and changed(frame.imu)) for frame in frames]
+
+
+def in_the_dark(frames: Frames) -> Frames:
+    """Return frames of which those of the turn have neither light nor depth."""
+    start, end = (frames[0].stamp + round(NANOSECONDS * time) for time in DARK)
+    return [dataclasses.replace(frame, colour=np.zeros_like(frame.colour),
+                                depth=np.full_like(frame.depth, np.nan))
+            if start < frame.stamp <= end else frame for frame in frames]
+
+
+def row(name: str, frames: Frames, truth: Trajectory) -> str:
+    """Return the row of a Markdown table."""
+    odometry, updates, named = Odometry(), [], ''
+    for frame in frames:
+        updates.append(odometry.register_frame(frame))
+        if odometry.gyroscope.complaint and not named:
+            named = f'{seconds(frames[0].stamp, frame.stamp):.1f} s'
+    errors = compare(Trajectory(truth.stamps, np.array([u.T_odom_camera for u in updates])), truth)
+    assert errors is not None  # the poses have the stamps of the truth
+    translations, rotations = errors.relative()
+    ate, rpe, turn = (np.sqrt(np.mean(values ** 2))
+                      for values in (errors.positions(), translations, rotations))
+    found = [(se3.difference(now.increment.pose.matrix, se3.inverse(first) @ second),
+              now.increment.pose.covariance)
+             for now, before, first, second in zip(updates[1:], updates, truth.poses,
+                                                   truth.poses[1:])
+             if now.increment is not None and before.status.ok]
+    off = sum(bool(np.linalg.norm(e[:3]) > OFF[0] or np.linalg.norm(e[3:]) > OFF[1])
+              for e, _ in found)
+    nees = np.mean([e @ np.linalg.solve(covariance, e) for e, covariance in found])
+    lost = sum(not update.status.ok for update in updates)
+    true_turn = truth.poses[0][:3, :3].T @ truth.poses[-1][:3, :3]
+    end = se3.angle(true_turn.T @ updates[0].T_odom_camera[:3, :3].T
+                    @ updates[-1].T_odom_camera[:3, :3])
+    return (f'| {name} | {lost} | {off} | {1e3 * ate:.1f} | {1e3 * rpe:.2f} | '
+            f'{np.degrees(turn):.3f} | {np.degrees(end):.2f} | {nees:.1f} | {named} |')
+
+
+def rows(seed: int) -> Iterator[str]:
+    """Yield the rows of one room."""
+    def none(rates: np.ndarray) -> np.ndarray:
+        return np.full_like(rates, np.nan)
+
+    handheld = rendered(seed, 150)
+    for name, (frames, truth) in (
+            ('handheld', handheld), ('shaken', rendered(seed, 90, after=shaken, shutter=0.01)),
+            ('dark turn', rendered(seed, 123, before=turned))):
+        if name == 'dark turn':
+            frames = in_the_dark(frames)
+        yield row(f'{name}:{seed}, no IMU', with_rates(frames, none), truth)
+        yield row(f'{name}:{seed}, with it', frames, truth)
+    for name, lie in LIES.items():
+        yield row(f'handheld:{seed}, {name}', with_rates(handheld[0], lie), handheld[1])
+
+
+def main() -> None:
+    """Print a table."""
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    cv2.setNumThreads(1)
+    print('| recording | lost | off | ATE [mm] | RPE 1 s [mm] | [deg] | at the end [deg] | NEES | '
+          'named at |\n|---|---|---|---|---|---|---|---|---|')
+    for seed in map(int, sys.argv[1:]):
+        for line in rows(seed):
+            print(line, flush=True)
+
+
+if __name__ == '__main__':
+    main()
