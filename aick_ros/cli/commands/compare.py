@@ -17,7 +17,7 @@ from aick_ros.cli.output.console import say, table
 from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError, installation, package_of
-from aick_ros.evaluation.comparison.comparison import CONFIDENCE, Comparison, compare_runs
+from aick_ros.evaluation.comparison.comparison import CONFIDENCE, Baseline, Comparison
 from aick_ros.evaluation.runs.run import Run, read_run, run_folders
 
 Runs = Annotated[list[Path], typer.Argument(
@@ -43,7 +43,7 @@ def compare(runs: Runs, out: Out = Path('comparison.html'), json: options.JsonFi
     check_target(str(out), *inputs)
     if json is not None and Path(json).resolve() == out.resolve():
         raise InputError(f'--json and --out are both {out}: name two files')
-    baseline = _read(runs[0])
+    baseline = Baseline(_read(runs[0]))
     comparisons = {str(path): _compared(runs[0], baseline, path) for path in runs[1:]}
     if json is not None:
         write_json(json, {'baseline': str(runs[0]), 'candidates': {
@@ -66,13 +66,13 @@ def _read(path: Path) -> dict[str, Run]:
     return runs
 
 
-def _compared(baseline: Path, runs: Mapping[str, Run], candidate: Path) -> Comparison:
-    comparison = compare_runs(runs, _read(candidate))
+def _compared(path: Path, baseline: Baseline, candidate: Path) -> Comparison:
+    comparison = baseline.compare(_read(candidate))
     if not comparison.recordings:
-        raise InputError(f'{baseline} and {candidate} have no recording in common: compare runs '
+        raise InputError(f'{path} and {candidate} have no recording in common: compare runs '
                          'of the same recordings')
     if not comparison.total:
-        raise InputError(f'{baseline} and {candidate} have no frame in common: compare runs of '
+        raise InputError(f'{path} and {candidate} have no frame in common: compare runs of '
                          'the same recordings')
     return comparison
 

@@ -98,32 +98,55 @@ class _Sample:
     replicates: np.ndarray
 
 
+class Baseline:
+    """
+    Runs that others are compared with; they are scored once, however many these are.
+
+    :param runs: name of the recording -> its run.
+    """
+
+    def __init__(self, runs: Mapping[str, Run]) -> None:
+        self.runs = runs
+        self._scores: dict[str, Mapping[Metric, Values]] = {}
+
+    def compare(self, candidate: Mapping[str, Run]) -> Comparison:
+        """Return the changes to other runs."""
+        common = [name for name in self.runs if name in candidate]
+        samples = {name: self._samples(name, candidate[name]) for name in common}
+        differing: dict[str, tuple[Any, Any]] = {}
+        for name in common:
+            differing.update(_differing(self.runs[name].settings, candidate[name].settings))
+        return Comparison(
+            {name: {metric: _change(metric, [sample]) for metric, sample in of_one.items()}
+             for name, of_one in samples.items()},
+            {metric: _change(metric, chosen) for metric in METRICS
+             if (chosen := [s[metric] for s in samples.values() if metric in s])},
+            [name for name in self.runs if name not in candidate],
+            [name for name in candidate if name not in self.runs], differing)
+
+    def _samples(self, name: str, candidate: Run) -> dict[Metric, _Sample]:
+        """Return the metrics that both runs have, at the frames that both have."""
+        first = self._values(name, candidate)
+        second = values_of(candidate, self.runs[name].ground_truth or candidate.ground_truth)
+        return {metric: sample for metric in METRICS if metric in first and metric in second
+                and (sample := _sample(metric, first[metric], second[metric])) is not None}
+
+    def _values(self, name: str, candidate: Run) -> Mapping[Metric, Values]:
+        run = self.runs[name]
+        if run.ground_truth is None:  # the scores depend on that of the candidate
+            return values_of(run, candidate.ground_truth)
+        if name not in self._scores:
+            self._scores[name] = values_of(run, run.ground_truth)
+        return self._scores[name]
+
+
 def compare_runs(baseline: Mapping[str, Run], candidate: Mapping[str, Run]) -> Comparison:
     """
     Compare two sets of runs.
 
     :param baseline: name of the recording -> its run.
     """
-    common = [name for name in baseline if name in candidate]
-    samples = {name: _samples(baseline[name], candidate[name]) for name in common}
-    differing: dict[str, tuple[Any, Any]] = {}
-    for name in common:
-        differing.update(_differing(baseline[name].settings, candidate[name].settings))
-    return Comparison(
-        {name: {metric: _change(metric, [sample]) for metric, sample in of_one.items()}
-         for name, of_one in samples.items()},
-        {metric: _change(metric, chosen) for metric in METRICS
-         if (chosen := [s[metric] for s in samples.values() if metric in s])},
-        [name for name in baseline if name not in candidate],
-        [name for name in candidate if name not in baseline], differing)
-
-
-def _samples(baseline: Run, candidate: Run) -> dict[Metric, _Sample]:
-    """Return the metrics that both runs have, at the frames that both have."""
-    truth = baseline.ground_truth or candidate.ground_truth
-    first, second = values_of(baseline, truth), values_of(candidate, truth)
-    return {metric: sample for metric in METRICS if metric in first and metric in second
-            and (sample := _sample(metric, first[metric], second[metric])) is not None}
+    return Baseline(baseline).compare(candidate)
 
 
 def _sample(metric: Metric, baseline: Values, candidate: Values) -> _Sample | None:

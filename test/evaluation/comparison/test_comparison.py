@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.comparison.comparison import Verdict, compare_runs
+from aick_ros.evaluation.comparison import comparison as comparison_module
+from aick_ros.evaluation.comparison.comparison import Baseline, Verdict, compare_runs
 from aick_ros.evaluation.comparison.metrics import (
     ATE, COVERAGE, LOST, MEMORY, METRICS, RPE_ROTATION, RPE_TRANSLATION, TIME)
 from aick_ros.evaluation.runs.run import Run
@@ -136,3 +137,26 @@ def test_runs_of_other_recordings_and_settings_are_named():
     assert list(comparison.recordings) == NAMES[1:2]
     assert (comparison.only_baseline, comparison.only_candidate) == (NAMES[:1], NAMES[2:3])
     assert comparison.settings == {'b': (2, 3)}
+
+
+def test_the_baseline_is_scored_once_for_all_candidates(monkeypatch):
+    scored = []
+
+    def count(run, ground_truth, values_of=comparison_module.values_of):
+        scored.append(run)
+        return values_of(run, ground_truth)
+
+    monkeypatch.setattr(comparison_module, 'values_of', count)
+    first, candidates = runs(NAMES[:2]), [runs(NAMES[:2], seed=seed) for seed in (1, 2, 3)]
+    baseline = Baseline(first)
+    found = [baseline.compare(candidate).to_json() for candidate in candidates]
+    assert [scored.count(run) for run in first.values()] == [1, 1]
+    assert len(scored) == 2 + 6
+    assert found == [compare_runs(first, candidate).to_json() for candidate in candidates]
+
+
+def test_a_baseline_without_ground_truth_takes_that_of_each_candidate():
+    name = NAMES[0]
+    baseline = Baseline({name: run(name, truth=False)})
+    assert ATE not in baseline.compare({name: run(name, truth=False)}).total
+    assert ATE in baseline.compare({name: run(name)}).total
