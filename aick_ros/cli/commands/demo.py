@@ -18,7 +18,7 @@ import typer
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.damage_log import DamageLog
-from aick_ros.cli.output.console import progress, table
+from aick_ros.cli.output.console import line, progress, table
 from aick_ros.cli.output.demo_report import live_statistics, plot_path, table_rows
 from aick_ros.cli.output.files import write_json
 from aick_ros.cli.output.run_folder import link_latest, make_folder
@@ -86,12 +86,12 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
         write_json(json, statistics)
     on_stderr = json == STANDARD_OUTPUT
     table(f'odom_node on {recording.name}', table_rows(statistics), on_stderr=on_stderr)
-    typer.echo(f'trajectory of base_link: {folder / "trajectory.tum"}', err=on_stderr)
+    line(f'trajectory of base_link: {folder / "trajectory.tum"}', on_stderr)
     plot = plot_path(folder / 'trajectory.png', recording.name, estimate, truth,
                      open_source(bag, SourceOptions(None, *topics)))
-    typer.echo(f'plot: {plot}', err=on_stderr)
+    line(f'plot: {plot}', on_stderr)
     if bag.is_relative_to(folder):
-        typer.echo(f'played bag (may be deleted): {bag}', err=on_stderr)
+        line(f'played bag (may be deleted): {bag}', on_stderr)
     return outcome.of_damage(damage)
 
 

@@ -7,12 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import typer
-
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import Reading
-from aick_ros.cli.output.console import decimal, progress, say, table
+from aick_ros.cli.output.console import decimal, line, progress, say, table
 from aick_ros.cli.output.files import write_json
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.evaluation.noise.camera_noise import CameraNoise, estimate_noise
@@ -63,12 +61,12 @@ def _show(found: CameraNoise, on_stderr: bool) -> None:
          decimal(1e3 * bin_.model, digits=2)) for bin_ in found.depth.bins),
         ('depth\n[m]', 'patches', 'sigma\n[mm]', 'model\n[mm]'), on_stderr)
     if found.pixels is not None:
-        typer.echo(err=on_stderr)
+        line('', on_stderr)
         table(f'noise of {found.pixels.detector} keypoints', (
             (decimal(bin_.scale, digits=2), str(bin_.matches), decimal(bin_.sigma, digits=2),
              decimal(bin_.model, digits=2)) for bin_ in found.pixels.bins),
             ('scale', 'matches', 'sigma\n[px]', 'model\n[px]'), on_stderr)
-    typer.echo('\n' + '\n'.join(_lines(found)), err=on_stderr)
+    line('\n' + '\n'.join(_lines(found)), on_stderr)
 
 
 def _lines(found: CameraNoise) -> Iterator[str]:

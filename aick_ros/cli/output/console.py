@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
@@ -18,9 +19,16 @@ from aick_ros.borders.names import one_line, printable
 _UPDATE_INTERVAL = 0.2  # [s]; chosen
 
 
+class _Console(Console):
+    """A console that leaves a closed pipe to its caller; rich would exit, with code 1."""
+
+    def on_broken_pipe(self) -> None:
+        raise BrokenPipeError
+
+
 def _console(stderr: bool) -> Console:
     """Return a console that prints text as it is."""
-    return Console(stderr=stderr, markup=False, highlight=False, emoji=False)
+    return _Console(stderr=stderr, markup=False, highlight=False, emoji=False)
 
 
 _ERRORS = _console(stderr=True)
@@ -74,7 +82,14 @@ def table(title: str, rows: Iterable[Iterable[str]], columns: Sequence[str] = ('
         content.add_column(column, justify='right' if number else 'left', overflow='fold')
     for row in rows:
         content.add_row(*map(printable, row))
-    (_ERRORS if on_stderr else _console(stderr=False)).print(content)
+    with suppress(OSError) if on_stderr else nullcontext():
+        (_ERRORS if on_stderr else _console(stderr=False)).print(content)
+
+
+def line(text: str, on_stderr: bool = False) -> None:
+    """Print a line, on standard error where that can be written to."""
+    with suppress(OSError) if on_stderr else nullcontext():
+        typer.echo(text, err=on_stderr)
 
 
 def decimal(value: float | None, unit: str = '', digits: int = 3) -> str:

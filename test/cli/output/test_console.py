@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Where nobody reads what is printed, the results are not lost."""
+
+import os
+import subprocess
+import sys
+
+PROGRAM = """
+import os
+from aick_ros.cli.output.console import line, say, table
+try:
+    for on_stderr in ({stderr}, {stderr}):  # the second time the pipe is known to be closed
+        table('title', [('name', 'value')], on_stderr=on_stderr)
+        line('a line', on_stderr)
+    say('a sentence')
+    print('all of it', flush=True)
+except BrokenPipeError:
+    os._exit(7)
+"""
+
+
+def run(stderr):
+    """Print on a stream whose reader has gone."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    streams = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE,
+               'stderr' if stderr else 'stdout': writer}
+    try:
+        return subprocess.run([sys.executable, '-c', PROGRAM.format(stderr=stderr)], **streams)
+    finally:
+        os.close(writer)
+
+
+def test_a_closed_standard_error_changes_nothing():
+    done = run(stderr=True)
+    assert (done.returncode, done.stdout) == (0, b'all of it\n')
+
+
+def test_a_closed_standard_output_is_left_to_the_caller():
+    assert run(stderr=False).returncode == 7
