@@ -152,8 +152,10 @@ def _inverse_depth(depth: np.ndarray, camera: Camera, sensor: SensorSettings,
                    cell: int) -> np.ndarray:
     """Return the mean inverse depth of the cells; NaN where a pixel of the cell is invalid."""
     grid = _grid(camera, cell)
-    inverse = cv2.divide(1.0, depth[:grid.height * cell, :grid.width * cell])
-    inverse = cv2.resize(inverse, (grid.width, grid.height), interpolation=cv2.INTER_AREA)
+    with np.errstate(divide='ignore', over='ignore'):  # several times as fast as cv2.divide()
+        inverse: np.ndarray = np.reciprocal(depth[:grid.height * cell, :grid.width * cell])
+    inverse = np.asarray(
+        cv2.resize(inverse, (grid.width, grid.height), interpolation=cv2.INTER_AREA))
     inverse[~((inverse >= 1 / sensor.max_depth)
               & (inverse <= 1 / max(sensor.min_depth, _MIN_DEPTH)))] = np.nan
     maps = _undistortion(camera, cell)
