@@ -109,7 +109,8 @@ def test_odom_info_of_each_frame(rig, receiver, start_node, frames):
 
 
 def test_its_motion_is_that_of_the_odometry(rig, receiver, start_node, frames):
-    start_node(camera_in_base=EXTRINSIC, frame_id='base_link')
+    start_node(camera_in_base=EXTRINSIC, frame_id='base_link',
+               **{'odometry.motion_prior': False})
     play(rig, receiver, frames[:DARK])
     rig.wait_until(lambda: len(receiver('odom_info')) == DARK, 'odom_info of each frame')
     poses = [from_pose(rig.answer(frame.stamp).pose.pose) for frame in frames[:DARK]]
