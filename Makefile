@@ -9,6 +9,7 @@ UNFINISHED := $(VENV)/unfinished
 TF2_MSGS := $(VENV)/tf2_msgs
 PINS := requirements/constraints.txt
 JOBS ?= 3
+EXTRAS := ros,eval,view,test
 
 # A ROS that the calling shell has sourced stays out of the virtual environment, and the traffic
 # stays on this machine.
@@ -56,9 +57,10 @@ test: setup
 	    --no-loadscope-reorder $(ARGS)
 
 # Environments of their own, with NumPy and OpenCV of Ubuntu 24.04, and with the newest releases.
+# The viewer needs a newer NumPy than the oldest.
 CORE := borders geometry settings features frames messages registration odometry sources
 test-oldest:
-	$(MAKE) test VENV=.venv-oldest PINS=requirements/oldest.txt \
+	$(MAKE) test VENV=.venv-oldest PINS=requirements/oldest.txt EXTRAS=ros,eval,test \
 	    ARGS='$(or $(ARGS),$(CORE:%=test/%))'
 test-newest:
 	$(MAKE) test VENV=.venv-newest PINS=requirements/newest.txt \
@@ -104,7 +106,7 @@ $(READY): setup.py setup.cfg pyproject.toml $(PINS)
 	$(BIN)/python -m pip install --quiet --no-compile --upgrade --constraint $(PINS) \
 	    setuptools
 	$(BIN)/python -m pip install --quiet --no-compile --constraint $(PINS) \
-	    --no-build-isolation --editable '.[ros,eval,test]'
+	    --no-build-isolation --editable '.[$(EXTRAS)]'
 	@mv $(UNFINISHED) $(READY) && touch $(READY)
 
 # Without it everything works but the transforms: a missing compiler does not stop the set-up.

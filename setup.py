@@ -16,7 +16,7 @@ VIEW = [*CLI, 'rerun-sdk>=0.41']
 BASELINES = ['small_gicp>=1.0', 'open3d>=0.18', 'scipy>=1.11']
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces', 'pyyaml>=6.0']
 LINT = ['flake8>=7.0', 'isort>=5.12', 'mypy>=1.11', 'types-PyYAML']
-TEST = [*EVAL, *VIEW, *LINT, 'pytest>=7.4', 'pytest-xdist>=3.7', 'evo>=1.31', 'scipy>=1.11',
+TEST = [*EVAL, *LINT, 'pytest>=7.4', 'pytest-xdist>=3.7', 'evo>=1.31', 'scipy>=1.11',
         'mahotas>=1.4', 'rvl>=1.0', 'hypothesis>=6.100',
         # colcon calls commands of setup.py that setuptools 80 no longer has
         'colcon-common-extensions', 'setuptools<80']

@@ -43,7 +43,7 @@ def resolve(*requirements: str) -> list[str]:
 
 def main() -> None:
     """Write the pins of the newest packages and of the oldest NumPy and OpenCV."""
-    extras = 'ros,eval,baselines,mutation,test'
+    extras = 'ros,eval,view,baselines,mutation,test'
     PINS.write_text(HEADER + '\n'.join(resolve(f'{ROOT}[{extras}]')) + '\n')
     OLDEST_PINS.write_text(OLDEST_HEADER + '\n'.join(
         resolve(f'{ROOT}[ros,eval,test]', *OLDEST)) + '\n')
