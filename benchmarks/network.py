@@ -48,6 +48,7 @@ PATIENCE = 20.0  # seconds from the last frame published to the end
 PRESET = 'paper-fast'  # the network is measured, not the processor
 SHARE = 0.95  # of the frames answered, and of the poses within their covariance
 _SETTLED = 2.0  # seconds after the device is up again
+_SHORTEST = 15.0  # seconds; an interruption begins after some, lasts 5 and is given time to settle
 
 
 @dataclass(frozen=True)
@@ -215,6 +216,8 @@ def main() -> None:
     parser.add_argument('--seconds', type=float, default=20.0)
     parser.add_argument('--only', default='', help='cases whose name contains this')
     arguments = parser.parse_args()
+    if arguments.seconds < _SHORTEST:
+        parser.error(f'--seconds must be {_SHORTEST:g} or more, not {arguments.seconds:g}')
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'SUBNET'  # of the namespaces
     use_fastdds_profile()
     command = f'python benchmarks/network.py --seconds {arguments.seconds:g}'

@@ -25,7 +25,7 @@ class Decompressor(Protocol):
 
     @property
     def eof(self) -> bool:
-        """Whether the end of the frame has been reached."""
+        """The end of the frame has been reached."""
 
     @property
     def unused_data(self) -> bytes | None:

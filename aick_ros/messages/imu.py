@@ -12,18 +12,11 @@ from typing import Protocol
 import numpy as np
 
 from aick_ros.frames.imu import ImuSamples
-from aick_ros.geometry.stamps import NANOSECONDS
 
 _MOST = 60_000  # chosen: a minute at 1 kHz; older samples are forgotten
 
 
-class _Stamp(Protocol):
-    sec: int
-    nanosec: int
-
-
 class _Header(Protocol):
-    stamp: _Stamp
     frame_id: str
 
 
@@ -34,7 +27,7 @@ class _Vector(Protocol):
 
 
 class ImuMessage(Protocol):
-    """What is read of a sensor_msgs/Imu."""
+    """The fields of a sensor_msgs/Imu that are read."""
 
     header: _Header
     angular_velocity: _Vector
@@ -55,14 +48,13 @@ class ImuBuffer:
         self.frame_id = ''
         """Frame of the sensor."""
 
-    def add(self, message: ImuMessage) -> None:
+    def add(self, stamp: int, message: ImuMessage) -> None:
         """
-        Add a sample.
+        Add a sample with its stamp [ns].
 
         A negative first covariance says that a vector is not measured, by definition of the
         message; drivers with a topic for each sensor leave the other one zero.
         """
-        stamp = message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec
         turn, force = message.angular_velocity, message.linear_acceleration
         rate = (turn.x, turn.y, turn.z)
         acceleration = (force.x, force.y, force.z)

@@ -15,7 +15,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
-from aick_ros.geometry.stamps import NANOSECONDS, seconds
+from aick_ros.geometry.stamps import seconds
 from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.reference import Reference, References
@@ -74,7 +74,7 @@ class Attempts:
                 else:
                     yield attempt
         if motion is not None:
-            yield from self._by_depth(prepared, references, motion, unconfirmed)
+            yield from self._by_depth(prepared, references, motion, confirmed)
         yield from doubtful
 
     def by_tracking(self, prepared: PreparedFrame, references: References,
@@ -115,10 +115,9 @@ class Attempts:
                 prepared, reference.prepared, expected, unconfirmed))
 
     def _by_depth(self, prepared: PreparedFrame, references: References,
-                  motion: PoseWithCovariance, unconfirmed: float) -> Iterator[Attempt]:
-        start = prepared.stamp - round(unconfirmed * NANOSECONDS)
+                  motion: PoseWithCovariance, confirmed: int) -> Iterator[Attempt]:
         blind = PoseWithCovariance(
-            motion.matrix, self._expected.between(start, prepared.stamp, None).covariance)
+            motion.matrix, self._expected.between(confirmed, prepared.stamp, None).covariance)
         for reference in references.shapes():
             T_reference_last = _from(reference, references.last)
             yield self._checked(prepared, reference, self._registrar.register_depth(

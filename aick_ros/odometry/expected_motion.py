@@ -19,11 +19,9 @@ from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.motion_model import MotionModel
-from aick_ros.odometry.motion_term import MotionTerm
-from aick_ros.registration.result import Evidence, Registration
+from aick_ros.odometry.motion_term import LARGEST_DISAGREEMENT, MotionTerm
+from aick_ros.registration.result import Registration
 from aick_ros.settings import OdometrySettings
-
-_LARGEST_DISAGREEMENT = 5.5  # derived: of three rows, noise is above it once in 1000
 
 
 class ExpectedMotion:
@@ -67,7 +65,7 @@ class ExpectedMotion:
 
     def joined(self, seen: Registration, start: int, end: int) -> Registration:
         """Return the registration of a frame to a keyframe, by their stamps [ns], with terms."""
-        if not seen.status.ok or seen.evidence is Evidence.DEPTH_ALONE:
+        if not seen.status.ok or seen.is_by_depth:
             return seen  # the latter was registered with the expected motion as a term
         term = self._accepted(seen.pose, start, end, is_summed=True)
         if term is None:
@@ -85,6 +83,6 @@ class ExpectedMotion:
     def _accepted(self, seen: PoseWithCovariance, start: int, end: int,
                   is_summed: bool = False) -> MotionTerm | None:
         term = self._gyroscope.term(start, end, is_summed) if end > start else None
-        if term is None or term.disagreement(seen) > _LARGEST_DISAGREEMENT:
+        if term is None or term.disagreement(seen) > LARGEST_DISAGREEMENT:
             return None
         return term

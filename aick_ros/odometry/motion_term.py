@@ -16,10 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.geometry import se3
+from aick_ros.geometry.kalman import KalmanUpdate
 from aick_ros.geometry.pose import PoseWithCovariance
 
 ROTATION = np.hstack([np.zeros((3, 3)), np.eye(3)])
 """Rows of a term that measures the rotation alone."""
+
+LARGEST_DISAGREEMENT = 5.5
+"""Derived: of three rows, the disagreement by noise is above it once in 1000."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,26 +48,17 @@ class MotionTerm:
 
     def added_to(self, pose: PoseWithCovariance) -> PoseWithCovariance:
         """Return the pose with this term; one without covariance stays as it is."""
-        gain, kept = self._gain(pose)
-        covariance = kept @ pose.covariance @ kept.T + gain @ self.covariance @ gain.T
+        update = self._update(pose)
         return PoseWithCovariance(
-            se3.perturbed(pose.matrix, gain @ self.error(pose.matrix)),
-            0.5 * (covariance + covariance.T))
+            se3.perturbed(pose.matrix, update.gain @ self.error(pose.matrix)), update.covariance)
 
     def kept(self, pose: PoseWithCovariance) -> np.ndarray:
         """Return the share of the error of a pose that is left with this term, 6x6."""
-        return self._gain(pose)[1]
+        return self._update(pose).kept
 
     def disagreement(self, pose: PoseWithCovariance) -> float:
         """Return the squared error of a pose by its covariance, per row; noise gives 1."""
-        error = self.error(pose.matrix)
-        return float(error @ np.linalg.solve(self._expected(pose), error)) / len(error)
+        return self._update(pose).squared_distance(self.error(pose.matrix)) / len(self.rows)
 
-    def _expected(self, pose: PoseWithCovariance) -> np.ndarray:
-        """Return the covariance of the error, KxK."""
-        expected: np.ndarray = self.rows @ pose.covariance @ self.rows.T + self.covariance
-        return expected
-
-    def _gain(self, pose: PoseWithCovariance) -> tuple[np.ndarray, np.ndarray]:
-        gain = pose.covariance @ self.rows.T @ np.linalg.inv(self._expected(pose))
-        return gain, np.eye(6) - gain @ self.rows
+    def _update(self, pose: PoseWithCovariance) -> KalmanUpdate:
+        return KalmanUpdate.of(pose.covariance, self.rows, self.covariance)

@@ -28,7 +28,6 @@ from aick_ros.odometry.reference import Reference, References
 from aick_ros.odometry.update import OdometryUpdate
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.registrar import Learned, Registrar
-from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
@@ -72,6 +71,7 @@ class Odometry:
         self._times = StageTimes()
         self._learned = Learned()
         self._gyroscope = Gyroscope(settings.imu, settings.odometry)
+        self._filter = PositionFilter(settings.odometry)
         self._memory: KeyframeMemory | None = None
         self._apply(settings, Registrar(settings, self._times, self._learned, detector))
         self.reset(T_odom_camera)
@@ -96,6 +96,7 @@ class Odometry:
         self._registrar = registrar
         self._motion_model = MotionModel(settings.odometry)
         self._gyroscope.configure(settings.imu, settings.odometry)
+        self._filter.configure(settings.odometry)
         self._expected = ExpectedMotion(settings.odometry, self._gyroscope)
         self._attempts = Attempts(settings, registrar, self._expected)
         self._policy = KeyframePolicy(settings)
@@ -122,7 +123,7 @@ class Odometry:
         self._unchanged_since = self._confirmed = self._tracked_frames = 0
         self._references: References | None = None
         self._memory = None
-        self._filter = PositionFilter(self._settings.odometry)
+        self._filter.reset()
         self._policy.begin()
 
     @property
@@ -268,7 +269,6 @@ class Odometry:
                memory: KeyframeMemory) -> OdometryUpdate:
         """Add the motion to the pose, and choose the next keyframe."""
         reference, registration = attempt.reference, attempt.registration
-        by_depth = registration.evidence is Evidence.DEPTH_ALONE
         increment = self._increment(prepared, attempt, references)
         recovered, self._is_lost = self._is_lost, False
         prepared = dataclasses.replace(
@@ -277,13 +277,13 @@ class Odometry:
         last = Reference(prepared, reference.pose @ registration.image_pose,
                          in_keyframe=attempt.seen.varying_pose)
         detour = np.zeros((6, 6))
-        if by_depth:
+        if registration.is_by_depth:
             self._twist = self._motion_model.observed_twist(
                 increment, seconds(self._confirmed, prepared.stamp))
             self._choose_shape(last, attempt, references)
         else:
             self._gyroscope.learn(reference.stamp, prepared.stamp, attempt.seen.pose)
-            self._hold_position(prepared.stamp, reference, registration)
+            self._filter.update(prepared.stamp, reference.pose.matrix @ registration.pose)
             if not references.is_return_to(reference):  # that increment is over all of the gap
                 self._twist = increment.twist
             self._confirmed = prepared.stamp
@@ -306,14 +306,9 @@ class Odometry:
             return attempt.increment
         last = references.last
         increment = Increment(last.motion_to(attempt.seen), seconds(last.stamp, prepared.stamp))
-        if attempt.registration.evidence is Evidence.DEPTH_ALONE:
+        if attempt.registration.is_by_depth:
             return increment
         return self._expected.joined_increment(increment, last.stamp, prepared.stamp)
-
-    def _hold_position(self, stamp: int, reference: Reference, registration: Registration) -> None:
-        """Hold the position by the velocity before, where the motion prior is used."""
-        if self._settings.odometry.motion_prior:
-            self._filter.update(stamp, reference.pose.matrix @ registration.pose)
 
     def _choose_shape(self, last: Reference, attempt: Attempt, references: References) -> None:
         """Advance to a frame that was registered by depth alone."""

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros.geometry.kalman import KalmanUpdate
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.settings import OdometrySettings
 
+_POSITION = np.eye(3, 6)  # by definition: of position and velocity, the former is measured
 _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
 
 _SUDDEN = 16.3
@@ -32,7 +34,16 @@ class PositionFilter:
     """
 
     def __init__(self, settings: OdometrySettings) -> None:
+        self.configure(settings)
+        self.reset()
+
+    def configure(self, settings: OdometrySettings) -> None:
+        """Continue with other settings; without the motion prior positions stay as measured."""
+        self._is_used = settings.motion_prior
         self._acceleration_sigma = settings.acceleration_sigma
+
+    def reset(self) -> None:
+        """Forget all poses."""
         self._stamp: int | None = None
         self._measured, self._covariance = np.eye(4), np.zeros((6, 6))
         self._position, self._velocity = np.zeros(3), np.zeros(3)
@@ -53,20 +64,18 @@ class PositionFilter:
         """
         self._measured = measured.matrix
         last, self._stamp = self._stamp, stamp
-        if last is None:
+        if last is None or not self._is_used:
             self._begin(measured)
             return
         self._predict(seconds(last, stamp))
         error = measured.translation - self._position
-        expected = self._covariance[:3, :3] + measured.covariance[:3, :3]
-        if error @ np.linalg.solve(expected, error) > _SUDDEN:
+        update = KalmanUpdate.of(self._covariance, _POSITION, measured.covariance[:3, :3])
+        if update.squared_distance(error) > _SUDDEN:
             self._begin(measured)
             return
-        gain = np.linalg.solve(expected, self._covariance[:3]).T
-        self._position = self._position + gain[:3] @ error
-        self._velocity = self._velocity + gain[3:] @ error
-        left = self._covariance - gain @ self._covariance[:3]
-        self._covariance = 0.5 * (left + left.T)
+        self._position = self._position + update.gain[:3] @ error
+        self._velocity = self._velocity + update.gain[3:] @ error
+        self._covariance = update.covariance
 
     def _begin(self, measured: PoseWithCovariance) -> None:
         """Take a position as it is measured, and forget the velocity."""

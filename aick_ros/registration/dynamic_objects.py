@@ -19,6 +19,7 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.kalman import KalmanUpdate
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.pose_vote import PoseVote, pose_vote
 from aick_ros.registration.refinement.refinement import Refined, Refinement
@@ -99,11 +100,9 @@ class DynamicObjectCheck:
 
 def fuse(prior: PoseWithCovariance, measured: PoseWithCovariance) -> PoseWithCovariance:
     """Return the pose that two independent estimates of it give together (Kalman update)."""
-    gain = prior.covariance @ np.linalg.inv(prior.covariance + measured.covariance)
-    step = gain @ se3.difference(measured.matrix, prior.matrix)
-    covariance = (np.eye(6) - gain) @ prior.covariance
-    return PoseWithCovariance(se3.perturbed(prior.matrix, step),
-                              0.5 * (covariance + covariance.T))
+    update = KalmanUpdate.of(prior.covariance, np.eye(6), measured.covariance)
+    step = update.gain @ se3.difference(measured.matrix, prior.matrix)
+    return PoseWithCovariance(se3.perturbed(prior.matrix, step), update.covariance)
 
 
 def _is_for_second(vote: PoseVote, sudden: float) -> bool:

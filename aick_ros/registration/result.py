@@ -92,6 +92,11 @@ class Registration:
     overlap: float = 1.0
 
     @property
+    def is_by_depth(self) -> bool:
+        """Depth alone gave the pose."""
+        return self.evidence is Evidence.DEPTH_ALONE
+
+    @property
     def pose(self) -> PoseWithCovariance:
         """``T_target_source`` with its covariance."""
         return PoseWithCovariance(self.T_target_source, self.covariance)

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 clock = time.perf_counter
-"""What times are read from; a benchmark counts processor time instead."""
+"""The clock that times are read from; a benchmark counts processor time instead."""
 
 STAGES = ('features', 'surface', 'registration', 'refinement')
 """Stages in the order of processing; a frame may skip some."""

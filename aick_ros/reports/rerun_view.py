@@ -12,6 +12,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
+from aick_ros.evaluation.scores.consistency import QUANTILES
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.rgbd import RgbdFrame
@@ -24,7 +25,7 @@ from aick_ros.registration.status import Status
 
 TIMELINE = 'time'
 
-_ELLIPSOID = 7.815 ** 0.5  # derived: chi-square, 3 degrees of freedom, 95 %
+_ELLIPSOID = QUANTILES[3][0] ** 0.5  # half an axis of the 95 % ellipsoid [sigma]; derived
 _DEPTH_STEP = 4  # of the pixels of the cloud; chosen: 19,000 points of a VGA image
 _MILLIMETRES = 1000.0
 _JPEG_QUALITY = 80  # chosen

@@ -130,7 +130,7 @@ class BagSource:
         for topic, log_time, message in self._bag.messages([*add, *imu.topics], on_damaged):
             with fields_required(self._path, topic):
                 stamp = _stamp(message)
-                ready = list(imu.add(message)) if topic in imu.topics else None
+                ready = list(imu.add(stamp, message)) if topic in imu.topics else None
             if ready is not None:
                 yield from ready
                 continue

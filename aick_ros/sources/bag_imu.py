@@ -36,9 +36,9 @@ class BagImu:
         self._buffer = ImuBuffer()
         self._held: Pair | None = None
 
-    def add(self, message: ImuMessage) -> Iterator[Pair]:
-        """Add a sample, and yield the pair that it was missing for."""
-        self._buffer.add(message)
+    def add(self, stamp: int, message: ImuMessage) -> Iterator[Pair]:
+        """Add a sample with its stamp [ns], and yield the pair that it was missing for."""
+        self._buffer.add(stamp, message)
         if self._held is not None and self._is_reached(self._held):
             yield from self.flush()
 

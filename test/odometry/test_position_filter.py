@@ -72,6 +72,18 @@ def test_a_knock_is_followed_at_once():
     np.testing.assert_array_equal(filtered(path, [0.005] * 3)[10], path[10])
 
 
+def test_without_the_prior_positions_are_as_measured_from_the_next_frame_on():
+    position_filter = PositionFilter(OdometrySettings())
+    rng, measured = np.random.default_rng(4), np.eye(4)
+    for i in range(20):
+        measured[:3, 3] = rng.normal(0.0, 0.01, 3)
+        position_filter.update(i * STEP, with_position_covariance(measured, [1e-4] * 3))
+    assert not np.array_equal(position_filter.T_measured_filtered, np.eye(4))
+    position_filter.configure(OdometrySettings(motion_prior=False))
+    position_filter.update(20 * STEP, with_position_covariance(measured, [1e-4] * 3))
+    np.testing.assert_array_equal(position_filter.T_measured_filtered, np.eye(4))
+
+
 def test_after_an_interruption_the_velocity_before_counts_for_nothing():
     position_filter, measured = PositionFilter(OdometrySettings()), np.eye(4)
     for i in range(20):

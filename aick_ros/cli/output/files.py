@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from aick_ros.cli.output.json_text import json_text
-from aick_ros.cli.output.target import STANDARD_OUTPUT
+from aick_ros.cli.output.target import STANDARD_OUTPUT, reason_of
 from aick_ros.errors import InputError
 
 _DRAFT_NAME = 60  # characters of the name of a file in that of its draft; chosen
@@ -38,11 +38,7 @@ def write_whole(path: Path, content: str | bytes) -> None:
         draft.replace(path)
     except (OSError, RuntimeError) as error:  # RuntimeError: a link to itself
         draft.unlink(missing_ok=True)
-        raise InputError(f'cannot write {path}: {_reason(error)}') from None
-
-
-def _reason(error: Exception) -> str:
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+        raise InputError(f'cannot write {path}: {reason_of(error)}') from None
 
 
 def write_json(target: str | Path, content: Any) -> None:

@@ -39,8 +39,12 @@ def check_target(target: str | None, *inputs: str | Path | None) -> None:
     except (OSError, ValueError) as error:  # ValueError: NUL in the name
         if isinstance(error, InputError):
             raise
-        reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
-        raise InputError(f'cannot write {target!r}: {reason}') from None
+        raise InputError(f'cannot write {target!r}: {reason_of(error)}') from None
+
+
+def reason_of(error: Exception) -> str:
+    """Return why a file cannot be written, without its name."""
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def _check_inputs(path: Path, inputs: list[Path]) -> None:

@@ -140,15 +140,6 @@ class Baseline:
         return self._scores[name]
 
 
-def compare_runs(baseline: Mapping[str, Run], candidate: Mapping[str, Run]) -> Comparison:
-    """
-    Compare two sets of runs.
-
-    :param baseline: name of the recording -> its run.
-    """
-    return Baseline(baseline).compare(candidate)
-
-
 def _sample(metric: Metric, baseline: Values, candidate: Values) -> _Sample | None:
     stamps = sorted(baseline.keys() & candidate.keys())
     if not stamps:

@@ -27,7 +27,7 @@ DOF = 6  # by definition: degrees of freedom of a pose
 QUANTILE_95 = 12.591587243743977
 QUANTILE_997 = 19.8046523588496
 
-_QUANTILES = {DOF: (QUANTILE_95, QUANTILE_997),
+QUANTILES = {DOF: (QUANTILE_95, QUANTILE_997),
               3: (7.814727903251179, 13.931422665512084)}
 """Degrees of freedom -> 95 and 99.7 % quantiles of the chi-square distribution; derived."""
 
@@ -56,7 +56,7 @@ class Consistency:
         :param values: as :func:`nees` returns them; None is ignored.
         :param dof: 6, or 3 for translations or rotations alone.
         """
-        inside_95, inside_997 = _QUANTILES[dof]
+        inside_95, inside_997 = QUANTILES[dof]
         known = np.array([value for value in values if value is not None], np.float64)
         return cls(mean(known[np.isfinite(known)]), dof,
                    mean(known <= inside_95), mean(known <= inside_997))

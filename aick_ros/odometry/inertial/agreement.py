@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Whether the rotations of a gyroscope and those of the camera agree."""
+"""Agreement of the rotations of a gyroscope with those of the camera."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from aick_ros.geometry import se3
 from aick_ros.odometry.inertial.rotation_integral import Turn
+from aick_ros.odometry.motion_term import LARGEST_DISAGREEMENT
 
-_LARGEST = 5.5  # derived: chi-squared by 3 degrees of freedom is above it once in 1000
 _FLOOR = np.radians(0.15)
 """Error of a rotation of the camera that its covariance may miss [rad], chosen."""
 
@@ -28,7 +28,7 @@ class Agreement:
 
     @property
     def complaint(self) -> str:
-        """What disagrees, in one sentence; '' where they agree."""
+        """The disagreement in one sentence; '' where they agree."""
         if not self._is_wrong:
             return ''
         gyroscope, camera = np.degrees(self._turned)
@@ -44,7 +44,7 @@ class Agreement:
         :param covariance: 3x3, of the error.
         """
         expected = covariance + _FLOOR ** 2 * np.eye(3)
-        agrees = float(error @ np.linalg.solve(expected, error)) / 3 <= _LARGEST
+        agrees = float(error @ np.linalg.solve(expected, error)) / 3 <= LARGEST_DISAGREEMENT
         self._disagreeing += (float(not agrees) - self._disagreeing) / _MEMORY
         if not agrees:
             seen = se3.exp_rotation(error) @ turn.rotation

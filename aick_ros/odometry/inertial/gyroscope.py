@@ -25,7 +25,7 @@ Chosen: each then has 2.25 times the information of the one before, so that the 
 keyframe that all have in common counts less than twice."""
 
 _PERSISTENCE = 3.0
-"""How long the error of the estimated bias stays the same [s], chosen on rendered shakes."""
+"""Time for which the error of the estimated bias stays the same [s]; chosen on rendered shakes."""
 
 
 class Gyroscope:
@@ -72,7 +72,7 @@ class Gyroscope:
 
     @property
     def complaint(self) -> str:
-        """How the samples contradict the camera, in words; '' where they do not."""
+        """The contradiction of the samples to the camera, in words; '' where there is none."""
         disagreement = self._agreement.complaint
         return disagreement and '; '.join(filter(None, (self._samples.unchanged, disagreement)))
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros.geometry.kalman import KalmanUpdate
 from aick_ros.odometry.inertial.rotation_integral import Turn
 from aick_ros.settings import ImuSettings
 
@@ -59,13 +60,9 @@ class GyroscopeCalibration:
             [rad].
         :param covariance: 3x3, of this error without that of the calibration.
         """
-        jacobian = _jacobian(turn)
-        gain = self.covariance @ jacobian.T @ np.linalg.inv(
-            jacobian @ self.covariance @ jacobian.T + covariance)
-        self.values = self.values + gain @ error
-        kept = np.eye(4) - gain @ jacobian
-        # in the form of Joseph, which stays positive definite
-        self.covariance = kept @ self.covariance @ kept.T + gain @ covariance @ gain.T
+        update = KalmanUpdate.of(self.covariance, _jacobian(turn), covariance)
+        self.values = self.values + update.gain @ error
+        self.covariance = update.covariance
 
 
 def _jacobian(turn: Turn) -> np.ndarray:

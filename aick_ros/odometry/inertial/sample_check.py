@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Which samples of a gyroscope can be used."""
+"""Choice of the samples of a gyroscope that can be used."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class SampleCheck:
 
     @property
     def unchanged(self) -> str:
-        """Which value has not changed for half a second, in words; '' where the last one has."""
+        """The value that is unchanged for half a second, in words; '' where there is none."""
         if self._last is None or self._last - self._unchanged_since <= _STUCK:
             return ''
         x, y, z = self._rate

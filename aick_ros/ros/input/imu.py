@@ -17,6 +17,7 @@ from aick_ros.errors import InputError
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.messages.imu import ImuBuffer
+from aick_ros.ros.conversions import to_stamp
 from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.tf_messages import TF_REMEDY
 
@@ -98,7 +99,7 @@ class ImuInput:
 
     def _take(self, message: Imu) -> None:
         self._received_at = time.monotonic()
-        self._buffer.add(message)
+        self._buffer.add(to_stamp(message.header.stamp), message)
         awaited, newest = self._awaited, self._buffer.newest
         if awaited is not None and newest is not None and newest >= awaited:
             self._awaited = None

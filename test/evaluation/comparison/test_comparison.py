@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aick_ros.evaluation.comparison import comparison as comparison_module
-from aick_ros.evaluation.comparison.comparison import Baseline, Verdict, compare_runs
+from aick_ros.evaluation.comparison.comparison import Baseline, Verdict
 from aick_ros.evaluation.comparison.metrics import (
     ATE, COVERAGE, LOST, MEMORY, METRICS, RPE_ROTATION, RPE_TRANSLATION, TIME)
 from aick_ros.evaluation.runs.run import Run
@@ -66,7 +66,7 @@ def baseline():
 
 
 def test_identical_runs_have_no_change(baseline):
-    comparison = compare_runs(baseline, runs())
+    comparison = Baseline(baseline).compare(runs())
     assert list(comparison.recordings) == NAMES
     assert list(comparison.total) == list(METRICS)
     for changes in (comparison.total, *comparison.recordings.values()):
@@ -77,7 +77,7 @@ def test_identical_runs_have_no_change(baseline):
 
 
 def test_errors_larger_by_a_tenth_are_found(baseline):
-    comparison = compare_runs(baseline, runs(scale=1.1))
+    comparison = Baseline(baseline).compare(runs(scale=1.1))
     for metric in (RPE_TRANSLATION, RPE_ROTATION):
         change = comparison.total[metric]
         assert change.change == pytest.approx(0.1, abs=0.02)
@@ -87,30 +87,30 @@ def test_errors_larger_by_a_tenth_are_found(baseline):
 
 
 def test_a_gain_is_no_regression(baseline):
-    comparison = compare_runs(runs(scale=1.1), baseline)
+    comparison = Baseline(runs(scale=1.1)).compare(baseline)
     assert comparison.total[RPE_TRANSLATION].verdict is Verdict.BETTER
     assert RPE_TRANSLATION not in comparison.regressions
 
 
 def test_other_errors_of_the_same_size_are_within_chance(baseline):
-    comparison = compare_runs(baseline, runs(seed=1))
+    comparison = Baseline(baseline).compare(runs(seed=1))
     assert comparison.regressions == []
     assert comparison.total[RPE_ROTATION].low < 0 < comparison.total[RPE_ROTATION].high
 
 
 def test_coverage_is_judged_by_its_distance_from_the_nominal_share():
     # errors as large as their covariance says against a covariance four times too small
-    comparison = compare_runs(runs(), runs(covariance_scale=0.25))
+    comparison = Baseline(runs()).compare(runs(covariance_scale=0.25))
     assert comparison.total[COVERAGE].baseline < 0.02
     assert comparison.total[COVERAGE].verdict is Verdict.WORSE
     # and a hundred times too large: all inside
-    wide = compare_runs(runs(), runs(covariance_scale=100.0)).total[COVERAGE]
+    wide = Baseline(runs()).compare(runs(covariance_scale=100.0)).total[COVERAGE]
     assert wide.candidate == pytest.approx(0.05)
 
 
 def test_lost_frames_time_and_memory():
     name, = NAMES[:1]
-    comparison = compare_runs({name: run(name)}, {
+    comparison = Baseline({name: run(name)}).compare({
         name: run(name, lost=range(30, 60), milliseconds=20.0)})
     assert comparison.total[LOST].change == pytest.approx(30 / FRAMES)
     time = comparison.total[TIME]
@@ -121,18 +121,18 @@ def test_lost_frames_time_and_memory():
 
 def test_without_ground_truth_there_are_no_errors():
     name, = NAMES[:1]
-    comparison = compare_runs({name: run(name, truth=False)}, {name: run(name, truth=False)})
+    comparison = Baseline({name: run(name, truth=False)}).compare({name: run(name, truth=False)})
     assert list(comparison.total) == [LOST, TIME, MEMORY]
 
 
 def test_one_ground_truth_serves_both_runs():
     name, = NAMES[:1]
-    comparison = compare_runs({name: run(name, truth=False)}, {name: run(name)})
+    comparison = Baseline({name: run(name, truth=False)}).compare({name: run(name)})
     assert comparison.total[ATE].change == 0
 
 
 def test_runs_of_other_recordings_and_settings_are_named():
-    comparison = compare_runs(runs(NAMES[:2], settings={'a': 1, 'b': 2}),
+    comparison = Baseline(runs(NAMES[:2], settings={'a': 1, 'b': 2})).compare(
                               runs(NAMES[1:3], settings={'a': 1, 'b': 3}))
     assert list(comparison.recordings) == NAMES[1:2]
     assert (comparison.only_baseline, comparison.only_candidate) == (NAMES[:1], NAMES[2:3])
@@ -152,7 +152,7 @@ def test_the_baseline_is_scored_once_for_all_candidates(monkeypatch):
     found = [baseline.compare(candidate).to_json() for candidate in candidates]
     assert [scored.count(run) for run in first.values()] == [1, 1]
     assert len(scored) == 2 + 6
-    assert found == [compare_runs(first, candidate).to_json() for candidate in candidates]
+    assert found == [Baseline(first).compare(candidate).to_json() for candidate in candidates]
 
 
 def test_a_baseline_without_ground_truth_takes_that_of_each_candidate():
