@@ -28,7 +28,7 @@ QUANTILE_95 = 12.591587243743977
 QUANTILE_997 = 19.8046523588496
 
 QUANTILES = {DOF: (QUANTILE_95, QUANTILE_997),
-              3: (7.814727903251179, 13.931422665512084)}
+             3: (7.814727903251179, 13.931422665512084)}
 """Degrees of freedom -> 95 and 99.7 % quantiles of the chi-square distribution; derived."""
 
 
