@@ -124,9 +124,13 @@ class BaseOdometry:
         return self._pose
 
     def reset(self, pose: PoseWithCovariance = PoseWithCovariance.identity()) -> None:
-        """Begin at a pose, with a camera whose odometry begins at the identity."""
+        """
+        Begin at a pose, with a camera whose odometry begins at the identity, or level.
+
+        In the latter case roll and pitch of the base are those by gravity.
+        """
         self._pose = pose
-        self._is_lost = False
+        self._is_lost, self._is_new = False, True
         self._start: _Start | None = None
         self._camera: PoseWithCovariance | None = PoseWithCovariance.identity()
         self._last: _Sighting | None = None
@@ -161,17 +165,21 @@ class BaseOdometry:
             return BaseUpdate(update.stamp, state, self._pose)
         motion = self._motion(update, T_base_camera, mount)
         now = _Sighting(update.stamp, update.pose, T_base_camera)
-        self._follow(now, mount)
+        self._follow(now, mount, update.level_start)
         if state is not BaseState.CONTINUED:  # the next motion begins where this one does
             self._last = now
         return BaseUpdate(update.stamp, state, self._pose,
                           motion if state in (BaseState.TRACKED, BaseState.CONTINUED) else None)
 
-    def _follow(self, now: _Sighting, mount: Mount) -> None:
+    def _follow(self, now: _Sighting, mount: Mount, level_start: np.ndarray | None) -> None:
         """Add the motion of the camera since the start to the pose of the base there."""
         before = now.T_base_camera if self._last is None else self._last.T_base_camera
         if mount is Mount.FIXED and not np.array_equal(before, now.T_base_camera):
             self._start, before = None, now.T_base_camera
+        if self._is_new and level_start is not None:
+            self._pose = _level(self._pose, level_start @ se3.inverse(now.T_base_camera))
+            self._camera = self._camera and PoseWithCovariance(level_start)
+        self._is_new = False
         if self._camera is None:
             self._camera, before = now.pose, now.T_base_camera
         if self._start is None:
@@ -195,6 +203,19 @@ class BaseOdometry:
             before = self._last.T_base_camera
         moved = before @ increment.pose @ se3.inverse(T_base_camera)
         return BaseMotion.of(Increment(moved, increment.interval))
+
+
+def _level(pose: PoseWithCovariance, T_level_base: np.ndarray) -> PoseWithCovariance:
+    """Return a pose with roll and pitch of another one, 4x4, and its own yaw."""
+    turn = _yaw(pose.rotation) - _yaw(T_level_base)
+    level = pose.matrix.copy()
+    level[:3, :3] = se3.exp_rotation((0.0, 0.0, turn)) @ T_level_base[:3, :3]
+    return PoseWithCovariance(level, pose.covariance)
+
+
+def _yaw(rotation: np.ndarray) -> float:
+    """Return the direction of the x axis in the plane [rad]."""
+    return float(np.arctan2(rotation[1, 0], rotation[0, 0]))
 
 
 def _state(update: OdometryUpdate) -> BaseState:

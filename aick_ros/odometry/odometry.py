@@ -19,6 +19,7 @@ from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER, seconds
 from aick_ros.odometry.attempts import Attempt, Attempts
 from aick_ros.odometry.expected_motion import ExpectedMotion
+from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.keyframe import KeyframePolicy
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
@@ -71,6 +72,7 @@ class Odometry:
         self._times = StageTimes()
         self._learned = Learned()
         self._gyroscope = Gyroscope(settings.imu, settings.odometry)
+        self._gravity = Gravity(settings.imu)
         self._filter = PositionFilter(settings.odometry)
         self._memory: KeyframeMemory | None = None
         self._apply(settings, Registrar(settings, self._times, self._learned, detector))
@@ -96,6 +98,7 @@ class Odometry:
         self._registrar = registrar
         self._motion_model = MotionModel(settings.odometry)
         self._gyroscope.configure(settings.imu, settings.odometry)
+        self._gravity.configure(settings.imu)
         self._filter.configure(settings.odometry)
         self._expected = ExpectedMotion(settings.odometry, self._gyroscope)
         self._attempts = Attempts(settings, registrar, self._expected)
@@ -105,14 +108,18 @@ class Odometry:
 
     def reset(self, T_odom_camera: np.ndarray | None = None) -> None:
         """
-        Forget all frames and the pose; the next frame gets the pose given, or the identity.
+        Forget all frames and the pose; the next frame gets the pose given.
+
+        Without one it gets a level pose by the accelerometer; where there is none, the identity.
 
         What was learned of the camera is kept.
 
         :raises InputError: where the pose is not rigid; nothing is changed then.
         """
-        self._begin(PoseWithCovariance(
-            np.eye(4) if T_odom_camera is None else se3.checked(T_odom_camera, 'T_odom_camera')))
+        pose = np.eye(4) if T_odom_camera is None else se3.checked(T_odom_camera, 'T_odom_camera')
+        self._is_placed = T_odom_camera is not None
+        self._gravity.reset()
+        self._begin(PoseWithCovariance(pose))
 
     def _begin(self, pose: PoseWithCovariance, is_lost: bool = False) -> None:
         self._pose = pose
@@ -124,6 +131,7 @@ class Odometry:
         self._references: References | None = None
         self._memory = None
         self._filter.reset()
+        self._gravity.restart()
         self._policy.begin()
 
     @property
@@ -132,15 +140,24 @@ class Odometry:
         return self._gyroscope
 
     @property
+    def gravity(self) -> Gravity:
+        """The accelerometer, as the motion of the camera has shown it."""
+        return self._gravity
+
+    @property
     def misalignment(self) -> Misalignment:
         """Misalignment of the camera's images, where registrations show a significant one."""
         return self._learned.misalignment.misalignment
 
     @property
     def _published(self) -> PoseWithCovariance:
-        """The last pose, corrected by keyframes found again, and held by the motion before."""
-        pose = self._pose if self._memory is None else self._memory.published(self._pose)
-        return pose @ self._filter.T_measured_filtered
+        """The last pose, corrected by keyframes found again, level, held by the motion before."""
+        return self._gravity.levelled(self._corrected) @ self._filter.T_measured_filtered
+
+    @property
+    def _corrected(self) -> PoseWithCovariance:
+        """The last pose, corrected by keyframes found again."""
+        return self._pose if self._memory is None else self._memory.published(self._pose)
 
     def local_map(self) -> np.ndarray:
         """Return the keypoints of the keyframes in memory, in the last camera's frame, Nx3 [m]."""
@@ -163,6 +180,7 @@ class Odometry:
         self._times.take()
         if frame.imu is not None:
             self._gyroscope.add(frame.imu)
+            self._gravity.add(frame.imu, self._gyroscope.time_offset)
         repeat = self._repeat_of(frame)
         update = None
         if self._references is not None and repeat is Repeat.BOTH:
@@ -259,6 +277,9 @@ class Odometry:
                                 f'{count} keypoints with depth, at least {required} are required')
         recovered, self._is_lost = self._is_lost, False
         self._confirmed = prepared.stamp
+        if not self._is_placed:
+            self._pose = self._gravity.begin(prepared.stamp) or self._pose
+        self._is_placed = True
         first = Reference(prepared, self._pose)
         self._references = References(first)
         self._memory = KeyframeMemory(self._settings, self._registrar, first)
@@ -293,6 +314,8 @@ class Odometry:
             self._choose_keyframe(last, attempt, references)
         self._twist_covariance = increment.pose.covariance / increment.interval ** 2
         memory.track(references.keyframe, self._pose.matrix, detour)
+        self._gravity.update(prepared.stamp, reference.pose, registration.pose,
+                             self._corrected.matrix @ se3.inverse(self._pose.matrix))
         return dataclasses.replace(
             self._update(prepared, Status.OK, registration.reason), increment=increment,
             recovered=recovered, reference=reference.prepared.keypoints,
@@ -360,4 +383,5 @@ class Odometry:
         return self._expected.between(last.stamp, stamp, self._twist, predicted)
 
     def _update(self, prepared: PreparedFrame, status: Status, reason: str) -> OdometryUpdate:
-        return OdometryUpdate(prepared.stamp, status, reason, self._published, prepared)
+        return OdometryUpdate(prepared.stamp, status, reason, self._published, prepared,
+                              level_start=self._gravity.start)

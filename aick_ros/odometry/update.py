@@ -37,6 +37,8 @@ class OdometryUpdate:
     :param matches: Kx2, rows (keypoint, keypoint of the reference).
     :param support: number of keypoints that agree with the increment; 0 without one.
     :param evidence: what supports the increment; None without one.
+    :param level_start: ``T_odom_camera`` of the first frame, where an accelerometer has made
+        ``odom`` level; None: it is not.
     :param timing: milliseconds of each of
         :data:`aick_ros.registration.stage_times.STAGES`, and ``total``.
     """
@@ -55,6 +57,7 @@ class OdometryUpdate:
     matches: np.ndarray = field(default_factory=lambda: np.empty((0, 2), np.intp))
     support: int = 0
     evidence: Evidence | None = None
+    level_start: np.ndarray | None = None
     timing: dict[str, float] = field(default_factory=dict)
 
     @property

@@ -72,7 +72,8 @@ class Pipeline:
         self._extrinsics = Extrinsics(self._transforms, settings)
         self._assembler = FrameAssembler(
             node, settings, self._extrinsics, on_change=self._queue.wake)
-        self._imu = ImuInput(node, self._transforms, on_change=self._queue.wake)
+        self._imu = ImuInput(node, self._transforms, on_change=self._queue.wake,
+                             is_required=settings.wait_imu_to_init)
         # from frames to odometry
         self._guess = (Guess(self._transforms, self._extrinsics, settings)
                        if settings.guess_frame_id else None)
@@ -229,7 +230,7 @@ class Pipeline:
     def _report(self, images: ImageStream) -> None:
         complaint = '; '.join(filter(None, (
             images.complaint(), self._expectations.complaint(), self._imu.complaint,
-            self._odometry.gyroscope.complaint)))
+            self._odometry.gyroscope.complaint, self._odometry.gravity.complaint)))
         self._expectations.report_differences()
         if complaint:
             self._logger.warning(complaint, throttle_duration_sec=_THROTTLE)
@@ -241,7 +242,8 @@ class Pipeline:
             {'backlog': str(self._queue.backlog),
              'backlog in MB': f'{self._queue.backlog_bytes / 1e6:.1f}',
              'misalignment of the camera': self._misalignment.description,
-             'gyroscope': self._odometry.gyroscope.description})
+             'gyroscope': self._odometry.gyroscope.description,
+             'accelerometer': self._odometry.gravity.description})
 
 
 def _queue(settings: NodeSettings) -> WorkQueue[Arrival]:

@@ -66,7 +66,7 @@ class MisalignmentSettings(Checked):
     rot_z: float = parameter(
         0.0, 'Rotation of depth to colour about z.', unit='rad', minimum=-0.3, maximum=0.3)
     delay: float = parameter(
-        0.0, 'Time by which depth images are taken later than their stamps say.', unit='s',
+        0.0, 'Time from the colour image to the depth image that no stamp shows.', unit='s',
         minimum=-0.1, maximum=0.1)
     readout: float = parameter(
         0.0, 'Time that a rolling shutter takes from the first row to the last.', unit='s',
@@ -196,6 +196,18 @@ class ImuSettings(Checked):
     gyroscope_bias_sigma: float = parameter(
         0.02, 'Standard deviation of the bias of the gyroscope at the start.', unit='rad/s',
         minimum=0.0, maximum=1.0)
+    gravity: bool = parameter(
+        True, 'Whether `odom` begins level, with z up, and is kept so, where an accelerometer '
+        'has measured before the first frame.')
+    accelerometer_noise: float = parameter(
+        0.02, 'Noise density of the accelerometer.', unit='m/s^2/sqrt(Hz)', minimum=1e-6,
+        maximum=10.0)
+    accelerometer_bias_walk: float = parameter(
+        2e-4, 'Random walk of the bias of the accelerometer.', unit='m/s^3/sqrt(Hz)', minimum=0.0,
+        maximum=10.0)
+    accelerometer_bias_sigma: float = parameter(
+        0.2, 'Standard deviation of the bias of the accelerometer at the start.', unit='m/s^2',
+        minimum=0.0, maximum=10.0)
     time_offset: float = parameter(
         0.0, 'Time added to the stamps of the images to get those of the IMU.', unit='s',
         minimum=-0.5, maximum=0.5)

@@ -39,6 +39,8 @@ class NodeSettings(Checked):
     wait_for_transform: float = parameter(
         0.1, 'Longest wait for /tf to reach the image stamp.',
         unit='s', minimum=0.0, maximum=10.0)
+    wait_imu_to_init: bool = parameter(
+        False, 'Whether the first frame waits for the IMU, so that odom begins level.')
     approx_sync: bool = parameter(
         True, 'Whether the stamps of a colour and a depth image of one frame may differ.')
     approx_sync_max_interval: float = parameter(

@@ -84,8 +84,8 @@ READ_AS = {row.theirs.name: row for row in (
                      'Whether the images are rectified.'),
            'image_rectification', lambda value: 'rectified' if value else 'raw'))}
 
-_NO_IMU = ('an IMU is used from its first sample on, for its turn rates alone: odom is not '
-           'aligned with gravity')
+_NO_IMU = ('an IMU is used from its first sample on, with the transform at each image and the '
+           'QoS its publisher offers')
 _NO_TRUTH = 'the odometry does not start at a ground truth: set initial_pose'
 _NO_LIMIT_OF_GUESS = 'every frame is registered, however little the guess has moved'
 _NO_DATA = 'odom_sensor_data is not published'
@@ -101,7 +101,6 @@ WITHOUT_EFFECT = {
     'subscribe_rgb': WithoutEffect(_OF_SLAM, off=False),
     'subscribe_odom': WithoutEffect(_OF_SLAM, off=False),
     'subscribe_odom_info': WithoutEffect(_OF_SLAM, off=False),
-    'wait_imu_to_init': WithoutEffect(_NO_IMU),
     'always_check_imu_tf': WithoutEffect(_NO_IMU),
     'qos_imu': WithoutEffect(_NO_IMU),
     'imu_queue_size': WithoutEffect(_NO_IMU),

@@ -4,9 +4,10 @@
 """
 Folders of the TUM RGB-D benchmark (Sturm et al., IROS 2012).
 
-``rgb.txt`` and ``depth.txt`` list stamps and files, ``groundtruth.txt`` stamps and poses. Lines
-out of order are sorted, a line whose stamp repeats is skipped and reported, and a line that cannot
-be read is an error.
+``rgb.txt`` and ``depth.txt`` list stamps and files, ``groundtruth.txt`` stamps and poses,
+``accelerometer.txt`` what the sensor's accelerometer measures. Lines out of
+order are sorted, a line whose stamp repeats is skipped and reported, and a line that cannot be
+read is an error.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from typing import NamedTuple
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_LIST_BYTES
 from aick_ros.errors import InputError
+from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import MAX_STAMP
@@ -32,6 +34,7 @@ from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera
 from aick_ros.sources.image_files import read_colour, read_units
+from aick_ros.sources.tum_accelerometer import read_accelerations
 
 UNITS_PER_METRE = 5000
 """Units of a depth PNG per metre, as the benchmark defines them."""
@@ -69,6 +72,7 @@ class TumSource:
         colour = _read_list(folder, 'rgb.txt')
         depth = _read_list(folder, 'depth.txt')
         self._skipped = colour.skipped + depth.skipped
+        self._imu = read_accelerations(folder)
         self._pairs = _associate(colour.images, depth.images, options.max_interval)
         if not self._pairs:
             raise InputError(
@@ -90,21 +94,27 @@ class TumSource:
         """Yield the associated pairs as frames."""
         for error in self._skipped:
             on_damaged(error)
+        before = None
         for pair in self._pairs:
             try:
-                frame = self._read(pair)
+                frame = self._read(pair, before)
             except InputError as error:
                 on_damaged(error)
             else:
+                before = frame.stamp
                 yield frame
 
-    def _read(self, pair: Pair) -> RgbdFrame:
+    def _read(self, pair: Pair, before: int | None) -> RgbdFrame:
+        """Return the frame of a pair, with the accelerations since the stamp before."""
         colour, depth = read_colour(pair.colour), read_units(pair.depth)
         try:
             return RgbdFrame(pair.colour_stamp, colour, to_metres(depth, UNITS_PER_METRE),
-                             self._camera, pair.depth_stamp)
+                             self._camera, pair.depth_stamp, self._samples(pair, before))
         except InputError as error:
             raise InputError(f'{pair.colour}: {error}') from None
+
+    def _samples(self, pair: Pair, before: int | None) -> ImuSamples | None:
+        return None if self._imu is None else self._imu.until(pair.colour_stamp, before)
 
 
 def _find_camera(folder: Path, given: Path | None) -> Camera:

@@ -288,3 +288,35 @@ def test_reset_begins_at_the_origin_with_the_next_pose_of_the_camera(way):
     expected = accumulate(way[1:9], CORRECTED, ORIGIN, CERTAIN)
     np.testing.assert_allclose(found, expected[0], atol=1e-12)
     np.testing.assert_allclose(covariance, expected[1], atol=1e-12)
+
+
+LEVEL = se3.from_roll_pitch_yaw(0.1, -0.2, 0.7, (0.4, 0.5, 0.6))
+"""Pose of the base in the level frame of the camera's odometry, at the start."""
+
+
+def test_a_base_begins_with_roll_and_pitch_by_gravity_and_its_own_place_and_yaw(way):
+    base = Camera(se3.from_roll_pitch_yaw(0.0, 0.0, 2.0, (5, 6, 7)))
+    first = LEVEL @ T_BASE_CAMERA
+    start, _ = base.follow(first, level_start=first)
+    level = se3.from_roll_pitch_yaw(0.1, -0.2, 2.0, (5, 6, 7))
+    np.testing.assert_allclose(start, level, atol=1e-12)
+    for pose, *_ in way[1:]:
+        moved, _ = base.follow(first @ pose, level_start=first)
+        in_base = T_BASE_CAMERA @ pose @ se3.inverse(T_BASE_CAMERA)
+        np.testing.assert_allclose(moved, level @ in_base, atol=1e-12)
+
+
+def test_a_base_that_is_not_seen_at_the_start_begins_there_all_the_same():
+    base, first = Camera(), LEVEL @ T_BASE_CAMERA
+    motion = se3.exp([0.3, 0.1, 0.0, 0.1, 0.0, 0.2])
+    moved, _ = base.follow(LEVEL @ motion @ T_BASE_CAMERA, level_start=first)
+    expected = se3.from_roll_pitch_yaw(0.1, -0.2, 0.0) @ motion
+    np.testing.assert_allclose(moved, expected, atol=1e-12)
+
+
+def test_a_pose_that_is_set_later_is_kept_as_it_is():
+    base, first = Camera(), LEVEL @ T_BASE_CAMERA
+    base.follow(first, level_start=first)
+    tilted = se3.from_roll_pitch_yaw(0.3, 0.2, 0.1, (1, 2, 3))
+    base.put(tilted, CERTAIN)
+    np.testing.assert_allclose(base.follow(first, level_start=first)[0], tilted, atol=1e-12)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A rendered camera with an IMU: small errors, and rotation through darkness."""
+"""A rendered camera with an IMU: small errors, rotation through darkness, a level frame."""
 
 import dataclasses
 
@@ -13,6 +13,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
 from aick_ros.registration.status import Status
+from aick_ros.settings import ImuSettings, Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.imu import IMU_MODELS
 
@@ -78,10 +79,48 @@ def test_in_the_dark_the_rotation_goes_on(rendered, updates):
     true = se3.inverse(rendered[1][0]) @ rendered[1][-1]
     ends = {has_imu: updates[has_imu][-1] for has_imu in (False, True)}
     assert all(update.status is Status.TOO_FEW_KEYPOINTS for update in ends.values())
-    error = {has_imu: se3.angle(true[:3, :3].T @ end.T_odom_camera[:3, :3])
+    error = {has_imu: se3.angle(true[:3, :3].T @ updates[has_imu][0].T_odom_camera[:3, :3].T
+                                @ end.T_odom_camera[:3, :3])
              for has_imu, end in ends.items()}
     assert error[False] > np.radians(5.0)
     assert error[True] < np.radians(0.2)
+
+
+def test_odom_begins_level(rendered, updates):
+    first = updates[True][0]
+    up = rendered[1][0][:3, :3].T @ [0, 0, 1]
+    # the camera is moved by hand, at 0.4 m/s^2
+    assert (first.T_odom_camera[:3, :3] @ up)[2] > np.cos(np.radians(4.0))
+    assert np.array_equal(first.level_start, first.T_odom_camera)
+    assert all(np.array_equal(update.level_start, first.level_start) for update in updates[True])
+    assert updates[False][-1].level_start is None
+    assert np.array_equal(updates[False][0].T_odom_camera, np.eye(4))
+
+
+def test_a_level_frame_is_kept_without_a_jump(rendered, updates):
+    increments = [[se3.inverse(before.T_odom_camera) @ now.T_odom_camera
+                   for before, now in zip(updates[has_imu], updates[has_imu][1:DARK[0]])]
+                  for has_imu in (False, True)]
+    apart = [se3.angle(one[:3, :3].T @ other[:3, :3]) for one, other in zip(*increments)]
+    assert max(apart) < np.radians(0.1)
+
+
+@pytest.mark.parametrize('settings, given', [
+    (Settings(), np.eye(4)), (Settings(imu=ImuSettings(gravity=False)), None)],
+    ids=['a pose is given', 'gravity is switched off'])
+def test_odom_is_not_level(rendered, settings, given):
+    update = Odometry(settings, given).register_frame(rendered[0][0])
+    assert update.level_start is None
+    assert np.array_equal(update.T_odom_camera, np.eye(4))
+
+
+def test_after_a_reset_odom_is_level_again(rendered, updates):
+    frames, odometry = rendered[0], Odometry()
+    odometry.register_frame(frames[0])
+    odometry.reset()
+    update = odometry.register_frame(frames[1])
+    up = [update.T_odom_camera[:3, :3].T[:, 2], updates[True][1].T_odom_camera[:3, :3].T[:, 2]]
+    assert up[0] @ up[1] > np.cos(np.radians(3.0))
 
 
 def test_the_covariance_of_a_dark_frame_is_that_of_the_gyroscope(updates):

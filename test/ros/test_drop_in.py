@@ -21,7 +21,7 @@ from geometry_msgs.msg import TransformStamped
 from nav_msgs.msg import Odometry
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, Image, Imu
 
 from aick_ros.ros.conversions import header, to_stamp, to_time
 from aick_ros.settings.node import NodeSettings
@@ -129,7 +129,7 @@ def frames(source):
 class Robot:
     """The camera of a robot, and what else is there: TF of its odometry, and a clock."""
 
-    def __init__(self, rig, kind):
+    def __init__(self, rig, kind, imu=''):
         from tf2_msgs.msg import TFMessage
         self._rig, self._send = rig, getattr(self, f'_send_{kind}')
         mount = TransformStamped(header=header(0, 'camera_link'), child_frame_id=OPTICAL)
@@ -140,6 +140,7 @@ class Robot:
         self._static.publish(TFMessage(transforms=[mount]))
         self._clock = rig.node.create_publisher(Clock, '/clock', 10)
         self._tf = rig.node.create_publisher(TFMessage, '/tf', 10)
+        self._imu = [rig.node.create_publisher(Imu, imu, 10)] if imu else []
         self._publishers = [rig.node.create_publisher(*topic, 10) for topic in self._topics(kind)]
 
     @staticmethod
@@ -156,7 +157,7 @@ class Robot:
 
     def wait_for(self, node, has_clock, has_guess):
         """Wait until the node receives what it subscribes to."""
-        listened = [*[self._clock] * has_clock, *[self._tf] * has_guess]
+        listened = [*self._imu, *[self._clock] * has_clock, *[self._tf] * has_guess]
         self._rig.wait_until(lambda: all(any(
             endpoint.qos_profile.reliability == ReliabilityPolicy.RELIABLE for endpoint in
             self._rig.node.get_subscriptions_info_by_topic(publisher.topic_name))
@@ -172,6 +173,10 @@ class Robot:
         link = TransformStamped(header=header(frame.stamp, 'odom'), child_frame_id='camera_link')
         link.transform.translation.x = 5.0
         self._tf.publish(TFMessage(transforms=[link]))
+        for publisher in self._imu:
+            sample = Imu(header=header(frame.stamp, 'camera_link'))
+            sample.linear_acceleration.z = 9.81
+            publisher.publish(sample)
         info = self._rig.camera_info_message(frame.camera)
         info.header = header(frame.stamp, OPTICAL)
         self._send(frame, self._rig.image_message(frame.stamp, 'rgb8', frame.colour),
@@ -200,7 +205,6 @@ class Robot:
                          depth_camera_info=info)
 
 
-NO_IMU = "'wait_imu_to_init' of rgbd_odometry changes nothing here: an IMU is used"
 DELETE = 'argument {} is one of the SLAM node of RTAB-Map and changes nothing here'
 NO_RESET = "'Odom/ResetCountdown' of rgbd_odometry changes nothing here: a lost odometry needs no"
 ODD_SENSOR = "'depth_module.emitter_enabled' is not one of this node and changes nothing"
@@ -217,6 +221,7 @@ class Case:
     namespace: str = ''
     odom: str = 'odom'
     has_guess: bool = False
+    imu: str = ''
     said: tuple = ()
 
     @property
@@ -235,23 +240,25 @@ CASES = {
         "'RGBD/CreateOccupancyGrid' of rgbd_odometry changes nothing here")),
     'realsense_d435i_color': Case(
         'images_and_imu', {'args': '-d', 'odom_args': '--Vis/MinInliers 15 --Reg/Force3DoF true'},
-        said=(NO_IMU, ODD_SENSOR, PLANAR, DELETE.format('-d'),
-              "'Vis/MinInliers' of rgbd_odometry changes nothing here")),
+        said=(ODD_SENSOR, PLANAR, DELETE.format('-d'),
+              "'Vis/MinInliers' of rgbd_odometry changes nothing here"), imu='/imu/data'),
     'realsense_d435i_infra': Case('images_and_imu', {'image': '/infra/image_rect_raw'},
-                                  camera='infrared', said=(NO_IMU,)),
+                                  camera='infrared', imu='/imu/data'),
     'k4a': Case('images_by_the_odometry', said=(
-        NO_IMU, "'queue_size' is read as sync_queue_size = 30",
+        "'queue_size' is read as sync_queue_size = 30",
         "'qos' is read as qos_reliability = 'reliable'",
         "'Rtabmap/ImagesAlreadyRectified' is read as image_rectification = 'raw'",
-        "'keep_color' of rgbd_odometry changes nothing here: odom_rgbd_image is always")),
+        "'keep_color' of rgbd_odometry changes nothing here: odom_rgbd_image is always"),
+        imu='/imu/data'),
     'rtabmap': Case('by_arguments', {'args': '--delete_db_on_start'}, namespace='/rtabmap',
                     said=(DELETE.format('--delete_db_on_start'),)),
     'rtabmap, rgbd_sync': Case(
         'by_arguments', {'rgbd_sync': 'true', 'odom_topic': 'vo', 'wait_imu_to_init': 'true',
                          'odom_args': '--Odom/ResetCountdown 1'},
-        camera='synchronised', namespace='/rtabmap', odom='vo', said=(NO_RESET, NO_IMU)),
+        camera='synchronised', namespace='/rtabmap', odom='vo', said=(NO_RESET,),
+        imu='/imu/data'),
     'depthai, zed': Case('rgbd_image', camera='synchronised',
-                         said=(NO_IMU,)),
+                         imu='/imu/data'),
     'depthai_color': Case('rgbd_image', {'wait_imu': 'false'}, camera='synchronised'),
     'rtabmap_D405x2, rtabmap_D405x3': Case(
         'several_cameras', {'args': '--delete_db_on_start'}, camera='synchronised',
@@ -261,10 +268,11 @@ CASES = {
         said=('rgbd_cameras = 2: only the first camera is used, on rgbd_image0',)),
     'multi_rgbd_inertial_dataset': Case(
         'cameras_in_one_message', {'use_imu': 'true'}, camera='all_cameras',
-        namespace='/rtabmap', said=(NO_IMU,
-                                    'rgbd_images has 2 images: only the first is used')),
+        namespace='/rtabmap', imu='/imu', said=(
+            'rgbd_images has 2 images: only the first is used',)),
     'champ_vslam': Case('guess_by_the_robot', camera='synchronised', odom='vo', has_guess=True,
-                        said=(NO_IMU, NO_RESET)),
+                        imu='/imu/data/filtered',
+                        said=(NO_RESET,)),
     'isaac_vslam': Case(
         'guess_by_the_robot', {'use_sim_time': 'true', 'use_imu': 'false',
                                'namespace': 'rtabmap'}, camera='synchronised',
@@ -281,7 +289,7 @@ def test_a_launch_file_needs_two_names_changed(rtabmap_msgs, rig, odometry, fram
     for kind, topic, messages in zip((Odometry, OdomInfo, RGBDImage),
                                      (case.odom, 'odom_info', 'odom_rgbd_image'), received):
         rig.listen(kind, f'{case.namespace}/{topic}', messages.append)
-    robot = Robot(rig, case.camera)
+    robot = Robot(rig, case.camera, case.imu)
     node = odometry(case.file, case.arguments)
     robot.wait_for(node, case.has_clock, case.has_guess)
     for frame in frames:

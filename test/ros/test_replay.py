@@ -3,6 +3,7 @@
 
 """Bags played to the node in its own process: every frame answered, as offline, near the truth."""
 
+import dataclasses
 from contextlib import contextmanager
 
 import numpy as np
@@ -66,7 +67,9 @@ def in_step(monkeypatch):
 
 def assert_as_offline(run, bag, count=None):
     """Assert that all frames are answered, the first ``count`` as offline."""
-    frames = list(open_source(bag).frames(raise_damage))
+    # the topic of the accelerometer is not played
+    frames = [dataclasses.replace(frame, imu=None)
+              for frame in open_source(bag).frames(raise_damage)]
     assert [answer.stamp for answer in run.answers] == [frame.stamp for frame in frames]
     odometry = Odometry()
     for answer, frame in zip(run.answers, frames[:count]):

@@ -56,7 +56,7 @@ def test_a_value_that_theirs_cannot_have_is_rejected(given, sentence):
 
 
 @pytest.mark.parametrize('name, reason', [
-    ('wait_imu_to_init', 'odom is not aligned with gravity'),
+    ('always_check_imu_tf', 'with the transform at each image'),
     ('Odom/ResetCountdown', 'a lost odometry needs no reset'),
     ('Reg/Force3DoF', 'z, roll and pitch are estimated as well'),
     ('guess_min_rotation', 'however little the guess has moved (see max_update_rate)'),
@@ -74,7 +74,7 @@ def test_what_has_no_counterpart_is_explained(name, reason):
 
 
 @pytest.mark.parametrize('given', [
-    {'wait_imu_to_init': False}, {'keep_color': False}, {'config_path': ''},
+    {'always_check_imu_tf': False}, {'keep_color': False}, {'config_path': ''},
     {'ground_truth_frame_id': ''}, {'guess_min_time': 0.0}, {'Reg/Force3DoF': 'false'},
     {'Odom/ResetCountdown': '0'}])
 def test_what_is_switched_off_there_is_no_difference(given):

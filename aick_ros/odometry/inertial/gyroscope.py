@@ -24,6 +24,8 @@ _LONGER = 1.5
 Chosen: each then has 2.25 times the information of the one before, so that the error of the
 keyframe that all have in common counts less than twice."""
 
+_LARGEST_RATE = 100.0  # rad/s; chosen: beyond the range of every gyroscope for cameras
+
 _PERSISTENCE = 3.0
 """Time for which the error of the estimated bias stays the same [s]; chosen on rendered shakes."""
 
@@ -39,7 +41,7 @@ class Gyroscope:
     def __init__(self, settings: ImuSettings, odometry: OdometrySettings) -> None:
         self.configure(settings, odometry)
         self._integral = RotationIntegral()
-        self._samples = SampleCheck()
+        self._samples = SampleCheck('gyroscope', 'rad/s', _LARGEST_RATE)
         self._calibration = GyroscopeCalibration(settings)
         self._agreement = Agreement()
         self._learned: tuple[int, float] = 0, 0.0  # stamp of a keyframe, and longest interval [s]
@@ -93,7 +95,7 @@ class Gyroscope:
 
     def add(self, samples: ImuSamples) -> None:
         """Add samples; those that cannot be used are counted and dropped."""
-        for stamp, rate in self._samples.usable(samples):
+        for stamp, rate in self._samples.usable(samples.stamps, samples.turn_rates):
             before = self._integral.last
             if before is not None and stamp > before:
                 self._calibration.elapse(seconds(before, stamp))

@@ -31,10 +31,13 @@ class ImuInput:
     Receives the samples of an IMU on the executor's thread, for the worker's.
 
     :param on_change: called when the samples that a frame waits for have arrived.
+    :param is_required: whether the first frame waits for the first sample.
     """
 
-    def __init__(self, node: Node, transforms: Transforms, on_change: Callable[[], None]) -> None:
+    def __init__(self, node: Node, transforms: Transforms, on_change: Callable[[], None],
+                 is_required: bool = False) -> None:
         self._transforms, self._on_change = transforms, on_change
+        self._is_required = is_required
         self._buffer = ImuBuffer()
         self._received_at = 0.0
         self._awaited: int | None = None  # stamp of an image [ns]
@@ -58,11 +61,12 @@ class ImuInput:
     @property
     def complaint(self) -> str:
         """Why the IMU is not used, in one sentence; '' where it is, or there is none."""
+        topic = self._node.resolve_topic_name('imu')
         if self._buffer.newest is None:
-            return ''
+            return (f'the first frame waits for the IMU on {topic}, by wait_imu_to_init'
+                    if self._is_required else '')
         silence = time.monotonic() - self._received_at
         if silence > _SILENT:
-            topic = self._node.resolve_topic_name('imu')
             return f'no sample of the IMU has come on {topic} for {silence:.0f} s'
         return self._missing
 
@@ -70,10 +74,11 @@ class ImuInput:
         """
         Return whether the samples up to the stamp of an image [ns] have arrived.
 
-        A late IMU is not waited for, nor one that is silent.
+        A late IMU is not waited for, nor one that is silent; the first sample is, if required.
         """
         newest = self._buffer.newest
-        if newest is None or not 0 < stamp - newest < _LATEST:
+        if newest is None and not self._is_required or newest is not None and not (
+                0 < stamp - newest < _LATEST):
             return True
         self._awaited = stamp
         return False
@@ -81,6 +86,8 @@ class ImuInput:
     def samples(self, camera_frame: str, stamp: int) -> ImuSamples | None:
         """
         Return the samples since the frame before, None where there is no IMU.
+
+        :raises InputError: where the first ones are required and their transform is missing.
 
         :param camera_frame: of the colour image.
         :param stamp: of the image [ns].
@@ -95,12 +102,18 @@ class ImuInput:
                 f'image) yet: {TF_REMEDY}; until then the IMU is not used')
         except InputError as error:
             T_camera_imu, self._missing = None, str(error)
-        return None if T_camera_imu is None else self._buffer.take(T_camera_imu[:3, :3])
+        if T_camera_imu is None:
+            if self._is_required:
+                raise InputError(self._missing)
+            return None
+        self._is_required = False
+        return self._buffer.take(T_camera_imu[:3, :3])
 
     def _take(self, message: Imu) -> None:
         self._received_at = time.monotonic()
+        is_first = self._buffer.newest is None
         self._buffer.add(to_stamp(message.header.stamp), message)
         awaited, newest = self._awaited, self._buffer.newest
-        if awaited is not None and newest is not None and newest >= awaited:
+        if awaited is not None and newest is not None and (is_first or newest >= awaited):
             self._awaited = None
             self._on_change()

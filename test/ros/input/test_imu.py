@@ -54,9 +54,9 @@ class Transforms:
 @pytest.fixture
 def made():
     """Return a function that makes the input, its node, and a list that grows by each change."""
-    def make(answer=np.eye(4)):
+    def make(answer=np.eye(4), is_required=False):
         node, changes = Node(), []
-        result = ImuInput(node, Transforms(answer), lambda: changes.append(1))
+        result = ImuInput(node, Transforms(answer), lambda: changes.append(1), is_required)
         result.activate()
         return result, node, changes
     return make
@@ -94,6 +94,25 @@ def test_an_image_waits_for_samples_that_are_about_to_come(made):
     assert source.reaches(80 * MS)  # it is late, or has stopped
     node.take(message(20))
     assert changes == [1]
+
+
+def test_the_first_frame_waits_for_the_first_sample_where_it_is_required(made):
+    source, node, changes = made(is_required=True)
+    assert not source.reaches(100 * MS)
+    assert source.complaint == ('the first frame waits for the IMU on /robot/imu, by '
+                                'wait_imu_to_init')
+    node.take(message(5))
+    assert changes == [1]
+    assert source.reaches(100 * MS)
+    assert source.complaint == ''
+    assert len(source.samples(OPTICAL, 100 * MS)) == 1
+
+
+def test_the_first_frame_waits_for_the_transform_too(made):
+    source, node, _ = made(None, is_required=True)
+    node.take(message(5))
+    with pytest.raises(InputError, match='no transform from .imu_frame'):
+        source.samples(OPTICAL, 5 * MS)
 
 
 @pytest.mark.parametrize('answer, words', [

@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Gravity and the bias of an accelerometer, by a Kalman filter on the positions of the camera.
+
+The camera measures orientations R and positions p. With them the specific force a, of bias b,
+gives velocity v and position by equations that are linear in all that is unknown,
+
+    v1 = v0 + (integral of R (a - b)) - g t
+    p1 = p0 + v0 t + (double integral of R (a - b)) - g t^2 / 2
+
+so that positions tell gravity g (which points up here) from acceleration.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.kalman import KalmanUpdate
+from aick_ros.odometry.inertial.force_integral import Impulse
+from aick_ros.odometry.inertial.level import Direction
+from aick_ros.settings import ImuSettings
+
+GRAVITY = 9.80665
+"""Standard acceleration of gravity [m/s^2]; by definition."""
+
+_GRAVITY_SIGMA = 0.02  # m/s^2; derived: from the equator to the poles it is 9.78 to 9.83
+_FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
+_SUDDEN = 16.3  # derived: of three values, the squared distance by noise is above it once in 1000
+
+_P, _V, _G, _B = (slice(first, first + 3) for first in (0, 3, 6, 9))
+_POSITION = np.eye(3, 12)  # by definition: it is what the camera measures
+
+
+class GravityFilter:
+    """
+    Estimate of position, velocity, gravity and bias, with covariance.
+
+    :param settings: noise of the accelerometer.
+    :param gravity: first value, 3, upwards [m/s^2]; its covariance, 3x3.
+    :param position: where the camera is, 3 [m]; its covariance, 3x3.
+    """
+
+    def __init__(self, settings: ImuSettings, gravity: np.ndarray, gravity_covariance: np.ndarray,
+                 position: np.ndarray, position_covariance: np.ndarray) -> None:
+        self._settings = settings
+        self.values = np.concatenate([position, np.zeros(3), gravity, np.zeros(3)])
+        self.covariance = np.zeros((12, 12))
+        self.covariance[_G, _G] = gravity_covariance
+        self.covariance[_B, _B] = settings.accelerometer_bias_sigma ** 2 * np.eye(3)
+        self.place(position, position_covariance)
+        self._hold_length()
+
+    @property
+    def gravity(self) -> np.ndarray:
+        """Gravity, 3, upwards [m/s^2]."""
+        return self.values[_G]
+
+    @property
+    def up(self) -> Direction:
+        """Direction of gravity, upwards."""
+        length = float(np.linalg.norm(self.gravity))
+        return Direction(self.gravity / length, self.covariance[_G, _G] / length ** 2)
+
+    @property
+    def bias(self) -> np.ndarray:
+        """Bias of the forces, 3, in the axes of the camera [m/s^2]."""
+        return self.values[_B]
+
+    def place(self, position: np.ndarray, covariance: np.ndarray) -> None:
+        """Continue at a position that is measured [m], with an unknown velocity."""
+        self.values[_P], self.values[_V] = position, 0.0
+        for part, variance in ((_P, covariance), (_V, _FIRST_VELOCITY ** 2 * np.eye(3))):
+            self.covariance[part], self.covariance[:, part] = 0.0, 0.0
+            self.covariance[part, part] = variance
+
+    def predict(self, impulse: Impulse, orientation: np.ndarray) -> None:
+        """
+        Advance by an interval.
+
+        :param impulse: of the forces in it.
+        :param orientation: 3x3, covariance of the orientation in it [rad^2].
+        """
+        time = impulse.duration
+        transition = np.eye(12)
+        transition[_P, _V] = time * np.eye(3)
+        transition[_P, _G], transition[_V, _G] = -0.5 * time ** 2 * np.eye(3), -time * np.eye(3)
+        transition[_P, _B] = -impulse.position_by_bias
+        transition[_V, _B] = -impulse.velocity_by_bias
+        self.values = transition @ self.values
+        self.values[_P] += impulse.position
+        self.values[_V] += impulse.velocity
+        self.covariance = transition @ self.covariance @ transition.T
+        by_force = np.zeros((12, 3))
+        by_force[_P], by_force[_V] = 0.5 * time * np.eye(3), np.eye(3)
+        arm = se3.skew(self.gravity)
+        noise = (self._settings.accelerometer_noise ** 2 * time * np.eye(3)
+                 + time ** 2 * arm @ orientation @ arm.T)
+        self.covariance += by_force @ noise @ by_force.T
+        self.covariance[_B, _B] += self._settings.accelerometer_bias_walk ** 2 * time * np.eye(3)
+
+    def drift(self, covariance: np.ndarray) -> None:
+        """Let the frame of the poses have moved by an error, with its covariance, 6x6."""
+        arm = se3.skew(self.gravity)
+        self.covariance[_P, _P] += covariance[:3, :3]
+        self.covariance[_G, _G] += arm @ covariance[3:, 3:] @ arm.T
+
+    def measure(self, position: np.ndarray, covariance: np.ndarray) -> bool:
+        """Update by a position [m], and return whether it is one of noise; else change nothing."""
+        error = position - self.values[_P]
+        update = KalmanUpdate.of(self.covariance, _POSITION, covariance)
+        if update.squared_distance(error) > _SUDDEN:
+            return False
+        self.values, self.covariance = self.values + update.gain @ error, update.covariance
+        self._hold_length()
+        return True
+
+    def _hold_length(self) -> None:
+        """Update by the length of gravity, which is known."""
+        length = float(np.linalg.norm(self.gravity))
+        row = np.zeros((1, 12))
+        row[0, _G] = self.gravity / length
+        update = KalmanUpdate.of(self.covariance, row, np.array([[_GRAVITY_SIGMA ** 2]]))
+        self.values = self.values + update.gain @ np.array([GRAVITY - length])
+        self.covariance = update.covariance

@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Poses that are kept level, without a jump (REP-105)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.kalman import KalmanUpdate
+from aick_ros.geometry.pose import PoseWithCovariance
+
+_UP = np.array([0.0, 0.0, 1.0])
+_TILT = np.eye(2, 6, 3)  # by definition: rotations about x and y
+
+_TIME = 3.0  # s; chosen: the direction of gravity changes by less than noise meanwhile
+_MAX_TURN = 0.0017  # rad; chosen: a tenth of a degree per frame is no jump
+
+_SHARE_OF_NOISE = 1.0
+"""Largest correction per second, by the standard deviation of the orientation of one frame.
+
+Chosen on two rendered rooms: the relative errors over one second grow by less than a tenth."""
+
+
+@dataclass(frozen=True, eq=False)
+class Direction:
+    """
+    A direction, 3, of length one.
+
+    :param covariance: 3x3, of its error [rad^2].
+    """
+
+    vector: np.ndarray
+    covariance: np.ndarray
+
+    def in_axes(self, rotation: np.ndarray) -> Direction:
+        """Return it in other axes, by the rotation into them, 3x3."""
+        return Direction(rotation @ self.vector, rotation @ self.covariance @ rotation.T)
+
+
+class Level:
+    """
+    Transform to a frame in which z points up, from one that has drifted.
+
+    It turns slowly, about the camera, so that neither its position nor its motion jumps.
+    """
+
+    def __init__(self) -> None:
+        self._T_level_drifted = np.eye(4)
+        self._noise: np.ndarray | None = None  # covariance of roll and pitch by gravity
+        self._left = np.zeros(2)  # error of roll and pitch that is not corrected yet
+
+    def apply(self, pose: PoseWithCovariance) -> PoseWithCovariance:
+        """
+        Return a pose in the level frame.
+
+        Roll and pitch are as uncertain as gravity leaves them, and by what is not corrected yet.
+        """
+        matrix: np.ndarray = self._T_level_drifted @ pose.matrix
+        if self._noise is None:
+            return PoseWithCovariance(matrix, pose.covariance)
+        gain = KalmanUpdate.of(pose.covariance, _TILT, self._noise).gain
+        gain[:3] = 0.0  # positions stay where they are
+        kept, left = np.eye(6) - gain @ _TILT, gain @ self._left
+        return PoseWithCovariance(
+            matrix, kept @ pose.covariance @ kept.T + gain @ self._noise @ gain.T
+            + np.outer(left, left))
+
+    def approach(self, up: Direction, pose: PoseWithCovariance, elapsed: float) -> None:
+        """
+        Turn the frame towards the level one, by less than orientations err by.
+
+        :param up: in the frame that has drifted.
+        :param pose: ``T_drifted_camera``, with the covariance of one measurement.
+        :param elapsed: time since the last step [s].
+        """
+        seen = up.in_axes(self._T_level_drifted[:3, :3])
+        error = rotation_between(seen.vector, _UP)
+        sigma = float(np.sqrt(np.trace(pose.covariance[3:, 3:]) / 3))
+        largest = min(_SHARE_OF_NOISE * sigma * elapsed, _MAX_TURN)
+        angle = max(float(np.linalg.norm(error)), 1e-12)
+        step = min(elapsed / _TIME, 1.0, largest / angle) * error
+        levelled = se3.perturbed(self._T_level_drifted @ pose.matrix,
+                                 np.append(np.zeros(3), step))
+        self._T_level_drifted = levelled @ se3.inverse(pose.matrix)
+        arm = se3.skew(_UP)
+        self._noise = (arm @ seen.covariance @ arm.T)[:2, :2]
+        self._left = (error - step)[:2]
+
+
+def level_orientation(up: np.ndarray) -> np.ndarray:
+    """
+    Return the orientation ``R_level_camera`` of an optical frame, by what is up in it, 3x3.
+
+    A camera that looks ahead looks along x; any other is turned from there by the least angle.
+    """
+    ahead = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    orientation: np.ndarray = se3.exp_rotation(rotation_between(ahead @ up, _UP)) @ ahead
+    return orientation
+
+
+def rotation_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the least rotation from one direction, of length one, to another, 3 [rad]."""
+    axis = np.cross(one, other)
+    sine, cosine = float(np.linalg.norm(axis)), float(one @ other)
+    if sine < 1e-9:  # none, or half a turn about any axis at a right angle
+        return np.zeros(3) if cosine > 0.0 else np.pi * np.linalg.svd(one[None])[2][1]
+    rotation: np.ndarray = axis * (np.arctan2(sine, cosine) / sine)
+    return rotation

@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Integrals of a specific force, against closed forms."""
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.inertial.force_integral import ForceIntegral
+
+MS = NANOSECONDS // 1000
+FORCE = np.array([1.0, -2.0, 9.0])
+FIRST = se3.exp_rotation([0.3, -0.2, 0.8])
+
+
+def integral(times, force=lambda time: FORCE):
+    """Return the integral of samples at some times [ms]."""
+    result = ForceIntegral()
+    for time in times:
+        result.add(round(time * MS), np.asarray(force(time), np.float64))
+    return result
+
+
+def test_an_even_turn_gives_the_closed_form():
+    rate, duration = 2.0, 0.08  # rad/s about z of the body, and s
+    angle = rate * duration
+    # samples are neither even nor at the ends
+    found = integral([-3, 1, 4, 12.5, 19, 27, 33, 41, 46, 58, 66, 71, 79, 83]).between(
+        0, 80 * MS, FIRST, FIRST @ se3.exp_rotation([0, 0, angle]))
+    sine, versine = np.sin(angle), 1.0 - np.cos(angle)
+    once = np.array([[sine, -versine, 0], [versine, sine, 0], [0, 0, angle]]) / rate
+    twice = np.array([[versine, sine - angle, 0], [angle - sine, versine, 0],
+                      [0, 0, 0.5 * angle ** 2]]) / rate ** 2
+    assert found.duration == pytest.approx(duration)
+    assert np.allclose(found.velocity_by_bias, FIRST @ once, atol=1e-5)
+    assert np.allclose(found.position_by_bias, FIRST @ twice, atol=2e-6)
+    assert np.allclose(found.velocity, FIRST @ once @ FORCE, atol=1e-4)
+    assert np.allclose(found.position, FIRST @ twice @ FORCE, atol=2e-5)
+
+
+def test_a_force_that_grows_is_interpolated_to_both_ends():
+    found = integral([-6, 6, 18, 27, 38], lambda time: [time, 0.0, 0.0]).between(
+        0, 33 * MS, np.eye(3), np.eye(3))
+    assert found.velocity[0] == pytest.approx(0.5 * 33 ** 2 * 1e-3)
+    assert found.position[0] == pytest.approx(33 ** 3 / 6 * 1e-6, rel=0.1)
+
+
+@pytest.mark.parametrize('times', [
+    [], [60, 70, 80], [0, 5, 70, 80], [0, 5, 10, 20]],
+    ids=['no samples', 'late', 'a gap', 'an end'])
+def test_what_was_not_measured_is_not_invented(times):
+    assert integral(times).between(0, 80 * MS, np.eye(3), np.eye(3)) is None
+
+
+def test_recent_forces_are_those_before_a_stamp():
+    found = integral(range(0, 100, 10), lambda time: [time, 0.0, 0.0]).recent(55 * MS, 20 * MS)
+    assert found[:, 0].tolist() == [40.0, 50.0]
+
+
+def test_memory_is_bounded_and_time_that_goes_back_begins_anew():
+    samples = integral(range(0, 9000, 10))
+    assert len(samples.recent(10_000 * MS, 10_000 * MS)) <= 401
+    samples.add(5 * MS, FORCE)
+    assert len(samples.recent(10_000 * MS, 10_000 * MS)) == 1

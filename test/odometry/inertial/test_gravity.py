@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""An accelerometer on a camera whose odometry drifts: level, or named and not used."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.imu import ImuSamples
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.inertial.gravity import Gravity
+from aick_ros.settings import ImuSettings
+from aick_ros.sources.synthetic.imu import IMU_MODELS, ImuModel, SensorNoise, imu_samples
+
+START, RATE = 1000 * NANOSECONDS, 15
+AHEAD = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+ORIENTATION_SIGMA, POSITION_SIGMA = np.radians(0.1), 0.001
+PERFECT = SensorNoise(0.0, 0.0, np.inf, 0.0)
+CALIBRATED = ImuModel(PERFECT, SensorNoise(0.0015, 0.02, np.inf, 0.0), rate=100.0)
+
+
+def moving(stamp):
+    """Return the pose of a camera that is carried about, from rest."""
+    time = max((stamp - START) / NANOSECONDS - 0.3, 0.0)
+    pose = np.eye(4)
+    pose[:3, :3] = se3.exp_rotation([0.4 * np.sin(0.8 * time), 0.3 * np.sin(1.1 * time),
+                                     0.5 * np.sin(0.5 * time)]) @ AHEAD
+    pose[:3, 3] = np.array([0.6, 0.5, 0.2]) * (1 - np.cos(np.array([0.9, 0.7, 1.3]) * time))
+    return pose
+
+
+def resting(stamp):
+    pose = np.eye(4)
+    pose[:3, :3] = se3.exp_rotation([0.1, 0.2, 0.3]) @ AHEAD
+    return pose
+
+
+@pytest.fixture(scope='module')
+def recorded():
+    """Return the samples of fifteen seconds."""
+    return imu_samples(moving, START - NANOSECONDS // 2, START + 15 * NANOSECONDS, CALIBRATED,
+                       np.random.default_rng(1))
+
+
+def tilt(rotation, truth):
+    """Return the error of what is up [deg]."""
+    return np.degrees(np.arccos(np.clip((rotation @ truth[:3, :3].T)[2, 2], -1, 1)))
+
+
+def follow(samples, path=moving, seconds=15, drift=0.4):
+    """Return the tilt without and with gravity at each frame [deg], and the gravity."""
+    rng, gravity, rows, before = np.random.default_rng(2), Gravity(ImuSettings()), [], None
+    reference, keyframe = PoseWithCovariance.identity(), path(START)
+    noise = np.diag(np.repeat([POSITION_SIGMA, ORIENTATION_SIGMA], 3) ** 2)
+    for index in range(seconds * RATE):
+        stamp = START + index * NANOSECONDS // RATE
+        gravity.add(samples.until(stamp, before), 0.0)
+        before, truth = stamp, path(stamp)
+        if index == 0:
+            reference = gravity.begin(stamp) or reference
+        error = np.concatenate([POSITION_SIGMA * rng.standard_normal(3),
+                                ORIENTATION_SIGMA * rng.standard_normal(3)])
+        seen = PoseWithCovariance(
+            se3.perturbed(se3.inverse(keyframe) @ truth, error), noise)
+        gravity.update(stamp, reference, seen, np.eye(4))
+        measured = reference @ seen
+        rows.append([tilt(pose.rotation, truth)
+                     for pose in (measured, gravity.levelled(measured))])
+        if index % RATE == RATE - 1:  # the next keyframe, with an error that does not average out
+            turned = np.radians([drift, 0.2 * drift, 0.0])
+            added = np.diag(np.repeat([POSITION_SIGMA, np.radians(drift)], 3) ** 2)
+            reference = reference @ PoseWithCovariance(
+                se3.perturbed(se3.inverse(keyframe) @ truth,
+                              np.append(np.zeros(3), keyframe[:3, :3].T @ turned)), added)
+            keyframe = truth
+    return np.array(rows), gravity
+
+
+def changed(samples, change):
+    return dataclasses.replace(samples, accelerations=change(samples.accelerations))
+
+
+def test_it_begins_level_and_drifts_no_more(recorded):
+    rows, gravity = follow(recorded, drift=0.05)
+    assert rows[0, 1] < 0.3
+    drifted, level = rows[-RATE:].mean(axis=0)
+    assert drifted > 0.6
+    assert level < 0.35
+    assert gravity.complaint == ''
+    assert gravity.description.startswith('bias (')
+
+
+def test_the_bias_that_tilts_the_start_is_found():
+    model = dataclasses.replace(CALIBRATED, accelerometer=SensorNoise(0.0015, 0.2, np.inf, 0.0))
+    samples = imu_samples(moving, START - NANOSECONDS // 2, START + 20 * NANOSECONDS, model,
+                          np.random.default_rng(4))
+    bias = (samples.accelerations[:40] - moving(START)[:3, :3].T @ [0, 0, 9.80665]).mean(axis=0)
+    rows, gravity = follow(samples, seconds=20, drift=0.0)
+    assert rows[0, 1] > 1.0
+    assert rows[-1, 1] < 0.5 * rows[0, 1]
+    assert np.abs(gravity.bias - bias).max() < 0.06
+
+
+def test_at_rest_noise_alone_tilts_the_start():
+    samples = imu_samples(resting, START - NANOSECONDS // 2, START + NANOSECONDS, ImuModel(
+        PERFECT, dataclasses.replace(IMU_MODELS['bmi055'].accelerometer, offset=0.0)),
+        np.random.default_rng(3))
+    _, gravity = follow(samples, resting, seconds=1, drift=0.0)
+    # the resolution of this one is 0.11 deg
+    assert tilt(gravity.start[:3, :3], resting(START)) < 0.15
+
+
+@pytest.mark.parametrize('change', [
+    lambda a: a @ se3.exp_rotation([np.pi / 2, 0, 0]).T, lambda a: -a],
+    ids=['turned', 'sign'])
+def test_wrong_axes_are_named_and_the_motion_stays_as_it_is(recorded, change):
+    rows, gravity = follow(changed(recorded, change), drift=0.0)
+    assert 'contradicts the motion of the camera' in gravity.complaint
+    assert np.ptp(rows[:, 1]) < 1.0  # wrong from the start, but at rest
+
+
+@pytest.mark.parametrize('change', [np.zeros_like, lambda a: a / 9.81, lambda a: a * np.nan],
+                         ids=['zeros', 'in g', 'none'])
+def test_what_is_no_gravity_does_not_level(recorded, change):
+    rows, gravity = follow(changed(recorded, change), seconds=2, drift=0.0)
+    assert gravity.start is None
+    assert np.array_equal(rows[:, 0], rows[:, 1])
+
+
+def test_a_value_that_never_changes_is_named(recorded):
+    rows, gravity = follow(changed(recorded, lambda a: np.tile(a[0], (len(a), 1))), seconds=2,
+                           drift=0.0)
+    assert 'the accelerometer has reported' in gravity.complaint
+
+
+def test_switched_off_it_changes_nothing(recorded):
+    gravity = Gravity(ImuSettings(gravity=False))
+    gravity.add(recorded.until(START), 0.0)
+    assert gravity.begin(START) is None
+    assert gravity.description == 'not used, as odom did not begin level'
+
+
+def test_without_samples_there_is_nothing_to_say():
+    gravity = Gravity(ImuSettings())
+    gravity.add(ImuSamples(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3))), 0.0)
+    assert (gravity.description, gravity.complaint) == ('none', '')
+    assert gravity.begin(START) is None

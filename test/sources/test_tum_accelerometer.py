@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The accelerometer of a TUM folder: the axes of the camera, and each line that can be bad."""
+
+import numpy as np
+import pytest
+
+from aick_ros.errors import InputError
+from aick_ros.sources import raise_damage
+from aick_ros.sources.tum import TumSource
+from aick_ros.sources.tum_accelerometer import read_accelerations
+
+
+def test_samples_are_in_order_and_in_the_axes_of_the_camera(tmp_path):
+    (tmp_path / 'accelerometer.txt').write_text(
+        '# timestamp ax ay az\n2.5 0.1 9.8 -0.3\n1.5 1 2 3\n\n1.5 7 7 7\n')
+    samples = read_accelerations(tmp_path)
+    assert samples.stamps.tolist() == [1_500_000_000, 2_500_000_000]
+    assert samples.accelerations.tolist() == [[-1, -2, 3], [-0.1, -9.8, -0.3]]
+    assert np.isnan(samples.turn_rates).all()
+
+
+def test_a_folder_without_has_none(tmp_path):
+    assert read_accelerations(tmp_path) is None
+
+
+@pytest.mark.parametrize('line', ['1.5 1 2', '1.5 1 2 3 4', 'a 1 2 3', '1.5 1 2 nan', '-1 1 2 3'])
+def test_a_line_that_cannot_be_read_is_named(tmp_path, line):
+    (tmp_path / 'accelerometer.txt').write_text(f'# t\n{line}\n')
+    with pytest.raises(InputError, match='accelerometer.txt, line 2: .* not an acceleration'):
+        read_accelerations(tmp_path)
+
+
+def test_frames_have_the_samples_since_the_frame_before(real_folder):
+    frames = []
+    for frame in TumSource(real_folder).frames(raise_damage):
+        frames.append(frame)
+        if len(frames) == 4:
+            break
+    first, *others = (frame.imu for frame in frames)
+    stamps = [frame.stamp for frame in frames]
+    assert first.stamps[0] < stamps[0] - 400_000_000
+    assert first.stamps[-1] <= stamps[0]
+    for samples, before, now in zip(others, stamps, stamps[1:]):
+        assert before < samples.stamps[0] <= samples.stamps[-1] <= now
+    # a camera held upright: gravity points against its y axis
+    assert np.mean(first.accelerations, axis=0)[1] < -5.0
