@@ -15,6 +15,7 @@ from aick_ros.cli.commands.compare import compare
 from aick_ros.cli.commands.convert import convert
 from aick_ros.cli.commands.demo import demo
 from aick_ros.cli.commands.evaluate import evaluate
+from aick_ros.cli.commands.fleet import fleet
 from aick_ros.cli.commands.noise import noise
 from aick_ros.cli.commands.parameters import parameters
 from aick_ros.cli.commands.replay import replay
@@ -22,8 +23,8 @@ from aick_ros.cli.commands.simulate import simulate
 from aick_ros.cli.commands.view import view
 from aick_ros.cli.commands.vocabulary import vocabulary
 
-COMMANDS = (replay, evaluate, compare, view, benchmark, simulate, convert, vocabulary, noise,
-            parameters, demo)
+COMMANDS = (replay, evaluate, fleet, compare, view, benchmark, simulate, convert, vocabulary,
+            noise, parameters, demo)
 
 app = typer.Typer(
     add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False,

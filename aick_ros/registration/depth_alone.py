@@ -22,6 +22,7 @@ from aick_ros.frames.surface import FINE_CELL, Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
+from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, gradient_noise, point_to_plane)
 from aick_ros.registration.result import Evidence, Registration, failed
@@ -42,11 +43,14 @@ class DepthAlone:
     Registers depth images to each other, from an expected pose.
 
     :param noise: of the camera; the bias between keypoints and depth is an error of such a pose.
+    :param misalignment: of the camera; its delay adds to the lag that the stamps show.
     """
 
-    def __init__(self, settings: Settings, noise: MeasuredNoise) -> None:
+    def __init__(self, settings: Settings, noise: MeasuredNoise | None = None,
+                 misalignment: MisalignmentEstimate | None = None) -> None:
         self._settings = settings
-        self._noise = noise
+        self._noise = noise or MeasuredNoise()
+        self._misalignment = misalignment or MisalignmentEstimate()
         self._fine_surface = functools.lru_cache(_CACHED_FRAMES)(self._new_surface)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
@@ -64,7 +68,7 @@ class DepthAlone:
         count = 0 if surface is None else len(surface.chosen)
         if surface is None or other is None or count < _FEWEST_POINTS:
             return failed(Status.TOO_FEW_KEYPOINTS, f'{count} points with depth')
-        lags = _lags(source, target)
+        lags = _lags(source, target, self._misalignment.misalignment.delay)
         coarse = _Depth(surface, other, lags, self._settings)
         fine = _Depth(self._fine_surface(source.frame), self._fine_surface(target.frame), lags,
                       self._settings)
@@ -146,10 +150,15 @@ class _Problem:
         return covariance
 
 
-def _lags(source: PreparedFrame, target: PreparedFrame) -> tuple[np.ndarray, np.ndarray]:
-    """Return the motion of each camera from its colour image to its depth image, 4x4 each."""
+def _lags(source: PreparedFrame, target: PreparedFrame,
+          delay: float) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return the motion of each camera from its colour image to its depth image, 4x4 each.
+
+    :param delay: time between these that no stamp shows [s].
+    """
     twists = (source.twist, source.twist if target.twist is None else target.twist)
-    lag, other = (np.eye(4) if twist is None else se3.exp(frame.depth_lag * twist)
+    lag, other = (np.eye(4) if twist is None else se3.exp((frame.depth_lag + delay) * twist)
                   for frame, twist in zip((source, target), twists))
     return lag, other
 

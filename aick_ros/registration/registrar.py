@@ -64,7 +64,7 @@ class Registrar:
                                             detector)
         self._aick = Aick(settings.aick)
         self._learned = learned or Learned()
-        self._depth_alone = DepthAlone(settings, self._learned.noise)
+        self._depth_alone = DepthAlone(settings, self._learned.noise, self._learned.misalignment)
         self._verified = None if settings.refinement.mode == 'none' else VerifiedAick(
             settings, self._aick, self._learned.noise, self._learned.misalignment, self._times,
             detector)

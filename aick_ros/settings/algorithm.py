@@ -66,7 +66,7 @@ class MisalignmentSettings(Checked):
     rot_z: float = parameter(
         0.0, 'Rotation of depth to colour about z.', unit='rad', minimum=-0.3, maximum=0.3)
     delay: float = parameter(
-        0.0, 'Time from the colour image to the depth image that no stamp shows.', unit='s',
+        0.0, 'Time by which depth images are taken later than their stamps say.', unit='s',
         minimum=-0.1, maximum=0.1)
     readout: float = parameter(
         0.0, 'Time that a rolling shutter takes from the first row to the last.', unit='s',

@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Protocol
 
@@ -25,6 +26,14 @@ _SEED_DIGITS = 18  # of a rendered recording; derived: below 2^63
 _KINDS = ('a ROS 2 bag (a folder with metadata.yaml, a .mcap or .db3 file), a ROS 1 bag (a .bag '
           'file), a TUM folder (with rgb.txt and depth.txt), a folder of frame-000000.color.png, '
           'frame-000000.depth.png and so on, or synthetic:SEED')
+
+
+class Kind(Enum):
+    """Kind of a recording that files make up."""
+
+    BAG = 'bag'
+    TUM = 'TUM folder'
+    IMAGES = 'folder of numbered images'
 
 
 def raise_damage(error: InputError) -> None:
@@ -97,20 +106,34 @@ def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> R
         return _open_synthetic(seed)
     path = Path(path)
     names = _names(path)
-    suffixes = {Path(name).suffix for name in names}
-    if suffixes & {'.mcap', '.db3'} or 'metadata.yaml' in names or (
-            path.is_file() and '.bag' in suffixes):
+    kind = kind_of(names, path.is_file())
+    if kind is Kind.BAG:
         from aick_ros.sources.bag import BagSource
         return BagSource(path, options)
     _reject(options, f'{path}, which is not a bag', *_BAG_FLAGS)
-    if names & {'rgb.txt', 'depth.txt'}:
+    if kind is Kind.TUM:
         from aick_ros.sources.tum import TumSource
         return TumSource(path, options)
-    if any(name.startswith('frame-') for name in names):
+    if kind is Kind.IMAGES:
         from aick_ros.sources.images import ImagesSource
         return ImagesSource(path, options)
     content = 'is not a known kind of recording' if names else 'is empty'
     raise InputError(f'{path} {content}: a source is {_KINDS}')
+
+
+def kind_of(names: Collection[str], is_file: bool) -> Kind | None:
+    """
+    Return the kind of a recording; None where it is none.
+
+    :param names: of the files in its folder, or of its one file.
+    """
+    suffixes = {Path(name).suffix for name in names}
+    if suffixes & {'.mcap', '.db3'} or 'metadata.yaml' in names or (
+            is_file and '.bag' in suffixes):
+        return Kind.BAG
+    if 'rgb.txt' in names or 'depth.txt' in names:
+        return Kind.TUM
+    return Kind.IMAGES if any(name.startswith('frame-') for name in names) else None
 
 
 def _reject(options: SourceOptions, recording: str, *flags: str) -> None:

@@ -37,7 +37,8 @@ def seen_at(time):
     return z, origin + z[:, None] * directions
 
 
-def frame_at(index, delay):
+def frame_at(index, delay, stamped=0.0):
+    """Return a frame whose depth is taken later than its colour, which its stamp shows or not."""
     time = index / RATE
     x, y, z = seen_at(time)[1].T
     column = (np.arctan2(x, z) / np.pi + 1) * 600
@@ -46,14 +47,15 @@ def frame_at(index, delay):
                      row.reshape(120, 160).astype(np.float32), cv2.INTER_LINEAR)
     grey = cv2.normalize(grey, None, 0, 255, cv2.NORM_MINMAX).astype(np.uint8)
     noise = 1 + 0.001 * np.random.default_rng(index).standard_normal(len(RAYS))
-    depth = (seen_at(time + delay)[0] * noise).reshape(120, 160).astype(np.float32)
-    return RgbdFrame(1_000_000_000 + round(1e9 * time), grey, depth, CAMERA)
+    depth = (seen_at(time + stamped + delay)[0] * noise).reshape(120, 160).astype(np.float32)
+    stamp = 1_000_000_000 + round(1e9 * time)
+    return RgbdFrame(stamp, grey, depth, CAMERA, stamp + round(1e9 * stamped))
 
 
-def learned(delay, count):
+def learned(delay, count, stamped=0.0):
     odometry = Odometry()
     for index in range(count):
-        odometry.register_frame(frame_at(index, delay))
+        odometry.register_frame(frame_at(index, delay, stamped))
     return odometry
 
 
@@ -65,6 +67,7 @@ def test_the_delay_of_the_depth_images_is_learned_and_outlives_a_reset():
     assert odometry.misalignment.delay > 0.0
 
 
-def test_nothing_is_learned_of_a_camera_without_a_delay():
-    odometry = learned(0.0, 35)
+@pytest.mark.parametrize('stamped', [0.0, DELAY])
+def test_nothing_is_learned_of_a_camera_whose_delay_is_none_or_in_the_stamps(stamped):
+    odometry = learned(0.0, 35, stamped)
     assert not odometry.misalignment.values.any()

@@ -16,7 +16,8 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.depth_alone import DepthAlone
-from aick_ros.registration.refinement.measured_noise import MeasuredNoise
+from aick_ros.registration.refinement.misalignment import Misalignment
+from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.residuals import NormalEquations, point_to_plane
 from aick_ros.registration.result import Evidence
 from aick_ros.settings import Settings
@@ -72,7 +73,7 @@ def views(planes, other=None, seed=0):
 
 def register(planes, expected=np.eye(4), other=None, seed=0, prior=PRIOR, unobserved=PRIOR):
     """Return the registration of two views."""
-    return DepthAlone(Settings(), MeasuredNoise()).register(
+    return DepthAlone(Settings()).register(
         *views(planes, other, seed), PoseWithCovariance(expected, prior), unobserved)
 
 
@@ -104,7 +105,7 @@ def test_a_wall_holds_its_normal_and_two_rotations_and_the_motion_expected_the_r
 def test_folds_as_narrow_as_sixteen_pixels_hold_the_direction_across_them():
     rng = np.random.default_rng(0)
     target, source = corrugated(0.0, 0, rng), corrugated(0.02, 33_000_000, rng)
-    found = DepthAlone(Settings(), MeasuredNoise()).register(
+    found = DepthAlone(Settings()).register(
         source, target, PoseWithCovariance(np.eye(4), PRIOR), PRIOR)
     assert found.T_target_source[0, 3] == pytest.approx(0.02, abs=0.002)
 
@@ -139,19 +140,21 @@ def test_the_errors_are_those_of_the_covariance():
     assert 0.001 < np.mean(squares) < 6 + 3 * np.sqrt(12 / 9)
 
 
+@pytest.mark.parametrize('unstamped', [0.0, 0.03])
 @pytest.mark.parametrize('late', ['source', 'target'])
-def test_the_pose_is_that_of_the_colour_image_where_depth_is_taken_later(late):
+def test_the_pose_is_that_of_the_colour_image_where_depth_is_taken_later(late, unstamped):
     """The camera is at rest at one image and moves at the other, so that lags do not cancel."""
     rng, lag = np.random.default_rng(0), 0.02
     twist = np.array([0.4, -0.2, 0.3, 0.9, 0.5, -1.0])
     lags = {frame: se3.exp(lag * twist) if frame == late else np.eye(4)
             for frame in ('source', 'target')}
-    moving, rest = dict(depth_lag=lag, twist=twist), dict(depth_lag=lag, twist=np.zeros(6))
+    moving, rest = (dict(depth_lag=lag - unstamped, twist=t) for t in (twist, np.zeros(6)))
+    delay = MisalignmentEstimate(Misalignment(np.zeros(6), unstamped, 0.0))
     target, source = (
         dataclasses.replace(prepared(CORNER, pose @ lags[frame], stamp, rng),
                             **(moving if frame == late else rest))
         for frame, pose, stamp in (('target', np.eye(4), 0), ('source', MOTION, 33_000_000)))
-    found = DepthAlone(Settings(), MeasuredNoise()).register(
+    found = DepthAlone(Settings(), misalignment=delay).register(
         source, target, PoseWithCovariance(MOTION, PRIOR), PRIOR)
     error = se3.difference(found.T_target_source, MOTION)
     assert np.abs(error[:3]).max() < 0.002
@@ -166,7 +169,7 @@ def test_the_overlap_is_the_share_of_the_view_that_both_depth_images_show():
     target = dataclasses.replace(
         target, frame=dataclasses.replace(target.frame, depth=hidden),
         surface=Surface.of(hidden, CAMERA, Settings().sensor, 2000))
-    found = DepthAlone(Settings(), MeasuredNoise()).register(
+    found = DepthAlone(Settings()).register(
         source, target, PoseWithCovariance(MOTION, PRIOR), PRIOR)
     assert found.overlap == pytest.approx(2 / 3, abs=0.06)
 
@@ -181,7 +184,7 @@ def test_without_depth_there_is_no_registration():
     rng = np.random.default_rng(0)
     target, source = prepared(CORNER, np.eye(4), 0, rng), prepared(CORNER, MOTION, 1, rng)
     blind = PreparedFrame(source.frame, source.keypoints, source.grey)
-    found = DepthAlone(Settings(), MeasuredNoise()).register(
+    found = DepthAlone(Settings()).register(
         blind, target, PoseWithCovariance(np.eye(4), PRIOR), PRIOR)
     assert not found.status.ok
     assert not np.isfinite(found.covariance).any(axis=None, where=np.eye(6, dtype=bool))

@@ -16,6 +16,7 @@ import pytest
 from aick_ros.evaluation.comparison.comparison import Change, Comparison, Verdict
 from aick_ros.evaluation.comparison.metrics import ATE, LOST
 from aick_ros.reports.comparison_page import comparison_page
+from aick_ros.reports.fleet_page import fleet_page
 from aick_ros.reports.run_report import report
 
 BROWSERS = ('chromium-headless-shell', 'chromium', 'chromium-browser', 'google-chrome')
@@ -87,12 +88,23 @@ def comparison():
         {ATE: worse, LOST: worse}, [HOSTILE], ['second'], {'aick.alpha': (0.7, HOSTILE)})}
 
 
+def rows():
+    """Return a table of three runs and a failure."""
+    return [{'source': HOSTILE, 'recording': HOSTILE, 'variant': f'{mode}={HOSTILE}',
+             'status': status, 'cause': 'process lost', 'reason': HOSTILE, 'frames': 300,
+             'duration_s': 10.0, 'trajectory.rpe_1s_translation_rmse_m': error,
+             'trajectory.ate_rmse_m': error}
+            for mode, status, error in (('joint', 'done', 0.02), ('joint', 'done', 0.01),
+                                        ('none', 'done', 0.01), ('none', 'failed', None))]
+
+
 @pytest.fixture
 def pages(summary, records, ground_truth):
     hostile = dataclasses.replace(summary, source=HOSTILE, ended=HOSTILE)
     records[41] = dataclasses.replace(records[41], reason=HOSTILE)
     return {'report': report(hostile, records, ground_truth, datetime(2026, 3, 4)),
-            'comparison': comparison_page(HOSTILE, comparison())}
+            'comparison': comparison_page(HOSTILE, comparison()),
+            'fleet': fleet_page(rows())}
 
 
 @pytest.fixture

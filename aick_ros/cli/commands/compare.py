@@ -22,7 +22,8 @@ from aick_ros.evaluation.runs.run import Run, read_run, run_folders
 
 Runs = Annotated[list[Path], typer.Argument(
     metavar='RUN RUN...', show_default=False,
-    help='Folders of runs of aick replay, or folders of such folders; the first is the baseline.')]
+    help='Folders of runs of aick replay, folders of such folders, or tables of aick fleet; the '
+         'first is the baseline.')]
 Out = Annotated[Path, typer.Option('--out', metavar='FILE', help='HTML page to be written.')]
 FailOnRegression = Annotated[bool, typer.Option(
     '--fail-on-regression', help='Exit with 3 if a metric became worse over all recordings.')]

@@ -16,6 +16,7 @@ from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.errors import InputError
 from aick_ros.evaluation.runs import files
 from aick_ros.evaluation.runs.frames_csv import read_frames
+from aick_ros.evaluation.runs.table import DONE, TABLE, read_table
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.geometry.trajectory import Trajectory, read_trajectory
 
@@ -60,10 +61,14 @@ def read_run(path: Path) -> Run:
 
 def run_folders(path: Path) -> list[Path]:
     """
-    Return the folders of runs that a path stands for: itself, or those in it.
+    Return the folders of runs that a path stands for: itself, those in it, or those of a table.
 
-    :raises InputError: where there is none.
+    :raises InputError: where there is none, or a table has runs with several settings.
     """
+    if path.suffix == '.parquet':
+        return _of_table(path)
+    if (path / TABLE).exists():
+        return _of_table(path / TABLE)
     if (path / files.SUMMARY).exists():
         return [path]
     if not path.is_dir():
@@ -75,6 +80,18 @@ def run_folders(path: Path) -> list[Path]:
         raise InputError(f'{path} has no {files.SUMMARY}, nor has a folder in it: name the folder '
                          'of a run of aick replay that has ended')
     return folders
+
+
+def _of_table(path: Path) -> list[Path]:
+    """Return the folders of the runs of a table that were done."""
+    rows = [row for row in read_table(path) if row.get('status') == DONE]
+    variants = sorted({str(row.get('variant')) for row in rows})
+    if len(variants) > 1:
+        raise InputError(f'{path} has runs with several settings: name the folder of one of '
+                         f'them, for example {path.parent / "runs" / variants[0]}')
+    if not rows:
+        raise InputError(f'{path} has no run that was done')
+    return [path.parent / str(row['run']) for row in rows]
 
 
 def _summary(path: Path) -> dict[str, Any]:

@@ -80,9 +80,9 @@ class Misalignment:
                 f'depth is registered to colour with an error: T_colour_depth is rotated by '
                 f'({a:.2f}, {b:.2f}, {c:.2f}) deg and moved by ({x:.0f}, {y:.0f}, {z:.0f}) mm')
         if self.delay:
-            order = 'after' if self.delay > 0.0 else 'before'
+            order = 'later' if self.delay > 0.0 else 'earlier'
             sentences.append(f'depth images are taken {1e3 * abs(self.delay):.0f} ms {order} '
-                             'their colour images')
+                             'than their stamps say')
         if self.readout:
             sentences.append('a rolling shutter takes '
                              f'{1e3 * self.readout:.0f} ms from the first row to the last')
@@ -107,9 +107,15 @@ class Displacement:
     height: float
 
     @classmethod
-    def of(cls, misalignment: Misalignment, twist: np.ndarray, camera: Camera) -> Displacement:
-        """Return that of a frame whose camera moves with a body twist [m/s, rad/s]."""
-        return cls(misalignment.offset + misalignment.delay * twist,
+    def of(cls, misalignment: Misalignment, lag: float, twist: np.ndarray,
+           camera: Camera) -> Displacement:
+        """
+        Return that of a frame.
+
+        :param lag: time from the colour image to the depth image by their stamps [s].
+        :param twist: of the body of the camera [m/s, rad/s].
+        """
+        return cls(misalignment.offset + (lag + misalignment.delay) * twist,
                    misalignment.readout * twist, image_height(camera))
 
     def of_depth(self, points: np.ndarray) -> np.ndarray:

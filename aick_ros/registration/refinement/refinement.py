@@ -164,10 +164,12 @@ class _Problem:
         if twist is not None and self._target.twist is not None:
             self._twists = np.stack([twist, self._target.twist])
         self._misalignment = misalignment
-        if not misalignment.values.any():
+        # what the lags differ by is in the rate
+        lag = 0.5 * (self._source.depth_lag + self._target.depth_lag)
+        if not misalignment.values.any() and (not lag or not self._twists.any()):
             return
         self._correction = Correction(*(
-            Displacement.of(misalignment, twist, prepared.frame.camera)
+            Displacement.of(misalignment, lag, twist, prepared.frame.camera)
             for twist, prepared in zip(self._twists, (self._source, self._target))))
         self._tracks = self._correction.tracks(self._seen, self._source, self._sensor, pose)
         if self._source.surface is not None:

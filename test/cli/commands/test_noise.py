@@ -50,7 +50,7 @@ def test_the_parameter_file_has_the_misalignment_too(noise, recording, tmp_path)
     outcome = noise(recording, '--json', tmp_path / 'noise.json', '--limit', '6', *assignments)
     file = tmp_path / 'camera.yaml'
     file.write_text(outcome.out[outcome.out.index('/**:'):])
-    assert '# depth images are taken 20 ms before their colour images' in outcome.out
+    assert '# depth images are taken 20 ms earlier than their stamps say' in outcome.out
     settings = read_settings_file(file).applied_to(Settings())
     assert dataclasses.asdict(settings.misalignment) == {
         **dataclasses.asdict(Settings().misalignment), **known}

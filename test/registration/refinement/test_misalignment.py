@@ -31,17 +31,18 @@ def at_time(points, times):
                      for point, time in zip(points, times)])
 
 
+@pytest.mark.parametrize('lag', [0.0, 0.01])
 @pytest.mark.parametrize('misalignment', [
     Misalignment(OFFSET, 0.0, 0.0), Misalignment(np.zeros(6), -0.02, 0.0),
     Misalignment(np.zeros(6), 0.0, 0.02), Misalignment(OFFSET, 0.015, 0.02)])
-def test_points_of_the_depth_image_return_to_the_stamp(misalignment):
+def test_points_of_the_depth_image_return_to_the_stamp(misalignment, lag):
     points = seen_points()
     times = np.zeros(len(points))
     for _ in range(5):  # the row in which a point is seen depends on when it is seen
         moved = at_time(points, times)
         in_depth = se3.transform(se3.exp(-misalignment.offset), moved)
-        times = misalignment.delay + misalignment.readout * rows_of(in_depth, HEIGHT)
-    displacement = Displacement.of(misalignment, TWIST, CAMERA)
+        times = lag + misalignment.delay + misalignment.readout * rows_of(in_depth, HEIGHT)
+    displacement = Displacement.of(misalignment, lag, TWIST, CAMERA)
     size = np.abs(in_depth - points).max()
     assert size > 0.01
     assert np.abs(displacement.of_depth(in_depth) - points).max() < 0.02 * size
@@ -54,7 +55,7 @@ def test_keypoints_return_to_the_stamp_whatever_the_depth_camera_does():
     for _ in range(5):
         seen = at_time(points, times)
         times = 0.02 * rows_of(seen, HEIGHT)
-    displacement = Displacement.of(Misalignment(OFFSET, -0.02, 0.02), TWIST, CAMERA)
+    displacement = Displacement.of(Misalignment(OFFSET, -0.02, 0.02), 0.01, TWIST, CAMERA)
     assert np.abs(seen - points).max() > 0.005
     assert np.abs(displacement.of_rows(seen) - points).max() < 2e-4
 

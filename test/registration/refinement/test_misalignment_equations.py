@@ -64,7 +64,7 @@ def scene():
 def residuals(values):
     """Return the residuals of keypoints and depth, corrected by a misalignment."""
     source, target, tracks = scene()
-    correction = Correction(*(Displacement.of(Misalignment.of(values), twist, CAMERA)
+    correction = Correction(*(Displacement.of(Misalignment.of(values), 0.0, twist, CAMERA)
                               for twist in TWISTS))
     return (reprojection(correction.tracks(tracks, source, SETTINGS.sensor, T_TARGET_SOURCE),
                          T_TARGET_SOURCE, 1 / CAMERA.fx, 2.0),

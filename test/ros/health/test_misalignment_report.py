@@ -25,7 +25,7 @@ def test_a_misalignment_that_is_known_is_not_reported_as_found():
     for _ in range(2):
         report.update(Misalignment(OFFSET, -0.018, 0.02))
     assert lines == []
-    assert '18 ms before' in report.description
+    assert '18 ms earlier' in report.description
     report.update(NO_MISALIGNMENT)
     sentence, = lines
     assert 'is not there' in sentence
@@ -38,8 +38,8 @@ def test_a_misalignment_is_logged_once_and_its_numbers_are_kept_up_to_date():
     for delay in (-0.018, -0.023):
         report.update(Misalignment(OFFSET, delay, 0.02))
     sentence, = lines
-    for part in ('(0.30, -1.25, 0.50) deg', '(26, -1, 4) mm', '18 ms before', '20 ms'):
+    for part in ('(0.30, -1.25, 0.50) deg', '(26, -1, 4) mm', '18 ms earlier', '20 ms'):
         assert part in sentence
-    assert '23 ms before' in report.description
+    assert '23 ms earlier' in report.description
     report.update(Misalignment(np.zeros(6), 0.012, 0.0))
-    assert report.description == 'depth images are taken 12 ms after their colour images'
+    assert report.description == 'depth images are taken 12 ms later than their stamps say'

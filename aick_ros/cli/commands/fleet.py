@@ -1,0 +1,198 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""``aick fleet``: many recordings, with one or several settings, on many processes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from aick_ros.cli import outcome
+from aick_ros.cli.fleet.content import identity_of, state_of
+from aick_ros.cli.fleet.job import Finished, Job, run_job
+from aick_ros.cli.fleet.recordings import find_recordings
+from aick_ros.cli.fleet.results import Key, Results
+from aick_ros.cli.fleet.sweep import Variant, variants
+from aick_ros.cli.input import options
+from aick_ros.cli.input.interruption import Interruption
+from aick_ros.cli.output.console import decimal, progress, say, table
+from aick_ros.cli.output.files import write_json, write_whole
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
+from aick_ros.errors import InputError
+from aick_ros.evaluation.engine.cluster import Cluster, connected
+from aick_ros.evaluation.engine.tasks import Failure, Limits, Outcome, run_tasks
+from aick_ros.evaluation.engine.versions import reject_other_versions
+from aick_ros.evaluation.runs.table import DONE, FAILED, TABLE, VARIED, Row, table_bytes
+from aick_ros.reports.fleet_page import fleet_page
+from aick_ros.sources import SourceOptions
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+REPORT = 'report.html'
+
+Sources = Annotated[list[str] | None, typer.Argument(
+    metavar='SOURCE...', show_default=False,
+    help='Recordings of any format, patterns of their names, or folders with recordings in them.')]
+Out = Annotated[Path, typer.Option(
+    '--out', metavar='DIR', show_default=False,
+    help='Folder of the table, the runs and the report. The same command resumes there.')]
+Listed = Annotated[Path | None, typer.Option(
+    '--list', metavar='FILE', show_default=False, help='File with more sources, one per line.')]
+Vary = Annotated[list[str] | None, typer.Option(
+    '--vary', metavar='NAME=VALUE,VALUE,...', show_default=False,
+    help='Run with each value of a parameter; if repeated, with every combination.')]
+Workers = Annotated[int, typer.Option(
+    '--workers', metavar='N', min=1, help='Number of processes, of one thread each.')]
+MemoryLimit = Annotated[str, typer.Option(
+    '--memory-limit', metavar='BYTES',
+    help='Most memory of a process, for example 2GB; auto: an equal share of all.')]
+TimeLimit = Annotated[float | None, typer.Option(
+    '--time-limit', metavar='SECONDS', min=0.1, show_default=False,
+    help='Longest time of a run; beyond it the run counts as failed.')]
+Scheduler = Annotated[str | None, typer.Option(
+    '--scheduler', metavar='tcp://HOST:PORT', show_default=False,
+    help='Scheduler of an existing Dask cluster, in place of processes on this machine.')]
+Dashboard = Annotated[bool, typer.Option(
+    '--dashboard/--no-dashboard', help="Serve Dask's pages about the tasks, on this machine.")]
+
+
+def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = None,
+          vary: Vary = None, workers: Workers = os.cpu_count() or 1,
+          memory_limit: MemoryLimit = 'auto', time_limit: TimeLimit = None,
+          scheduler: Scheduler = None, dashboard: Dashboard = True,
+          gaps: options.Gaps = '1,5,10', preset: options.Preset = None,
+          config: options.Config = None, assignments: options.Assignments = None,
+          camera: options.CameraFile = None, colour_topic: options.ColourTopic = None,
+          depth_topic: options.DepthTopic = None, info_topic: options.InfoTopic = None,
+          ground_truth_topic: options.GroundTruthTopic = None,
+          max_interval: options.MaxInterval = SourceOptions.max_interval,
+          limit: options.Limit = None, json: options.JsonFile = None) -> int:
+    """
+    Replay and evaluate many recordings, on this machine or a cluster.
+
+    Writes a table of recordings and settings (table.parquet), the folder of each run, and a
+    report. A run that fails is a row with its reason. After Ctrl-C, the same command resumes.
+    """
+    chosen = variants(options.settings_from(preset, config, assignments), vary or ())
+    check_target(json)
+    recordings = find_recordings(sources or (), listed)
+    source_options = SourceOptions(camera and camera.absolute(), colour_topic, depth_topic,
+                                   info_topic, ground_truth_topic, max_interval)
+    numbers = options.gaps_from(gaps)
+    jobs = {(recording, variant.name): Job(recording, variant.name, variant.settings,
+                                           source_options, numbers, limit)
+            for variant in chosen for recording in recordings}
+    table_bytes([])  # before a long run: is pyarrow there?
+    fleet_run = _Fleet(Results(out), jobs, {variant.name: variant for variant in chosen})
+    cluster = Cluster(workers, memory_limit, scheduler, dashboard)
+    with Interruption() as interruption:
+        fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
+    rows = fleet_run.results.write_table(jobs)
+    write_whole(out / REPORT, fleet_page(rows))
+    if json is not None:
+        write_json(json, rows)
+    _show(rows, out, on_stderr=json == STANDARD_OUTPUT)
+    if interruption.requested:
+        say(f'interrupted; {len(jobs) - len(rows)} runs are left, the same command resumes')
+        return outcome.INTERRUPTED_BY_USER
+    return outcome.UNUSABLE_INPUT if any(row['status'] == FAILED for row in rows) else outcome.DONE
+
+
+class _Fleet:
+    """Runs what has not been run."""
+
+    def __init__(self, results: Results, jobs: Mapping[Key, Job],
+                 chosen: Mapping[str, Variant]) -> None:
+        self.results, self._jobs, self._variants = results, jobs, chosen
+        self._identities: dict[Key, str] = {}
+
+    def run(self, cluster: Cluster, limits: Limits, interruption: Interruption) -> None:
+        """Run all jobs whose row is missing, or would be another one now."""
+        left = self._left()
+        done = len(self._jobs) - len(left)
+        if done:
+            say(f'{done} of {len(self._jobs)} runs are done already')
+        if not left:
+            return
+        with connected(cluster) as client, progress('running', len(self._jobs), 'runs') as show:
+            _name_dashboard(cluster, client)
+            reject_other_versions(client, say)
+            for ended in run_tasks(client, run_job, left, limits,
+                                   lambda: interruption.requested, say):
+                self._keep(ended)
+                done += 1
+                show(done)
+
+    def _left(self) -> list[Job]:
+        states: dict[str, str] = {}
+        left = []
+        for key, job in self._jobs.items():
+            try:
+                state = states.setdefault(job.source, states.get(job.source)
+                                          or state_of(job.source))
+            except InputError as error:
+                self.results.add(key, self._row(key, FAILED, {
+                    'cause': 'unusable input', 'reason': str(error)}))
+                continue
+            self._identities[key] = identity_of(job, state)
+            if not self.results.has(key, self._identities[key]):
+                left.append(job)
+        return left
+
+    def _keep(self, ended: Outcome[Job, Finished]) -> None:
+        key = ended.argument.source, ended.argument.variant
+        facts: Row = {'attempts': ended.attempts, 'worker': ended.worker}
+        if isinstance(ended.value, Failure):
+            cause = ended.value.cause
+            self.results.add(key, {
+                **self._row(key, FAILED, {'cause': cause.value, 'reason': ended.value.reason}),
+                'identity': self._identities[key] if cause.is_of_the_input else '', **facts})
+        else:
+            finished = ended.value
+            self.results.add(key, {
+                **self._row(key, DONE, {'recording': finished.recording}), **facts,
+                **finished.figures}, finished.files)
+
+    def _row(self, key: Key, status: str, facts: Row) -> Row:
+        """Return the cells that every row has, and some more."""
+        source, variant = key
+        varied = {f'{VARIED}{name}': value if isinstance(value, (int, float)) else str(value)
+                  for name, value in self._variants[variant].varied.items()}
+        return {'recording': os.path.basename(source.rstrip('/')), 'source': source,
+                'variant': variant, **varied, 'status': status, 'cause': '', 'reason': '',
+                'identity': self._identities.get(key, ''), **facts}
+
+
+def _name_dashboard(cluster: Cluster, client: Client) -> None:
+    if cluster.scheduler is not None or cluster.has_dashboard:
+        say(f'the tasks can be watched at {client.dashboard_link}')
+
+
+def _show(rows: Sequence[Row], out: Path, on_stderr: bool) -> None:
+    """Show the mean scores of each variant, and the first failures."""
+    table(f'{len(rows)} runs', (_scores(name, [row for row in rows if row['variant'] == name])
+                                for name in dict.fromkeys(str(row['variant']) for row in rows)),
+          ('settings', 'done', 'failed', 'RPE over 1 s', 'ATE', 'tracked'), on_stderr)
+    failed = [row for row in rows if row['status'] == FAILED]
+    for row in failed[:5]:
+        say(f'{row["source"]} ({row["variant"]}): {row["cause"]}: {row["reason"]}')
+    if failed:
+        say(f'{len(failed)} of {len(rows)} runs failed: {out / TABLE} has the reasons')
+    say(f'details: {out / REPORT}')
+
+
+def _scores(name: str, rows: Sequence[Row]) -> tuple[str, ...]:
+    def mean(column: str) -> float | None:
+        values = [float(value) for row in rows if (value := row.get(column)) is not None]
+        return sum(values) / len(values) if values else None
+    done = sum(row['status'] == DONE for row in rows)
+    return (name, str(done), str(len(rows) - done),
+            decimal(mean('trajectory.rpe_1s_translation_rmse_m'), ' m', 4),
+            decimal(mean('trajectory.ate_rmse_m'), ' m', 4),
+            decimal(mean('trajectory.tracked_fraction'), digits=4))

@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The recordings that the sources of a command line stand for."""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from aick_ros.borders.files import read_text
+from aick_ros.borders.limits import MAX_LIST_BYTES
+from aick_ros.errors import InputError
+from aick_ros.sources import kind_of
+
+_ONE_FILE = ('.mcap', '.db3', '.bag')
+_NOT_OF_FILES = ('synthetic:', '://')
+"""Signs of a source that is no path."""
+
+
+def find_recordings(sources: Sequence[str], listed: Path | None) -> list[str]:
+    """
+    Return the recordings that paths, patterns and folders stand for, each once, in order.
+
+    Paths are absolute, as workers may work in other folders.
+
+    :param listed: file with more sources, one per line; empty lines and comments (#) are ignored.
+    :raises InputError: where a source is none, or there is no source.
+    """
+    every = [*sources, *(_lines(listed) if listed is not None else ())]
+    if not every:
+        raise InputError('no recording is given: name recordings or folders of recordings, or '
+                         'list them in a file (--list)')
+    found = dict.fromkeys(
+        os.path.abspath(recording) if is_path(recording) else recording for source in every
+        for recording in _found(source))
+    return list(found)
+
+
+def is_path(source: str) -> bool:
+    """Return whether a source is a file or folder of this machine."""
+    return not any(sign in source for sign in _NOT_OF_FILES)
+
+
+def _lines(path: Path) -> Iterator[str]:
+    for line in read_text(path, 'the list of recordings', MAX_LIST_BYTES).splitlines():
+        source = line.partition('#')[0].strip()
+        if source:
+            yield source
+
+
+def _found(source: str) -> Iterator[str]:
+    if not is_path(source) or os.path.lexists(source):
+        yield from _below(source)
+        return
+    matches = sorted(glob.glob(source, recursive=True))
+    if not matches:
+        raise InputError(f'{source} does not exist, nor does a file that it is a pattern of')
+    for match in matches:
+        yield from _below(match)
+
+
+def _below(source: str) -> Iterator[str]:
+    """Yield a recording itself, or those in a folder."""
+    if not is_path(source) or not os.path.isdir(source):
+        yield source
+        return
+    found = list(_in_folder(Path(source)))
+    if not found:
+        raise InputError(f'{source} has no recording, nor has a folder in it')
+    yield from map(str, found)
+
+
+def _in_folder(folder: Path) -> Iterator[Path]:
+    """Yield the recordings in a folder; one does not contain others."""
+    try:
+        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+    except OSError as error:
+        raise InputError(f'cannot read {folder}: {error.strerror}') from None
+    names = {entry.name for entry in entries}
+    single = [name for name in sorted(names) if name.endswith(_ONE_FILE)]
+    if single and 'metadata.yaml' not in names:
+        yield from (folder / name for name in single)
+    elif kind_of(names, is_file=False) is not None:
+        yield folder
+        return
+    for entry in entries:
+        if entry.is_dir(follow_symlinks=False):
+            yield from _in_folder(folder / entry.name)

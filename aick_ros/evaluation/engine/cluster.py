@@ -1,0 +1,114 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Connection to the processes that run tasks: of this machine, or of a cluster."""
+
+from __future__ import annotations
+
+import logging
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from aick_ros.errors import InputError, installation, package_of
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+_CONNECTION_LIMIT = 10.0  # [s] for a scheduler to answer, or to come back; chosen
+_ONE_THREAD = {name: '1' for name in (
+    'OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'NUMEXPR_NUM_THREADS')}
+
+_SETTINGS = {
+    'distributed.scheduler.allowed-failures': 0,  # who asked for the task decides on another try
+    'distributed.scheduler.worker-saturation': 1.0,  # tasks wait here, not on a process that dies
+    'distributed.scheduler.no-workers-timeout': '5 minutes',
+    # Dask gives up a process that restarts so long after it was lost, even if for another reason
+    'distributed.deploy.lost-worker-timeout': '1000 days',
+    'distributed.worker.memory.spill': False,  # results are small, images are not theirs
+    'distributed.worker.memory.target': False,
+    'distributed.worker.memory.pause': False,
+    'distributed.worker.profile.enabled': False,  # it would take part of the measured times
+    'distributed.worker.multiprocessing-method': 'forkserver',  # a process starts in 0.1 s
+    'distributed.nanny.pre-spawn-environ': _ONE_THREAD,
+}
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """
+    Where tasks run.
+
+    :param workers: number of processes on this machine; ignored with a scheduler.
+    :param memory_limit: of each of them, as Dask reads it: 2GB, or auto for an equal share.
+    :param scheduler: address of the scheduler of an existing cluster; None: this machine.
+    :param has_dashboard: serve Dask's pages about the tasks on this machine.
+    """
+
+    workers: int
+    memory_limit: str = 'auto'
+    scheduler: str | None = None
+    has_dashboard: bool = False
+
+
+@contextmanager
+def connected(cluster: Cluster) -> Iterator[Client]:
+    """
+    Connect to a cluster while the block runs; processes of this machine end with it.
+
+    :raises InputError: where Dask is missing or the scheduler does not answer.
+    """
+    try:
+        import dask
+        from distributed import Client
+    except ModuleNotFoundError as error:
+        raise InputError(f"no tasks without {package_of(error)}: {installation('fleet')}"
+                         ) from None
+    with _quiet(), dask.config.set(_SETTINGS):
+        if cluster.scheduler is None:
+            with _own_processes(cluster) as client:
+                yield client
+            return
+        try:
+            client = Client(cluster.scheduler, timeout=_CONNECTION_LIMIT)
+        except (OSError, TimeoutError, ValueError) as error:
+            raise InputError(f'the scheduler {cluster.scheduler} does not answer ({error}): start '
+                             'one with "dask scheduler"') from None
+        with client:
+            yield client
+
+
+@contextmanager
+def _own_processes(cluster: Cluster) -> Iterator[Client]:
+    from distributed import Client, LocalCluster
+    with _unreached_by_interrupts(), LocalCluster(
+            n_workers=cluster.workers, threads_per_worker=1, processes=True, host='127.0.0.1',
+            memory_limit=cluster.memory_limit, silence_logs=logging.CRITICAL,
+            dashboard_address='127.0.0.1:0' if cluster.has_dashboard else None) as processes:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        with Client(processes) as client:
+            yield client
+
+
+@contextmanager
+def _unreached_by_interrupts() -> Iterator[None]:
+    """Block Ctrl-C for threads and processes that the block starts: it is for this one alone."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep Dask's messages from the terminal."""
+    logger = logging.getLogger('distributed')
+    before = logger.handlers[:], logger.propagate
+    logger.handlers, logger.propagate = [logging.NullHandler()], False
+    try:
+        yield
+    finally:
+        logger.handlers, logger.propagate = before

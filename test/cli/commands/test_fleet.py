@@ -1,0 +1,156 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Fleets: figures as of ``aick evaluate``, failures as rows, nothing run twice."""
+
+import json
+import logging
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+
+from aick_ros.cli.commands import fleet as fleet_module
+from aick_ros.evaluation.engine.cluster import Cluster, connected
+from aick_ros.evaluation.runs.run import read_run
+from aick_ros.evaluation.runs.table import read_table
+from aick_ros.sources.writers.tum_writer import write_tum
+
+
+@pytest.fixture(scope='module')
+def scheduler():
+    """Return the address of a cluster of one process."""
+    with connected(Cluster(1)) as client:
+        yield client.scheduler.address
+
+
+@pytest.fixture(scope='module')
+def recordings(recording, tmp_path_factory):
+    """Return a folder with a recording in a folder of its own, and a damaged one."""
+    folder = tmp_path_factory.mktemp('recordings')
+    write_tum(folder / 'monday' / 'rendered', recording)
+    (folder / 'damaged').mkdir()
+    (folder / 'damaged' / 'rgb.txt').write_text('1.0 rgb/1.png\n')
+    return folder
+
+
+@pytest.fixture
+def fleet(aick, scheduler, recordings, tmp_path):
+    """Return a function that runs the command and returns its outcome and rows."""
+    def run(*arguments):
+        outcome = aick('fleet', recordings, '--out', 'out', '--scheduler', scheduler,
+                       '--gaps', '1', *arguments)
+        return outcome, read_table(tmp_path / 'out' / 'table.parquet')
+    return run
+
+
+def flat(content, name=''):
+    """Return the dotted names of numbers and texts, without times."""
+    if not isinstance(content, dict):
+        return {} if '_ms' in name else {name[1:]: content}
+    return {path: value for key, inner in content.items()
+            for path, value in flat(inner, f'{name}.{key}').items()}
+
+
+def test_figures_are_those_of_evaluate_and_failures_are_rows(fleet, aick, recordings, tmp_path):
+    vary = ('--vary', 'refinement.mode=none,joint', '--limit', '6')
+    outcome, rows = fleet(*vary, '--json', 'rows.json')
+    assert outcome.code == 2
+    assert [(row['recording'], row['set.refinement.mode'], row['status']) for row in rows] == [
+        ('damaged', 'none', 'failed'), ('rendered', 'none', 'done'),
+        ('damaged', 'joint', 'failed'), ('rendered', 'joint', 'done')]
+    assert 'damaged has no calibration' in rows[0]['reason']
+    assert '2 of 4 runs failed' in outcome.err
+    assert len(json.loads((tmp_path / 'rows.json').read_text())) == 4
+    for row in rows[1::2]:
+        evaluated = json.loads(aick(
+            'evaluate', recordings / 'monday' / 'rendered', '--gaps', '1', '--limit', '6', '--set',
+            f'refinement.mode={row["set.refinement.mode"]}', '--json', '-').out)
+        for key in ('source', 'settings', 'machine', 'ended'):
+            del evaluated[key]
+        expected = flat(evaluated)
+        assert len(expected) > 50
+        assert {name: row[name] for name in expected} == expected
+        run = read_run(tmp_path / 'out' / row['run'])
+        assert (run.source, len(run.records)) == ('rendered', 6)
+        assert run.settings['refinement.mode'] == row['set.refinement.mode']
+    page = (tmp_path / 'out' / 'report.html').read_text()
+    assert 'damaged has no calibration' in page
+
+
+def test_what_is_unchanged_is_not_run_again(fleet, aick, recordings, scheduler, tmp_path):
+    shutil.copytree(recordings / 'monday', tmp_path / 'more')
+    shutil.copytree(recordings / 'monday' / 'rendered', tmp_path / 'more' / 'b')
+
+    def table(*arguments):
+        outcome = aick('fleet', 'more', '--out', 'out', '--scheduler', scheduler, '--gaps', '1',
+                       '--limit', '3', *arguments)
+        rows = read_table(Path('out', 'table.parquet'))
+        return outcome, {os.path.relpath(row['source']): row for row in rows}
+    first, before = table()
+    assert (first.code, sorted(before)) == (0, ['more/b', 'more/rendered'])
+    second, again = table()
+    assert again == before
+    assert 'aick: 2 of 2 runs are done already' in second.err
+    os.utime('more/b/rgb.txt')
+    third, after = table()
+    assert '1 of 2 runs are done already' in third.err
+    assert after['more/rendered'] == before['more/rendered']
+    assert after['more/b']['wall_time_s'] != before['more/b']['wall_time_s']
+    (tmp_path / 'out' / after['more/rendered']['run'] / 'row.json').unlink()  # as after a kill
+    fourth, last = table()
+    assert '1 of 2 runs are done already' in fourth.err
+    assert last['more/b'] == after['more/b']
+    fifth, _ = table('--set', 'aick.alpha=0.7')
+    assert 'done already' not in fifth.err
+
+
+def test_an_interrupted_fleet_keeps_what_is_done(fleet, monkeypatch):
+    class Interrupted(fleet_module.Interruption):
+        def __enter__(self):
+            self.requested = True
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+    with monkeypatch.context() as patch:
+        patch.setattr(fleet_module, 'Interruption', Interrupted)
+        outcome, rows = fleet('--limit', '2')
+    assert outcome.code == 130
+    assert rows == []
+    assert 'interrupted; 2 runs are left, the same command resumes' in outcome.err
+    assert len(fleet('--limit', '2')[1]) == 2
+
+
+def test_runs_of_a_table_are_compared(fleet, aick):
+    fleet('--limit', '5')
+    outcome = aick('compare', 'out', 'out/table.parquet', '--json', '-', '--fail-on-regression')
+    assert outcome.code == 0
+    assert list(json.loads(outcome.out)['candidates']['out/table.parquet']['recordings']) == [
+        'rendered']
+    fleet('--limit', '5', '--vary', 'aick.alpha=0.6,0.7')
+    assert 'has runs with several settings' in aick('compare', 'out', 'out').sentence
+    assert aick('compare', 'out/runs/aick.alpha=0.6', 'out/runs/aick.alpha=0.7').code == 0
+
+
+@pytest.mark.parametrize(('arguments', 'sentence'), [
+    ([], 'no recording is given'),
+    (['nowhere'], 'nowhere does not exist'),
+    (['synthetic:1', '--vary', 'aick.alpha'], 'NAME=VALUE,VALUE is required'),
+    (['synthetic:1', '--vary', 'aick.alpha=0.5', '--vary', 'aick.alpha=0.6'], 'twice'),
+    (['synthetic:1', '--vary', 'no.such=1'], "no parameter is called 'no.such'"),
+    (['synthetic:1', '--list', 'none.txt'], 'none.txt')])
+def test_an_impossible_fleet_is_rejected(aick, arguments, sentence):
+    outcome = aick('fleet', *arguments)
+    assert outcome.code == 2
+    assert sentence in outcome.sentence
+    assert os.listdir() == []
+
+
+def test_dask_is_silent_and_its_logging_is_as_before(fleet):
+    outcome, _ = fleet('--limit', '2')
+    assert 'distributed' not in outcome.err
+    assert not any(isinstance(handler, logging.StreamHandler)
+                   for handler in logging.getLogger('distributed.nanny').handlers)

@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The folder of a fleet: whole runs, each in a folder of its own."""
+
+import pytest
+
+from aick_ros.cli.fleet.results import Results
+from aick_ros.errors import InputError
+from aick_ros.evaluation.runs.table import read_table
+
+
+def row(source, identity='x', **cells):
+    return {'source': source, 'variant': 'a=1', 'identity': identity, 'status': 'done', **cells}
+
+
+def test_recordings_of_one_name_have_folders_of_their_own(tmp_path):
+    results = Results(tmp_path)
+    keys = [(source, 'a=1') for source in ('mon/bag', 'tue/bag', 's3://x/bag?a=<b>')]
+    for key in keys:
+        results.add(key, row(key[0]), {'name.txt': key[0].encode()})
+    results.add(keys[0], row(keys[0][0], 'y'), {'name.txt': b'again'})
+    again = Results(tmp_path)
+    assert again.rows == results.rows
+    assert len({str(again.rows[key]['run']) for key in keys}) == 3
+    texts = [(tmp_path / again.rows[key]['run'] / 'name.txt').read_text() for key in keys]
+    assert texts == ['again', 'tue/bag', 's3://x/bag?a=<b>']
+    assert again.has(keys[0], 'y') and not again.has(keys[0], 'x')
+
+
+def test_a_table_has_the_columns_of_all_rows(tmp_path):
+    results = Results(tmp_path)
+    results.add(('1', 'a=1'), row('1', count=1, mixed=1))
+    results.add(('2', 'a=1'), row('2', error=0.1, count=0.5, mixed='none'))
+    results.write_table([('2', 'a=1'), ('1', 'a=1'), ('3', 'a=1')])
+    rows = read_table(tmp_path / 'table.parquet')
+    assert [(r['source'], r['count'], r['mixed'], r['error']) for r in rows] == [
+        ('2', 0.5, 'none', 0.1), ('1', 1.0, '1', None)]
+
+
+@pytest.mark.parametrize('text', ['', '[]', '{"source": "a"}', '{"source": '])
+def test_a_damaged_row_is_named(tmp_path, text):
+    (tmp_path / 'runs' / 'a' / 'b').mkdir(parents=True)
+    (tmp_path / 'runs' / 'a' / 'b' / 'row.json').write_text(text)
+    with pytest.raises(InputError, match='row.json is not the row of a run'):
+        Results(tmp_path)
+
+
+def test_a_damaged_table_is_named(tmp_path):
+    (tmp_path / 'table.parquet').write_bytes(b'no table')
+    with pytest.raises(InputError, match='cannot read the table .*table.parquet'):
+        read_table(tmp_path / 'table.parquet')

@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Tasks through crashes, hangs, lost processes and other versions: one outcome each."""
+
+import time
+
+import pytest
+
+from aick_ros.errors import InputError
+from aick_ros.evaluation.engine import cluster as cluster_module
+from aick_ros.evaluation.engine.cluster import Cluster, connected
+from aick_ros.evaluation.engine.tasks import Cause, Failure, Limits, run_tasks
+from aick_ros.evaluation.engine.versions import own_versions, reject_other_versions
+
+
+def run(client, function, arguments, **options):
+    """Return argument -> outcome."""
+    end = time.monotonic() + 120
+    outcomes = list(run_tasks(client, function, arguments,
+                              is_stopped=lambda: time.monotonic() > end, **options))
+    assert len({outcome.argument for outcome in outcomes}) == len(outcomes) == len(arguments)
+    return {outcome.argument: outcome for outcome in outcomes}
+
+
+def test_each_task_has_one_outcome_whatever_the_others_do(client, deeds):
+    outcomes = run(client, deeds, [1, 'damaged', 'defect', 'memory', 'exit', 'hang', 2, 3],
+                   limits=Limits(seconds=2.0))
+    values = {argument: outcome.value for argument, outcome in outcomes.items()}
+    assert (values[1], values[2], values[3]) == (2, 4, 6)
+    assert values['damaged'] == Failure(Cause.INPUT, 'it is damaged')
+    assert values['defect'] == Failure(Cause.DEFECT, 'ZeroDivisionError: division by zero')
+    assert values['exit'] == Failure(Cause.DEFECT, 'SystemExit: no licence')
+    assert values['memory'].cause is Cause.MEMORY
+    assert values['hang'] == Failure(Cause.TIME, 'took longer than 2 s')
+
+
+def test_a_task_is_tried_again_unless_it_always_dies_or_has_no_memory(client, deeds, tmp_path):
+    once = 'once', str(tmp_path / 'flag')
+    outcomes = run(client, deeds, [1, 'abort', 'hog', once, 2], limits=Limits(attempts=2))
+    assert outcomes['abort'].value == Failure(Cause.LOST, 'crashed or was killed in 2 processes')
+    assert outcomes['hog'].value == Failure(Cause.MEMORY, 'used more memory than its process may')
+    assert (outcomes['hog'].attempts, outcomes['abort'].attempts) == (1, 2)
+    assert (outcomes[once].value, outcomes[once].attempts) == ('second', 2)
+
+
+def test_tasks_are_left_when_the_user_stops(client, deeds):
+    seen = []
+    for outcome in run_tasks(client, deeds, [1, 'sleep'], Limits(seconds=1.0),
+                             is_stopped=lambda: bool(seen)):
+        seen.append(outcome.value)
+    assert seen == [2]
+
+
+def test_workers_of_other_versions_are_rejected(elsewhere):
+    said = []
+    with connected(Cluster(1, scheduler=elsewhere.address)) as client:
+        reject_other_versions(client, said.append)
+        assert said == []
+        with pytest.raises(InputError, match='none of the workers can be used'):
+            reject_other_versions(client, said.append, {**own_versions(), 'NumPy': '0.9'})
+    assert len(said) == 1
+    assert 'is rejected: it has other versions: NumPy' in said[0]
+    assert said[0].endswith('instead of 0.9')
+
+
+def test_the_loss_of_the_scheduler_is_a_sentence(elsewhere, deeds):
+    def kill():
+        elsewhere.process.kill()
+        return False
+    with connected(Cluster(1, scheduler=elsewhere.address)) as client:
+        with pytest.raises(InputError, match='the scheduler was lost'):
+            list(run_tasks(client, deeds, ['sleep'], is_stopped=kill))
+
+
+def test_a_scheduler_that_does_not_answer_is_named(monkeypatch):
+    monkeypatch.setattr(cluster_module, '_CONNECTION_LIMIT', 0.2)
+    with pytest.raises(InputError, match='tcp://127.0.0.1:9 does not answer'):
+        with connected(Cluster(1, scheduler='tcp://127.0.0.1:9')):
+            pass
