@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from aick_ros.geometry.trajectory import Trajectory
     from aick_ros.odometry import Odometry, OdometryUpdate
     from aick_ros.registration.aick.aick import Aick
+    from aick_ros.registration.preparation import Preparation
     from aick_ros.registration.registrar import Registrar
     from aick_ros.registration.result import Registration
     from aick_ros.registration.status import Status
@@ -49,6 +50,7 @@ _MODULES = {
     'Odometry': 'odometry',
     'OdometryUpdate': 'odometry',
     'PoseWithCovariance': 'geometry.pose',
+    'Preparation': 'registration.preparation',
     'PreparedFrame': 'frames.prepared',
     'Registrar': 'registration.registrar',
     'Registration': 'registration.result',
@@ -66,9 +68,9 @@ _MODULES = {
 __all__ = [
     '__version__', 'Aick', 'Camera', 'Detector', 'Features', 'ImuSamples', 'Increment',
     'InputError', 'KeypointExtractor', 'KeypointFrame', 'Odometry', 'OdometryUpdate',
-    'PoseWithCovariance', 'PreparedFrame', 'Registrar', 'Registration', 'RgbdFrame',
-    'RgbdSource', 'Settings', 'SourceOptions', 'Status', 'Trajectory', 'open_source', 'preset',
-    'with_values']
+    'PoseWithCovariance', 'Preparation', 'PreparedFrame', 'Registrar', 'Registration',
+    'RgbdFrame', 'RgbdSource', 'Settings', 'SourceOptions', 'Status', 'Trajectory', 'open_source',
+    'preset', 'with_values']
 
 if not TYPE_CHECKING:  # type checkers would take it for a promise that any name exists
     def __getattr__(name: str) -> object:

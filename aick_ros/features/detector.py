@@ -29,7 +29,11 @@ class Features:
 
 
 class Detector(Protocol):
-    """Keypoint detector with descriptor."""
+    """
+    Keypoint detector with descriptor.
+
+    Where frames are prepared on a thread of their own, it is called from two threads at once.
+    """
 
     def detect(self, grey: np.ndarray) -> Features:
         """Return the keypoints of an HxW uint8 image; there may be none."""

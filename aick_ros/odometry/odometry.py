@@ -27,6 +27,7 @@ from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.position_filter import PositionFilter
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.odometry.update import OdometryUpdate
+from aick_ros.registration.preparation import Preparation
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.stage_times import StageTimes
@@ -177,7 +178,25 @@ class Odometry:
         :raises InputError: where that motion is not a rigid transformation; the frame counts as
             lost without an answer, and the next one is registered as if it had not been.
         """
+        return self.register(self._registrar.preparer.begin(frame), predict)
+
+    def prepare(self, frame: RgbdFrame) -> Preparation:
+        """
+        Return a frame with keypoints and surface, which are made of it alone.
+
+        It may run on another thread than :meth:`register`, with the next frame meanwhile.
+
+        :raises InputError: where the image is too small.
+        """
+        return self._registrar.preparer.prepare(frame)
+
+    def register(self, preparation: Preparation,
+                 predict: Predict = lambda before, now: None) -> OdometryUpdate:
+        """Return what :meth:`register_frame` does, of a frame that :meth:`prepare` returned."""
+        if preparation.preparer is not self._registrar.preparer:  # the settings have changed
+            preparation = self._registrar.preparer.begin(preparation.frame)
         self._times.take()
+        frame = preparation.frame
         if frame.imu is not None:
             self._gyroscope.add(frame.imu)
             self._gravity.add(frame.imu, self._gyroscope.time_offset)
@@ -186,7 +205,8 @@ class Odometry:
         if self._references is not None and repeat is Repeat.BOTH:
             update = self._continue(frame, self._references.last, predict)
         if update is None:
-            update = self._register(frame, repeat, predict)
+            update = self._register(preparation, repeat, predict)
+        self._times.add(preparation.times)
         return dataclasses.replace(update, timing=self._times.take())
 
     def _repeat_of(self, frame: RgbdFrame) -> Repeat:
@@ -223,17 +243,20 @@ class Odometry:
         return dataclasses.replace(self._update(prepared, Status.REPEATED, reason),
                                    expected=Increment(motion, elapsed))
 
-    def _register(self, frame: RgbdFrame, repeat: Repeat, predict: Predict) -> OdometryUpdate:
+    def _register(self, preparation: Preparation, repeat: Repeat,
+                  predict: Predict) -> OdometryUpdate:
         """Return the update of a frame: by tracking, unless AICK is due or has to decide."""
         references, memory = self._references, self._memory
         if (references is None or memory is None
-                or not self._may_track(frame, repeat, references)):
-            return self._register_prepared(self._registrar.prepare(frame, repeat), predict)
+                or not self._may_track(preparation.frame, repeat, references)):
+            return self._register_prepared(
+                self._registrar.prepared(preparation, repeat), predict)
         prepared, attempt = self._attempts.by_tracking(
-            self._registrar.prepare_for_tracking(frame), references, self._twist, self._confirmed)
+            self._registrar.prepared_for_tracking(preparation), references, self._twist,
+            self._confirmed)
         if attempt is None or not attempt.status.ok:
             return self._register_prepared(self._registrar.with_own_keypoints(prepared), predict)
-        self._stamp = self._unchanged_since = frame.stamp
+        self._stamp = self._unchanged_since = prepared.stamp
         self._tracked_frames += 1
         return self._track(prepared, attempt, references, memory)
 

@@ -11,9 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from aick_ros.features.detector import Detector
-from aick_ros.features.vocabulary import vocabulary_of
 from aick_ros.frames.camera_clock import CameraClock
-from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
+from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
@@ -22,6 +21,7 @@ from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.depth_alone import DepthAlone
+from aick_ros.registration.preparation import Preparation, Preparer
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
@@ -57,11 +57,8 @@ class Registrar:
     def __init__(self, settings: Settings = Settings(),
                  times: StageTimes | None = None, learned: Learned | None = None,
                  detector: Detector | None = None) -> None:
-        self._settings = settings
         self._times = times or StageTimes()
-        self._extractor = KeypointExtractor(settings.features, settings.sensor,
-                                            vocabulary_of(settings), settings.aick.word_radius,
-                                            detector)
+        self._preparer = Preparer(settings, detector)
         self._aick = Aick(settings.aick)
         self._learned = learned or Learned()
         self._depth_alone = DepthAlone(settings, self._learned.noise, self._learned.misalignment)
@@ -70,34 +67,47 @@ class Registrar:
             detector)
         self._learned.misalignment.assume(Misalignment.by(settings.misalignment))
 
+    @property
+    def preparer(self) -> Preparer:
+        """What makes keypoints and surfaces; it may be used on another thread."""
+        return self._preparer
+
     def prepare(self, frame: RgbdFrame, repeat: Repeat = Repeat.NONE) -> PreparedFrame:
         """
         Return what registrations need of a frame; frames come in the order of their stamps.
 
+        :param repeat: images that are those of the frame before.
+        """
+        preparation = self._preparer.begin(frame)
+        prepared = self.prepared(preparation, repeat)
+        self._times.add(preparation.times)
+        return prepared
+
+    def prepared(self, preparation: Preparation, repeat: Repeat = Repeat.NONE) -> PreparedFrame:
+        """
+        Return a frame with its preparation; frames come in the order of their stamps.
+
         :param repeat: images that are those of the frame before; a depth image that repeats is
             not used: it shows another moment than the colour image.
         """
-        with self._times.stage('features'):
-            keypoints = self._extractor.extract(frame)
-        return self._prepared(frame, keypoints, repeat)
+        keypoints = preparation.keypoints()
+        surface = None if repeat is Repeat.DEPTH else preparation.surface()
+        return self._prepared(preparation.frame, keypoints, surface, repeat)
 
-    def prepare_for_tracking(self, frame: RgbdFrame) -> PreparedFrame:
-        """Return what tracking needs of a frame, as :meth:`prepare` does; it has no keypoints."""
-        return self._prepared(frame, KeypointFrame.none(frame.stamp), Repeat.NONE)
+    def prepared_for_tracking(self, preparation: Preparation) -> PreparedFrame:
+        """Return what tracking needs of a frame, as :meth:`prepared` does: without keypoints."""
+        frame = preparation.frame
+        return self._prepared(frame, KeypointFrame.none(frame.stamp), preparation.surface(),
+                              Repeat.NONE)
 
     def with_own_keypoints(self, prepared: PreparedFrame) -> PreparedFrame:
-        """Return a frame that was prepared for tracking as :meth:`prepare` would."""
+        """Return a frame that was prepared for tracking as :meth:`prepared` would."""
         with self._times.stage('features'):
-            keypoints = self._extractor.extract(prepared.frame)
+            keypoints = self._preparer.keypoints(prepared.frame)
         return dataclasses.replace(prepared, keypoints=keypoints, is_tracked=False)
 
-    def _prepared(self, frame: RgbdFrame, keypoints: KeypointFrame,
+    def _prepared(self, frame: RgbdFrame, keypoints: KeypointFrame, surface: Surface | None,
                   repeat: Repeat) -> PreparedFrame:
-        surface = None
-        if self._settings.refinement.mode == 'joint' and repeat is not Repeat.DEPTH:
-            with self._times.stage('surface'):
-                surface = Surface.of(frame.depth, frame.camera, self._settings.sensor,
-                                     self._settings.refinement.surface_points)
         return PreparedFrame(frame, keypoints, frame.grey, surface, self._depth_lag(frame),
                              self._learned.colour_clock.jitter, repeat)
 

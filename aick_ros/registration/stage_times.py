@@ -31,6 +31,12 @@ class StageTimes:
         finally:
             self._milliseconds[name] += 1e3 * (clock() - start)
 
+    def add(self, others: StageTimes) -> None:
+        """Add the times of others, and reset these."""
+        for stage, milliseconds in others._milliseconds.items():
+            self._milliseconds[stage] += milliseconds
+        others.take()
+
     def take(self) -> dict[str, float]:
         """Return the milliseconds of each stage since the last call, and their ``total``."""
         taken, self._milliseconds = self._milliseconds, dict.fromkeys(STAGES, 0.0)

@@ -5,11 +5,12 @@
 
 from __future__ import annotations
 
-import dataclasses
+import os
 import time
 import traceback
 from collections.abc import Callable
 from functools import partial
+from typing import NamedTuple, TypeVar
 
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
@@ -21,6 +22,7 @@ from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.messages.synchronizer import Pair
 from aick_ros.odometry import Odometry
 from aick_ros.odometry.base_odometry import BaseOdometry
+from aick_ros.registration.preparation import Preparation
 from aick_ros.ros.control import Control
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
@@ -37,6 +39,7 @@ from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.output.publisher import OdometryPublisher
 from aick_ros.ros.output.rtabmap import Registered, RtabmapTopics
 from aick_ros.ros.output.views import Views
+from aick_ros.ros.overlapping_worker import OverlappingWorker
 from aick_ros.ros.parameters import initial_pose
 from aick_ros.ros.process.warm_up import warm_up
 from aick_ros.ros.work_queue import WorkQueue
@@ -47,15 +50,25 @@ _LONGEST_BACKLOG = 100  # pairs; chosen: 3 s at 30 Hz
 _LARGEST_BACKLOG = 256 * 2 ** 20  # bytes; chosen: a pair of 640x480 takes 1.5 to 2.1 MB
 _THROTTLE = 5.0  # seconds between two log lines of the same kind; chosen
 
+_Result = TypeVar('_Result')
+
+
+class _Prepared(NamedTuple):
+    """An arrival, decoded and prepared."""
+
+    arrival: Arrival
+    preparation: Preparation
+
 
 class Pipeline:
     """
     Visual odometry of an RGB-D camera on the topics of a node.
 
-    The executor's thread pairs images and queues the pairs; a worker thread decodes them,
-    registers the frames and publishes. Services and changed parameters are tasks of the worker
-    between two frames. Images are taken from :meth:`activate` to :meth:`deactivate`; then the
-    odometry continues from the last tracked frame.
+    The executor's thread pairs images and queues the pairs. A thread decodes and prepares them,
+    while another one registers the frame before and publishes; on a single core one thread does
+    both. Services and changed parameters are tasks between two registrations. Images are taken
+    from :meth:`activate` to :meth:`deactivate`; then the odometry continues from the last tracked
+    frame.
 
     :raises InputError: where a setting cannot be used.
     """
@@ -91,7 +104,7 @@ class Pipeline:
         self._rate_limit = RateLimit(settings.max_update_rate)
         self._images: ImageStream | None = None
         self._report_timer: Timer | None = None
-        self._worker = Worker(self._queue, self._answer, self._is_ready)
+        self._worker = self._new_worker()
         self._between_frames(lambda: warm_up(core))
 
     def activate(self) -> None:
@@ -116,11 +129,10 @@ class Pipeline:
             self._images.close()
             self._node.destroy_timer(self._report_timer)
             self._images = self._report_timer = None
-        self._queue.clear()
-        self._worker.settle()
+        self._worker.drain()
 
     def close(self) -> None:
-        """Finish the frame at hand and end."""
+        """Finish the frames at hand and end."""
         self._worker.stop()
 
     def change_settings(self, core: Settings) -> None:
@@ -138,7 +150,13 @@ class Pipeline:
         else:
             self._queue.put(self._assembler.arrival(pair))
 
-    # ... to the worker's
+    # ... to those of the worker
+
+    def _new_worker(self) -> Worker[Arrival] | OverlappingWorker[Arrival, _Prepared]:
+        """Return a worker with two threads, where these have a core each."""
+        if len(os.sched_getaffinity(0)) > 1:
+            return OverlappingWorker(self._queue, self._prepare, self._answer, self._is_ready)
+        return Worker(self._queue, self._prepare_and_answer, self._is_ready)
 
     def _is_ready(self, arrival: Arrival) -> bool:
         """Return whether a pair can be answered, or must not block the newest one, which can."""
@@ -147,38 +165,52 @@ class Pipeline:
         return any(not self._assembler.missing_for(pair) and self._imu.reaches(pair.colour_stamp)
                    for pair in (arrival.pair, newest) if pair)
 
-    def _answer(self, arrival: Arrival) -> None:
-        """Register a pair and publish; whatever happens, the next one is answered."""
+    def _prepare_and_answer(self, arrival: Arrival) -> None:
+        prepared = self._prepare(arrival)
+        if prepared is not None:
+            self._answer(prepared)
+
+    def _prepare(self, arrival: Arrival) -> _Prepared | None:
+        """Decode and prepare a pair; None where it cannot be used."""
+        return self._reporting(arrival, lambda: _Prepared(
+            arrival, self._odometry.prepare(self._assembler.frame(arrival))))
+
+    def _answer(self, prepared: _Prepared) -> None:
+        """Register a frame and publish."""
+        self._reporting(prepared.arrival, lambda: self._register(*prepared))
+
+    def _reporting(self, arrival: Arrival, work: Callable[[], _Result]) -> _Result | None:
+        """Return the result of work on a pair; None if it fails, so that the next one follows."""
         stamp = arrival.pair.colour_stamp
         try:
-            self._register(arrival)
+            return work()
         except InputError as error:
             self._diagnostics.damaged(str(error))
             self._logger.warning(f'frame {stamp} ns skipped: {error}',
                                  throttle_duration_sec=_THROTTLE)
         except Exception:  # a defect of ours in one frame must not end the odometry
             if not self._node.context.ok():
-                return  # a consequence of the shutdown
+                return None  # a consequence of the shutdown
             self._diagnostics.damaged('internal error, see the log', Count.FAILED)
             self._logger.error(f'frame {stamp} ns failed, please report this:\n'
                                f'{traceback.format_exc()}', throttle_duration_sec=_THROTTLE)
+        return None
 
-    def _register(self, arrival: Arrival) -> None:
-        camera_frame = arrival.camera_frame
-        frame = self._assembler.frame(arrival)
-        samples = self._imu.samples(camera_frame, frame.stamp)
+    def _register(self, arrival: Arrival, preparation: Preparation) -> None:
+        camera_frame, stamp = arrival.camera_frame, preparation.frame.stamp
+        samples = self._imu.samples(camera_frame, stamp)
         if samples is not None:
-            frame = dataclasses.replace(frame, imu=samples)
-        T_base_camera = self._extrinsics.camera_in_base(camera_frame, frame.stamp)
+            preparation.add_imu(samples)
+        T_base_camera = self._extrinsics.camera_in_base(camera_frame, stamp)
         mount = self._extrinsics.camera_mount(camera_frame)
-        start = self._start.pose(frame.stamp)
+        start = self._start.pose(stamp)
         if start is not None:
             self._base.reset(start)
         if self._guess is None:
-            update = self._odometry.register_frame(frame)
+            update = self._odometry.register(preparation)
         else:
-            update = self._odometry.register_frame(
-                frame, partial(self._guess.camera_motion, camera_frame))
+            update = self._odometry.register(
+                preparation, partial(self._guess.camera_motion, camera_frame))
         self._misalignment.update(self._odometry.misalignment)
         base = self._base.update(update, T_base_camera, mount)
         if base is not None:
@@ -191,7 +223,8 @@ class Pipeline:
             self._logger.warning(
                 f'frame {update.stamp} ns: {update.status.value}: {update.reason}',
                 throttle_duration_sec=_THROTTLE)
-        self._views.show(frame, update, self._base.pose.matrix, T_base_camera, camera_frame)
+        self._views.show(preparation.frame, update, self._base.pose.matrix, T_base_camera,
+                         camera_frame)
 
     # Requests, done by the worker between two frames.
 
@@ -223,7 +256,7 @@ class Pipeline:
             except Exception:  # must not end the odometry, as little as a frame
                 self._logger.error('failed between two frames, please report this:\n'
                                    f'{traceback.format_exc()}')
-        self._queue.put_task(run)
+        self._worker.put_task(run)
 
     # Once a second.
 
@@ -236,7 +269,7 @@ class Pipeline:
             self._logger.warning(complaint, throttle_duration_sec=_THROTTLE)
         for count, total in images.counts.items():
             self._diagnostics.count_up_to(count, total)
-        self._diagnostics.count_up_to(Count.DROPPED_UNDER_LOAD, self._queue.dropped)
+        self._diagnostics.count_up_to(Count.DROPPED_UNDER_LOAD, self._worker.dropped)
         self._diagnostics.publish(
             complaint, self._control.paused,
             {'backlog': str(self._queue.backlog),

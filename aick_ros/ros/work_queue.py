@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The queue between the executor's thread and the worker's."""
+"""The queue between two threads, as the executor's and a worker's."""
 
 from __future__ import annotations
 
@@ -35,6 +35,11 @@ class WorkQueue(Generic[Item]):
         self._changed = threading.Condition()
         self._is_closed = False
         self.dropped = 0
+
+    @property
+    def keeps_newest(self) -> bool:
+        """Whether a new item takes the place of the one that waits."""
+        return self._capacity == 1
 
     @property
     def backlog(self) -> int:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The thread beside the executor that registers frames, so that no callback is delayed."""
+"""A thread beside the executor that does the jobs of a queue, so that no callback is delayed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable
 from typing import Generic
 
-from aick_ros.ros.work_queue import Item, WorkQueue
+from aick_ros.ros.work_queue import Item, Job, WorkQueue
 
 
 class Worker(Generic[Item]):
@@ -18,19 +18,35 @@ class Worker(Generic[Item]):
 
     :param work: called with each item; it must not raise.
     :param is_ready: whether an item can be worked on; until then it stays in the queue.
+    :param name: of the thread.
     """
 
     def __init__(self, queue: WorkQueue[Item], work: Callable[[Item], None],
-                 is_ready: Callable[[Item], bool] = lambda item: True) -> None:
+                 is_ready: Callable[[Item], bool] = lambda item: True,
+                 name: str = 'odometry') -> None:
         self._queue, self._work, self._is_ready = queue, work, is_ready
-        self._thread = threading.Thread(target=self._run, name='odometry', daemon=True)
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+
+    @property
+    def dropped(self) -> int:
+        """Number of items dropped for newer ones since the start, or the last draining."""
+        return self._queue.dropped
 
     def start(self) -> None:
         """Start the thread."""
         self._thread.start()
 
-    def settle(self) -> None:
-        """Wait until the job at hand and the tasks that wait are done; the thread must run."""
+    def put_task(self, task: Job) -> None:
+        """Append a task, to be done between two items."""
+        self._queue.put_task(task)
+
+    def drain(self) -> None:
+        """
+        Drop the items that wait; return once the job at hand and the tasks that wait are done.
+
+        The thread must run.
+        """
+        self._queue.clear()
         done = threading.Event()
         self._queue.put_task(done.set)
         done.wait()

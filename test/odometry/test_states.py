@@ -19,6 +19,7 @@ from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
 from aick_ros.odometry.keyframe import KeyframePolicy
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
+from aick_ros.registration.preparation import Preparer
 from aick_ros.registration.result import Evidence, Registration, failed
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
@@ -46,8 +47,10 @@ class Registrar:
         self.path, self.dark, self.blind, self.few = path, set(), set(), set()
         self.asked, self.unobserved, self.refused = [], [], set()
         self.leaving, self.shapes = set(), []
+        self.preparer = Preparer(Settings())
 
-    def prepare(self, frame, repeat=Repeat.NONE):
+    def prepared(self, preparation, repeat=Repeat.NONE):
+        frame = preparation.frame
         count = 5 if frame.stamp in self.few else 200
         keypoints = KeypointFrame(
             frame.stamp, np.full((count, 3), 2.0, np.float32), np.zeros((count, 32), np.uint8),

@@ -28,8 +28,8 @@ def views():
     registrar = Registrar()
     keyframe, frame = source.frame(0), source.frame(3)
     poses = [source.ground_truth.at(stamp, 0.0) for stamp in (keyframe.stamp, frame.stamp)]
-    return (registrar, registrar.prepare_for_tracking(frame), registrar.prepare(keyframe),
-            se3.inverse(poses[0]) @ poses[1])
+    tracked = registrar.prepared_for_tracking(registrar.preparer.begin(frame))
+    return (registrar, tracked, registrar.prepare(keyframe), se3.inverse(poses[0]) @ poses[1])
 
 
 def test_the_motion_is_found_without_keypoints_of_the_source(views):

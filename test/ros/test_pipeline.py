@@ -3,6 +3,8 @@
 
 """The way of a frame through the node, and requests between frames, without DDS."""
 
+import threading
+import time
 from collections import defaultdict
 from types import SimpleNamespace
 
@@ -12,12 +14,14 @@ from rclpy.logging import LoggingSeverity
 from std_srvs.srv import Empty
 
 from aick_ros.errors import InputError
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.messages.synchronizer import Pair
-from aick_ros.odometry import OdometryUpdate
+from aick_ros.odometry import Odometry, OdometryUpdate
 from aick_ros.registration.status import Status
-from aick_ros.ros.conversions import from_pose, header, to_time
+from aick_ros.ros.conversions import from_pose, header, to_stamp, to_time
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import values_of
 from aick_ros.ros.pipeline import Pipeline
@@ -25,6 +29,7 @@ from aick_ros.settings import NodeSettings, Settings
 
 STAMP = 1_700_000_000_000_000_000
 MS = 1_000_000
+PATIENCE = 120.0  # seconds that nothing takes, even on a loaded machine
 
 
 class Logger:
@@ -76,17 +81,20 @@ class Node:
         self.services[name] = callback
 
 
-class Camera:
+class Seen:
     """An odometry that sees the camera at poses which the test sets."""
 
     def __init__(self):
         self.pose, self.status = np.eye(4), Status.OK
         self.misalignment = SimpleNamespace(values=np.zeros(8), description='')
 
-    def register_frame(self, frame, predict=None):
-        prepared = SimpleNamespace(frame=frame, keypoints=(), repeat=None)
-        return OdometryUpdate(frame.stamp, self.status, '', PoseWithCovariance(self.pose),
-                              prepared)
+    def prepare(self, frame):
+        return SimpleNamespace(frame=frame)
+
+    def register(self, preparation, predict=None):
+        prepared = SimpleNamespace(frame=preparation.frame, keypoints=(), repeat=None)
+        return OdometryUpdate(preparation.frame.stamp, self.status, '',
+                              PoseWithCovariance(self.pose), prepared)
 
     def reset(self):
         self.pose = np.eye(4)
@@ -99,12 +107,13 @@ def message(stamp):
 class Rig:
     """A pipeline whose jobs the test does."""
 
-    def __init__(self, monkeypatch, **settings):
+    def __init__(self, monkeypatch, cores=1, **settings):
         monkeypatch.setattr('aick_ros.ros.pipeline.warm_up', lambda core: None)
+        monkeypatch.setattr('os.sched_getaffinity', lambda process: set(range(cores)))
         self.node = Node()
         self.pipeline = Pipeline(self.node, NodeSettings(
             camera_in_base=(0.0,) * 6 + (1.0,), publish_tf=False, **settings), Settings())
-        self.camera = self.pipeline._odometry = Camera()
+        self.camera = self.pipeline._odometry = Seen()
         monkeypatch.setattr(self.pipeline._assembler, 'frame', lambda arrival: SimpleNamespace(
             stamp=arrival.pair.colour_stamp))
         monkeypatch.setattr(self.pipeline._views, 'show', lambda *_: None)
@@ -114,7 +123,7 @@ class Rig:
         """Do what waits."""
         queue = self.pipeline._queue
         while queue.backlog or queue._tasks:
-            queue.take(self.pipeline._answer, lambda arrival: True)()
+            queue.take(self.pipeline._prepare_and_answer, lambda arrival: True)()
 
     def see(self, *stamps):
         for stamp in stamps:
@@ -207,3 +216,41 @@ def test_what_is_skipped_damaged_or_failed_is_counted_as_such(make, monkeypatch)
         Count.ANSWERED, Count.SKIPPED_BY_RATE_LIMIT, Count.SKIPPED_WHILE_PAUSED, Count.DAMAGED,
         Count.FAILED)} == {Count.ANSWERED: 3, Count.SKIPPED_BY_RATE_LIMIT: 3,
                            Count.SKIPPED_WHILE_PAUSED: 1, Count.DAMAGED: 1, Count.FAILED: 2}
+
+
+@pytest.fixture(scope='module')
+def frames():
+    """Return frames of a chequered slope that moves past the camera, by their stamps."""
+    rng, camera = np.random.default_rng(1), Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+    pattern = np.kron(rng.integers(0, 256, (24, 40), np.uint8), np.ones((10, 10), np.uint8))
+    depth = np.broadcast_to(np.linspace(1.0, 1.2, 320, dtype=np.float32), (240, 320))
+    return {STAMP + i * 33 * MS: RgbdFrame(
+        STAMP + i * 33 * MS, np.ascontiguousarray(pattern[:, 2 * i:320 + 2 * i]),
+        depth + np.float32(1e-3 * i), camera) for i in range(8)}
+
+
+def test_frames_prepared_on_another_thread_are_answered_alike(make, monkeypatch, frames):
+    paths = []
+    for cores in (1, 2):
+        made = make(cores=cores, process_every_frame=True)
+        made.pipeline._odometry = Odometry()
+        monkeypatch.setattr(made.pipeline._assembler, 'missing_for', lambda pair: '')
+        monkeypatch.setattr(made.pipeline._assembler, 'frame',
+                            lambda arrival: frames[arrival.pair.colour_stamp])
+        made.pipeline.start()
+        threads = {thread.name for thread in threading.enumerate()}
+        for stamp in frames:
+            made.pipeline._enqueue(Pair(stamp, message(stamp), stamp, message(stamp)))
+        deadline = time.monotonic() + PATIENCE
+        while len(made.node.published['odom']) < len(frames) and time.monotonic() < deadline:
+            time.sleep(0.005)
+        made.pipeline.close()
+        assert ('preparation' in threads) is (cores == 2)
+        assert [to_stamp(message.header.stamp)
+                for message in made.node.published['odom']] == list(frames)
+        paths.append([(from_pose(message.pose.pose), message.pose.covariance)
+                      for message in made.node.published['odom']])
+        assert made.snapshot.totals[Count.LOST] == 0
+    for (pose, covariance), (other, other_covariance) in zip(*paths, strict=True):
+        np.testing.assert_array_equal(pose, other)
+        np.testing.assert_array_equal(covariance, other_covariance)

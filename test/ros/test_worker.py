@@ -122,22 +122,23 @@ def test_stop_waits_for_the_item_at_hand_and_drops_the_others(gate, start):
     assert gate.done == [0]
 
 
-def test_it_settles_once_the_item_at_hand_is_done(gate, start):
+def test_it_is_drained_once_the_item_at_hand_is_done(gate, start):
     queue = WorkQueue(capacity=10)
     worker = start(queue)
     queue.put('first')
     assert gate.entered.acquire(timeout=PATIENCE)
-    settled, seen = threading.Event(), []
+    queue.put('second')
+    drained, seen = threading.Event(), []
 
-    def settle():
-        worker.settle()
+    def drain():
+        worker.drain()
         seen.extend(gate.done)
-        settled.set()
+        drained.set()
 
-    threading.Thread(target=settle).start()
-    assert not settled.wait(0.05)
+    threading.Thread(target=drain).start()
+    assert not drained.wait(0.05)
     gate.open.set()
-    assert settled.wait(PATIENCE)
+    assert drained.wait(PATIENCE)
     assert seen == ['first']
 
 

@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What registrations need of a frame, as far as it is made of the frame alone."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from aick_ros.features.detector import Detector
+from aick_ros.features.vocabulary import vocabulary_of
+from aick_ros.frames.imu import ImuSamples
+from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.frames.surface import Surface
+from aick_ros.registration.stage_times import StageTimes
+from aick_ros.settings import Settings
+
+
+class Preparer:
+    """
+    Makes keypoints and surfaces of frames.
+
+    It does not change, so that frames can be prepared on one thread while another one registers
+    those before. Then the detector must be able to work for both at once, as those named by
+    ``features.detector`` are.
+
+    :param detector: used instead of the one that ``features.detector`` names.
+    :raises InputError: if the vocabulary of the settings cannot be read.
+    """
+
+    def __init__(self, settings: Settings, detector: Detector | None = None) -> None:
+        self._settings = settings
+        self._extractor = KeypointExtractor(settings.features, settings.sensor,
+                                            vocabulary_of(settings), settings.aick.word_radius,
+                                            detector)
+
+    def begin(self, frame: RgbdFrame) -> Preparation:
+        """Return the preparation of a frame, whose parts are made where they are asked for."""
+        return Preparation(frame, self)
+
+    def prepare(self, frame: RgbdFrame) -> Preparation:
+        """
+        Return the preparation of a frame with the parts that it needs in any case.
+
+        :raises InputError: where the image is too small.
+        """
+        preparation = self.begin(frame)
+        preparation.surface()
+        if self._settings.odometry.aick_interval == 1:  # else most frames need none of their own
+            preparation.keypoints()
+        return preparation
+
+    def keypoints(self, frame: RgbdFrame) -> KeypointFrame:
+        """Return the keypoints of a frame."""
+        return self._extractor.extract(frame)
+
+    def surface(self, frame: RgbdFrame) -> Surface | None:
+        """Return the surface of a frame; None if the refinement does not use it."""
+        if self._settings.refinement.mode != 'joint':
+            return None
+        return Surface.of(frame.depth, frame.camera, self._settings.sensor,
+                          self._settings.refinement.surface_points)
+
+
+class Preparation:
+    """
+    Keypoints and surface of a frame, each made once, where it is first asked for.
+
+    :param frame: the frame that is prepared.
+    :param preparer: makes the parts.
+    """
+
+    def __init__(self, frame: RgbdFrame, preparer: Preparer) -> None:
+        self.frame, self.preparer = frame, preparer
+        self.times = StageTimes()
+        """The time that each part took."""
+        self._keypoints: KeypointFrame | None = None
+        self._surface: Surface | None = None
+
+    def add_imu(self, samples: ImuSamples) -> None:
+        """Give the frame the samples of an IMU, which may arrive after its images."""
+        self.frame = dataclasses.replace(self.frame, imu=samples)
+
+    def keypoints(self) -> KeypointFrame:
+        """Return the keypoints."""
+        if self._keypoints is None:
+            with self.times.stage('features'):
+                self._keypoints = self.preparer.keypoints(self.frame)
+        return self._keypoints
+
+    def surface(self) -> Surface | None:
+        """Return the surface; None if the refinement does not use it."""
+        if self._surface is None:
+            with self.times.stage('surface'):
+                self._surface = self.preparer.surface(self.frame)
+        return self._surface
