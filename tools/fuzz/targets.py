@@ -17,7 +17,7 @@ from worker import Target
 
 from aick_ros.borders.yaml_text import parse_yaml
 from aick_ros.cli.input.settings_file import read_settings_file
-from aick_ros.evaluation.benchmark.journal import Journal
+from aick_ros.evaluation.benchmark.journal import begin
 from aick_ros.features import vocabulary
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import read_trajectory
@@ -172,9 +172,9 @@ def words(data: bytes, folder: Path) -> None:
 def journal(data: bytes, folder: Path) -> None:
     """Resume a benchmark from its journal, the first line of which is right."""
     path = folder / 'results.json.partial'
-    Journal(path, []).close()
+    begin(path, [])
     path.write_bytes(path.read_bytes() + data)
-    Journal(path, []).close()
+    begin(path, [])
 
 
 def _read(path: Path, options: SourceOptions = SourceOptions()) -> None:

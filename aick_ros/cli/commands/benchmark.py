@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import datetime
+import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -25,12 +26,13 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines.registry import METHODS, Method, make, methods_of
 from aick_ros.evaluation.benchmark.dead_reckoning import Reckoning, reckon, walk
 from aick_ros.evaluation.benchmark.figures import figure_data, paper_figures, variants
-from aick_ros.evaluation.benchmark.journal import Journal
+from aick_ros.evaluation.benchmark.journal import Journal, begin
+from aick_ros.evaluation.benchmark.plan import Plan, run_plan
 from aick_ros.evaluation.benchmark.recording import Recording, Request
 from aick_ros.evaluation.benchmark.results import Results
-from aick_ros.evaluation.benchmark.runner import Plan, run
 from aick_ros.evaluation.benchmark.vocabularies import (
     TRAINING_FRAMES, file_name, learn, missing_from, training_frames)
+from aick_ros.evaluation.engine.cluster import Cluster, connected
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.sources import RgbdSource, raise_damage
 
@@ -64,8 +66,8 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
     """
     Compare AICK and other methods on the same pairs of frames: success ratios and times.
 
-    Each method runs in its own process, in one thread; a crash or hang does not affect the other
-    methods. After an interruption, the same command with --json FILE resumes the run.
+    Methods run in processes of one thread; a crash or hang does not affect the other methods.
+    After an interruption, the same command with --json FILE resumes the run.
     """
     chosen, numbers = methods_of(methods), options.gaps_from(gaps)
     check_target(json, *sources)
@@ -77,11 +79,11 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
     plan = Plan(installed, recordings, numbers, pairs,
                 [] if folder is None else variants(figures))
     missing = {method.name: method.missing for method in chosen if method not in installed}
-    journal = Journal(_journal_path(json), recordings)
     if folder is not None and plan.variants:
         _learn_vocabularies(folder.vocabularies)
-    with Interruption() as interruption:
-        unusable = _run(plan, journal, jobs, time_limit, interruption)
+    with tempfile.TemporaryDirectory() as scratch, Interruption() as interruption:
+        journal = begin(_journal_path(json, scratch), recordings)
+        unusable = _run(plan, journal, Path(scratch), jobs, time_limit, interruption)
         wanted = folder is not None and corridor and not interruption.requested
         reckoning = _reckon(corridor, interruption) if wanted else None
     if interruption.requested:
@@ -93,7 +95,7 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
                           **_content(results, curves, reckoning)})
     if folder is not None:
         folder.write(curves, results.recordings, reckoning)
-    journal.delete()
+    journal.path.unlink(missing_ok=True)
     show_results(results, on_stderr=json == STANDARD_OUTPUT)
     return outcome.of_damage(damage)
 
@@ -132,21 +134,21 @@ def _learn_vocabularies(folder: Path) -> None:
             write_whole(folder / file_name(which), vocabulary.to_bytes())
 
 
-def _journal_path(json: str | None) -> Path | None:
+def _journal_path(json: str | None, scratch: str) -> Path:
+    """Return the path of the journal; without a file to be written it is of no use later."""
     if json in (None, STANDARD_OUTPUT):
-        return None
+        return Path(scratch, 'journal')
     return Path(f'{json}.partial')
 
 
-def _run(plan: Plan, journal: Journal, jobs: int, time_limit: float,
+def _run(plan: Plan, journal: Journal, scratch: Path, jobs: int, time_limit: float,
          interruption: Interruption) -> dict[str, str]:
-    if journal.lines_found:
+    if journal.registrations:
         say('resuming the interrupted run')
-    try:
-        with progress('registering', plan.registrations, 'pairs') as show:
-            return run(plan, journal, jobs, time_limit, show, lambda: interruption.requested)
-    finally:
-        journal.close()
+    with connected(Cluster(jobs)) as client, progress(
+            'registering', plan.registrations, 'pairs') as show:
+        return run_plan(plan, journal, scratch, client, time_limit, show,
+                        lambda: interruption.requested)
 
 
 def _reckon(frames: int, interruption: Interruption) -> Reckoning:
@@ -173,8 +175,8 @@ def _content(results: Results, curves: Mapping[str, Any],
 
 
 def _interrupted(json: str | None) -> int:
-    if _journal_path(json) is None:
+    if json in (None, STANDARD_OUTPUT):
         say('interrupted; nothing is kept: give --json FILE to be able to resume a run')
     else:
-        say(f'interrupted; the same command resumes from {_journal_path(json)}')
+        say(f'interrupted; the same command resumes from {json}.partial')
     return outcome.INTERRUPTED_BY_USER

@@ -4,8 +4,8 @@
 """
 Methods compared on the same pairs of the same recordings, in one run.
 
-Each method registers the pairs of a recording in its own process (:mod:`method_process`), which
-:mod:`supervisor` watches, so that a crash or hang of one method does not affect the others.
+Each method registers the pairs of a recording in a task of the engine (:mod:`measurement`), in a
+process of its own, so that a crash or hang (:mod:`last_step`) does not affect the other methods.
 :mod:`journal` stores every measurement, so that an interrupted run can be resumed.
 :mod:`results` computes the scores.
 """

@@ -19,8 +19,8 @@ import numpy as np
 
 from aick_ros.evaluation.baselines.registry import METHODS, Method
 from aick_ros.evaluation.benchmark.journal import Journal
+from aick_ros.evaluation.benchmark.plan import Plan
 from aick_ros.evaluation.benchmark.recording import Recording
-from aick_ros.evaluation.benchmark.runner import Plan
 from aick_ros.evaluation.benchmark.vocabularies import SIZES, file_name
 
 THRESHOLDS = tuple(round(0.001 * i, 3) for i in range(51))  # by definition: as in the paper

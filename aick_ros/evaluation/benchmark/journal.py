@@ -13,11 +13,10 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import threading
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_LIST_BYTES
@@ -63,48 +62,40 @@ Line = FrameLine | PairLine
 
 class Journal:
     """
-    The lines of a run, in memory and optionally in a file.
+    The lines of a run, in a file that several processes add to.
 
-    :param path: None: in memory only.
-    :param recordings: recordings of the run.
-    :raises InputError: where the file belongs to another run or cannot be written.
+    :param path: of a file that :func:`begin` has made.
     """
 
-    def __init__(self, path: Path | None, recordings: Sequence[Recording]) -> None:
+    def __init__(self, path: Path) -> None:
         self.pairs: dict[tuple[str, str], dict[FramePair, PairLine]] = {}
         self.frames: dict[tuple[str, str], dict[int, float]] = {}
-        self.lines_found = 0
-        self._path, self._lock = path, threading.Lock()
-        self._file: TextIO | None = None
-        if path is None:
-            return
-        header = json.dumps(_header(recordings))
-        try:
-            if path.exists():
-                self._read(path, header)
-            self._file = path.open('a', encoding='utf-8')
-            if not self._file.tell():
-                self._write(header)
-        except OSError as error:
-            raise InputError(f'cannot write {path}: {error.strerror}') from None
+        self.path, self._lines_read, self._bytes_read = path, 0, 0
+        self.refresh()
 
     def add(self, line: Line) -> None:
-        """Store a line; may be called from any thread."""
-        with self._lock:
-            self._keep(line)
-            self._write(json.dumps(asdict(line)))
+        """Append a line, in one piece; :meth:`refresh` reads it."""
+        with self.path.open('ab', buffering=0) as file:
+            file.write(json.dumps(asdict(line)).encode() + b'\n')
 
-    def close(self) -> None:
-        """Close the file, for the next run."""
-        if self._file is not None:
-            self._file.close()
-            self._file = None
+    def refresh(self) -> None:
+        """
+        Read the lines that were added.
 
-    def delete(self) -> None:
-        """Remove the file, as the run is complete."""
-        self.close()
-        if self._path is not None:
-            self._path.unlink(missing_ok=True)
+        :raises InputError: where one is no result.
+        """
+        with self.path.open('rb') as file:
+            file.seek(self._bytes_read)
+            while (text := file.readline()).endswith(b'\n'):  # a last one is being written
+                self._lines_read += 1
+                self._bytes_read += len(text)
+                if self._lines_read > 1:
+                    self._keep(_parse(self.path, self._lines_read, text))
+
+    @property
+    def registrations(self) -> int:
+        """Number of pairs whose result is known."""
+        return sum(map(len, self.pairs.values()))
 
     def _keep(self, line: Line) -> None:
         key = line.method, line.recording
@@ -113,25 +104,26 @@ class Journal:
         else:
             self.frames.setdefault(key, {})[line.frame] = line.milliseconds
 
-    def _write(self, text: str) -> None:
-        if self._file is not None:
-            self._file.write(text + '\n')
-            self._file.flush()
 
-    def _read(self, path: Path, header: str) -> None:
-        """Read the lines of an earlier run; an incomplete last line is removed."""
-        content = read_text(path, 'the results', MAX_LIST_BYTES)
-        whole = content[:content.rfind('\n') + 1]
-        lines = whole.split('\n')[:-1]
-        if lines and lines[0] != header:
+def begin(path: Path, recordings: Sequence[Recording]) -> Journal:
+    """
+    Return the journal of a run, with the lines of an earlier one that was interrupted.
+
+    :raises InputError: where the file belongs to another run or cannot be written.
+    """
+    header = json.dumps(_header(recordings))
+    try:
+        content = read_text(path, 'the results', MAX_LIST_BYTES) if path.exists() else ''
+        whole = content[:content.rfind('\n') + 1]  # the last line may be incomplete
+        if whole and whole.partition('\n')[0] != header:
             raise InputError(
                 f'{path} belongs to a run on other recordings, another machine or other versions: '
                 'delete it to start anew, or give another --json file')
-        for number, text in enumerate(lines[1:], 2):
-            self._keep(_parse(path, number, text))
-        self.lines_found = max(len(lines) - 1, 0)
-        if whole != content:
-            path.write_text(whole, encoding='utf-8')
+        if not whole or whole != content:
+            path.write_text(whole or header + '\n', encoding='utf-8')
+        return Journal(path)
+    except OSError as error:
+        raise InputError(f'cannot write {path}: {error.strerror}') from None
 
 
 def _header(recordings: Sequence[Recording]) -> dict[str, Any]:
@@ -140,7 +132,7 @@ def _header(recordings: Sequence[Recording]) -> dict[str, Any]:
     return {'recordings': stamps, 'machine': machine_facts()}
 
 
-def _parse(path: Path, number: int, text: str) -> Line:
+def _parse(path: Path, number: int, text: bytes) -> Line:
     try:
         content = json.loads(text)
         line = (PairLine(**{**content, 'pair': FramePair(*content['pair'])}) if 'pair' in content

@@ -15,8 +15,8 @@ import numpy as np
 
 from aick_ros.evaluation.baselines.registry import Method
 from aick_ros.evaluation.benchmark.journal import Journal, PairLine
+from aick_ros.evaluation.benchmark.plan import Plan
 from aick_ros.evaluation.benchmark.recording import Recording
-from aick_ros.evaluation.benchmark.runner import Plan
 from aick_ros.evaluation.scores.machine import machine_facts
 from aick_ros.evaluation.scores.pair_evaluation import PairError, PairScore
 from aick_ros.evaluation.scores.statistics import Percentiles

@@ -13,12 +13,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from aick_ros.errors import InputError, installation, package_of
+from aick_ros.evaluation.engine import silence
 
 if TYPE_CHECKING:
     from distributed import Client
 
 _CONNECTION_LIMIT = 10.0  # [s] for a scheduler to answer, or to come back; chosen
-_ONE_THREAD = {name: '1' for name in (
+ONE_THREAD = {name: '1' for name in (
     'OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'NUMEXPR_NUM_THREADS')}
 
 _SETTINGS = {
@@ -32,7 +33,7 @@ _SETTINGS = {
     'distributed.worker.memory.pause': False,
     'distributed.worker.profile.enabled': False,  # it would take part of the measured times
     'distributed.worker.multiprocessing-method': 'forkserver',  # a process starts in 0.1 s
-    'distributed.nanny.pre-spawn-environ': _ONE_THREAD,
+    'distributed.nanny.pre-spawn-environ': ONE_THREAD,
 }
 
 
@@ -86,6 +87,7 @@ def _own_processes(cluster: Cluster) -> Iterator[Client]:
     with _unreached_by_interrupts(), LocalCluster(
             n_workers=cluster.workers, threads_per_worker=1, processes=True, host='127.0.0.1',
             memory_limit=cluster.memory_limit, silence_logs=logging.CRITICAL,
+            preload=[silence.__name__],
             dashboard_address='127.0.0.1:0' if cluster.has_dashboard else None) as processes:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         with Client(processes) as client:

@@ -224,7 +224,7 @@ def _attempt(function: Callable[[Argument], Value], topic: str, seconds: float,
     if other:
         raise OtherVersionsError(f'the worker {worker.address} is rejected: {other}')
     try:
-        with time_limit(seconds):
+        with open(os.devnull, 'w') as nowhere, time_limit(seconds, nowhere):
             return function(argument)
     except (Exception, SystemExit) as error:
         return _failure(error)

@@ -3,14 +3,10 @@
 
 """A small recording as a folder, and methods that misbehave."""
 
-import time
-from pathlib import Path
-
 import pytest
 
 from aick_ros.evaluation.baselines.registry import METHODS, Method
 from aick_ros.evaluation.benchmark.recording import Recording, Request
-from aick_ros.evaluation.benchmark.runner import run
 from aick_ros.geometry.camera import Camera
 from aick_ros.sources import raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -20,7 +16,7 @@ FRAMES = 8
 
 # It estimates no motion, and misbehaves at the pair (or the frame) whose later stamp is in `when`.
 METHOD_THAT_MISBEHAVES = '''
-import os, pathlib, subprocess, sys, time
+import os, sys, time
 import numpy as np
 from aick_ros.evaluation.baselines import Estimate
 
@@ -33,15 +29,11 @@ class Still:
         if self.deed == 'crash':
             os.abort()
         if self.deed == 'hang':
-            pathlib.Path('helper').write_text(str(subprocess.Popen(['sleep', '3600']).pid))
             time.sleep(3600)
         if self.deed == 'exit':
             sys.exit('no licence found')
         if self.deed == 'raise':
             raise ValueError('no such thing')
-        if self.deed == 'print':
-            os.write(1, b'{"pair": "not an answer"}\\n')
-            print('[INFO] working')
     def prepare(self, frame):
         self.do('frame', frame.stamp)
         return frame.stamp
@@ -71,48 +63,24 @@ def recording(tum_path):
     return Recording.scan(Request(str(tum_path)), lambda done: None, raise_damage)
 
 
-@pytest.fixture
-def method(tmp_path, monkeypatch):
-    """Return a function that makes a method that misbehaves in a process of its own."""
-    (tmp_path / 'misbehaving.py').write_text(METHOD_THAT_MISBEHAVES)
-    monkeypatch.setenv('PYTHONPATH', str(tmp_path))
-    monkeypatch.chdir(tmp_path)
+@pytest.fixture(scope='session', autouse=True)
+def methods(tmp_path_factory):
+    """Let this process and those of the engine import the methods that misbehave."""
+    folder = tmp_path_factory.mktemp('methods')
+    (folder / 'misbehaving.py').write_text(METHOD_THAT_MISBEHAVES)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(folder))
+        yield
 
+
+@pytest.fixture
+def method():
+    """Return a function that makes a method that misbehaves."""
     def make(deed='', when=(), at='pair', factory='misbehaving:Still'):
         options = {} if factory != 'misbehaving:Still' else {
             'deed': deed, 'when': when, 'at': at}
         return Method('still', 'Still', 'stands still', factory, options)
     return make
-
-
-@pytest.fixture
-def execute():
-    """Return a function that runs a plan; it returns the progress and the unusable methods."""
-    def execute(plan, journal, processes=1, is_stopped=lambda progress: False):
-        progress = []
-        unusable = run(plan, journal, processes, 120.0, progress.append,
-                       lambda: is_stopped(progress))
-        journal.close()
-        return progress, unusable
-    return execute
-
-
-@pytest.fixture
-def wait_for_end():
-    """Return a function that waits for the end of a process that is not a child."""
-    def wait(process_id):
-        state, deadline = Path('/proc', str(process_id), 'stat'), time.monotonic() + 120
-        while is_running(state):
-            assert time.monotonic() < deadline, f'process {process_id} goes on'
-            time.sleep(0.01)
-    return wait
-
-
-def is_running(state):
-    try:
-        return state.read_text().rpartition(')')[2].split()[0] != 'Z'
-    except (FileNotFoundError, ProcessLookupError):
-        return False
 
 
 @pytest.fixture

@@ -7,18 +7,20 @@ import pytest
 
 from aick_ros.evaluation.baselines.registry import METHODS, make
 from aick_ros.evaluation.benchmark.figures import figure_data, paper_figures, variants
-from aick_ros.evaluation.benchmark.journal import Journal, PairLine
-from aick_ros.evaluation.benchmark.runner import Plan
+from aick_ros.evaluation.benchmark.journal import PairLine, begin
+from aick_ros.evaluation.benchmark.plan import Plan
 
 
 @pytest.fixture
-def data(recording, aick):
+def data(recording, aick, tmp_path):
     """Return the data of a run with an error of 4i mm at pair (i, i + gap); pair 0 failed."""
     orb = METHODS['aick-orb']
-    plan, journal = Plan([orb, aick], [recording], (1, 4)), Journal(None, [recording])
+    plan = Plan([orb, aick], [recording], (1, 4))
+    journal = begin(tmp_path / 'journal', [recording])
     for pair in plan.pairs['rendered']:
         error = None if pair.target == 0 else 0.004 * pair.target
         journal.add(PairLine(orb.identity, 'rendered', pair, error, error, 1.0, ''))
+    journal.refresh()
     return figure_data(paper_figures(), plan, journal)
 
 

@@ -6,7 +6,7 @@
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.benchmark.journal import FrameLine, Journal, PairLine
+from aick_ros.evaluation.benchmark.journal import FrameLine, PairLine, begin
 from aick_ros.evaluation.scores.frame_pairs import FramePair
 
 
@@ -24,18 +24,18 @@ from aick_ros.evaluation.scores.frame_pairs import FramePair
     ('HEADER\n\x85\n', 'line 2')])
 def test_a_file_of_another_run_is_rejected(recording, tmp_path, lines, message):
     path = tmp_path / 'x.partial'
-    Journal(path, [recording]).close()
+    begin(path, [recording])
     path.write_text(lines.replace('HEADER', path.read_text().strip()))
     with pytest.raises(InputError, match=message):
-        Journal(path, [recording])
+        begin(path, [recording])
 
 
 def test_a_file_that_is_no_text_is_rejected(recording, tmp_path):
     path = tmp_path / 'x.partial'
-    Journal(path, [recording]).close()
+    begin(path, [recording])
     path.write_bytes(path.read_bytes() + b'\xff\n')
     with pytest.raises(InputError, match='x.partial: byte .* is not UTF-8 text'):
-        Journal(path, [recording])
+        begin(path, [recording])
 
 
 def test_what_was_written_is_read(recording, tmp_path):
@@ -43,12 +43,26 @@ def test_what_was_written_is_read(recording, tmp_path):
              PairLine('aick', 'r', FramePair(0, 1), None, None, None, 'lost'),
              PairLine('aick', 'r', FramePair(1, 2), 0.5, 0, 3.0, '')]
     path = tmp_path / 'x.partial'
-    first = Journal(path, [recording])
+    first, second = begin(path, [recording]), begin(path, [recording])
     for line in lines:
         first.add(line)
-    first.close()
-    second = Journal(path, [recording])
-    second.close()
-    assert second.lines_found == 3
-    assert second.frames == {('aick', 'r'): {3: 2.5}}
+    with path.open('a') as file:
+        file.write('{"method"')  # another process is writing
+        file.flush()
+        second.refresh()
+        assert (second.registrations, second.frames) == (2, {('aick', 'r'): {3: 2.5}})
+        file.write(': "aick", "recording": "r", "frame": 4, "milliseconds": 1.0}\n')
+    second.refresh()
+    assert second.frames == {('aick', 'r'): {3: 2.5, 4: 1.0}}
     assert second.pairs == {('aick', 'r'): {line.pair: line for line in lines[1:]}}
+    third = begin(path, [recording])
+    assert (third.pairs, third.frames) == (second.pairs, second.frames)
+
+
+def test_an_incomplete_line_is_removed(recording, tmp_path):
+    path = tmp_path / 'x.partial'
+    begin(path, [recording])
+    whole = path.read_text()
+    path.write_text(whole + '{"method": "cut o')  # as after a power failure
+    begin(path, [recording])
+    assert path.read_text() == whole

@@ -3,11 +3,14 @@
 
 """Scores of a run against those of ``aick evaluate``."""
 
+import math
+
 import pytest
 
-from aick_ros.evaluation.benchmark.journal import Journal
+from aick_ros.evaluation.benchmark.journal import begin
+from aick_ros.evaluation.benchmark.measurement import measure
+from aick_ros.evaluation.benchmark.plan import Plan
 from aick_ros.evaluation.benchmark.results import Results
-from aick_ros.evaluation.benchmark.runner import Plan
 from aick_ros.evaluation.scores.pair_evaluation import PairEvaluation
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings.presets import preset
@@ -16,9 +19,11 @@ from aick_ros.sources import open_source, raise_damage
 GAPS = (1, 3)
 
 
-def test_figures_are_those_of_the_evaluation(recording, aick, tum_path, execute):
-    plan, journal = Plan([aick], [recording], GAPS), Journal(None, [recording])
-    execute(plan, journal)
+def test_figures_are_those_of_the_evaluation(recording, aick, tum_path, tmp_path):
+    plan = Plan([aick], [recording], GAPS)
+    journal = begin(tmp_path / 'journal', [recording])
+    measure(plan.jobs(journal.path, tmp_path, math.inf)[0])
+    journal.refresh()
     scores = Results.of(plan, journal, {}).methods['aick-orb-350']['rendered'].pairs
     fast = preset('paper-fast')
     registrar, evaluation = Registrar(fast), PairEvaluation(fast, recording.ground_truth, GAPS)
