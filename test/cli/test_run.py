@@ -191,6 +191,16 @@ def test_missing_packages_are_named(missing):
                               'folder of aick_ros\n')
 
 
+def test_the_command_starts_without_packages_that_few_commands_need():
+    process = python("""
+import sys
+sys.modules.update(dict.fromkeys(['matplotlib', 'dask', 'distributed', 'pyarrow', 'rerun']))
+from aick_ros.cli import main
+main(['--version'])
+""")
+    assert (process.returncode, process.stderr) == (0, '')
+
+
 def test_a_closed_pipe_is_no_defect():
     process = subprocess.run(
         f'{sys.executable} -m aick_ros parameters | true; echo ${{PIPESTATUS[0]}}', shell=True,

@@ -23,12 +23,11 @@ from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
-from aick_ros.errors import InputError
+from aick_ros.errors import InputError, installation, package_of
 from aick_ros.evaluation.engine.cluster import Cluster, connected
 from aick_ros.evaluation.engine.tasks import Failure, Limits, Outcome, run_tasks
 from aick_ros.evaluation.engine.versions import reject_other_versions
 from aick_ros.evaluation.runs.table import DONE, FAILED, TABLE, VARIED, Row, table_bytes
-from aick_ros.reports.fleet_page import fleet_page
 from aick_ros.sources import SourceOptions
 
 if TYPE_CHECKING:
@@ -94,7 +93,7 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     with Interruption() as interruption:
         fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
     rows = fleet_run.results.write_table(jobs)
-    write_whole(out / REPORT, fleet_page(rows))
+    _write_report(out / REPORT, rows)
     if json is not None:
         write_json(json, rows)
     _show(rows, out, on_stderr=json == STANDARD_OUTPUT)
@@ -167,6 +166,14 @@ class _Fleet:
         return {'recording': os.path.basename(source.rstrip('/')), 'source': source,
                 'variant': variant, **varied, 'status': status, 'cause': '', 'reason': '',
                 'identity': self._identities.get(key, ''), **facts}
+
+
+def _write_report(path: Path, rows: Sequence[Row]) -> None:
+    try:
+        from aick_ros.reports.fleet_page import fleet_page
+    except ModuleNotFoundError as error:
+        raise InputError(f"no page without {package_of(error)}: {installation('eval')}") from None
+    write_whole(path, fleet_page(rows))
 
 
 def _name_dashboard(cluster: Cluster, client: Client) -> None:
