@@ -40,6 +40,11 @@ class OverlappingWorker(Generic[Item, Prepared]):
         """Number of items dropped for newer ones since the start, or the last draining."""
         return self._first.dropped + self._second.dropped
 
+    @property
+    def busy(self) -> tuple[float, ...]:
+        """Time that each thread has worked, without the jobs at hand [s]."""
+        return self._first.busy + self._second.busy
+
     def start(self) -> None:
         """Start the threads."""
         self._first.start()

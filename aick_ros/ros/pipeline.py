@@ -36,6 +36,7 @@ from aick_ros.ros.input.imu import ImuInput
 from aick_ros.ros.input.rate_limit import RateLimit
 from aick_ros.ros.input.rgbd_images import require_messages
 from aick_ros.ros.input.transforms import Transforms
+from aick_ros.ros.load_shedding import Load, LoadShedding
 from aick_ros.ros.output.publisher import OdometryPublisher
 from aick_ros.ros.output.rtabmap import Registered, RtabmapTopics
 from aick_ros.ros.output.views import Views
@@ -102,6 +103,7 @@ class Pipeline:
         self._control = Control(node, settings.odom_frame_id, self._reset, self._set_pose)
         # from images to the queue
         self._rate_limit = RateLimit(settings.max_update_rate)
+        self._core, self._arrived, self._shedding = core, 0, LoadShedding()
         self._images: ImageStream | None = None
         self._report_timer: Timer | None = None
         self._worker = self._new_worker()
@@ -137,7 +139,9 @@ class Pipeline:
 
     def change_settings(self, core: Settings) -> None:
         """Change the settings of the algorithm between two frames."""
-        self._between_frames(lambda: self._odometry.change_settings(core))
+        self._core = core
+        settings = self._shedding.settings(core)
+        self._between_frames(lambda: self._odometry.change_settings(settings))
 
     # A frame, from the executor's thread ...
 
@@ -148,7 +152,11 @@ class Pipeline:
         elif not self._rate_limit.admits(pair.colour_stamp):
             self._diagnostics.count(Count.SKIPPED_BY_RATE_LIMIT)
         else:
-            self._queue.put(self._assembler.arrival(pair))
+            self._arrived += 1
+            if self._shedding.admits(self._arrived):
+                self._queue.put(self._assembler.arrival(pair))
+            else:
+                self._diagnostics.count(Count.SKIPPED_TO_SHED_LOAD)
 
     # ... to those of the worker
 
@@ -260,7 +268,17 @@ class Pipeline:
 
     # Once a second.
 
+    def _shed_load(self) -> None:
+        """Compute less, or more again, as the load of the last seconds demands."""
+        if self._settings.process_every_frame or not self._settings.shed_load:
+            return
+        load = Load(time.monotonic(), self._arrived, self._worker.dropped, self._worker.busy)
+        if self._shedding.update(load):
+            self.change_settings(self._core)
+            self._logger.warning(self._shedding.sentence or 'everything is computed again')
+
     def _report(self, images: ImageStream) -> None:
+        self._shed_load()
         complaint = '; '.join(filter(None, (
             images.complaint(), self._expectations.complaint(), self._imu.complaint,
             self._odometry.gyroscope.complaint, self._odometry.gravity.complaint)))
@@ -276,7 +294,9 @@ class Pipeline:
              'backlog in MB': f'{self._queue.backlog_bytes / 1e6:.1f}',
              'misalignment of the camera': self._misalignment.description,
              'gyroscope': self._odometry.gyroscope.description,
-             'accelerometer': self._odometry.gravity.description})
+             'accelerometer': self._odometry.gravity.description,
+             'left out to shed load': self._shedding.step.value},
+            self._shedding.sentence)
 
 
 def _queue(settings: NodeSettings) -> WorkQueue[Arrival]:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from typing import Generic
 
@@ -25,12 +26,18 @@ class Worker(Generic[Item]):
                  is_ready: Callable[[Item], bool] = lambda item: True,
                  name: str = 'odometry') -> None:
         self._queue, self._work, self._is_ready = queue, work, is_ready
+        self._busy = 0.0
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
 
     @property
     def dropped(self) -> int:
         """Number of items dropped for newer ones since the start, or the last draining."""
         return self._queue.dropped
+
+    @property
+    def busy(self) -> tuple[float, ...]:
+        """Time that the thread has worked, without the job at hand [s]."""
+        return self._busy,
 
     def start(self) -> None:
         """Start the thread."""
@@ -63,4 +70,6 @@ class Worker(Generic[Item]):
 
     def _run(self) -> None:
         while (job := self._queue.take(self._work, self._is_ready)) is not None:
+            begun = time.monotonic()
             job()
+            self._busy += time.monotonic() - begun

@@ -81,6 +81,10 @@ class NodeSettings(Checked):
         'qx qy qz qw; empty: from TF.')
     process_every_frame: bool = parameter(
         False, 'Whether to register every frame, in order; false: only the newest one.')
+    shed_load: bool = parameter(
+        True, 'Whether less is computed while frames come faster than they can be registered: '
+        'fewer keypoints, then fewer points of the depth image, then every second frame. '
+        'Without effect on process_every_frame.')
     max_update_rate: float = parameter(
         0.0, 'Maximum rate of registered frames; the others are dropped evenly. 0: no limit.',
         unit='Hz', minimum=0.0, maximum=1000.0)

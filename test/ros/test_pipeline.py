@@ -26,6 +26,7 @@ from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import values_of
 from aick_ros.ros.pipeline import Pipeline
 from aick_ros.settings import NodeSettings, Settings
+from aick_ros.settings.parameter import with_values
 
 STAMP = 1_700_000_000_000_000_000
 MS = 1_000_000
@@ -98,6 +99,9 @@ class Seen:
 
     def reset(self):
         self.pose = np.eye(4)
+
+    def change_settings(self, settings):
+        self.settings = settings
 
 
 def message(stamp):
@@ -254,3 +258,40 @@ def test_frames_prepared_on_another_thread_are_answered_alike(make, monkeypatch,
     for (pose, covariance), (other, other_covariance) in zip(*paths, strict=True):
         np.testing.assert_array_equal(pose, other)
         np.testing.assert_array_equal(covariance, other_covariance)
+
+
+def overload(made, monkeypatch, seconds):
+    """Let seconds pass in which a third of the frames is dropped and the worker never waits."""
+    worker = SimpleNamespace(dropped=0, busy=(0.0,), put_task=lambda task: task())
+    monkeypatch.setattr(made.pipeline, '_worker', worker)
+    for second in range(seconds + 1):
+        monkeypatch.setattr('aick_ros.ros.pipeline.time', SimpleNamespace(
+            monotonic=lambda: 1e3 + second))
+        made.pipeline._shed_load()
+        made.pipeline._arrived += 30
+        worker.dropped, worker.busy = worker.dropped + 10, (worker.busy[0] + 1.0,)
+
+
+def test_under_load_less_is_computed_and_settings_can_change_all_the_same(make, monkeypatch):
+    made = make()
+    overload(made, monkeypatch, 2)
+    assert made.camera.settings.features.max_keypoints == 200
+    assert 'half of the keypoints are left out' in made.node.logger.lines[-1]
+    made.pipeline.change_settings(with_values(Settings(), {'features.max_keypoints': 300}))
+    assert made.camera.settings.features.max_keypoints == 150
+
+
+def test_under_a_load_that_stays_every_second_frame_is_skipped(make, monkeypatch):
+    made = make()
+    overload(made, monkeypatch, 6)
+    for i in range(6):
+        stamp = STAMP + i * 33 * MS
+        made.pipeline._enqueue(Pair(stamp, message(stamp), stamp, message(stamp)))
+    assert made.snapshot.totals[Count.SKIPPED_TO_SHED_LOAD] == 3
+
+
+@pytest.mark.parametrize('settings', [{'shed_load': False}, {'process_every_frame': True}])
+def test_where_it_is_not_wanted_everything_is_computed_under_load_too(make, monkeypatch, settings):
+    made = make(**settings)
+    overload(made, monkeypatch, 6)
+    assert not hasattr(made.camera, 'settings')

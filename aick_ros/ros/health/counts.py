@@ -20,6 +20,7 @@ class Count(Enum):
     DROPPED_UNDER_LOAD = 'frames dropped under load'
     SKIPPED_WHILE_PAUSED = 'frames skipped while paused'
     SKIPPED_BY_RATE_LIMIT = 'frames skipped by max_update_rate'
+    SKIPPED_TO_SHED_LOAD = 'frames skipped to shed load'
     IMAGES_REJECTED = 'images rejected'
     COLOUR_UNPAIRED = 'colour images without depth'
     DEPTH_UNPAIRED = 'depth images without colour'

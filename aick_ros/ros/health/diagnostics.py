@@ -29,16 +29,18 @@ class Diagnostics(FrameStatistics):
         self._name = f'{node.get_fully_qualified_name().lstrip("/")}: odometry'
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', _QUEUE)
 
-    def publish(self, complaint: str, paused: bool, present: Mapping[str, str]) -> None:
+    def publish(self, complaint: str, paused: bool, present: Mapping[str, str],
+                concern: str = '') -> None:
         """
         Publish level, sentence, counts and times.
 
         :param complaint: what is missing at the inputs, '' where nothing is.
         :param paused: whether frames are skipped by request.
         :param present: further values by key.
+        :param concern: what the counts do not show, '' for nothing.
         """
         frames = self.snapshot()
-        level, message = judge(frames, complaint, paused)
+        level, message = judge(frames, complaint, paused, concern)
         self._publisher.publish(DiagnosticArray(
             header=Header(stamp=self._node.get_clock().now().to_msg()),
             status=[DiagnosticStatus(

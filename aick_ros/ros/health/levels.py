@@ -34,12 +34,14 @@ class Level(Enum):
     ERROR = b'\x02'
 
 
-def judge(frames: Snapshot, complaint: str, paused: bool) -> tuple[Level, str]:
+def judge(frames: Snapshot, complaint: str, paused: bool,
+          concern: str = '') -> tuple[Level, str]:
     """
     Return the level of the odometry and a sentence that explains it.
 
     :param complaint: what is missing at the inputs, '' where nothing is.
     :param paused: whether frames are skipped by request.
+    :param concern: what the frames do not show, '' for nothing.
     """
     if paused:
         return Level.WARN, 'paused: call ~/resume_odom to continue'
@@ -57,7 +59,7 @@ def judge(frames: Snapshot, complaint: str, paused: bool) -> tuple[Level, str]:
         return Level.WARN, sentence
     if frames.silent_for > _SILENT_TOO_LONG and _unanswered(frames):
         return Level.ERROR, f'no odometry for {frames.silent_for:.0f} s: {status}'
-    concerns = list(_concerns(frames))
+    concerns = list(filter(None, (*_concerns(frames), concern)))
     if concerns:
         return Level.WARN, '; '.join(concerns)
     return (Level.WARN, status) if frames.status.is_lost else (Level.OK, frames.status.value)
@@ -66,7 +68,8 @@ def judge(frames: Snapshot, complaint: str, paused: bool) -> tuple[Level, str]:
 def _unanswered(frames: Snapshot) -> bool:
     """Return whether frames in the window should have been answered and were not."""
     skipped = (frames.recent[Count.SKIPPED_WHILE_PAUSED]
-               + frames.recent[Count.SKIPPED_BY_RATE_LIMIT])
+               + frames.recent[Count.SKIPPED_BY_RATE_LIMIT]
+               + frames.recent[Count.SKIPPED_TO_SHED_LOAD])
     return frames.recent[Count.RECEIVED] - skipped > frames.recent[Count.ANSWERED]
 
 

@@ -52,8 +52,8 @@ class Frames(FrameStatistics):
             self.receive()
             self.count(reason)
 
-    def judged(self, complaint='', paused=False):
-        return judge(self.snapshot(), complaint, paused)
+    def judged(self, complaint='', paused=False, concern=''):
+        return judge(self.snapshot(), complaint, paused, concern)
 
 
 @pytest.fixture

@@ -19,6 +19,15 @@ def test_tracked_frames_are_ok(frames):
     assert frames.judged() == (Level.OK, 'registered')
 
 
+def test_less_than_everything_is_a_warning_after_what_the_frames_show(frames):
+    frames.answer(30)
+    assert frames.judged(concern='half is left out') == (Level.WARN, 'half is left out')
+    frames.damage(30)
+    level, sentence = frames.judged(concern='half is left out')
+    assert level is Level.WARN
+    assert sentence.endswith('could not be used, see the log; half is left out')
+
+
 def test_before_the_first_frame_it_waits(frames):
     assert frames.judged() == (Level.WARN, 'no frame yet: waiting for images')
 
@@ -69,7 +78,8 @@ def test_where_the_first_frames_are_damaged_silence_becomes_an_error(frames):
     assert frames.judged()[0] is Level.ERROR
 
 
-@pytest.mark.parametrize('reason', [Count.SKIPPED_BY_RATE_LIMIT, Count.SKIPPED_WHILE_PAUSED])
+@pytest.mark.parametrize('reason', [Count.SKIPPED_BY_RATE_LIMIT, Count.SKIPPED_WHILE_PAUSED,
+                                    Count.SKIPPED_TO_SHED_LOAD])
 def test_frames_skipped_on_request_are_no_silence(frames, reason):
     """As with a max_update_rate of one frame in 10 s, or right after a pause."""
     frames.answer(1)
