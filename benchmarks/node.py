@@ -7,7 +7,8 @@ Measures the node from outside, over DDS, and prints what it shows beside what i
     python benchmarks/node.py --seconds 60 --minutes 20 --damaged 100000
 
 Camera, node and listener are three processes on this machine; the images are rendered. Single
-rows: ``--only live,large,start,equal,damage,memory``. Nothing else should run meanwhile.
+rows: ``--only live,fast,slow_core,large,start,equal,damage,memory``. Nothing else should run
+meanwhile.
 """
 
 from __future__ import annotations
@@ -15,71 +16,41 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import subprocess
 import sys
 import tempfile
 import time
 from array import array
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 import cv2
 import numpy as np
 from camera import FRAME, image_message, to_and_fro
 from damage import Damage
+from node_camera import CAMERAS, FRAMES, Plan, camera, shoot
 from node_process import Listener, NodeProcess
+from node_rates import fast, slow_core
 from row import HEAD, Row
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.machine import machine_facts
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.geometry.camera import Camera
 from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.synchronizer import Pair
 from aick_ros.odometry import Odometry
 from aick_ros.ros.conversions import from_pose, header
 from aick_ros.ros.process.resources import use_fastdds_profile
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
-CAMERAS = {
-    '640x480': Camera(640, 480, 525.0, 525.0, 319.5, 239.5),
-    '1280x720': Camera(1280, 720, 920.0, 920.0, 639.5, 359.5),
-}
-FRAMES = 30
 CHUNK = 40  # damaged pairs between two good ones; the backlog takes 100
 PERIOD = 33_333_333  # ns
-
-
-@dataclass(frozen=True)
-class Plan:
-    """Duration and amount of the measurements."""
-
-    folder: Path
-    seconds: float
-    minutes: float
-    damaged: int
-
-    def recording(self, size: str) -> Path:
-        """Return a file of rendered frames, as camera.py takes it."""
-        path = self.folder / f'{size}.npz'
-        if not path.exists():
-            source = SyntheticSource(SyntheticOptions(seed=1, frames=FRAMES, camera=CAMERAS[size]))
-            frames = [source.frame(i) for i in range(FRAMES)]
-            np.savez(path, k=CAMERAS[size].matrix,
-                     colour=np.array([frame.colour for frame in frames]),
-                     depth=np.array([np.rint(1000 * np.nan_to_num(frame.depth)).astype('<u2')
-                                     for frame in frames]))
-        return path
 
 
 def live(plan: Plan) -> Iterator[Row]:
     """Losses, delay and processor at 640x480 and 30 Hz with the default settings."""
     command = f'python benchmarks/node.py --only live --seconds {plan.seconds:g}'
     with Listener() as listener, NodeProcess() as node:
-        sent, cpu = _shoot(plan.recording('640x480'), plan.seconds, node)
+        sent, cpu = shoot(plan.recording('640x480'), plan.seconds, node)
     delays = 1e3 * np.array([at - stamp / 1e9 for stamp, (at, _) in listener.received.items()])
     yield Row(f'640x480 at 30 Hz, {plan.seconds:g} s: frames lost', 0, False,
               sent - len(delays), f'of {sent}', command)
@@ -93,7 +64,7 @@ def large(plan: Plan) -> Iterator[Row]:
     """Rate at 1280x720 and 30 Hz where only the newest frame counts."""
     seconds = min(plan.seconds, 30.0)
     with Listener() as listener, NodeProcess() as node:
-        _, cpu = _shoot(plan.recording('1280x720'), seconds, node)
+        _, cpu = shoot(plan.recording('1280x720'), seconds, node)
     yield Row('1280x720 at 30 Hz, newest frame: odometry', 12, True,
               len(listener.received) / seconds, 'Hz', 'python benchmarks/node.py --only large',
               f'{cpu:.2f} cores')
@@ -102,7 +73,7 @@ def large(plan: Plan) -> Iterator[Row]:
 def start(plan: Plan) -> Iterator[Row]:
     """From the start of the process to its first odometry, with a camera running."""
     times = []
-    with Listener() as listener, _camera(plan.recording('640x480'), 60.0, '--at-once'):
+    with Listener() as listener, camera(plan.recording('640x480'), 60.0, '--at-once'):
         time.sleep(4.0)  # until it runs
         for _ in range(5):
             time.sleep(1.0)  # until the last answers of the node before have come
@@ -129,40 +100,18 @@ def memory(plan: Plan) -> Iterator[Row]:
     """Resident memory at the end against after one minute."""
     command = f'python benchmarks/node.py --only memory --minutes {plan.minutes:g}'
     with Listener(), NodeProcess() as node:
-        with _camera(plan.recording('640x480'), 60.0 * plan.minutes) as camera:
+        with camera(plan.recording('640x480'), 60.0 * plan.minutes) as process:
             time.sleep(min(60.0, 20.0 * plan.minutes))
             early = node.resident_megabytes
-            camera.wait()
+            process.wait()
             late = node.resident_megabytes
-    yield Row(f'memory after {plan.minutes:g} min at 30 Hz against after the first', 20, False,
+    yield Row(f'memory after {plan.minutes:g} min at 30 Hz against after the first', 4, False,
               late - early, 'MB', command, f'{late:.0f} MB in all')
 
 
 MEASURES: tuple[Callable[[Plan], Iterator[Row]], ...] = (
-    live, large, start, equal, damage, memory)
+    live, fast, slow_core, large, start, equal, damage, memory)
 """Measurements, in order; add a function that yields rows."""
-
-
-def _shoot(recording: Path, seconds: float, node: NodeProcess) -> tuple[int, float]:
-    """Have a camera show a recording; return the frames published and the cores used."""
-    with _camera(recording, seconds) as camera:
-        time.sleep(2.5)  # discovery, and the first frames
-        begun, cpu = time.monotonic(), node.cpu_seconds
-        time.sleep(max(seconds - 2.0, 0.5))
-        cores = (node.cpu_seconds - cpu) / (time.monotonic() - begun)
-        return int(camera.communicate()[0]), cores
-
-
-@contextmanager
-def _camera(recording: Path, seconds: float, *options: str) -> Iterator[subprocess.Popen]:
-    script = Path(__file__).with_name('camera.py')
-    process = subprocess.Popen([sys.executable, str(script), str(recording), '--seconds',
-                                str(seconds), *options], stdout=subprocess.PIPE, text=True)
-    try:
-        yield process
-    finally:
-        process.terminate()
-        process.wait()
 
 
 def _wait(condition: Callable[[], object], seconds: float) -> None:
