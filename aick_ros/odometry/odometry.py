@@ -24,6 +24,7 @@ from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.keyframe import KeyframePolicy
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.motion_model import MotionModel
+from aick_ros.odometry.plane import Plane
 from aick_ros.odometry.position_filter import PositionFilter
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.odometry.update import OdometryUpdate
@@ -74,6 +75,7 @@ class Odometry:
         self._learned = Learned()
         self._gyroscope = Gyroscope(settings.imu, settings.odometry)
         self._gravity = Gravity(settings.imu)
+        self._plane = Plane(settings.odometry)
         self._filter = PositionFilter(settings.odometry)
         self._memory: KeyframeMemory | None = None
         self._apply(settings, Registrar(settings, self._times, self._learned, detector))
@@ -100,6 +102,7 @@ class Odometry:
         self._motion_model = MotionModel(settings.odometry)
         self._gyroscope.configure(settings.imu, settings.odometry)
         self._gravity.configure(settings.imu)
+        self._plane.configure(settings.odometry)
         self._filter.configure(settings.odometry)
         self._expected = ExpectedMotion(settings.odometry, self._gyroscope)
         self._attempts = Attempts(settings, registrar, self._expected)
@@ -120,6 +123,7 @@ class Odometry:
         pose = np.eye(4) if T_odom_camera is None else se3.checked(T_odom_camera, 'T_odom_camera')
         self._is_placed = T_odom_camera is not None
         self._gravity.reset()
+        self._plane.reset()
         self._begin(PoseWithCovariance(pose))
 
     def _begin(self, pose: PoseWithCovariance, is_lost: bool = False) -> None:
@@ -167,7 +171,8 @@ class Odometry:
         return self._memory.keypoints_from(self._pose)
 
     def register_frame(self, frame: RgbdFrame,
-                       predict: Predict = lambda before, now: None) -> OdometryUpdate:
+                       predict: Predict = lambda before, now: None,
+                       T_base_camera: np.ndarray | None = None) -> OdometryUpdate:
         """
         Return pose and motion of the camera at a frame.
 
@@ -175,10 +180,12 @@ class Odometry:
         one that goes back by more than a second starts a new recording at the pose reached.
 
         :param predict: motion of the camera by another sensor, called if the frame is lost.
+        :param T_base_camera: extrinsic at the frame, 4x4, for a base that moves in a plane; None:
+            the base is the camera, its z axis that of the first pose, given or level.
         :raises InputError: where that motion is not a rigid transformation; the frame counts as
             lost without an answer, and the next one is registered as if it had not been.
         """
-        return self.register(self._registrar.preparer.begin(frame), predict)
+        return self.register(self._registrar.preparer.begin(frame), predict, T_base_camera)
 
     def prepare(self, frame: RgbdFrame) -> Preparation:
         """
@@ -191,11 +198,13 @@ class Odometry:
         return self._registrar.preparer.prepare(frame)
 
     def register(self, preparation: Preparation,
-                 predict: Predict = lambda before, now: None) -> OdometryUpdate:
+                 predict: Predict = lambda before, now: None,
+                 T_base_camera: np.ndarray | None = None) -> OdometryUpdate:
         """Return what :meth:`register_frame` does, of a frame that :meth:`prepare` returned."""
         if preparation.preparer is not self._registrar.preparer:  # the settings have changed
             preparation = self._registrar.preparer.begin(preparation.frame)
         self._times.take()
+        self._plane.mount(T_base_camera)
         frame = preparation.frame
         if frame.imu is not None:
             self._gyroscope.add(frame.imu)
@@ -239,7 +248,7 @@ class Odometry:
         if predicted is None:
             motion = PoseWithCovariance(
                 motion.matrix, motion.covariance + elapsed ** 2 * self._twist_covariance)
-        self._pose = last.pose @ motion
+        self._pose = self._plane.joined(last.pose @ motion)
         return dataclasses.replace(self._update(prepared, Status.REPEATED, reason),
                                    expected=Increment(motion, elapsed))
 
@@ -300,9 +309,10 @@ class Odometry:
                                 f'{count} keypoints with depth, at least {required} are required')
         recovered, self._is_lost = self._is_lost, False
         self._confirmed = prepared.stamp
-        if not self._is_placed:
+        if not self._is_placed and not self._plane.has_base:
             self._pose = self._gravity.begin(prepared.stamp) or self._pose
         self._is_placed = True
+        self._plane.begin(self._pose.matrix)
         first = Reference(prepared, self._pose)
         self._references = References(first)
         self._memory = KeyframeMemory(self._settings, self._registrar, first)
@@ -317,8 +327,8 @@ class Odometry:
         recovered, self._is_lost = self._is_lost, False
         prepared = dataclasses.replace(
             prepared, twist=self._expected.twist_at(prepared.stamp, increment.twist))
-        self._pose = reference.pose @ registration.pose
-        last = Reference(prepared, reference.pose @ registration.image_pose,
+        self._pose = self._plane.joined(reference.pose @ registration.pose)
+        last = Reference(prepared, self._plane.joined(reference.pose @ registration.image_pose),
                          in_keyframe=attempt.seen.varying_pose)
         detour = np.zeros((6, 6))
         if registration.is_by_depth:
@@ -387,7 +397,8 @@ class Odometry:
         """
         self._is_lost = True
         last = references.last
-        self._pose = last.pose @ self._motion_since(last, prepared.stamp, predicted)
+        self._pose = self._plane.joined(
+            last.pose @ self._motion_since(last, prepared.stamp, predicted))
         if len(prepared.keypoints) >= self._settings.odometry.min_matches:
             references.lose(Reference(prepared, self._pose))
         return dataclasses.replace(

@@ -215,10 +215,10 @@ class Pipeline:
         if start is not None:
             self._base.reset(start)
         if self._guess is None:
-            update = self._odometry.register(preparation)
+            update = self._odometry.register(preparation, T_base_camera=T_base_camera)
         else:
             update = self._odometry.register(
-                preparation, partial(self._guess.camera_motion, camera_frame))
+                preparation, partial(self._guess.camera_motion, camera_frame), T_base_camera)
         self._misalignment.update(self._odometry.misalignment)
         base = self._base.update(update, T_base_camera, mount)
         if base is not None:

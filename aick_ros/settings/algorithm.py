@@ -157,6 +157,15 @@ class OdometrySettings(Checked):
     motion_prior: bool = parameter(
         True, 'Whether positions that are uncertain are held by the velocity before, within '
         '`acceleration_sigma`.')
+    planar: bool = parameter(
+        False, 'Whether the base moves in a plane, as a robot on wheels does: along its x and y '
+        'axes at the start.')
+    planar_sigma: float = parameter(
+        0.005, 'Standard deviation of the height of a planar base above the plane.', unit='m',
+        minimum=1e-5, maximum=1.0)
+    planar_tilt_sigma: float = parameter(
+        0.005, 'Standard deviation of roll and pitch of a planar base.', unit='rad', minimum=1e-5,
+        maximum=1.0)
     max_keyframes: int = parameter(
         30, 'Maximum number of keyframes that are kept to be found again; 0 keeps none: the '
         'drift is not corrected.', minimum=0, maximum=1000)

@@ -82,7 +82,9 @@ READ_AS = {row.theirs.name: row for row in (
            'max_update_rate'),
     ReadAs(Parameter('Rtabmap/ImagesAlreadyRectified', bool, True,
                      'Whether the images are rectified.'),
-           'image_rectification', lambda value: 'rectified' if value else 'raw'))}
+           'image_rectification', lambda value: 'rectified' if value else 'raw'),
+    ReadAs(Parameter('Reg/Force3DoF', bool, False, 'Whether x, y and yaw alone are estimated.'),
+           'odometry.planar'))}
 
 _NO_IMU = ('an IMU is used from its first sample on, with the transform at each image and the '
            'QoS its publisher offers')
@@ -123,8 +125,6 @@ WITHOUT_EFFECT = {
                                    'odometry.reference', off=False),
     'Odom/KeyFrameThr': WithoutEffect('keyframes change by overlap', 'odometry.min_overlap'),
     'Odom/GuessMotion': WithoutEffect('the motion is always predicted', off=False),
-    'Reg/Force3DoF': WithoutEffect('z, roll and pitch are estimated as well: fuse the odometry '
-                                   'with two_d_mode of robot_localization for a planar robot'),
     'Vis/FeatureType': WithoutEffect('the detectors are others', 'features.detector', off=False),
     'Vis/MaxFeatures': WithoutEffect('the number of keypoints is limited',
                                      'features.max_keypoints', off=False),

@@ -208,7 +208,7 @@ class Robot:
 DELETE = 'argument {} is one of the SLAM node of RTAB-Map and changes nothing here'
 NO_RESET = "'Odom/ResetCountdown' of rgbd_odometry changes nothing here: a lost odometry needs no"
 ODD_SENSOR = "'depth_module.emitter_enabled' is not one of this node and changes nothing"
-PLANAR = "'Reg/Force3DoF' of rgbd_odometry changes nothing here: z, roll and pitch"
+PLANAR = "'Reg/Force3DoF' is read as odometry.planar = True"
 
 
 @dataclass(frozen=True)

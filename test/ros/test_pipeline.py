@@ -92,7 +92,8 @@ class Seen:
     def prepare(self, frame):
         return SimpleNamespace(frame=frame)
 
-    def register(self, preparation, predict=None):
+    def register(self, preparation, predict=None, T_base_camera=None):
+        self.T_base_camera = T_base_camera
         prepared = SimpleNamespace(frame=preparation.frame, keypoints=(), repeat=None)
         return OdometryUpdate(preparation.frame.stamp, self.status, '',
                               PoseWithCovariance(self.pose), prepared)
@@ -158,6 +159,12 @@ def test_the_age_of_an_answer_is_that_of_its_image(make):
     made.see(STAMP)
     assert values_of(made.snapshot)['delay since the stamp [ms]'] == '50.0'
     assert made.snapshot.delays[0] < 10_000.0
+
+
+def test_the_odometry_knows_where_the_camera_sits(make):
+    made = make()
+    made.see(STAMP)
+    assert np.array_equal(made.camera.T_base_camera, np.eye(4))
 
 
 @pytest.mark.parametrize('level, severity', [

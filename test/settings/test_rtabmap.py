@@ -31,11 +31,13 @@ PAGE = (Path(__file__).parents[2] / 'docs' / 'node.md').read_text()
     ('always_process_most_recent_frame', 'false', 'process_every_frame', True),
     ('expected_update_rate', 15, 'max_update_rate', 15.0),
     ('Rtabmap/ImagesAlreadyRectified', 'False', 'image_rectification', 'raw'),
-    ('Rtabmap/ImagesAlreadyRectified', 'true', 'image_rectification', 'rectified')])
+    ('Rtabmap/ImagesAlreadyRectified', 'true', 'image_rectification', 'rectified'),
+    ('Reg/Force3DoF', 'true', 'odometry.planar', True)])
 def test_what_means_the_same_is_read(name, value, ours, expected):
     translation = translate({name: value})
     assert translation.values == {ours: expected}
-    assert getattr(with_values(NodeSettings(), translation.values), ours) == expected
+    group = NodeSettings() if ours in values(NodeSettings) else Settings()
+    assert values(with_values(group, translation.values))[ours] == expected
     assert translation.warnings == []
     assert translation.notes == [f'parameter {name!r} is read as {ours} = {expected!r}']
 
@@ -58,7 +60,6 @@ def test_a_value_that_theirs_cannot_have_is_rejected(given, sentence):
 @pytest.mark.parametrize('name, reason', [
     ('always_check_imu_tf', 'with the transform at each image'),
     ('Odom/ResetCountdown', 'a lost odometry needs no reset'),
-    ('Reg/Force3DoF', 'z, roll and pitch are estimated as well'),
     ('guess_min_rotation', 'however little the guess has moved (see max_update_rate)'),
     ('Vis/MaxFeatures', '(see features.max_keypoints)'),
     ('keep_color', 'odom_rgbd_image is always in colour'),
@@ -75,7 +76,7 @@ def test_what_has_no_counterpart_is_explained(name, reason):
 
 @pytest.mark.parametrize('given', [
     {'always_check_imu_tf': False}, {'keep_color': False}, {'config_path': ''},
-    {'ground_truth_frame_id': ''}, {'guess_min_time': 0.0}, {'Reg/Force3DoF': 'false'},
+    {'ground_truth_frame_id': ''}, {'guess_min_time': 0.0},
     {'Odom/ResetCountdown': '0'}])
 def test_what_is_switched_off_there_is_no_difference(given):
     assert translate(given).warnings == []

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A base that moves in a plane, as a robot on wheels does."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.odometry.inertial.level import rotation_between
+from aick_ros.odometry.motion_term import MotionTerm
+from aick_ros.settings import OdometrySettings
+
+
+class Plane:
+    """
+    The plane in which a base begins, as a term of the least-squares problem of each pose.
+
+    It measures three directions: the height above the plane, and the tilt against it. They are
+    added to a pose with its covariance since the start, so that what the images leave uncertain
+    is drawn into the plane, and what correlates with it too.
+
+    :param settings: whether there is a plane, and how even it is.
+    """
+
+    def __init__(self, settings: OdometrySettings) -> None:
+        self.configure(settings)
+        self._T_base_camera: np.ndarray | None = None
+        self.reset()
+
+    def configure(self, settings: OdometrySettings) -> None:
+        """Continue with other settings, in the same plane."""
+        self._is_used = settings.planar
+        self._covariance = np.square(np.diag(
+            [settings.planar_sigma, settings.planar_tilt_sigma, settings.planar_tilt_sigma]))
+
+    def reset(self) -> None:
+        """Forget the plane."""
+        self._T_odom_base: np.ndarray | None = None
+
+    @property
+    def has_base(self) -> bool:
+        """Whether the plane is that of a base, so that what is level does not matter."""
+        return self._is_used and self._T_base_camera is not None
+
+    def mount(self, T_base_camera: np.ndarray | None) -> None:
+        """Set the extrinsic of the frames that follow, 4x4; None: the base is the camera."""
+        self._T_base_camera = T_base_camera
+
+    def begin(self, T_odom_camera: np.ndarray) -> None:
+        """Begin with a first pose, 4x4, unless there is a plane."""
+        if self._T_odom_base is None:
+            self._T_camera_level = np.eye(4)
+            self._T_camera_level[:3, :3] = T_odom_camera[:3, :3].T
+            self._T_odom_base = T_odom_camera @ self._T_camera_base
+
+    def joined(self, pose: PoseWithCovariance) -> PoseWithCovariance:
+        """Return a pose ``T_odom_camera`` with the term."""
+        if not self._is_used or self._T_odom_base is None:
+            return pose
+        return self._term(pose.matrix, self._T_odom_base).added_to(pose)
+
+    @property
+    def _T_camera_base(self) -> np.ndarray:
+        return (self._T_camera_level if self._T_base_camera is None
+                else se3.inverse(self._T_base_camera))
+
+    def _term(self, T_odom_camera: np.ndarray, T_odom_start: np.ndarray) -> MotionTerm:
+        """Return height and tilt of a pose, measured to be none."""
+        x, y, normal = T_odom_start[:3, :3].T
+        T_odom_base = T_odom_camera @ self._T_camera_base
+        turn = rotation_between(T_odom_base[:3, 2], normal)
+        # where the base is not at the camera, it is lifted by a turn
+        lift = np.cross(T_odom_base[:3, 3] - T_odom_camera[:3, 3], normal)
+        height = normal @ (T_odom_base[:3, 3] - T_odom_start[:3, 3])
+        in_plane = se3.perturbed(
+            T_odom_camera, np.append(-(height + lift @ turn) * normal, turn))
+        rows = np.zeros((3, 6))
+        rows[0, :3], rows[:, 3:] = normal, [lift, x, y]
+        return MotionTerm(in_plane, rows, self._covariance)
