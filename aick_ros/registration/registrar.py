@@ -148,7 +148,10 @@ class Registrar:
             self._learned.noise.learn(found.noise)
         if found.misalignment is not None:
             self._learned.misalignment.learn(found.misalignment)
-        return self._learned.systematic_error.add_to(found, source, target, expected, elapsed)
+        delay = (self._learned.misalignment.misalignment.delay
+                 + 0.5 * (source.depth_lag + target.depth_lag))
+        return self._learned.systematic_error.add_to(found, source, target, expected, elapsed,
+                                                     delay)
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
         """

@@ -48,18 +48,22 @@ class SystematicError:
         self._normalised = _PRIOR_NORMALISED  # mean normalised squared bias
 
     def add_to(self, registration: Registration, source: PreparedFrame, target: PreparedFrame,
-               expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
+               expected: np.ndarray | None = None, elapsed: float = np.inf,
+               delay: float = 0.0) -> Registration:
         """
         Return a registration with the covariance of these errors too.
 
         :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
         :param elapsed: time since that velocity was measured, at most the time between the
             frames [s].
+        :param delay: time from the colour to the depth image that the pose is corrected by [s].
         """
         if not registration.status.ok:
             return registration
         timing = _timing(registration.T_target_source, source, target, expected, elapsed)
         covariance = registration.covariance + timing
+        if expected is not None:
+            covariance += _lagging(registration.T_target_source, expected, elapsed, delay)
         if registration.bias is not None:
             covariance += self._unusual(registration.bias)
             self._learn(registration.bias)
@@ -93,6 +97,18 @@ def _timing(T_target_source: np.ndarray, source: PreparedFrame, target: Prepared
         variances += latency_sigma ** 2 * _squared_rates(
             change, min(elapsed, abs(interval))) / 3
     return np.diag(np.repeat(variances, 3))
+
+
+def _lagging(T_target_source: np.ndarray, expected: np.ndarray, elapsed: float,
+             delay: float) -> np.ndarray:
+    """
+    Return the covariance due to the velocity that a delay is corrected by, 6x6.
+
+    A velocity is known as the mean since the frame before, that of half an interval ago: both
+    frames are off by half of its change, in a third per axis.
+    """
+    change = _squared_rates(se3.inverse(expected) @ T_target_source, elapsed)
+    return np.diag(np.repeat(2 * (0.5 * delay) ** 2 * change / 3, 3))
 
 
 def _squared_rates(motion: np.ndarray, interval: float) -> np.ndarray:

@@ -176,6 +176,19 @@ def test_the_speed_changes_since_it_was_measured_not_since_the_keyframe():
     assert added == pytest.approx((12 * jitter * 0.01 / PERIOD) ** 2 / 3)
 
 
+def test_a_delay_is_corrected_by_a_velocity_that_lags():
+    """At constant acceleration the mean velocity is that of half an interval ago."""
+    acceleration, delay = 2.0, -0.02
+    slow = se3.exp([0.5 * PERIOD, 0, 0, 0, 0, 0])
+    fast = se3.exp([(0.5 + acceleration * PERIOD) * PERIOD, 0, 0, 0, 0, 0])
+    complete = used().add_to(registration(fast), view(1 + PERIOD), view(1), slow, PERIOD, delay)
+    error = delay * acceleration * PERIOD / 2
+    # of each of two frames, in any direction; half of it counts between two of one keyframe
+    assert np.diag(complete.covariance - OWN)[:3] == pytest.approx(2 * error ** 2 / 3)
+    steady = used().add_to(registration(fast), view(1 + PERIOD), view(1), fast, PERIOD, delay)
+    np.testing.assert_allclose(steady.covariance, OWN, atol=1e-12)
+
+
 @pytest.mark.parametrize('stamps', [(2, 1), (1, 2)])
 def test_the_order_of_the_two_frames_does_not_matter(stamps):
     source, target = (view(seconds, 0.001) for seconds in stamps)

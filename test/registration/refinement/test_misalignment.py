@@ -66,4 +66,4 @@ def test_the_velocity_is_between_the_one_before_and_the_one_measured():
     prediction = Prediction(start @ se3.exp(0.04 * old), old, 0.04)
     assert prediction.twist_with(prediction.T_target_source) == pytest.approx(old)
     assert prediction.twist_with(start @ se3.exp(0.04 * TWIST)) == pytest.approx(
-        (old + TWIST) / 2)
+        0.25 * old + 0.75 * TWIST)
