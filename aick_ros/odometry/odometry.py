@@ -21,7 +21,7 @@ from aick_ros.odometry.attempts import Attempt, Attempts
 from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
-from aick_ros.odometry.keyframe import KeyframePolicy
+from aick_ros.odometry.keyframe_choice import KeyframeChoice
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.plane import Plane
@@ -106,7 +106,7 @@ class Odometry:
         self._filter.configure(settings.odometry)
         self._expected = ExpectedMotion(settings.odometry, self._gyroscope)
         self._attempts = Attempts(settings, registrar, self._expected)
-        self._policy = KeyframePolicy(settings)
+        self._keyframes = KeyframeChoice(settings, registrar)
         if self._memory is not None:
             self._memory.configure(settings, registrar)
 
@@ -137,7 +137,7 @@ class Odometry:
         self._memory = None
         self._filter.reset()
         self._gravity.restart()
-        self._policy.begin()
+        self._keyframes.begin()
 
     @property
     def gyroscope(self) -> Gyroscope:
@@ -334,7 +334,6 @@ class Odometry:
         if registration.is_by_depth:
             self._twist = self._motion_model.observed_twist(
                 increment, seconds(self._confirmed, prepared.stamp))
-            self._choose_shape(last, attempt, references)
         else:
             self._gyroscope.learn(reference.stamp, prepared.stamp, attempt.seen.pose)
             self._filter.update(prepared.stamp, reference.pose.matrix @ registration.pose)
@@ -343,8 +342,7 @@ class Odometry:
             self._confirmed = prepared.stamp
             if reference is not references.keyframe:
                 detour = registration.covariance
-                self._policy.begin()
-            self._choose_keyframe(last, attempt, references)
+        self._keyframes.advance(references, last, attempt)
         self._twist_covariance = increment.pose.covariance / increment.interval ** 2
         memory.track(references.keyframe, self._pose.matrix, detour)
         self._gravity.update(prepared.stamp, reference.pose, registration.pose,
@@ -365,28 +363,6 @@ class Odometry:
         if attempt.registration.is_by_depth:
             return increment
         return self._expected.joined_increment(increment, last.stamp, prepared.stamp)
-
-    def _choose_shape(self, last: Reference, attempt: Attempt, references: References) -> None:
-        """Advance to a frame that was registered by depth alone."""
-        if self._policy.keeps_shape(attempt.seen):
-            references.track_shape(last, attempt.reference)
-        else:
-            shape = Reference(last.prepared, last.pose)
-            references.track_shape(shape, shape)
-
-    def _choose_keyframe(self, last: Reference, attempt: Attempt, references: References) -> None:
-        """Advance to a frame that was registered by keypoints, a keyframe or not."""
-        prepared, reference = last.prepared, attempt.reference
-        of_support = reference.prepared if prepared.is_tracked else prepared
-        if (prepared.repeat is not Repeat.NONE
-                or self._policy.keeps(prepared, attempt.registration, len(of_support.keypoints))
-                or prepared.is_blurred_beside(reference.prepared)):
-            references.track(last, Reference(reference.prepared, reference.pose))
-        else:
-            if prepared.is_tracked:
-                prepared = self._registrar.with_own_keypoints(prepared)
-            keyframe = Reference(prepared, last.pose)
-            references.track(keyframe, keyframe)
 
     def _lose(self, prepared: PreparedFrame, failure: Attempt, references: References,
               predicted: np.ndarray | None) -> OdometryUpdate:

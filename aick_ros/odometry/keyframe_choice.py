@@ -1,0 +1,59 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the next frame is registered to: the keyframe as it is, or the frame just tracked."""
+
+from __future__ import annotations
+
+from aick_ros.frames.repetition import Repeat
+from aick_ros.odometry.attempts import Attempt
+from aick_ros.odometry.keyframe import KeyframePolicy
+from aick_ros.odometry.reference import Reference, References
+from aick_ros.registration.registrar import Registrar
+from aick_ros.settings import Settings
+
+
+class KeyframeChoice:
+    """Advances the references to tracked frames, and makes keyframes of some of these."""
+
+    def __init__(self, settings: Settings, registrar: Registrar) -> None:
+        self._policy = KeyframePolicy(settings)
+        self._registrar = registrar
+
+    def begin(self) -> None:
+        """Start with another keyframe."""
+        self._policy.begin()
+
+    def advance(self, references: References, last: Reference, attempt: Attempt) -> None:
+        """
+        Advance to a tracked frame.
+
+        :param last: the frame, with the pose that its images show.
+        :param attempt: the registration by which it was tracked.
+        """
+        if attempt.registration.is_by_depth:
+            self._by_depth(references, last, attempt)
+        else:
+            self._by_keypoints(references, last, attempt)
+
+    def _by_depth(self, references: References, last: Reference, attempt: Attempt) -> None:
+        if self._policy.keeps_shape(attempt.seen):
+            references.track_shape(last, attempt.reference)
+        else:
+            shape = Reference(last.prepared, last.pose)
+            references.track_shape(shape, shape)
+
+    def _by_keypoints(self, references: References, last: Reference, attempt: Attempt) -> None:
+        prepared, reference = last.prepared, attempt.reference
+        if reference is not references.keyframe:
+            self._policy.begin()
+        of_support = reference.prepared if prepared.is_tracked else prepared
+        if (prepared.repeat is not Repeat.NONE
+                or self._policy.keeps(prepared, attempt.registration, len(of_support.keypoints))
+                or prepared.is_blurred_beside(reference.prepared)):
+            references.track(last, Reference(reference.prepared, reference.pose))
+        else:
+            if prepared.is_tracked:
+                prepared = self._registrar.with_own_keypoints(prepared)
+            keyframe = Reference(prepared, last.pose)
+            references.track(keyframe, keyframe)
