@@ -12,6 +12,7 @@ show is joined with the same terms.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from aick_ros.geometry.stamps import seconds
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.motion_term import LARGEST_DISAGREEMENT, MotionTerm
+from aick_ros.odometry.other_odometry import OtherOdometry
 from aick_ros.registration.result import Registration
 from aick_ros.settings import OdometrySettings
 
@@ -30,11 +32,13 @@ class ExpectedMotion:
 
     :param settings: of the motion model.
     :param gyroscope: with the samples of an IMU, if there are any.
+    :param other: another odometry, if there is one.
     """
 
-    def __init__(self, settings: OdometrySettings, gyroscope: Gyroscope) -> None:
+    def __init__(self, settings: OdometrySettings, gyroscope: Gyroscope,
+                 other: OtherOdometry) -> None:
         self._motion_model = MotionModel(settings)
-        self._gyroscope = gyroscope
+        self._gyroscope, self._other = gyroscope, other
 
     def is_known(self, start: int, end: int, twist: np.ndarray | None) -> bool:
         """
@@ -43,18 +47,28 @@ class ExpectedMotion:
         :param twist: body velocity of the camera at the start; None: unknown.
         """
         holds = twist is not None and self._motion_model.holds(seconds(start, end))
-        return holds or self._gyroscope.term(start, end) is not None
+        return holds or any(True for _ in self._terms(start, end))
 
-    def between(self, start: int, end: int, twist: np.ndarray | None,
-                by_other: np.ndarray | None = None) -> PoseWithCovariance:
+    def between(self, start: int, end: int, twist: np.ndarray | None) -> PoseWithCovariance:
         """
         Return the motion ``T_camera0_camera1`` between two stamps [ns].
 
         :param twist: body velocity of the camera at the start; None: unknown.
-        :param by_other: the motion by another odometry, 4x4; None: there is none.
         """
+        if twist is None or not self._motion_model.holds(seconds(start, end)):
+            return self.without_images(start, end, twist)
+        motion = self._motion_model.predict(twist, seconds(start, end))
+        for term in self._terms(start, end):
+            if term.disagreement(motion) <= LARGEST_DISAGREEMENT:
+                motion = term.added_to(motion)
+        return motion
+
+    def without_images(self, start: int, end: int, twist: np.ndarray | None
+                       ) -> PoseWithCovariance:
+        """Return the motion of a camera that is not seen: by another odometry, if there is one."""
+        by_other = self._other.motion(start, end)
         motion = (self._motion_model.predict(twist, seconds(start, end)) if by_other is None
-                  else self._motion_model.with_slip(by_other))
+                  else self._other.with_slip(by_other))
         term = self._gyroscope.term(start, end)
         return motion if term is None else term.added_to(motion)
 
@@ -67,22 +81,25 @@ class ExpectedMotion:
         """Return the registration of a frame to a keyframe, by their stamps [ns], with terms."""
         if not seen.status.ok or seen.is_by_depth:
             return seen  # the latter was registered with the expected motion as a term
-        term = self._accepted(seen.pose, start, end, is_summed=True)
-        if term is None:
-            return seen
-        joined, kept = term.added_to(seen.pose), term.kept(seen.pose)
-        return dataclasses.replace(
-            seen, T_target_source=joined.matrix, covariance=joined.covariance,
-            systematic=kept @ seen.systematic @ kept.T, timing=kept @ seen.timing @ kept.T)
+        for term in self._terms(start, end, is_summed=True):
+            if term.disagreement(seen.pose) > LARGEST_DISAGREEMENT:
+                continue
+            joined, kept = term.added_to(seen.pose), term.kept(seen.pose)
+            seen = dataclasses.replace(
+                seen, T_target_source=joined.matrix, covariance=joined.covariance,
+                systematic=kept @ seen.systematic @ kept.T, timing=kept @ seen.timing @ kept.T)
+        return seen
 
     def joined_increment(self, seen: Increment, start: int, end: int) -> Increment:
         """Return an increment between two stamps [ns], as the camera saw it, with the terms."""
-        term = self._accepted(seen.pose, start, end)
-        return seen if term is None else Increment(term.added_to(seen.pose), seen.interval)
+        for term in self._terms(start, end):
+            if term.disagreement(seen.pose) <= LARGEST_DISAGREEMENT:
+                seen = Increment(term.added_to(seen.pose), seen.interval)
+        return seen
 
-    def _accepted(self, seen: PoseWithCovariance, start: int, end: int,
-                  is_summed: bool = False) -> MotionTerm | None:
-        term = self._gyroscope.term(start, end, is_summed) if end > start else None
-        if term is None or term.disagreement(seen) > LARGEST_DISAGREEMENT:
-            return None
-        return term
+    def _terms(self, start: int, end: int, is_summed: bool = False) -> Iterator[MotionTerm]:
+        if end > start:
+            for sensor in (self._gyroscope, self._other):
+                term = sensor.term(start, end, is_summed)
+                if term is not None:
+                    yield term

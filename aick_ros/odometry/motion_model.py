@@ -11,10 +11,6 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.settings import OdometrySettings
 
-# chosen for wheels; not measured
-_SLIP = 0.1  # standard deviation of a motion by another sensor, as a fraction of it
-_MIN_SLIP = 0.01  # m and rad; its lower bound
-
 
 class MotionModel:
     """
@@ -74,21 +70,6 @@ class MotionModel:
         kept: np.ndarray = prior @ np.linalg.solve(
             prior + increment.pose.covariance, increment.twist)
         return kept
-
-    def with_slip(self, motion: np.ndarray) -> PoseWithCovariance:
-        """
-        Return a motion measured by another sensor, with the covariance assumed for it.
-
-        :param motion: ``T_camera0_camera1``, 4x4.
-        """
-        amount = np.array([np.linalg.norm(motion[:3, 3]), se3.angle(motion[:3, :3])])
-        sigmas = np.repeat(_SLIP * amount + _MIN_SLIP, 3)
-        return PoseWithCovariance(motion, np.diag(sigmas ** 2))
-
-    def is_at_rest(self, motion: np.ndarray) -> bool:
-        """Return whether a motion measured by another sensor, 4x4, is within its least slip."""
-        largest = max(float(np.linalg.norm(motion[:3, 3])), se3.angle(motion[:3, :3]))
-        return largest <= 3 * _MIN_SLIP
 
     def violation(self, increment: Increment) -> str | None:
         """Return which limits an increment exceeds, with the numbers; None if it exceeds none."""

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.keyframe_choice import KeyframeChoice
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.motion_model import MotionModel
+from aick_ros.odometry.other_odometry import OtherOdometry, Predict, no_odometry
 from aick_ros.odometry.plane import Plane
 from aick_ros.odometry.position_filter import PositionFilter
 from aick_ros.odometry.reference import Reference, References
@@ -34,9 +34,6 @@ from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
-
-Predict = Callable[[int, int], np.ndarray | None]
-"""From two stamps [ns] to ``T_camera0_camera1`` by another sensor; None: it has none."""
 
 
 class Odometry:
@@ -75,6 +72,7 @@ class Odometry:
         self._learned = Learned()
         self._gyroscope = Gyroscope(settings.imu, settings.odometry)
         self._gravity = Gravity(settings.imu)
+        self._other = OtherOdometry(settings.odometry)
         self._plane = Plane(settings.odometry)
         self._filter = PositionFilter(settings.odometry)
         self._memory: KeyframeMemory | None = None
@@ -102,9 +100,10 @@ class Odometry:
         self._motion_model = MotionModel(settings.odometry)
         self._gyroscope.configure(settings.imu, settings.odometry)
         self._gravity.configure(settings.imu)
+        self._other.configure(settings.odometry)
         self._plane.configure(settings.odometry)
         self._filter.configure(settings.odometry)
-        self._expected = ExpectedMotion(settings.odometry, self._gyroscope)
+        self._expected = ExpectedMotion(settings.odometry, self._gyroscope, self._other)
         self._attempts = Attempts(settings, registrar, self._expected)
         self._keyframes = KeyframeChoice(settings, registrar)
         if self._memory is not None:
@@ -171,7 +170,7 @@ class Odometry:
         return self._memory.keypoints_from(self._pose)
 
     def register_frame(self, frame: RgbdFrame,
-                       predict: Predict = lambda before, now: None,
+                       predict: Predict = no_odometry,
                        T_base_camera: np.ndarray | None = None) -> OdometryUpdate:
         """
         Return pose and motion of the camera at a frame.
@@ -179,7 +178,7 @@ class Odometry:
         A stamp that repeats or goes back a little is answered with BAD_STAMP and changes nothing;
         one that goes back by more than a second starts a new recording at the pose reached.
 
-        :param predict: motion of the camera by another sensor, called if the frame is lost.
+        :param predict: motion of the camera by another odometry, as of the wheels.
         :param T_base_camera: extrinsic at the frame, 4x4, for a base that moves in a plane; None:
             the base is the camera, its z axis that of the first pose, given or level.
         :raises InputError: where that motion is not a rigid transformation; the frame counts as
@@ -198,12 +197,13 @@ class Odometry:
         return self._registrar.preparer.prepare(frame)
 
     def register(self, preparation: Preparation,
-                 predict: Predict = lambda before, now: None,
+                 predict: Predict = no_odometry,
                  T_base_camera: np.ndarray | None = None) -> OdometryUpdate:
         """Return what :meth:`register_frame` does, of a frame that :meth:`prepare` returned."""
         if preparation.preparer is not self._registrar.preparer:  # the settings have changed
             preparation = self._registrar.preparer.begin(preparation.frame)
         self._times.take()
+        self._other.begin(predict)
         self._plane.mount(T_base_camera)
         frame = preparation.frame
         if frame.imu is not None:
@@ -212,9 +212,9 @@ class Odometry:
         repeat = self._repeat_of(frame)
         update = None
         if self._references is not None and repeat is Repeat.BOTH:
-            update = self._continue(frame, self._references.last, predict)
+            update = self._continue(frame, self._references.last)
         if update is None:
-            update = self._register(preparation, repeat, predict)
+            update = self._register(preparation, repeat)
         self._times.add(preparation.times)
         return dataclasses.replace(update, timing=self._times.take())
 
@@ -225,46 +225,42 @@ class Odometry:
             return Repeat.NONE
         return repeat_of(frame, self._references.last.prepared.frame)
 
-    def _continue(self, frame: RgbdFrame, last: Reference,
-                  predict: Predict) -> OdometryUpdate | None:
+    def _continue(self, frame: RgbdFrame, last: Reference) -> OdometryUpdate | None:
         """Return the update of a frame whose images repeat; None if they show a camera at rest."""
         unchanged = seconds(self._unchanged_since, frame.stamp)
         if unchanged > self._motion_model.time_to_rest(self._twist):
-            moved = self._predicted(predict, self._unchanged_since, frame.stamp)
-            if moved is None or self._motion_model.is_at_rest(moved):
+            moved = self._other.motion(self._unchanged_since, frame.stamp)
+            if moved is None or self._other.is_at_rest(moved):
                 return None
         self._stamp = frame.stamp
         prepared = dataclasses.replace(
             last.prepared, frame=frame, repeat=Repeat.BOTH,
             keypoints=dataclasses.replace(last.prepared.keypoints, stamp=frame.stamp))
-        return self._hold(prepared, last, predict, f'unchanged for {unchanged:.2f} s')
+        return self._hold(prepared, last, f'unchanged for {unchanged:.2f} s')
 
-    def _hold(self, prepared: PreparedFrame, last: Reference, predict: Predict,
-              reason: str) -> OdometryUpdate:
+    def _hold(self, prepared: PreparedFrame, last: Reference, reason: str) -> OdometryUpdate:
         """Return the update of a frame whose images repeat: its pose is the one expected."""
         elapsed = seconds(last.stamp, prepared.stamp)
-        predicted = self._predicted(predict, last.stamp, prepared.stamp)
-        motion = self._motion_since(last, prepared.stamp, predicted)
-        if predicted is None:
+        motion = self._expected.without_images(last.stamp, prepared.stamp, self._twist)
+        if self._other.motion(last.stamp, prepared.stamp) is None:
             motion = PoseWithCovariance(
                 motion.matrix, motion.covariance + elapsed ** 2 * self._twist_covariance)
         self._pose = self._plane.joined(last.pose @ motion)
         return dataclasses.replace(self._update(prepared, Status.REPEATED, reason),
                                    expected=Increment(motion, elapsed))
 
-    def _register(self, preparation: Preparation, repeat: Repeat,
-                  predict: Predict) -> OdometryUpdate:
+    def _register(self, preparation: Preparation, repeat: Repeat) -> OdometryUpdate:
         """Return the update of a frame: by tracking, unless AICK is due or has to decide."""
         references, memory = self._references, self._memory
         if (references is None or memory is None
                 or not self._may_track(preparation.frame, repeat, references)):
             return self._register_prepared(
-                self._registrar.prepared(preparation, repeat), predict)
+                self._registrar.prepared(preparation, repeat))
         prepared, attempt = self._attempts.by_tracking(
             self._registrar.prepared_for_tracking(preparation), references, self._twist,
             self._confirmed)
         if attempt is None or not attempt.status.ok:
-            return self._register_prepared(self._registrar.with_own_keypoints(prepared), predict)
+            return self._register_prepared(self._registrar.with_own_keypoints(prepared))
         self._stamp = self._unchanged_since = prepared.stamp
         self._tracked_frames += 1
         return self._track(prepared, attempt, references, memory)
@@ -276,7 +272,7 @@ class Odometry:
                 and references.shape is None and not references.is_blurred()
                 and references.last.stamp < frame.stamp)
 
-    def _register_prepared(self, prepared: PreparedFrame, predict: Predict) -> OdometryUpdate:
+    def _register_prepared(self, prepared: PreparedFrame) -> OdometryUpdate:
         self._tracked_frames = 0
         if self._stamp is not None and prepared.stamp <= self._stamp:
             back = self._stamp - prepared.stamp
@@ -296,10 +292,8 @@ class Odometry:
                 return self._track(prepared, attempt, self._references, self._memory)
             failures.append(attempt)
         if prepared.repeat is Repeat.COLOUR:
-            return self._hold(prepared, self._references.last, predict,
-                              'depth does not show the motion')
-        predicted = self._predicted(predict, self._references.last.stamp, prepared.stamp)
-        return self._lose(prepared, failures[0], self._references, predicted)
+            return self._hold(prepared, self._references.last, 'depth does not show the motion')
+        return self._lose(prepared, failures[0], self._references)
 
     def _start(self, prepared: PreparedFrame) -> OdometryUpdate:
         """Make a frame the first keyframe."""
@@ -364,33 +358,19 @@ class Odometry:
             return increment
         return self._expected.joined_increment(increment, last.stamp, prepared.stamp)
 
-    def _lose(self, prepared: PreparedFrame, failure: Attempt, references: References,
-              predicted: np.ndarray | None) -> OdometryUpdate:
-        """
-        Predict the pose of a frame that could not be registered.
-
-        :param predicted: motion since the last tracked frame by another sensor.
-        """
+    def _lose(self, prepared: PreparedFrame, failure: Attempt,
+              references: References) -> OdometryUpdate:
+        """Predict the pose of a frame that could not be registered."""
         self._is_lost = True
         last = references.last
-        self._pose = self._plane.joined(
-            last.pose @ self._motion_since(last, prepared.stamp, predicted))
+        self._pose = self._plane.joined(last.pose @ self._expected.without_images(
+            last.stamp, prepared.stamp, self._twist))
         if len(prepared.keypoints) >= self._settings.odometry.min_matches:
             references.lose(Reference(prepared, self._pose))
         return dataclasses.replace(
             self._update(prepared, failure.status, failure.reason),
             rejected=failure.increment if failure.registration.status.ok else None,
-            predicted=predicted is not None)
-
-    def _predicted(self, predict: Predict, start: int, end: int) -> np.ndarray | None:
-        """Return the motion by another sensor between two stamps, None where it has none."""
-        predicted = predict(start, end)
-        return None if predicted is None else se3.checked(predicted, 'the predicted motion')
-
-    def _motion_since(self, last: Reference, stamp: int,
-                      predicted: np.ndarray | None) -> PoseWithCovariance:
-        """Return the motion since the last tracked frame by another sensor or the model."""
-        return self._expected.between(last.stamp, stamp, self._twist, predicted)
+            predicted=self._other.motion(last.stamp, prepared.stamp) is not None)
 
     def _update(self, prepared: PreparedFrame, status: Status, reason: str) -> OdometryUpdate:
         return OdometryUpdate(prepared.stamp, status, reason, self._published, prepared,

@@ -157,6 +157,11 @@ class OdometrySettings(Checked):
     motion_prior: bool = parameter(
         True, 'Whether positions that are uncertain are held by the velocity before, within '
         '`acceleration_sigma`.')
+    guess_slip: float = parameter(
+        0.1, 'Standard deviation of a motion by another odometry (the wheels), as a fraction of '
+        'it.', minimum=0.0, maximum=10.0)
+    guess_sigma: float = parameter(
+        0.01, 'Added to it, in metres and in radians.', minimum=1e-5, maximum=10.0)
     planar: bool = parameter(
         False, 'Whether the base moves in a plane, as a robot on wheels does: along its x and y '
         'axes at the start.')

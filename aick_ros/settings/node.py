@@ -27,7 +27,8 @@ class NodeSettings(Checked):
         'the pose in guess_frame_id, or the origin.')
     guess_frame_id: str = parameter(
         '', 'Odometry frame of another source, for example wheel odometry, whose transform to '
-        'frame_id is the initial pose and predicts the motion while tracking is lost; '
+        'frame_id is the initial pose, measures the motion with the noise of odometry.guess_slip, '
+        'and predicts it while tracking is lost; '
         'odom_frame_id -> guess_frame_id is then published on /tf instead. Empty: none.')
     lost_policy: str = parameter(
         'hold', 'Output while tracking is lost: the last pose with a very large covariance, a '

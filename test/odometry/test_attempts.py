@@ -14,6 +14,7 @@ from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.attempts import Attempts
 from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
+from aick_ros.odometry.other_odometry import OtherOdometry
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.status import Status
@@ -56,7 +57,8 @@ def view(seconds, **values):
 def order(now, references, doubt=False, twist=np.zeros(6)):
     """Return the evidence of all attempts in their order, with the times of the references."""
     settings = Settings()
-    expected = ExpectedMotion(settings.odometry, Gyroscope(settings.imu, settings.odometry))
+    expected = ExpectedMotion(settings.odometry, Gyroscope(settings.imu, settings.odometry),
+                              OtherOdometry(settings.odometry))
     attempts = Attempts(settings, Registrar(doubt), expected)
     return [(attempt.registration.evidence, attempt.reference.stamp / NANOSECONDS)
             for attempt in attempts.of(now, references, twist, references.last.stamp)]

@@ -79,14 +79,6 @@ def test_increments_at_a_limit_are_within_it():
     assert model.violation(Increment(PoseWithCovariance(motion), 0.5)) is None
 
 
-def test_a_motion_by_another_sensor_is_known_to_a_tenth_and_a_centimetre():
-    motion = np.eye(4)
-    motion[:3, :3], motion[:3, 3] = se3.exp_rotation([0.0, 0.4, 0.0]), (0.0, 3.0, 4.0)
-    found = MotionModel(OdometrySettings()).with_slip(motion)
-    np.testing.assert_array_equal(found.matrix, motion)
-    np.testing.assert_allclose(np.sqrt(np.diag(found.covariance)), [0.51] * 3 + [0.05] * 3)
-
-
 @pytest.mark.parametrize('twist, seconds', [
     (None, 0.3), ([0.6, 0, 0, 0, 0, 0], 0.5), ([-0.6, 0, 0, 0, 0, 6.0], 0.7)])
 def test_the_time_to_rest_is_that_to_stop_after_the_hold_time(twist, seconds):
@@ -107,10 +99,3 @@ def test_a_velocity_that_depth_alone_observed_counts_by_its_share_of_the_informa
     np.testing.assert_allclose(model.observed_twist(increment, unconfirmed),
                                twist * prior / (prior + errors), rtol=1e-6)
     np.testing.assert_allclose(model.observed_twist(increment, 0.2), twist, rtol=1e-9)
-
-
-def test_another_sensor_is_at_rest_within_its_slip():
-    model = MotionModel(OdometrySettings())
-    assert model.is_at_rest(se3.exp([0.02, 0, 0, 0, 0.02, 0]))
-    assert not model.is_at_rest(se3.exp([0.04, 0, 0, 0, 0, 0]))
-    assert not model.is_at_rest(se3.exp([0, 0, 0, 0, 0.04, 0]))

@@ -357,6 +357,21 @@ def test_a_lost_frame_is_where_another_sensor_saw_it(rendered):
     assert np.sqrt(updates[15].pose.covariance[0, 0]) < 0.1  # not that of ten frames of guessing
 
 
+def test_wheels_that_slip_do_not_pull_a_camera_that_sees(rendered):
+    """They turn by 30 % more than the robot moves, all the time."""
+    frames, truth = rendered
+    true_pose = {frame.stamp: pose for frame, pose in zip(frames, truth)}
+
+    def slipping(before, now):
+        motion = se3.inverse(true_pose[before]) @ true_pose[now]
+        return se3.exp(1.3 * se3.log(motion))
+
+    alone, with_wheels = track(Odometry(), frames), track(Odometry(), frames, predict=slipping)
+    apart = [np.linalg.norm(one.T_odom_camera[:3, 3] - other.T_odom_camera[:3, 3])
+             for one, other in zip(alone, with_wheels)]
+    assert 0.0 < max(apart) < 0.005
+
+
 def test_without_a_prediction_the_velocity_is_held(rendered):
     frames, _ = rendered
     shown = [*frames[:6], black(frames[6])]

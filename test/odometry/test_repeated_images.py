@@ -12,8 +12,8 @@ from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
-from aick_ros.odometry.motion_model import _MIN_SLIP
 from aick_ros.registration.status import Status
+from aick_ros.settings import OdometrySettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT, PERIOD = 9, 1 / 30
@@ -148,7 +148,8 @@ def test_a_camera_at_rest_that_creeps_away_is_not_at_rest(rendered):
 
     def predict(before, now):
         crept = max(now - begin, 0) - max(before - begin, 0)
-        return se3.exp([3 * _MIN_SLIP * crept / NANOSECONDS / (6 * PERIOD), 0, 0, 0, 0, 0])
+        speed = 3 * OdometrySettings().guess_sigma / (6 * PERIOD)
+        return se3.exp([speed * crept / NANOSECONDS, 0, 0, 0, 0, 0])
     statuses = [u.status for u in follow(standing(frames, 40), predict)[4:]]
     assert statuses[28:30] == 2 * [Status.OK]
     assert statuses[37:] == 3 * [Status.REPEATED]

@@ -28,7 +28,7 @@ class Finder(Protocol):
 class Mounted(Protocol):
     """A source of the pose of a camera on the robot."""
 
-    def camera_in_base(self, camera_frame: str, stamp: int) -> np.ndarray:
+    def camera_in_base(self, camera_frame: str, stamp: int, wait: bool = True) -> np.ndarray:
         """Return ``T_base_camera`` at a stamp [ns]."""
 
 
@@ -48,18 +48,21 @@ class Guess:
 
     def T_guess_base(self, stamp: int) -> np.ndarray | None:
         """Return the pose at a stamp [ns], 4x4; None: it is not known."""
-        try:
-            found = self._transforms.find(
-                self._guess_frame, self._base_frame, stamp, self._wait)
-        except InputError:
-            found = None
+        found = self._found(stamp, self._wait)
         # a silent source must not delay every frame
         self._wait = 0.0 if found is None else self._longest_wait
         return found
 
+    def _found(self, stamp: int, wait: float = 0.0) -> np.ndarray | None:
+        try:
+            return self._transforms.find(self._guess_frame, self._base_frame, stamp, wait)
+        except InputError:
+            return None
+
     def base_motion(self, before: int, now: int) -> np.ndarray | None:
         """Return ``T_base0_base1`` between two stamps [ns], 4x4; None: it is not known."""
-        T_guess_base0, T_guess_base1 = self.T_guess_base(before), self.T_guess_base(now)
+        T_guess_base1 = self.T_guess_base(now)
+        T_guess_base0 = self._found(before)  # what is not known by now never will be
         if T_guess_base0 is None or T_guess_base1 is None:
             return None
         motion: np.ndarray = se3.inverse(T_guess_base0) @ T_guess_base1
@@ -77,7 +80,7 @@ class Guess:
         if T_base0_base1 is None:
             return None
         try:
-            T_base0_camera0 = self._extrinsics.camera_in_base(camera_frame, before)
+            T_base0_camera0 = self._extrinsics.camera_in_base(camera_frame, before, wait=False)
             T_base1_camera1 = self._extrinsics.camera_in_base(camera_frame, now)
         except InputError:
             return None

@@ -136,7 +136,7 @@ class Head:
     def __init__(self):
         self.error = None
 
-    def camera_in_base(self, camera_frame, stamp):
+    def camera_in_base(self, camera_frame, stamp, wait=True):
         assert camera_frame == 'camera'
         if self.error is not None:
             raise self.error
@@ -220,4 +220,18 @@ def test_silent_wheels_are_not_waited_for_again(T):
     wheels.T = lambda stamp: np.eye(4)
     assert guess.base_motion(3, 5) is not None
     assert guess.base_motion(3, 5) is not None
-    assert wheels.waits == [0.0, 0.1, 0.0, 0.0, 0.1, 0.1, 0.1]
+    assert wheels.waits == [0.0, 0.1, 0.0, 0.0, 0.0, 0.1, 0.0]
+
+
+def test_the_past_is_not_waited_for():
+    """As where a keyframe is older than what is kept of /tf: no frame may be delayed by it."""
+    def since_one_second(stamp):
+        return None if stamp < 1_000_000_000 else drive(stamp)
+
+    guess, wheels = guess_by(since_one_second)
+    longest = NodeSettings().wait_for_transform
+    guess.T_guess_base(1_500_000_000)
+    wheels.waits.clear()
+    for now in (2_000_000_000, 2_100_000_000):
+        assert guess.base_motion(500_000_000, now) is None
+    assert wheels.waits == [longest, 0.0, longest, 0.0]
