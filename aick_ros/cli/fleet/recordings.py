@@ -16,8 +16,8 @@ from aick_ros.errors import InputError
 from aick_ros.sources import kind_of
 
 _ONE_FILE = ('.mcap', '.db3', '.bag')
-_NOT_OF_FILES = ('synthetic:', '://')
-"""Signs of a source that is no path."""
+_RENDERED = 'synthetic:'
+"""Beginning of a source that is no path."""
 
 
 def find_recordings(sources: Sequence[str], listed: Path | None) -> list[str]:
@@ -41,7 +41,7 @@ def find_recordings(sources: Sequence[str], listed: Path | None) -> list[str]:
 
 def is_path(source: str) -> bool:
     """Return whether a source is a file or folder of this machine."""
-    return not any(sign in source for sign in _NOT_OF_FILES)
+    return not source.startswith(_RENDERED)
 
 
 def _lines(path: Path) -> Iterator[str]:

@@ -1,0 +1,185 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+What ``aick fleet`` gains and costs, and what it loses when its processes are killed.
+
+    python benchmarks/fleet.py SOURCE [--recordings 12] [--frames 300] [--tiny 10000]
+
+SOURCE is a recording with ground truth; the fleet consists of links to it. It is run by two
+processes and compared with runs one after the other in this process; then again while workers
+are killed with SIGKILL at random moments, and once the command with its scheduler, which is then
+given again; at last on many recordings of two frames.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import random
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import psutil
+from row import HEAD, Row
+
+from aick_ros.cli.fleet.job import Job, run_job
+from aick_ros.evaluation.runs.table import Row as Cells
+from aick_ros.evaluation.runs.table import read_table
+from aick_ros.evaluation.scores.machine import machine_facts
+from aick_ros.settings import Settings
+
+WORKERS = 2
+KILLS = 5
+MEASURED_ANEW = ('_ms', 'wall_time', 'peak_memory')
+"""Parts of the names of figures that differ from run to run."""
+
+
+class Fleet:
+    """The command on a folder of recordings, as a process."""
+
+    def __init__(self, recordings: Path, out: Path, frames: int) -> None:
+        self.out = out
+        self._process = psutil.Popen(
+            [sys.executable, '-m', 'aick_ros', 'fleet', str(recordings), '--out', str(out),
+             '--workers', str(WORKERS), '--limit', str(frames), '--no-dashboard'],
+            stdout=subprocess.DEVNULL)
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the command goes on."""
+        return self._process.poll() is None
+
+    @property
+    def memory(self) -> float:
+        """Memory of the client and the scheduler, which are one process [MB]."""
+        try:
+            return float(self._process.memory_info().rss / 1e6)
+        except psutil.NoSuchProcess:
+            return 0.0
+
+    @property
+    def workers(self) -> list[psutil.Process]:
+        """Processes that run tasks; the server that forks them is their parent."""
+        return [process for server in self._process.children() for process in server.children()]
+
+    def kill(self) -> None:
+        """Kill the command, its scheduler with it, and wait for the end of its workers."""
+        orphans = self.workers
+        self._process.kill()
+        self._process.wait()
+        if psutil.wait_procs(orphans, timeout=60.0)[1]:
+            raise RuntimeError('workers go on without the command')
+
+    def rows(self) -> list[Cells]:
+        """Return the table once the command has ended."""
+        self._process.wait()
+        return read_table(self.out / 'table.parquet')
+
+
+def links(source: Path, folder: Path, count: int) -> Path:
+    """Return a folder with as many links to a recording."""
+    folder.mkdir()
+    for number in range(count):
+        recording = folder / f'{source.name}_{number:05}'
+        recording.mkdir()
+        for entry in source.resolve().iterdir():
+            (recording / entry.name).symlink_to(entry)
+    return folder
+
+
+def one_after_the_other(recordings: Path, frames: int) -> tuple[float, list[Cells]]:
+    """Return the time of the runs in this process [s], and their figures."""
+    start = time.monotonic()
+    figures = [run_job(Job(str(path), '', Settings(), limit=frames)).figures
+               for path in sorted(recordings.iterdir())]
+    return time.monotonic() - start, figures
+
+
+def differing(expected: Sequence[Cells], found: Sequence[Cells]) -> int:
+    """Return the number of figures that are not equal to the last digit."""
+    return sum(row.get(name) != value for figures, row in zip(expected, found, strict=True)
+               for name, value in figures.items()
+               if not any(part in name for part in MEASURED_ANEW))
+
+
+def killed(recordings: Path, out: Path, frames: int, seconds: float) -> Mapping[str, float]:
+    """Return what a fleet lost whose processes were killed, of a duration without kills [s]."""
+    chance = random.Random(0)
+    fleet, kills = Fleet(recordings, out, frames), 0
+    finished: dict[Path, int] | None = None
+    while fleet.is_running:
+        time.sleep(chance.uniform(0.5, 1.5) * seconds / (KILLS + 2))
+        if kills < KILLS and fleet.workers:
+            chance.choice(fleet.workers).kill()
+            kills += 1
+        elif finished is None and fleet.is_running:
+            fleet.kill()
+            finished = {path: path.stat().st_mtime_ns for path in out.glob('runs/*/*/row.json')}
+            fleet = Fleet(recordings, out, frames)
+    rows = fleet.rows()
+    finished = finished or {}
+    sources = {row['source'] for row in rows if row['status'] == 'done'}
+    return {'kills': kills, 'missing': len(list(recordings.iterdir())) - len(sources),
+            'twice': len(rows) - len({row['source'] for row in rows}), 'finished': len(finished),
+            'again': sum(path.stat().st_mtime_ns != when for path, when in finished.items())}
+
+
+def tiny(source: Path, folder: Path, count: int) -> tuple[float, float]:
+    """Return the overhead per recording of two frames [ms] and the most memory [MB]."""
+    recordings = links(source, folder / 'tiny', count)
+    start, most = time.monotonic(), 0.0
+    fleet = Fleet(recordings, folder / 'out_tiny', 2)
+    while fleet.is_running:
+        most = max(most, fleet.memory)
+        time.sleep(0.05)
+    seconds = time.monotonic() - start
+    used = sum(float(row['wall_time_s'] or 0.0) for row in fleet.rows())
+    return 1e3 * (seconds - used / WORKERS) / count, most
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('source', type=Path)
+    parser.add_argument('--recordings', type=int, default=12)
+    parser.add_argument('--frames', type=int, default=300)
+    parser.add_argument('--tiny', type=int, default=10_000)
+    given = parser.parse_args()
+    remake = (f'python benchmarks/fleet.py SOURCE --recordings {given.recordings} --frames '
+              f'{given.frames} --tiny {given.tiny}')
+    print(json.dumps(machine_facts()))
+    print(f'\n{HEAD}')
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        recordings = links(given.source, folder / 'recordings', given.recordings)
+        alone, figures = one_after_the_other(recordings, given.frames)
+        start = time.monotonic()
+        rows = Fleet(recordings, folder / 'out', given.frames).rows()
+        together = time.monotonic() - start
+        show(Row(f'{WORKERS} processes against one', 1.8, True, alone / together, 'times', remake,
+                 f'{alone:.0f} s and {together:.0f} s'))
+        show(Row('figures that differ from those of one process', 0, False,
+                 differing(figures, rows), '', remake, f'of {len(rows)} recordings'))
+        lost = killed(recordings, folder / 'killed', given.frames, together)
+        show(Row('recordings without a row after kills', 0, False, lost['missing'], '', remake,
+                 f'{lost["kills"]:.0f} workers and the scheduler were killed'))
+        show(Row('rows twice', 0, False, lost['twice'], '', remake))
+        show(Row('finished runs done again', 0, False, lost['again'], '', remake,
+                 f'of {lost["finished"]:.0f} finished'))
+        overhead, memory = tiny(given.source, folder, given.tiny)
+        show(Row('overhead per recording of 2 frames', 15, False, overhead, 'ms', remake))
+        show(Row('memory of client and scheduler', 1000, False, memory, 'MB', remake))
+
+
+def show(row: Row) -> None:
+    """Print a row at once."""
+    print(row, flush=True)
+
+
+if __name__ == '__main__':
+    main()
