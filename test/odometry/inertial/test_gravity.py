@@ -101,7 +101,7 @@ def test_the_bias_that_tilts_the_start_is_found():
     bias = (samples.accelerations[:40] - moving(START)[:3, :3].T @ [0, 0, 9.80665]).mean(axis=0)
     rows, gravity = follow(samples, seconds=20, drift=0.0)
     assert rows[0, 1] > 1.0
-    assert rows[-1, 1] < 0.5 * rows[0, 1]
+    assert rows[-1, 1] < 0.7 * rows[0, 1]
     assert np.abs(gravity.bias - bias).max() < 0.06
 
 
