@@ -67,14 +67,16 @@ def test_an_empty_list_is_the_default(make_node):
 def test_parameters_of_rgbd_odometry_count_where_they_mean_the_same(make_node, capfd):
     node = make_node(publish_null_when_lost=True, queue_size=7, qos=2, qos_camera_info=2,
                      subscribe_odom_info=True, always_process_most_recent_frame=False)
-    own, _ = declare_settings(node, {'Reg/Force3DoF': 'true'})
+    own, core = declare_settings(node, {'Reg/Force3DoF': 'true', 'Icp/Iterations': '5'})
     assert (own.lost_policy, own.sync_queue_size, own.qos_reliability,
             own.process_every_frame) == ('null', 7, 'best_effort', True)
     assert node.get_parameter('lost_policy').value == 'null'
     log = capfd.readouterr()
     log = log.out + log.err
     assert "'queue_size' is read as sync_queue_size = 7" in log
-    assert "'Reg/Force3DoF' of rgbd_odometry changes nothing here: z, roll and pitch" in log
+    assert core.odometry.planar
+    assert "'Reg/Force3DoF' is read as odometry.planar = True" in log
+    assert "'Icp/Iterations' of rgbd_odometry changes nothing here" in log
     assert 'did you mean' not in log
 
 
