@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What the next frame is registered to: the keyframe as it is, or the frame just tracked."""
+"""Choice of the next keyframe: the one before, or the frame just tracked."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ class Plane:
 
     @property
     def has_base(self) -> bool:
-        """Whether the plane is that of a base, so that what is level does not matter."""
+        """The plane is that of a base, so that what is level does not matter."""
         return self._is_used and self._T_base_camera is not None
 
     def mount(self, T_base_camera: np.ndarray | None) -> None:

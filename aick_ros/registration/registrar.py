@@ -69,7 +69,7 @@ class Registrar:
 
     @property
     def preparer(self) -> Preparer:
-        """What makes keypoints and surfaces; it may be used on another thread."""
+        """The maker of keypoints and surfaces; it may be used on another thread."""
         return self._preparer
 
     def prepare(self, frame: RgbdFrame, repeat: Repeat = Repeat.NONE) -> PreparedFrame:

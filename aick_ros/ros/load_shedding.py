@@ -21,7 +21,7 @@ _FEWEST_KEYPOINTS, _FEWEST_POINTS = 100, 250  # chosen: of which a frame is stil
 
 
 class Step(Enum):
-    """What is computed; each step includes those before it."""
+    """Reduction of what is computed; each step includes those before it."""
 
     ALL = 'nothing'
     FEWER_KEYPOINTS = 'half of the keypoints'
@@ -64,10 +64,10 @@ class LoadShedding:
 
     @property
     def sentence(self) -> str:
-        """What is left out and what can be done, '' while everything is computed."""
+        """The work that is dropped and a remedy; '' while everything is computed."""
         if self.step is Step.ALL:
             return ''
-        return (f'frames come faster than they can be registered: {self.step.value} are left out; '
+        return (f'frames come faster than they can be registered: {self.step.value} are dropped; '
                 'limit the rate with max_update_rate, set preset to embedded, or shed_load to '
                 'false')
 

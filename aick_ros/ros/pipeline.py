@@ -295,7 +295,7 @@ class Pipeline:
              'misalignment of the camera': self._misalignment.description,
              'gyroscope': self._odometry.gyroscope.description,
              'accelerometer': self._odometry.gravity.description,
-             'left out to shed load': self._shedding.step.value},
+             'dropped to shed load': self._shedding.step.value},
             self._shedding.sentence)
 
 

@@ -38,7 +38,7 @@ class WorkQueue(Generic[Item]):
 
     @property
     def keeps_newest(self) -> bool:
-        """Whether a new item takes the place of the one that waits."""
+        """A new item takes the place of the one that waits."""
         return self._capacity == 1
 
     @property

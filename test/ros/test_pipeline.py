@@ -283,7 +283,7 @@ def test_under_load_less_is_computed_and_settings_can_change_all_the_same(make, 
     made = make()
     overload(made, monkeypatch, 2)
     assert made.camera.settings.features.max_keypoints == 200
-    assert 'half of the keypoints are left out' in made.node.logger.lines[-1]
+    assert 'half of the keypoints are dropped' in made.node.logger.lines[-1]
     made.pipeline.change_settings(with_values(Settings(), {'features.max_keypoints': 300}))
     assert made.camera.settings.features.max_keypoints == 150
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What makes a run: if it is the same again, the run need not be."""
+"""Content, settings and version of a run; with the same ones it need not be repeated."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class LastStep:
 
 
 def _read(path: Path) -> Loss | None:
-    """Return the loss that a file tells of; None where there was none, or between two steps."""
+    """Return the loss that a file reports; None where there was none, or between two steps."""
     step, _, report = path.read_text('ascii', 'replace').partition('\n')
     if not step:
         return None

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a benchmark runs, as tasks of the engine."""
+"""Plan of a benchmark, as tasks of the engine."""
 
 from __future__ import annotations
 

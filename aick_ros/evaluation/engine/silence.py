@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a process of the engine on this machine starts with: nothing it prints is shown."""
+"""Start of a process of the engine on this machine: nothing that it prints is shown."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class Cause(Enum):
 
     @property
     def is_of_the_input(self) -> bool:
-        """Whether another run would fail in the same way."""
+        """Another run would fail in the same way."""
         return self is Cause.INPUT
 
 
@@ -146,7 +146,7 @@ class _Tasks(Generic[Argument, Value]):
 
     @property
     def are_left(self) -> bool:
-        """Whether a task has no outcome yet."""
+        """A task has no outcome yet."""
         return bool(self._tasks)
 
     def ended(self) -> Iterator[Outcome[Argument, Value]]:

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What must be the same on all workers, for their results to be comparable."""
+"""Versions that must be the same on all workers, for their results to be comparable."""
 
 from __future__ import annotations
 
