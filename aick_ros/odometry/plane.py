@@ -9,7 +9,6 @@ import numpy as np
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.odometry.inertial.level import rotation_between
 from aick_ros.odometry.motion_term import MotionTerm
 from aick_ros.settings import OdometrySettings
 
@@ -71,7 +70,7 @@ class Plane:
         """Return height and tilt of a pose, measured to be none."""
         x, y, normal = T_odom_start[:3, :3].T
         T_odom_base = T_odom_camera @ self._T_camera_base
-        turn = rotation_between(T_odom_base[:3, 2], normal)
+        turn = se3.rotation_between(T_odom_base[:3, 2], normal)
         # where the base is not at the camera, it is lifted by a turn
         lift = np.cross(T_odom_base[:3, 3] - T_odom_camera[:3, 3], normal)
         height = normal @ (T_odom_base[:3, 3] - T_odom_start[:3, 3])

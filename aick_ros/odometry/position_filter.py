@@ -7,19 +7,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros.geometry.kalman import KalmanUpdate
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.settings import OdometrySettings
 
 _POSITION = np.eye(3, 6)  # by definition: of position and velocity, the former is measured
 _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
-
-_SUDDEN = 16.3
-"""Squared distance from the expected position, by its covariance, of a camera that was knocked.
-
-Derived: noise exceeds it in one of a thousand frames, by the chi-squared distribution in space.
-"""
 
 
 class PositionFilter:
@@ -70,7 +64,7 @@ class PositionFilter:
         self._predict(seconds(last, stamp))
         error = measured.translation - self._position
         update = KalmanUpdate.of(self._covariance, _POSITION, measured.covariance[:3, :3])
-        if update.squared_distance(error) > _SUDDEN:
+        if update.squared_distance(error) > LARGEST_SQUARED_DISTANCE:  # the camera was knocked
             self._begin(measured)
             return
         self._position = self._position + update.gain[:3] @ error

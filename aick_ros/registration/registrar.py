@@ -25,6 +25,7 @@ from aick_ros.registration.preparation import Preparation, Preparer
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
+from aick_ros.registration.refinement.refinement import mean_depth_lag
 from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
@@ -148,8 +149,7 @@ class Registrar:
             self._learned.noise.learn(found.noise)
         if found.misalignment is not None:
             self._learned.misalignment.learn(found.misalignment)
-        delay = (self._learned.misalignment.misalignment.delay
-                 + 0.5 * (source.depth_lag + target.depth_lag))
+        delay = self._learned.misalignment.misalignment.delay + mean_depth_lag(source, target)
         return self._learned.systematic_error.add_to(found, source, target, expected, elapsed,
                                                      delay)
 

@@ -60,10 +60,15 @@ class SystematicError:
         """
         if not registration.status.ok:
             return registration
-        timing = _timing(registration.T_target_source, source, target, expected, elapsed)
-        covariance = registration.covariance + timing
-        if expected is not None:
-            covariance += _lagging(registration.T_target_source, expected, elapsed, delay)
+        motion, interval = registration.T_target_source, seconds(target.stamp, source.stamp)
+        speeds, changes = np.zeros(2), np.zeros(2)
+        if interval != 0.0:  # else no speed is known
+            speeds = _squared_rates(motion, interval)
+            if expected is not None:
+                changes = _squared_rates(se3.inverse(expected) @ motion,
+                                         min(elapsed, abs(interval)))
+        timing = _timing(max(source.stamp_jitter, target.stamp_jitter), speeds, changes)
+        covariance = registration.covariance + timing + _lagging(delay, changes)
         if registration.bias is not None:
             covariance += self._unusual(registration.bias)
             self._learn(registration.bias)
@@ -81,34 +86,31 @@ class SystematicError:
         self._normalised += (bias.normalised - self._normalised) / self._count
 
 
-def _timing(T_target_source: np.ndarray, source: PreparedFrame, target: PreparedFrame,
-            expected: np.ndarray | None, elapsed: float) -> np.ndarray:
-    """Return the covariance of a motion due to errors of the two stamps, 6x6."""
-    interval = seconds(target.stamp, source.stamp)
-    if interval == 0.0:
-        return np.zeros((6, 6))  # no speed is known
-    jitter = max(source.stamp_jitter, target.stamp_jitter)
+def _timing(jitter: float, speeds: np.ndarray, changes: np.ndarray) -> np.ndarray:
+    """
+    Return the covariance of a motion due to errors of the two stamps, 6x6.
+
+    :param jitter: of the stamps [s].
+    :param speeds: squared, as :func:`_squared_rates` returns them.
+    :param changes: squared, of the speeds since the frame before.
+    """
     stamp_sigma = max(jitter, min(_STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER * jitter))
-    variances = 2 * stamp_sigma ** 2 * _squared_rates(T_target_source, interval)
-    if expected is not None:
-        # a common delay shifts the motion by the change of the velocity, in a third per axis
-        change = se3.inverse(expected) @ T_target_source
-        latency_sigma = min(_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER * jitter)
-        variances += latency_sigma ** 2 * _squared_rates(
-            change, min(elapsed, abs(interval))) / 3
+    latency_sigma = min(_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER * jitter)
+    # a common delay shifts the motion by the change of the velocity, in a third per axis
+    variances = 2 * stamp_sigma ** 2 * speeds + latency_sigma ** 2 * changes / 3
     return np.diag(np.repeat(variances, 3))
 
 
-def _lagging(T_target_source: np.ndarray, expected: np.ndarray, elapsed: float,
-             delay: float) -> np.ndarray:
+def _lagging(delay: float, changes: np.ndarray) -> np.ndarray:
     """
     Return the covariance due to the velocity that a delay is corrected by, 6x6.
 
     A velocity is known as the mean since the frame before, that of half an interval ago: both
     frames are off by half of its change, in a third per axis.
+
+    :param changes: as for :func:`_timing`.
     """
-    change = _squared_rates(se3.inverse(expected) @ T_target_source, elapsed)
-    return np.diag(np.repeat(2 * (0.5 * delay) ** 2 * change / 3, 3))
+    return np.diag(np.repeat(2 * (0.5 * delay) ** 2 * changes / 3, 3))
 
 
 def _squared_rates(motion: np.ndarray, interval: float) -> np.ndarray:

@@ -19,6 +19,9 @@ POSES = arrays(np.float64, 6, elements=st.floats(-100.0, 100.0)).map(se3.exp)
 NUMBERS = st.floats() | st.sampled_from([1e300, 1e-300, 1e150, MAX_DISTANCE])
 
 
+UP = np.array([0.0, 0.0, 1.0])
+
+
 def random_pose(rng, angle=1.0):
     return se3.exp(np.r_[rng.normal(0, 1, 3), rng.normal(0, angle, 3)])
 
@@ -173,3 +176,16 @@ def test_any_quaternion_and_translation_are_a_pose_or_rejected(quaternion, trans
 def test_what_is_not_a_pose_is_rejected(pose):
     with pytest.raises(InputError, match='the pose is not a pose: '):
         se3.checked(pose, 'the pose')
+
+
+@pytest.mark.parametrize('seed', range(5))
+def test_the_rotation_between_two_directions_is_the_least_one(seed):
+    one, other = (v / np.linalg.norm(v) for v in np.random.default_rng(seed).normal(size=(2, 3)))
+    rotation = se3.rotation_between(one, other)
+    assert np.allclose(se3.exp_rotation(rotation) @ one, other)
+    assert np.linalg.norm(rotation) == pytest.approx(np.arccos(one @ other))
+
+
+def test_equal_and_opposite_directions_have_a_rotation_too():
+    assert se3.rotation_between(UP, UP).tolist() == [0, 0, 0]
+    assert np.allclose(se3.exp_rotation(se3.rotation_between(UP, -UP)) @ UP, -UP)

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -129,12 +130,11 @@ class _Fleet:
                 show(done)
 
     def _left(self) -> list[Job]:
-        states: dict[str, str] = {}
+        state_once = functools.cache(state_of)  # of a recording, for all of its settings
         left = []
         for key, job in self._jobs.items():
             try:
-                state = states.setdefault(job.source, states.get(job.source)
-                                          or state_of(job.source))
+                state = state_once(job.source)
             except InputError as error:
                 self.results.add(key, self._row(key, FAILED, {
                     'cause': 'unusable input', 'reason': str(error)}))

@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import KalmanUpdate
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate
 from aick_ros.odometry.inertial.force_integral import Impulse
 from aick_ros.odometry.inertial.level import Direction
 from aick_ros.settings import ImuSettings
@@ -28,7 +28,6 @@ GRAVITY = 9.80665
 
 _GRAVITY_SIGMA = 0.02  # m/s^2; derived: from the equator to the poles it is 9.78 to 9.83
 _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
-_SUDDEN = 16.3  # derived: of three values, the squared distance by noise is above it once in 1000
 
 _P, _V, _G, _B = (slice(first, first + 3) for first in (0, 3, 6, 9))
 _POSITION = np.eye(3, 12)  # by definition: it is what the camera measures
@@ -111,7 +110,7 @@ class GravityFilter:
         """Update by a position [m], and return whether it is one of noise; else change nothing."""
         error = position - self.values[_P]
         update = KalmanUpdate.of(self.covariance, _POSITION, covariance)
-        if update.squared_distance(error) > _SUDDEN:
+        if update.squared_distance(error) > LARGEST_SQUARED_DISTANCE:
             return False
         self.values, self.covariance = self.values + update.gain @ error, update.covariance
         self._hold_length()

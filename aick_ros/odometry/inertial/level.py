@@ -79,7 +79,7 @@ class Level:
         :param elapsed: time since the last step [s].
         """
         seen = up.in_axes(self._T_level_drifted[:3, :3])
-        error = rotation_between(seen.vector, _UP)
+        error = se3.rotation_between(seen.vector, _UP)
         sigma = float(np.sqrt(np.trace(pose.covariance[3:, 3:]) / 3))
         largest = min(_SHARE_OF_NOISE * sigma * elapsed, _MAX_TURN)
         angle = max(float(np.linalg.norm(error)), 1e-12)
@@ -99,15 +99,5 @@ def level_orientation(up: np.ndarray) -> np.ndarray:
     A camera that looks ahead looks along x; any other is turned from there by the least angle.
     """
     ahead = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-    orientation: np.ndarray = se3.exp_rotation(rotation_between(ahead @ up, _UP)) @ ahead
+    orientation: np.ndarray = se3.exp_rotation(se3.rotation_between(ahead @ up, _UP)) @ ahead
     return orientation
-
-
-def rotation_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return the least rotation from one direction, of length one, to another, 3 [rad]."""
-    axis = np.cross(one, other)
-    sine, cosine = float(np.linalg.norm(axis)), float(one @ other)
-    if sine < 1e-9:  # none, or half a turn about any axis at a right angle
-        return np.zeros(3) if cosine > 0.0 else np.pi * np.linalg.svd(one[None])[2][1]
-    rotation: np.ndarray = axis * (np.arctan2(sine, cosine) / sine)
-    return rotation

@@ -164,8 +164,7 @@ class _Problem:
         if twist is not None and self._target.twist is not None:
             self._twists = np.stack([twist, self._target.twist])
         self._misalignment = misalignment
-        # what the lags differ by is in the rate
-        lag = 0.5 * (self._source.depth_lag + self._target.depth_lag)
+        lag = mean_depth_lag(self._source, self._target)
         if not misalignment.values.any() and (not lag or not self._twists.any()):
             return
         self._correction = Correction(*(
@@ -282,6 +281,15 @@ class _Estimate:
     def design_effect(self) -> float:
         """Variance by the scatter, as a ratio to that by the noise assumed; 1 without data."""
         return float(np.trace(self.inverse @ (self.gradient_noise + _PRIOR))) / 6
+
+
+def mean_depth_lag(source: PreparedFrame, target: PreparedFrame) -> float:
+    """
+    Return the mean time from the colour to the depth images of two frames [s].
+
+    The rate of :func:`depth_rate` has what the two times differ by.
+    """
+    return 0.5 * (source.depth_lag + target.depth_lag)
 
 
 def depth_rate(source: PreparedFrame, target: PreparedFrame) -> float:

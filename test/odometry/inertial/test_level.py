@@ -8,7 +8,7 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.odometry.inertial.level import Direction, Level, level_orientation, rotation_between
+from aick_ros.odometry.inertial.level import Direction, Level, level_orientation
 
 UP = np.array([0.0, 0.0, 1.0])
 DRIFT = se3.exp_rotation([np.radians(2.0), np.radians(-1.0), 0.0])
@@ -24,21 +24,8 @@ def up(sigma=np.radians(0.1)):
 
 def tilt(level):
     """Return the angle that is left [rad]."""
-    return se3.angle(se3.exp_rotation(rotation_between(
+    return se3.angle(se3.exp_rotation(se3.rotation_between(
         level.apply(PoseWithCovariance(np.eye(4))).rotation @ DRIFT.T @ UP, UP)))
-
-
-@pytest.mark.parametrize('seed', range(5))
-def test_the_rotation_between_two_directions_is_the_least_one(seed):
-    one, other = (v / np.linalg.norm(v) for v in np.random.default_rng(seed).normal(size=(2, 3)))
-    rotation = rotation_between(one, other)
-    assert np.allclose(se3.exp_rotation(rotation) @ one, other)
-    assert np.linalg.norm(rotation) == pytest.approx(np.arccos(one @ other))
-
-
-def test_equal_and_opposite_directions_have_a_rotation_too():
-    assert rotation_between(UP, UP).tolist() == [0, 0, 0]
-    assert np.allclose(se3.exp_rotation(rotation_between(UP, -UP)) @ UP, -UP)
 
 
 def test_a_camera_that_looks_ahead_looks_along_x():
