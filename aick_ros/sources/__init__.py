@@ -18,8 +18,9 @@ from aick_ros.geometry.trajectory import Trajectory
 OnDamaged = Callable[[InputError], None]
 """Callback for each image that cannot be used; an exception that it raises ends the reading."""
 
-_BAG_FLAGS = ('--colour-topic', '--depth-topic', '--info-topic', '--ground-truth-topic',
-              '--register-depth', '--depth-info-topic', '--depth-in-colour')
+BAG_FLAGS = ('--colour-topic', '--depth-topic', '--info-topic', '--ground-truth-topic',
+             '--register-depth', '--depth-info-topic', '--depth-in-colour')
+"""Flags that have an effect on bags only."""
 
 _SEED_DIGITS = 18  # of a rendered recording; derived: below 2^63
 
@@ -102,7 +103,7 @@ def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> R
     """
     scheme, _, seed = str(path).partition(':')
     if scheme == 'synthetic':
-        _reject(options, 'a rendered recording', '--camera', *_BAG_FLAGS)
+        reject(options, 'a rendered recording', '--camera', *BAG_FLAGS)
         return _open_synthetic(seed)
     path = Path(path)
     names = _names(path)
@@ -110,7 +111,7 @@ def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> R
     if kind is Kind.BAG:
         from aick_ros.sources.bag import BagSource
         return BagSource(path, options)
-    _reject(options, f'{path}, which is not a bag', *_BAG_FLAGS)
+    reject(options, f'{path}, which is not a bag', *BAG_FLAGS)
     if kind is Kind.TUM:
         from aick_ros.sources.tum import TumSource
         return TumSource(path, options)
@@ -119,6 +120,15 @@ def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> R
         return ImagesSource(path, options)
     content = 'is not a known kind of recording' if names else 'is empty'
     raise InputError(f'{path} {content}: a source is {_KINDS}')
+
+
+def kind_at(path: Path) -> Kind | None:
+    """
+    Return the kind of the recording at a path; None where it is none.
+
+    :raises InputError: where nothing there can be read.
+    """
+    return kind_of(_names(path), path.is_file())
 
 
 def kind_of(names: Collection[str], is_file: bool) -> Kind | None:
@@ -136,7 +146,7 @@ def kind_of(names: Collection[str], is_file: bool) -> Kind | None:
     return Kind.IMAGES if any(name.startswith('frame-') for name in names) else None
 
 
-def _reject(options: SourceOptions, recording: str, *flags: str) -> None:
+def reject(options: SourceOptions, recording: str, *flags: str) -> None:
     """Raise InputError where a flag is set that has no effect on a recording."""
     for flag in flags:
         value = getattr(options, flag.strip('-').replace('-', '_'))

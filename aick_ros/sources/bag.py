@@ -21,13 +21,12 @@ import numpy as np
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
-from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory, stamp_to_seconds
 from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.bag_cameras import BagCameras
-from aick_ros.sources.bag_file import BagFile, fields_required
+from aick_ros.sources.bag_file import BagFile, fields_required, stamp_of
 from aick_ros.sources.bag_imu import BagImu
 from aick_ros.sources.bag_stream import BagStream, StampedMessage
 from aick_ros.sources.bag_topics import IMAGE, BagTopics
@@ -80,7 +79,7 @@ class BagSource:
         poses = {}
         for _, _, message in self._bag.messages([topic], raise_damage):
             with fields_required(self._path, topic), suppress(ValueError):
-                poses[_stamp(message)] = _pose(message)
+                poses[stamp_of(message)] = _pose(message)
         stamps = sorted(poses)
         if not stamps:
             return None
@@ -129,7 +128,7 @@ class BagSource:
         streams = {topic: BagStream(partial(self._report, on_damaged, topic)) for topic in add}
         for topic, log_time, message in self._bag.messages([*add, *imu.topics], on_damaged):
             with fields_required(self._path, topic):
-                stamp = _stamp(message)
+                stamp = stamp_of(message)
                 ready = list(imu.add(stamp, message)) if topic in imu.topics else None
             if ready is not None:
                 yield from ready
@@ -145,11 +144,6 @@ class BagSource:
     def _report(self, on_damaged: OnDamaged, topic: str, stamp: int, reason: str) -> None:
         on_damaged(InputError(f'{self._path}, {topic} at {stamp_to_seconds(stamp)}: {reason}; '
                               'the image is dropped'))
-
-
-def _stamp(message: Any) -> int:
-    """Return the stamp in the header of a message [ns]."""
-    return int(message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec)
 
 
 def _pose(message: Any) -> np.ndarray:

@@ -17,6 +17,7 @@ from rosbags.typesys import Stores, get_typestore
 from aick_ros.borders.bag_limits import check_bag
 from aick_ros.borders.unpacking import limit_unpacking
 from aick_ros.errors import InputError
+from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import stamp_to_seconds
 from aick_ros.sources import OnDamaged
 
@@ -116,6 +117,11 @@ def fields_required(bag: object, topic: str) -> Iterator[None]:
         raise InputError(f'{bag}, {topic}: the messages are not of the type that they are '
                          f'declared as ({_reason(error)}): choose another topic, or record with '
                          'the standard definition') from None
+
+
+def stamp_of(message: Any) -> int:
+    """Return the stamp in the header of a message [ns]."""
+    return int(message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec)
 
 
 def _storage(path: Path) -> Path:

@@ -30,7 +30,8 @@ _ACCELEROMETER = re.compile(r'acc', re.IGNORECASE)
 _TRANSPORT = re.compile(r'/(compressed|compressedDepth)$')
 
 _OPTIONS = {'colour': '--colour-topic', 'depth': '--depth-topic', 'camera_info': '--info-topic',
-            'depth camera_info': '--depth-info-topic', 'ground truth': '--ground-truth-topic'}
+            'depth camera_info': '--depth-info-topic', 'ground truth': '--ground-truth-topic',
+            'IMU': '--imu-topic'}
 
 Rank = Callable[[str], tuple[Any, ...]]
 
@@ -106,6 +107,14 @@ class BagTopics:
         """
         candidates = [topic for topic in self._of((IMU,)) if not _ACCELEROMETER.search(topic)]
         return max(candidates, key=lambda topic: _shared(topic, colour), default=None)
+
+    def only_imu(self, given: str | None) -> str:
+        """
+        Return the topic of an IMU, of a recording that is about it.
+
+        :raises InputError: as :meth:`colour`.
+        """
+        return self._choose('IMU', given, (IMU,), lambda topic: True, lambda topic: ())
 
     def __str__(self) -> str:
         """Return the topics with their types, for error messages."""

@@ -1,24 +1,44 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""``aick noise``: the noise model of an unknown camera."""
+"""``aick noise``: the noise model of an unknown camera, or of an unknown IMU."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.output.console import decimal, line, progress, say, table
 from aick_ros.cli.output.files import write_json
+from aick_ros.cli.output.imu_noise import show_imu_noise, write_allan_plot
+from aick_ros.cli.output.plot_folder import make_plot_folder
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
+from aick_ros.errors import InputError
 from aick_ros.evaluation.noise.camera_noise import CameraNoise, estimate_noise
 from aick_ros.evaluation.noise.depth_noise import DepthNoise
+from aick_ros.evaluation.noise.imu_noise import estimate_imu_noise
 from aick_ros.evaluation.noise.pixel_noise import MIN_FLOW, MIN_PAIRS, PixelNoise
 from aick_ros.registration.refinement.misalignment import Misalignment
+from aick_ros.settings import Settings
 from aick_ros.settings.parameter import parameters
-from aick_ros.sources import SourceOptions, open_source
+from aick_ros.sources import BAG_FLAGS, RgbdSource, SourceOptions, open_source, reject
+from aick_ros.sources.imu_recording import read_imu
+
+Imu = Annotated[bool, typer.Option(
+    '--imu', help='Estimate the noise of the IMU of a bag or TUM folder instead, which was '
+    'recorded at rest.')]
+ImuTopic = Annotated[str | None, typer.Option(
+    '--imu-topic', metavar='TOPIC', show_default=False,
+    help='Topic of the IMU in a bag, with --imu. Default: the only one.')]
+Plots = Annotated[Path | None, typer.Option(
+    '--plots', metavar='DIR', show_default=False,
+    help='Folder for the plot of the Allan deviation, allan.png, with --imu.')]
 
 
 def noise(source: options.Source, json: options.JsonFile = None, config: options.Config = None,
@@ -30,20 +50,36 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
           register_depth: options.RegisterDepth = False,
           depth_info_topic: options.DepthInfoTopic = None,
           depth_in_colour: options.DepthInColour = None,
-          limit: options.Limit = None) -> int:
+          limit: options.Limit = None, imu: Imu = False, imu_topic: ImuTopic = None,
+          plots: Plots = None) -> int:
     """
-    Estimate the noise of a camera, and print it as a parameter file.
+    Estimate the noise of a camera or an IMU, and print it as a parameter file.
 
     Record walls, floors and tables, from near and from far, with the camera moving slowly, and
     move and turn it to and fro in a furnished room for ten seconds: this shows how the two images
     are misaligned, in space and in time. Exponents of the noise and the misalignment are kept
     where the recording does not determine them.
+
+    For an IMU (--imu), leave it on a firm surface: a minute shows its noise, some hours how its
+    bias walks.
     """
     settings = options.settings_from(None, config, assignments)
     check_target(json, source, config, camera, settings.aick.vocabulary)
-    recording = open_source(source, SourceOptions(
+    how = SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
-        register_depth, depth_info_topic, depth_in_colour))
+        register_depth, depth_info_topic, depth_in_colour)
+    if imu:
+        reject(how, 'the noise of an IMU', '--camera', *BAG_FLAGS)
+        if limit is not None:
+            raise InputError('--limit has no effect on the noise of an IMU: omit it')
+        return _noise_of_imu(Path(source), imu_topic, settings, json, plots)
+    if imu_topic is not None or plots is not None:
+        raise InputError('--imu-topic and --plots have no effect without --imu: omit them')
+    return _noise_of_camera(open_source(source, how), settings, json, limit)
+
+
+def _noise_of_camera(recording: RgbdSource, settings: Settings, json: str | None,
+                     limit: int | None) -> int:
     with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as show:
         found = estimate_noise(reading, settings, show, reading.damage)
     if json is not None:
@@ -53,6 +89,19 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
     for sentence in _shortcomings(found):
         say(sentence)
     return outcome.of_reading(reading)
+
+
+def _noise_of_imu(path: Path, topic: str | None, settings: Settings, json: str | None,
+                  plots: Path | None) -> int:
+    if plots is not None:
+        make_plot_folder(plots)
+    found = estimate_imu_noise(path.resolve().name, read_imu(path, topic))
+    if json is not None:
+        write_json(json, found.to_json())
+    show_imu_noise(found, settings.imu, on_stderr=json == STANDARD_OUTPUT)
+    if plots is not None:
+        write_allan_plot(plots, found)
+    return outcome.DONE
 
 
 def _show(found: CameraNoise, on_stderr: bool) -> None:

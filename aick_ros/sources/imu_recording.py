@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""All samples of an IMU in a recording, with or without images."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from aick_ros.errors import InputError
+from aick_ros.frames.imu import ImuSamples, joined
+from aick_ros.messages.imu import ImuBuffer
+from aick_ros.sources import Kind, kind_at, raise_damage
+from aick_ros.sources.bag_file import BagFile, fields_required, stamp_of
+from aick_ros.sources.bag_topics import BagTopics
+from aick_ros.sources.tum_accelerometer import FILE, read_accelerations
+
+_CHUNK = 10_000  # chosen: arrays need less memory than messages, and the buffer has a limit
+
+
+def read_imu(path: Path, topic: str | None = None) -> ImuSamples:
+    """
+    Return the samples of a bag or a TUM folder, by their stamps, in the axes of the sensor.
+
+    :param topic: of a bag; None: the only one with sensor_msgs/Imu.
+    :raises InputError: where there are none, or one cannot be read.
+    """
+    kind = kind_at(path)
+    if kind is Kind.BAG:
+        return _in_order(_of_bag(path, topic))
+    if topic is not None:
+        raise InputError(f'--imu-topic has no effect on {path}, which is not a bag: omit it')
+    samples = read_accelerations(path) if kind is Kind.TUM else None
+    if samples is None:
+        raise InputError(f'{path} has no samples of an IMU: a bag with sensor_msgs/Imu, or a TUM '
+                         f'folder with {FILE}, is required')
+    return samples
+
+
+def _of_bag(path: Path, topic: str | None) -> ImuSamples:
+    """Return the samples of a bag as they were recorded."""
+    bag = BagFile(path)
+    found = {name: str(info.msgtype) for name, info in bag.topics().items() if info.msgcount}
+    chosen = BagTopics(found, str(path)).only_imu(topic)
+    buffer, parts = ImuBuffer(), []
+    for count, (_, _, message) in enumerate(bag.messages([chosen], raise_damage), 1):
+        with fields_required(path, chosen):
+            buffer.add(stamp_of(message), message)
+        if count % _CHUNK == 0:
+            parts.append(buffer.take(np.eye(3)))
+    return joined([*parts, buffer.take(np.eye(3))])
+
+
+def _in_order(samples: ImuSamples) -> ImuSamples:
+    """Return samples by their stamps, the first one of each."""
+    return samples[np.unique(samples.stamps, return_index=True)[1]]
