@@ -12,13 +12,16 @@ SHARE = f'share/{PACKAGE}'
 
 CLI = ['typer>=0.12', 'rich>=13.8', 'pyyaml>=6.0']
 EVAL = [*CLI, 'matplotlib>=3.6']
-FLEET = [*EVAL, 'dask>=2025.1', 'distributed>=2025.1', 'bokeh>=3.1', 'pyarrow>=15.0']
+FLEET = [*EVAL, 'dask>=2025.1', 'distributed>=2025.1', 'bokeh>=3.1', 'pyarrow>=15.0',
+         'fsspec>=2024.2', 'aiohttp>=3.9']
+S3 = ['s3fs>=2026.9', 'aiobotocore>=3.10']  # older ones exclude the multidict of today's aiohttp
 VIEW = [*CLI, 'rerun-sdk>=0.41']
 BASELINES = ['small_gicp>=1.0', 'open3d>=0.18', 'scipy>=1.11']
 ROS = ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces', 'pyyaml>=6.0']
 LINT = ['flake8>=7.0', 'isort>=5.12', 'mypy>=1.11', 'types-PyYAML']
-TEST = [*FLEET, *LINT, 'pytest>=7.4', 'pytest-xdist>=3.7', 'evo>=1.31', 'scipy>=1.11',
-        'mahotas>=1.4', 'rvl>=1.0', 'hypothesis>=6.100',
+TEST = [*FLEET, *S3, *LINT, 'pytest>=7.4', 'pytest-xdist>=3.7', 'evo>=1.31', 'scipy>=1.11',
+        'mahotas>=1.4', 'rvl>=1.0', 'hypothesis>=6.100', 'moto[s3]>=5.2', 'flask>=3.0',
+        'flask-cors>=6.0',
         # colcon calls commands of setup.py that setuptools 80 no longer has
         'colcon-common-extensions', 'setuptools<80']
 
@@ -48,7 +51,8 @@ setup(
     package_data={PACKAGE: ['py.typed', 'features/vocabularies/*']},
     python_requires='>=3.11',
     install_requires=['numpy>=1.26', 'opencv-python-headless>=4.6', 'rosbags>=0.11.1'],
-    extras_require={'ros': ROS, 'cli': CLI, 'eval': EVAL, 'fleet': FLEET, 'view': VIEW,
+    extras_require={'ros': ROS, 'cli': CLI, 'eval': EVAL, 'fleet': FLEET, 's3': S3,
+                    'view': VIEW,
                     'baselines': BASELINES,
                     'test': TEST, 'mutation': MUTATION},
     data_files=DATA_FILES,

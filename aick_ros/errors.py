@@ -8,6 +8,10 @@ class InputError(ValueError):
     """Input that cannot be used; the message says what, where and what to do."""
 
 
+class TransferError(InputError):
+    """Input that could not be read or copied from where it lies; another try may succeed."""
+
+
 def package_of(error: ModuleNotFoundError) -> str:
     """Return the package that is missing, or a part of it."""
     return (error.name or '').partition('.')[0]

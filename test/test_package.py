@@ -115,7 +115,7 @@ def test_manifest_names_what_the_code_imports(manifest):
     files = [*SOURCES, *(ROOT / 'launch').glob('*.py')]
     imported = set().union(*(top_level(imports(path)) for path in files))
     from_pip = {'rosbags', 'typer', 'rich', 'matplotlib', 'scipy', 'small_gicp', 'open3d',
-                'rerun', 'dask', 'distributed', 'pyarrow'}
+                'rerun', 'dask', 'distributed', 'pyarrow', 'fsspec', 'aiohttp'}
     assert {MODULES_OF_KEYS.get(name, name) for name in imported - from_pip} <= keys
 
 

@@ -28,6 +28,12 @@ MAX_UNPACKING = 100
 MAX_METADATA_BYTES = 2 ** 20
 """Bytes of metadata.yaml of a bag; chosen: that of a bag of some thousand files."""
 
+MAX_REMOTE_FILES = 100_000
+"""Files of a recording at a URL; chosen: about half an hour of images, colour and depth."""
+
+MAX_REMOTE_DEPTH = 16
+"""Folders in each other at a URL; chosen."""
+
 MAX_LIST_BYTES = 2 ** 26
 """Bytes of a list of images or of a trajectory; chosen: about 10 h at 200 Hz."""
 

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import functools
 import os
-from collections.abc import Mapping, Sequence
+import uuid
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -18,7 +19,9 @@ from aick_ros.cli.fleet.content import identity_of, state_of
 from aick_ros.cli.fleet.job import Finished, Job, run_job
 from aick_ros.cli.fleet.recordings import find_recordings
 from aick_ros.cli.fleet.results import Key, Results
+from aick_ros.cli.fleet.scratch import ScratchSpace, bytes_of, remove_scratch
 from aick_ros.cli.fleet.sweep import Variant, variants
+from aick_ros.cli.fleet.urls import is_url
 from aick_ros.cli.input import options
 from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.output.console import decimal, progress, say, table
@@ -26,9 +29,9 @@ from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError, installation, package_of
 from aick_ros.evaluation.engine.cluster import Cluster, connected
-from aick_ros.evaluation.engine.tasks import Failure, Limits, Outcome, run_tasks
+from aick_ros.evaluation.engine.tasks import Failure, Limits, Outcome, failure_of, run_tasks
 from aick_ros.evaluation.engine.versions import reject_other_versions
-from aick_ros.evaluation.runs.table import DONE, FAILED, TABLE, VARIED, Row, table_bytes
+from aick_ros.evaluation.runs.table import DONE, FAILED, TABLE, VARIED, Row
 from aick_ros.sources import SourceOptions
 
 if TYPE_CHECKING:
@@ -38,7 +41,8 @@ REPORT = 'report.html'
 
 Sources = Annotated[list[str] | None, typer.Argument(
     metavar='SOURCE...', show_default=False,
-    help='Recordings of any format, patterns of their names, or folders with recordings in them.')]
+    help='Recordings of any format, patterns of their names, or folders with recordings in them; '
+         'also URLs, as s3://BUCKET/FOLDER.')]
 Out = Annotated[Path, typer.Option(
     '--out', metavar='DIR', show_default=False,
     help='Folder of the table, the runs and the report. The same command resumes there.')]
@@ -58,6 +62,9 @@ TimeLimit = Annotated[float | None, typer.Option(
 Scheduler = Annotated[str | None, typer.Option(
     '--scheduler', metavar='tcp://HOST:PORT', show_default=False,
     help='Scheduler of an existing Dask cluster, in place of processes on this machine.')]
+ScratchLimit = Annotated[str, typer.Option(
+    '--scratch-limit', metavar='BYTES',
+    help='Most bytes that a process copies of recordings at URLs and keeps, for example 50GB.')]
 Dashboard = Annotated[bool, typer.Option(
     '--dashboard/--no-dashboard', help="Serve Dask's pages about the tasks, on this machine.")]
 
@@ -66,10 +73,11 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
           vary: Vary = None, workers: Workers = os.cpu_count() or 1,
           memory_limit: MemoryLimit = 'auto', time_limit: TimeLimit = None,
           scheduler: Scheduler = None, dashboard: Dashboard = True,
-          gaps: options.Gaps = '1,5,10', preset: options.Preset = None,
-          config: options.Config = None, assignments: options.Assignments = None,
-          camera: options.CameraFile = None, colour_topic: options.ColourTopic = None,
-          depth_topic: options.DepthTopic = None, info_topic: options.InfoTopic = None,
+          scratch_limit: ScratchLimit = '10GB', gaps: options.Gaps = '1,5,10',
+          preset: options.Preset = None, config: options.Config = None,
+          assignments: options.Assignments = None, camera: options.CameraFile = None,
+          colour_topic: options.ColourTopic = None, depth_topic: options.DepthTopic = None,
+          info_topic: options.InfoTopic = None,
           ground_truth_topic: options.GroundTruthTopic = None,
           max_interval: options.MaxInterval = SourceOptions.max_interval,
           limit: options.Limit = None, json: options.JsonFile = None) -> int:
@@ -85,11 +93,11 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     source_options = SourceOptions(camera and camera.absolute(), colour_topic, depth_topic,
                                    info_topic, ground_truth_topic, max_interval)
     numbers = options.gaps_from(gaps)
+    scratch = ScratchSpace(uuid.uuid4().hex, bytes_of(scratch_limit))
     jobs = {(recording, variant.name): Job(recording, variant.name, variant.settings,
-                                           source_options, numbers, limit)
-            for variant in chosen for recording in recordings}
-    table_bytes([])  # before a long run: is pyarrow there?
-    fleet_run = _Fleet(Results(out), jobs, {variant.name: variant for variant in chosen})
+                                           source_options, numbers, limit, scratch)
+            for recording in recordings for variant in chosen}
+    fleet_run = _Fleet(Results(out), jobs, chosen)
     cluster = Cluster(workers, memory_limit, scheduler, dashboard)
     with Interruption() as interruption:
         fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
@@ -99,8 +107,7 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
         write_json(json, rows)
     _show(rows, out, on_stderr=json == STANDARD_OUTPUT)
     if interruption.requested:
-        say(f'interrupted; {len(jobs) - len(rows)} runs are left, the same command resumes')
-        return outcome.INTERRUPTED_BY_USER
+        return _interrupted(len(jobs) - len(rows))
     return outcome.UNUSABLE_INPUT if any(row['status'] == FAILED for row in rows) else outcome.DONE
 
 
@@ -108,8 +115,9 @@ class _Fleet:
     """Runs what has not been run."""
 
     def __init__(self, results: Results, jobs: Mapping[Key, Job],
-                 chosen: Mapping[str, Variant]) -> None:
-        self.results, self._jobs, self._variants = results, jobs, chosen
+                 chosen: Iterable[Variant]) -> None:
+        self.results, self._jobs = results, jobs
+        self._variants = {variant.name: variant for variant in chosen}
         self._identities: dict[Key, str] = {}
 
     def run(self, cluster: Cluster, limits: Limits, interruption: Interruption) -> None:
@@ -128,6 +136,8 @@ class _Fleet:
                 self._keep(ended)
                 done += 1
                 show(done)
+            if any(is_url(job.source) for job in left):
+                client.run(remove_scratch, left[0].scratch.fleet, on_error='ignore')
 
     def _left(self) -> list[Job]:
         state_once = functools.cache(state_of)  # of a recording, for all of its settings
@@ -136,8 +146,7 @@ class _Fleet:
             try:
                 state = state_once(job.source)
             except InputError as error:
-                self.results.add(key, self._row(key, FAILED, {
-                    'cause': 'unusable input', 'reason': str(error)}))
+                self.results.add(key, self._row(key, FAILED, _facts(failure_of(error))))
                 continue
             self._identities[key] = identity_of(job, state)
             if not self.results.has(key, self._identities[key]):
@@ -148,10 +157,9 @@ class _Fleet:
         key = ended.argument.source, ended.argument.variant
         facts: Row = {'attempts': ended.attempts, 'worker': ended.worker}
         if isinstance(ended.value, Failure):
-            cause = ended.value.cause
             self.results.add(key, {
-                **self._row(key, FAILED, {'cause': cause.value, 'reason': ended.value.reason}),
-                'identity': self._identities[key] if cause.is_of_the_input else '', **facts})
+                **self._row(key, FAILED, _facts(ended.value)), **facts,
+                'identity': self._identities[key] if ended.value.cause.is_of_the_input else ''})
         else:
             finished = ended.value
             self.results.add(key, {
@@ -166,6 +174,15 @@ class _Fleet:
         return {'recording': os.path.basename(source.rstrip('/')), 'source': source,
                 'variant': variant, **varied, 'status': status, 'cause': '', 'reason': '',
                 'identity': self._identities.get(key, ''), **facts}
+
+
+def _interrupted(left: int) -> int:
+    say(f'interrupted; {left} runs are left, the same command resumes')
+    return outcome.INTERRUPTED_BY_USER
+
+
+def _facts(failure: Failure) -> Row:
+    return {'cause': failure.cause.value, 'reason': failure.reason}
 
 
 def _write_report(path: Path, rows: Sequence[Row]) -> None:

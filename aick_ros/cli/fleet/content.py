@@ -13,6 +13,8 @@ from collections.abc import Iterator
 
 from aick_ros.cli.fleet.job import Job
 from aick_ros.cli.fleet.recordings import is_path
+from aick_ros.cli.fleet.remote import files_of
+from aick_ros.cli.fleet.urls import is_url
 from aick_ros.errors import InputError
 from aick_ros.evaluation.engine.versions import own_versions
 from aick_ros.settings.parameter import values
@@ -22,8 +24,10 @@ def state_of(source: str) -> str:
     """
     Return a digest of a recording's names, sizes and times of change; its images are not read.
 
-    :raises InputError: where it cannot be read.
+    :raises InputError: where it cannot be read; TransferError where its server cannot be asked.
     """
+    if is_url(source):
+        return _digest(sorted((file.name, file.size, file.version) for file in files_of(source)))
     if not is_path(source):
         return source
     try:

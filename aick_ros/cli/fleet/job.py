@@ -8,12 +8,14 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 
 import cv2
 
+from aick_ros.cli.fleet.scratch import ScratchSpace, scratch_of
+from aick_ros.cli.fleet.urls import is_url
 from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.output.run_folder import RunFolder
 from aick_ros.errors import InputError
@@ -32,6 +34,7 @@ class Job:
     :param source: as :func:`aick_ros.sources.open_source` takes it.
     :param gaps: of the pairs of frames, as in ``aick evaluate``.
     :param limit: maximum number of frames; None: all.
+    :param scratch: for the copy of a recording at a URL.
     """
 
     source: str
@@ -40,6 +43,7 @@ class Job:
     options: SourceOptions = SourceOptions()
     gaps: Sequence[int] = GAPS
     limit: int | None = None
+    scratch: ScratchSpace = ScratchSpace()
 
 
 @dataclass(frozen=True)
@@ -61,11 +65,19 @@ def run_job(job: Job) -> Finished:
     """
     Run the odometry over a recording and compare with its ground truth, if it has one.
 
-    :raises InputError: where the recording cannot be used.
+    :raises InputError: where the recording cannot be used; TransferError where it did not arrive.
     """
     cv2.setNumThreads(1)  # the other cores have tasks of their own
+    if not is_url(job.source):
+        return _run(job, job.source)
+    with scratch_of(job.scratch).copy_of(job.source) as copy:
+        finished = _run(job, copy.path)
+    return replace(finished, figures={**finished.figures, 'bytes_copied': copy.bytes_copied})
+
+
+def _run(job: Job, recording: str | Path) -> Finished:
     started, start = datetime.now(), time.perf_counter()
-    source = open_source(job.source, job.options)
+    source = open_source(recording, job.options)
     reading = Reading(source, job.limit)
     damaged: list[InputError] = []
     evaluation = evaluate(reading, job.settings, job.gaps, on_damaged=damaged.append)

@@ -7,17 +7,21 @@ from __future__ import annotations
 
 import glob
 import os
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_LIST_BYTES
+from aick_ros.cli.fleet.folders import Entry, recordings_below
+from aick_ros.cli.fleet.remote import recordings_at
+from aick_ros.cli.fleet.urls import is_url
 from aick_ros.errors import InputError
-from aick_ros.sources import kind_of
 
-_ONE_FILE = ('.mcap', '.db3', '.bag')
 _RENDERED = 'synthetic:'
 """Beginning of a source that is no path."""
+
+_COMMENT = re.compile(r'(^|\s)#.*')  # a URL may have a # in it
 
 
 def find_recordings(sources: Sequence[str], listed: Path | None) -> list[str]:
@@ -41,17 +45,20 @@ def find_recordings(sources: Sequence[str], listed: Path | None) -> list[str]:
 
 def is_path(source: str) -> bool:
     """Return whether a source is a file or folder of this machine."""
-    return not source.startswith(_RENDERED)
+    return not source.startswith(_RENDERED) and not is_url(source)
 
 
 def _lines(path: Path) -> Iterator[str]:
     for line in read_text(path, 'the list of recordings', MAX_LIST_BYTES).splitlines():
-        source = line.partition('#')[0].strip()
+        source = _COMMENT.sub('', line).strip()
         if source:
             yield source
 
 
 def _found(source: str) -> Iterator[str]:
+    if is_url(source):
+        yield from recordings_at(source)
+        return
     if not is_path(source) or os.path.lexists(source):
         yield from _below(source)
         return
@@ -67,25 +74,15 @@ def _below(source: str) -> Iterator[str]:
     if not is_path(source) or not os.path.isdir(source):
         yield source
         return
-    found = list(_in_folder(Path(source)))
+    found = list(recordings_below(source, _entries_of))
     if not found:
         raise InputError(f'{source} has no recording, nor has a folder in it')
-    yield from map(str, found)
+    yield from found
 
 
-def _in_folder(folder: Path) -> Iterator[Path]:
-    """Yield the recordings in a folder; one does not contain others."""
+def _entries_of(folder: str) -> list[Entry]:
     try:
-        entries = sorted(os.scandir(folder), key=lambda entry: entry.name)
+        return [Entry(entry.name, entry.is_dir(follow_symlinks=False))
+                for entry in sorted(os.scandir(folder), key=lambda entry: entry.name)]
     except OSError as error:
         raise InputError(f'cannot read {folder}: {error.strerror}') from None
-    names = {entry.name for entry in entries}
-    single = [name for name in sorted(names) if name.endswith(_ONE_FILE)]
-    if single and 'metadata.yaml' not in names:
-        yield from (folder / name for name in single)
-    elif kind_of(names, is_file=False) is not None:
-        yield folder
-        return
-    for entry in entries:
-        if entry.is_dir(follow_symlinks=False):
-            yield from _in_folder(folder / entry.name)

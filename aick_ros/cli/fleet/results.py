@@ -36,6 +36,7 @@ class Results:
     """
 
     def __init__(self, folder: Path) -> None:
+        table_bytes([])  # before a long run: is pyarrow there?
         self.folder, self.rows = folder, dict[Key, Row]()
         self._paths: dict[str, Key] = {}
         try:

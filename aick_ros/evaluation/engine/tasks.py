@@ -16,7 +16,7 @@ from enum import Enum
 from functools import partial
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from aick_ros.errors import InputError
+from aick_ros.errors import InputError, TransferError
 from aick_ros.evaluation.engine.time_limit import time_limit
 from aick_ros.evaluation.engine.versions import (
     OtherVersionsError, Versions, other_versions, own_versions)
@@ -37,6 +37,7 @@ class Cause(Enum):
     """Kind of a failure; the value is its description for people."""
 
     INPUT = 'unusable input'
+    TRANSFER = 'transfer'
     DEFECT = 'exception'
     TIME = 'time limit'
     MEMORY = 'out of memory'
@@ -189,7 +190,7 @@ class _Tasks(Generic[Argument, Value]):
             self._client.retire_workers([task.worker])
             return None
         except Exception as error:  # not of the task, but of its way to the worker and back
-            return _failure(error)
+            return failure_of(error)
 
     def _loss(self, task: _Task[Argument, Value]) -> Failure | None:
         """Return the failure of a task whose process was lost; None if it may be tried again."""
@@ -227,11 +228,13 @@ def _attempt(function: Callable[[Argument], Value], topic: str, seconds: float,
         with open(os.devnull, 'w') as nowhere, time_limit(seconds, nowhere):
             return function(argument)
     except (Exception, SystemExit) as error:
-        return _failure(error)
+        return failure_of(error)
 
 
-def _failure(error: BaseException) -> Failure:
+def failure_of(error: BaseException) -> Failure:
     """Return the failure of a task that raised an exception."""
+    if isinstance(error, TransferError):
+        return Failure(Cause.TRANSFER, str(error)[:_LONGEST])
     if isinstance(error, InputError):
         return Failure(Cause.INPUT, str(error)[:_LONGEST])
     if isinstance(error, MemoryError):

@@ -10,6 +10,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from distributed import Client
 
 from aick_ros.cli.commands import fleet as fleet_module
 from aick_ros.evaluation.engine.cluster import Cluster, connected
@@ -58,12 +59,12 @@ def test_figures_are_those_of_evaluate_and_failures_are_rows(fleet, aick, record
     outcome, rows = fleet(*vary, '--json', 'rows.json')
     assert outcome.code == 2
     assert [(row['recording'], row['set.refinement.mode'], row['status']) for row in rows] == [
-        ('damaged', 'none', 'failed'), ('rendered', 'none', 'done'),
-        ('damaged', 'joint', 'failed'), ('rendered', 'joint', 'done')]
+        ('damaged', 'none', 'failed'), ('damaged', 'joint', 'failed'),
+        ('rendered', 'none', 'done'), ('rendered', 'joint', 'done')]
     assert 'damaged has no calibration' in rows[0]['reason']
     assert '2 of 4 runs failed' in outcome.err
     assert len(json.loads((tmp_path / 'rows.json').read_text())) == 4
-    for row in rows[1::2]:
+    for row in rows[2:]:
         evaluated = json.loads(aick(
             'evaluate', recordings / 'monday' / 'rendered', '--gaps', '1', '--limit', '6', '--set',
             f'refinement.mode={row["set.refinement.mode"]}', '--json', '-').out)
@@ -154,3 +155,29 @@ def test_dask_is_silent_and_its_logging_is_as_before(fleet):
     assert 'distributed' not in outcome.err
     assert not any(isinstance(handler, logging.StreamHandler)
                    for handler in logging.getLogger('distributed.nanny').handlers)
+
+
+def test_recordings_at_urls_are_copied_run_and_removed(aick, scheduler, recordings, tmp_path):
+    """Their figures are those of the folder that they are copies of."""
+    pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
+    source = f'file://{recordings / "monday"}'
+    folder = recordings / 'monday' / 'rendered'
+    arguments = ('--scheduler', scheduler, '--limit', '3', '--gaps', '1')
+    outcome = aick('fleet', source, 'http://127.0.0.1:9/none.mcap', '--out', 'copied', *arguments,
+                   '--vary', 'aick.alpha=0.6,0.7')
+    assert outcome.code == 2
+    rows = read_table(tmp_path / 'copied' / 'table.parquet')
+    assert [(row['source'], row['status'], row['cause']) for row in rows] == [
+        *[(f'{source}/rendered', 'done', '')] * 2,
+        *[('http://127.0.0.1:9/none.mcap', 'failed', 'transfer')] * 2]
+    assert 'Cannot connect to host 127.0.0.1:9' in rows[2]['reason']
+    size = sum(path.stat().st_size for path in folder.rglob('*') if path.is_file())
+    assert [row['bytes_copied'] for row in rows[:2]] == [size, 0]
+    assert aick('fleet', folder, '--out', 'read', *arguments, '--set', 'aick.alpha=0.7').code == 0
+    [read] = read_table(tmp_path / 'read' / 'table.parquet')
+    assert rows[1]['trajectory.ate_rmse_m'] == read['trajectory.ate_rmse_m']
+    assert rows[1]['recording'] == read['recording'] == 'rendered'
+    assert read.get('bytes_copied') is None
+    with Client(scheduler) as client:
+        for worker in client.scheduler_info()['workers'].values():
+            assert list(Path(worker['local_directory']).glob('aick-*')) == []

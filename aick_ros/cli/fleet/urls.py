@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""URLs of recordings, of any kind that fsspec reads, and the file systems that they lead to."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Protocol
+from urllib.parse import unquote, urlsplit
+
+from aick_ros.errors import InputError, TransferError, installation, package_of
+
+_NOT_FOUND = 404  # by definition, of HTTP
+_URL = re.compile(r'[a-z][a-z0-9+.-]+://')
+_CONNECTION_LIMIT, _SILENCE_LIMIT = 30.0, 60.0  # [s] until a server answers, and goes on; chosen
+
+
+class FileSystem(Protocol):
+    """What is used of a file system of fsspec."""
+
+    def ls(self, path: str, detail: bool) -> Sequence[Mapping[str, object]]:
+        """Return name, type and, where it is known, size and version of all in a folder."""
+
+    def info(self, path: str) -> Mapping[str, object]:
+        """Return the same of a file."""
+
+    def glob(self, path: str) -> Sequence[str]:
+        """Return the paths that match a pattern."""
+
+    def get(self, rpath: Sequence[str], lpath: Sequence[str], callback: object) -> object:
+        """Copy files to this machine."""
+
+    def unstrip_protocol(self, name: str) -> str:
+        """Return the URL of a path."""
+
+
+def is_url(source: str) -> bool:
+    """Return whether a source is a URL."""
+    return _URL.match(source) is not None
+
+
+def is_web(url: str) -> bool:
+    """Return whether a URL is one of a web server: with escapes, and perhaps a query."""
+    return urlsplit(url).scheme in ('http', 'https')
+
+
+def name_of(url: str) -> str:
+    """Return the name of the file or folder at a URL."""
+    path = unquote(urlsplit(url).path) if is_web(url) else url.partition('://')[2]
+    return path.rstrip('/').rpartition('/')[2]
+
+
+def open_url(url: str) -> tuple[FileSystem, str]:
+    """
+    Return the file system of a URL, and its path there.
+
+    :raises InputError: where its kind is not known, or a package for it is missing.
+    """
+    try:
+        from fsspec.core import url_to_fs
+    except ModuleNotFoundError as error:
+        raise InputError(f"no URLs without {package_of(error)}: {installation('fleet')}") from None
+    system: FileSystem
+    try:
+        system, path = url_to_fs(url, use_listings_cache=False,
+                                 **(_web_options() if is_web(url) else {}))
+    except ImportError as error:
+        raise InputError(f'{url} needs another package: {_line(error)}') from None
+    except ValueError as error:
+        raise InputError(f'{url} cannot be read: {_line(error)}') from None
+    return system, path.rstrip('/')
+
+
+@contextmanager
+def errors_of(url: str) -> Iterator[None]:
+    """
+    Raise the errors of all file systems as one kind.
+
+    :raises InputError: where there is nothing at the URL.
+    :raises TransferError: for any other.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except FileNotFoundError as error:
+        cause = error.__cause__
+        if is_web(url) and isinstance(cause, Exception) and not _is_missing(cause):
+            raise TransferError(f'cannot read {url}: {_line(cause)}') from None
+        raise InputError(f'{url} does not exist') from None
+    except Exception as error:  # each file system has its own
+        raise TransferError(f'cannot read {url}: {_line(error)}') from None
+
+
+def _is_missing(cause: Exception) -> bool:
+    """Return whether a web server answered that it has no such file, not another error or none."""
+    return isinstance(cause, FileNotFoundError) or getattr(cause, 'status', None) == _NOT_FOUND
+
+
+def _web_options() -> dict[str, object]:
+    """Return options without a limit to the time of a whole file, which is five minutes else."""
+    from aiohttp import ClientTimeout
+    return {'client_kwargs': {'timeout': ClientTimeout(
+        total=None, sock_connect=_CONNECTION_LIMIT, sock_read=_SILENCE_LIMIT)}}
+
+
+def _line(error: Exception) -> str:
+    return (str(error).strip() or type(error).__name__).splitlines()[0].rstrip('.')

@@ -1,0 +1,173 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Copies of recordings from servers: whole or not at all, within a limit, removed in order."""
+
+import os
+
+import pytest
+
+from aick_ros.cli.fleet import transfer
+from aick_ros.cli.fleet.content import state_of
+from aick_ros.cli.fleet.recordings import find_recordings
+from aick_ros.cli.fleet.scratch import Scratch, bytes_of
+from aick_ros.errors import InputError, TransferError
+
+
+@pytest.fixture(autouse=True)
+def without_pauses(monkeypatch):
+    monkeypatch.setattr(transfer, '_PAUSE', 0.0)
+
+
+@pytest.fixture
+def scratch(tmp_path):
+    return Scratch(tmp_path / 'scratch', 1000)
+
+
+def write(folder, files):
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+
+
+def content(folder):
+    return {str(path.relative_to(folder)): path.read_bytes()
+            for path in folder.rglob('*') if path.is_file()}
+
+
+def size_of(folder):
+    return sum(path.stat().st_size for path in folder.rglob('*') if path.is_file())
+
+
+TUM = {'rgb.txt': b'1 rgb/1 a.png\n', 'depth.txt': b'', 'rgb/1 a.png': bytes(range(256)),
+       'rgb/%41.png': b'escape', 'empty/deep/x': b''}
+
+
+@pytest.mark.parametrize('scheme', ['http', 'file'])
+def test_a_folder_arrives_as_it_is(web, scratch, scheme):
+    write(web.folder / 'day 1' / 'tum', TUM)
+    root = web.url if scheme == 'http' else f'file://{web.folder}'
+    [found] = find_recordings([root], None)
+    assert found == f'{root}/{"day%201" if scheme == "http" else "day 1"}/tum'
+    with scratch.copy_of(found) as copy:
+        assert copy.path.name == 'tum'
+        assert content(copy.path) == TUM
+        assert copy.bytes_copied == sum(map(len, TUM.values()))
+    scratch.remove()
+    assert not copy.path.exists()
+
+
+@pytest.mark.parametrize(('source', 'expected'), [
+    ('', ['a/1.mcap', 'a/2.bag', 'b/tum']), ('/a/2.bag?key=a/b', ['a/2.bag?key=a/b']),
+    ('/a/*.mcap', ['a/1.mcap']), ('/b/tum/', ['b/tum'])])
+def test_recordings_of_a_server_are_found(web, tmp_path, source, expected):
+    write(web.folder, {'a/1.mcap': b'', 'a/2.bag': b'', 'a/x.txt': b'', 'b/tum/rgb.txt': b''})
+    listed = tmp_path / 'list'
+    listed.write_text(f'{web.url}{source}  # of Monday\n')
+    assert find_recordings([], listed) == [f'{web.url}/{name}' for name in expected]
+
+
+def test_what_was_used_least_recently_makes_room(web, scratch):
+    for name in 'abc':
+        write(web.folder, {f'{name}.bag': name.encode() * 400})
+
+    def copied(name):
+        with scratch.copy_of(f'{web.url}/{name}.bag') as copy:
+            assert copy.path.read_bytes() == name.encode() * 400
+            assert size_of(copy.path.parents[1]) <= 1000
+            return copy.bytes_copied
+    assert [copied(name) for name in 'abacab'] == [400, 400, 0, 400, 0, 400]
+    assert web.requests.count('/a.bag') == 1
+
+
+def test_a_copy_of_other_content_is_not_used(web, scratch):
+    states = []
+    for text in (b'first', b'second'):
+        write(web.folder, {'a.bag': text})
+        os.utime(web.folder / 'a.bag', (1e9 + len(text), 1e9 + len(text)))
+        states.append(state_of(f'{web.url}/a.bag'))
+        assert state_of(f'{web.url}/a.bag') == states[-1]
+        with scratch.copy_of(f'{web.url}/a.bag') as copy:
+            assert copy.path.read_bytes() == text
+    assert states[0] != states[1]
+
+
+@pytest.mark.parametrize(('name', 'kind', 'reason', 'requests'), [
+    ('none.bag', InputError, 'none.bag does not exist', 1),
+    ('none', InputError, 'none does not exist', 1),
+    ('large.bag', InputError, 'has more than the 0.001 MB that --scratch-limit allows', 0),
+    ('endless.bag', InputError, 'has more than the 0.001 MB that --scratch-limit allows', 1),
+    ('broken.bag', TransferError, 'broken.bag: 503', 1),
+    ('short.bag', TransferError, 'short.bag ended after 4 of 10 bytes', 3),
+    ('cut.bag', TransferError, 'cut.bag: ', 3)])
+def test_a_recording_that_does_not_arrive_leaves_nothing(web, scratch, name, kind, reason,
+                                                         requests):
+    write(web.folder, {'large.bag': bytes(1001), 'good.bag': bytes(900)})
+    with scratch.copy_of(f'{web.url}/good.bag') as copy:
+        pass
+    folder = copy.path.parents[1]
+    with pytest.raises(InputError, match=reason) as caught:
+        with scratch.copy_of(f'{web.url}/{name}'):
+            pytest.fail('it was given')
+    assert type(caught.value) is kind
+    assert web.requests.count(f'/{name}') == requests
+    assert size_of(folder) in (0, 900)
+
+
+def test_what_is_left_of_a_transfer_is_made_good(web, scratch):
+    """The server is gone at first."""
+    write(web.folder, {'a.bag': b'content'})
+    real, attempts = transfer.open_url, []
+
+    def sometimes(url):
+        attempts.append(url)
+        if len(attempts) == 1:
+            raise ConnectionError('not now')
+        return real(url)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(transfer, 'open_url', sometimes)
+        with scratch.copy_of(f'{web.url}/a.bag') as copy:
+            assert (copy.path.read_bytes(), copy.bytes_copied) == (b'content', 7)
+    assert len(attempts) == 2
+
+
+@pytest.mark.parametrize(('link', 'is_taken'), [
+    ('../../../x.bag', False), ('a%2F..%2F..%2Fx', False), ('..%2Fx', False), ('%2e%2e', False),
+    ('?C=N;O=D', False), ('http://127.0.0.1:9/a.bag', False), ('x%00', False), ('good', True)])
+def test_names_that_leave_the_folder_are_ignored(web, scratch, link, is_taken):
+    write(web.folder, {'tum/index.html': f'<a href="{link}">l</a><a href="rgb.txt">l</a>'.encode(),
+                       'tum/rgb.txt': b'', 'tum/good': b''})
+    with scratch.copy_of(f'{web.url}/tum') as copy:
+        assert sorted(content(copy.path)) == (['good'] if is_taken else []) + ['rgb.txt']
+
+
+@pytest.mark.parametrize(('source', 'sentence'), [
+    ('nothing://x/y.bag', 'nothing://x/y.bag cannot be read: Protocol not known'),
+    ('gs://bucket/y.bag', 'gs://bucket/y.bag needs another package: .*gcsfs'),
+    ('http://127.0.0.1:9/folder', 'cannot read http://127.0.0.1:9/folder: Cannot connect'),
+    ('file:///nowhere/folder', 'file:///nowhere/folder does not exist')])
+def test_an_impossible_url_is_rejected(source, sentence):
+    pytest.importorskip('aiohttp')
+    with pytest.raises(InputError, match=sentence):
+        find_recordings([source], None)
+
+
+def test_folders_without_an_end_are_rejected(web, scratch):
+    with pytest.raises(InputError, match='folders in each other deeper than 16: name a recording'):
+        find_recordings([f'{web.url}/nested'], None)
+    with pytest.raises(InputError, match='folders in each other deeper than 16: name a recording'):
+        with scratch.copy_of(f'{web.url}/nested'):
+            pass
+
+
+def test_a_server_without_recordings_is_named(web):
+    write(web.folder, {'notes.txt': b''})
+    with pytest.raises(InputError, match='has no recording: at a URL it is a .mcap'):
+        find_recordings([web.url], None)
+
+
+def test_bytes_are_read():
+    assert bytes_of('2.5GB') == 2_500_000_000
+    with pytest.raises(InputError, match='--scratch-limit much is no number of bytes: try 50GB'):
+        bytes_of('much')
