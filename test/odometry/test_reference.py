@@ -69,6 +69,14 @@ def test_neighbours_have_most_of_the_systematic_error_in_common(step, share):
     np.testing.assert_allclose(systematic_part, share * systematic, atol=1e-9)
 
 
+def test_at_rest_the_systematic_error_is_common():
+    """What noise displaces the frames by is no motion, however it compares."""
+    still, moved = (PoseWithCovariance(se3.from_quaternion((0, 0, 0, 1), (x, 0, 0)),
+                                       1e-8 * np.eye(6)) for x in (-2e-4, 1e-4))
+    motion = Reference(VIEW, ORIGIN, still).motion_to(registered_at(moved, np.eye(6)))
+    assert np.diag(motion.covariance).max() < 1e-4
+
+
 def test_from_a_keyframe_the_systematic_error_counts_in_full():
     registration = registered_at(ORIGIN, np.eye(6))
     np.testing.assert_array_equal(
