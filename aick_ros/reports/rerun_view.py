@@ -7,30 +7,25 @@ from __future__ import annotations
 
 import weakref
 
-import cv2
 import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from aick_ros.evaluation.scores.consistency import QUANTILES
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.registration.status import Status
+from aick_ros.reports.jpeg import to_jpeg
+from aick_ros.reports.trail import UNTIL_NOW, Trail
 
-TIMELINE = 'time'
-
-_ELLIPSOID = QUANTILES[3][0] ** 0.5  # half an axis of the 95 % ellipsoid [sigma]; derived
 _DEPTH_STEP = 4  # of the pixels of the cloud; chosen: 19,000 points of a VGA image
 _MILLIMETRES = 1000.0
-_JPEG_QUALITY = 80  # chosen
-_ESTIMATE, _TRUTH, _LOST = (23, 105, 170), (140, 148, 160), (198, 40, 40)
-_EDGE, _KEYPOINT, _MATCH = (217, 130, 43), (57, 255, 106), (255, 214, 0)
+_TRUTH, _EDGE, _KEYPOINT, _MATCH = (
+    (140, 148, 160), (217, 130, 43), (57, 255, 106), (255, 214, 0))
 
 
 class RerunView:
@@ -44,9 +39,7 @@ class RerunView:
     """
 
     def __init__(self, stream: rr.RecordingStream, ground_truth: Trajectory | None) -> None:
-        self._stream, self._ground_truth = stream, ground_truth
-        self._start: int | None = None
-        self._last: np.ndarray | None = None
+        self._stream, self._trail, self._ground_truth = stream, Trail(stream), ground_truth
         self._status: Status | None = None
         self._T_odom_world: np.ndarray | None = None
         self._positions: weakref.WeakKeyDictionary[KeypointFrame, np.ndarray] = \
@@ -59,7 +52,7 @@ class RerunView:
         self.add_record(FrameRecord.of(update))
         frame = update.prepared.frame
         self._stream.log('world/camera/image', _pinhole(frame.camera, 1),
-                         rr.EncodedImage(contents=_jpeg(frame), media_type='image/jpeg'))
+                         rr.EncodedImage(contents=to_jpeg(frame.colour), media_type='image/jpeg'))
         self._stream.log('world/camera/depth', _pinhole(frame.camera, _DEPTH_STEP),
                          rr.DepthImage(_depth(frame), meter=_MILLIMETRES))
         pixels = update.keypoints.pixels
@@ -74,16 +67,10 @@ class RerunView:
 
     def add_record(self, record: FrameRecord) -> None:
         """Log what a frame has without its images."""
-        self._start = record.stamp if self._start is None else self._start
-        self._stream.set_time(TIMELINE, duration=(record.stamp - self._start) / NANOSECONDS)
+        self._trail.set_time(record.stamp)
         pose, position = record.T_odom_camera, record.T_odom_camera[:3, 3]
         self._stream.log('world/camera', rr.Transform3D(translation=position, mat3x3=pose[:3, :3]))
-        colour = _LOST if record.status.is_lost else _ESTIMATE
-        if self._last is not None:
-            self._stream.log('world/path', rr.LineStrips3D([[self._last, position]],
-                                                           colors=[colour]))
-        self._last = position.copy()
-        self._add_ellipsoid(position, record.pose.covariance[:3, :3])
+        self._trail.add(position, record.pose.covariance[:3, :3], record.status.is_lost)
         for stage, milliseconds in record.timing.items():
             self._stream.log(f'times/{stage}', rr.Scalars(milliseconds))
         self._stream.log('status/matches', rr.Scalars(record.matches))
@@ -93,16 +80,6 @@ class RerunView:
             self._stream.log('status/changes', rr.TextLog(
                 f'{record.status.name}: {record.reason or record.status.value}'))
         self._add_truth(record.stamp, pose)
-
-    def _add_ellipsoid(self, position: np.ndarray, covariance: np.ndarray) -> None:
-        """Log the 95 % ellipsoid of a position; none where its covariance is infinite."""
-        if not np.isfinite(covariance).all():
-            return
-        variances, axes = np.linalg.eigh(covariance)
-        axes[:, 0] *= np.sign(np.linalg.det(axes))  # a rotation, not a reflection
-        self._stream.log('world/covariance', rr.Ellipsoids3D(
-            centers=[position], half_sizes=[_ELLIPSOID * np.sqrt(np.maximum(variances, 0))],
-            quaternions=[rr.Quaternion(xyzw=se3.to_quaternion(axes))], colors=[_ESTIMATE]))
 
     def _add_keyframe(self, update: OdometryUpdate) -> None:
         """Log the edge from the frame that this one was registered to."""
@@ -139,12 +116,6 @@ def _pinhole(camera: Camera, step: int) -> rr.Pinhole:
         resolution=[camera.width // step, camera.height // step], image_plane_distance=0.15)
 
 
-def _jpeg(frame: RgbdFrame) -> bytes:
-    colour = frame.colour if frame.colour.ndim == 2 else frame.colour[:, :, ::-1]
-    _, content = cv2.imencode('.jpg', colour, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
-    return bytes(content)
-
-
 def _depth(frame: RgbdFrame) -> np.ndarray:
     """Return every fourth pixel of the depth image in millimetres, 0 where there is none."""
     height, width = (size // _DEPTH_STEP * _DEPTH_STEP for size in frame.depth.shape)
@@ -155,13 +126,10 @@ def _depth(frame: RgbdFrame) -> np.ndarray:
 
 def _blueprint() -> rrb.Blueprint:
     """Return the layout: the space with all of the path, the image, and series below."""
-    until_now = rrb.VisibleTimeRanges(rrb.VisibleTimeRange(
-        TIMELINE, start=rrb.TimeRangeBoundary.infinite(),
-        end=rrb.TimeRangeBoundary.cursor_relative()))
     return rrb.Blueprint(rrb.Vertical(
         rrb.Horizontal(
             rrb.Spatial3DView(origin='world', name='space', overrides={
-                f'world/{name}': until_now
+                f'world/{name}': UNTIL_NOW
                 for name in ('path', 'covariance', 'edges', 'keyframes')}),
             rrb.Spatial2DView(origin='world/camera/image', name='image and matches'),
             column_shares=[3, 2]),

@@ -18,12 +18,13 @@ import typer
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.damage_log import DamageLog
+from aick_ros.cli.input.ros import without_ros
 from aick_ros.cli.output.console import line, progress, table
 from aick_ros.cli.output.demo_report import live_statistics, plot_path, table_rows
 from aick_ros.cli.output.files import write_json
 from aick_ros.cli.output.run_folder import link_latest, make_folder
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
-from aick_ros.errors import InputError, installation
+from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory, write_trajectory
@@ -108,8 +109,7 @@ def _player(rate: float) -> Callable[[Path, Topics, Callable[[int], None]], Live
         from aick_ros.ros.playback.live_run import run_live
         from aick_ros.ros.playback.pace import RealTime
     except ModuleNotFoundError as error:
-        raise InputError(f'the node requires ROS 2, but {error.name} is missing: source a ROS 2 '
-                         f"Jazzy workspace, or {installation('ros')}") from None
+        raise without_ros(error) from None
     parameters: dict[str, Value] = {
         'process_every_frame': True, 'camera_in_base': _CAMERA_IN_BASE, 'topic_queue_size': 30}
     return lambda bag, topics, on_progress: run_live(

@@ -1,17 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""``aick view``: a recording or a run in the viewer Rerun."""
+"""``aick view``: a recording, a run or a running node in the viewer Rerun."""
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
-from urllib.parse import quote
 
 import typer
 
@@ -19,13 +16,16 @@ from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.input.reading import Reading
+from aick_ros.cli.input.ros import without_ros
 from aick_ros.cli.output.console import progress, say
 from aick_ros.cli.output.target import check_target
-from aick_ros.errors import InputError, installation, package_of
+from aick_ros.cli.output.viewer import viewer
+from aick_ros.errors import InputError
 from aick_ros.evaluation.runs import files
 from aick_ros.evaluation.runs.run import read_run
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
+from aick_ros.ros.process.environment import check_middleware
 from aick_ros.settings import Settings
 from aick_ros.sources import RgbdSource, SourceOptions, open_source
 
@@ -33,12 +33,13 @@ if TYPE_CHECKING:
     from rerun import RecordingStream
 
     from aick_ros.reports.rerun_view import RerunView
+    from aick_ros.ros.watcher import Watcher
 
 _POLL_INTERVAL = 0.2  # [s]; chosen
-_WEB_PORT = 9090  # by definition: the default of Rerun
+_PATIENCE = 5.0  # [s] without a message after which the user is told; chosen
 
-ViewSource = Annotated[str, typer.Argument(
-    metavar='SOURCE|RUN', show_default=False,
+ViewSource = Annotated[str | None, typer.Argument(
+    metavar='[SOURCE|RUN]', show_default=False,
     help='Recording of any format, on which the odometry runs, or the folder of a run of aick '
          'replay, which has no images.')]
 Save = Annotated[Path | None, typer.Option(
@@ -46,9 +47,14 @@ Save = Annotated[Path | None, typer.Option(
     help='Write a file for the viewer, in place of opening it.')]
 Web = Annotated[bool, typer.Option(
     '--web', help='Serve the viewer to a browser on this machine until Ctrl-C.')]
+Live = Annotated[bool, typer.Option(
+    '--live', help='Show what a running odom_node publishes, until Ctrl-C.')]
+Namespace = Annotated[str, typer.Option(
+    '--namespace', metavar='NAME', show_default=False, help='That of the node, with --live.')]
 
 
-def view(source: ViewSource, save: Save = None, web: Web = False, preset: options.Preset = None,
+def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '',
+         save: Save = None, web: Web = False, preset: options.Preset = None,
          config: options.Config = None, assignments: options.Assignments = None,
          camera: options.CameraFile = None, colour_topic: options.ColourTopic = None,
          depth_topic: options.DepthTopic = None, info_topic: options.InfoTopic = None,
@@ -58,23 +64,70 @@ def view(source: ViewSource, save: Save = None, web: Web = False, preset: option
     """
     Show path, covariances, images, depth, matches, keyframes and errors in the viewer Rerun.
 
-    Without --save and --web the viewer opens in a window.
+    Without --save and --web the viewer opens in a window. With --live it shows a running node.
     """
     settings = options.settings_from(preset, config, assignments)
+    reading = SourceOptions(camera, colour_topic, depth_topic, info_topic, ground_truth_topic,
+                            max_interval)
     if save is not None and web:
         raise InputError('--save and --web exclude each other: give one of them')
     check_target(None if save is None else str(save), source)
+    if live:
+        if source is not None or settings != Settings() or reading != SourceOptions():
+            raise InputError('--live shows a running node: neither a source nor options of the '
+                             'odometry or of recordings have an effect')
+        with viewer('odom_node', save, web) as stream:
+            return _watch(stream, namespace, limit)
+    if source is None:
+        raise InputError('nothing to show: name a recording or a run, or give --live')
     if (Path(source) / files.SUMMARY).exists():
-        run = read_run(Path(source))
-        with _viewer(run.source, save, web) as stream:
-            shown = _view(stream, run.ground_truth)
-            for record in run.records:
-                shown.add_record(record)
-        return outcome.DONE
-    recording = open_source(source, SourceOptions(
-        camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval))
-    with _viewer(recording.name, save, web) as stream:
-        return _run(recording, limit, settings, _view(stream, recording.ground_truth))
+        return _show_run(Path(source), save, web)
+    recording = open_source(source, reading)
+    with viewer(recording.name, save, web) as stream:
+        code = _run(recording, limit, settings, _view(stream, recording.ground_truth))
+        _wait_for_the_end(web)
+        return code
+
+
+def _watch(stream: RecordingStream, namespace: str, limit: int | None) -> int:
+    """Show what a node publishes, until Ctrl-C or a number of frames."""
+    check_middleware()
+    try:
+        from aick_ros.ros.watcher import watching
+    except ModuleNotFoundError as error:
+        raise without_ros(error) from None
+    from aick_ros.reports.live_view import LiveView
+    with Interruption() as interruption, watching(LiveView(stream), namespace) as watcher:
+        say('Ctrl-C ends')
+        hints = _hints(watcher)
+        while not interruption.requested and (limit is None or watcher.frames < limit):
+            time.sleep(_POLL_INTERVAL)
+            next(hints, None)
+    say(f'{watcher.frames} frames were shown')
+    return outcome.DONE
+
+
+def _hints(watcher: Watcher) -> Iterator[None]:
+    """Say once whether the node is there, or what may be wrong; a step each time it is looked."""
+    end = time.monotonic() + _PATIENCE
+    while not watcher.hears and time.monotonic() < end:
+        yield
+    if not watcher.hears:
+        say(f'no odom_node publishes {watcher.topic} yet: does it run, with this ROS_DOMAIN_ID '
+            'and namespace?')
+    while not watcher.hears:
+        yield
+    say(f'odom_node is there: {watcher.topic} is shown')
+
+
+def _show_run(path: Path, save: Path | None, web: bool) -> int:
+    run = read_run(path)
+    with viewer(run.source, save, web) as stream:
+        shown = _view(stream, run.ground_truth)
+        for record in run.records:
+            shown.add_record(record)
+        _wait_for_the_end(web)
+    return outcome.DONE
 
 
 def _run(recording: RgbdSource, limit: int | None, settings: Settings, shown: RerunView) -> int:
@@ -94,43 +147,10 @@ def _view(stream: RecordingStream, ground_truth: Trajectory | None) -> RerunView
     return RerunView(stream, ground_truth)
 
 
-@contextmanager
-def _viewer(name: str, save: Path | None, web: bool) -> Iterator[RecordingStream]:
-    """
-    Give what to log to: a file, a viewer in a browser, or one in a window.
-
-    :raises InputError: where Rerun is missing, or has no window.
-    """
-    try:
-        import rerun as rr
-    except ModuleNotFoundError as error:
-        raise InputError(f"no view without {package_of(error)}: {installation('view')}") from None
-    with rr.RecordingStream('aick_ros', recording_id=None) as stream:
-        stream.send_recording_name(name)
-        if save is not None:
-            stream.save(save)
-        elif web:
-            _serve(stream)
-        else:
-            _open_window(stream)
-        yield stream
-        stream.flush()
-        if web:
-            with Interruption() as interruption:
-                say('Ctrl-C ends the viewer')
-                while not interruption.requested:
-                    time.sleep(_POLL_INTERVAL)
-
-
-def _serve(stream: RecordingStream) -> None:
-    import rerun as rr
-    data = stream.serve_grpc()
-    rr.serve_web_viewer(web_port=_WEB_PORT, open_browser=False)
-    say(f'the viewer is at http://127.0.0.1:{_WEB_PORT}/?url={quote(data, safe="")}')
-
-
-def _open_window(stream: RecordingStream) -> None:
-    if not (os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY')):
-        raise InputError('there is no display for the window of the viewer: give --web for a '
-                         'browser, or --save FILE.rrd')
-    stream.spawn()
+def _wait_for_the_end(web: bool) -> None:
+    """Serve a browser until Ctrl-C; a window needs this program no longer."""
+    if web:
+        with Interruption() as interruption:
+            say('Ctrl-C ends the viewer')
+            while not interruption.requested:
+                time.sleep(_POLL_INTERVAL)

@@ -20,6 +20,9 @@ from aick_ros.odometry import OdometryUpdate
 from aick_ros.ros import conversions
 from aick_ros.ros.output.debug_image import draw_matches
 
+POINT_STEP = 12
+"""Bytes of a point; derived: three float32."""
+
 _LONGEST_PATH = 1000  # poses; chosen
 _QUEUE = 1  # only the newest is displayed
 
@@ -73,8 +76,15 @@ def point_cloud(header: Header, positions: np.ndarray) -> PointCloud2:
         header=header, height=1, width=len(positions),
         fields=[PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1)
                 for i, name in enumerate('xyz')],
-        is_bigendian=False, point_step=12, row_step=12 * len(positions), is_dense=True,
+        is_bigendian=False, point_step=POINT_STEP, row_step=POINT_STEP * len(positions),
+        is_dense=True,
         data=array('B', positions.astype('<f4').tobytes()))
+
+
+def positions_of(message: PointCloud2) -> np.ndarray:
+    """Return the points of a message of :func:`point_cloud`, Nx3 [m]."""
+    points: np.ndarray = np.frombuffer(bytes(message.data), '<f4')
+    return points.reshape(-1, 3)
 
 
 def colour_image(header: Header, colour: np.ndarray) -> Image:

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
@@ -13,11 +12,11 @@ from contextlib import contextmanager
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 
 from aick_ros.ros.conversions import from_pose, to_stamp
 from aick_ros.ros.playback.answers import Answer
+from aick_ros.ros.spinning import spinning
 
 _DIAGNOSED = 'odom_node: odometry'
 _LONGEST_PAUSE = 10.0  # seconds after which no further answer is expected; chosen
@@ -70,23 +69,8 @@ class Listener(Node):
 def listening() -> Iterator[Listener]:
     """Record answers for the length of a block, on a thread of its own."""
     listener = Listener()
-    executor = SingleThreadedExecutor()
-    executor.add_node(listener)
-    thread = threading.Thread(target=_spin, args=(executor,), daemon=True)
-    thread.start()
-    try:
+    with spinning(listener):
         yield listener
-    finally:
-        executor.shutdown()
-        thread.join()
-        listener.destroy_node()
-
-
-def _spin(executor: SingleThreadedExecutor) -> None:
-    try:
-        executor.spin()
-    except ExternalShutdownException:
-        pass
 
 
 def wait_until(condition: Callable[[], bool], timeout: float) -> bool:

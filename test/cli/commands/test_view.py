@@ -3,6 +3,7 @@
 
 """Files for the viewer Rerun, read back by its own reader."""
 
+import re
 import sys
 
 import cv2
@@ -86,6 +87,7 @@ def test_a_run_is_shown_without_its_recording(aick, folder, tmp_path):
 @pytest.mark.parametrize(('arguments', 'sentence'), [
     (['--save', 'x.rrd', '--web'], '--save and --web exclude each other'),
     (['--save', 'nowhere/x.rrd'], 'the folder nowhere does not exist'),
+    (['--live'], '--live shows a running node: neither a source nor options'),
     ([], 'there is no display for the window of the viewer')])
 def test_an_impossible_view_is_rejected(aick, folder, monkeypatch, arguments, sentence):
     for name in ('DISPLAY', 'WAYLAND_DISPLAY'):
@@ -93,6 +95,17 @@ def test_an_impossible_view_is_rejected(aick, folder, monkeypatch, arguments, se
     outcome = aick('view', folder, *arguments)
     assert outcome.code == 2
     assert sentence in outcome.sentence
+
+
+@pytest.mark.parametrize(('arguments', 'sentence'), [
+    ([], 'nothing to show: name a recording or a run, or give --live'),
+    (['--live', '--set', 'aick.alpha=0.7'], '--live shows a running node'),
+    (['--live', '--colour-topic', '/image'], '--live shows a running node'),
+    (['--live', '--namespace', 'a b', '--save', 'x.rrd'], '--namespace a b: Invalid namespace')])
+def test_an_impossible_live_view_is_rejected(aick, arguments, sentence, ros_domain):
+    outcome = aick('view', *arguments)
+    assert outcome.code == 2
+    assert re.search(sentence, outcome.sentence)
 
 
 def test_without_rerun_the_extra_is_named(aick, folder, monkeypatch):
