@@ -13,16 +13,17 @@ from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.odometry.inertial.agreement import Agreement
 from aick_ros.odometry.inertial.gyroscope_calibration import GyroscopeCalibration
+from aick_ros.odometry.inertial.recent_reference import RecentReference
 from aick_ros.odometry.inertial.rotation_integral import RotationIntegral, Turn
 from aick_ros.odometry.inertial.sample_check import SampleCheck
 from aick_ros.odometry.motion_term import ROTATION, MotionTerm
 from aick_ros.settings import ImuSettings, OdometrySettings
 
 _LONGER = 1.5
-"""Ratio of an interval to the last one from the same keyframe that is learned from.
+"""Ratio of an interval to the last one from the same frame that is learned from.
 
 Chosen: each then has 2.25 times the information of the one before, so that the error of the
-keyframe that all have in common counts less than twice."""
+frame that all have in common counts less than twice."""
 
 _LARGEST_RATE = 100.0  # rad/s; chosen: beyond the range of every gyroscope for cameras
 
@@ -44,7 +45,8 @@ class Gyroscope:
         self._samples = SampleCheck('gyroscope', 'rad/s', _LARGEST_RATE)
         self._calibration = GyroscopeCalibration(settings)
         self._agreement = Agreement()
-        self._learned: tuple[int, float] = 0, 0.0  # stamp of a keyframe, and longest interval [s]
+        self._reference = RecentReference()
+        self._learned: tuple[int, float] = 0, 0.0  # stamp of a reference, longest interval [s]
 
     def configure(self, settings: ImuSettings, odometry: OdometrySettings) -> None:
         """Continue with other settings; what was learned is kept."""
@@ -95,11 +97,11 @@ class Gyroscope:
 
     def add(self, samples: ImuSamples) -> None:
         """Add samples; those that cannot be used are counted and dropped."""
+        before = self._integral.last
         for stamp, rate in self._samples.usable(samples.stamps, samples.turn_rates):
-            before = self._integral.last
-            if before is not None and stamp > before:
-                self._calibration.elapse(seconds(before, stamp))
             self._integral.add(stamp, rate)
+        if before is not None and (last := self._integral.last) is not None and last > before:
+            self._calibration.elapse(seconds(before, last))
 
     def term(self, start: int, end: int, is_summed: bool = False) -> MotionTerm | None:
         """
@@ -129,7 +131,10 @@ class Gyroscope:
         :param start: stamp of the keyframe [ns]; end: of the frame.
         :param seen: ``T_keyframe_camera``.
         """
-        turn = self._turn(start, end) if end > start else None
+        if end <= start:
+            return
+        start, seen = self._reference.motion(start, end, seen)
+        turn = self._turn(start, end)
         if turn is None:
             return
         error = se3.log_rotation(seen.rotation @ turn.rotation.T)
@@ -137,8 +142,8 @@ class Gyroscope:
         total = covariance + self._calibration.uncertainty(turn)
         if not self._agreement.note(error, total, turn):
             return
-        keyframe, longest = self._learned
-        if start != keyframe or turn.duration > _LONGER * longest:
+        reference, longest = self._learned
+        if start != reference or turn.duration > _LONGER * longest:
             self._calibration.learn(turn, error, covariance)
             self._learned = start, turn.duration
 

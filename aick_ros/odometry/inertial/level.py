@@ -74,8 +74,8 @@ class Level:
         """
         Turn the frame towards the level one, by less than orientations err by.
 
-        The error is corrected as far as it exceeds the uncertainty of gravity: what that changes by
-        would be added to the motion.
+        The error is corrected as far as it exceeds the uncertainty of gravity: what that changes
+        by would be added to the motion.
 
         :param up: in the frame that has drifted.
         :param pose: ``T_drifted_camera``, with the covariance of one measurement.

@@ -66,6 +66,19 @@ def test_the_bias_is_learned_and_the_rotation_is_right():
     assert sigmas < 4.0
 
 
+def test_at_rest_the_bias_is_followed_though_the_keyframe_stays():
+    """A sensor that warms up for two minutes, by 0.2 deg/s; frames come at 2 Hz."""
+    gyroscope = Gyroscope(ImuSettings(), OdometrySettings())
+    final = np.radians([0.2, -0.1, 0.0])
+    still = PoseWithCovariance(np.eye(4), np.radians(0.01) ** 2 * np.eye(6))
+    for time in range(0, 120_000, 500):
+        gyroscope.add(samples(time - 500, time + 20, lambda now: now / 120_000 * final, 20))
+        if time:
+            gyroscope.learn(0, time * MS, still)
+    assert np.abs(gyroscope.bias - final).max() < np.radians(0.03)
+    assert gyroscope.bias_sigma.max() < np.radians(0.02)
+
+
 def test_a_sum_of_motions_has_the_error_of_the_bias_in_common():
     gyroscope = follow()
     alone, summed = (gyroscope.term(1000 * MS, 1100 * MS, is_summed) for is_summed in (0, 1))
