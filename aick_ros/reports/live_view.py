@@ -92,4 +92,4 @@ def _blueprint() -> rrb.Blueprint:
             rrb.TimeSeriesView(origin='times', name='times [ms]'),
             rrb.TimeSeriesView(origin='status', name='tracked'),
             rrb.TextLogView(origin='status', name='status')),
-        row_shares=[3, 1]))
+        row_shares=[3, 1]), collapse_panels=True)

@@ -138,4 +138,4 @@ def _blueprint() -> rrb.Blueprint:
             rrb.TimeSeriesView(origin='times', name='times per stage [ms]'),
             rrb.TimeSeriesView(origin='status', name='matches, tracked'),
             rrb.TextLogView(origin='status', name='status')),
-        row_shares=[3, 1]))
+        row_shares=[3, 1]), collapse_panels=True)

@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+import functools
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from aick_ros.settings.parameter import Group, Parameter, Value, parameters
 
@@ -49,10 +50,14 @@ def config_text(*groups: Group, commented: Group | None = None,
 
 
 def _entry(p: Parameter, mark: str) -> Iterator[str]:
-    comment = _description(p) + (f' [{p.range_text}]' if p.range_text else '')
-    yield from textwrap.wrap(comment, _WIDTH, initial_indent='    # ', subsequent_indent='    # ',
-                             break_on_hyphens=False)
+    yield from _comment(_description(p) + (f' [{p.range_text}]' if p.range_text else ''))
     yield f'    {mark}{p.name}: {_scalar(p.default)}'
+
+
+@functools.cache  # a fleet writes the same ones for each of its runs
+def _comment(text: str) -> Sequence[str]:
+    return textwrap.wrap(text, _WIDTH, initial_indent='    # ', subsequent_indent='    # ',
+                         break_on_hyphens=False)
 
 
 def _description(p: Parameter) -> str:

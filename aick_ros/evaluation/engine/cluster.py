@@ -87,8 +87,8 @@ def _own_processes(cluster: Cluster) -> Iterator[Client]:
     with _unreached_by_interrupts(), LocalCluster(
             n_workers=cluster.workers, threads_per_worker=1, processes=True, host='127.0.0.1',
             memory_limit=cluster.memory_limit, silence_logs=logging.CRITICAL,
-            preload=[silence.__name__],
-            dashboard_address='127.0.0.1:0' if cluster.has_dashboard else None) as processes:
+            preload=[silence.__name__], dashboard_address='127.0.0.1:0',
+            scheduler_kwargs={'dashboard': cluster.has_dashboard}) as processes:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         with Client(processes) as client:
             yield client

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import platform
 import resource
@@ -17,6 +18,12 @@ import numpy as np
 
 def machine_facts() -> dict[str, str | int]:
     """Return what run times depend on: processor, cores, versions."""
+    return dict(_facts())
+
+
+@functools.cache
+def _facts() -> dict[str, str | int]:
+    """Return what does not change while a process runs, and takes some milliseconds to find."""
     return {
         'cpu': _cpu(),
         'cores': len(os.sched_getaffinity(0)) if hasattr(os, 'sched_getaffinity')

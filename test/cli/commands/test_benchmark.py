@@ -7,9 +7,6 @@ import dataclasses
 import json
 import os
 import signal
-import subprocess
-import sys
-import time
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -18,10 +15,9 @@ import pytest
 from aick_ros.cli.commands import benchmark as benchmark_module
 from aick_ros.evaluation.baselines import registry
 from aick_ros.evaluation.benchmark.dead_reckoning import walk
+from aick_ros.evaluation.benchmark.plan import run_plan
 from aick_ros.evaluation.engine.cluster import Cluster, connected
 from aick_ros.sources.writers.tum_writer import write_tum
-
-ROOT = Path(__file__).parents[3]
 
 
 @pytest.fixture(scope='module')
@@ -133,26 +129,32 @@ def test_a_repeated_source_and_one_without_ground_truth_are_rejected(
     assert 'blind has no ground truth' in aick('benchmark', 'blind').sentence
 
 
-def test_an_interrupted_benchmark_resumes(folder, tmp_path):
-    command = [sys.executable, '-m', 'aick_ros', 'benchmark', str(folder), '--methods',
-               'aick,aick-orb,aick-orb-350', '--gaps', '1,2', '--json', 'figures.json']
-    options = {'cwd': tmp_path, 'env': {**os.environ, 'PYTHONPATH': str(ROOT)}, 'text': True,
-               'stderr': subprocess.PIPE}
-    with subprocess.Popen(command, **options) as process:
-        partial, end = tmp_path / 'figures.json.partial', time.monotonic() + 120
-        while not (partial.exists() and partial.read_text().count('"pair"') >= 3):
-            assert time.monotonic() < end
-            time.sleep(0.01)
-        process.send_signal(signal.SIGINT)
-        _, messages = process.communicate(timeout=120)
-    assert process.returncode == 130
-    assert messages.splitlines()[-1] == \
+def interrupted(plan, journal, scratch, client, time_limit, show, is_stopped):
+    """Run a plan until its first pairs are done; then there is a Ctrl-C."""
+    def show_and_interrupt(done):
+        show(done)
+        if done and not is_stopped():
+            signal.raise_signal(signal.SIGINT)
+    return run_plan(plan, journal, scratch, client, time_limit, show_and_interrupt, is_stopped)
+
+
+def test_an_interrupted_benchmark_resumes(aick, folder, tmp_path, monkeypatch):
+    """With processes of its own: those of an interrupted command end with it."""
+    monkeypatch.setattr(benchmark_module, 'connected', connected)
+    command = ('benchmark', folder, '--methods', 'aick,aick-orb,aick-orb-350', '--gaps', '1,2',
+               '--json', 'figures.json')
+    with monkeypatch.context() as patch:
+        patch.setattr(benchmark_module, 'run_plan', interrupted)
+        outcome = aick(*command)
+    assert outcome.code == 130
+    assert outcome.err.splitlines()[-1] == \
         'aick: interrupted; the same command resumes from figures.json.partial'
-    first = partial.read_text()
-    again = subprocess.run(command, **options, stdout=subprocess.DEVNULL, check=True)
-    assert 'resuming the interrupted run' in again.stderr
+    first = (tmp_path / 'figures.json.partial').read_text()
+    assert 0 < first.count('"pair"') < 3 * (13 + 12)
+    again = aick(*command)
+    assert again.code == 0
+    assert 'resuming the interrupted run' in again.err
     figures = json.loads((tmp_path / 'figures.json').read_text())
     assert [scores['rendered']['pairs']['2']['count']
             for scores in figures['methods'].values()] == [12, 12, 12]
-    assert first.count('"pair"') < 3 * (13 + 12)
     assert [path.name for path in tmp_path.iterdir()] == ['figures.json']
