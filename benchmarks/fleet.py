@@ -9,7 +9,7 @@ What ``aick fleet`` gains and costs, and what it loses when its processes are ki
 SOURCE is a recording with ground truth; the fleet consists of links to it. It is run by two
 processes and compared with runs one after the other in this process; then again while workers
 are killed with SIGKILL at random moments, and once the command with its scheduler, which is then
-given again; at last on many recordings of two frames.
+given again; at last on many recordings of two rendered frames.
 """
 
 from __future__ import annotations
@@ -31,10 +31,14 @@ from aick_ros.cli.fleet.job import Job, run_job
 from aick_ros.evaluation.runs.table import Row as Cells
 from aick_ros.evaluation.runs.table import read_table
 from aick_ros.evaluation.scores.machine import machine_facts
+from aick_ros.geometry.camera import Camera
 from aick_ros.settings import Settings
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
+from aick_ros.sources.writers.tum_writer import write_tum
 
 WORKERS = 2
 KILLS = 5
+SMALL = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
 MEASURED_ANEW = ('_ms', 'wall_time', 'peak_memory')
 """Parts of the names of figures that differ from run to run."""
 
@@ -129,9 +133,10 @@ def killed(recordings: Path, out: Path, frames: int, seconds: float) -> Mapping[
             'again': sum(path.stat().st_mtime_ns != when for path, when in finished.items())}
 
 
-def tiny(source: Path, folder: Path, count: int) -> tuple[float, float]:
-    """Return the overhead per recording of two frames [ms] and the most memory [MB]."""
-    recordings = links(source, folder / 'tiny', count)
+def tiny(folder: Path, count: int) -> tuple[float, float]:
+    """Return the overhead per recording of two rendered frames [ms] and the most memory [MB]."""
+    write_tum(folder / 'two', SyntheticSource(SyntheticOptions(frames=2, camera=SMALL)))
+    recordings = links(folder / 'two', folder / 'tiny', count)
     start, most = time.monotonic(), 0.0
     fleet = Fleet(recordings, folder / 'out_tiny', 2)
     while fleet.is_running:
@@ -171,7 +176,7 @@ def main() -> None:
         show(Row('rows twice', 0, False, lost['twice'], '', remake))
         show(Row('finished runs done again', 0, False, lost['again'], '', remake,
                  f'of {lost["finished"]:.0f} finished'))
-        overhead, memory = tiny(given.source, folder, given.tiny)
+        overhead, memory = tiny(folder, given.tiny)
         show(Row('overhead per recording of 2 frames', 15, False, overhead, 'ms', remake))
         show(Row('memory of client and scheduler', 1000, False, memory, 'MB', remake))
 
