@@ -3,6 +3,7 @@
 
 """Damaged inputs end in InputError: a few of them, and the inputs that failed once."""
 
+import os
 import re
 import subprocess
 import sys
@@ -64,7 +65,11 @@ for number, statement in enumerate({list(statements)}):
     part = campaign.run_slice('rvl', target, '0', 60.0, 3)
     campaign.keep([part], Path({str(tmp_path)!r}) / str(number))
 """
-    subprocess.run([sys.executable, '-c', code], check=True)
+    temporary = tmp_path / 'temporary'
+    temporary.mkdir()
+    subprocess.run([sys.executable, '-c', code], check=True,
+                   env={**os.environ, 'TMPDIR': str(temporary)})
+    assert not list(temporary.iterdir())
     for number, finding in enumerate(statements.values()):
         kept = [path for path in (tmp_path / str(number)).rglob('*')
                 if path.is_file() and path.suffix != '.txt']

@@ -150,8 +150,9 @@ class Registrar:
         if found.misalignment is not None:
             self._learned.misalignment.learn(found.misalignment)
         delay = self._learned.misalignment.misalignment.delay + mean_depth_lag(source, target)
-        return self._learned.systematic_error.add_to(found, source, target, expected, elapsed,
-                                                     delay)
+        return self._learned.systematic_error.add_to(
+            found, source, target, expected, elapsed, delay,
+            self._learned.misalignment.delay_sigma)
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
         """

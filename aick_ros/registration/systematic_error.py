@@ -39,6 +39,13 @@ _LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER = 0.016, 12.0
 
 Measured on a Kinect: 15 to 25 ms, where stamps jitter by 1.2 to 3.3 ms."""
 
+_VELOCITY_LAG = 0.75
+"""Age of the velocity that a delay is corrected by, in intervals between frames.
+
+Derived: the mean velocity since the frame before is half an interval old, and a quarter of it is
+taken from that before. The errors measured on two excerpts of real recordings and three rendered
+cameras are 0.66 to 0.74 of the change in one interval."""
+
 
 class SystematicError:
     """Adds systematic errors to the covariances of one camera's registrations, in time order."""
@@ -49,7 +56,7 @@ class SystematicError:
 
     def add_to(self, registration: Registration, source: PreparedFrame, target: PreparedFrame,
                expected: np.ndarray | None = None, elapsed: float = np.inf,
-               delay: float = 0.0) -> Registration:
+               delay: float = 0.0, delay_sigma: float = 0.0) -> Registration:
         """
         Return a registration with the covariance of these errors too.
 
@@ -57,6 +64,7 @@ class SystematicError:
         :param elapsed: time since that velocity was measured, at most the time between the
             frames [s].
         :param delay: time from the colour to the depth image that the pose is corrected by [s].
+        :param delay_sigma: its standard deviation [s].
         """
         if not registration.status.ok:
             return registration
@@ -68,7 +76,7 @@ class SystematicError:
                 changes = _squared_rates(se3.inverse(expected) @ motion,
                                          min(elapsed, abs(interval)))
         timing = _timing(max(source.stamp_jitter, target.stamp_jitter), speeds, changes)
-        covariance = registration.covariance + timing + _lagging(delay, changes)
+        covariance = registration.covariance + timing + _delayed(delay, delay_sigma, changes)
         if registration.bias is not None:
             covariance += self._unusual(registration.bias)
             self._learn(registration.bias)
@@ -101,16 +109,17 @@ def _timing(jitter: float, speeds: np.ndarray, changes: np.ndarray) -> np.ndarra
     return np.diag(np.repeat(variances, 3))
 
 
-def _lagging(delay: float, changes: np.ndarray) -> np.ndarray:
+def _delayed(delay: float, sigma: float, changes: np.ndarray) -> np.ndarray:
     """
-    Return the covariance due to the velocity that a delay is corrected by, 6x6.
+    Return the covariance due to the velocities that a delay is corrected by, and to its own, 6x6.
 
-    A velocity is known as the mean since the frame before, that of half an interval ago: both
-    frames are off by half of its change, in a third per axis.
+    Both frames are off by the lag of their velocities. An error of the delay shifts the motion by
+    the change of the velocity, in a third per axis.
 
     :param changes: as for :func:`_timing`.
     """
-    return np.diag(np.repeat(2 * (0.5 * delay) ** 2 * changes / 3, 3))
+    variances = (2 * (_VELOCITY_LAG * delay) ** 2 + sigma ** 2) * changes / 3
+    return np.diag(np.repeat(variances, 3))
 
 
 def _squared_rates(motion: np.ndarray, interval: float) -> np.ndarray:

@@ -15,6 +15,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.result import Registration, SensorBias
 from aick_ros.registration.status import Status
 from aick_ros.registration.systematic_error import SystematicError
@@ -177,16 +178,24 @@ def test_the_speed_changes_since_it_was_measured_not_since_the_keyframe():
 
 
 def test_a_delay_is_corrected_by_a_velocity_that_lags():
-    """At constant acceleration the mean velocity is that of half an interval ago."""
+    """At constant acceleration a mean of the last two mean velocities is that of earlier."""
     acceleration, delay = 2.0, -0.02
-    slow = se3.exp([0.5 * PERIOD, 0, 0, 0, 0, 0])
-    fast = se3.exp([(0.5 + acceleration * PERIOD) * PERIOD, 0, 0, 0, 0, 0])
+    means = [0.5 + acceleration * PERIOD * i for i in range(2)]
+    slow, fast = (se3.exp([velocity * PERIOD, 0, 0, 0, 0, 0]) for velocity in means)
     complete = used().add_to(registration(fast), view(1 + PERIOD), view(1), slow, PERIOD, delay)
-    error = delay * acceleration * PERIOD / 2
+    velocity = Prediction(slow, [means[0], 0, 0, 0, 0, 0] * np.ones(6), PERIOD).twist_with(fast)[0]
+    error = delay * (means[1] + acceleration * PERIOD / 2 - velocity)
     # of each of two frames, in any direction; half of it counts between two of one keyframe
     assert np.diag(complete.covariance - OWN)[:3] == pytest.approx(2 * error ** 2 / 3)
     steady = used().add_to(registration(fast), view(1 + PERIOD), view(1), fast, PERIOD, delay)
     np.testing.assert_allclose(steady.covariance, OWN, atol=1e-12)
+
+
+def test_a_delay_that_is_not_certain_adds_the_change_of_the_motion():
+    slow, fast = (se3.exp([velocity * PERIOD, 0, 0, 0, 0, 0]) for velocity in (0.5, 0.7))
+    complete = used().add_to(registration(fast), view(1 + PERIOD), view(1), slow, PERIOD,
+                             delay_sigma=0.01)
+    assert np.diag(complete.covariance - OWN)[:3] == pytest.approx((0.01 * 0.2) ** 2 / 3)
 
 
 @pytest.mark.parametrize('stamps', [(2, 1), (1, 2)])

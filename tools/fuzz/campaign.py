@@ -137,21 +137,22 @@ def _once(target: Target, data: bytes, kind: str) -> bool:
     if kind in ('endless', 'memory', 'slow'):
         return False  # each trial would take as long
     ours, theirs = _FORK.Pipe(duplex=False)
-    process = _FORK.Process(target=_trial, args=(target, data, theirs), daemon=True)
-    process.start()
-    theirs.close()
-    try:
-        found = ours.recv() if ours.poll(_SILENCE) else 'endless'
-    except EOFError:
-        found = 'killed'
-    process.kill()
-    process.join()
+    with tempfile.TemporaryDirectory(prefix='aick-fuzz-') as folder:
+        process = _FORK.Process(target=_trial, args=(target, data, Path(folder), theirs),
+                                daemon=True)
+        process.start()
+        theirs.close()
+        try:
+            found = ours.recv() if ours.poll(_SILENCE) else 'endless'
+        except EOFError:
+            found = 'killed'
+        process.kill()
+        process.join()
     return bool(found == kind)
 
 
-def _trial(target: Target, data: bytes, answer: Connection) -> None:
-    with tempfile.TemporaryDirectory(prefix='aick-fuzz-') as folder:
-        answer.send(Worker(target, Path(folder)).run(data).finding)
+def _trial(target: Target, data: bytes, folder: Path, answer: Connection) -> None:
+    answer.send(Worker(target, folder).run(data).finding)
 
 
 def keep(findings: Sequence[Slice], folder: Path) -> list[Path]:

@@ -28,6 +28,7 @@ worse than none."""
 
 # All chosen on two excerpts of real recordings and on rendered rooms with nine kinds of cameras.
 _GROUPS = 8  # of the jackknife
+_JACKKNIFE = (_GROUPS - 1) / _GROUPS  # by definition: variance by the squares that it sums up
 _RUN = 5  # successive registrations of one group: their errors are alike
 _KEPT = 0.8  # weight of a group's earlier registrations, each time that it is added to
 _FEWEST = 30  # registrations before anything is estimated
@@ -42,6 +43,12 @@ _STILL_SIGNIFICANT = 0.5  # of that: below it an estimate is no longer applied
 
 _SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.002, 0.004])
 """Estimates that are smaller are not applied: 3 mm and 0.15 deg, 2 ms, 4 ms."""
+
+_DELAY = 6  # by definition: its place among the unknowns
+_DELAY_DESIGN_EFFECT = 25.0  # of the information about the delay, for its standard deviation
+_LARGEST_DELAY_SIGMA = 0.01
+"""Standard deviation of a delay that nothing is known of [s]. Derived: at 30 Hz two images that
+belong together are at most half an interval apart."""
 
 _OUTLYING = 3.0  # gain of a registration, as a ratio to the mean, from which on its weight falls
 
@@ -60,11 +67,17 @@ class MisalignmentEstimate:
         self._count = 0
         self._mean_gain = 0.0
         self._applied: tuple[slice, ...] = ()
+        self._delay_sigma = _LARGEST_DELAY_SIGMA
 
     @property
     def misalignment(self) -> Misalignment:
         """Misalignment to be corrected: the known one, and each deviation that is significant."""
         return self._misalignment
+
+    @property
+    def delay_sigma(self) -> float:
+        """Standard deviation of the delay that is corrected [s]: also what is not significant."""
+        return self._delay_sigma
 
     def assume(self, known: Misalignment) -> None:
         """Continue with another known misalignment; what was learned of the camera is kept."""
@@ -99,10 +112,11 @@ class MisalignmentEstimate:
         parts, values = _PARTS if self._count >= _FEWEST else (), np.zeros(_SIZE)
         while parts:
             chosen = np.r_[parts]
-            estimate, significances = self._solve(chosen, parts)
-            margins = significances / [self._required(part) for part in parts]
+            estimate, scatter = self._solve(chosen)
+            margins = np.array([self._significance(part, estimate, scatter) / self._required(part)
+                                for part in parts])
             if margins.min() >= 1.0:
-                values[chosen] = estimate
+                values = estimate
                 break
             weakest = int(np.argmin(margins))
             parts = parts[:weakest] + parts[weakest + 1:]
@@ -111,32 +125,50 @@ class MisalignmentEstimate:
             if (np.abs(values[unknowns]) < _SMALLEST[unknowns]).all():
                 values[unknowns] = 0.0
         self._misalignment = Misalignment.of(self._known.values + values)
+        self._delay_sigma = self._sigma_of_delay(values)
+
+    def _sigma_of_delay(self, applied: np.ndarray) -> float:
+        """
+        Return the standard deviation of the delay [s], by all unknowns together.
+
+        :param applied: deviations that are; an estimate that is not is an error of its size.
+        """
+        estimate, scatter = self._solve(np.arange(_SIZE))
+        information = self._information.sum(axis=0) + _prior(np.arange(_SIZE))
+        variance = (_DELAY_DESIGN_EFFECT * np.linalg.inv(information)[_DELAY, _DELAY]
+                    + _JACKKNIFE * np.sum(scatter[:, _DELAY] ** 2)
+                    + (estimate - applied)[_DELAY] ** 2)
+        return min(float(np.sqrt(variance)), _LARGEST_DELAY_SIGMA)
 
     def _required(self, part: slice) -> float:
         """Return the significance that a part requires to be applied."""
         required = _SIGNIFICANT[part.stop - part.start]
         return _STILL_SIGNIFICANT * required if part in self._applied else required
 
-    def _solve(self, chosen: np.ndarray,
-               parts: tuple[slice, ...]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the estimate of the chosen unknowns, and the significance of each part."""
+    def _significance(self, part: slice, estimate: np.ndarray, scatter: np.ndarray) -> float:
+        """Return the square of a part of an estimate by its variance."""
+        metric = self._information.sum(axis=0)[part, part]
+        variance = _JACKKNIFE * np.einsum(
+            'gi,ij,gj->', scatter[:, part], metric, scatter[:, part])
+        square = float(estimate[part] @ metric @ estimate[part])
+        return square / variance if variance > 0.0 else 0.0
+
+    def _solve(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """
+        Return the deviations from the known misalignment, and by how much each group changes them.
+
+        :param chosen: the unknowns that are estimated; the others are zero.
+        :returns: 8, and 8 for each group.
+        """
         information = self._information[:, chosen[:, None], chosen]
-        deviation = self._gradient - self._information @ self._known.values
-        gradient, prior = deviation[:, chosen], _prior(chosen)
-        total = information.sum(axis=0)
-        estimate = np.linalg.solve(total + prior, gradient.sum(axis=0))
+        gradient = (self._gradient - self._information @ self._known.values)[:, chosen]
+        total, prior = information.sum(axis=0), _prior(chosen)
+        estimate, scatter = np.zeros(_SIZE), np.zeros((_GROUPS, _SIZE))
+        estimate[chosen] = np.linalg.solve(total + prior, gradient.sum(axis=0))
         without = np.linalg.solve(total - information + prior,
                                   (gradient.sum(axis=0) - gradient)[:, :, None])[:, :, 0]
-        significances = []
-        for part in parts:
-            own = np.flatnonzero((chosen >= part.start) & (chosen < part.stop))
-            metric = total[np.ix_(own, own)]
-            scatter = (without - estimate)[:, own]
-            variance = (_GROUPS - 1) / _GROUPS * np.einsum(
-                'gi,ij,gj->', scatter, metric, scatter)
-            square = float(estimate[own] @ metric @ estimate[own])
-            significances.append(square / variance if variance > 0.0 else 0.0)
-        return estimate, np.array(significances)
+        scatter[:, chosen] = without - estimate[chosen]
+        return estimate, scatter
 
 
 def _prior(chosen: np.ndarray) -> np.ndarray:

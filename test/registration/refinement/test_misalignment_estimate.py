@@ -101,3 +101,28 @@ def test_a_camera_that_is_mounted_anew_is_learned_anew():
     other = TRUE * [1, -1, 0.5, -1, 1, 2, 0.5, 0.5]
     found = learned(samples(TRUE, 80), samples(other, 600, seed=2))
     assert np.abs((found - other) / SIGMAS).max() < 0.3
+
+
+def test_the_error_of_the_delay_is_within_what_is_said_of_it():
+    """At every moment, whether the delay is applied yet or not, of cameras drawn at random."""
+    distances = []
+    for seed in range(20):
+        true = np.random.default_rng(seed).standard_normal(8) * 0.5 * SIGMAS
+        estimate = MisalignmentEstimate()
+        for count, sample in enumerate(samples(true, 80, seed, contradiction=1.0)):
+            estimate.learn(sample)
+            if count % 20 == 19:
+                error = estimate.misalignment.delay - true[6]
+                distances.append((error / estimate.delay_sigma) ** 2)
+    assert 0.1 < np.mean(distances) < 1.0
+    assert np.max(distances) < 6.0
+
+
+def test_a_delay_is_uncertain_until_registrations_show_it():
+    estimate, sigmas = MisalignmentEstimate(), []
+    for sample in samples(TRUE, 80):
+        sigmas.append(estimate.delay_sigma)
+        estimate.learn(sample)
+    assert sigmas[0] == 0.01
+    assert sigmas[-1] < 0.0015
+    assert sigmas[29] > 0.5 * sigmas[0]  # 20 ms are seen, and not corrected yet
