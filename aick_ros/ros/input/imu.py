@@ -5,12 +5,14 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
 
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.subscription import Subscription
+from rclpy.timer import Timer
 from sensor_msgs.msg import Imu
 
 from aick_ros.errors import InputError
@@ -18,17 +20,22 @@ from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.messages.imu import ImuBuffer
 from aick_ros.ros.conversions import to_stamp
+from aick_ros.ros.input.polled_subscription import PolledSubscription
 from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.tf_messages import TF_REMEDY
 
-_QUEUE = 1000  # messages; chosen: a second at 1 kHz
+_QUEUE = 4000  # messages; chosen: four seconds at 1 kHz, as without images they are taken once
+_POLL = 0.005  # s; chosen: by so much an image may wait longer than for its samples
 _LATEST = NANOSECONDS // 20  # chosen: longer than a sample takes to arrive
 _SILENT = 1.0  # s; chosen
 
 
 class ImuInput:
     """
-    Receives the samples of an IMU on the executor's thread, for the worker's.
+    Receives the samples of an IMU when a frame or a report needs them.
+
+    While an image waits for samples that are about to come, a timer on the executor's thread
+    takes them.
 
     :param on_change: called when the samples that a frame waits for have arrived.
     :param is_required: whether the first frame waits for the first sample.
@@ -40,27 +47,36 @@ class ImuInput:
         self._is_required = is_required
         self._buffer = ImuBuffer()
         self._received_at = 0.0
+        self._lock = threading.Lock()
         self._awaited: int | None = None  # stamp of an image [ns]
         self._missing = ''  # which transform is missing, in one sentence
         self._node = node
-        self._subscription: Subscription | None = None
+        self._subscription: PolledSubscription[Imu] | None = None
+        self._timer: Timer | None = None
 
     def activate(self) -> None:
         """Subscribe."""
-        self._subscription = self._node.create_subscription(
-            Imu, 'imu', self._take,
+        self._subscription = PolledSubscription(
+            self._node, Imu, 'imu',
             # matches every publisher; a lost sample is bridged
             QoSProfile(depth=_QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT))
+        self._timer = self._node.create_timer(
+            _POLL, self._poll, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer.cancel()
 
     def deactivate(self) -> None:
         """Unsubscribe."""
-        if self._subscription is not None:
-            self._node.destroy_subscription(self._subscription)
-            self._subscription = None
+        with self._lock:
+            if self._subscription is not None:
+                self._subscription.destroy()
+            if self._timer is not None:
+                self._node.destroy_timer(self._timer)
+            self._subscription = self._timer = self._awaited = None
 
     @property
     def complaint(self) -> str:
         """Why the IMU is not used, in one sentence; '' where it is, or there is none."""
+        self._receive()
         topic = self._node.resolve_topic_name('imu')
         if self._buffer.newest is None:
             return (f'the first frame waits for the IMU on {topic}, by wait_imu_to_init'
@@ -76,12 +92,18 @@ class ImuInput:
 
         A late IMU is not waited for, nor one that is silent; the first sample is, if required.
         """
+        self._receive()
+        with self._lock:
+            self._awaited = None if self._has_arrived(stamp) else stamp
+            if self._awaited is not None and self._timer is not None:
+                self._timer.reset()
+            return self._awaited is None
+
+    def _has_arrived(self, stamp: int) -> bool:
         newest = self._buffer.newest
-        if newest is None and not self._is_required or newest is not None and not (
-                0 < stamp - newest < _LATEST):
-            return True
-        self._awaited = stamp
-        return False
+        if newest is None:
+            return not self._is_required
+        return not 0 < stamp - newest < _LATEST
 
     def samples(self, camera_frame: str, stamp: int) -> ImuSamples | None:
         """
@@ -92,6 +114,7 @@ class ImuInput:
         :param camera_frame: of the colour image.
         :param stamp: of the image [ns].
         """
+        self._receive()
         if self._buffer.newest is None:
             return None
         imu_frame = self._buffer.frame_id
@@ -109,11 +132,23 @@ class ImuInput:
         self._is_required = False
         return self._buffer.take(T_camera_imu[:3, :3])
 
-    def _take(self, message: Imu) -> None:
-        self._received_at = time.monotonic()
-        is_first = self._buffer.newest is None
-        self._buffer.add(to_stamp(message.header.stamp), message)
-        awaited, newest = self._awaited, self._buffer.newest
-        if awaited is not None and newest is not None and (is_first or newest >= awaited):
-            self._awaited = None
+    def _poll(self) -> None:
+        """Take the samples that an image waits for."""
+        self._receive()
+        with self._lock:
+            if self._awaited is not None and not self._has_arrived(self._awaited):
+                return
+            is_awaited, self._awaited = self._awaited is not None, None
+            if self._timer is not None:
+                self._timer.cancel()
+        if is_awaited:
             self._on_change()
+
+    def _receive(self) -> None:
+        """Take all samples that have come."""
+        with self._lock:
+            messages = [] if self._subscription is None else self._subscription.take()
+            for message in messages:
+                self._buffer.add(to_stamp(message.header.stamp), message)
+        if messages:
+            self._received_at = time.monotonic()

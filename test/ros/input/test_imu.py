@@ -4,6 +4,9 @@
 """The topic of an IMU: which samples go with a frame, what is waited for and what is said."""
 
 import re
+from collections import deque
+from contextlib import nullcontext
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,19 +23,55 @@ MS = 10 ** 6
 OPTICAL = 'camera_rgb_optical_frame'
 
 
-class Node:
-    """What is used of a node."""
+class Timer:
+    """A timer that runs, or is cancelled."""
+
+    def __init__(self, poll):
+        self.poll, self.runs = poll, True
+
+    def reset(self):
+        self.runs = True
+
+    def cancel(self):
+        self.runs = False
+
+
+class Handle(nullcontext):
+    """Messages that wait in the middleware."""
 
     def __init__(self):
-        self.take, self.destroyed = None, []
+        super().__init__()
+        self.waiting = deque()
 
-    def create_subscription(self, kind, topic, take, qos):
+    def take_message(self, kind, raw):
+        return (self.waiting.popleft(), {}) if self.waiting else None
+
+
+class Node:
+    """What is used of a node; messages wait until they are taken."""
+
+    def __init__(self):
+        self.handle, self.destroyed, self.timer = Handle(), [], None
+
+    def create_subscription(self, kind, topic, callback, qos, callback_group):
         assert (kind, topic) == (Imu, 'imu')
-        self.take = take
-        return 'the subscription'
+        return SimpleNamespace(handle=self.handle)
+
+    def create_timer(self, period, poll, clock):
+        self.timer = Timer(poll)
+        return self.timer
+
+    def take(self, message):
+        """Have a message arrive, and let the timer run, if it does."""
+        self.handle.waiting.append(message)
+        if self.timer.runs:
+            self.timer.poll()
 
     def destroy_subscription(self, subscription):
-        self.destroyed.append(subscription)
+        self.destroyed.append('subscription')
+
+    def destroy_timer(self, timer):
+        self.destroyed.append('timer')
 
     def resolve_topic_name(self, name):
         return f'/robot/{name}'
@@ -96,6 +135,20 @@ def test_an_image_waits_for_samples_that_are_about_to_come(made):
     assert changes == [1]
 
 
+def test_samples_are_looked_for_only_while_an_image_waits(made):
+    source, node, changes = made()
+    node.take(message(5))
+    assert not node.timer.runs
+    assert len(node.handle.waiting) == 1
+    assert source.reaches(5 * MS)
+    assert not node.timer.runs
+    assert not source.reaches(12 * MS)
+    assert node.timer.runs
+    assert source.reaches(80 * MS)  # a later image, which waits no more
+    node.timer.poll()
+    assert (node.timer.runs, changes) == (False, [])
+
+
 def test_the_first_frame_waits_for_the_first_sample_where_it_is_required(made):
     source, node, changes = made(is_required=True)
     assert not source.reaches(100 * MS)
@@ -138,7 +191,9 @@ def test_inactive_it_is_not_subscribed(made):
     source, node, _ = made()
     source.deactivate()
     source.deactivate()
-    assert node.destroyed == ['the subscription']
+    assert node.destroyed == ['subscription', 'timer']
+    assert source.reaches(0)
+    assert source.samples(OPTICAL, 0) is None
 
 
 def test_the_node_uses_it(rig, start_node, all_frames):
