@@ -61,6 +61,12 @@ MAX_DISTANCE = 1e8
 MAX_EXTRINSIC = 1000.0
 """Distance of a camera from the origin of its robot [m]; chosen: above the largest machines."""
 
+MAX_TURN_RATE = 1000.0
+"""Turn rate of an IMU about an axis [rad/s]; chosen: the fastest gyroscopes end at 70."""
+
+MAX_ACCELERATION = 1e5
+"""Acceleration of an IMU along an axis [m/s^2]; chosen: shocks of 10,000 g."""
+
 MAX_PIXEL_LENGTH = 1e6
 """Focal length, or offset of the principal point, of a camera [px]; chosen."""
 

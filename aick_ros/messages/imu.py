@@ -11,8 +11,10 @@ from typing import Protocol
 
 import numpy as np
 
+from aick_ros.borders.limits import MAX_ACCELERATION, MAX_TURN_RATE
 from aick_ros.frames.imu import ImuSamples
 
+_NOT_MEASURED = (np.nan, np.nan, np.nan)
 _MOST = 60_000  # chosen: a minute at 1 kHz; older samples are forgotten
 
 
@@ -53,15 +55,17 @@ class ImuBuffer:
         Add a sample with its stamp [ns].
 
         A negative first covariance says that a vector is not measured, by definition of the
-        message; drivers with a topic for each sensor leave the other one zero.
+        message; drivers with a topic for each sensor leave the other one zero. Nor is one measured
+        that no sensor reaches.
         """
         turn, force = message.angular_velocity, message.linear_acceleration
         rate = (turn.x, turn.y, turn.z)
         acceleration = (force.x, force.y, force.z)
-        if message.angular_velocity_covariance[0] < 0.0:
-            rate = (np.nan, np.nan, np.nan)
-        if message.linear_acceleration_covariance[0] < 0.0 or not any(acceleration):
-            acceleration = (np.nan, np.nan, np.nan)
+        if message.angular_velocity_covariance[0] < 0.0 or not _is_within(rate, MAX_TURN_RATE):
+            rate = _NOT_MEASURED
+        if message.linear_acceleration_covariance[0] < 0.0 or not any(acceleration) or (
+                not _is_within(acceleration, MAX_ACCELERATION)):
+            acceleration = _NOT_MEASURED
         with self._lock:
             self._stamps.append(stamp)
             self._rows.append(rate + acceleration)
@@ -76,3 +80,8 @@ class ImuBuffer:
         values = np.array(rows, np.float64).reshape(-1, 6)
         return ImuSamples(np.array(stamps, np.int64), values[:, :3],
                           values[:, 3:]).in_axes(R_camera_imu)
+
+
+def _is_within(vector: tuple[float, float, float], limit: float) -> bool:
+    """Return whether no component is beyond a limit; NaN is, too."""
+    return all(abs(value) <= limit for value in vector)

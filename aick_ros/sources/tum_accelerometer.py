@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from aick_ros.borders.files import read_text
-from aick_ros.borders.limits import MAX_LIST_BYTES
+from aick_ros.borders.limits import MAX_ACCELERATION, MAX_LIST_BYTES
 from aick_ros.errors import InputError
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry.trajectory import seconds_to_stamp
@@ -46,7 +46,8 @@ def _read_line(line: str, where: str) -> tuple[int, list[float]]:
     stamp, *values = line.split()
     try:
         acceleration = [float(value) for value in values]
-        if len(acceleration) != 3 or not np.isfinite(acceleration).all():
+        if len(acceleration) != 3 or not all(
+                abs(value) <= MAX_ACCELERATION for value in acceleration):
             raise ValueError
         return seconds_to_stamp(stamp), acceleration
     except ValueError:

@@ -3,9 +3,11 @@
 
 """Messages of an IMU to samples."""
 
+import warnings
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.messages.imu import ImuBuffer
@@ -43,6 +45,19 @@ def test_what_is_not_measured_is_nan():
     samples = buffer.take(np.eye(3))
     assert np.isnan(samples.turn_rates).all(axis=1).tolist() == [True, False, False]
     assert np.isnan(samples.accelerations).all(axis=1).tolist() == [False, True, True]
+
+
+@pytest.mark.parametrize('value', [np.inf, -np.inf, np.nan, 1e300, -1e6])
+def test_what_no_sensor_reaches_is_not_measured(value):
+    buffer = ImuBuffer()
+    buffer.add(7, message(rate=(0.0, value, 0.0)))
+    buffer.add(8, message(force=(0.0, 9.8, value)))
+    buffer.add(9, message(rate=(0.0, -70.0, 0.0), force=(0.0, 9.8, -2e4)))
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        samples = buffer.take(np.eye(3))
+    assert np.isnan(samples.turn_rates).all(axis=1).tolist() == [True, False, False]
+    assert np.isnan(samples.accelerations).all(axis=1).tolist() == [False, True, False]
 
 
 def test_the_oldest_samples_are_forgotten():

@@ -25,7 +25,8 @@ def test_a_folder_without_has_none(tmp_path):
     assert read_accelerations(tmp_path) is None
 
 
-@pytest.mark.parametrize('line', ['1.5 1 2', '1.5 1 2 3 4', 'a 1 2 3', '1.5 1 2 nan', '-1 1 2 3'])
+@pytest.mark.parametrize('line', ['1.5 1 2', '1.5 1 2 3 4', 'a 1 2 3', '1.5 1 2 nan', '-1 1 2 3',
+                                  '1.5 1 2 -inf', '1.5 1e300 2 3'])
 def test_a_line_that_cannot_be_read_is_named(tmp_path, line):
     (tmp_path / 'accelerometer.txt').write_text(f'# t\n{line}\n')
     with pytest.raises(InputError, match='accelerometer.txt, line 2: .* not an acceleration'):

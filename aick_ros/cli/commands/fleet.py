@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 REPORT = 'report.html'
+_LEAST_MEMORY = 400_000_000  # measured: a process takes half of it before its first frame
 
 Sources = Annotated[list[str] | None, typer.Argument(
     metavar='SOURCE...', show_default=False,
@@ -87,28 +88,41 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     Writes a table of recordings and settings (table.parquet), the folder of each run, and a
     report. A run that fails is a row with its reason. After Ctrl-C, the same command resumes.
     """
-    chosen = variants(options.settings_from(preset, config, assignments), vary or ())
-    check_target(json)
+    settings = options.settings_from(preset, config, assignments)
+    chosen = variants(settings, vary or ())
+    camera = camera and camera.absolute()
     recordings = find_recordings(sources or (), listed)
-    source_options = SourceOptions(camera and camera.absolute(), colour_topic, depth_topic,
+    check_target(json, *recordings, listed, config, camera, settings.aick.vocabulary)
+    source_options = SourceOptions(camera, colour_topic, depth_topic,
                                    info_topic, ground_truth_topic, max_interval)
     numbers = options.gaps_from(gaps)
-    scratch = ScratchSpace(uuid.uuid4().hex, bytes_of(scratch_limit))
+    scratch = ScratchSpace(uuid.uuid4().hex, bytes_of('--scratch-limit', scratch_limit))
     jobs = {(recording, variant.name): Job(recording, variant.name, variant.settings,
                                            source_options, numbers, limit, scratch)
             for recording in recordings for variant in chosen}
+    cluster = Cluster(workers, _memory_of(memory_limit), scheduler, dashboard)
     fleet_run = _Fleet(Results(out), jobs, chosen)
-    cluster = Cluster(workers, memory_limit, scheduler, dashboard)
     with Interruption() as interruption:
         fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
     rows = fleet_run.results.write_table(jobs)
-    _write_report(out / REPORT, rows)
-    if json is not None:
-        write_json(json, rows)
-    _show(rows, out, on_stderr=json == STANDARD_OUTPUT)
+    _report(rows, out, json)
     if interruption.requested:
         return _interrupted(len(jobs) - len(rows))
     return outcome.UNUSABLE_INPUT if any(row['status'] == FAILED for row in rows) else outcome.DONE
+
+
+def _memory_of(limit: str) -> str:
+    """
+    Return the limit to the memory of a process as Dask reads it.
+
+    :raises InputError: where it is none, or no process could start.
+    """
+    if limit == 'auto':
+        return limit
+    if bytes_of('--memory-limit', limit) < _LEAST_MEMORY:
+        raise InputError(f'--memory-limit {limit} is too little for a process: '
+                         f'{_LEAST_MEMORY // 10 ** 6} MB or more are required')
+    return limit
 
 
 class _Fleet:
@@ -174,6 +188,14 @@ class _Fleet:
         return {'recording': os.path.basename(source.rstrip('/')), 'source': source,
                 'variant': variant, **varied, 'status': status, 'cause': '', 'reason': '',
                 'identity': self._identities.get(key, ''), **facts}
+
+
+def _report(rows: Sequence[Row], out: Path, json: str | None) -> None:
+    """Write the page and the JSON, and show the scores."""
+    _write_report(out / REPORT, rows)
+    if json is not None:
+        write_json(json, rows)
+    _show(rows, out, on_stderr=json == STANDARD_OUTPUT)
 
 
 def _interrupted(left: int) -> int:

@@ -71,7 +71,8 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
                             max_interval)
     if save is not None and web:
         raise InputError('--save and --web exclude each other: give one of them')
-    check_target(None if save is None else str(save), source)
+    check_target(None if save is None else str(save), source, config, camera,
+                 settings.aick.vocabulary)
     if live:
         if source is not None or settings != Settings() or reading != SourceOptions():
             raise InputError('--live shows a running node: neither a source nor options of the '

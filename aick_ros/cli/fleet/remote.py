@@ -57,7 +57,8 @@ def recordings_at(url: str) -> Iterator[str]:
             system, path = open_url(url)
             found = sorted(system.unstrip_protocol(match) for match in system.glob(path))
     else:
-        open_url(url)
+        with errors_of(url):
+            open_url(url)
         found = [url.rstrip('/')]
     entries_of = partial(_entries_of, deepest=url.count('/') + MAX_REMOTE_DEPTH)
     below = [recording for each in found for recording in (

@@ -117,20 +117,23 @@ class Scratch:
         return count
 
 
-def bytes_of(text: str) -> int:
+def bytes_of(option: str, text: str) -> int:
     """
-    Return the number of bytes that a text says, for example 50GB.
+    Return the number of bytes that the value of an option says, for example 50GB.
 
     :raises InputError: where it says none.
     """
     try:
         from dask.utils import parse_bytes
-        return int(parse_bytes(text))
+        count = int(parse_bytes(text))
+        if count < 0:
+            raise ValueError
+        return count
     except ModuleNotFoundError as error:
         raise InputError(f"no tasks without {package_of(error)}: {installation('fleet')}"
                          ) from None
     except (ValueError, OverflowError):
-        raise InputError(f'--scratch-limit {text} is no number of bytes: try 50GB') from None
+        raise InputError(f'{option} {text} is no number of bytes: try 50GB') from None
 
 
 _scratches: dict[str, Scratch] = {}

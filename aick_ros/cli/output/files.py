@@ -29,11 +29,11 @@ def write_whole(path: Path, content: str | bytes) -> None:
     # not the whole name: with more characters it could be too long
     draft = path.parent / f'.{path.name[:_DRAFT_NAME]}.{os.getpid()}'
     try:
+        if path.exists() and not path.is_file():
+            path.write_bytes(content)  # by this name: what /dev/stdout leads to has none
+            return
         path = path.resolve()
         draft = path.parent / draft.name
-        if path.exists() and not path.is_file():
-            path.write_bytes(content)
-            return
         draft.write_bytes(content)
         draft.replace(path)
     except (OSError, RuntimeError) as error:  # RuntimeError: a link to itself

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,7 +19,7 @@ from aick_ros.errors import InputError, installation, package_of
 if TYPE_CHECKING:
     from rerun import RecordingStream
 
-_WEB_PORT = 9090  # by definition: the default of Rerun
+_WEB_PORT, _DATA_PORT = 9090, 9876  # by definition: the defaults of Rerun
 
 
 @contextmanager
@@ -27,13 +28,13 @@ def viewer(name: str, save: Path | None, web: bool) -> Iterator[RecordingStream]
     Give what to log to: a file, a viewer in a browser, or one in a window.
 
     :param name: of the recording.
-    :raises InputError: where Rerun is missing, or has no window.
+    :raises InputError: where Rerun is missing or has no window, or the file cannot be written.
     """
     try:
         import rerun as rr
     except ModuleNotFoundError as error:
         raise InputError(f"no view without {package_of(error)}: {installation('view')}") from None
-    with rr.RecordingStream('aick_ros', recording_id=None) as stream:
+    with _errors_of(save), rr.RecordingStream('aick_ros', recording_id=None) as stream:
         stream.send_recording_name(name)
         if save is not None:
             stream.save(save)
@@ -45,11 +46,35 @@ def viewer(name: str, save: Path | None, web: bool) -> Iterator[RecordingStream]
         stream.flush()
 
 
+@contextmanager
+def _errors_of(save: Path | None) -> Iterator[None]:
+    """Raise InputError where Rerun cannot write or serve, also at the end of the block."""
+    try:
+        yield
+    except RuntimeError as error:
+        if type(error) is not RuntimeError:
+            raise
+        what = 'the viewer ended' if save is None else f'cannot write {save}'
+        raise InputError(f'{what}: {error}') from None
+
+
 def _serve(stream: RecordingStream) -> None:
     import rerun as rr
-    data = stream.serve_grpc()
-    rr.serve_web_viewer(web_port=_WEB_PORT, open_browser=False)
-    say(f'the viewer is at http://127.0.0.1:{_WEB_PORT}/?url={quote(data, safe="")}')
+    data = stream.serve_grpc(grpc_port=_free_port(_DATA_PORT))
+    port = _free_port(_WEB_PORT)
+    rr.serve_web_viewer(web_port=port, open_browser=False)
+    say(f'the viewer is at http://127.0.0.1:{port}/?url={quote(data, safe="")}')
+
+
+def _free_port(usual: int) -> int:
+    """Return a port that no other process has, the usual one where it is free."""
+    with socket.socket() as trial:
+        trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as servers do
+        try:
+            trial.bind(('', usual))
+        except OSError:
+            trial.bind(('', 0))
+        return int(trial.getsockname()[1])
 
 
 def _open_window(stream: RecordingStream) -> None:

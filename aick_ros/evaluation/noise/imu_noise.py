@@ -18,6 +18,7 @@ from aick_ros.geometry.stamps import NANOSECONDS, seconds
 
 _SHORTEST = 30.0  # s; chosen: the noise density is known to 3 % then
 _LONGEST_GAP = NANOSECONDS // 10  # chosen
+_LEAST_VARIANCE = 1e-24  # (rad/s)^2, (m/s^2)^2; chosen: far below any sensor's mean over hours
 _MOST_MISSING = 0.01  # of the duration; chosen
 
 
@@ -107,6 +108,9 @@ def _estimate(source: str, name: str, stamps: np.ndarray, values: np.ndarray
     interval = _interval_between(f'{source}, {name}', stamps)
     check_rest(source, name, values, interval)
     allan = allan_variance(values, interval)
+    if not (allan.variances.mean(axis=1) > _LEAST_VARIANCE).all():
+        raise InputError(f'{source}: the {name} shows no noise, its values repeat: record the '
+                         'values that the sensor itself measures')
     return SensorNoise(1.0 / interval, values.mean(axis=0), allan, fit_densities(allan))
 
 

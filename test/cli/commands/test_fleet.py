@@ -142,12 +142,29 @@ def test_runs_of_a_table_are_compared(fleet, aick):
     (['synthetic:1', '--vary', 'aick.alpha'], 'NAME=VALUE,VALUE is required'),
     (['synthetic:1', '--vary', 'aick.alpha=0.5', '--vary', 'aick.alpha=0.6'], 'twice'),
     (['synthetic:1', '--vary', 'no.such=1'], "no parameter is called 'no.such'"),
-    (['synthetic:1', '--list', 'none.txt'], 'none.txt')])
+    (['synthetic:1', '--list', 'none.txt'], 'none.txt'),
+    (['synthetic:1', '--memory-limit', '1,2'], '--memory-limit 1,2 is no number of bytes'),
+    (['synthetic:1', '--memory-limit', '10MB'], '--memory-limit 10MB is too little'),
+    (['ftp://127.0.0.1:1/x.bag'], 'cannot read ftp://127.0.0.1:1/x.bag: '),
+    (['zip://x.bag::file:///none.zip'], 'zip://x.bag::file:///none.zip does not exist'),
+    (['reference://x.bag'], 'cannot read reference://x.bag: ')])
 def test_an_impossible_fleet_is_rejected(aick, arguments, sentence):
     outcome = aick('fleet', *arguments)
     assert outcome.code == 2
     assert sentence in outcome.sentence
     assert os.listdir() == []
+
+
+def test_results_do_not_replace_an_input(aick, recordings, tmp_path):
+    listed = tmp_path / 'list.txt'
+    listed.write_text(f'{recordings}\n')
+    metadata = next(recordings.rglob('rgb.txt'))
+    before = metadata.read_bytes()
+    for target in (listed, metadata):
+        outcome = aick('fleet', '--list', listed, '--json', target)
+        assert outcome.code == 2
+        assert outcome.sentence.startswith(f'cannot write {target}: it is ')
+    assert metadata.read_bytes() == before
 
 
 def test_dask_is_silent_and_its_logging_is_as_before(fleet):

@@ -4,12 +4,14 @@
 """Files for the viewer Rerun, read back by its own reader."""
 
 import re
+import socket
 import sys
 
 import cv2
 import numpy as np
 import pytest
 
+from aick_ros.cli.output.viewer import _free_port
 from aick_ros.odometry import Odometry
 from aick_ros.sources import raise_damage
 from aick_ros.sources.writers.tum_writer import write_tum
@@ -87,6 +89,7 @@ def test_a_run_is_shown_without_its_recording(aick, folder, tmp_path):
 @pytest.mark.parametrize(('arguments', 'sentence'), [
     (['--save', 'x.rrd', '--web'], '--save and --web exclude each other'),
     (['--save', 'nowhere/x.rrd'], 'the folder nowhere does not exist'),
+    (['--save', '/dev/full'], 'cannot write /dev/full: '),
     (['--live'], '--live shows a running node: neither a source nor options'),
     ([], 'there is no display for the window of the viewer')])
 def test_an_impossible_view_is_rejected(aick, folder, monkeypatch, arguments, sentence):
@@ -113,3 +116,10 @@ def test_without_rerun_the_extra_is_named(aick, folder, monkeypatch):
     outcome = aick('view', folder, '--save', 'x.rrd')
     assert outcome.code == 2
     assert "no view without rerun: pip install '.[view]'" in outcome.sentence
+
+
+def test_a_port_that_another_program_has_is_not_taken():
+    with socket.create_server(('', 0)) as other:
+        port = other.getsockname()[1]
+        assert _free_port(port) != port
+    assert _free_port(port) == port

@@ -168,6 +168,7 @@ def test_a_server_without_recordings_is_named(web):
 
 
 def test_bytes_are_read():
-    assert bytes_of('2.5GB') == 2_500_000_000
-    with pytest.raises(InputError, match='--scratch-limit much is no number of bytes: try 50GB'):
-        bytes_of('much')
+    assert bytes_of('--scratch-limit', '2.5GB') == 2_500_000_000
+    for text in ('much', '-1GB', '1,2', 'inf', 'nan'):
+        with pytest.raises(InputError, match=f'--scratch-limit {text} is no number of bytes'):
+            bytes_of('--scratch-limit', text)

@@ -5,6 +5,7 @@
 
 import os
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -31,6 +32,14 @@ def test_a_pipe_is_written_to(tmp_path):
     reader.join(60)
     assert read == ['content']
     assert pipe.is_fifo()
+
+
+def test_standard_output_may_be_named_by_its_device():
+    reader, writer = os.pipe()
+    write_whole(Path(f'/dev/fd/{writer}'), 'content')
+    os.close(writer)
+    with open(reader) as stream:
+        assert stream.read() == 'content'
 
 
 def test_what_cannot_be_written_is_named_and_leaves_nothing(tmp_path):

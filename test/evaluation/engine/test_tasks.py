@@ -44,6 +44,11 @@ def test_a_task_is_tried_again_unless_it_always_dies_or_has_no_memory(client, de
     assert (outcomes[once].value, outcomes[once].attempts) == ('second', 2)
 
 
+def test_without_dashboard_no_fixed_port_is_taken(client):
+    """Nor does Dask then say that another command has it."""
+    assert client.scheduler_info()['services']['dashboard'] != 8787
+
+
 def test_tasks_are_left_when_the_user_stops(client, deeds):
     seen = []
     for outcome in run_tasks(client, deeds, [1, 'sleep'], Limits(seconds=1.0),

@@ -102,3 +102,13 @@ def test_one_that_moves_is_rejected():
     samples.turn_rates[3000:3050] += 0.3
     with pytest.raises(InputError, match='the gyroscope is not at rest'):
         estimate_imu_noise('a recording', samples)
+
+
+@pytest.mark.parametrize('scale', [1e-3, 1e-170])
+def test_values_that_repeat_are_rejected(scale):
+    """Over 0.16 s their means are all the same, or their squares are."""
+    samples = at_rest(BMI085)
+    alternating = scale * np.where(np.arange(len(samples)) % 2, 1.0, -1.0)
+    samples.turn_rates[:] = alternating[:, None]
+    with pytest.raises(InputError, match='the gyroscope shows no noise, its values repeat'):
+        estimate_imu_noise('a recording', samples)
