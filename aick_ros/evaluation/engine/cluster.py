@@ -31,6 +31,7 @@ _SETTINGS = {
     'distributed.worker.memory.spill': False,  # results are small, images are not theirs
     'distributed.worker.memory.target': False,
     'distributed.worker.memory.pause': False,
+    'distributed.admin.tick.interval': '1s',  # a watch over delays, 50 times a second by default
     'distributed.worker.profile.enabled': False,  # it would take part of the measured times
     'distributed.worker.multiprocessing-method': 'forkserver',  # a process starts in 0.1 s
     'distributed.nanny.pre-spawn-environ': ONE_THREAD,
