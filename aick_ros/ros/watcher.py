@@ -104,7 +104,7 @@ class Watcher(Node):
         self._observer.add_image(to_stamp(message.header.stamp), colour)
 
     def _take_keypoints(self, message: PointCloud2) -> None:
-        if message.point_step == POINT_STEP:
+        if message.point_step == POINT_STEP and len(message.data) % POINT_STEP == 0:
             self._observer.add_keypoints(to_stamp(message.header.stamp), positions_of(message))
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:

@@ -6,12 +6,15 @@
 import signal
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
+from sensor_msgs.msg import PointCloud2
 
 from aick_ros.ros.conversions import from_pose, to_stamp
+from aick_ros.ros.watcher import Watcher
 
 rerun = pytest.importorskip('rerun', reason='no viewer: pip install rerun-sdk')
 FRAMES = 6
@@ -91,3 +94,12 @@ def test_a_running_node_is_shown_until_ctrl_c(rig, start_node, view, all_frames,
         assert np.median(difference) < 8  # of JPEG, but for keypoints and lines
     assert {'/world/path_before/LineStrips3D:strips', '/world/keypoints/Points3D:positions',
             '/world/covariance/Ellipsoids3D:half_sizes'} <= found.keys()
+
+
+def test_keypoints_of_no_whole_points_are_ignored():
+    shown = []
+    watcher = SimpleNamespace(_observer=SimpleNamespace(
+        add_keypoints=lambda stamp, positions: shown.append(positions.shape)))
+    for size in (5, 13, 24):
+        Watcher._take_keypoints(watcher, PointCloud2(point_step=12, data=bytes(size)))
+    assert shown == [(2, 3)]

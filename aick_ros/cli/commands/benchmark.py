@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import datetime
-import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -33,6 +32,7 @@ from aick_ros.evaluation.benchmark.results import Results
 from aick_ros.evaluation.benchmark.vocabularies import (
     TRAINING_FRAMES, file_name, learn, missing_from, training_frames)
 from aick_ros.evaluation.engine.cluster import Cluster, connected
+from aick_ros.evaluation.engine.scratch_folder import scratch_folder
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.sources import RgbdSource, raise_damage
 
@@ -81,9 +81,9 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
     missing = {method.name: method.missing for method in chosen if method not in installed}
     if folder is not None and plan.variants:
         _learn_vocabularies(folder.vocabularies)
-    with tempfile.TemporaryDirectory() as scratch, Interruption() as interruption:
+    with scratch_folder() as scratch, Interruption() as interruption:
         journal = begin(_journal_path(json, scratch), recordings)
-        unusable = _run(plan, journal, Path(scratch), jobs, time_limit, interruption)
+        unusable = _run(plan, journal, scratch, jobs, time_limit, interruption)
         wanted = folder is not None and corridor and not interruption.requested
         reckoning = _reckon(corridor, interruption) if wanted else None
     if interruption.requested:
@@ -134,10 +134,10 @@ def _learn_vocabularies(folder: Path) -> None:
             write_whole(folder / file_name(which), vocabulary.to_bytes())
 
 
-def _journal_path(json: str | None, scratch: str) -> Path:
+def _journal_path(json: str | None, scratch: Path) -> Path:
     """Return the path of the journal; without a file to be written it is of no use later."""
     if json in (None, STANDARD_OUTPUT):
-        return Path(scratch, 'journal')
+        return scratch / 'journal'
     return Path(f'{json}.partial')
 
 

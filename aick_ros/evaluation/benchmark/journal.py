@@ -82,15 +82,19 @@ class Journal:
         """
         Read the lines that were added.
 
-        :raises InputError: where one is no result.
+        :raises InputError: where one is no result, or the file is gone.
         """
-        with self.path.open('rb') as file:
-            file.seek(self._bytes_read)
-            while (text := file.readline()).endswith(b'\n'):  # a last one is being written
-                self._lines_read += 1
-                self._bytes_read += len(text)
-                if self._lines_read > 1:
-                    self._keep(_parse(self.path, self._lines_read, text))
+        try:
+            with self.path.open('rb') as file:
+                file.seek(self._bytes_read)
+                while (text := file.readline()).endswith(b'\n'):  # a last one is being written
+                    self._lines_read += 1
+                    self._bytes_read += len(text)
+                    if self._lines_read > 1:
+                        self._keep(_parse(self.path, self._lines_read, text))
+        except FileNotFoundError:
+            raise InputError(f'{self.path} is gone: another benchmark with the same --json has '
+                             'ended, or it was removed; start anew') from None
 
     @property
     def registrations(self) -> int:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from aick_ros.errors import InputError, installation, package_of
 from aick_ros.evaluation.engine import silence
+from aick_ros.evaluation.engine.scratch_folder import scratch_folder
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -85,10 +86,11 @@ def connected(cluster: Cluster) -> Iterator[Client]:
 @contextmanager
 def _own_processes(cluster: Cluster) -> Iterator[Client]:
     from distributed import Client, LocalCluster
-    with _unreached_by_interrupts(), LocalCluster(
+    with _unreached_by_interrupts(), scratch_folder() as folder, LocalCluster(
             n_workers=cluster.workers, threads_per_worker=1, processes=True, host='127.0.0.1',
             memory_limit=cluster.memory_limit, silence_logs=logging.CRITICAL,
-            preload=[silence.__name__], dashboard_address='127.0.0.1:0',
+            local_directory=str(folder), preload=[silence.__name__],
+            dashboard_address='127.0.0.1:0',
             scheduler_kwargs={'dashboard': cluster.has_dashboard}) as processes:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         with Client(processes) as client:

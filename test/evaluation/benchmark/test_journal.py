@@ -66,3 +66,10 @@ def test_an_incomplete_line_is_removed(recording, tmp_path):
     path.write_text(whole + '{"method": "cut o')  # as after a power failure
     begin(path, [recording])
     assert path.read_text() == whole
+
+
+def test_a_file_that_is_removed_meanwhile_is_named(recording, tmp_path):
+    journal = begin(tmp_path / 'x.partial', [recording])
+    journal.path.unlink()
+    with pytest.raises(InputError, match='x.partial is gone: another benchmark'):
+        journal.refresh()

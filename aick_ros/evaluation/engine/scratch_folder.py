@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Temporary folders; that of a command which was killed is removed by the next command."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+_PREFIX = 'aick-scratch-'
+
+
+@contextmanager
+def scratch_folder() -> Iterator[Path]:
+    """Give a new folder for the length of a block, locked while this process lives."""
+    parent = Path(tempfile.gettempdir())
+    for path in parent.glob(f'{_PREFIX}*'):
+        _remove_unlocked(path)
+    new = Path(tempfile.mkdtemp(prefix='aick-new-', dir=parent))
+    lock = _lock(new)
+    # renamed when it is locked: another command never finds it without
+    folder = new.rename(parent / new.name.replace('aick-new-', _PREFIX))
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        os.close(lock)
+
+
+def _remove_unlocked(folder: Path) -> None:
+    """Remove a folder unless its process lives, or it is another user's."""
+    try:
+        lock = _lock(folder)
+    except OSError:
+        return
+    shutil.rmtree(folder, ignore_errors=True)
+    os.close(lock)
+
+
+def _lock(folder: Path) -> int:
+    """
+    Lock a folder and return its descriptor, which ends the lock when it is closed.
+
+    :raises OSError: where another process has locked it, or it cannot be opened.
+    """
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(descriptor)
+        raise
+    return descriptor

@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Temporary folders through errors and kills, beside those of other commands."""
+
+import subprocess
+import sys
+import tempfile
+
+import pytest
+
+from aick_ros.evaluation.engine.scratch_folder import scratch_folder
+
+KILLED = '''
+import os, signal
+from aick_ros.evaluation.engine.scratch_folder import scratch_folder
+with scratch_folder() as folder:
+    (folder / 'copy').write_text('content')
+    print(folder, flush=True)
+    os.kill(os.getpid(), signal.SIGKILL)
+'''
+
+
+@pytest.fixture(autouse=True)
+def temporary(tmp_path, monkeypatch):
+    """Return the folder that has all temporary ones."""
+    monkeypatch.setenv('TMPDIR', str(tmp_path))
+    monkeypatch.setattr(tempfile, 'tempdir', None)
+    return tmp_path
+
+
+def test_it_is_removed_whatever_happens(temporary):
+    with pytest.raises(ZeroDivisionError), scratch_folder() as folder:
+        (folder / 'copy').write_text('content')
+        assert folder.parent == temporary
+        1 / 0
+    assert list(temporary.iterdir()) == []
+
+
+def test_that_of_a_process_that_was_killed_is_removed_by_the_next_and_no_other(temporary):
+    foreign = temporary / 'aick-scratch-link'
+    (temporary / 'data').mkdir()
+    foreign.symlink_to(temporary / 'data')
+    with scratch_folder() as mine:
+        (mine / 'copy').write_text('content')
+        left = subprocess.run([sys.executable, '-c', KILLED], stdout=subprocess.PIPE,
+                              text=True).stdout.strip()
+        assert (temporary / left / 'copy').exists()
+        with scratch_folder():
+            assert not (temporary / left).exists()
+            assert (mine / 'copy').exists()
+    assert {path.name for path in temporary.iterdir()} == {'data', foreign.name}
