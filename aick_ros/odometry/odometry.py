@@ -319,8 +319,7 @@ class Odometry:
         reference, registration = attempt.reference, attempt.registration
         increment = self._increment(prepared, attempt, references)
         recovered, self._is_lost = self._is_lost, False
-        prepared = dataclasses.replace(
-            prepared, twist=self._expected.twist_at(prepared.stamp, increment.twist))
+        prepared = self._with_velocity(prepared, attempt, increment)
         self._pose = self._plane.joined(reference.pose @ registration.pose)
         last = Reference(prepared, self._plane.joined(reference.pose @ registration.image_pose),
                          in_keyframe=attempt.seen.varying_pose)
@@ -330,7 +329,6 @@ class Odometry:
                 increment, seconds(self._confirmed, prepared.stamp))
         else:
             self._gyroscope.learn(reference.stamp, prepared.stamp, attempt.seen.pose)
-            self._filter.update(prepared.stamp, reference.pose.matrix @ registration.pose)
             if not references.is_return_to(reference):  # that increment is over all of the gap
                 self._twist = increment.twist
             self._confirmed = prepared.stamp
@@ -346,6 +344,17 @@ class Odometry:
             recovered=recovered, reference=reference.prepared.keypoints,
             matches=registration.matches, support=registration.support,
             evidence=registration.evidence)
+
+    def _with_velocity(self, prepared: PreparedFrame, attempt: Attempt,
+                       increment: Increment) -> PreparedFrame:
+        """Return a tracked frame with its velocity: filtered, as increments have all the noise."""
+        twist = self._expected.twist_at(prepared.stamp, increment.twist)
+        if not attempt.registration.is_by_depth:
+            self._filter.update(prepared.stamp,
+                                attempt.reference.pose.matrix @ attempt.registration.pose)
+            if self._filter.velocity is not None:
+                twist = np.concatenate([self._filter.velocity, twist[3:]])
+        return dataclasses.replace(prepared, twist=twist)
 
     def _increment(self, prepared: PreparedFrame, attempt: Attempt,
                    references: References) -> Increment:

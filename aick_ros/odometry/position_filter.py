@@ -41,6 +41,7 @@ class PositionFilter:
         self._stamp: int | None = None
         self._measured, self._covariance = np.eye(4), np.zeros((6, 6))
         self._position, self._velocity = np.zeros(3), np.zeros(3)
+        self._is_velocity_known = False
 
     @property
     def T_measured_filtered(self) -> np.ndarray:
@@ -48,6 +49,11 @@ class PositionFilter:
         offset = np.eye(4)
         offset[:3, 3] = self._measured[:3, :3].T @ (self._position - self._measured[:3, 3])
         return offset
+
+    @property
+    def velocity(self) -> np.ndarray | None:
+        """Velocity of the last frame along the axes of its camera, 3 [m/s]; None: not known."""
+        return self._measured[:3, :3].T @ self._velocity if self._is_velocity_known else None
 
     def update(self, stamp: int, measured: PoseWithCovariance) -> None:
         """
@@ -69,11 +75,12 @@ class PositionFilter:
             return
         self._position = self._position + update.gain[:3] @ error
         self._velocity = self._velocity + update.gain[3:] @ error
-        self._covariance = update.covariance
+        self._covariance, self._is_velocity_known = update.covariance, True
 
     def _begin(self, measured: PoseWithCovariance) -> None:
         """Take a position as it is measured, and forget the velocity."""
         self._position, self._velocity = measured.translation, np.zeros(3)
+        self._is_velocity_known = False
         self._covariance = np.diag(np.repeat([0.0, _FIRST_VELOCITY ** 2], 3))
         self._covariance[:3, :3] = measured.covariance[:3, :3]
 

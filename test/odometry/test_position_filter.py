@@ -72,6 +72,37 @@ def test_a_knock_is_followed_at_once():
     np.testing.assert_array_equal(filtered(path, [0.005] * 3)[10], path[10])
 
 
+def test_the_velocity_has_less_noise_than_the_last_step():
+    """Along the axes of the camera, against the truth."""
+    rng, position_filter, errors = np.random.default_rng(5), PositionFilter(OdometrySettings()), []
+    velocity, sigma, turn = np.array([0.3, -0.1, 0.2]), 0.01, se3.exp([0, 0, 0, 0.4, -1.0, 2.0])
+    for i in range(400):
+        measured = turn.copy()
+        measured[:3, 3] = i * INTERVAL * velocity + rng.normal(0.0, sigma, 3)
+        position_filter.update(i * STEP, with_position_covariance(measured, [sigma ** 2] * 3))
+        if i > 20:
+            errors.append(position_filter.velocity - turn[:3, :3].T @ velocity)
+    of_a_step = np.sqrt(2) * sigma / INTERVAL
+    assert np.sqrt(np.mean(np.square(errors))) < 0.6 * of_a_step
+    assert np.abs(np.mean(errors, axis=0)).max() < 0.1 * of_a_step
+
+
+def test_no_velocity_is_known_of_one_frame_nor_after_a_knock_nor_without_the_prior():
+    position_filter, measured = PositionFilter(OdometrySettings()), np.eye(4)
+
+    def updated(i, x):
+        measured[0, 3] = x
+        position_filter.update(i * STEP, with_position_covariance(measured, [1e-6] * 3))
+        return position_filter.velocity
+
+    assert updated(0, 0.0) is None
+    assert updated(1, 0.01)[0] == pytest.approx(0.01 / INTERVAL, rel=0.01)
+    assert updated(2, 5.0) is None  # knocked
+    assert updated(3, 5.0) is not None
+    position_filter.configure(OdometrySettings(motion_prior=False))
+    assert updated(4, 5.0) is None
+
+
 def test_without_the_prior_positions_are_as_measured_from_the_next_frame_on():
     position_filter = PositionFilter(OdometrySettings())
     rng, measured = np.random.default_rng(4), np.eye(4)
@@ -98,14 +129,18 @@ def test_what_is_held_back_does_not_add_up():
     """The path published differs from the one measured by noise, at its end as at its start."""
     source = SyntheticSource(SyntheticOptions(frames=40, seed=5))
     frames = list(source.frames())
-    paths = []
+    paths, twists = [], []
     for motion_prior in (False, True):
         settings = Settings(odometry=dataclasses.replace(
             OdometrySettings(), motion_prior=motion_prior, max_keyframes=0))
         odometry = Odometry(settings)
         updates = [odometry.register_frame(frame) for frame in frames]
         paths.append(np.array([update.T_odom_camera for update in updates]))
+        twists.append(np.array([update.prepared.twist for update in updates[1:]]))
     measured, published = paths
     np.testing.assert_array_equal(published[:, :3, :3], measured[:, :3, :3])
     distances = np.linalg.norm(published[:, :3, 3] - measured[:, :3, 3], axis=1)
     assert 0.0 < distances[-20:].max() < 0.004
+    # frames have the velocity of the filter, and the turn rate as it was measured
+    np.testing.assert_array_equal(twists[0][:, 3:], twists[1][:, 3:])
+    assert 0.0 < np.abs(twists[0] - twists[1])[:, :3].max() < 0.05
