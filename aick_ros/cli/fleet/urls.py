@@ -103,7 +103,9 @@ def _is_missing(cause: Exception) -> bool:
 def _web_options() -> dict[str, object]:
     """Return options without a limit to the time of a whole file, which is five minutes else."""
     from aiohttp import ClientTimeout
-    return {'client_kwargs': {'timeout': ClientTimeout(
+
+    from aick_ros.cli.fleet.bounded_response import BoundedResponse
+    return {'client_kwargs': {'response_class': BoundedResponse, 'timeout': ClientTimeout(
         total=None, sock_connect=_CONNECTION_LIMIT, sock_read=_SILENCE_LIMIT)}}
 
 

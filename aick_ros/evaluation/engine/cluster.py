@@ -85,12 +85,13 @@ def connected(cluster: Cluster) -> Iterator[Client]:
 
 @contextmanager
 def _own_processes(cluster: Cluster) -> Iterator[Client]:
+    import dask
     from distributed import Client, LocalCluster
-    with _unreached_by_interrupts(), scratch_folder() as folder, LocalCluster(
+    with _unreached_by_interrupts(), scratch_folder() as folder, dask.config.set(
+            {'temporary-directory': str(folder)}), LocalCluster(
             n_workers=cluster.workers, threads_per_worker=1, processes=True, host='127.0.0.1',
             memory_limit=cluster.memory_limit, silence_logs=logging.CRITICAL,
-            local_directory=str(folder), preload=[silence.__name__],
-            dashboard_address='127.0.0.1:0',
+            preload=[silence.__name__], dashboard_address='127.0.0.1:0',
             scheduler_kwargs={'dashboard': cluster.has_dashboard}) as processes:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         with Client(processes) as client:

@@ -167,6 +167,13 @@ def test_a_server_without_recordings_is_named(web):
         find_recordings([web.url], None)
 
 
+def test_an_endless_list_of_files_is_rejected(web, monkeypatch):
+    from aick_ros.cli.fleet import bounded_response
+    monkeypatch.setattr(bounded_response, 'MAX_LIST_BYTES', 10_000)
+    with pytest.raises(InputError, match='endless sends more than 10000 bytes as its list'):
+        find_recordings([f'{web.url}/endless/'], None)
+
+
 def test_bytes_are_read():
     assert bytes_of('--scratch-limit', '2.5GB') == 2_500_000_000
     for text in ('much', '-1GB', '1,2', 'inf', 'nan'):

@@ -49,6 +49,13 @@ def test_without_dashboard_no_fixed_port_is_taken(client):
     assert client.scheduler_info()['services']['dashboard'] != 8787
 
 
+def test_dask_writes_to_a_folder_that_is_removed(client):
+    folders = {client.cluster.scheduler.local_directory,
+               *client.run(lambda dask_worker: dask_worker.local_directory).values()}
+    assert len(folders) == 3
+    assert all('/aick-scratch-' in folder for folder in folders)
+
+
 def test_tasks_are_left_when_the_user_stops(client, deeds):
     seen = []
     for outcome in run_tasks(client, deeds, [1, 'sleep'], Limits(seconds=1.0),
