@@ -123,6 +123,8 @@ def watching(observer: Observer, namespace: str) -> Iterator[Watcher]:
 
     :raises InputError: where ROS cannot start, or the namespace is not valid.
     """
+    if not namespace.isascii():  # rclpy checks the others
+        raise InputError(f'--namespace {namespace}: letters, digits, _ and / are required')
     use_fastdds_profile()
     initialise([], ends_by_signals=False)
     try:

@@ -104,7 +104,8 @@ def test_an_impossible_view_is_rejected(aick, folder, monkeypatch, arguments, se
     ([], 'nothing to show: name a recording or a run, or give --live'),
     (['--live', '--set', 'aick.alpha=0.7'], '--live shows a running node'),
     (['--live', '--colour-topic', '/image'], '--live shows a running node'),
-    (['--live', '--namespace', 'a b', '--save', 'x.rrd'], '--namespace a b: Invalid namespace')])
+    (['--live', '--namespace', 'a b', '--save', 'x.rrd'], '--namespace a b: Invalid namespace'),
+    (['--live', '--namespace', '\udcff', '--save', 'x.rrd'], 'letters, digits, _ and / are')])
 def test_an_impossible_live_view_is_rejected(aick, arguments, sentence, ros_domain):
     outcome = aick('view', *arguments)
     assert outcome.code == 2
