@@ -100,7 +100,7 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     jobs = {(recording, variant.name): Job(recording, variant.name, variant.settings,
                                            source_options, numbers, limit, scratch)
             for recording in recordings for variant in chosen}
-    cluster = Cluster(workers, _memory_of(memory_limit), scheduler, dashboard)
+    cluster = Cluster(min(workers, len(jobs)), _memory_of(memory_limit), scheduler, dashboard)
     fleet_run = _Fleet(Results(out), jobs, chosen)
     with Interruption() as interruption:
         fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)

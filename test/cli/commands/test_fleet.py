@@ -13,6 +13,7 @@ import pytest
 from distributed import Client
 
 from aick_ros.cli.commands import fleet as fleet_module
+from aick_ros.errors import InputError
 from aick_ros.evaluation.engine.cluster import Cluster, connected
 from aick_ros.evaluation.runs.run import read_run
 from aick_ros.evaluation.runs.table import read_table
@@ -153,6 +154,17 @@ def test_an_impossible_fleet_is_rejected(aick, arguments, sentence):
     assert outcome.code == 2
     assert sentence in outcome.sentence
     assert os.listdir() == []
+
+
+def test_no_more_processes_are_started_than_there_are_runs(aick, monkeypatch):
+    started = []
+
+    def connected(cluster):
+        started.append(cluster.workers)
+        raise InputError('enough is known')
+    monkeypatch.setattr('aick_ros.cli.commands.fleet.connected', connected)
+    assert aick('fleet', 'synthetic:1', 'synthetic:2', '--workers', '100000').code == 2
+    assert started == [2]
 
 
 def test_results_do_not_replace_an_input(aick, recordings, tmp_path):
