@@ -145,7 +145,7 @@ def _run(plan: Plan, journal: Journal, scratch: Path, jobs: int, time_limit: flo
          interruption: Interruption) -> dict[str, str]:
     if journal.registrations:
         say('resuming the interrupted run')
-    with connected(Cluster(jobs)) as client, progress(
+    with connected(Cluster(min(jobs, plan.most_processes))) as client, progress(
             'registering', plan.registrations, 'pairs') as show:
         return run_plan(plan, journal, scratch, client, time_limit, show,
                         lambda: interruption.requested)

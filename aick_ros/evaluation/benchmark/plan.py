@@ -50,8 +50,16 @@ class Plan:
     @property
     def registrations(self) -> int:
         """Total number of registrations."""
-        runs = len(self.methods) + len(self.variants)
-        return runs * sum(map(len, self.pairs.values()))
+        return len(self._runs) * sum(map(len, self.pairs.values()))
+
+    @property
+    def most_processes(self) -> int:
+        """Number of processes of which each has something to do, at least one."""
+        return max(1, len(self._runs) * len(self.recordings))
+
+    @property
+    def _runs(self) -> Sequence[Method]:
+        return (*self.methods, *self.variants)
 
     def jobs(self, journal: Path, folder: Path, time_limit: float) -> list[Job]:
         """
@@ -59,8 +67,7 @@ class Plan:
 
         :param folder: for their files while they run.
         """
-        each = [(method, recording) for method in (*self.methods, *self.variants)
-                for recording in self.recordings]
+        each = [(method, recording) for method in self._runs for recording in self.recordings]
         return [Job(method.identity, method.factory, method.options, recording,
                     self.pairs[recording.name], journal, folder / str(number), time_limit)
                 for number, (method, recording) in enumerate(each)]

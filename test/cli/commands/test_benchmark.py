@@ -49,6 +49,18 @@ def without_rivals(monkeypatch):
     monkeypatch.setattr(registry, 'METHODS', {m.name: m for m in (fast, gicp)})
 
 
+def test_no_more_processes_are_started_than_there_are_runs(aick, client, folder, monkeypatch):
+    started = []
+
+    def started_with(cluster):
+        started.append(cluster.workers)
+        return nullcontext(client)
+    monkeypatch.setattr(benchmark_module, 'connected', started_with)
+    outcome = aick('benchmark', folder, '--methods', 'aick,aick-orb-350', '--gaps', '1',
+                   '--limit', '2', '--jobs', '100000')
+    assert (outcome.code, started) == (0, [2])
+
+
 def test_json_has_the_promised_names(aick, folder, tmp_path):
     outcome = aick('benchmark', folder, '--methods', 'aick,aick-orb-350', '--gaps', '1,20',
                    '--limit', '4', '--json', 'figures.json')
