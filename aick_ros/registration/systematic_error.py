@@ -42,9 +42,10 @@ Measured on a Kinect: 15 to 25 ms, where stamps jitter by 1.2 to 3.3 ms."""
 _VELOCITY_LAG = 0.75
 """Age of the velocity that a delay is corrected by, in intervals between frames.
 
-Derived: the mean velocity since the frame before is half an interval old, and a quarter of it is
-taken from that before. The errors measured on two excerpts of real recordings and three rendered
-cameras are 0.66 to 0.74 of the change in one interval."""
+Derived, of the frame that is registered: the mean velocity since the frame before is half an
+interval old, and a quarter of it is taken from that before. The errors measured on two excerpts of
+real recordings and three rendered cameras are 0.66 to 0.74 of the change in one interval. The
+filtered velocity of earlier frames errs by no more on the excerpts."""
 
 
 class SystematicError:

@@ -16,6 +16,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry, Path
 from rclpy.exceptions import InvalidNamespaceException
 from rclpy.node import Node
+from rclpy.validate_namespace import validate_namespace
 from sensor_msgs.msg import Image, PointCloud2
 
 from aick_ros.errors import InputError
@@ -109,11 +110,26 @@ class Watcher(Node):
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            if status.name.startswith(self._prefix) and status.name.endswith(_DIAGNOSED):
+            node = status.name.removesuffix(_DIAGNOSED)
+            if node != status.name and node.rpartition('/')[0] == self._prefix:
                 self.hears = True
                 self._observer.add_health(status.message, {
                     pair.key: float(pair.value) for pair in status.values
                     if _NUMBER.fullmatch(pair.value)})
+
+
+def check_namespace(namespace: str) -> None:
+    """
+    Check the namespace of a node.
+
+    :raises InputError: where it is not valid.
+    """
+    if not namespace.isascii():  # rclpy checks the others
+        raise InputError(f'--namespace {namespace}: letters, digits, _ and / are required')
+    try:
+        validate_namespace(f'/{namespace.lstrip("/")}')
+    except InvalidNamespaceException as error:
+        raise InputError(f'--namespace {namespace}: {str(error).splitlines()[0]}') from None
 
 
 @contextmanager
@@ -121,17 +137,13 @@ def watching(observer: Observer, namespace: str) -> Iterator[Watcher]:
     """
     Report what a node publishes, for the length of a block.
 
-    :raises InputError: where ROS cannot start, or the namespace is not valid.
+    :param namespace: a valid one.
+    :raises InputError: where ROS cannot start.
     """
-    if not namespace.isascii():  # rclpy checks the others
-        raise InputError(f'--namespace {namespace}: letters, digits, _ and / are required')
     use_fastdds_profile()
     initialise([], ends_by_signals=False)
     try:
-        try:
-            watcher = make_node(lambda: Watcher(observer, namespace))
-        except InvalidNamespaceException as error:
-            raise InputError(f'--namespace {namespace}: {str(error).splitlines()[0]}') from None
+        watcher = make_node(lambda: Watcher(observer, namespace))
         with spinning(watcher):
             yield watcher
     finally:

@@ -20,7 +20,7 @@ def parameter_table(group: Group | type[Group]) -> str:
 
     :param group: an instance of a settings class, or the class for its defaults.
     """
-    rows = [(f'`{p.name}`', f'`{_scalar(p.default)}`', p.range_text, _description(p))
+    rows = [(f'`{p.name}`', f'`{scalar_text(p.default)}`', p.range_text, _description(p))
             for p in parameters(group)]
     head = [('parameter', 'default', 'range', 'description'), ('---',) * 4]
     return ''.join('| ' + ' | '.join(cell.replace('|', '\\|') for cell in row) + ' |\n'
@@ -51,7 +51,7 @@ def config_text(*groups: Group, commented: Group | None = None,
 
 def _entry(p: Parameter, mark: str) -> Iterator[str]:
     yield from _comment(_description(p) + (f' [{p.range_text}]' if p.range_text else ''))
-    yield f'    {mark}{p.name}: {_scalar(p.default)}'
+    yield f'    {mark}{p.name}: {scalar_text(p.default)}'
 
 
 @functools.cache  # a fleet writes the same ones for each of its runs
@@ -64,7 +64,7 @@ def _description(p: Parameter) -> str:
     return p.description if p.range_text or not p.unit else f'{p.description} [{p.unit}]'
 
 
-def _scalar(value: Value) -> str:
+def scalar_text(value: Value) -> str:
     """Return a value as YAML 1.1 text that is parsed back to the same type."""
     if isinstance(value, bool):
         return str(value).lower()
@@ -72,7 +72,7 @@ def _scalar(value: Value) -> str:
         mantissa, e, exponent = repr(value).partition('e')
         return (mantissa if '.' in mantissa else f'{mantissa}.0') + e + exponent
     if isinstance(value, tuple):
-        return '[' + ', '.join(_scalar(float(item)) for item in value) + ']'
+        return '[' + ', '.join(scalar_text(float(item)) for item in value) + ']'
     if isinstance(value, str):
         return "'" + value.replace("'", "''") + "'"
     return str(value)

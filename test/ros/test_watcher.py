@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import PointCloud2
 
 from aick_ros.ros.conversions import from_pose, to_stamp
@@ -94,6 +95,20 @@ def test_a_running_node_is_shown_until_ctrl_c(rig, start_node, view, all_frames,
         assert np.median(difference) < 8  # of JPEG, but for keypoints and lines
     assert {'/world/path_before/LineStrips3D:strips', '/world/keypoints/Points3D:positions',
             '/world/covariance/Ellipsoids3D:half_sizes'} <= found.keys()
+
+
+@pytest.mark.parametrize('prefix, heard', [
+    ('', 'odom_node'), ('robot1', 'robot1/odom_node'), ('a/b', 'a/b/odom_node')])
+def test_the_diagnostics_of_other_robots_are_left(prefix, heard):
+    shown = []
+    watcher = SimpleNamespace(_prefix=prefix, hears=False, _observer=SimpleNamespace(
+        add_health=lambda message, numbers: shown.append(message)))
+    names = 'odom_node', 'robot1/odom_node', 'robot10/odom_node', 'a/b/odom_node', 'b/odom_node'
+    Watcher._take_diagnostics(watcher, DiagnosticArray(status=[
+        DiagnosticStatus(name=f'{name}: {part}', message=name)
+        for name in names for part in ('odometry', 'images')]))
+    assert shown == [heard]
+    assert watcher.hears
 
 
 def test_keypoints_of_no_whole_points_are_ignored():

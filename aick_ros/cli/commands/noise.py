@@ -70,8 +70,9 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
         register_depth, depth_info_topic, depth_in_colour)
     if imu:
         reject(how, 'the noise of an IMU', '--camera', *BAG_FLAGS)
-        if limit is not None:
-            raise InputError('--limit has no effect on the noise of an IMU: omit it')
+        if limit is not None or max_interval != SourceOptions.max_interval:
+            raise InputError('--limit and --max-interval have no effect on the noise of an IMU: '
+                             'omit them')
         return _noise_of_imu(Path(source), imu_topic, settings, json, plots)
     if imu_topic is not None or plots is not None:
         raise InputError('--imu-topic and --plots have no effect without --imu: omit them')

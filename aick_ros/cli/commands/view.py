@@ -77,8 +77,7 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
         if source is not None or settings != Settings() or reading != SourceOptions():
             raise InputError('--live shows a running node: neither a source nor options of the '
                              'odometry or of recordings have an effect')
-        with viewer('odom_node', save, web) as stream:
-            return _watch(stream, namespace, limit)
+        return _watch(namespace, save, web, limit)
     if source is None:
         raise InputError('nothing to show: name a recording or a run, or give --live')
     if (Path(source) / files.SUMMARY).exists():
@@ -90,15 +89,17 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
         return code
 
 
-def _watch(stream: RecordingStream, namespace: str, limit: int | None) -> int:
+def _watch(namespace: str, save: Path | None, web: bool, limit: int | None) -> int:
     """Show what a node publishes, until Ctrl-C or a number of frames."""
-    check_middleware()
+    check_middleware()  # before a file is begun, and before threads are
     try:
-        from aick_ros.ros.watcher import watching
+        from aick_ros.ros.watcher import check_namespace, watching
     except ModuleNotFoundError as error:
         raise without_ros(error) from None
+    check_namespace(namespace)
     from aick_ros.reports.live_view import LiveView
-    with Interruption() as interruption, watching(LiveView(stream), namespace) as watcher:
+    with (viewer('odom_node', save, web) as stream, Interruption() as interruption,
+          watching(LiveView(stream), namespace) as watcher):
         say('Ctrl-C ends')
         hints = _hints(watcher)
         while not interruption.requested and (limit is None or watcher.frames < limit):

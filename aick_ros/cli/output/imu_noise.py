@@ -16,6 +16,7 @@ from aick_ros.evaluation.noise.allan_fit import Estimate
 from aick_ros.evaluation.noise.imu_noise import ImuNoise, SensorNoise
 from aick_ros.settings import ImuSettings
 from aick_ros.settings.parameter import Parameter, parameters
+from aick_ros.settings.text import scalar_text
 
 UNITS = {'gyroscope': 'rad/s', 'accelerometer': 'm/s^2'}
 """Unit of the values of each sensor."""
@@ -73,6 +74,6 @@ def _lines(found: ImuNoise, settings: ImuSettings) -> Iterator[str]:
 
 def _parameter(declared: Parameter, estimate: Estimate) -> str:
     if estimate.value is None:
-        return f'    imu.{declared.name}: {declared.default:.2g}  # kept, not measured'
-    return (f'    imu.{declared.name}: {estimate.value:.4g}'
+        return f'    imu.{declared.name}: {scalar_text(declared.default)}  # kept, not measured'
+    return (f'    imu.{declared.name}: {scalar_text(float(format(estimate.value, ".4g")))}'
             f'  # {estimate.low:.4g} to {estimate.high:.4g}')

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rerun import RecordingStream
 
 _WEB_PORT, _DATA_PORT = 9090, 9876  # by definition: the defaults of Rerun
+_LOOPBACK = '127.0.0.1'
 
 
 @contextmanager
@@ -35,13 +36,13 @@ def viewer(name: str, save: Path | None, web: bool) -> Iterator[RecordingStream]
     except ModuleNotFoundError as error:
         raise InputError(f"no view without {package_of(error)}: {installation('view')}") from None
     with _errors_of(save), rr.RecordingStream('aick_ros', recording_id=None) as stream:
-        stream.send_recording_name(name)
         if save is not None:
             stream.save(save)
         elif web:
             _serve(stream)
         else:
             _open_window(stream)
+        stream.send_recording_name(name)
         yield stream
         stream.flush()
 
@@ -60,10 +61,11 @@ def _errors_of(save: Path | None) -> Iterator[None]:
 
 def _serve(stream: RecordingStream) -> None:
     import rerun as rr
-    data = stream.serve_grpc(grpc_port=_free_port(_DATA_PORT))
+    data = rr.GrpcServerSink(_LOOPBACK, _free_port(_DATA_PORT))
+    stream.set_sinks(data)
     port = _free_port(_WEB_PORT)
-    rr.serve_web_viewer(web_port=port, open_browser=False)
-    say(f'the viewer is at http://127.0.0.1:{port}/?url={quote(data, safe="")}')
+    rr.serve_web_viewer(web_port=port, open_browser=False)  # to all, but it has no data
+    say(f'the viewer is at http://{_LOOPBACK}:{port}/?url={quote(data.uri, safe="")}')
 
 
 def _free_port(usual: int) -> int:

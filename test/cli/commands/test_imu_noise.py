@@ -35,14 +35,14 @@ def noise(aick, monkeypatch, samples):
 
 
 def test_the_output_is_a_parameter_file(noise, tmp_path):
-    outcome = noise('--json', tmp_path / 'noise.json', '--set', 'imu.gyroscope_bias_walk=7e-5')
+    outcome = noise('--json', tmp_path / 'noise.json', '--set', 'imu.gyroscope_bias_walk=7.123e-5')
     assert outcome.code == 0
     file = tmp_path / 'imu.yaml'
     file.write_text(outcome.out[outcome.out.index('/**:'):])
     found = read_settings_file(file).applied_to(Settings()).imu
     assert found.gyroscope_noise == pytest.approx(GYROSCOPE, rel=0.05)
     assert found.accelerometer_noise == pytest.approx(ACCELEROMETER, rel=0.05)
-    assert found.gyroscope_bias_walk == 7e-5
+    assert found.gyroscope_bias_walk == 7.123e-5
     assert outcome.out.count('# kept, not measured') == 2
     figures = json.loads((tmp_path / 'noise.json').read_text())
     assert figures['gyroscope']['noise'] == pytest.approx(found.gyroscope_noise, rel=1e-3)
@@ -90,7 +90,8 @@ def test_motion_is_unusable_input(noise, samples):
 
 @pytest.mark.parametrize('arguments, sentence', [
     (('--imu', '--colour-topic', '/a'), '--colour-topic has no effect on the noise of an IMU'),
-    (('--imu', '--limit', '5'), '--limit has no effect on the noise of an IMU'),
+    (('--imu', '--limit', '5'), '--limit and --max-interval have no effect'),
+    (('--imu', '--max-interval', '0.5'), '--limit and --max-interval have no effect'),
     (('--plots', 'p'), 'have no effect without --imu'),
     (('--imu-topic', '/imu'), 'have no effect without --imu')])
 def test_options_without_effect_are_rejected(aick, arguments, sentence):

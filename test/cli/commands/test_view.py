@@ -4,8 +4,11 @@
 """Files for the viewer Rerun, read back by its own reader."""
 
 import re
+import signal
 import socket
+import subprocess
 import sys
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -100,15 +103,31 @@ def test_an_impossible_view_is_rejected(aick, folder, monkeypatch, arguments, se
     assert sentence in outcome.sentence
 
 
+def test_a_browser_gets_the_data_on_this_machine_only(folder):
+    command = [sys.executable, '-m', 'aick_ros', 'view', folder, '--limit', '2', '--web']
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        said = next(line for line in process.stderr if 'the viewer is at' in line)
+        port = int(re.search(r'127\.0\.0\.1%3A(\d+)', said)[1])
+        sockets = [line.split() for line in Path('/proc/net/tcp').read_text().splitlines()[1:]]
+        listening = [local for _, local, _, state, *_ in sockets if state == '0A']
+        assert [each for each in listening if each.endswith(f':{port:04X}')] == [
+            f'0100007F:{port:04X}']
+        next(line for line in process.stderr if 'Ctrl-C' in line)
+        process.send_signal(signal.SIGINT)
+    assert process.returncode == 0
+
+
 @pytest.mark.parametrize(('arguments', 'sentence'), [
     ([], 'nothing to show: name a recording or a run, or give --live'),
     (['--live', '--set', 'aick.alpha=0.7'], '--live shows a running node'),
     (['--live', '--colour-topic', '/image'], '--live shows a running node'),
     (['--live', '--namespace', 'a b', '--save', 'x.rrd'], '--namespace a b: Invalid namespace'),
     (['--live', '--namespace', '\udcff', '--save', 'x.rrd'], 'letters, digits, _ and / are')])
-def test_an_impossible_live_view_is_rejected(aick, arguments, sentence, ros_domain):
+def test_an_impossible_live_view_is_rejected(aick, tmp_path, arguments, sentence, ros_domain):
+    (tmp_path / 'x.rrd').write_text('another view')
     outcome = aick('view', *arguments)
     assert outcome.code == 2
+    assert (tmp_path / 'x.rrd').read_text() == 'another view'
     assert re.search(sentence, outcome.sentence)
 
 

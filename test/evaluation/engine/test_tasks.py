@@ -52,7 +52,7 @@ def test_without_dashboard_no_fixed_port_is_taken(client):
 def test_dask_writes_to_a_folder_that_is_removed(client):
     folders = {client.cluster.scheduler.local_directory,
                *client.run(lambda dask_worker: dask_worker.local_directory).values()}
-    assert len(folders) == 3
+    assert len(folders) > 1
     assert all('/aick-scratch-' in folder for folder in folders)
 
 
