@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,7 +26,7 @@ from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
-from aick_ros.errors import InputError, installation, package_of
+from aick_ros.errors import InputError, TransferError, installation, package_of
 from aick_ros.evaluation.engine.cluster import Cluster, connected
 from aick_ros.evaluation.engine.tasks import Failure, Limits, Outcome, failure_of, run_tasks
 from aick_ros.evaluation.engine.versions import reject_other_versions
@@ -108,7 +107,8 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     _report(rows, out, json)
     if interruption.requested:
         return _interrupted(len(jobs) - len(rows))
-    return outcome.UNUSABLE_INPUT if any(row['status'] == FAILED for row in rows) else outcome.DONE
+    is_whole = not fleet_run.unasked and all(row['status'] == DONE for row in rows)
+    return outcome.DONE if is_whole else outcome.UNUSABLE_INPUT
 
 
 def _memory_of(limit: str) -> str:
@@ -125,6 +125,13 @@ def _memory_of(limit: str) -> str:
     return limit
 
 
+def _state_or_error(source: str) -> str | InputError:
+    try:
+        return state_of(source)
+    except InputError as error:
+        return error
+
+
 class _Fleet:
     """Runs what has not been run."""
 
@@ -133,6 +140,7 @@ class _Fleet:
         self.results, self._jobs = results, jobs
         self._variants = {variant.name: variant for variant in chosen}
         self._identities: dict[Key, str] = {}
+        self.unasked: dict[str, InputError] = {}  # by source, with runs that are kept
 
     def run(self, cluster: Cluster, limits: Limits, interruption: Interruption) -> None:
         """Run all jobs whose row is missing, or would be another one now."""
@@ -154,18 +162,28 @@ class _Fleet:
                 client.run(remove_scratch, left[0].scratch.fleet, on_error='ignore')
 
     def _left(self) -> list[Job]:
-        state_once = functools.cache(state_of)  # of a recording, for all of its settings
         left = []
+        states = {source: _state_or_error(source)  # once for all settings
+                  for source in dict.fromkeys(job.source for job in self._jobs.values())}
         for key, job in self._jobs.items():
-            try:
-                state = state_once(job.source)
-            except InputError as error:
-                self.results.add(key, self._row(key, FAILED, _facts(failure_of(error))))
+            state = states[job.source]
+            if isinstance(state, InputError):
+                self._give_up(key, state)
                 continue
             self._identities[key] = identity_of(job, state)
             if not self.results.has(key, self._identities[key]):
                 left.append(job)
+        if self.unasked:
+            say(f'{next(iter(self.unasked.values()))}: the runs that are done are kept '
+                f'(recordings that could not be asked for: {len(self.unasked)})')
         return left
+
+    def _give_up(self, key: Key, error: InputError) -> None:
+        """Write a failure, unless a run is there whose recording may be unchanged."""
+        if isinstance(error, TransferError) and self.results.is_done(key):
+            self.unasked[key[0]] = error
+        else:
+            self.results.add(key, self._row(key, FAILED, _facts(failure_of(error))))
 
     def _keep(self, ended: Outcome[Job, Finished]) -> None:
         key = ended.argument.source, ended.argument.variant

@@ -14,6 +14,7 @@ from itertools import islice
 from urllib.parse import quote, unquote
 
 from aick_ros.borders.limits import MAX_REMOTE_DEPTH, MAX_REMOTE_FILES
+from aick_ros.cli.fleet.attempts import asked_again
 from aick_ros.cli.fleet.folders import ONE_FILE, Entry, recordings_below
 from aick_ros.cli.fleet.urls import FileSystem, errors_of, is_web, name_of, open_url
 from aick_ros.errors import InputError
@@ -69,6 +70,7 @@ def recordings_at(url: str) -> Iterator[str]:
     yield from below
 
 
+@asked_again
 def files_of(url: str) -> list[RemoteFile]:
     """
     Return the files of the recording at a URL.
@@ -91,6 +93,7 @@ def files_of(url: str) -> list[RemoteFile]:
                     for (name, entry), info in zip(found.items(), known)]
 
 
+@asked_again
 def _entries_of(url: str, deepest: int) -> list[Entry]:
     _check_depth(url, deepest - url.count('/'))
     with errors_of(url):

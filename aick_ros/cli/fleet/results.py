@@ -16,7 +16,7 @@ from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.cli.output.files import write_whole
 from aick_ros.errors import InputError
-from aick_ros.evaluation.runs.table import TABLE, Row, table_bytes
+from aick_ros.evaluation.runs.table import DONE, TABLE, Row, table_bytes
 
 ROW = 'row.json'
 """File in the folder of a run with its row of the table; a run without it has not ended."""
@@ -52,6 +52,10 @@ class Results:
     def has(self, key: Key, identity: str) -> bool:
         """Return whether a run has ended that would be the same again."""
         return key in self.rows and self.rows[key]['identity'] == identity
+
+    def is_done(self, key: Key) -> bool:
+        """Return whether a run has ended well, of whatever content and settings."""
+        return key in self.rows and self.rows[key]['status'] == DONE
 
     def add(self, key: Key, row: Row, files: Mapping[str, bytes] = {}) -> None:
         """

@@ -5,45 +5,31 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from aick_ros.cli.fleet.attempts import asked_again
 from aick_ros.cli.fleet.remote import RemoteFile
 from aick_ros.cli.fleet.urls import errors_of, open_url
 from aick_ros.errors import TransferError
 
-_ATTEMPTS = 3  # chosen
-_PAUSE = 1.0  # [s] before the second attempt, twice that before the third; chosen
 
-
+@asked_again
 def copy(url: str, files: Sequence[RemoteFile], folder: Path,
          new_counter: Callable[[], Callable[[int], None]]) -> None:
     """
-    Copy the files of a recording into a folder; what fails is tried again.
+    Copy the files of a recording into a folder.
 
     :param new_counter: called for each attempt; what it returns is called with the number of
         bytes of each piece, and what that raises ends the copy.
     :raises TransferError: where a file did not arrive whole.
     """
-    for attempt in range(_ATTEMPTS):
-        try:
-            _copy_once(url, files, folder, new_counter())
-            return
-        except TransferError:
-            if attempt + 1 == _ATTEMPTS:
-                raise
-            time.sleep(_PAUSE * 2 ** attempt)
-
-
-def _copy_once(url: str, files: Sequence[RemoteFile], folder: Path,
-               count: Callable[[int], None]) -> None:
     for file in files:
         (folder / file.name).parent.mkdir(parents=True, exist_ok=True)
     with errors_of(url):
         system, _ = open_url(url)
         system.get([file.path for file in files], [str(folder / file.name) for file in files],
-                   callback=_callback(count))
+                   callback=_callback(new_counter()))
     for file in files:
         size = (folder / file.name).stat().st_size
         if file.size is not None and size != file.size:

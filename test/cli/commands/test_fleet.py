@@ -13,7 +13,9 @@ import pytest
 from distributed import Client
 
 from aick_ros.cli.commands import fleet as fleet_module
-from aick_ros.errors import InputError
+from aick_ros.cli.fleet import attempts
+from aick_ros.cli.fleet.results import Results
+from aick_ros.errors import InputError, TransferError
 from aick_ros.evaluation.engine.cluster import Cluster, connected
 from aick_ros.evaluation.runs.run import read_run
 from aick_ros.evaluation.runs.table import read_table
@@ -186,8 +188,32 @@ def test_dask_is_silent_and_its_logging_is_as_before(fleet):
                    for handler in logging.getLogger('distributed.nanny').handlers)
 
 
-def test_recordings_at_urls_are_copied_run_and_removed(aick, scheduler, recordings, tmp_path):
+def test_a_server_that_is_away_costs_no_run_that_is_done(aick, tmp_path, monkeypatch):
+    source, asked = 'file:///away/a.mcap', []
+    Results(tmp_path / 'out').add(
+        (source, 'aick.alpha=0.6'), {'source': source, 'variant': 'aick.alpha=0.6',
+                                     'recording': 'a.mcap', 'status': 'done', 'identity': 'x',
+                                     'frames': 9, 'tracked': 9, 'wall_time_s': 9.0},
+        {'trajectory.tum': b'hours of work'})
+
+    def state_of(source):
+        asked.append(source)
+        raise TransferError(f'cannot read {source}: 503')
+    monkeypatch.setattr(fleet_module, 'state_of', state_of)
+    outcome = aick('fleet', source, '--out', 'out', '--vary', 'aick.alpha=0.6,0.7')
+    assert outcome.code == 2
+    kept, failed = read_table(tmp_path / 'out' / 'table.parquet')
+    assert (kept['status'], failed['status'], failed['cause']) == ('done', 'failed', 'transfer')
+    assert (tmp_path / 'out' / kept['run'] / 'trajectory.tum').read_bytes() == b'hours of work'
+    assert outcome.err.count(f'cannot read {source}: 503: the runs that are done are kept') == 1
+    assert asked == [source]
+    assert aick('fleet', source, '--out', 'out', '--vary', 'aick.alpha=0.6').code == 2
+
+
+def test_recordings_at_urls_are_copied_run_and_removed(aick, scheduler, recordings, tmp_path,
+                                                       monkeypatch):
     """Their figures are those of the folder that they are copies of."""
+    monkeypatch.setattr(attempts, '_PAUSE', 0.0)
     pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
     source = f'file://{recordings / "monday"}'
     folder = recordings / 'monday' / 'rendered'

@@ -15,7 +15,8 @@ class Handler(SimpleHTTPRequestHandler):
     Serves a folder, but for names with another beginning.
 
     ``cut`` ends too early, ``endless`` never, ``short`` is smaller than announced, ``broken`` an
-    error of the server, and ``nested`` a folder with one like itself in it.
+    error of the server, and ``nested`` a folder with one like itself in it. The first ``overloads``
+    requests are refused.
     """
 
     protocol_version = 'HTTP/1.1'
@@ -23,7 +24,10 @@ class Handler(SimpleHTTPRequestHandler):
     def do_GET(self):
         self.server.requests.append(self.path)
         name = self.path.rpartition('/')[2]
-        if name.startswith('broken'):
+        if self.server.overloads > 0:
+            self.server.overloads -= 1
+            self.send_error(503)
+        elif name.startswith('broken'):
             self.send_error(503)
         elif 'nested' in self.path:
             page = b'<a href="nested/">nested</a>'
@@ -77,6 +81,7 @@ def web(tmp_path):
     server = ThreadingHTTPServer(('127.0.0.1', 0),
                                  functools.partial(Handler, directory=str(folder)))
     server.daemon_threads, server.requests, server.is_closed = True, [], False
+    server.overloads = 0
     server.folder, server.url = folder, f'http://127.0.0.1:{server.server_port}'
     thread = threading.Thread(target=server.serve_forever, args=(0.02,))
     thread.start()

@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-from aick_ros.cli.fleet import transfer
+from aick_ros.cli.fleet import attempts, transfer
 from aick_ros.cli.fleet.content import state_of
 from aick_ros.cli.fleet.recordings import find_recordings
 from aick_ros.cli.fleet.scratch import Scratch, bytes_of
@@ -16,7 +16,7 @@ from aick_ros.errors import InputError, TransferError
 
 @pytest.fixture(autouse=True)
 def without_pauses(monkeypatch):
-    monkeypatch.setattr(transfer, '_PAUSE', 0.0)
+    monkeypatch.setattr(attempts, '_PAUSE', 0.0)
 
 
 @pytest.fixture
@@ -98,7 +98,7 @@ def test_a_copy_of_other_content_is_not_used(web, scratch):
     ('none', InputError, 'none does not exist', 1),
     ('large.bag', InputError, 'has more than the 0.001 MB that --scratch-limit allows', 0),
     ('endless.bag', InputError, 'has more than the 0.001 MB that --scratch-limit allows', 1),
-    ('broken.bag', TransferError, 'broken.bag: 503', 1),
+    ('broken.bag', TransferError, 'broken.bag: 503', 3),
     ('short.bag', TransferError, 'short.bag ended after 4 of 10 bytes', 3),
     ('cut.bag', TransferError, 'cut.bag: ', 3)])
 def test_a_recording_that_does_not_arrive_leaves_nothing(web, scratch, name, kind, reason,
@@ -118,18 +118,30 @@ def test_a_recording_that_does_not_arrive_leaves_nothing(web, scratch, name, kin
 def test_what_is_left_of_a_transfer_is_made_good(web, scratch):
     """The server is gone at first."""
     write(web.folder, {'a.bag': b'content'})
-    real, attempts = transfer.open_url, []
+    real, asked = transfer.open_url, []
 
     def sometimes(url):
-        attempts.append(url)
-        if len(attempts) == 1:
+        asked.append(url)
+        if len(asked) == 1:
             raise ConnectionError('not now')
         return real(url)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(transfer, 'open_url', sometimes)
         with scratch.copy_of(f'{web.url}/a.bag') as copy:
             assert (copy.path.read_bytes(), copy.bytes_copied) == (b'content', 7)
-    assert len(attempts) == 2
+    assert len(asked) == 2
+
+
+@pytest.mark.parametrize('ask', [state_of, lambda url: find_recordings([url], None)])
+def test_a_list_of_files_is_asked_for_again(web, monkeypatch, ask):
+    """The server is overloaded at first."""
+    write(web.folder, {'tum/rgb.txt': b''})
+    expected = ask(f'{web.url}/tum')
+    web.overloads = 2
+    assert ask(f'{web.url}/tum') == expected
+    web.overloads = 3
+    with pytest.raises(TransferError, match='503'):
+        ask(f'{web.url}/tum')
 
 
 @pytest.mark.parametrize(('link', 'is_taken'), [

@@ -1,0 +1,32 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Servers that do not answer, or not to the end, are asked again."""
+
+from __future__ import annotations
+
+import functools
+import time
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+from aick_ros.errors import TransferError
+
+_ATTEMPTS = 3  # chosen
+_PAUSE = 1.0  # [s] before the second attempt, twice that before the third; chosen
+
+Parameters = ParamSpec('Parameters')
+Value = TypeVar('Value')
+
+
+def asked_again(ask: Callable[Parameters, Value]) -> Callable[Parameters, Value]:
+    """Return a function that is called again after a TransferError, which it raises at last."""
+    @functools.wraps(ask)
+    def asked(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Value:
+        for attempt in range(_ATTEMPTS - 1):
+            try:
+                return ask(*args, **kwargs)
+            except TransferError:
+                time.sleep(_PAUSE * 2 ** attempt)
+        return ask(*args, **kwargs)
+    return asked
