@@ -87,7 +87,8 @@ def connected(cluster: Cluster) -> Iterator[Client]:
 def _own_processes(cluster: Cluster) -> Iterator[Client]:
     import dask
     from distributed import Client, LocalCluster
-    with _unreached_by_interrupts(), scratch_folder() as folder, dask.config.set(
+    parent = dask.config.get('temporary-directory', None)
+    with _unreached_by_interrupts(), scratch_folder(parent) as folder, dask.config.set(
             {'temporary-directory': str(folder)}), LocalCluster(
             n_workers=cluster.workers, threads_per_worker=1, processes=True, host='127.0.0.1',
             memory_limit=cluster.memory_limit, silence_logs=logging.CRITICAL,

@@ -6,9 +6,14 @@
 import subprocess
 import sys
 import tempfile
+from pathlib import Path
 
+import dask
+import distributed
 import pytest
 
+from aick_ros.errors import InputError
+from aick_ros.evaluation.engine.cluster import Cluster, connected
 from aick_ros.evaluation.engine.scratch_folder import scratch_folder
 
 KILLED = '''
@@ -50,3 +55,24 @@ def test_that_of_a_process_that_was_killed_is_removed_by_the_next_and_no_other(t
             assert not (temporary / left).exists()
             assert (mine / 'copy').exists()
     assert {path.name for path in temporary.iterdir()} == {'data', foreign.name}
+
+
+def test_processes_of_this_machine_work_where_the_settings_of_dask_say(tmp_path, monkeypatch):
+    folder, given = tmp_path / 'large' / 'disk', []
+
+    def local_cluster(**_):
+        given.append(Path(dask.config.get('temporary-directory')))
+        raise InputError('enough is known')
+    monkeypatch.setattr(distributed, 'LocalCluster', local_cluster)
+    with dask.config.set({'temporary-directory': str(folder)}):
+        with pytest.raises(InputError, match='enough'), connected(Cluster(1)):
+            pytest.fail('it was started')
+    assert [path.parent for path in given] == [folder]
+    assert list(folder.iterdir()) == []
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / 'file').touch()
+    with pytest.raises(InputError, match='cannot make a folder in .*file/x: Not a directory'):
+        with scratch_folder(str(tmp_path / 'file' / 'x')):
+            pytest.fail('it was made')
