@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -153,13 +154,14 @@ class _Fleet:
         with connected(cluster) as client, progress('running', len(self._jobs), 'runs') as show:
             _name_dashboard(cluster, client)
             reject_other_versions(client, say)
-            for ended in run_tasks(client, run_job, left, limits,
-                                   lambda: interruption.requested, say):
-                self._keep(ended)
-                done += 1
-                show(done)
-            if any(is_url(job.source) for job in left):
-                client.run(remove_scratch, left[0].scratch.fleet, on_error='ignore')
+            try:
+                for ended in run_tasks(client, run_job, left, limits,
+                                       lambda: interruption.requested, say):
+                    self._keep(ended)
+                    done += 1
+                    show(done)
+            finally:
+                _remove_copies(client, left)
 
     def _left(self) -> list[Job]:
         left = []
@@ -231,6 +233,13 @@ def _write_report(path: Path, rows: Sequence[Row]) -> None:
     except ModuleNotFoundError as error:
         raise InputError(f"no page without {package_of(error)}: {installation('eval')}") from None
     write_whole(path, fleet_page(rows))
+
+
+def _remove_copies(client: Client, jobs: Sequence[Job]) -> None:
+    """Remove what workers have copied; without a scheduler it stays until they end."""
+    if client.status == 'running' and any(is_url(job.source) for job in jobs):
+        with suppress(OSError):  # the scheduler was lost meanwhile
+            client.run(remove_scratch, jobs[0].scratch.fleet, on_error='ignore')
 
 
 def _name_dashboard(cluster: Cluster, client: Client) -> None:

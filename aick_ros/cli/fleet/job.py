@@ -14,7 +14,7 @@ from pathlib import Path
 
 import cv2
 
-from aick_ros.cli.fleet.scratch import ScratchSpace, scratch_of
+from aick_ros.cli.fleet.scratch import ScratchSpace, scratch_of, worker_folder
 from aick_ros.cli.fleet.urls import is_url
 from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.output.run_folder import RunFolder
@@ -83,7 +83,7 @@ def _run(job: Job, recording: str | Path) -> Finished:
     evaluation = evaluate(reading, job.settings, job.gaps, on_damaged=damaged.append)
     summary = summarize(reading, evaluation.records, job.settings, time.perf_counter() - start,
                         reading.ended, len(damaged))
-    with tempfile.TemporaryDirectory(prefix='aick-fleet-') as parent:
+    with tempfile.TemporaryDirectory(prefix='aick-run-', dir=worker_folder()) as parent:
         with RunFolder(Path(parent), reading.name, job.settings, started) as folder:
             if source.ground_truth is not None:
                 folder.write_ground_truth(source.ground_truth)

@@ -56,7 +56,8 @@ def recordings_at(url: str) -> Iterator[str]:
     if _PATTERN.search(url):
         with errors_of(url):
             system, path = open_url(url)
-            found = sorted(system.unstrip_protocol(match) for match in system.glob(path))
+            found = sorted(system.unstrip_protocol(match)
+                           for match in system.glob(path, maxdepth=MAX_REMOTE_DEPTH))
     else:
         with errors_of(url):
             open_url(url)

@@ -17,7 +17,7 @@ from pathlib import Path
 from aick_ros.cli.fleet.remote import RemoteFile, files_of, is_one_file
 from aick_ros.cli.fleet.transfer import copy
 from aick_ros.cli.fleet.urls import name_of
-from aick_ros.errors import InputError, TransferError, installation, package_of
+from aick_ros.errors import InputError, installation, package_of
 
 _MB = 1e6
 
@@ -70,19 +70,27 @@ class Scratch:
         :raises TransferError: where it did not arrive whole.
         """
         with self._in_use:  # a process has one task at a time, but for one that was cancelled
-            files = files_of(url)
-            folder = self._folder / hashlib.sha256(repr((url, files)).encode()).hexdigest()[:32]
-            path = folder / (name_of(url) or 'recording')
-            there = self._sizes.pop(folder, None)
-            copied = 0 if there is not None else self._copy(
-                url, files, folder if is_one_file(url) else path)
-            self._sizes[folder] = there or copied
-            yield Copy(path, copied)
+            self._reject_after_the_end(url)
+            try:
+                yield self._copy_of(url)
+            finally:
+                if self._is_removed:
+                    self.remove()  # what has been made since
 
     def remove(self) -> None:
         """Remove all copies, that in use included; a transfer ends."""
         self._is_removed = True
         shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _copy_of(self, url: str) -> Copy:
+        files = files_of(url)
+        folder = self._folder / hashlib.sha256(repr((url, files)).encode()).hexdigest()[:32]
+        path = folder / name_of(url)
+        there = self._sizes.pop(folder, None)
+        copied = 0 if there is not None else self._copy(
+            url, files, folder if is_one_file(url) else path)
+        self._sizes[folder] = there or copied
+        return Copy(path, copied)
 
     def _copy(self, url: str, files: Sequence[RemoteFile], folder: Path) -> int:
         """Copy a recording into a folder, whole or not at all, and return its size in bytes."""
@@ -106,15 +114,19 @@ class Scratch:
 
     def _counter(self, url: str) -> Callable[[int], None]:
         """Return what keeps the limit where more arrives than was announced."""
+        self._reject_after_the_end(url)
         arrived = 0
 
         def count(size: int) -> None:
             nonlocal arrived
             arrived += size
             self._make_room(url, arrived)
-            if self._is_removed:
-                raise TransferError(f'cannot copy {url}: the fleet has ended')
+            self._reject_after_the_end(url)
         return count
+
+    def _reject_after_the_end(self, url: str) -> None:
+        if self._is_removed:
+            raise InputError(f'cannot copy {url}: the fleet has ended')
 
 
 def bytes_of(option: str, text: str) -> int:
@@ -143,17 +155,17 @@ _scratches: dict[str, Scratch] = {}
 def scratch_of(space: ScratchSpace) -> Scratch:
     """Return the scratch space of a fleet in this process."""
     if space.fleet not in _scratches:
-        _scratches[space.fleet] = Scratch(_parent() / f'aick-{space.fleet}', space.limit)
+        _scratches[space.fleet] = Scratch(worker_folder() / f'aick-{space.fleet}', space.limit)
     return _scratches[space.fleet]
 
 
 def remove_scratch(fleet: str) -> None:
     """Remove what a fleet has copied in this process."""
     if fleet in _scratches:
-        _scratches.pop(fleet).remove()
+        _scratches[fleet].remove()
 
 
-def _parent() -> Path:
+def worker_folder() -> Path:
     """Return the folder of a worker, which Dask removes with it, even after a SIGKILL."""
     from distributed import get_worker
     try:

@@ -27,11 +27,14 @@ class FileSystem(Protocol):
     def info(self, path: str) -> Mapping[str, object]:
         """Return the same of a file."""
 
-    def glob(self, path: str) -> Sequence[str]:
-        """Return the paths that match a pattern."""
+    def glob(self, path: str, maxdepth: int) -> Sequence[str]:
+        """Return the paths that match a pattern; ``**`` stands for so many folders at most."""
 
     def get(self, rpath: Sequence[str], lpath: Sequence[str], callback: object) -> object:
         """Copy files to this machine."""
+
+    def invalidate_cache(self) -> None:
+        """Forget lists of files."""
 
     def unstrip_protocol(self, name: str) -> str:
         """Return the URL of a path."""
@@ -48,9 +51,10 @@ def is_web(url: str) -> bool:
 
 
 def name_of(url: str) -> str:
-    """Return the name of the file or folder at a URL."""
+    """Return the name of the file or folder at a URL, as a file of this machine may have it."""
     path = unquote(urlsplit(url).path) if is_web(url) else url.partition('://')[2]
-    return path.rstrip('/').rpartition('/')[2]
+    name = path.rstrip('/').rpartition('/')[2]
+    return 'recording' if name in ('', '.', '..') or '\0' in name else name
 
 
 def open_url(url: str) -> tuple[FileSystem, str]:
@@ -65,12 +69,12 @@ def open_url(url: str) -> tuple[FileSystem, str]:
         raise InputError(f"no URLs without {package_of(error)}: {installation('fleet')}") from None
     system: FileSystem
     try:
-        system, path = url_to_fs(url, use_listings_cache=False,
-                                 **(_web_options() if is_web(url) else {}))
+        system, path = url_to_fs(url, **(_web_options() if is_web(url) else {}))
     except ImportError as error:
         raise InputError(f'{url} needs another package: {_line(error)}') from None
     except ValueError as error:
         raise InputError(f'{url} cannot be read: {_line(error)}') from None
+    system.invalidate_cache()  # of lists: they may have changed, and systems are shared
     return system, path.rstrip('/')
 
 

@@ -7,18 +7,25 @@ import json
 import logging
 import os
 import shutil
+import tempfile
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
+import distributed
 import pytest
 from distributed import Client
 
 from aick_ros.cli.commands import fleet as fleet_module
 from aick_ros.cli.fleet import attempts
+from aick_ros.cli.fleet.job import Job, run_job
 from aick_ros.cli.fleet.results import Results
+from aick_ros.cli.fleet.scratch import remove_scratch
 from aick_ros.errors import InputError, TransferError
 from aick_ros.evaluation.engine.cluster import Cluster, connected
 from aick_ros.evaluation.runs.run import read_run
 from aick_ros.evaluation.runs.table import read_table
+from aick_ros.settings import Settings
 from aick_ros.sources.writers.tum_writer import write_tum
 
 
@@ -208,6 +215,33 @@ def test_a_server_that_is_away_costs_no_run_that_is_done(aick, tmp_path, monkeyp
     assert outcome.err.count(f'cannot read {source}: 503: the runs that are done are kept') == 1
     assert asked == [source]
     assert aick('fleet', source, '--out', 'out', '--vary', 'aick.alpha=0.6').code == 2
+
+
+def test_a_run_is_written_in_the_folder_of_its_worker(recordings, tmp_path, monkeypatch):
+    """The system's folder of temporary files may be small, or in memory."""
+    worker = SimpleNamespace(local_directory=str(tmp_path))
+    monkeypatch.setattr(distributed, 'get_worker', lambda: worker)
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path / 'full'))
+    finished = run_job(Job(str(recordings / 'monday' / 'rendered'), 'settings', Settings(),
+                           gaps=[1], limit=2))
+    assert 'summary.json' in finished.files
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_copies_are_removed_after_an_error_too(aick, tmp_path, monkeypatch):
+    (tmp_path / 'a.bag').touch()
+    removed = []
+    client = SimpleNamespace(status='running', run=lambda function, *_, **__:
+                             removed.append(function))
+    monkeypatch.setattr(fleet_module, 'connected', lambda cluster: nullcontext(client))
+    monkeypatch.setattr(fleet_module, 'reject_other_versions', lambda client, say: None)
+
+    def run_tasks(*_):
+        raise InputError('the disk is full')
+    monkeypatch.setattr(fleet_module, 'run_tasks', run_tasks)
+    outcome = aick('fleet', f'file://{tmp_path}/a.bag', '--no-dashboard')
+    assert outcome.err.endswith('the disk is full\n')
+    assert removed == [remove_scratch]
 
 
 def test_recordings_at_urls_are_copied_run_and_removed(aick, scheduler, recordings, tmp_path,

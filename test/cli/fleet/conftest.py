@@ -15,8 +15,8 @@ class Handler(SimpleHTTPRequestHandler):
     Serves a folder, but for names with another beginning.
 
     ``cut`` ends too early, ``endless`` never, ``short`` is smaller than announced, ``broken`` an
-    error of the server, and ``nested`` a folder with one like itself in it. The first ``overloads``
-    requests are refused.
+    error of the server, and ``nested`` a folder with one like itself in it. The first
+    ``overloads`` requests are refused.
     """
 
     protocol_version = 'HTTP/1.1'

@@ -5,12 +5,15 @@
 
 import os
 
+import fsspec
 import pytest
+from fsspec.implementations.memory import MemoryFileSystem
 
 from aick_ros.cli.fleet import attempts, transfer
 from aick_ros.cli.fleet.content import state_of
 from aick_ros.cli.fleet.recordings import find_recordings
 from aick_ros.cli.fleet.scratch import Scratch, bytes_of
+from aick_ros.cli.fleet.urls import name_of
 from aick_ros.errors import InputError, TransferError
 
 
@@ -132,6 +135,25 @@ def test_what_is_left_of_a_transfer_is_made_good(web, scratch):
     assert len(asked) == 2
 
 
+def test_nothing_is_copied_after_the_end(scratch, tmp_path, monkeypatch):
+    write(tmp_path, {'a.bag': b'content'})
+    real, asked = transfer.open_url, []
+
+    def removed(url):
+        asked.append(url)
+        if len(asked) == 1:
+            scratch.remove()
+            raise ConnectionError('not now')
+        return real(url)
+    monkeypatch.setattr(transfer, 'open_url', removed)
+    for _ in range(2):
+        with pytest.raises(InputError, match='a.bag: the fleet has ended'):
+            with scratch.copy_of(f'file://{tmp_path}/a.bag'):
+                pytest.fail('it was given')
+    assert len(asked) == 2
+    assert not (tmp_path / 'scratch').exists()
+
+
 @pytest.mark.parametrize('ask', [state_of, lambda url: find_recordings([url], None)])
 def test_a_list_of_files_is_asked_for_again(web, monkeypatch, ask):
     """The server is overloaded at first."""
@@ -171,6 +193,48 @@ def test_folders_without_an_end_are_rejected(web, scratch):
     with pytest.raises(InputError, match='folders in each other deeper than 16: name a recording'):
         with scratch.copy_of(f'{web.url}/nested'):
             pass
+
+
+def test_a_pattern_ends_at_the_same_depth(web):
+    with pytest.raises(InputError, match='has no recording'):
+        find_recordings([f'{web.url}/nested/**/x.mcap'], None)
+    assert 16 <= max(path.count('nested') for path in web.requests) <= 18
+
+
+@pytest.mark.parametrize(('url', 'name'), [
+    ('https://h/a/..', 'recording'), ('https://h/a/%2e%2E/', 'recording'),
+    ('s3://h/a/.', 'recording'), ('https://h?x', 'recording'), ('https://h/a%00', 'recording'),
+    ('https://h/a%20b?x', 'a b'), ('s3://h/a/..b', '..b')])
+def test_the_name_of_a_url_is_one_of_a_file(url, name):
+    assert name_of(url) == name
+
+
+class StrictFileSystem(MemoryFileSystem):
+    """Takes no options, as that of sftp, and keeps lists of files."""
+
+    protocol, store, lists = 'strict', {}, {}
+
+    def __init__(self):
+        super().__init__()
+
+    @classmethod
+    def _strip_protocol(cls, path):
+        return super()._strip_protocol(path.removeprefix('strict://'))
+
+    def ls(self, path, detail=True, **_):
+        if path not in self.lists:
+            self.lists[path] = super().ls(path, detail)
+        return self.lists[path]
+
+    def invalidate_cache(self, path=None):
+        self.lists.clear()
+
+
+def test_file_systems_without_options_are_read_and_their_lists_are_new():
+    fsspec.register_implementation('strict', StrictFileSystem, clobber=True)
+    for name in '12':
+        StrictFileSystem().pipe(f'/a/{name}.bag', b'')
+        assert len(find_recordings(['strict:///a'], None)) == int(name)
 
 
 def test_a_server_without_recordings_is_named(web):
