@@ -12,6 +12,9 @@ import numpy as np
 
 from aick_ros.errors import InputError
 
+UNITS = {'gyroscope': 'rad/s', 'accelerometer': 'm/s^2'}
+"""Unit of the values of each sensor."""
+
 
 @dataclass(frozen=True, eq=False)
 class ImuSamples:

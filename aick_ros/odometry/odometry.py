@@ -352,8 +352,9 @@ class Odometry:
         if not attempt.registration.is_by_depth:
             self._filter.update(prepared.stamp,
                                 attempt.reference.pose.matrix @ attempt.registration.pose)
-            if self._filter.velocity is not None:
-                twist = np.concatenate([self._filter.velocity, twist[3:]])
+            velocity = self._filter.velocity
+            if velocity is not None:
+                twist = np.concatenate([velocity, twist[3:]])
         return dataclasses.replace(prepared, twist=twist)
 
     def _increment(self, prepared: PreparedFrame, attempt: Attempt,

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a running odometry node publishes, for the viewer Rerun."""
+"""Topics of a running odometry node in the viewer Rerun."""
 
 from __future__ import annotations
 

@@ -22,13 +22,13 @@ from sensor_msgs.msg import Image, PointCloud2
 from aick_ros.errors import InputError
 from aick_ros.messages.raw_image import decode_colour
 from aick_ros.ros.conversions import UNKNOWN, from_pose, to_stamp
+from aick_ros.ros.health.diagnostics import STATUS
 from aick_ros.ros.output.views import POINT_STEP, positions_of
 from aick_ros.ros.process.program import initialise, make_node
 from aick_ros.ros.process.resources import use_fastdds_profile
 from aick_ros.ros.spinning import spinning
 
 _NEWEST, _EVERY = 1, 1000  # messages in a queue
-_DIAGNOSED = ': odometry'  # end of the name of the node's status
 _NUMBER = re.compile(r'-?\d+(\.\d*)?')
 
 
@@ -110,7 +110,7 @@ class Watcher(Node):
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
-            node = status.name.removesuffix(_DIAGNOSED)
+            node = status.name.removesuffix(STATUS)
             if node != status.name and node.rpartition('/')[0] == self._prefix:
                 self.hears = True
                 self._observer.add_health(status.message, {

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import os
-import uuid
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -19,7 +18,7 @@ from aick_ros.cli.fleet.content import identity_of, state_of
 from aick_ros.cli.fleet.job import Finished, Job, run_job
 from aick_ros.cli.fleet.recordings import find_recordings
 from aick_ros.cli.fleet.results import Key, Results
-from aick_ros.cli.fleet.scratch import ScratchSpace, bytes_of, remove_scratch
+from aick_ros.cli.fleet.scratch import ScratchSpace, remove_scratch
 from aick_ros.cli.fleet.sweep import Variant, variants
 from aick_ros.cli.fleet.urls import is_url
 from aick_ros.cli.input import options
@@ -96,7 +95,7 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     source_options = SourceOptions(camera, colour_topic, depth_topic,
                                    info_topic, ground_truth_topic, max_interval)
     numbers = options.gaps_from(gaps)
-    scratch = ScratchSpace(uuid.uuid4().hex, bytes_of('--scratch-limit', scratch_limit))
+    scratch = ScratchSpace(limit=options.bytes_from('--scratch-limit', scratch_limit))
     jobs = {(recording, variant.name): Job(recording, variant.name, variant.settings,
                                            source_options, numbers, limit, scratch)
             for recording in recordings for variant in chosen}
@@ -120,7 +119,7 @@ def _memory_of(limit: str) -> str:
     """
     if limit == 'auto':
         return limit
-    if bytes_of('--memory-limit', limit) < _LEAST_MEMORY:
+    if options.bytes_from('--memory-limit', limit) < _LEAST_MEMORY:
         raise InputError(f'--memory-limit {limit} is too little for a process: '
                          f'{_LEAST_MEMORY // 10 ** 6} MB or more are required')
     return limit

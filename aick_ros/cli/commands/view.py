@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from aick_ros.ros.watcher import Watcher
 
 _POLL_INTERVAL = 0.2  # [s]; chosen
-_PATIENCE = 5.0  # [s] without a message after which the user is told; chosen
+_PATIENCE = 5.0  # [s] without a message until a hint is printed; chosen
 
 ViewSource = Annotated[str | None, typer.Argument(
     metavar='[SOURCE|RUN]', show_default=False,

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is at a URL: recordings, and the files that one consists of."""
+"""Recordings at a URL, and the files that one consists of."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from aick_ros.errors import InputError
 _PATTERN = re.compile(r'[*[]')
 _CONNECTIONS = 16  # at a time, to ask for sizes; chosen
 _VERSION = ('ETag', 'mtime', 'LastModified', 'Last-Modified', 'updated', 'last_modified')
-"""What file systems call the version of a file, or the time of its last change."""
+"""Keys by which file systems give the version of a file, or the time of its last change."""
 
 
 @dataclass(frozen=True)

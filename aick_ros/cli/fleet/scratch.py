@@ -9,15 +9,16 @@ import hashlib
 import shutil
 import tempfile
 import threading
+import uuid
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from aick_ros.cli.fleet.remote import RemoteFile, files_of, is_one_file
 from aick_ros.cli.fleet.transfer import copy
 from aick_ros.cli.fleet.urls import name_of
-from aick_ros.errors import InputError, installation, package_of
+from aick_ros.errors import InputError
 
 _MB = 1e6
 
@@ -31,7 +32,7 @@ class ScratchSpace:
     :param limit: most bytes of all copies of a worker.
     """
 
-    fleet: str = 'alone'
+    fleet: str = field(default_factory=lambda: uuid.uuid4().hex)
     limit: int = 10 ** 10
 
 
@@ -127,25 +128,6 @@ class Scratch:
     def _reject_after_the_end(self, url: str) -> None:
         if self._is_removed:
             raise InputError(f'cannot copy {url}: the fleet has ended')
-
-
-def bytes_of(option: str, text: str) -> int:
-    """
-    Return the number of bytes that the value of an option says, for example 50GB.
-
-    :raises InputError: where it says none.
-    """
-    try:
-        from dask.utils import parse_bytes
-        count = int(parse_bytes(text))
-        if count < 0:
-            raise ValueError
-        return count
-    except ModuleNotFoundError as error:
-        raise InputError(f"no tasks without {package_of(error)}: {installation('fleet')}"
-                         ) from None
-    except (ValueError, OverflowError):
-        raise InputError(f'{option} {text} is no number of bytes: try 50GB') from None
 
 
 _scratches: dict[str, Scratch] = {}

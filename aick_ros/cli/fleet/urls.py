@@ -19,7 +19,7 @@ _CONNECTION_LIMIT, _SILENCE_LIMIT = 30.0, 60.0  # [s] until a server answers, an
 
 
 class FileSystem(Protocol):
-    """What is used of a file system of fsspec."""
+    """The part of a file system of fsspec that is used."""
 
     def ls(self, path: str, detail: bool) -> Sequence[Mapping[str, object]]:
         """Return name, type and, where it is known, size and version of all in a folder."""

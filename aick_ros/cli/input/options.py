@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from aick_ros.cli.input.settings_file import read_settings_file
-from aick_ros.errors import InputError
+from aick_ros.errors import InputError, installation, package_of
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import PRESETS, preset
@@ -106,6 +106,25 @@ def gaps_from(gaps: str) -> list[int]:
         raise InputError(f'--gaps {gaps[:80]}: at most {_MOST_GAPS} whole numbers from 1 to '
                          f'{_LARGEST_GAP} are required, for example --gaps 1,5,10')
     return numbers
+
+
+def bytes_from(option: str, text: str) -> int:
+    """
+    Return the number of bytes that the value of an option says, for example 50GB.
+
+    :raises InputError: where it says none.
+    """
+    try:
+        from dask.utils import parse_bytes
+        count = int(parse_bytes(text))
+        if count < 0:
+            raise ValueError
+        return count
+    except ModuleNotFoundError as error:
+        raise InputError(f"no tasks without {package_of(error)}: {installation('fleet')}"
+                         ) from None
+    except (ValueError, OverflowError):
+        raise InputError(f'{option} {text} is no number of bytes: try 50GB') from None
 
 
 def _assignment(text: str) -> tuple[str, str]:

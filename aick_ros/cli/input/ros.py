@@ -9,6 +9,6 @@ from aick_ros.errors import InputError, installation
 
 
 def without_ros(error: ModuleNotFoundError) -> InputError:
-    """Return what to tell the user where ROS is not installed."""
+    """Return the error of a command that requires ROS 2 where that is not installed."""
     return InputError(f'the node requires ROS 2, but {error.name} is missing: source a ROS 2 '
                       f"Jazzy workspace, or {installation('ros')}")

@@ -14,12 +14,10 @@ from aick_ros.cli.output.console import line, say, table
 from aick_ros.errors import InputError
 from aick_ros.evaluation.noise.allan_fit import Estimate
 from aick_ros.evaluation.noise.imu_noise import ImuNoise, SensorNoise
+from aick_ros.frames.imu import UNITS
 from aick_ros.settings import ImuSettings
 from aick_ros.settings.parameter import Parameter, parameters
 from aick_ros.settings.text import scalar_text
-
-UNITS = {'gyroscope': 'rad/s', 'accelerometer': 'm/s^2'}
-"""Unit of the values of each sensor."""
 
 
 def show_imu_noise(found: ImuNoise, settings: ImuSettings, on_stderr: bool) -> None:

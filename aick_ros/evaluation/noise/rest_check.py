@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Whether an IMU was at rest while it was recorded, by its own values."""
+"""Check of an IMU that was recorded at rest, by its own values."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.errors import InputError
+from aick_ros.frames.imu import UNITS
 
 _SPAN = 1.0  # s; chosen: over which values are averaged
 _OUTLIER = 10.0  # by the median of the changes; chosen: noise never exceeds it
@@ -20,13 +21,11 @@ class _Limits:
     """
     What values of a sensor at rest do not exceed.
 
-    :param unit: of the values.
     :param change: median change of the mean over a second to the next.
     :param step: change that resolution and temperature may cause.
     :param value: bias.
     """
 
-    unit: str
     change: float
     step: float
     value: float
@@ -34,9 +33,9 @@ class _Limits:
 
 _LIMITS = {
     # chosen: a hand turns by some tenths of rad/s, and the data sheets allow biases of 0.05 rad/s
-    'gyroscope': _Limits('rad/s', 0.005, 0.0005, 0.2),
+    'gyroscope': _Limits(0.005, 0.0005, 0.2),
     # chosen: a tilt by half a degree; gravity with a bias of a fifth
-    'accelerometer': _Limits('m/s^2', 0.1, 0.005, 12.0),
+    'accelerometer': _Limits(0.1, 0.005, 12.0),
 }
 
 
@@ -56,11 +55,11 @@ def check_rest(source: str, name: str, values: np.ndarray, interval: float) -> N
     typical, size = float(np.median(changes)), float(np.linalg.norm(values.mean(axis=0)))
     largest = int(np.argmax(changes))
     if typical > limits.change:
-        moves = f'its mean changes by {typical:.3g} {limits.unit} from one second to the next'
+        moves = f'its mean changes by {typical:.3g} {UNITS[name]} from one second to the next'
     elif size > limits.value:
-        moves = f'its mean is {size:.3g} {limits.unit}'
+        moves = f'its mean is {size:.3g} {UNITS[name]}'
     elif changes[largest] > max(_OUTLIER * typical, limits.step):
-        moves = (f'its mean changes by {changes[largest]:.3g} {limits.unit} '
+        moves = (f'its mean changes by {changes[largest]:.3g} {UNITS[name]} '
                  f'{(largest + 1) * count * interval:.0f} s after the start')
     else:
         return

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What rotations of the camera are compared from where its keyframe stays, as at rest."""
+"""The frame that a gyroscope is compared from where the keyframe stays, as at rest."""
 
 from __future__ import annotations
 
@@ -27,7 +27,8 @@ class RecentReference:
         """
         Return the stamp of the reference [ns], and the motion of the camera since then.
 
-        :param keyframe: its stamp [ns]; now: that of the frame.
+        :param keyframe: its stamp [ns].
+        :param now: stamp of the frame [ns].
         :param seen: ``T_keyframe_camera``.
         """
         if keyframe != self._keyframe:

@@ -16,6 +16,9 @@ from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.frame_statistics import FrameStatistics, Snapshot
 from aick_ros.ros.health.levels import judge
 
+STATUS = ': odometry'
+"""End of the name of the status, behind that of the node."""
+
 _QUEUE = 10
 _LONGEST_AGE = 3.6e6  # ms; chosen: a stamp older than an hour is not of this clock
 
@@ -26,7 +29,7 @@ class Diagnostics(FrameStatistics):
     def __init__(self, node: Node) -> None:
         super().__init__()
         self._node = node
-        self._name = f'{node.get_fully_qualified_name().lstrip("/")}: odometry'
+        self._name = f'{node.get_fully_qualified_name().lstrip("/")}{STATUS}'
         self._publisher = node.create_publisher(DiagnosticArray, '/diagnostics', _QUEUE)
 
     def publish(self, complaint: str, paused: bool, present: Mapping[str, str],

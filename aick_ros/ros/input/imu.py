@@ -25,7 +25,7 @@ from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.tf_messages import TF_REMEDY
 
 _QUEUE = 4000  # messages; chosen: four seconds at 1 kHz, as without images they are taken once
-_POLL = 0.005  # s; chosen: by so much an image may wait longer than for its samples
+_POLL_INTERVAL = 0.005  # s; chosen: an image waits for its samples and at most this longer
 _LATEST = NANOSECONDS // 20  # chosen: longer than a sample takes to arrive
 _SILENT = 1.0  # s; chosen
 
@@ -61,7 +61,7 @@ class ImuInput:
             # matches every publisher; a lost sample is bridged
             QoSProfile(depth=_QUEUE, reliability=ReliabilityPolicy.BEST_EFFORT))
         self._timer = self._node.create_timer(
-            _POLL, self._poll, clock=Clock(clock_type=ClockType.STEADY_TIME))
+            _POLL_INTERVAL, self._poll, clock=Clock(clock_type=ClockType.STEADY_TIME))
         self._timer.cancel()
 
     def deactivate(self) -> None:

@@ -12,8 +12,9 @@ from fsspec.implementations.memory import MemoryFileSystem
 from aick_ros.cli.fleet import attempts, transfer
 from aick_ros.cli.fleet.content import state_of
 from aick_ros.cli.fleet.recordings import find_recordings
-from aick_ros.cli.fleet.scratch import Scratch, bytes_of
+from aick_ros.cli.fleet.scratch import Scratch
 from aick_ros.cli.fleet.urls import name_of
+from aick_ros.cli.input.options import bytes_from
 from aick_ros.errors import InputError, TransferError
 
 
@@ -251,7 +252,7 @@ def test_an_endless_list_of_files_is_rejected(web, monkeypatch):
 
 
 def test_bytes_are_read():
-    assert bytes_of('--scratch-limit', '2.5GB') == 2_500_000_000
+    assert bytes_from('--scratch-limit', '2.5GB') == 2_500_000_000
     for text in ('much', '-1GB', '1,2', 'inf', 'nan'):
         with pytest.raises(InputError, match=f'--scratch-limit {text} is no number of bytes'):
-            bytes_of('--scratch-limit', text)
+            bytes_from('--scratch-limit', text)
