@@ -5,8 +5,8 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -14,18 +14,25 @@ from rclpy.node import Node
 
 
 @contextmanager
-def spinning(node: Node) -> Iterator[None]:
-    """Do the callbacks of a node for the length of a block, after which it is destroyed."""
+def spinning(node: Node) -> Iterator[Future[None]]:
+    """
+    Do the callbacks of a node for the length of a block, after which it is destroyed.
+
+    An error of a callback is raised after the block.
+
+    :returns: done as soon as no more callbacks are, after an error of one.
+    """
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    thread = threading.Thread(target=_spin, args=(executor,), daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        executor.shutdown()
-        thread.join()
-        node.destroy_node()
+    with ThreadPoolExecutor(1) as thread:
+        spin = thread.submit(_spin, executor)
+        try:
+            yield spin
+        finally:
+            executor.shutdown()
+            wait([spin])
+            node.destroy_node()
+    spin.result()
 
 
 def _spin(executor: SingleThreadedExecutor) -> None:

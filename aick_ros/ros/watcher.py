@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import Protocol
 
@@ -133,18 +134,20 @@ def check_namespace(namespace: str) -> None:
 
 
 @contextmanager
-def watching(observer: Observer, namespace: str) -> Iterator[Watcher]:
+def watching(observer: Observer, namespace: str) -> Iterator[tuple[Watcher, Future[None]]]:
     """
     Report what a node publishes, for the length of a block.
 
     :param namespace: a valid one.
+    :returns: the subscriber, and a future that is done as soon as the observer fails, whose error
+        is raised after the block.
     :raises InputError: where ROS cannot start.
     """
     use_fastdds_profile()
     initialise([], ends_by_signals=False)
     try:
         watcher = make_node(lambda: Watcher(observer, namespace))
-        with spinning(watcher):
-            yield watcher
+        with spinning(watcher) as spin:
+            yield watcher, spin
     finally:
         rclpy.try_shutdown()

@@ -6,6 +6,7 @@
 import errno
 import os
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -175,11 +176,14 @@ def test_full_memory_is_no_defect(aick, monkeypatch, error):
     assert outcome.sentence.startswith('the memory is full, or limited (ulimit)')
 
 
-def test_an_interruption_before_anything_is_begun(aick, monkeypatch, tmp_path):
-    monkeypatch.setattr(replay_module, 'open_source', fail_with(KeyboardInterrupt()))
+@pytest.mark.parametrize('ending', [signal.SIGINT, signal.SIGTERM])
+def test_an_interruption_before_anything_is_begun(aick, monkeypatch, tmp_path, ending):
+    before = signal.getsignal(ending)
+    monkeypatch.setattr(replay_module, 'open_source', lambda *_: signal.raise_signal(ending))
     outcome = aick('replay', 'x')
     assert (outcome.code, outcome.sentence) == (130, 'interrupted')
     assert list(tmp_path.iterdir()) == []
+    assert signal.getsignal(ending) is before
 
 
 @pytest.mark.parametrize('missing', ['typer', 'rich', 'yaml'])

@@ -6,6 +6,7 @@
 import signal
 import subprocess
 import sys
+import time
 from types import SimpleNamespace
 
 import cv2
@@ -14,8 +15,9 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import PointCloud2
 
+from aick_ros.errors import InputError
 from aick_ros.ros.conversions import from_pose, to_stamp
-from aick_ros.ros.watcher import Watcher
+from aick_ros.ros.watcher import Watcher, watching
 
 rerun = pytest.importorskip('rerun', reason='no viewer: pip install rerun-sdk')
 FRAMES = 6
@@ -118,3 +120,16 @@ def test_keypoints_of_no_whole_points_are_ignored():
     for size in (5, 13, 24):
         Watcher._take_keypoints(watcher, PointCloud2(point_step=12, data=bytes(size)))
     assert shown == [(2, 3)]
+
+
+def test_an_error_of_the_observer_ends_the_watching(ros_domain):
+    def fail(message, numbers):
+        raise InputError('the viewer ended')
+    status = DiagnosticStatus(name='odom_node: odometry')
+    with pytest.raises(InputError, match='the viewer ended'):
+        with watching(SimpleNamespace(add_health=fail), '') as (watcher, spin):
+            publisher = watcher.create_publisher(DiagnosticArray, '/diagnostics', 10)
+            end = time.monotonic() + 30
+            while not spin.done() and time.monotonic() < end:
+                publisher.publish(DiagnosticArray(status=[status]))
+                time.sleep(0.01)

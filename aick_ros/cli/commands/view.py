@@ -99,10 +99,11 @@ def _watch(namespace: str, save: Path | None, web: bool, limit: int | None) -> i
     check_namespace(namespace)
     from aick_ros.reports.live_view import LiveView
     with (viewer('odom_node', save, web) as stream, Interruption() as interruption,
-          watching(LiveView(stream), namespace) as watcher):
+          watching(LiveView(stream), namespace) as (watcher, spin)):
         say('Ctrl-C ends')
         hints = _hints(watcher)
-        while not interruption.requested and (limit is None or watcher.frames < limit):
+        while not (interruption.requested or spin.done()) and (
+                limit is None or watcher.frames < limit):
             time.sleep(_POLL_INTERVAL)
             next(hints, None)
     say(f'{watcher.frames} frames were shown')

@@ -1,12 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Ctrl-C as a request to stop, so that the output stays complete."""
+"""Ctrl-C and SIGTERM as requests to stop, so that the output stays complete."""
 
 from __future__ import annotations
 
 import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Interruption:
@@ -16,15 +20,26 @@ class Interruption:
         self.requested = False
 
     def __enter__(self) -> Interruption:
-        """Catch Ctrl-C."""
-        self._previous = signal.signal(signal.SIGINT, self._on_signal)
+        """Catch Ctrl-C and SIGTERM."""
+        self._previous = [signal.signal(each, self._on_signal) for each in _SIGNALS]
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Restore the handling of Ctrl-C."""
-        signal.signal(signal.SIGINT, self._previous)
+        """Restore the handling of Ctrl-C and SIGTERM."""
+        for each, previous in zip(_SIGNALS, self._previous):
+            signal.signal(each, previous)
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         if self.requested:
             raise KeyboardInterrupt
         self.requested = True
+
+
+@contextmanager
+def sigterm_interrupts() -> Iterator[None]:
+    """Make SIGTERM raise KeyboardInterrupt during the block, as Ctrl-C does."""
+    previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, previous)

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 _WEB_PORT, _DATA_PORT = 9090, 9876  # by definition: the defaults of Rerun
 _LOOPBACK = '127.0.0.1'
+_LEAST_SPACE = 10 ** 6  # bytes; chosen: Rerun hangs where the disk ends within its first ones
 
 
 @contextmanager
@@ -37,6 +39,7 @@ def viewer(name: str, save: Path | None, web: bool) -> Iterator[RecordingStream]
         raise InputError(f"no view without {package_of(error)}: {installation('view')}") from None
     with _errors_of(save), rr.RecordingStream('aick_ros', recording_id=None) as stream:
         if save is not None:
+            _check_space(save)
             stream.save(save)
         elif web:
             _serve(stream)
@@ -45,6 +48,11 @@ def viewer(name: str, save: Path | None, web: bool) -> Iterator[RecordingStream]
         stream.send_recording_name(name)
         yield stream
         stream.flush()
+
+
+def _check_space(save: Path) -> None:
+    if shutil.disk_usage(save.parent).free < _LEAST_SPACE:
+        raise InputError(f'cannot write {save}: the disk is full')
 
 
 @contextmanager

@@ -7,6 +7,9 @@ import dataclasses
 import json
 import os
 import signal
+import subprocess
+import sys
+import time
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -170,3 +173,18 @@ def test_an_interrupted_benchmark_resumes(aick, folder, tmp_path, monkeypatch):
     assert [scores['rendered']['pairs']['2']['count']
             for scores in figures['methods'].values()] == [12, 12, 12]
     assert [path.name for path in tmp_path.iterdir()] == ['figures.json']
+
+
+def test_sigterm_leaves_no_temporary_files(folder, tmp_path):
+    command = [sys.executable, '-m', 'aick_ros', 'benchmark', folder, '--methods', 'aick',
+               '--json', 'figures.json']
+    with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True,
+                          env={**os.environ, 'TMPDIR': str(tmp_path)}) as process:
+        while not [path for path in tmp_path.iterdir() if path.name.startswith('pymp-')]:
+            assert process.poll() is None, process.stderr.read()
+            time.sleep(0.01)
+        process.send_signal(signal.SIGTERM)
+        said = process.stderr.read()
+    assert process.returncode == 130, said
+    assert 'interrupted; the same command resumes from figures.json.partial' in said
+    assert [path.name for path in tmp_path.iterdir()] == ['figures.json.partial']

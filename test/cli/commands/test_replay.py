@@ -294,7 +294,8 @@ def test_every_line_is_written_before_the_next_frame(tmp_path, updates):
             assert len(rows(folder.path)) == count
 
 
-def test_control_c_leaves_whole_files(tmp_path, recording):
+@pytest.mark.parametrize('ending', [signal.SIGINT, signal.SIGTERM])
+def test_an_interruption_leaves_whole_files(tmp_path, recording, ending):
     write_tum(tmp_path / 'long', recording)
     repeat(tmp_path / 'long', 1000)
     process = subprocess.Popen(
@@ -307,7 +308,7 @@ def test_control_c_leaves_whole_files(tmp_path, recording):
         assert process.poll() is None
         assert time.monotonic() < deadline
         time.sleep(0.02)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(ending)
     out, err = process.communicate(timeout=120)
     assert process.returncode == 130
     assert 'interrupted' in err

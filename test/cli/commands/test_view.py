@@ -4,11 +4,13 @@
 """Files for the viewer Rerun, read back by its own reader."""
 
 import re
+import shutil
 import signal
 import socket
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -101,6 +103,13 @@ def test_an_impossible_view_is_rejected(aick, folder, monkeypatch, arguments, se
     outcome = aick('view', folder, *arguments)
     assert outcome.code == 2
     assert sentence in outcome.sentence
+
+
+def test_a_full_disk_is_said_at_the_start(aick, folder, monkeypatch, tmp_path):
+    monkeypatch.setattr(shutil, 'disk_usage', lambda path: SimpleNamespace(free=10 ** 5))
+    outcome = aick('view', folder, '--save', 'x.rrd')
+    assert (outcome.code, outcome.sentence) == (2, 'cannot write x.rrd: the disk is full')
+    assert not (tmp_path / 'x.rrd').exists()
 
 
 def test_a_browser_gets_the_data_on_this_machine_only(folder):

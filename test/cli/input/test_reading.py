@@ -59,14 +59,16 @@ def test_ends_where_the_user_wants_to(recording, stamps):
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_second_interruption_ends_at_once():
-    before = signal.getsignal(signal.SIGINT)
+@pytest.mark.parametrize('first', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('second', [signal.SIGINT, signal.SIGTERM])
+def test_second_interruption_ends_at_once(first, second):
+    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
     with Interruption() as interruption:
-        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(first)
         assert interruption.requested
         with pytest.raises(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGINT)
-    assert signal.getsignal(signal.SIGINT) is before
+            signal.raise_signal(second)
+    assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
 
 
 def test_a_source_that_breaks_later_ends(recording, in_memory, stamps):
