@@ -65,6 +65,7 @@ class Surface:
     :param normals: Mx3 float32, pointing away from the camera (n . p > 0).
     :param usable: M bool, whether a plane fits: no edge, no hole, no grazing angle.
     :param chosen: K indices of the cells selected to constrain a motion.
+    :param roughness: M float32, standard deviation of the inverse depths about the plane [1/m].
     """
 
     grid: Grid
@@ -72,6 +73,7 @@ class Surface:
     normals: np.ndarray
     usable: np.ndarray
     chosen: np.ndarray
+    roughness: np.ndarray
 
     @classmethod
     def of(cls, depth: np.ndarray, camera: Camera, sensor: SensorSettings,
@@ -103,7 +105,8 @@ class Surface:
             smooth = roughness < _MAX_ROUGHNESS * inverse_depth_sigma(z, sensor)
             usable = smooth & (cosine > _MIN_COSINE)
         normals, usable = normals.reshape(-1, 3), usable.ravel()
-        return cls(grid, points.reshape(-1, 3), normals, usable, _choose(normals, usable, count))
+        return cls(grid, points.reshape(-1, 3), normals, usable, _choose(normals, usable, count),
+                   roughness.ravel())
 
     def cells_at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """

@@ -174,5 +174,6 @@ def _size(prepared: PreparedFrame) -> int:
     size = prepared.grey.nbytes + prepared.frame.depth.nbytes
     if prepared.surface is not None:
         surface = prepared.surface
-        size += surface.points.nbytes + surface.normals.nbytes + surface.usable.nbytes
+        size += sum(array.nbytes for array in (
+            surface.points, surface.normals, surface.usable, surface.roughness))
     return size

@@ -195,6 +195,18 @@ def test_cells_at_is_projection_by_brute_force():
     np.testing.assert_array_equal(np.column_stack(surface.cells_at(points)), expected)
 
 
+def test_the_roughness_is_the_deviation_from_the_plane():
+    """Columns of cells lie before and behind a tilted plane in turn."""
+    inverse = 1 / plane_depth(PINHOLE, np.array([0.3, 0.1, 0.95]), 2.0)
+    relief = 0.002 * (-1.0) ** (np.arange(PINHOLE.width) // CELL)
+    surface = surface_of((1 / (inverse + relief)).astype(np.float32))
+    signs = (-1.0) ** np.arange(2 * RADIUS + 1)
+    ramp = np.arange(-RADIUS, RADIUS + 1)
+    fit = signs.mean() + ramp * (ramp @ signs) / (ramp @ ramp)
+    np.testing.assert_allclose(surface.roughness[surface.usable],
+                               0.002 * np.std(signs - fit), rtol=0.02)
+
+
 @pytest.mark.parametrize('exponent', [0.0, 0.5, 1.0])
 def test_the_roughness_threshold_follows_the_noise_at_that_depth(exponent):
     """The inverse depth of time of flight is far noisier at short range than at long range."""
@@ -259,7 +271,7 @@ def test_points_on_the_first_and_last_cells_are_in_view():
     grid = surface_of(plane_depth(PINHOLE, (0, 0, 1), 2.0)).grid
     count = grid.width * grid.height
     surface = Surface(grid, np.zeros((count, 3)), np.zeros((count, 3)), np.ones(count, bool),
-                      np.arange(0))
+                      np.arange(0), np.zeros(count))
     x, y = grid.rays
     points = np.column_stack([np.tile(x[0], grid.height), np.repeat(y[:, 0], grid.width),
                               np.ones(count)])

@@ -216,6 +216,8 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
 
     A point is associated to the cell it projects to (Blais and Levine 1995). Neighbouring cells
     share much of their noise, so averaging does not reduce it: it is taken as that of one pixel.
+    To it is added what the two cells differ from planes, as what is averaged over their relief
+    changes with the view.
 
     :param reach: pairs with a larger distance are dropped [m].
     :param undo: moves points of the target's camera to where its depth image has them.
@@ -237,7 +239,10 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
         columns.take(kept, 1) for columns in (arms, moved, normals, rotated))
     # an error sigma of inverse depth moves a point p by sigma z p
     z = moved[2]
-    sigmas = SURFACE_NOISE * inverse_depth_sigma(z, sensor) * z * _products(moved, normals)
+    relief = (target.roughness.take(cells.take(kept)) ** 2
+              + source.roughness.take(source.chosen.take(seen.take(kept))) ** 2) / 2
+    noise = (SURFACE_NOISE * inverse_depth_sigma(z, sensor)) ** 2
+    sigmas = np.sqrt(noise + relief) * z * _products(moved, normals)
     values = distances.take(kept) / sigmas
     jacobian, other = (_jacobian(n / sigmas, arms).T for n in (normals, rotated))
     return Residuals(values, jacobian @ _observable_projection(jacobian, other),

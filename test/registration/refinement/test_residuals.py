@@ -193,6 +193,21 @@ def test_point_to_plane_counts_in_units_of_the_noise_along_the_ray(normal):
                                (pushed - moved) @ normal, rtol=0.02)
 
 
+@pytest.mark.parametrize('rough', [(0.003, 0.0), (0.0, 0.003), (0.003, 0.004)])
+def test_relief_is_noise_of_a_plane(rough):
+    """Its variance in inverse depth is the mean of those of the two cells."""
+    source, target = (dataclasses.replace(surface, roughness=np.full_like(
+        surface.roughness, value)) for surface, value in zip((corner(POSE), corner()), rough))
+    flat = [dataclasses.replace(surface, roughness=np.zeros_like(surface.roughness))
+            for surface in (source, target)]
+    found = point_to_plane(source, target, POSE, SENSOR, WIDTH, REACH)
+    smooth = point_to_plane(*flat, POSE, SENSOR, WIDTH, REACH)
+    sigma = 1.4 * SENSOR.depth_sigma
+    ratio = np.sqrt(1 + np.mean(np.square(rough)) / sigma ** 2)
+    np.testing.assert_allclose(smooth.values, ratio * found.values, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(smooth.directions, ratio * found.directions, rtol=1e-5)
+
+
 def test_point_to_plane_drops_far_pairs_and_other_normals():
     target = corner()
     behind = se3.perturbed(np.eye(4), np.array([0, 0, 0.3, 0, 0, 0]))
