@@ -30,6 +30,7 @@ from aick_ros.ros.process.program import program
 from aick_ros.ros.process.resources import use_fastdds_profile
 
 FRAME = 'camera_optical_frame'
+_PATIENCE = 120.0  # seconds until a node has started, on a busy machine, and is found
 
 
 @dataclass(frozen=True)
@@ -101,7 +102,7 @@ def play(recording: dict[str, np.ndarray], how: Play) -> list[int]:
     height, width = recording['depth'].shape[1:]
     camera_info = CameraInfo(width=width, height=height, k=recording['k'].ravel(),
                              distortion_model='plumb_bob', d=[0.0] * 5)
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + _PATIENCE
     while not (how.at_once or all(
             publisher.get_subscription_count() for publisher in publishers)):
         if time.monotonic() > deadline:

@@ -25,6 +25,7 @@ Chosen: a pose needs three tracks, and up to half of all may be outliers.
 
 _LEVELS = 2  # of the image pyramid; chosen: tracks up to 4 * window / 2 pixels of error
 _NEAREST = 0.05  # m; chosen: keypoints that the first pose puts nearer are skipped
+_EDGE_SIGMA = 0.25  # chosen: of the step between two surfaces, of a keypoint on the edge of one
 _MAX_ROTATION = np.radians(3.0)  # chosen: beyond it windows differ too much to be aligned
 
 
@@ -34,7 +35,8 @@ class Tracks:
     Keypoints of the source seen in the target.
 
     :param keypoints: K indices of keypoints of the source.
-    :param points: Kx3 float64, their positions in the source [m].
+    :param points: Kx3 float64, their positions in the source [m]: on the edge of a surface in
+        front of another one, on that surface.
     :param rays: Kx2 float64, where the target sees them on the plane z = 1.
     :param depths: K float64, depth that the target measures there [m]; NaN where it has none.
     :param sigmas: K float64, standard deviation of the inverse depths of the points [1/m].
@@ -93,10 +95,9 @@ class Tracker:
         rays = camera.normalize(seen)
         valid = np.isfinite(rays).all(axis=1)
         kept, seen, rays = kept[valid], seen[valid], rays[valid]
-        variances = source.keypoints.covariances[kept, 2, 2].astype(np.float64)
-        return Tracks(kept, points[kept], rays,
-                      depth.sample(target.frame.depth, seen, self._sensor),
-                      np.sqrt(variances) / points[kept, 2] ** 2)
+        points, sigmas = self._seen_points(source, kept)
+        return Tracks(kept, points, rays, depth.sample(target.frame.depth, seen, self._sensor),
+                      sigmas)
 
     def track_back(self, source: PreparedFrame, target: PreparedFrame,
                    T_target_source: np.ndarray) -> Tracks:
@@ -110,9 +111,24 @@ class Tracker:
         seen = self.track(target, source, se3.inverse(T_target_source))
         seen = seen[np.isfinite(seen.depths)]
         rays, depths = np.column_stack([seen.rays, np.ones(len(seen))]), seen.depths
-        sigmas = np.broadcast_to(depth.inverse_depth_sigma(depths, self._sensor), depths.shape)
+        sigmas = np.maximum(depth.inverse_depth_sigma(depths, self._sensor), seen.sigmas)
         return Tracks(seen.keypoints, rays * depths[:, None],
                       seen.points[:, :2] / seen.points[:, 2:], seen.points[:, 2], sigmas)
+
+    def _seen_points(self, source: PreparedFrame,
+                     kept: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return where what is seen around keypoints is, Kx3, and sigmas of inverse depth, K."""
+        keypoints = source.keypoints
+        points = keypoints.positions[kept].astype(np.float64)
+        z = points[:, 2]
+        sigmas = np.sqrt(keypoints.covariances[kept, 2, 2].astype(np.float64)) / z ** 2
+        edges = depth.nearer_surface(source.frame.depth, keypoints.pixels[kept], z,
+                                     self._settings.track_window // 2)
+        at_edge = np.flatnonzero(np.isfinite(edges))
+        behind, before = z[at_edge], edges[at_edge]
+        points[at_edge] *= (before / behind)[:, None]
+        sigmas[at_edge] = np.hypot(sigmas[at_edge], _EDGE_SIGMA * (1 / before - 1 / behind))
+        return points, sigmas
 
 
 def _visible(points: np.ndarray, T_target_source: np.ndarray,

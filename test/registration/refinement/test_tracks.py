@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros.frames.keypoints import KeypointExtractor
+from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
@@ -100,7 +100,10 @@ def test_an_image_that_has_turned_far(pair, turn):
 def test_points_and_depths_are_those_of_the_keypoints(pair):
     source, target, T_target_source = pair
     tracks = TRACKER.track(source, target, T_target_source)
-    np.testing.assert_array_equal(tracks.points, source.keypoints.positions[tracks.keypoints])
+    positions = source.keypoints.positions[tracks.keypoints]
+    behind_edge = tracks.points[:, 2] < 0.95 * positions[:, 2]
+    assert 0.0 < np.mean(behind_edge) < 0.2
+    np.testing.assert_array_equal(tracks.points[~behind_edge], positions[~behind_edge])
     _, depths = projected(target, tracks.points, T_target_source)
     off = np.abs(tracks.depths / depths - 1)
     assert np.nanmedian(off) < 0.002
@@ -115,6 +118,8 @@ def test_the_noise_of_inverse_depth_is_that_of_the_model(pair):
         view = dataclasses.replace(source, keypoints=KeypointExtractor(
             SETTINGS.features, sensor).extract(source.frame))
         tracks = Tracker(SETTINGS.refinement, sensor).track(view, target, pose)
+        on_edge = tracks.points[:, 2] != view.keypoints.positions[tracks.keypoints, 2]
+        tracks = tracks[~on_edge]
         z = tracks.points[:, 2]
         np.testing.assert_allclose(
             tracks.sigmas, sensor.depth_sigma * z ** exponent / z ** 2, rtol=1e-3)
@@ -188,3 +193,34 @@ def test_the_strongest_keypoints_only(pair):
     tracks = few.track(source, target, T_target_source)
     every = TRACKER.track(source, target, T_target_source)
     np.testing.assert_array_equal(tracks.keypoints, every.keypoints[every.keypoints < 50])
+
+
+@pytest.mark.parametrize('beside', [-3, -1, 0, 2])
+def test_what_is_seen_beside_an_edge_is_on_the_edge(beside):
+    """A board 1 m away moves by 4 pixels, a wall 4 m away by one: the outline is the board's."""
+    camera = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+    board = cv2.resize(np.random.default_rng(0).integers(60, 200, (30, 30), np.uint8), (160, 160))
+    rows = np.arange(50.0, 190.0, 7.0)
+
+    def view(left):
+        grey, depth = np.full((240, 320), 20, np.uint8), np.full((240, 320), 4.0, np.float32)
+        grey[40:200, left:left + 160], depth[40:200, left:left + 160] = board, 1.0
+        pixels = np.column_stack([np.full_like(rows, left + beside), rows]).astype(np.float32)
+        positions = camera.back_project(pixels, depth[rows.astype(int), left + beside])
+        sigmas = SETTINGS.sensor.depth_sigma * positions[:, 2] ** 2
+        keypoints = KeypointFrame(0, positions.astype(np.float32), np.zeros((20, 32), np.uint8),
+                                  sigmas[:, None, None] ** 2 * np.eye(3), pixels)
+        return PreparedFrame(RgbdFrame(0, np.dstack(3 * [grey]), depth, camera), keypoints, grey)
+
+    moved = np.eye(4)
+    moved[0, 3] = 4 / camera.fx
+    source = view(80)
+    tracks = TRACKER.track(source, view(84), moved)
+    assert len(tracks) > 10
+    np.testing.assert_allclose(tracks.points[:, 2], 1.0, rtol=1e-5)
+    np.testing.assert_allclose(camera.project(tracks.points),
+                               source.keypoints.pixels[tracks.keypoints], atol=1e-3)
+    assert np.median(errors_of(tracks, source, moved)) < 0.1
+    sigma = SETTINGS.sensor.depth_sigma
+    np.testing.assert_allclose(
+        tracks.sigmas, np.hypot(sigma, 0.25 * (1 - 1 / 4)) if beside < 0 else sigma, rtol=1e-5)
