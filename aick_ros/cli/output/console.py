@@ -17,6 +17,7 @@ from rich.table import Table
 from aick_ros.borders.names import one_line, printable
 
 _UPDATE_INTERVAL = 0.2  # [s]; chosen
+_LONGEST_NAME = 24  # characters that a narrow table does not break in its first column; chosen
 
 
 class _Console(Console):
@@ -78,10 +79,13 @@ def table(title: str, rows: Iterable[Iterable[str]], columns: Sequence[str] = ('
     """
     content = Table(title=printable(title), title_justify='left', title_style='bold', box=None,
                     pad_edge=False, show_header=any(columns), header_style='dim')
+    cells = [[printable(cell) for cell in row] for row in rows]
+    names = max((len(row[0]) for row in cells), default=0)
     for number, column in enumerate(columns):
-        content.add_column(column, justify='right' if number else 'left', overflow='fold')
-    for row in rows:
-        content.add_row(*map(printable, row))
+        content.add_column(column, justify='right' if number else 'left', overflow='fold',
+                           min_width=None if number else min(names, _LONGEST_NAME))
+    for row in cells:
+        content.add_row(*row)
     with suppress(OSError) if on_stderr else nullcontext():
         (_ERRORS if on_stderr else _console(stderr=False)).print(content)
 

@@ -1,11 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Where nobody reads what is printed, the results are not lost."""
+"""Where nobody reads what is printed, the results are not lost; tables of any width."""
 
 import os
 import subprocess
 import sys
+
+import pytest
+
+from aick_ros.cli.output.console import table
 
 PROGRAM = """
 import os
@@ -40,3 +44,13 @@ def test_a_closed_standard_error_changes_nothing():
 
 def test_a_closed_standard_output_is_left_to_the_caller():
     assert run(stderr=False).returncode == 7
+
+
+@pytest.mark.parametrize('name', ['open3d-hybrid-and-more', 'n' * 60])
+def test_a_narrow_table_has_whole_names(capsys, monkeypatch, name):
+    monkeypatch.setenv('COLUMNS', '60')
+    table('times', [[name, *8 * ['12.345']]], ['method', *8 * ['column']])
+    printed = capsys.readouterr().out
+    assert name[:24] in printed
+    assert all(len(line) <= 60 for line in printed.splitlines())
+    assert printed.count('n') >= name.count('n')
