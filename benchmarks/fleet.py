@@ -9,7 +9,8 @@ What ``aick fleet`` gains and costs, and what it loses when its processes are ki
 SOURCE is a recording with ground truth; the fleet consists of links to it. It is run by two
 processes and compared with runs one after the other in this process; then again while workers
 are killed with SIGKILL at random moments, and once the command with its scheduler, which is then
-given again; at last on many recordings of two rendered frames.
+given again; at last on many recordings of two rendered frames. What two processes can gain on
+this machine, which share its memory, is shown by two without the engine.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import psutil
@@ -104,6 +107,15 @@ def one_after_the_other(recordings: Path, frames: int) -> tuple[float, list[Cell
     return time.monotonic() - start, figures
 
 
+def without_engine(recordings: Path, frames: int) -> float:
+    """Return the time of the runs in two processes that do nothing else [s]."""
+    jobs = [Job(str(path), '', Settings(), limit=frames) for path in sorted(recordings.iterdir())]
+    with ProcessPoolExecutor(WORKERS, get_context('forkserver')) as processes:
+        start = time.monotonic()
+        list(processes.map(run_job, jobs))
+    return time.monotonic() - start
+
+
 def differing(expected: Sequence[Cells], found: Sequence[Cells]) -> int:
     """Return the number of figures that are not equal to the last digit."""
     return sum(row.get(name) != value for figures, row in zip(expected, found, strict=True)
@@ -167,7 +179,8 @@ def main() -> None:
         rows = Fleet(recordings, folder / 'out', given.frames).rows()
         together = time.monotonic() - start
         show(Row(f'{WORKERS} processes against one', 1.8, True, alone / together, 'times', remake,
-                 f'{alone:.0f} s and {together:.0f} s'))
+                 f'{alone:.0f} s and {together:.0f} s; {WORKERS} without the engine: '
+                 f'{without_engine(recordings, given.frames):.0f} s'))
         show(Row('figures that differ from those of one process', 0, False,
                  differing(figures, rows), '', remake, f'of {len(rows)} recordings'))
         lost = killed(recordings, folder / 'killed', given.frames, together)
