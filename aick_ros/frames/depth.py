@@ -11,10 +11,12 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
 _AROUND = np.array([(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, 1), (-1, 1), (1, -1)])
-"""Directions in which an edge is sought, pairs of opposite ones (u, v)."""
+"""Directions in which an edge is sought (u, v); each has its opposite beside it."""
 
-_EDGE = 0.1
-"""Change of slope of the inverse depth, by that depth, of an edge. Chosen: creases have less."""
+_OPPOSITE = [1, 0, 3, 2, 5, 4, 7, 6]
+
+_EDGE = 0.1  # chosen: by so much the inverse depth changes at an edge, as a ratio
+_STEP = 0.5  # chosen: share of that within a pixel; at a crease it is spread over all of them
 
 
 def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.ndarray:
@@ -54,9 +56,9 @@ def nearer_surface(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
     """
     Return the depth of the surface that ends beside each pixel, in front of what it shows.
 
-    An edge in the colour image there is the edge of that surface, and moves with it. Inverse depth
-    is linear on a plane, so two pixels that are opposite each other are in the mean as near as
-    the pixel between them: if they are nearer by more than at a crease, one is in front of it.
+    An edge in the colour image there is the edge of that surface, and moves with it. It is a step
+    in inverse depth that no plane through the pixel explains: on a plane, two pixels that are
+    opposite each other are in the mean as near as the one between them.
 
     :param image: HxW float32 [m], NaN where invalid.
     :param pixels: Nx2 (u, v) [px].
@@ -65,16 +67,18 @@ def nearer_surface(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
     :returns: N float64 [m], NaN where there is no such surface.
     """
     height, width = image.shape
-    around = np.rint(pixels).astype(np.intp)[:, None] + reach * _AROUND
-    u, v = np.clip(around, 0, (width - 1, height - 1)).transpose(2, 0, 1)
-    nearness = depths[:, None] / image[v, u]
-    nearness = np.where(np.isfinite(nearness), nearness, 1.0)
-    bends = nearness[:, ::2] + nearness[:, 1::2] - 2.0
-    behind = np.flatnonzero((bends > _EDGE).any(axis=1))
-    nearness = nearness[behind]
-    is_surface = nearness >= (1.0 + nearness.max(axis=1, keepdims=True)) / 2
+    ways = _AROUND[:, None] * np.arange(1, reach + 1)[:, None]  # 8 x reach x 2
+    around = np.rint(pixels).astype(np.intp)[:, None, None] + ways
+    u, v = np.moveaxis(np.clip(around, 0, (width - 1, height - 1)), -1, 0)
+    nearer = depths[:, None, None] / image[v, u] - 1.0
+    nearer = np.where(np.isfinite(nearer), nearer, 0.0)
+    rise = nearer[:, :, -1]
+    steps = np.diff(nearer, axis=2, prepend=0.0).max(axis=2)
+    is_edge = (np.minimum(rise, rise + rise[:, _OPPOSITE]) > _EDGE) & (steps > _STEP * rise)
+    behind = np.flatnonzero(is_edge.any(axis=1))
     found = np.full(len(depths), np.nan)
-    found[behind] = depths[behind] / nearness.mean(axis=1, where=is_surface)
+    found[behind] = depths[behind] / (
+        1.0 + rise[behind].mean(axis=1, where=is_edge[behind]))
     return found
 
 
