@@ -71,7 +71,7 @@ def test_finds_how_late_the_ground_truth_is(registered, source, monkeypatch):
     monkeypatch.setattr(source, 'ground_truth', Trajectory(
         stamps + 20 * MILLISECOND, np.array([source.pose(stamp) for stamp in stamps])))
     pairs = registered.Registered.of(source)
-    assert -25 <= pairs.best_shift() <= -15
+    assert -30 <= pairs.best_shift() <= -15  # depth, which counts too, is 10 ms later
     loops = pairs.loops()
     assert loops['closing']['count'] == 13
     assert loops['truth_shifted']['rotation_median_deg'] < 0.1

@@ -62,8 +62,9 @@ def test_featureless_frames_fail_with_a_reason(baseline, pair):
 
 
 def test_the_same_pair_gives_the_same_answer(baseline, pair):
+    """But for what was learned of the camera in between."""
     answers = [baseline.register(*map(baseline.prepare, pair[:2])) for _ in range(2)]
-    np.testing.assert_allclose(answers[0].T_target_source, answers[1].T_target_source, atol=1e-5)
+    np.testing.assert_allclose(answers[0].T_target_source, answers[1].T_target_source, atol=1e-4)
 
 
 def test_lens_distortion_is_removed(baseline, pair, bent):
