@@ -99,17 +99,21 @@ def links(source: Path, folder: Path, count: int) -> Path:
     return folder
 
 
+def jobs_of(recordings: Path, frames: int) -> list[Job]:
+    """Return the runs of the recordings of a folder."""
+    return [Job(str(path), '', Settings(), limit=frames) for path in sorted(recordings.iterdir())]
+
+
 def one_after_the_other(recordings: Path, frames: int) -> tuple[float, list[Cells]]:
     """Return the time of the runs in this process [s], and their figures."""
     start = time.monotonic()
-    figures = [run_job(Job(str(path), '', Settings(), limit=frames)).figures
-               for path in sorted(recordings.iterdir())]
+    figures = [run_job(job).figures for job in jobs_of(recordings, frames)]
     return time.monotonic() - start, figures
 
 
 def without_engine(recordings: Path, frames: int) -> float:
     """Return the time of the runs in two processes that do nothing else [s]."""
-    jobs = [Job(str(path), '', Settings(), limit=frames) for path in sorted(recordings.iterdir())]
+    jobs = jobs_of(recordings, frames)
     with ProcessPoolExecutor(WORKERS, get_context('forkserver')) as processes:
         start = time.monotonic()
         list(processes.map(run_job, jobs))

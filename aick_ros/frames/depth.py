@@ -15,8 +15,8 @@ _AROUND = np.array([(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, 1), (-1, 1),
 
 _OPPOSITE = [1, 0, 3, 2, 5, 4, 7, 6]
 
-_EDGE = 0.1  # chosen: by so much the inverse depth changes at an edge, as a ratio
-_STEP = 0.5  # chosen: share of that within a pixel; at a crease it is spread over all of them
+_LEAST_RISE = 0.1  # chosen: of the inverse depth at an edge, as a ratio
+_LEAST_STEP = 0.5  # chosen: share of the rise within a pixel; at a crease it is spread over all
 
 
 def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.ndarray:
@@ -66,20 +66,32 @@ def nearer_surface(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
     :param reach: distance at which it is sought [px].
     :returns: N float64 [m], NaN where there is no such surface.
     """
+    rise = _rises(image, pixels, depths, np.array([reach]))[..., 0]
+    is_edge = np.minimum(rise, rise + rise[:, _OPPOSITE]) > _LEAST_RISE
+    behind = np.flatnonzero(is_edge.any(axis=1))  # few: only they are looked at pixel by pixel
+    rises = _rises(image, pixels[behind], depths[behind], np.arange(1, reach + 1))
+    rise, steps = rises[..., -1], np.diff(rises, axis=2, prepend=0.0).max(axis=2)
+    is_edge = is_edge[behind] & (steps > _LEAST_STEP * rise)
+    kept = is_edge.any(axis=1)
+    behind, rise, is_edge = behind[kept], rise[kept], is_edge[kept]
+    found = np.full(len(depths), np.nan)
+    found[behind] = depths[behind] / (1.0 + rise.mean(axis=1, where=is_edge))
+    return found
+
+
+def _rises(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
+           distances: np.ndarray) -> np.ndarray:
+    """
+    Return by how much nearer the pixels around others are, N x 8 x distances, 0 where invalid.
+
+    It is their inverse depth, as a ratio to that of the pixel in the middle, less 1.
+    """
     height, width = image.shape
-    ways = _AROUND[:, None] * np.arange(1, reach + 1)[:, None]  # 8 x reach x 2
+    ways = _AROUND[:, None] * distances[:, None]  # 8 x distances x 2
     around = np.rint(pixels).astype(np.intp)[:, None, None] + ways
     u, v = np.moveaxis(np.clip(around, 0, (width - 1, height - 1)), -1, 0)
-    nearer = depths[:, None, None] / image[v, u] - 1.0
-    nearer = np.where(np.isfinite(nearer), nearer, 0.0)
-    rise = nearer[:, :, -1]
-    steps = np.diff(nearer, axis=2, prepend=0.0).max(axis=2)
-    is_edge = (np.minimum(rise, rise + rise[:, _OPPOSITE]) > _EDGE) & (steps > _STEP * rise)
-    behind = np.flatnonzero(is_edge.any(axis=1))
-    found = np.full(len(depths), np.nan)
-    found[behind] = depths[behind] / (
-        1.0 + rise[behind].mean(axis=1, where=is_edge[behind]))
-    return found
+    rises = depths[:, None, None] / image[v, u] - 1.0
+    return np.where(np.isfinite(rises), rises, 0.0)
 
 
 def inverse_depth_sigma(z: np.ndarray, sensor: SensorSettings) -> np.ndarray | float:

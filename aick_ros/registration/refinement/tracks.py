@@ -95,7 +95,7 @@ class Tracker:
         rays = camera.normalize(seen)
         valid = np.isfinite(rays).all(axis=1)
         kept, seen, rays = kept[valid], seen[valid], rays[valid]
-        points, sigmas = self._seen_points(source, kept)
+        points, sigmas = self._seen_points(source, kept, points[kept])
         return Tracks(kept, points, rays, depth.sample(target.frame.depth, seen, self._sensor),
                       sigmas)
 
@@ -115,19 +115,17 @@ class Tracker:
         return Tracks(seen.keypoints, rays * depths[:, None],
                       seen.points[:, :2] / seen.points[:, 2:], seen.points[:, 2], sigmas)
 
-    def _seen_points(self, source: PreparedFrame,
-                     kept: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _seen_points(self, source: PreparedFrame, kept: np.ndarray,
+                     points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return where what is seen around keypoints is, Kx3, and sigmas of inverse depth, K."""
-        keypoints = source.keypoints
-        points = keypoints.positions[kept].astype(np.float64)
-        z = points[:, 2]
+        keypoints, z = source.keypoints, points[:, 2]
         sigmas = np.sqrt(keypoints.covariances[kept, 2, 2].astype(np.float64)) / z ** 2
         edges = depth.nearer_surface(source.frame.depth, keypoints.pixels[kept], z,
                                      self._settings.track_window // 2)
         at_edge = np.flatnonzero(np.isfinite(edges))
-        behind, before = z[at_edge], edges[at_edge]
-        points[at_edge] *= (before / behind)[:, None]
-        sigmas[at_edge] = np.hypot(sigmas[at_edge], _EDGE_SIGMA * (1 / before - 1 / behind))
+        far, near = z[at_edge], edges[at_edge]
+        sigmas[at_edge] = np.hypot(sigmas[at_edge], _EDGE_SIGMA * (1 / near - 1 / far))
+        points[at_edge] *= (near / far)[:, None]
         return points, sigmas
 
 
