@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from aick_ros.geometry.camera import Camera
@@ -51,32 +53,50 @@ def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.
     return np.where(usable, depths, np.nan)
 
 
-def nearer_surface(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
-                   reach: int) -> np.ndarray:
+@dataclass(frozen=True, eq=False)
+class Edges:
     """
-    Return the depth of the surface that ends beside each pixel, in front of what it shows.
+    Edges of surfaces beside pixels.
 
-    An edge in the colour image there is the edge of that surface, and moves with it. It is a step
-    in inverse depth that no plane through the pixel explains: on a plane, two pixels that are
+    :param nearer: N float64, depth of the surface that ends beside each pixel in front of what it
+        shows [m]; NaN where there is none.
+    :param any: N bool, whether there is an edge, of that surface or of what the pixel shows.
+    """
+
+    nearer: np.ndarray
+    any: np.ndarray
+
+
+def edges_beside(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray, reach: int) -> Edges:
+    """
+    Return the edges beside pixels.
+
+    An edge in the colour image there is the edge of the nearer surface, and moves with it. It is a
+    step in inverse depth that no plane through the pixel explains: on a plane, two pixels that are
     opposite each other are in the mean as near as the one between them.
 
     :param image: HxW float32 [m], NaN where invalid.
     :param pixels: Nx2 (u, v) [px].
     :param depths: N, at these pixels [m].
-    :param reach: distance at which it is sought [px].
-    :returns: N float64 [m], NaN where there is no such surface.
+    :param reach: distance at which they are sought [px].
     """
     rise = _rises(image, pixels, depths, np.array([reach]))[..., 0]
-    is_edge = np.minimum(rise, rise + rise[:, _OPPOSITE]) > _LEAST_RISE
-    behind = np.flatnonzero(is_edge.any(axis=1))  # few: only they are looked at pixel by pixel
-    rises = _rises(image, pixels[behind], depths[behind], np.arange(1, reach + 1))
-    rise, steps = rises[..., -1], np.diff(rises, axis=2, prepend=0.0).max(axis=2)
-    is_edge = is_edge[behind] & (steps > _LEAST_STEP * rise)
-    kept = is_edge.any(axis=1)
-    behind, rise, is_edge = behind[kept], rise[kept], is_edge[kept]
-    found = np.full(len(depths), np.nan)
-    found[behind] = depths[behind] / (1.0 + rise.mean(axis=1, where=is_edge))
-    return found
+    bend = rise + rise[:, _OPPOSITE]
+    is_nearer = np.minimum(rise, bend) > _LEAST_RISE
+    is_farther = np.maximum(rise, bend) < -_LEAST_RISE
+    beside = np.flatnonzero((is_nearer | is_farther).any(axis=1))
+    # few: only they are looked at pixel by pixel
+    rises = _rises(image, pixels[beside], depths[beside], np.arange(1, reach + 1))
+    rise, steps = rises[..., -1], np.diff(rises, axis=2, prepend=0.0)
+    is_nearer = is_nearer[beside] & (steps.max(axis=2) > _LEAST_STEP * rise)
+    is_farther = is_farther[beside] & (steps.min(axis=2) < _LEAST_STEP * rise)
+    found = np.zeros(len(depths), bool)
+    found[beside] = (is_nearer | is_farther).any(axis=1)
+    behind = np.flatnonzero(is_nearer.any(axis=1))
+    nearer = np.full(len(depths), np.nan)
+    nearer[beside[behind]] = depths[beside[behind]] / (
+        1.0 + rise[behind].mean(axis=1, where=is_nearer[behind]))
+    return Edges(nearer, found)
 
 
 def _rises(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,

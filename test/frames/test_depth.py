@@ -53,7 +53,7 @@ def test_whether_there_is_an_edge_does_not_depend_on_the_distance():
 
 
 @pytest.mark.parametrize('turns', range(4))
-def test_behind_an_edge_the_nearer_surface_is_found(turns):
+def test_beside_an_edge_the_nearer_surface_is_found(turns):
     """A slanted plane in front of another one: only pixels of the far one have it beside them."""
     v, u = np.mgrid[:480, :480].astype(float)
     far, near = plane_depth(u, v, distance=3.0), plane_depth(u, v, (0.2, 0.3, 1.0), 1.5)
@@ -61,11 +61,14 @@ def test_behind_an_edge_the_nearer_surface_is_found(turns):
     image = np.where(is_near, near, far).astype(np.float32)
     pixels = np.stack([u, v], axis=-1)[8:-8, 8:-8].reshape(-1, 2)
     columns, rows = pixels.astype(int).T
-    found = depth.nearer_surface(image, pixels, image[rows, columns].astype(float), 4)
+    edges = depth.edges_beside(image, pixels, image[rows, columns].astype(float), 4)
+    found = edges.nearer
     reached = cv2.dilate(is_near.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
     behind = (reached & ~is_near)[rows, columns]
     np.testing.assert_array_equal(np.isfinite(found), behind)
     np.testing.assert_allclose(found[behind], near[rows, columns][behind], rtol=0.02)
+    before = (cv2.dilate((~is_near).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0) & is_near
+    np.testing.assert_array_equal(edges.any, behind | before[rows, columns])
 
 
 def test_creases_steps_behind_and_holes_are_no_nearer_surface():
@@ -77,9 +80,9 @@ def test_creases_steps_behind_and_holes_are_no_nearer_surface():
     for image in (crease, box, holes, grazing):
         known = np.isfinite(image)
         pixels = np.column_stack([u[known], v[known]])
-        assert np.isnan(depth.nearer_surface(
-            image.astype(np.float32), pixels, image[known], 4)).all()
-    assert not len(depth.nearer_surface(crease, np.empty((0, 2)), np.empty(0), 4))
+        edges = depth.edges_beside(image.astype(np.float32), pixels, image[known], 4)
+        assert np.isnan(edges.nearer).all() and not edges.any.any()
+    assert not len(depth.edges_beside(crease, np.empty((0, 2)), np.empty(0), 4).nearer)
 
 
 def test_beside_a_hole_the_nearest_pixel_is_taken():

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from weakref import WeakKeyDictionary
 
 import cv2
 import numpy as np
@@ -15,6 +16,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.lucas_kanade import track_there_and_back
+from aick_ros.registration.refinement.windows import Windows
 from aick_ros.settings import RefinementSettings, SensorSettings
 
 FEWEST_TO_CONFIRM = 12
@@ -25,7 +27,6 @@ Chosen: a pose needs three tracks, and up to half of all may be outliers.
 
 _LEVELS = 2  # of the image pyramid; chosen: tracks up to 4 * window / 2 pixels of error
 _NEAREST = 0.05  # m; chosen: keypoints that the first pose puts nearer are skipped
-_EDGE_SIGMA = 0.25  # chosen: of the step between two surfaces, of a keypoint on the edge of one
 _MAX_ROTATION = np.radians(3.0)  # chosen: beyond it windows differ too much to be aligned
 
 
@@ -76,6 +77,7 @@ class Tracker:
     def __init__(self, settings: RefinementSettings, sensor: SensorSettings) -> None:
         self._settings = settings
         self._sensor = sensor
+        self._windows: WeakKeyDictionary[PreparedFrame, Windows] = WeakKeyDictionary()
 
     def track(self, source: PreparedFrame, target: PreparedFrame,
               T_target_source: np.ndarray) -> Tracks:
@@ -84,20 +86,20 @@ class Tracker:
 
         :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
         """
-        camera = target.frame.camera
-        points = source.keypoints.positions[:self._settings.max_tracks].astype(np.float64)
-        kept, expected = _visible(points, T_target_source, camera)
-        grey, pixels = _rotated(source.grey, source.keypoints.pixels[kept], camera,
-                                T_target_source[:3, :3])
+        camera, windows = target.frame.camera, self._windows_of(source)
+        kept, expected = _visible(windows.points, T_target_source, camera)
+        rotation = _turn(T_target_source)
+        grey, pixels = _rotated(source.grey, source.keypoints.pixels[kept], camera, rotation)
         seen, found = track_there_and_back(grey, target.grey, pixels,
                                            self._settings.track_window, _LEVELS, expected)
         kept, seen = kept[found], seen[found]
+        windows = windows[kept]
+        seen = seen - windows.shifts(camera, T_target_source, rotation)
         rays = camera.normalize(seen)
         valid = np.isfinite(rays).all(axis=1)
-        kept, seen, rays = kept[valid], seen[valid], rays[valid]
-        points, sigmas = self._seen_points(source, kept, points[kept])
-        return Tracks(kept, points, rays, depth.sample(target.frame.depth, seen, self._sensor),
-                      sigmas)
+        kept, seen, rays, windows = kept[valid], seen[valid], rays[valid], windows[valid]
+        return Tracks(kept, windows.points, rays,
+                      depth.sample(target.frame.depth, seen, self._sensor), windows.sigmas)
 
     def track_back(self, source: PreparedFrame, target: PreparedFrame,
                    T_target_source: np.ndarray) -> Tracks:
@@ -115,18 +117,13 @@ class Tracker:
         return Tracks(seen.keypoints, rays * depths[:, None],
                       seen.points[:, :2] / seen.points[:, 2:], seen.points[:, 2], sigmas)
 
-    def _seen_points(self, source: PreparedFrame, kept: np.ndarray,
-                     points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return where what is seen around keypoints is, Kx3, and sigmas of inverse depth, K."""
-        keypoints, z = source.keypoints, points[:, 2]
-        sigmas = np.sqrt(keypoints.covariances[kept, 2, 2].astype(np.float64)) / z ** 2
-        edges = depth.nearer_surface(source.frame.depth, keypoints.pixels[kept], z,
-                                     self._settings.track_window // 2)
-        at_edge = np.flatnonzero(np.isfinite(edges))
-        far, near = z[at_edge], edges[at_edge]
-        sigmas[at_edge] = np.hypot(sigmas[at_edge], _EDGE_SIGMA * (1 / near - 1 / far))
-        points[at_edge] *= (near / far)[:, None]
-        return points, sigmas
+    def _windows_of(self, source: PreparedFrame) -> Windows:
+        """Return the windows around the keypoints of a frame, measured once."""
+        windows = self._windows.get(source)
+        if windows is None:
+            windows = Windows.of(source, self._settings.max_tracks, self._settings.track_window)
+            self._windows[source] = windows
+        return windows
 
 
 def _visible(points: np.ndarray, T_target_source: np.ndarray,
@@ -140,17 +137,23 @@ def _visible(points: np.ndarray, T_target_source: np.ndarray,
     return ahead[inside], pixels[inside].astype(np.float32)
 
 
+def _turn(T_target_source: np.ndarray) -> np.ndarray:
+    """Return the rotation by which the image is turned before it is tracked from, 3x3."""
+    rotation: np.ndarray = T_target_source[:3, :3]
+    return np.eye(3) if se3.angle(rotation) < _MAX_ROTATION else rotation
+
+
 def _rotated(grey: np.ndarray, pixels: np.ndarray, camera: Camera,
-             R_target_source: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+             R_turned_source: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return an image rotated into about the view of the target, and the pixels in it.
+    Return an image rotated, and the pixels in it.
 
     The homography of the rotation alone (Hartley and Zisserman 2004, 8.4) is exact for what is
     far away; what is nearer is displaced, but rotated right. Lens distortion is ignored: image
     and pixels are mapped by the same homography, so this displaces nothing.
     """
-    if not len(pixels) or se3.angle(R_target_source) < _MAX_ROTATION:
+    if not len(pixels) or (R_turned_source == np.eye(3)).all():
         return grey, pixels
-    homography = camera.matrix @ R_target_source @ np.linalg.inv(camera.matrix)
+    homography = camera.matrix @ R_turned_source @ np.linalg.inv(camera.matrix)
     return (np.asarray(cv2.warpPerspective(grey, homography, grey.shape[1::-1])),
             np.asarray(cv2.perspectiveTransform(pixels[:, None], homography))[:, 0])

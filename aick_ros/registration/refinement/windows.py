@@ -1,0 +1,177 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+What the windows around keypoints show, and how a motion displaces it.
+
+A window is tracked as if it moved as a whole. On a slanted surface its pixels do not: it is
+stretched, and what is found is the mean of their displacements, weighted by their gradients
+(Lucas and Kanade 1981), not that of the keypoint in its centre. Both differ by what the plane of
+the surface and the motion say, to first order. On the edge of a surface in front of another one,
+the window moves as the surface in front does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aick_ros.frames import depth
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.geometry.camera import Camera
+
+_EDGE_SIGMA = 0.25  # chosen: of the step between two surfaces, of a keypoint on the edge of one
+_MAX_STRETCH = 1.0  # chosen: windows that are stretched by more are left as they are
+_SMALLEST = 1e-6  # of a determinant; keeps a window without gradient finite
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """
+    What the windows around the keypoints of a frame show.
+
+    :param points: Nx3 float64, what is in their centres [m]: on the edge of a surface in front of
+        another one, a point of that surface.
+    :param sigmas: N float64, standard deviations of the inverse depths of the points [1/m].
+    :param normals: Nx3 float64, planes through the points: n with n . p = 1 [1/m].
+    :param moments: Nx3x3 float64, sums over the window: products uu, uv and vv of the gradients,
+        as they are, times the offset along u [px], and times that along v [px]; the latter two
+        are 0 on an edge.
+    """
+
+    points: np.ndarray
+    sigmas: np.ndarray
+    normals: np.ndarray
+    moments: np.ndarray
+
+    @classmethod
+    def of(cls, prepared: PreparedFrame, count: int, side: int) -> Windows:
+        """
+        Measure the windows around the keypoints of a frame.
+
+        :param count: of keypoints, the first ones.
+        :param side: of a window [px].
+        """
+        frame, keypoints = prepared.frame, prepared.keypoints
+        pixels, points = keypoints.pixels[:count], keypoints.positions[:count].astype(np.float64)
+        z = points[:, 2].copy()
+        sigmas = np.sqrt(keypoints.covariances[:count, 2, 2].astype(np.float64)) / z ** 2
+        edges = depth.edges_beside(frame.depth, pixels, z, side // 2)
+        behind = np.flatnonzero(np.isfinite(edges.nearer))
+        far, near = z[behind], edges.nearer[behind]
+        sigmas[behind] = np.hypot(sigmas[behind], _EDGE_SIGMA * (1 / near - 1 / far))
+        points[behind] *= (near / far)[:, None]
+        moments = gradient_moments(prepared.grey, pixels, side)
+        moments[edges.any, 1:] = 0.0
+        return cls(points, sigmas, planes(frame.depth, pixels, points, frame.camera, side),
+                   moments)
+
+    def __getitem__(self, chosen: np.ndarray) -> Windows:
+        """Return some of the windows, by their indices or by a mask."""
+        return Windows(self.points[chosen], self.sigmas[chosen], self.normals[chosen],
+                       self.moments[chosen])
+
+    def shifts(self, camera: Camera, T_target_source: np.ndarray,
+               R_turned_source: np.ndarray) -> np.ndarray:
+        """
+        Return where the windows are found, beside where the points are, Nx2 [px].
+
+        :param T_target_source: 4x4 [m].
+        :param R_turned_source: rotation that the windows are turned by before they are tracked,
+            3x3.
+        """
+        turned = np.eye(4)
+        turned[:3, :3] = R_turned_source
+        turn = jacobians(self.normals, self.points, camera, turned)
+        moved = jacobians(self.normals, self.points, camera, T_target_source)
+        stretch = np.linalg.solve(turn, moved) - np.eye(2)
+        stretch[~(np.abs(stretch).max(axis=(1, 2)) < _MAX_STRETCH)] = 0.0
+        gradients, along = self.moments[:, 0], self.moments[:, 1:]
+        weighted = np.stack([
+            np.einsum('nji,nij->n', along[:, :, k:k + 2], stretch) for k in (0, 1)], axis=1)
+        uu, uv, vv = gradients.T
+        determinant = np.maximum(uu * vv - uv * uv, _SMALLEST)
+        found = np.column_stack([vv * weighted[:, 0] - uv * weighted[:, 1],
+                                 uu * weighted[:, 1] - uv * weighted[:, 0]])
+        shifts: np.ndarray = (turn @ (found / determinant[:, None])[:, :, None])[:, :, 0]
+        return shifts
+
+
+def planes(depth_image: np.ndarray, pixels: np.ndarray, points: np.ndarray, camera: Camera,
+           side: int) -> np.ndarray:
+    """
+    Return the planes of what windows show, through their centres, Nx3: n with n . p = 1 [1/m].
+
+    The slope is that of the inverse depths in the window. Lens distortion is ignored: over so few
+    pixels it changes a slope by a few percent.
+
+    :param depth_image: HxW float32 [m], NaN where invalid; such pixels count as as far as the
+        centre.
+    :param pixels: Nx2, the centres.
+    :param points: Nx3, what they show [m].
+    :param side: of a window [px].
+    """
+    offsets = np.arange(side) - side // 2
+    at, _ = _window(depth_image.shape, pixels, offsets)
+    inverse = np.reciprocal(depth_image.ravel().take(at))
+    inverse -= (1.0 / points[:, 2]).astype(np.float32)[:, None, None]
+    inverse[~np.isfinite(inverse)] = 0.0
+    spread = side * float(offsets @ offsets)
+    found = np.empty((len(points), 3))
+    found[:, 0] = inverse.sum(axis=1) @ offsets * (camera.fx / spread)
+    found[:, 1] = inverse.sum(axis=2) @ offsets * (camera.fy / spread)
+    found[:, 2] = (1.0 - points[:, 0] * found[:, 0] - points[:, 1] * found[:, 1]) / points[:, 2]
+    return found
+
+
+def jacobians(normals: np.ndarray, points: np.ndarray, camera: Camera,
+              T_target_source: np.ndarray) -> np.ndarray:
+    """
+    Return the derivatives of where planes are seen after a motion, Nx2x2 [px/px].
+
+    They are by the pixel before it; lens distortion is ignored.
+
+    :param normals: of :func:`planes`.
+    :param points: Nx3 [m].
+    :param T_target_source: 4x4 [m].
+    """
+    rotation, t = T_target_source[:3, :3], T_target_source[:3, 3]
+    x, y, z = ((points @ rotation.T + t) / points[:, 2:]).T
+    found = np.empty((len(points), 2, 2))
+    for i in (0, 1):  # by the coordinates of the ray: the moved point, of unit depth before
+        by = rotation[:, i] + normals[:, i:i + 1] * t
+        found[:, 0, i] = (by[:, 0] - x / z * by[:, 2]) / z
+        found[:, 1, i] = (by[:, 1] - y / z * by[:, 2]) / z
+    found *= np.array([[1.0, camera.fx / camera.fy], [camera.fy / camera.fx, 1.0]])
+    return found
+
+
+def gradient_moments(grey: np.ndarray, pixels: np.ndarray, side: int) -> np.ndarray:
+    """
+    Return the sums of :attr:`Windows.moments`, Nx3x3.
+
+    :param grey: HxW uint8.
+    :param pixels: Nx2, the centres.
+    :param side: of a window [px].
+    """
+    offsets = np.arange(side) - side // 2
+    at, row = _window(grey.shape, pixels, offsets)
+    flat = grey.ravel()
+    a = flat.take(at + 1).astype(np.float32) - flat.take(at - 1)
+    b = flat.take(at + row).astype(np.float32) - flat.take(at - row)
+    products = np.stack([a * a, a * b, b * b], axis=1)  # N x 3 x rows x columns
+    columns, rows = products.sum(axis=2), products.sum(axis=3)
+    offsets = offsets.astype(np.float32)
+    moments: np.ndarray = np.stack(
+        [rows.sum(axis=2), columns @ offsets, rows @ offsets], axis=1).astype(np.float64)
+    return moments
+
+
+def _window(shape: tuple[int, ...], pixels: np.ndarray,
+            offsets: np.ndarray) -> tuple[np.ndarray, int]:
+    """Return the flat indices of windows, N x rows x columns, and the length of a row."""
+    height, width = shape
+    u = np.clip(np.rint(pixels[:, :1]).astype(np.intp) + offsets, 1, width - 2)
+    v = np.clip(np.rint(pixels[:, 1:]).astype(np.intp) + offsets, 1, height - 2)
+    return v[:, :, None] * width + u[:, None, :], width

@@ -1,0 +1,151 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Windows around keypoints: their planes, how they are stretched, and where they are found."""
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros.frames.keypoints import KeypointExtractor
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.registration.refinement.tracks import Tracker
+from aick_ros.registration.refinement.windows import (
+    Windows, gradient_moments, jacobians, planes)
+from aick_ros.settings import Settings
+
+CAMERA = Camera(320, 240, 270.0, 250.0, 159.5, 119.5)
+SETTINGS = Settings()
+PLANE = np.array([0.35, 0.1, 0.3])  # n . p = 1
+MOTION = se3.exp(np.array([0.02, -0.01, 0.12, 0.01, -0.02, 0.015]))  # T_target_source
+WINDOW = 9
+
+
+def rays(pixels):
+    return np.column_stack([CAMERA.normalize(pixels), np.ones(len(pixels))])
+
+
+def points_at(pixels):
+    """Return where pixels see the plane, Nx3."""
+    return rays(pixels) / (rays(pixels) @ PLANE)[:, None]
+
+
+def depth_image():
+    v, u = np.mgrid[:CAMERA.height, :CAMERA.width]
+    z = points_at(np.column_stack([u.ravel(), v.ravel()]).astype(float))[:, 2]
+    return np.where(z > 0, z, np.nan).reshape(u.shape).astype(np.float32)
+
+
+PIXELS = np.random.default_rng(0).uniform((60, 20), (300, 220), (50, 2)).round()
+
+
+def test_planes_of_windows():
+    points = points_at(PIXELS)
+    found = planes(depth_image(), PIXELS, points, CAMERA, WINDOW)
+    np.testing.assert_allclose(found, np.tile(PLANE, (50, 1)), atol=1e-4)
+
+
+def test_without_depth_a_window_faces_the_camera():
+    points = points_at(PIXELS)
+    found = planes(np.full((240, 320), np.nan, np.float32), PIXELS, points, CAMERA, WINDOW)
+    np.testing.assert_allclose(found, np.outer(1 / points[:, 2], [0, 0, 1]), atol=1e-9)
+
+
+def test_jacobians_are_the_derivatives_of_where_a_plane_is_seen():
+    """By differences."""
+    found = jacobians(np.tile(PLANE, (50, 1)), points_at(PIXELS), CAMERA, MOTION)
+
+    def seen(pixels):
+        return CAMERA.project(se3.transform(MOTION, points_at(pixels)))
+
+    for i, step in enumerate(0.01 * np.eye(2)):
+        slope = (seen(PIXELS + step) - seen(PIXELS - step)) / 0.02
+        np.testing.assert_allclose(found[:, :, i], slope, atol=1e-5)
+
+
+@pytest.mark.parametrize('turn', [np.eye(3), se3.exp_rotation((0.1, 0.2, 0.3))])
+def test_the_shift_is_the_weighted_mean_of_the_displacements(turn):
+    """Pixel by pixel, in the turned image."""
+    rng = np.random.default_rng(1)
+    grey = cv2.GaussianBlur(rng.integers(0, 256, (240, 320), np.uint8), (5, 5), 1.0)
+    points, normals = points_at(PIXELS), np.tile(PLANE, (50, 1))
+    windows = Windows(points, np.ones(50), normals, gradient_moments(grey, PIXELS, WINDOW))
+    shifts = windows.shifts(CAMERA, MOTION, turn)
+    turned = np.eye(4)
+    turned[:3, :3] = turn
+    for centre, by_turn, moved, shift in zip(
+            PIXELS.astype(int), jacobians(normals, points, CAMERA, turned),
+            jacobians(normals, points, CAMERA, MOTION), shifts):
+        matrix, right = np.zeros((2, 2)), np.zeros(2)
+        for offset in np.ndindex(WINDOW, WINDOW):
+            offset = np.array(offset) - WINDOW // 2
+            u, v = centre + offset
+            gradient = np.linalg.solve(by_turn.T, [float(grey[v, u + 1]) - grey[v, u - 1],
+                                                   float(grey[v + 1, u]) - grey[v - 1, u]])
+            matrix += np.outer(gradient, gradient)
+            right += gradient * (gradient @ ((moved - by_turn) @ offset))
+        np.testing.assert_allclose(shift, np.linalg.solve(matrix, right), rtol=1e-4, atol=1e-6)
+
+
+def view(grey, depth):
+    """Return a prepared frame of a grey image and its depth."""
+    frame = RgbdFrame(0, np.dstack(3 * [grey]), depth, CAMERA)
+    extractor = KeypointExtractor(SETTINGS.features, SETTINGS.sensor)
+    return PreparedFrame(frame, extractor.extract(frame), grey)
+
+
+def pattern():
+    """Return a grey image to be tracked in."""
+    return cv2.resize(np.random.default_rng(2).integers(0, 256, (60, 80), np.uint8), (320, 240),
+                      interpolation=cv2.INTER_CUBIC)
+
+
+def test_no_windows_and_windows_without_gradient():
+    windows = Windows.of(view(pattern(), depth_image()), 0, WINDOW)
+    assert windows.shifts(CAMERA, MOTION, np.eye(3)).shape == (0, 2)
+    flat = Windows(points_at(PIXELS), np.ones(50), np.tile(PLANE, (50, 1)),
+                   gradient_moments(np.full((240, 320), 7, np.uint8), PIXELS, WINDOW))
+    np.testing.assert_array_equal(flat.shifts(CAMERA, MOTION, np.eye(3)), np.zeros((50, 2)))
+
+
+def test_a_window_on_an_edge_is_where_the_nearer_surface_is():
+    """And is not taken for slanted."""
+    depth = np.full((240, 320), 2.0, np.float32)
+    depth[:, :160] = 1.0
+    prepared = view(pattern(), depth)
+    windows = Windows.of(prepared, 1000, WINDOW)
+    u = prepared.keypoints.pixels[:, 0]
+    beside, far = (u > 160.5) & (u < 163), u > 166
+    assert beside.sum() > 3
+    assert (prepared.keypoints.positions[beside, 2] == 2.0).all()
+    np.testing.assert_allclose(windows.points[beside, 2], 1.0)
+    np.testing.assert_allclose(windows.points[far], prepared.keypoints.positions[far])
+    assert (windows.sigmas[beside] >= 0.25 * 0.5).all()
+    assert (windows.sigmas[far] < 0.05).all()
+    assert not windows.moments[beside, 1:].any()
+    assert windows.moments[far, 1:].any(axis=(1, 2)).all()
+
+
+@pytest.mark.parametrize('roll', [0.0, 0.2])
+def test_keypoints_of_a_slanted_wall_are_tracked_more_exactly(monkeypatch, roll):
+    """A picture on a wall that is passed: the homography of its plane is what is seen."""
+    motion = se3.exp(np.array([0, 0, 0, 0, 0, roll])) @ MOTION
+    homography = CAMERA.matrix @ (motion[:3, :3] + np.outer(motion[:3, 3], PLANE)) @ (
+        np.linalg.inv(CAMERA.matrix))
+    source = view(pattern(), depth_image())
+    target = view(cv2.warpPerspective(source.grey, homography, (320, 240),
+                                      flags=cv2.INTER_CUBIC), depth_image())
+
+    def error():
+        tracks = Tracker(SETTINGS.refinement, SETTINGS.sensor).track(source, target, motion)
+        true = CAMERA.project(se3.transform(motion, tracks.points))
+        seen = CAMERA.project(np.column_stack([tracks.rays, np.ones(len(tracks))]))
+        assert len(tracks) > 80
+        return np.median(np.linalg.norm(seen - true, axis=1))
+
+    with_slant = error()
+    monkeypatch.setattr(Windows, 'shifts', lambda self, *_: np.zeros((len(self.points), 2)))
+    assert with_slant < 0.6 * error()
