@@ -13,8 +13,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.tracks import Tracker
-from aick_ros.registration.refinement.windows import (
-    Windows, gradient_moments, jacobians, planes)
+from aick_ros.registration.refinement.windows import Windows, gradient_moments, jacobians, planes
 from aick_ros.settings import Settings
 
 CAMERA = Camera(320, 240, 270.0, 250.0, 159.5, 119.5)
