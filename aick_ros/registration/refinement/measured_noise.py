@@ -13,7 +13,9 @@ would lose ever more of its weight.
 
 A difference of the two kinds beyond that noise is a bias: depth that is not well registered to
 colour, shutters, clocks. It grows with the motion. Scatter does not show it, so where it is
-significant keypoints gain no weight by their small scatter.
+significant keypoints gain no weight by their small scatter. The larger the motion, the more of
+the bias is due to depth, which then weighs less: the errors of its registration to colour and of
+its clock displace it in proportion to the motion, each point alike, so that it does not scatter.
 """
 
 from __future__ import annotations
@@ -44,6 +46,10 @@ _LOG_MEAN = -0.176, -0.369
 digamma(n / 2) + log(2 / n). Subtracted, so that the exponential of a mean
 logarithm estimates the variance."""
 
+_MOTION_OF_DEPTH_BIAS = 600.0
+"""Motion from which the whole bias is due to depth [px]; below, its share of the standard
+deviation is in proportion to the motion."""
+
 _BIAS_BOUNDS = 3.0, 5.0
 """Normalised squared bias: from the second on keypoints gain no weight, up to the first they gain
 all that the scatter shows, linear in its logarithm in between. Noise alone gives 1."""
@@ -73,10 +79,12 @@ class Noise:
 
     :param keypoints: factor of the variance of keypoints, relative to that of depth.
     :param bias: 6x6 covariance of the bias between keypoints and depth [m^2, m rad, rad^2].
+    :param depth_bias: that of the part of it which is due to depth.
     """
 
     keypoints: float = 1.0
     bias: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    depth_bias: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,14 +108,17 @@ class _Average:
             mean(self.normalised, _log(sample.normalised) - _LOG_MEAN[0]),
             self.squares + (squares - self.squares) / count)
 
-    def noise(self) -> Noise:
+    def noise(self, motion: float) -> Noise:
+        """Return the noise expected of a registration; its motion is in pixels."""
         ratio = self.ratio
         if ratio < 0.0:
             low, high = np.log(_BIAS_BOUNDS)
             ratio *= float(np.clip((high - self.normalised) / (high - low), 0.0, 1.0))
         excess = max(1.0 - np.exp(-self.normalised), 0.0)  # share of the squares not due to noise
         variances = excess * np.exp(self.squares)
-        return Noise(float(np.exp(ratio)), np.diag(np.repeat(variances, 3)))
+        bias = np.diag(np.repeat(variances, 3))
+        return Noise(float(np.exp(ratio)), bias,
+                     min((motion / _MOTION_OF_DEPTH_BIAS) ** 2, 1.0) * bias)
 
 
 class MeasuredNoise:
@@ -123,7 +134,7 @@ class MeasuredNoise:
 
         :param motion: mean displacement of the tracks in the image [px].
         """
-        return self._averages[_range_of(motion)].noise()
+        return self._averages[_range_of(motion)].noise(motion)
 
     def learn(self, sample: NoiseSample) -> None:
         """Add one registration to the averages; ranges without any take those of the nearest."""

@@ -17,7 +17,7 @@ import numpy as np
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import seconds
-from aick_ros.registration.refinement.measured_noise import MeasuredNoise, NoiseSample
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
     NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction, image_height)
 from aick_ros.registration.refinement.misalignment_equations import (
@@ -140,13 +140,12 @@ class _Problem:
         self._source, self._target = source, target
         self._seen = self._tracks = tracks
         self._displacement = tracks.displacement(target.frame.camera.fx)
-        self._keypoint_weight, self._systematic = 1.0, np.zeros((6, 6))
+        self._noise = Noise()
         self._source_surface, self._target_surface = source.surface, target.surface
         self._misalignment, self._twists = NO_MISALIGNMENT, np.zeros((2, 6))
         self._correction: Correction | None = None
         if self._source_surface is not None and self._target_surface is not None:
-            expected = noise.expected(self._displacement)
-            self._keypoint_weight, self._systematic = 1 / expected.keypoints, expected.bias
+            self._noise = noise.expected(self._displacement)
         self._depth_rate = depth_rate(source, target)
         self._ray_sigma = settings.track_sigma / target.frame.camera.fx
         self._settings = settings
@@ -177,7 +176,7 @@ class _Problem:
     def step(self, pose: np.ndarray, coarse: bool) -> np.ndarray:
         """Return the Gauss-Newton step from a pose, 6; coarse: by keypoints if there are any."""
         residuals = self._of_keypoints(pose, _COARSE_WIDTH if coarse else 1.0)
-        equations = NormalEquations.of(residuals).weighted(self._keypoint_weight)
+        equations = NormalEquations.of(residuals).weighted(1 / self._noise.keypoints)
         if not coarse or not len(self._tracks):
             equations += NormalEquations.of(self._of_depth(pose))
         return -np.linalg.solve(equations.information + _PRIOR, equations.gradient)
@@ -186,20 +185,24 @@ class _Problem:
         """
         Return the pose after a last step, with its covariance A^-1 B A^-1 and the bias expected.
 
-        A is the information, B the covariance of the gradient by the scatter that each kind of
-        residual has about its own optimum; the prior is part of both, once.
+        In that step depth has its part of the bias. A is the information, B the covariance of the
+        gradient by the scatter that each kind of residual has about its own optimum; the prior is
+        part of both, once.
         """
-        weight = self._keypoint_weight
+        noise = self._noise
         by_keypoints, by_depth = self._of_keypoints(pose), self._of_depth(pose)
         keypoints, depth = _Estimate.of(by_keypoints), _Estimate.of(by_depth)
-        equations = keypoints.equations.weighted(weight) + depth.equations
+        weight, damping = 1 / noise.keypoints, depth.equations.damping(noise.depth_bias)
+        equations = (keypoints.equations.weighted(weight)
+                     + depth.equations.with_bias(noise.depth_bias))
+        scatter = (weight ** 2 * keypoints.gradient_noise
+                   + damping @ depth.gradient_noise @ damping.T
+                   + _SMALLEST_FACTOR * equations.information)
         inverse = np.linalg.inv(equations.information + _PRIOR)
-        noise = weight ** 2 * keypoints.gradient_noise + depth.gradient_noise
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
-        noise += _SMALLEST_FACTOR * equations.information
         refined = Refined(
             se3.perturbed(pose, -inverse @ equations.gradient),
-            inverse @ (noise + _PRIOR) @ inverse + self._systematic, self._systematic,
+            inverse @ (scatter + _PRIOR) @ inverse + noise.bias, noise.bias,
             self._seen[inliers])
         if not by_depth:
             return refined
@@ -217,7 +220,7 @@ class _Problem:
                                              image_height(self._target.frame.camera)))
         return misalignment_sample(
             keypoint_rows(keypoints, self._tracks, self._source.surface, motion,
-                          self._keypoint_weight),
+                          1 / self._noise.keypoints),
             depth_rows(depth, motion), self._misalignment)
 
     def _with_bias(self, refined: Refined, keypoints: _Estimate, depth: _Estimate) -> Refined:

@@ -107,6 +107,19 @@ class NormalEquations:
         """Return the normal equations of residuals with a weight."""
         return NormalEquations(weight * self.information, weight * self.gradient)
 
+    def with_bias(self, covariance: np.ndarray) -> NormalEquations:
+        """
+        Return the normal equations of residuals that see the pose with a bias, marginalised.
+
+        :param covariance: of the bias, in the error of the pose, 6x6.
+        """
+        damping = self.damping(covariance)
+        return NormalEquations(damping @ self.information, damping @ self.gradient)
+
+    def damping(self, covariance: np.ndarray) -> np.ndarray:
+        """Return what :meth:`with_bias` multiplies the equations by, 6x6."""
+        return np.linalg.inv(np.eye(6) + self.information @ covariance)
+
 
 def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
     """

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aick_ros.geometry import se3
-from aick_ros.registration.refinement.measured_noise import MeasuredNoise, NoiseSample
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
@@ -80,6 +80,18 @@ def test_a_systematic_bias_has_its_size():
     np.testing.assert_allclose(variances, squares * np.exp(0.369), rtol=0.02)
 
 
+def test_the_share_of_the_bias_that_is_of_depth_grows_with_the_motion():
+    noise = learned(*[sample(normalised=100.0, motion=motion) for motion in (SLOW, FAST)
+                      for _ in range(100)])
+    deviations = []
+    for motion in (0.0, 60.0, 120.0, 600.0, 1e4):
+        expected = noise.expected(motion)
+        share = np.trace(expected.depth_bias) / np.trace(expected.bias)
+        np.testing.assert_allclose(expected.depth_bias, share * expected.bias)
+        deviations.append(np.sqrt(share))
+    np.testing.assert_allclose(deviations, [0.0, 0.1, 0.2, 1.0, 1.0], atol=1e-9)
+
+
 @pytest.mark.parametrize('size', [0.0, 5.0])
 def test_the_bias_is_what_noise_does_not_explain(size):
     """The difference has the variance of its noise, 1, and that of a bias in random directions."""
@@ -132,6 +144,26 @@ def test_the_weight_of_keypoints_does_not_change_their_covariance(views):
             source, target, views[2])
         covariances.append(np.diag(found.covariance - found.systematic))
     np.testing.assert_allclose(covariances[1] / covariances[0], 1.0, atol=0.3)
+
+
+def test_a_bias_of_depth_leaves_the_pose_to_the_keypoints(views, monkeypatch):
+    """The surface of the source is displaced by one centimetre, its keypoints are not."""
+    source, target, truth = views
+    shift = np.array([0.0, 0.0, 0.01])
+    source = dataclasses.replace(source, surface=dataclasses.replace(
+        source.surface, points=np.float32(source.surface.points + shift)))
+    bias = 1e-4 * np.eye(6)  # 1 cm, 0.6 deg
+    errors, extents = [], []
+    for depth_bias in (np.zeros((6, 6)), bias):
+        monkeypatch.setattr(MeasuredNoise, 'expected',
+                            lambda noise, motion, of_depth=depth_bias: Noise(1.0, bias, of_depth))
+        found = Refinement(Settings().refinement, Settings().sensor).refine(
+            source, target, truth)
+        errors.append(np.linalg.norm(se3.difference(found.T_target_source, truth)[:3]))
+        extents.append(np.trace((found.covariance - found.systematic)[:3, :3]))
+    assert errors[0] > 0.003
+    assert errors[1] < 0.3 * errors[0]
+    assert extents[1] > extents[0]  # depth says less
 
 
 def test_wrong_settings_are_corrected(views):
