@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from weakref import WeakKeyDictionary
 
 import cv2
 import numpy as np
@@ -77,7 +76,6 @@ class Tracker:
     def __init__(self, settings: RefinementSettings, sensor: SensorSettings) -> None:
         self._settings = settings
         self._sensor = sensor
-        self._windows: WeakKeyDictionary[PreparedFrame, Windows] = WeakKeyDictionary()
 
     def track(self, source: PreparedFrame, target: PreparedFrame,
               T_target_source: np.ndarray) -> Tracks:
@@ -86,14 +84,14 @@ class Tracker:
 
         :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
         """
-        camera, windows = target.frame.camera, self._windows_of(source)
-        kept, expected = _visible(windows.points, T_target_source, camera)
+        camera, side = target.frame.camera, self._settings.track_window
+        points = source.keypoints.positions[:self._settings.max_tracks].astype(np.float64)
+        kept, expected = _visible(points, T_target_source, camera)
         rotation = _turn(T_target_source)
         grey, pixels = _rotated(source.grey, source.keypoints.pixels[kept], camera, rotation)
-        seen, found = track_there_and_back(grey, target.grey, pixels,
-                                           self._settings.track_window, _LEVELS, expected)
+        seen, found = track_there_and_back(grey, target.grey, pixels, side, _LEVELS, expected)
         kept, seen = kept[found], seen[found]
-        windows = windows[kept]
+        windows = Windows.of(source, kept, side)
         seen = seen - windows.shifts(camera, T_target_source, rotation)
         rays = camera.normalize(seen)
         valid = np.isfinite(rays).all(axis=1)
@@ -116,14 +114,6 @@ class Tracker:
         sigmas = np.maximum(depth.inverse_depth_sigma(depths, self._sensor), seen.sigmas)
         return Tracks(seen.keypoints, rays * depths[:, None],
                       seen.points[:, :2] / seen.points[:, 2:], seen.points[:, 2], sigmas)
-
-    def _windows_of(self, source: PreparedFrame) -> Windows:
-        """Return the windows around the keypoints of a frame, measured once."""
-        windows = self._windows.get(source)
-        if windows is None:
-            windows = Windows.of(source, self._settings.max_tracks, self._settings.track_window)
-            self._windows[source] = windows
-        return windows
 
 
 def _visible(points: np.ndarray, T_target_source: np.ndarray,

@@ -16,6 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from aick_ros.frames import depth
 from aick_ros.frames.prepared import PreparedFrame
@@ -46,17 +47,18 @@ class Windows:
     moments: np.ndarray
 
     @classmethod
-    def of(cls, prepared: PreparedFrame, count: int, side: int) -> Windows:
+    def of(cls, prepared: PreparedFrame, chosen: np.ndarray, side: int) -> Windows:
         """
-        Measure the windows around the keypoints of a frame.
+        Measure the windows around some keypoints of a frame.
 
-        :param count: of keypoints, the first ones.
-        :param side: of a window [px].
+        :param chosen: indices of the keypoints, N.
+        :param side: of a window [px]; in a smaller image they are as large as it allows.
         """
         frame, keypoints = prepared.frame, prepared.keypoints
-        pixels, points = keypoints.pixels[:count], keypoints.positions[:count].astype(np.float64)
+        side = min(side, *(length - 2 for length in frame.depth.shape))
+        pixels, points = keypoints.pixels[chosen], keypoints.positions[chosen].astype(np.float64)
         z = points[:, 2].copy()
-        sigmas = np.sqrt(keypoints.covariances[:count, 2, 2].astype(np.float64)) / z ** 2
+        sigmas = np.sqrt(keypoints.covariances[chosen, 2, 2].astype(np.float64)) / z ** 2
         edges = depth.edges_beside(frame.depth, pixels, z, side // 2)
         behind = np.flatnonzero(np.isfinite(edges.nearer))
         far, near = z[behind], edges.nearer[behind]
@@ -112,15 +114,12 @@ def planes(depth_image: np.ndarray, pixels: np.ndarray, points: np.ndarray, came
     :param points: Nx3, what they show [m].
     :param side: of a window [px].
     """
-    offsets = np.arange(side) - side // 2
-    at, _ = _window(depth_image.shape, pixels, offsets)
-    inverse = np.reciprocal(depth_image.ravel().take(at))
-    inverse -= (1.0 / points[:, 2]).astype(np.float32)[:, None, None]
+    inverse = np.reciprocal(_windows(depth_image, pixels, side)).reshape(-1, side * side)
+    inverse -= (1.0 / points[:, 2]).astype(np.float32)[:, None]
     inverse[~np.isfinite(inverse)] = 0.0
-    spread = side * float(offsets @ offsets)
+    offsets = _offsets(side)
     found = np.empty((len(points), 3))
-    found[:, 0] = inverse.sum(axis=1) @ offsets * (camera.fx / spread)
-    found[:, 1] = inverse.sum(axis=2) @ offsets * (camera.fy / spread)
+    found[:, :2] = inverse @ offsets * ((camera.fx, camera.fy) / np.sum(offsets ** 2, axis=0))
     found[:, 2] = (1.0 - points[:, 0] * found[:, 0] - points[:, 1] * found[:, 1]) / points[:, 2]
     return found
 
@@ -155,23 +154,26 @@ def gradient_moments(grey: np.ndarray, pixels: np.ndarray, side: int) -> np.ndar
     :param pixels: Nx2, the centres.
     :param side: of a window [px].
     """
-    offsets = np.arange(side) - side // 2
-    at, row = _window(grey.shape, pixels, offsets)
-    flat = grey.ravel()
-    a = flat.take(at + 1).astype(np.float32) - flat.take(at - 1)
-    b = flat.take(at + row).astype(np.float32) - flat.take(at - row)
-    products = np.stack([a * a, a * b, b * b], axis=1)  # N x 3 x rows x columns
-    columns, rows = products.sum(axis=2), products.sum(axis=3)
-    offsets = offsets.astype(np.float32)
+    seen = _windows(grey, pixels, side + 2).astype(np.float32)
+    by_u = (seen[:, 1:-1, 2:] - seen[:, 1:-1, :-2]).reshape(-1, side * side)
+    by_v = (seen[:, 2:, 1:-1] - seen[:, :-2, 1:-1]).reshape(-1, side * side)
+    factors = np.column_stack([np.ones(side * side, np.float32), _offsets(side)])
     moments: np.ndarray = np.stack(
-        [rows.sum(axis=2), columns @ offsets, rows @ offsets], axis=1).astype(np.float64)
+        [products @ factors for products in (by_u * by_u, by_u * by_v, by_v * by_v)],
+        axis=2).astype(np.float64)
     return moments
 
 
-def _window(shape: tuple[int, ...], pixels: np.ndarray,
-            offsets: np.ndarray) -> tuple[np.ndarray, int]:
-    """Return the flat indices of windows, N x rows x columns, and the length of a row."""
-    height, width = shape
-    u = np.clip(np.rint(pixels[:, :1]).astype(np.intp) + offsets, 1, width - 2)
-    v = np.clip(np.rint(pixels[:, 1:]).astype(np.intp) + offsets, 1, height - 2)
-    return v[:, :, None] * width + u[:, None, :], width
+def _windows(image: np.ndarray, pixels: np.ndarray, side: int) -> np.ndarray:
+    """Return copies of the windows around pixels, moved into the image, N x side x side."""
+    height, width = image.shape
+    u, v = (np.rint(pixels).astype(np.intp) - side // 2).T
+    windows: np.ndarray = sliding_window_view(image, (side, side))[
+        np.clip(v, 0, height - side), np.clip(u, 0, width - side)]
+    return windows
+
+
+def _offsets(side: int) -> np.ndarray:
+    """Return where the pixels of a window are, (u, v) from its centre, M x 2 float32 [px]."""
+    v, u = np.mgrid[:side, :side] - side // 2
+    return np.column_stack([u.ravel(), v.ravel()]).astype(np.float32)

@@ -3,6 +3,8 @@
 
 """Windows around keypoints: their planes, how they are stretched, and where they are found."""
 
+import dataclasses
+
 import cv2
 import numpy as np
 import pytest
@@ -103,11 +105,21 @@ def pattern():
 
 
 def test_no_windows_and_windows_without_gradient():
-    windows = Windows.of(view(pattern(), depth_image()), 0, WINDOW)
+    windows = Windows.of(view(pattern(), depth_image()), np.empty(0, int), WINDOW)
     assert windows.shifts(CAMERA, MOTION, np.eye(3)).shape == (0, 2)
     flat = Windows(points_at(PIXELS), np.ones(50), np.tile(PLANE, (50, 1)),
                    gradient_moments(np.full((240, 320), 7, np.uint8), PIXELS, WINDOW))
     np.testing.assert_array_equal(flat.shifts(CAMERA, MOTION, np.eye(3)), np.zeros((50, 2)))
+
+
+def test_windows_of_an_image_that_is_smaller_than_they_are():
+    grey, depth = pattern()[:10], np.full((10, 320), 1.5, np.float32)
+    frame = RgbdFrame(0, np.dstack(3 * [grey]), depth, dataclasses.replace(CAMERA, height=10))
+    keypoints = view(pattern(), depth_image()).keypoints
+    inside = np.flatnonzero(keypoints.pixels[:, 1] < 9)
+    windows = Windows.of(PreparedFrame(frame, keypoints, grey), inside, 31)
+    assert len(windows.points) == len(inside) > 0
+    assert np.isfinite(windows.shifts(CAMERA, MOTION, np.eye(3))).all()
 
 
 def test_a_window_on_an_edge_is_where_the_nearer_surface_is():
@@ -115,7 +127,7 @@ def test_a_window_on_an_edge_is_where_the_nearer_surface_is():
     depth = np.full((240, 320), 2.0, np.float32)
     depth[:, :160] = 1.0
     prepared = view(pattern(), depth)
-    windows = Windows.of(prepared, 1000, WINDOW)
+    windows = Windows.of(prepared, np.arange(len(prepared.keypoints)), WINDOW)
     u = prepared.keypoints.pixels[:, 0]
     beside, far = (u > 160.5) & (u < 163), u > 166
     assert beside.sum() > 3
