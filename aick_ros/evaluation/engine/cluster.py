@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import logging
 import signal
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -89,11 +90,14 @@ def _own_processes(cluster: Cluster) -> Iterator[Client]:
     from distributed import Client, LocalCluster
     parent = dask.config.get('temporary-directory', None)
     with _unreached_by_interrupts(), scratch_folder(parent) as folder, dask.config.set(
-            {'temporary-directory': str(folder)}), LocalCluster(
-            n_workers=cluster.workers, threads_per_worker=1, processes=True, host='127.0.0.1',
-            memory_limit=cluster.memory_limit, silence_logs=logging.CRITICAL,
-            preload=[silence.__name__], dashboard_address='127.0.0.1:0',
-            scheduler_kwargs={'dashboard': cluster.has_dashboard}) as processes:
+            {'temporary-directory': str(folder)}), ExitStack() as stack:
+        with _sigterm_delayed():
+            processes = stack.enter_context(LocalCluster(
+                n_workers=cluster.workers, threads_per_worker=1, processes=True,
+                host='127.0.0.1', memory_limit=cluster.memory_limit,
+                silence_logs=logging.CRITICAL, preload=[silence.__name__],
+                dashboard_address='127.0.0.1:0',
+                scheduler_kwargs={'dashboard': cluster.has_dashboard}))
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         with Client(processes) as client:
             yield client
@@ -107,6 +111,26 @@ def _unreached_by_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextmanager
+def _sigterm_delayed() -> Iterator[None]:
+    """
+    Handle SIGTERM after the block: processes that are ended while they start leave a traceback.
+
+    It is not blocked, as processes that the block starts would have it blocked too.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    received: list[int] = []
+    before = signal.signal(signal.SIGTERM, lambda number, frame: received.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+        if received:
+            signal.raise_signal(signal.SIGTERM)
 
 
 @contextmanager

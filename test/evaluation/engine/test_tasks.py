@@ -3,8 +3,10 @@
 
 """Tasks through crashes, hangs, lost processes and other versions: one outcome each."""
 
+import signal
 import time
 
+import distributed
 import pytest
 
 from aick_ros.errors import InputError
@@ -54,6 +56,26 @@ def test_dask_writes_to_a_folder_that_is_removed(client):
                *client.run(lambda dask_worker: dask_worker.local_directory).values()}
     assert len(folders) > 1
     assert all('/aick-scratch-' in folder for folder in folders)
+
+
+def test_sigterm_while_processes_start_ends_them_once_they_have(monkeypatch, capfd):
+    class Interrupted(distributed.LocalCluster):
+        def __init__(self, *arguments, **options):
+            signal.raise_signal(signal.SIGTERM)
+            super().__init__(*arguments, **options)
+            started.append(len(self.workers))
+
+    started = []
+    monkeypatch.setattr(distributed, 'LocalCluster', Interrupted)
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), connected(Cluster(1)):
+            pytest.fail('it goes on')
+        assert signal.getsignal(signal.SIGTERM) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert started == [1]
+    assert capfd.readouterr().err == ''
 
 
 def test_tasks_are_left_when_the_user_stops(client, deeds):
