@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +16,9 @@ import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from aick_ros.borders.names import printable
 
 INK = '#1f2933'
 MUTED = '#8a94a0'
@@ -44,7 +49,7 @@ Drawing = Callable[[Figure], None]
 
 def figure(width: float, height: float, draw: Drawing) -> Figure:
     """
-    Return a figure in the common style.
+    Return a figure in the common style; names in its texts are made printable.
 
     :param width: [inch].
     :param height: [inch].
@@ -54,13 +59,15 @@ def figure(width: float, height: float, draw: Drawing) -> Figure:
         canvas = Figure(figsize=(width, height), layout='constrained')
         FigureCanvasAgg(canvas)
         draw(canvas)
+        for text in canvas.findobj(Text):
+            text.set_text(printable(text.get_text()))
     return canvas
 
 
 def to_svg(content: Figure) -> str:
     """Return a figure as an ``<svg>`` element."""
     text = io.StringIO()
-    with matplotlib.rc_context(_STYLE):
+    with _drawing():
         content.savefig(text, format='svg', metadata={'Date': None})
     svg = text.getvalue()
     return svg[svg.index('<svg'):]
@@ -68,8 +75,16 @@ def to_svg(content: Figure) -> str:
 
 def write_png(content: Figure, path: Path) -> None:
     """Write a figure as a PNG file."""
-    with matplotlib.rc_context(_STYLE):
+    with _drawing():
         content.savefig(path, format='png')
+
+
+@contextmanager
+def _drawing() -> Iterator[None]:
+    """Draw in the common style; of characters that no font has a box is enough."""
+    with matplotlib.rc_context(_STYLE), warnings.catch_warnings():
+        warnings.filterwarnings('ignore', 'Glyph .* missing from')
+        yield
 
 
 def legend_above(axes: Axes) -> None:
