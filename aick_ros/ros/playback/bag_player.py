@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import NoReturn, TypeVar
 
 from rclpy.duration import Duration
+from rclpy.exceptions import NameValidationException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
@@ -124,7 +125,7 @@ class BagPlayer(Node):
                 elif topic not in publishers:
                     try:
                         publishers[topic] = self.create_publisher(kind, topic, _qos(topic))
-                    except (ValueError, RCLError) as error:
+                    except (ValueError, RCLError, NameValidationException) as error:
                         self.get_logger().warning(one_line(f'{topic} is not played: {error}'))
         if not publishers:
             raise InputError(f'{self._path} has no topic whose message type is installed')
@@ -144,6 +145,11 @@ def _reading(path: Path) -> Iterator[Reader]:
     except Exception as error:  # rosbags raises nearly anything on a damaged bag
         raise _unplayable(path, error) from None
     try:
+        for connection in reader.connections:
+            for name in (connection.topic, connection.msgtype):
+                if not isinstance(name, str):  # any YAML may be in its metadata
+                    raise InputError(f'cannot play {path}: {name} is no name of a topic or of a '
+                                     'message type; record the bag again')
         yield reader
     finally:
         reader.close()

@@ -3,6 +3,7 @@
 
 """The bag player as a process: messages as recorded, with /clock, or step by step."""
 
+import re
 import shutil
 import signal
 import struct
@@ -138,6 +139,35 @@ def test_damage_of_any_kind_is_an_input_error(bag, tmp_path):
         with (pytest.raises(InputError, match='cannot play'),
               bag_player._reading(damaged) as reader):
             list(bag_player._readable(damaged, reader.messages(reader.connections)))
+
+
+@pytest.mark.parametrize('key', ['name', 'type'])
+@pytest.mark.parametrize('value', ['-1', 'true', '{}', '[]', '1.5'])
+def test_names_that_are_no_text_are_an_input_error(bag, tmp_path, key, value):
+    with (pytest.raises(InputError, match='cannot play .* no name of a topic or of a message'),
+          bag_player._reading(with_metadata(bag, tmp_path, key, value))):
+        pass
+
+
+@pytest.mark.parametrize('name', ['/bad topic!', '""', "'../../etc/passwd'", '"\\x1b[31m"'])
+def test_topics_without_a_valid_name_are_not_played(ros_domain, bag, tmp_path, name):
+    run = subprocess.run([*PLAYER_COMMAND, str(with_metadata(bag, tmp_path, 'name', name))],
+                         capture_output=True, text=True, timeout=PATIENCE)
+    assert run.returncode == 2
+    assert run.stderr.splitlines()[-1].endswith('has no topic whose message type is installed')
+    assert all('is not played' in line for line in run.stderr.splitlines()[:-1])
+    assert run.stderr.replace('\n', '').isprintable()
+
+
+def with_metadata(bag, folder, key, value):
+    """Return a copy of a bag with another value of a key of all topics in its metadata."""
+    changed = folder / 'changed'
+    shutil.copytree(bag, changed)
+    path = changed / 'metadata.yaml'
+    text = re.sub(rf'(\s*-?\s*{key}:).*', lambda match: f'{match[1]} {value}', path.read_text())
+    assert value in text
+    path.write_text(text)
+    return changed
 
 
 def test_a_chunk_that_unpacks_to_too_many_bytes_is_rejected(tmp_path, monkeypatch):
