@@ -16,6 +16,8 @@ colour, shutters, clocks. It grows with the motion. Scatter does not show it, so
 significant keypoints gain no weight by their small scatter. The larger the motion, the more of
 the bias is due to depth, which then weighs less: the errors of its registration to colour and of
 its clock displace it in proportion to the motion, each point alike, so that it does not scatter.
+What all keypoints have in common, and changes from one registration to the next, is measured over
+time (:mod:`.position_jitter`).
 """
 
 from __future__ import annotations
@@ -24,6 +26,8 @@ import dataclasses
 from dataclasses import dataclass, field
 
 import numpy as np
+
+from aick_ros.registration.refinement.position_jitter import MeanJitter, PosesByKind, jitter
 
 # All bounds and weights chosen on two excerpts of real recordings and on rendered rooms with five
 # kinds of cameras.
@@ -64,12 +68,14 @@ class NoiseSample:
     :param ratio: design effect of the keypoints by that of depth.
     :param normalised: squared bias by its covariance, per degree of freedom.
     :param squares: mean squared bias along an axis and about an axis [m^2, rad^2], 2.
+    :param poses: by keypoints and by depth alone.
     """
 
     motion: float
     ratio: float
     normalised: float
     squares: np.ndarray
+    poses: PosesByKind | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,11 +86,13 @@ class Noise:
     :param keypoints: factor of the variance of keypoints, relative to that of depth.
     :param bias: 6x6 covariance of the bias between keypoints and depth [m^2, m rad, rad^2].
     :param depth_bias: that of the part of it which is due to depth.
+    :param keypoint_jitter: 6x6 covariance of the jitter of the pose by keypoints.
     """
 
     keypoints: float = 1.0
     bias: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     depth_bias: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    keypoint_jitter: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +103,10 @@ class _Average:
     ratio: float = 0.0
     normalised: float = float(np.log(_PRIOR_NORMALISED))
     squares: np.ndarray = field(default_factory=lambda: np.log(np.square(_PRIOR_BIAS)))
+    jitter: MeanJitter = MeanJitter()
 
-    def with_sample(self, sample: NoiseSample) -> _Average:
+    def with_sample(self, sample: NoiseSample, shown: float | None) -> _Average:
+        """Return the average with a sample and with the jitter that it shows [m^2]."""
         count = min(self.count + 1, _MEMORY)
 
         def mean(average: float, value: float) -> float:
@@ -106,7 +116,8 @@ class _Average:
         return _Average(
             count, mean(self.ratio, _log(sample.ratio)),
             mean(self.normalised, _log(sample.normalised) - _LOG_MEAN[0]),
-            self.squares + (squares - self.squares) / count)
+            self.squares + (squares - self.squares) / count,
+            self.jitter if shown is None else self.jitter.with_sample(shown))
 
     def noise(self, motion: float) -> Noise:
         """Return the noise expected of a registration; its motion is in pixels."""
@@ -118,7 +129,8 @@ class _Average:
         variances = excess * np.exp(self.squares)
         bias = np.diag(np.repeat(variances, 3))
         return Noise(float(np.exp(ratio)), bias,
-                     min((motion / _MOTION_OF_DEPTH_BIAS) ** 2, 1.0) * bias)
+                     min((motion / _MOTION_OF_DEPTH_BIAS) ** 2, 1.0) * bias,
+                     np.diag(np.repeat([self.jitter.variance, 0.0], 3)))
 
 
 class MeasuredNoise:
@@ -127,6 +139,7 @@ class MeasuredNoise:
     def __init__(self) -> None:
         self._averages = [_Average() for _ in range(len(_MOTION_BOUNDS) + 1)]
         self._measured: set[int] = set()
+        self._recent: tuple[PosesByKind, ...] = ()  # of up to three registrations
 
     def expected(self, motion: float) -> Noise:
         """
@@ -139,12 +152,17 @@ class MeasuredNoise:
     def learn(self, sample: NoiseSample) -> None:
         """Add one registration to the averages; ranges without any take those of the nearest."""
         at = _range_of(sample.motion)
-        self._averages[at] = self._averages[at].with_sample(sample)
+        self._averages[at] = self._averages[at].with_sample(sample, self._jitter(sample))
         self._measured.add(at)
         for other in set(range(len(self._averages))) - self._measured:
             nearest = min(self._measured, key=lambda one: abs(one - other))
             self._averages[other] = dataclasses.replace(
                 self._averages[nearest], count=_PRIOR_COUNT)
+
+    def _jitter(self, sample: NoiseSample) -> float | None:
+        """Return the jitter that a sample shows after the two before it [m^2]."""
+        self._recent = (*self._recent[-2:], sample.poses) if sample.poses else ()
+        return jitter(*self._recent) if len(self._recent) == 3 else None
 
 
 def _range_of(motion: float) -> int:

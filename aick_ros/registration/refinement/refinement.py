@@ -23,6 +23,7 @@ from aick_ros.registration.refinement.misalignment import (
 from aick_ros.registration.refinement.misalignment_equations import (
     MisalignmentSample, Motion, depth_rows, keypoint_rows, misalignment_sample)
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
+from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, gradient_noise, point_to_plane, reprojection, track_depth)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
@@ -185,19 +186,18 @@ class _Problem:
         """
         Return the pose after a last step, with its covariance A^-1 B A^-1 and the bias expected.
 
-        In that step depth has its part of the bias. A is the information, B the covariance of the
-        gradient by the scatter that each kind of residual has about its own optimum; the prior is
-        part of both, once.
+        In that step depth has its part of the bias, and keypoints their jitter. A is the
+        information, B the covariance of the gradient by the scatter that each kind of residual has
+        about its own optimum; the prior is part of both, once.
         """
         noise = self._noise
         by_keypoints, by_depth = self._of_keypoints(pose), self._of_depth(pose)
         keypoints, depth = _Estimate.of(by_keypoints), _Estimate.of(by_depth)
-        weight, damping = 1 / noise.keypoints, depth.equations.damping(noise.depth_bias)
-        equations = (keypoints.equations.weighted(weight)
-                     + depth.equations.with_bias(noise.depth_bias))
-        scatter = (weight ** 2 * keypoints.gradient_noise
-                   + damping @ depth.gradient_noise @ damping.T
-                   + _SMALLEST_FACTOR * equations.information)
+        (equations, scatter), (of_depth, scatter_of_depth) = (
+            keypoints.contribution(1 / noise.keypoints, noise.keypoint_jitter),
+            depth.contribution(1.0, noise.depth_bias))
+        equations += of_depth
+        scatter += scatter_of_depth + _SMALLEST_FACTOR * equations.information
         inverse = np.linalg.inv(equations.information + _PRIOR)
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
         refined = Refined(
@@ -206,7 +206,7 @@ class _Problem:
             self._seen[inliers])
         if not by_depth:
             return refined
-        refined = self._with_bias(refined, keypoints, depth)
+        refined = self._with_bias(refined, pose, keypoints, depth)
         if len(self._tracks) < FEWEST_TO_CONFIRM:
             return refined
         return replace(refined, misalignment=self._misalignment_shown_by(
@@ -223,13 +223,18 @@ class _Problem:
                           1 / self._noise.keypoints),
             depth_rows(depth, motion), self._misalignment)
 
-    def _with_bias(self, refined: Refined, keypoints: _Estimate, depth: _Estimate) -> Refined:
-        """Return a refined pose with the bias and noise that the two estimates indicate."""
+    def _with_bias(self, refined: Refined, pose: np.ndarray, keypoints: _Estimate,
+                   depth: _Estimate) -> Refined:
+        """Return a refined pose with the bias and noise that two estimates from a pose indicate."""
         bias = SensorBias(depth.error - keypoints.error, keypoints.covariance + depth.covariance)
         noise = None
         if len(self._tracks) >= FEWEST_TO_CONFIRM:
+            poses = PosesByKind((self._source.stamp, self._target.stamp),
+                                se3.perturbed(pose, -keypoints.error),
+                                se3.perturbed(pose, -depth.error),
+                                float(np.trace(keypoints.covariance[:3, :3])) / 3)
             noise = NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
-                                bias.normalised, bias.squares)
+                                bias.normalised, bias.squares, poses)
         return replace(refined, bias=bias, noise=noise)
 
     def _of_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
@@ -273,6 +278,20 @@ class _Estimate:
         noise = gradient_noise([replace(kind, values=kind.values - kind.jacobian @ error)
                                 for kind in residuals])
         return cls(equations, error, noise, inverse)
+
+    def contribution(self, weight: float,
+                     bias: np.ndarray) -> tuple[NormalEquations, np.ndarray]:
+        """
+        Return what the residuals contribute to a joint estimate, if they see the pose with a bias.
+
+        :param weight: of the residuals.
+        :param bias: its covariance, 6x6.
+        :returns: their equations, and the covariance of the gradient by the scatter, 6x6.
+        """
+        equations = self.equations.weighted(weight)
+        damping = equations.damping(bias)
+        gain = weight * damping
+        return equations.damped(damping), gain @ self.gradient_noise @ gain.T
 
     @property
     def covariance(self) -> np.ndarray:

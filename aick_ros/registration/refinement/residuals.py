@@ -107,18 +107,19 @@ class NormalEquations:
         """Return the normal equations of residuals with a weight."""
         return NormalEquations(weight * self.information, weight * self.gradient)
 
-    def with_bias(self, covariance: np.ndarray) -> NormalEquations:
+    def damping(self, covariance: np.ndarray) -> np.ndarray:
         """
-        Return the normal equations of residuals that see the pose with a bias, marginalised.
+        Return what a bias of the pose that the residuals see multiplies the equations by, 6x6.
+
+        So they become those of the pose with the bias marginalised.
 
         :param covariance: of the bias, in the error of the pose, 6x6.
         """
-        damping = self.damping(covariance)
-        return NormalEquations(damping @ self.information, damping @ self.gradient)
-
-    def damping(self, covariance: np.ndarray) -> np.ndarray:
-        """Return what :meth:`with_bias` multiplies the equations by, 6x6."""
         return np.linalg.inv(np.eye(6) + self.information @ covariance)
+
+    def damped(self, damping: np.ndarray) -> NormalEquations:
+        """Return the normal equations multiplied by a :meth:`damping`."""
+        return NormalEquations(damping @ self.information, damping @ self.gradient)
 
 
 def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
