@@ -11,7 +11,7 @@ import pytest
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.frames.surface import Surface
+from aick_ros.frames.surface import FINE_CELL, Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
@@ -119,11 +119,13 @@ def test_what_nothing_observes_is_as_uncertain_as_without_the_frames_before():
 
 def test_an_expectation_as_sure_as_the_depth_images_counts_as_much():
     """Two estimates of equal information: the pose is halfway between them."""
-    source, target = views(CORNER)
     settings = Settings()
+    source, target = (Surface.of(view.frame.depth, CAMERA, settings.sensor,
+                                 settings.refinement.surface_points, FINE_CELL)
+                      for view in views(CORNER))
     seen = NormalEquations.of([point_to_plane(
-        source.surface, target.surface, MOTION, settings.sensor,
-        settings.refinement.robust_width, settings.refinement.reach)])
+        source, target, MOTION, settings.sensor, settings.refinement.robust_width,
+        settings.refinement.reach)])
     off = np.array([0.006, -0.004, 0.005, 0.003, -0.004, 0.003])
     found = register(CORNER, se3.perturbed(MOTION, off), prior=np.linalg.inv(seen.information))
     np.testing.assert_allclose(se3.difference(found.T_target_source, MOTION), off / 2,

@@ -10,6 +10,7 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
+from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
@@ -165,6 +166,37 @@ def test_a_bias_of_depth_leaves_the_pose_to_the_keypoints(views, monkeypatch):
     assert errors[0] > 0.003
     assert errors[1] < 0.3 * errors[0]
     assert extents[1] > extents[0]  # depth says less
+
+
+def test_jitter_of_keypoints_leaves_the_position_to_depth(views, monkeypatch):
+    """All keypoints of the source are displaced by one centimetre, its surface is not."""
+    source, target, truth = views
+    keypoints = dataclasses.replace(source.keypoints, positions=np.float32(
+        source.keypoints.positions + (0.01, 0.0, 0.0)))
+    source = dataclasses.replace(source, keypoints=keypoints)
+    errors = []
+    for variance in (0.0, 1e-4):
+        noise = Noise(0.01, keypoint_jitter=np.diag([variance] * 3 + [0.0] * 3))
+        monkeypatch.setattr(MeasuredNoise, 'expected', lambda *_, expected=noise: expected)
+        found = Refinement(Settings().refinement, Settings().sensor).refine(
+            source, target, truth)
+        errors.append(np.linalg.norm(se3.difference(found.T_target_source, truth)[:3]))
+    assert errors[0] > 0.003
+    assert errors[1] < 0.5 * errors[0]
+
+
+def test_keypoints_that_jitter_in_one_range_of_motion_do_so_there_alone():
+    rng = np.random.default_rng(3)
+    noise = learned(*[sample(motion=FAST)] * 20)
+    for i in range(200):
+        noise.learn(dataclasses.replace(sample(), poses=PosesByKind(
+            (10 ** 9 + i * 10 ** 7, 0), se3.exp((*rng.normal(0.0, 0.003, 3), 0.0, 0.0, 0.0)),
+            np.eye(4), 1e-6)))
+    jitter = noise.expected(SLOW).keypoint_jitter
+    np.testing.assert_array_equal(jitter, np.diag(np.diag(jitter)))
+    np.testing.assert_array_equal(np.diag(jitter)[3:], 0.0)
+    assert np.sqrt(np.diag(jitter)[:3]) == pytest.approx(np.sqrt(8e-6), rel=0.35)
+    assert not noise.expected(FAST).keypoint_jitter.any()
 
 
 def test_wrong_settings_are_corrected(views):
