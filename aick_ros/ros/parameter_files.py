@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Parameter files that are given to the node and are for other nodes only."""
+"""Parameter files that are given to a program: those it cannot read, or that are not for it."""
 
 from __future__ import annotations
 
@@ -9,10 +9,24 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from aick_ros.borders.files import read_text
+from aick_ros.borders.files import read_bytes, read_text
 from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.borders.yaml_text import parse_yaml
 from aick_ros.errors import InputError
+
+
+_WHAT = 'the parameters'
+
+
+def check_parameter_files(argv: Sequence[str]) -> None:
+    """
+    Check parameter files before ROS reads them, whatever they are, to their end.
+
+    :param argv: the arguments of the process.
+    :raises InputError: where one is missing, a pipe, a device, or too large.
+    """
+    for file in _files(argv):
+        read_bytes(file, _WHAT, MAX_CONFIGURATION_BYTES)
 
 
 def warnings_of_files(argv: Sequence[str], node_name: str) -> Iterator[str]:
@@ -22,18 +36,20 @@ def warnings_of_files(argv: Sequence[str], node_name: str) -> Iterator[str]:
     :param argv: the arguments of the process.
     :param node_name: name of the node with its namespace.
     """
-    for option, file in zip(argv, argv[1:]):
-        if option != '--params-file':
-            continue
-        names = [name for name in _nodes(_content(Path(file)), '') if name]
+    for file in _files(argv):
+        names = [name for name in _nodes(_content(file), '') if name]
         if names and not any(_matches(name, node_name) for name in names):
             yield (f'nothing in {file} is read: it is for {", ".join(names)}, and this node is '
                    f'{node_name}; rename one of them (-r __node:=NAME), or write /** in the file')
 
 
+def _files(argv: Sequence[str]) -> Iterator[Path]:
+    return (Path(file) for option, file in zip(argv, argv[1:]) if option == '--params-file')
+
+
 def _content(file: Path) -> object:
     try:
-        return parse_yaml(read_text(file, 'the parameters', MAX_CONFIGURATION_BYTES))
+        return parse_yaml(read_text(file, _WHAT, MAX_CONFIGURATION_BYTES))
     except InputError:
         return None  # ROS has said so, or will
 

@@ -30,6 +30,7 @@ _PRESET = Parameter(
     + ' or '.join(PRESETS) + "; '': from the defaults.")
 
 _Settings = TypeVar('_Settings', NodeSettings, Settings)
+_MOST_WARNINGS = 20  # of parameters; chosen: more are of another node
 _OF_ROS = ('use_sim_time', 'start_type_description_service', 'qos_overrides.')
 
 
@@ -155,11 +156,16 @@ def _from(chosen: str) -> Settings:
 
 def _warn_of_unknown(node: Node, given: Mapping[str, object]) -> None:
     known = [_PRESET.name, *values(NodeSettings), *values(Settings)]
-    for name in given:
-        if name not in known and not name.startswith(_OF_ROS) and not is_theirs(name):
-            node.get_logger().warning(
-                f'parameter {name!r} is not one of this node and changes nothing: '
-                f'{hint(name, known)}')
+    unknown = [name for name in given
+               if name not in known and not name.startswith(_OF_ROS) and not is_theirs(name)]
+    for name in unknown[:_MOST_WARNINGS]:
+        node.get_logger().warning(
+            f'parameter {name!r} is not one of this node and changes nothing: '
+            f'{hint(name, known)}')
+    if len(unknown) > _MOST_WARNINGS:
+        node.get_logger().warning(
+            f'{len(unknown) - _MOST_WARNINGS} more parameters are not of this node and change '
+            'nothing: are they in the file of another one?')
 
 
 def _read_theirs(node: Node, given: Mapping[str, object]) -> dict[str, object]:

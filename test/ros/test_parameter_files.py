@@ -1,11 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A parameter file for another node is not silently ignored."""
+"""A parameter file for another node, or that never ends, is not silently accepted."""
+
+import os
+import subprocess
+import sys
 
 import pytest
 
-from aick_ros.ros.parameter_files import warnings_of_files
+from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
+from aick_ros.errors import InputError
+from aick_ros.ros.parameter_files import check_parameter_files, warnings_of_files
 
 
 @pytest.fixture
@@ -48,3 +54,44 @@ def test_the_node_warns(rig, start_node, tmp_path):
     file.write_text('rgbd_odometry: {ros__parameters: {frame_id: body}}')
     node = start_node('--ros-args', '--params-file', str(file))
     node.wait_for_log('it is for /rgbd_odometry, and this node is /odom_node')
+
+
+def _pipe(path):
+    os.mkfifo(path)
+
+
+def _device(path):
+    path.symlink_to('/dev/zero')
+
+
+def _large(path):
+    path.write_text('/**: {ros__parameters: {}}\n' + '#' * MAX_CONFIGURATION_BYTES)
+
+
+@pytest.mark.parametrize('make, sentence', [
+    (_pipe, 'is not a regular file'), (_device, 'is not a regular file'),
+    (_large, f'is larger than {MAX_CONFIGURATION_BYTES} bytes'),
+    (lambda path: path.mkdir(), 'Is a directory'), (lambda path: None, 'No such file')])
+def test_files_that_ros_would_read_for_ever_are_rejected_before(tmp_path, make, sentence):
+    path = tmp_path / 'parameters.yaml'
+    make(path)
+    with pytest.raises(InputError, match=sentence):
+        check_parameter_files(['bag_player', '--ros-args', '--params-file', str(path)])
+
+
+def test_a_file_that_can_be_read_is_accepted(tmp_path):
+    path = tmp_path / 'parameters.yaml'
+    path.write_text('/**: {ros__parameters: {frame_id: body}}')
+    check_parameter_files(['odom_node', '--ros-args', '--params-file', str(path)])
+
+
+@pytest.mark.parametrize('program', ['odom_node', 'odom_lifecycle_node', 'bag_player'])
+def test_each_program_ends_with_one_sentence(tmp_path, program):
+    _pipe(path := tmp_path / 'parameters.yaml')
+    done = subprocess.run(
+        [sys.executable, '-c', f'from aick_ros.ros.process.entry_points import {program}\n'
+         f'{program}()', '--ros-args', '--params-file', str(path)],
+        text=True, capture_output=True, timeout=60)
+    assert done.returncode == 2
+    assert done.stdout + done.stderr == (
+        f'{program}: cannot read the parameters {path}: it is not a regular file\n')

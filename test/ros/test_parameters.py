@@ -219,3 +219,12 @@ def test_unknown_names_are_reported_with_the_nearest_one(make_node, capfd):
     assert "'aick.alhpa' is not one of this node and changes nothing: did you mean aick.al" in log
     assert "did you mean frame_id" in log
     assert 'use_sim_time' not in log
+
+
+def test_of_many_unknown_names_only_some_are_reported(make_node, capfd):
+    """Where they are 10,000, the node begins all the same, at once."""
+    declare_settings(make_node(**{f'of_another_{number}': 1 for number in range(1000)}))
+    log = capfd.readouterr().err
+    assert 0 < log.count('is not one of this node') < 100
+    named = log.count('is not one of this node')
+    assert f'{1000 - named} more parameters are not of this node' in log

@@ -36,10 +36,12 @@ def _run(name: str, module_name: str) -> None:
     hold()
     from aick_ros.borders.parent import end_with_parent
     from aick_ros.errors import InputError, installation, package_of
+    from aick_ros.ros.parameter_files import check_parameter_files
     from aick_ros.ros.process.environment import check_middleware, check_variables
     end_with_parent(SIGTERM)
     try:
         check_variables()
+        check_parameter_files(sys.argv)
         check_middleware()
         module = import_module(module_name)
     except InputError as error:

@@ -24,10 +24,11 @@ def run_node(name: str, make: Callable[[Arguments], ParameterNode]) -> None:
     :param name: of the program.
     :param make: makes the node from the arguments beside those of ROS.
     """
-    with program(name):
-        arguments = read_arguments(sys.argv)
+    read: list[Arguments] = []
+    # before ROS, which warns of some that are not its own
+    with program(name, prepare=lambda: read.append(read_arguments(sys.argv))):
         with held():  # rclpy complains where the context ends while it makes these
-            node = make_node(lambda: make(arguments))
+            node = make_node(lambda: make(read[0]))
             rclpy.get_global_executor()  # of rclpy.spin
         for warning in warnings_of_files(sys.argv, node.get_fully_qualified_name()):
             node.get_logger().warning(warning)

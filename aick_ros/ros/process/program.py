@@ -19,6 +19,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 
 from aick_ros.borders.names import one_line
 from aick_ros.errors import InputError
@@ -110,6 +111,8 @@ def initialise(arguments: list[str] | None = None, ends_by_signals: bool = True)
     """
     check_variables()
     try:
+        # where it parses them first, rcl logs no line of its own about what it rejects
+        remove_ros_args(sys.argv if arguments is None else arguments)
         rclpy.init(args=arguments, signal_handler_options=(
             SignalHandlerOptions.ALL if ends_by_signals else SignalHandlerOptions.NO))
     except Exception as error:  # rcl's errors have no common base class

@@ -3,6 +3,7 @@
 
 """Arguments outside of --ros-args are understood, or rejected; none is swallowed."""
 
+import re
 import subprocess
 
 import pytest
@@ -52,9 +53,12 @@ def test_the_process_ends_with_one_sentence(ros_domain):
     done = subprocess.run([*NODE_COMMAND, '-p', 'frame_id:=x'], capture_output=True, text=True,
                           timeout=120)
     assert done.returncode == 2
-    # ROS has warned of frame_id:=x before
-    assert done.stderr.splitlines()[-1] == (
-        'odom_node: -p is an argument of ROS: put --ros-args before it')
+    assert done.stderr == 'odom_node: -p is an argument of ROS: put --ros-args before it\n'
+    # and where ROS rejects its own, its log has no line beside the sentence
+    done = subprocess.run([*NODE_COMMAND, '--ros-args', '-p', 'frame_id:={'],
+                          capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2
+    assert re.fullmatch('odom_node: ROS rejects these arguments: .*frame_id.*\n', done.stderr)
     done = subprocess.run([*NODE_COMMAND, '--help'], capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stderr) == (0, '')
     assert done.stdout.startswith('usage: odom_node')
