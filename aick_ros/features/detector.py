@@ -10,6 +10,9 @@ from typing import Protocol
 
 import numpy as np
 
+from aick_ros.borders.values import required_array
+from aick_ros.errors import InputError
+
 
 @dataclass(frozen=True, eq=False)
 class Features:
@@ -20,12 +23,34 @@ class Features:
     :param descriptors: NxD uint8 (binary, 8 bits per column) or float32.
     :param responses: N float32, larger is stronger.
     :param scales: N float32, scale relative to the finest; 1 at the finest.
+    :raises InputError: where the arrays do not fit each other, or numbers are not finite.
     """
 
     pixels: np.ndarray
     descriptors: np.ndarray
     responses: np.ndarray
     scales: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Reject arrays of wrong type or shape."""
+        required_array(self.pixels, np.float32, (None, 2), 'pixels of features')
+        count = len(self.pixels)
+        required_array(self.responses, np.float32, (count,), 'responses of features')
+        required_array(self.scales, np.float32, (count,), 'scales of features')
+        required_descriptors(self.descriptors, count)
+        for name in ('pixels', 'responses', 'scales'):
+            if not np.isfinite(getattr(self, name)).all():
+                raise InputError(f'{name} of features are not all finite: omit such keypoints')
+
+
+def required_descriptors(descriptors: object, count: int) -> None:
+    """
+    Check the descriptors of some keypoints.
+
+    :raises InputError: where they are no NxD array of uint8 or float32.
+    """
+    kind = np.uint8 if getattr(descriptors, 'dtype', None) == np.uint8 else np.float32
+    required_array(descriptors, kind, (count, None), 'descriptors of features')
 
 
 class Detector(Protocol):

@@ -17,6 +17,7 @@ class OrbDetector:
     """Oriented FAST corners with rotated BRIEF descriptors of 256 bits."""
 
     def __init__(self, settings: FeatureSettings) -> None:
+        self._settings = settings
         orb = settings.orb
         self._scale_factor = orb.scale_factor
         self._min_side = 2 * orb.scale_factor ** (orb.levels - 1)
@@ -25,6 +26,10 @@ class OrbDetector:
             edgeThreshold=orb.edge_threshold, firstLevel=0, WTA_K=2,
             scoreType=cv2.ORB_HARRIS_SCORE, patchSize=orb.patch_size,
             fastThreshold=orb.fast_threshold)
+
+    def __reduce__(self) -> tuple[type[OrbDetector], tuple[FeatureSettings]]:
+        """Pickle the settings: OpenCV's detectors cannot be."""
+        return OrbDetector, (self._settings,)
 
     def detect(self, grey: np.ndarray) -> Features:
         """

@@ -16,6 +16,7 @@ class SiftDetector:
     """Extrema of differences of Gaussians with 128 gradient sums, scaled to unit length."""
 
     def __init__(self, settings: FeatureSettings) -> None:
+        self._settings = settings
         sift = settings.sift
         # positional arguments, because their names differ between versions of OpenCV
         self._sift = cv2.SIFT_create(  # type: ignore[attr-defined]  # missing in the stubs
@@ -23,6 +24,10 @@ class SiftDetector:
             sift.sigma)
         # the first octave is of the doubled image, and the size is two standard deviations
         self._finest = sift.sigma * 2.0 ** (1.0 / sift.octave_layers)
+
+    def __reduce__(self) -> tuple[type[SiftDetector], tuple[FeatureSettings]]:
+        """Pickle the settings: OpenCV's detectors cannot be."""
+        return SiftDetector, (self._settings,)
 
     def detect(self, grey: np.ndarray) -> Features:
         """Return the keypoints of an HxW uint8 image."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.errors import InputError
+from aick_ros.borders.values import numbers, required_array, whole_number
 
 UNITS = {'gyroscope': 'rad/s', 'accelerometer': 'm/s^2'}
 """Unit of the values of each sensor."""
@@ -34,15 +34,10 @@ class ImuSamples:
 
     def __post_init__(self) -> None:
         """Reject arrays of wrong type or shape."""
-        count = len(self.stamps)
-        fits = self.stamps.shape == (count,) and self.stamps.dtype == np.int64 and all(
-            values.shape == (count, 3) and values.dtype == np.float64
-            for values in (self.turn_rates, self.accelerations))
-        if not fits:
-            raise InputError(
-                f'samples of an IMU with stamps {self.stamps.shape} ({self.stamps.dtype}), turn '
-                f'rates {self.turn_rates.shape} and accelerations '
-                f'{self.accelerations.shape}: required are N int64, Nx3 and Nx3 float64')
+        required_array(self.stamps, np.int64, (None,), 'the stamps of an IMU')
+        for name, values in (('turn rates', self.turn_rates),
+                             ('accelerations', self.accelerations)):
+            required_array(values, np.float64, (len(self.stamps), 3), f'the {name} of an IMU')
 
     def __len__(self) -> int:
         """Return the number of samples."""
@@ -54,14 +49,27 @@ class ImuSamples:
                           self.accelerations[chosen])
 
     def until(self, stamp: int, after: int | None = None) -> ImuSamples:
-        """Return the samples up to a stamp [ns] and after another one, of samples in order."""
-        start = 0 if after is None else int(np.searchsorted(self.stamps, after, 'right'))
-        return self[start:int(np.searchsorted(self.stamps, stamp, 'right'))]
+        """
+        Return the samples up to a stamp [ns] and after another one, of samples in order.
+
+        :raises InputError: where a stamp is no whole number.
+        """
+        start = 0 if after is None else self._place(after)
+        return self[start:self._place(stamp)]
 
     def in_axes(self, rotation: np.ndarray) -> ImuSamples:
-        """Return the same samples in other axes, by the rotation into them, 3x3."""
+        """
+        Return the same samples in other axes, by the rotation into them, 3x3.
+
+        :raises InputError: where that is no 3x3 matrix.
+        """
+        rotation = numbers(rotation, (3, 3), 'the rotation of an IMU')
         return ImuSamples(self.stamps, self.turn_rates @ rotation.T,
                           self.accelerations @ rotation.T)
+
+    def _place(self, stamp: int) -> int:
+        """Return the number of samples up to a stamp [ns]."""
+        return int(np.searchsorted(self.stamps, whole_number(stamp, 'the stamp'), 'right'))
 
 
 def joined(parts: Sequence[ImuSamples]) -> ImuSamples:

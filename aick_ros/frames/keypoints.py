@@ -9,7 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros.borders.values import numbers, required, required_method
+from aick_ros.errors import InputError
 from aick_ros.features import Detector, make_detector
+from aick_ros.features.detector import Features, required_descriptors
 from aick_ros.features.selection import spread
 from aick_ros.features.vocabulary import FrameWords, Vocabulary
 from aick_ros.frames import depth
@@ -28,6 +31,7 @@ class KeypointFrame:
     :param covariances: Nx3x3 float32 of the positions [m^2].
     :param pixels: Nx2 float32 (u, v) in the distorted image [px].
     :param words: visual words of the keypoints; None without a vocabulary.
+    :raises InputError: where the arrays do not fit each other.
     """
 
     stamp: int
@@ -36,6 +40,18 @@ class KeypointFrame:
     covariances: np.ndarray
     pixels: np.ndarray
     words: FrameWords | None = None
+
+    def __post_init__(self) -> None:
+        """Reject arrays of wrong type or shape."""
+        self._convert('positions', None, 3)
+        count = len(self.positions)
+        required_descriptors(self.descriptors, count)
+        self._convert('covariances', count, 3, 3)
+        self._convert('pixels', count, 2)
+
+    def _convert(self, name: str, *shape: int | None) -> None:
+        object.__setattr__(self, name, numbers(
+            getattr(self, name), shape, f'{name} of keypoints', np.float32))
 
     @classmethod
     def none(cls, stamp: int) -> KeypointFrame:
@@ -48,6 +64,21 @@ class KeypointFrame:
         return len(self.positions)
 
 
+def required_pair(source: KeypointFrame, target: KeypointFrame) -> None:
+    """
+    Check that two frames can be compared.
+
+    :raises InputError: where they are no keypoints, or their descriptors are not of one kind.
+    """
+    required(source, KeypointFrame, 'the source')
+    required(target, KeypointFrame, 'the target')
+    kinds = [(frame.descriptors.dtype, frame.descriptors.shape[1]) for frame in (source, target)]
+    if len(source) and len(target) and kinds[0] != kinds[1]:
+        raise InputError('the descriptors are ' + ' and '.join(
+            f'{width} {dtype}' for dtype, width in kinds)
+            + ' per keypoint: those of one detector are required')
+
+
 class KeypointExtractor:
     """
     Extraction of the keypoints of RGB-D frames.
@@ -56,24 +87,33 @@ class KeypointExtractor:
     :param word_radius: R_w, maximum descriptor distance between a keypoint and its words.
     :param detector: replaces the one named by ``features.detector``; the noise of its keypoints is
         that of ``features.chosen`` all the same.
+    :raises InputError: where the detector has no method ``detect``.
     """
 
     def __init__(self, features: FeatureSettings, sensor: SensorSettings,
                  vocabulary: Vocabulary | None = None, word_radius: float = np.inf,
                  detector: Detector | None = None) -> None:
-        self._features = features
+        self._features = required(features, FeatureSettings, 'features')
         self._vocabulary = vocabulary
         self._word_radius = word_radius
-        self._sensor = sensor
-        self._detector = detector or make_detector(features)
+        self._sensor = required(sensor, SensorSettings, 'sensor')
+        if detector is not None:
+            required_method(detector, 'detect', 'the detector')
+        self._detector = make_detector(features) if detector is None else detector
 
     def __deepcopy__(self, memo: dict[int, object]) -> KeypointExtractor:
         """Return itself: it does not change, and OpenCV's detectors cannot be copied."""
         return self
 
     def extract(self, frame: RgbdFrame) -> KeypointFrame:
-        """Return the keypoints of a frame; there may be none."""
-        detected = self._detector.detect(frame.grey)
+        """
+        Return the keypoints of a frame; there may be none.
+
+        :raises InputError: where the image is too small, or the detector does not return features.
+        """
+        required(frame, RgbdFrame, 'the frame')
+        detected = required(self._detector.detect(frame.grey), Features,
+                            'what the detector has returned')
         depths = depth.sample(frame.depth, detected.pixels, self._sensor)
         kept = np.flatnonzero(np.isfinite(depths))
         kept = kept[np.argsort(-detected.responses[kept], kind='stable')]
@@ -89,8 +129,11 @@ class KeypointExtractor:
         descriptors = detected.descriptors[kept]
         words = None if self._vocabulary is None else self._vocabulary.words_of(
             descriptors, self._word_radius)
-        return KeypointFrame(frame.stamp, positions.astype(np.float32), descriptors,
-                             covariances.astype(np.float32), pixels, words)
+        arrays = (positions.astype(np.float32), descriptors, covariances.astype(np.float32),
+                  pixels)
+        for array in arrays:  # of a frame that may be kept for long
+            array.flags.writeable = False
+        return KeypointFrame(frame.stamp, *arrays, words)
 
     def _select(self, keypoints: np.ndarray, pixels: np.ndarray) -> np.ndarray:
         """Return the keypoints to keep, out of all of them with the strongest first."""

@@ -5,12 +5,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from functools import cached_property
 
 import cv2
 import numpy as np
 
+from aick_ros.borders.values import required, whole_number
 from aick_ros.errors import InputError
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry.camera import Camera
@@ -24,6 +26,7 @@ class RgbdFrame:
     :param stamp: stamp of the colour image [ns].
     :param colour: HxWx3 (red, green, blue) or HxW uint8.
     :param depth: HxW float32, z in the optical frame of the colour camera [m]; NaN where invalid.
+        Whoever keeps a frame copies its images, whose arrays may so be filled again.
     :param camera: calibration of the colour camera.
     :param depth_stamp: stamp of the depth image [ns]; None: that of the colour image.
     :param imu: samples of an IMU since the frame before, in the axes of the optical frame; None:
@@ -62,19 +65,32 @@ class RgbdFrame:
             if not isinstance(image, np.ndarray):
                 raise InputError(f'the {name} image is a {type(image).__name__}: a NumPy array is '
                                  'required')
-        if not isinstance(self.camera, Camera):
-            raise InputError(f'the camera is a {type(self.camera).__name__}: a Camera is required')
-        for stamp in (self.stamp, 0 if self.depth_stamp is None else self.depth_stamp):
-            if not isinstance(stamp, int | np.integer) or abs(int(stamp)) >= 2 ** 63:
-                raise InputError(f'the stamp {stamp!r} is not a 64-bit whole number of '
-                                 'nanoseconds')
+        required(self.camera, Camera, 'the camera')
+        whole_number(self.stamp, 'the stamp [ns] of the colour image')
+        if self.depth_stamp is not None:
+            whole_number(self.depth_stamp, 'the stamp [ns] of the depth image')
+        if self.imu is not None:
+            required(self.imu, ImuSamples, 'imu')
+
+    def owned(self) -> RgbdFrame:
+        """
+        Return the frame with images that nobody can change.
+
+        They are copied: many cameras write the next images over these ones.
+        """
+        colour, depth = np.array(self.colour), np.array(self.depth)
+        for image in (colour, depth):
+            image.flags.writeable = False
+        return dataclasses.replace(self, colour=colour, depth=depth)
 
     @cached_property
     def grey(self) -> np.ndarray:
         """The colour image in grey, HxW uint8."""
         if self.colour.ndim == 2:
             return self.colour
-        return cv2.cvtColor(self.colour, cv2.COLOR_RGB2GRAY)
+        grey = cv2.cvtColor(self.colour, cv2.COLOR_RGB2GRAY)
+        grey.flags.writeable = False
+        return grey
 
 
 def _is_image(array: np.ndarray) -> bool:

@@ -15,6 +15,7 @@ import numpy as np
 
 from aick_ros.borders.limits import (
     MAX_DISTORTION, MAX_PIXEL_LENGTH, MAX_PIXELS, MAX_SIDE, MIN_FOCAL_LENGTH)
+from aick_ros.borders.values import numbers, required
 from aick_ros.errors import InputError
 
 DISTORTION_MODELS = {
@@ -122,7 +123,7 @@ class Camera:
         if k[0] == 0.0:
             raise InputError('camera_info is not calibrated: k[0] is 0; calibrate the camera or '
                              'start its driver with a calibration file')
-        model = distortion_model or 'plumb_bob'
+        model = required(distortion_model, str, 'distortion_model') or 'plumb_bob'
         distortion = tuple(d)
         if model == 'equidistant':
             distortion = distortion or (0.0,) * 4  # an equidistant projection all the same
@@ -141,8 +142,9 @@ class Camera:
 
         :param pixels: Nx2 (u, v) in the distorted image [px].
         :returns: Nx2 float64; NaN where the distortion model has no ray in front of the camera.
+        :raises InputError: where these are no pixels.
         """
-        pixels = np.ascontiguousarray(pixels, np.float64).reshape(-1, 1, 2)
+        pixels = np.ascontiguousarray(numbers(pixels, (None, 2), 'pixels')).reshape(-1, 1, 2)
         if not self.distortion or len(pixels) == 0:
             return (pixels[:, 0] - (self.cx, self.cy)) / (self.fx, self.fy)
         if self.distortion_model == 'equidistant':
@@ -162,8 +164,10 @@ class Camera:
         :param pixels: Nx2 (u, v) [px].
         :param depths: N, z of the points [m].
         :returns: Nx3 float64 [m]; NaN where a pixel has no ray.
+        :raises InputError: where these are no pixels, or the depths not as many.
         """
-        depths = np.asarray(depths, np.float64)
+        pixels = numbers(pixels, (None, 2), 'pixels')
+        depths = numbers(depths, (len(pixels),), 'depths')
         return np.column_stack([self.normalize(pixels) * depths[:, None], depths])
 
     def project(self, points: np.ndarray) -> np.ndarray:
@@ -172,8 +176,9 @@ class Camera:
 
         :param points: Nx3 in the optical frame [m], z > 0.
         :returns: Nx2 float64 (u, v) [px]; may lie outside the image.
+        :raises InputError: where these are no points.
         """
-        points = np.ascontiguousarray(points, np.float64).reshape(-1, 1, 3)
+        points = np.ascontiguousarray(numbers(points, (None, 3), 'points')).reshape(-1, 1, 3)
         if len(points) == 0:
             return np.empty((0, 2))
         zero = np.zeros(3)

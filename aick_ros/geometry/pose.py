@@ -5,10 +5,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from aick_ros.borders.values import number, numbers, required
+from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 
 
@@ -23,12 +26,25 @@ class PoseWithCovariance:
 
     :param matrix: 4x4 float64 [m].
     :param covariance: 6x6 float64 (x, y, z, rot x, rot y, rot z) [m^2, m rad, rad^2].
+    :raises InputError: where the matrix is no rigid transformation, or the covariance not 6x6.
     """
 
     matrix: np.ndarray
     covariance: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
 
     __array_ufunc__ = None  # NumPy: leave `matrix @ pose` to __rmatmul__
+
+    def __post_init__(self) -> None:
+        """Reject what is no pose; numbers of other types become float64."""
+        matrix, covariance = self.matrix, self.covariance
+        # most are made here, and are of float64
+        if not (type(matrix) is np.ndarray and matrix.dtype == np.float64
+                and matrix.shape == (4, 4) and se3.is_rigid(matrix)):
+            object.__setattr__(self, 'matrix', se3.checked(matrix, 'the matrix of a pose'))
+        if not (type(covariance) is np.ndarray and covariance.dtype == np.float64
+                and covariance.shape == (6, 6)):
+            object.__setattr__(self, 'covariance', numbers(
+                covariance, (6, 6), 'the covariance of a pose'))
 
     @classmethod
     def identity(cls) -> PoseWithCovariance:
@@ -47,8 +63,7 @@ class PoseWithCovariance:
 
     def __matmul__(self, other: PoseWithCovariance | np.ndarray) -> PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of this pose and another one."""
-        if isinstance(other, np.ndarray):
-            other = PoseWithCovariance(other)
+        other = _pose(other)
         lever = at_point(self.rotation @ other.translation)
         rotate = in_axes(self.rotation)
         return PoseWithCovariance(
@@ -57,7 +72,7 @@ class PoseWithCovariance:
 
     def __rmatmul__(self, matrix: np.ndarray) -> PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of an exact pose and this one."""
-        return PoseWithCovariance(matrix) @ self
+        return _pose(matrix) @ self
 
     def inverse(self) -> PoseWithCovariance:
         """Return ``T_source_target``, its covariance in the axes of the source."""
@@ -66,7 +81,7 @@ class PoseWithCovariance:
 
     def relative_to(self, start: PoseWithCovariance) -> PoseWithCovariance:
         """Return ``inverse(start) @ self`` of two poses with independent errors in one frame."""
-        return start.inverse() @ self
+        return _pose(start).inverse() @ self
 
     def since(self, start: PoseWithCovariance) -> PoseWithCovariance:
         """
@@ -75,6 +90,7 @@ class PoseWithCovariance:
         Its covariance is what has been added along the path: that of the later pose contains that
         of the start.
         """
+        start = _pose(start)
         T_start_odom = PoseWithCovariance(se3.inverse(start.matrix))
         if not start.covariance.any():
             return T_start_odom @ self
@@ -90,6 +106,7 @@ class PoseWithCovariance:
 
         :param T_base_camera: extrinsic calibration, 4x4, assumed exact.
         """
+        T_base_camera = se3.checked(T_base_camera, 'T_base_camera')
         return PoseWithCovariance(T_base_camera) @ self @ se3.inverse(T_base_camera)
 
 
@@ -100,10 +117,18 @@ class Increment:
 
     :param pose: ``T_body0_body1``, the later pose in the earlier body frame, with covariance.
     :param interval: time between the stamps [s], positive.
+    :raises InputError: where the interval is not positive and finite.
     """
 
     pose: PoseWithCovariance
     interval: float
+
+    def __post_init__(self) -> None:
+        """Reject what is no motion."""
+        required(self.pose, PoseWithCovariance, 'the pose of an increment')
+        if not 0.0 < number(self.interval, 'the interval of an increment') < math.inf:
+            raise InputError(f'the interval of an increment is {self.interval}: a positive '
+                             'number of seconds is required')
 
     @property
     def twist(self) -> np.ndarray:
@@ -117,6 +142,11 @@ class Increment:
         :param T_base_camera: extrinsic calibration, 4x4, assumed exact.
         """
         return Increment(self.pose.in_body(T_base_camera), self.interval)
+
+
+def _pose(pose: PoseWithCovariance | np.ndarray) -> PoseWithCovariance:
+    """Return a pose, an exact one of a matrix."""
+    return pose if isinstance(pose, PoseWithCovariance) else PoseWithCovariance(pose)
 
 
 def unknown_covariance() -> np.ndarray:

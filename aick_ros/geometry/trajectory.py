@@ -13,6 +13,7 @@ import numpy as np
 
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_LIST_BYTES
+from aick_ros.borders.values import number, required_array, whole_number
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import MAX_STAMP, NANOSECONDS
@@ -28,10 +29,19 @@ class Trajectory:
 
     :param stamps: N int64 [ns], strictly increasing.
     :param poses: Nx4x4 float64, ``T_world_camera`` [m].
+    :raises InputError: where the arrays do not fit each other, or the stamps do not increase.
     """
 
     stamps: np.ndarray
     poses: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Reject arrays of wrong type or shape, and stamps out of order."""
+        required_array(self.stamps, np.int64, (None,), 'the stamps of a trajectory')
+        required_array(self.poses, np.float64, (len(self.stamps), 4, 4),
+                       'the poses of a trajectory')
+        if not (self.stamps[1:] > self.stamps[:-1]).all():
+            raise InputError('the stamps of a trajectory do not increase: sort them, each once')
 
     def __len__(self) -> int:
         """Return the number of poses."""
@@ -44,7 +54,9 @@ class Trajectory:
         :param stamp: [ns].
         :param max_gap: longest interval between two poses that is interpolated [s].
         :returns: 4x4 float64; None outside of the trajectory or in a longer interval.
+        :raises InputError: where these are no numbers.
         """
+        stamp = whole_number(stamp, 'the stamp')
         after = int(np.searchsorted(self.stamps, stamp))
         if after < len(self) and self.stamps[after] == stamp:
             pose: np.ndarray = self.poses[after]
@@ -53,7 +65,7 @@ class Trajectory:
             return None
         before = after - 1
         gap = int(self.stamps[after] - self.stamps[before])
-        if gap > max_gap * NANOSECONDS:
+        if gap > number(max_gap, 'the longest interval') * NANOSECONDS:
             return None
         fraction = (stamp - int(self.stamps[before])) / gap
         return se3.interpolate(self.poses[before], self.poses[after], fraction)
@@ -97,7 +109,7 @@ def read_trajectory(path: Path) -> Trajectory:
     """
     stamps, poses = [], []
     lines = read_text(path, 'the trajectory', MAX_LIST_BYTES).splitlines()
-    for number, line in enumerate(lines, 1):
+    for row, line in enumerate(lines, 1):
         if not line.strip() or line.startswith('#'):
             continue
         words = line.replace(',', ' ').split()
@@ -106,7 +118,7 @@ def read_trajectory(path: Path) -> Trajectory:
             x, y, z, *quaternion = (float(word) for word in words[1:8])
             pose = se3.from_quaternion(quaternion, (x, y, z))
         except (ValueError, IndexError):
-            raise InputError(f'{path}, line {number}: {line.strip()[:80]!r} is not a pose; '
+            raise InputError(f'{path}, line {row}: {line.strip()[:80]!r} is not a pose; '
                              'a line must have stamp tx ty tz qx qy qz qw, the stamp from 0 to '
                              f'{stamp_to_seconds(MAX_STAMP)} s') from None
         stamps.append(stamp)

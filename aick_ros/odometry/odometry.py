@@ -9,6 +9,7 @@ import dataclasses
 
 import numpy as np
 
+from aick_ros.borders.values import required, required_method
 from aick_ros.features.detector import Detector
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat, repeat_of
@@ -67,6 +68,7 @@ class Odometry:
 
     def __init__(self, settings: Settings = Settings(), T_odom_camera: np.ndarray | None = None,
                  detector: Detector | None = None) -> None:
+        required(settings, Settings, 'settings')
         self._detector = detector
         self._times = StageTimes()
         self._learned = Learned()
@@ -88,6 +90,7 @@ class Odometry:
 
         :raises InputError: where the vocabulary cannot be read; nothing is changed then.
         """
+        required(settings, Settings, 'settings')
         registrar = Registrar(settings, self._times, self._learned, self._detector)
         has_changed = settings.features.detector != self._settings.features.detector
         if self._detector is None and has_changed:
@@ -181,8 +184,9 @@ class Odometry:
         :param predict: motion of the camera by another odometry, as of the wheels.
         :param T_base_camera: extrinsic at the frame, 4x4, for a base that moves in a plane; None:
             the base is the camera, its z axis that of the first pose, given or level.
-        :raises InputError: where that motion is not a rigid transformation; the frame counts as
-            lost without an answer, and the next one is registered as if it had not been.
+        :raises InputError: where that motion or the extrinsic is not a rigid transformation; the
+            frame counts as lost without an answer, and the next one is registered as if it had
+            not been.
         """
         return self.register(self._registrar.preparer.begin(frame), predict, T_base_camera)
 
@@ -200,11 +204,13 @@ class Odometry:
                  predict: Predict = no_odometry,
                  T_base_camera: np.ndarray | None = None) -> OdometryUpdate:
         """Return what :meth:`register_frame` does, of a frame that :meth:`prepare` returned."""
+        required(preparation, Preparation, 'the preparation')
+        required_method(predict, '__call__', 'predict')
+        self._plane.mount(T_base_camera)
         if preparation.preparer is not self._registrar.preparer:  # the settings have changed
             preparation = self._registrar.preparer.begin(preparation.frame)
         self._times.take()
         self._other.begin(predict)
-        self._plane.mount(T_base_camera)
         frame = preparation.frame
         if frame.imu is not None:
             self._gyroscope.add(frame.imu)
@@ -216,7 +222,7 @@ class Odometry:
         if update is None:
             update = self._register(preparation, repeat)
         self._times.add(preparation.times)
-        return dataclasses.replace(update, timing=self._times.take())
+        return update.handed_over(self._times.take())
 
     def _repeat_of(self, frame: RgbdFrame) -> Repeat:
         """Return which images are those of the frame before, if that was tracked."""

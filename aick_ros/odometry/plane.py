@@ -45,8 +45,13 @@ class Plane:
         return self._is_used and self._T_base_camera is not None
 
     def mount(self, T_base_camera: np.ndarray | None) -> None:
-        """Set the extrinsic of the frames that follow, 4x4; None: the base is the camera."""
-        self._T_base_camera = T_base_camera
+        """
+        Set the extrinsic of the frames that follow, 4x4; None: the base is the camera.
+
+        :raises InputError: where it is not rigid; the one before stays.
+        """
+        self._T_base_camera = (None if T_base_camera is None
+                               else se3.checked(T_base_camera, 'T_base_camera'))
 
     def begin(self, T_odom_camera: np.ndarray) -> None:
         """Begin with a first pose, 4x4, unless there is a plane."""

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -60,6 +61,17 @@ class OdometryUpdate:
     level_start: np.ndarray | None = None
     timing: dict[str, float] = field(default_factory=dict)
 
+    def handed_over(self, timing: dict[str, float]) -> OdometryUpdate:
+        """Return the update with the time it took, and with arrays that its owner may change."""
+        def own(motion: Increment | None) -> Increment | None:
+            return motion and Increment(_copy(motion.pose), motion.interval)
+
+        return dataclasses.replace(
+            self, pose=_copy(self.pose), increment=own(self.increment),
+            expected=own(self.expected), rejected=own(self.rejected),
+            matches=self.matches.copy(), timing=timing,
+            level_start=None if self.level_start is None else self.level_start.copy())
+
     @property
     def T_odom_camera(self) -> np.ndarray:
         """Pose of the camera, 4x4 float64 [m]."""
@@ -69,3 +81,7 @@ class OdometryUpdate:
     def keypoints(self) -> KeypointFrame:
         """Keypoints of the frame."""
         return self.prepared.keypoints
+
+
+def _copy(pose: PoseWithCovariance) -> PoseWithCovariance:
+    return PoseWithCovariance(pose.matrix.copy(), pose.covariance.copy())

@@ -12,8 +12,6 @@ least-squares problem, so no threshold decides which directions count as observe
 
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
@@ -21,6 +19,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import FINE_CELL, Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.residuals import (
@@ -51,7 +50,7 @@ class DepthAlone:
         self._settings = settings
         self._noise = noise or MeasuredNoise()
         self._misalignment = misalignment or MisalignmentEstimate()
-        self._fine_surface = functools.lru_cache(_CACHED_FRAMES)(self._new_surface)
+        self._fine_surface = LastResults(self._new_surface, _CACHED_FRAMES)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: PoseWithCovariance, unobserved: np.ndarray) -> Registration:

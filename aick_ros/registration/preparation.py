@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 
+from aick_ros.borders.values import required
 from aick_ros.features.detector import Detector
 from aick_ros.features.vocabulary import vocabulary_of
 from aick_ros.frames.imu import ImuSamples
@@ -30,14 +31,20 @@ class Preparer:
     """
 
     def __init__(self, settings: Settings, detector: Detector | None = None) -> None:
-        self._settings = settings
+        self._settings = required(settings, Settings, 'settings')
         self._extractor = KeypointExtractor(settings.features, settings.sensor,
                                             vocabulary_of(settings), settings.aick.word_radius,
                                             detector)
 
     def begin(self, frame: RgbdFrame) -> Preparation:
-        """Return the preparation of a frame, whose parts are made where they are asked for."""
-        return Preparation(frame, self)
+        """
+        Return the preparation of a frame, whose parts are made where they are asked for.
+
+        It has images of its own.
+
+        :raises InputError: where that is no frame.
+        """
+        return Preparation(required(frame, RgbdFrame, 'the frame').owned(), self)
 
     def prepare(self, frame: RgbdFrame) -> Preparation:
         """
@@ -69,17 +76,23 @@ class Preparation:
 
     :param frame: the frame that is prepared.
     :param preparer: makes the parts.
+    :raises InputError: where that is no frame.
     """
 
     def __init__(self, frame: RgbdFrame, preparer: Preparer) -> None:
-        self.frame, self.preparer = frame, preparer
+        self.frame = required(frame, RgbdFrame, 'the frame')
+        self.preparer = required(preparer, Preparer, 'the preparer')
         self.times = StageTimes()
         """The time that each part took."""
         self._keypoints: KeypointFrame | None = None
         self._surface: Surface | None = None
 
     def add_imu(self, samples: ImuSamples) -> None:
-        """Give the frame the samples of an IMU, which may arrive after its images."""
+        """
+        Give the frame the samples of an IMU, which may arrive after its images.
+
+        :raises InputError: where these are no samples.
+        """
         self.frame = dataclasses.replace(self.frame, imu=samples)
 
     def keypoints(self) -> KeypointFrame:

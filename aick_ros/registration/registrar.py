@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from aick_ros.borders.values import number, numbers, required
 from aick_ros.features.detector import Detector
 from aick_ros.frames.camera_clock import CameraClock
 from aick_ros.frames.keypoints import KeypointFrame
@@ -17,6 +18,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
+from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.aick.aick import Aick
@@ -58,10 +60,10 @@ class Registrar:
     def __init__(self, settings: Settings = Settings(),
                  times: StageTimes | None = None, learned: Learned | None = None,
                  detector: Detector | None = None) -> None:
-        self._times = times or StageTimes()
+        self._times = StageTimes() if times is None else required(times, StageTimes, 'times')
         self._preparer = Preparer(settings, detector)
         self._aick = Aick(settings.aick)
-        self._learned = learned or Learned()
+        self._learned = Learned() if learned is None else required(learned, Learned, 'learned')
         self._depth_alone = DepthAlone(settings, self._learned.noise, self._learned.misalignment)
         self._verified = None if settings.refinement.mode == 'none' else VerifiedAick(
             settings, self._aick, self._learned.noise, self._learned.misalignment, self._times,
@@ -91,18 +93,19 @@ class Registrar:
         :param repeat: images that are those of the frame before; a depth image that repeats is
             not used: it shows another moment than the colour image.
         """
-        keypoints = preparation.keypoints()
+        keypoints = required(preparation, Preparation, 'the preparation').keypoints()
         surface = None if repeat is Repeat.DEPTH else preparation.surface()
         return self._prepared(preparation.frame, keypoints, surface, repeat)
 
     def prepared_for_tracking(self, preparation: Preparation) -> PreparedFrame:
         """Return what tracking needs of a frame, as :meth:`prepared` does: without keypoints."""
-        frame = preparation.frame
+        frame = required(preparation, Preparation, 'the preparation').frame
         return self._prepared(frame, KeypointFrame.none(frame.stamp), preparation.surface(),
                               Repeat.NONE)
 
     def with_own_keypoints(self, prepared: PreparedFrame) -> PreparedFrame:
         """Return a frame that was prepared for tracking as :meth:`prepared` would."""
+        required(prepared, PreparedFrame, 'the frame')
         with self._times.stage('features'):
             keypoints = self._preparer.keypoints(prepared.frame)
         return dataclasses.replace(prepared, keypoints=keypoints, is_tracked=False)
@@ -119,7 +122,12 @@ class Registrar:
 
         :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
         :param elapsed: time since that velocity was measured [s].
+        :raises InputError: where the frames are not prepared, or the pose expected is not rigid.
         """
+        _require_frames(source, target)
+        elapsed = number(elapsed, 'elapsed')
+        if expected is not None:
+            expected = se3.checked(expected, 'the pose expected')
         if self._verified is None:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
@@ -134,6 +142,9 @@ class Registrar:
         It fails without a refinement, and where AICK has to decide; parameters as for
         :meth:`register`.
         """
+        _require_frames(source, target)
+        expected = se3.checked(expected, 'the pose expected')
+        elapsed = number(elapsed, 'elapsed')
         if self._verified is None:
             return source, failed(Status.TOO_FEW_MATCHES, 'no refinement')
         source, found = self._verified.track(source, target, expected, elapsed)
@@ -161,6 +172,7 @@ class Registrar:
         It is found by appearance alone, in one attempt. Nothing is learned of the camera: the two
         may as well show places that look alike.
         """
+        _require_frames(source, target)
         if self._verified is None:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
@@ -176,7 +188,11 @@ class Registrar:
         :param expected: ``T_target_source`` by the motion model since the last frame.
         :param unobserved: 6x6, the covariance of the pose if no frame had been registered since
             keypoints were last seen.
+        :raises InputError: where the frames are not prepared, or the others are of another kind.
         """
+        _require_frames(source, target)
+        required(expected, PoseWithCovariance, 'the pose expected')
+        unobserved = numbers(unobserved, (6, 6), 'the covariance unobserved')
         with self._times.stage('refinement'):
             return self._depth_alone.register(source, target, expected, unobserved)
 
@@ -188,3 +204,8 @@ class Registrar:
             return lag  # such a frame is not the next one: the clocks learn nothing from it
         return (lag + self._learned.depth_clock.correct(depth_stamp)
                 - self._learned.colour_clock.correct(frame.stamp))
+
+
+def _require_frames(source: PreparedFrame, target: PreparedFrame) -> None:
+    required(source, PreparedFrame, 'the source')
+    required(target, PreparedFrame, 'the target')

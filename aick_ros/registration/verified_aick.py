@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.aick.fit_covariance import fit_covariance
 from aick_ros.registration.dynamic_objects import DynamicObjectCheck
+from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
@@ -66,8 +66,9 @@ class VerifiedAick:
         self._slow_aick = Aick(dataclasses.replace(settings.aick, alpha=alpha,
                                                    iterations=iterations))
         unlimited = dataclasses.replace(settings.features, max_keypoints=0)
-        self._all_keypoints = functools.lru_cache(_CACHED_FRAMES)(
-            KeypointExtractor(unlimited, settings.sensor, detector=detector).extract)
+        self._all_keypoints = LastResults(
+            KeypointExtractor(unlimited, settings.sensor, detector=detector).extract,
+            _CACHED_FRAMES)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None, elapsed: float) -> Registration:

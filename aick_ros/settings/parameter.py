@@ -134,10 +134,13 @@ def with_values(group: _Group, changes: Mapping[str, object]) -> _Group:
     :param changes: dotted name -> value or its text.
     :raises InputError: for an unknown name or a value out of range.
     """
+    if not isinstance(changes, Mapping):
+        raise InputError(f'the changes are of the type {type(changes).__name__}: a dictionary of '
+                         'names and values is required')
     known = {p.name: p for p in parameters(group)}
     checked = {}
     for name, value in changes.items():
-        if name not in known:
+        if not isinstance(name, str) or name not in known:
             raise InputError(f'no parameter is called {name!r}: {hint(name, known)}')
         checked[name] = known[name].convert(value)
     return _replace(group, '', checked)
@@ -145,7 +148,7 @@ def with_values(group: _Group, changes: Mapping[str, object]) -> _Group:
 
 def hint(name: str, known: Iterable[str]) -> str:
     """Return a suggestion for an unknown name."""
-    similar = difflib.get_close_matches(name, known, n=3)
+    similar = difflib.get_close_matches(str(name), known, n=3)
     return f'did you mean {" or ".join(similar)}?' if similar else 'see the parameter table'
 
 

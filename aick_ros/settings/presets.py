@@ -53,6 +53,6 @@ def preset(name: str) -> Settings:
 
     :raises InputError: for an unknown name.
     """
-    if name not in PRESETS:
+    if not isinstance(name, str) or name not in PRESETS:
         raise InputError(f'unknown preset {name!r}: the presets are {", ".join(PRESETS)}')
     return with_values(Settings(), PRESETS[name])

@@ -11,6 +11,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Protocol
 
+from aick_ros.borders.values import number, numbers, required
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.trajectory import Trajectory
@@ -81,6 +82,7 @@ class SourceOptions:
     :param depth_info_topic: topic of the depth camera's camera_info; None: found by name.
     :param depth_in_colour: ``T_colour_depth`` between the two optical frames, as x y z [m] and
         the quaternion qx qy qz qw; None: from /tf_static in the bag.
+    :raises InputError: where a value is of another type, or the interval negative.
     """
 
     camera: Path | None = None
@@ -93,6 +95,28 @@ class SourceOptions:
     depth_info_topic: str | None = None
     depth_in_colour: Sequence[float] | None = None
 
+    def __post_init__(self) -> None:
+        """Reject values of other types."""
+        if self.camera is not None:
+            object.__setattr__(self, 'camera', _path(self.camera, 'camera'))
+        for name in ('colour_topic', 'depth_topic', 'info_topic', 'ground_truth_topic',
+                     'depth_info_topic'):
+            if getattr(self, name) is not None:
+                required(getattr(self, name), str, name)
+        if number(self.max_interval, 'max_interval') < 0.0:
+            raise InputError(f'max_interval is {self.max_interval}: at least 0 s is required')
+        required(self.register_depth, bool, 'register_depth')
+        if self.depth_in_colour is not None:
+            object.__setattr__(self, 'depth_in_colour', tuple(
+                numbers(self.depth_in_colour, (None,), 'depth_in_colour').tolist()))
+
+
+def _path(path: object, name: str) -> Path:
+    """Return a path; InputError where it is neither that nor its text."""
+    if not isinstance(path, str | Path):
+        raise InputError(f'{name} is of the type {type(path).__name__}: a path is required')
+    return Path(path)
+
 
 def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> RgbdSource:
     """
@@ -101,7 +125,8 @@ def open_source(path: str | Path, options: SourceOptions = SourceOptions()) -> R
     :param path: file or folder, or ``synthetic:SEED`` for a rendered sequence.
     :raises InputError: where nothing there can be read.
     """
-    scheme, _, seed = str(path).partition(':')
+    required(options, SourceOptions, 'options')
+    scheme, _, seed = str(_path(path, 'the source')).partition(':')
     if scheme == 'synthetic':
         reject(options, 'a rendered recording', '--camera', *BAG_FLAGS)
         return _open_synthetic(seed)

@@ -25,13 +25,13 @@ DEPTH = np.ones((480, 640), np.float32)
     ({'depth': DEPTH.astype(np.float64)}, 'the depth image is float64'),
     ({'colour': COLOUR.tolist()[0]}, 'the colour image is a list: a NumPy array is required'),
     ({'depth': None}, 'the depth image is a NoneType'),
-    ({'stamp': 1.5}, 'the stamp 1.5 is not a 64-bit whole number'),
-    ({'stamp': 2 ** 63}, 'is not a 64-bit whole number'),
-    ({'depth_stamp': -2 ** 70}, 'is not a 64-bit whole number'),
+    ({'stamp': 1.5}, 'colour image: 1.5, where a 64-bit whole number'),
+    ({'stamp': 2 ** 63}, 'where a 64-bit whole number is required'),
+    ({'depth_stamp': -2 ** 70}, 'where a 64-bit whole number is required'),
     ({'colour': COLOUR[0, :, 0]}, 'uint8 of shape HxW or HxWx3 is required'),
     ({'colour': COLOUR[0, 0, 0]}, 'the colour image is a uint8'),
     ({'colour': COLOUR[..., None]}, 'uint8 of shape HxW or HxWx3 is required'),
-    ({'camera': None}, 'the camera is a NoneType: a Camera is required'),
+    ({'camera': None}, 'the camera: None, where an object of the class Camera is required'),
     ({'depth': COLOUR}, 'float32 of shape HxW, in metres, is required'),
 ])
 def test_images_of_wrong_type_or_size_are_rejected(changes, sentence):

@@ -5,6 +5,7 @@
 
 import copy
 import dataclasses
+import pickle
 import re
 
 import numpy as np
@@ -168,11 +169,59 @@ def test_the_covariance_is_that_of_the_keyframe_and_one_registration(
                                expected / np.outer(sigmas, sigmas), atol=0.1)
 
 
-def test_a_copy_continues_on_its_own(rendered):
+def test_images_may_be_written_into_the_same_arrays(rendered):
+    """As many cameras do; and they may be overwritten before the next frame."""
     frames, _ = rendered
-    odometry = Odometry()
+    colour, depth = np.empty_like(frames[0].colour), np.empty_like(frames[0].depth)
+    odometry, found = Odometry(), []
+    for frame in frames[:5]:
+        colour[:], depth[:] = frame.colour, frame.depth
+        found.append(odometry.register_frame(
+            dataclasses.replace(frame, colour=colour, depth=depth)))
+        colour[:], depth[:] = 0, np.nan
+    for update, expected in zip(found, track(Odometry(), frames[:5]), strict=True):
+        np.testing.assert_array_equal(update.T_odom_camera, expected.T_odom_camera)
+
+
+def test_images_may_be_overwritten_once_a_frame_is_prepared(rendered):
+    frames, _ = rendered
+    colour, depth = frames[1].colour.copy(), frames[1].depth.copy()
+    odometry, untouched = Odometry(), Odometry()
+    for each in (odometry, untouched):
+        each.register_frame(frames[0])
+    preparation = odometry.prepare(dataclasses.replace(frames[1], colour=colour, depth=depth))
+    colour[:], depth[:] = 0, np.nan
+    np.testing.assert_array_equal(odometry.register(preparation).T_odom_camera,
+                                  untouched.register_frame(frames[1]).T_odom_camera)
+
+
+def test_who_changes_a_result_does_not_change_the_odometry(rendered):
+    """What can be written to is a copy; the rest cannot be written to."""
+    frames, _ = rendered
+    odometry, found = Odometry(), []
+    for frame in frames[:5]:
+        update = odometry.register_frame(frame)
+        found.append(update.T_odom_camera.copy())
+        increment = update.increment.pose if update.increment else update.pose
+        for array in (update.T_odom_camera, update.pose.covariance, increment.matrix,
+                      increment.covariance, update.matches, update.prepared.grey,
+                      update.prepared.frame.colour, update.prepared.frame.depth,
+                      *(getattr(update.keypoints, name) for name in (
+                          'positions', 'descriptors', 'covariances', 'pixels'))):
+            if array.flags.writeable:
+                array[:] = 9
+    for pose, expected in zip(found, track(Odometry(), frames[:5]), strict=True):
+        np.testing.assert_array_equal(pose, expected.T_odom_camera)
+
+
+@pytest.mark.parametrize('detector', ['orb', 'surf', 'sift'])
+@pytest.mark.parametrize('copied', [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))],
+                         ids=['copy', 'pickle'])
+def test_a_copy_continues_on_its_own(rendered, detector, copied):
+    frames, _ = rendered
+    odometry = Odometry(with_values(Settings(), {'features.detector': detector}))
     track(odometry, frames[:3])
-    other = copy.deepcopy(odometry)
+    other = copied(odometry)
     ends = [track(each, frames[3:6])[-1] for each in (odometry, other)]
     np.testing.assert_array_equal(ends[0].T_odom_camera, ends[1].T_odom_camera)
     np.testing.assert_array_equal(ends[0].pose.covariance, ends[1].pose.covariance)

@@ -23,7 +23,8 @@ import dataclasses
 
 import numpy as np
 
-from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.borders.values import required
+from aick_ros.frames.keypoints import KeypointFrame, required_pair
 from aick_ros.geometry import point_fit
 from aick_ros.geometry.pose import unknown_covariance
 from aick_ros.registration.aick.fit_covariance import fit_covariance
@@ -40,10 +41,14 @@ class Aick:
     """Registers one keypoint frame to another, without an initial guess."""
 
     def __init__(self, settings: AickSettings = AickSettings()) -> None:
-        self._settings = settings
+        self._settings = required(settings, AickSettings, 'settings')
 
     def register(self, source: KeypointFrame, target: KeypointFrame) -> Registration:
-        """Return the pose of the source in the target (Sec. III), with its covariance."""
+        """
+        Return the pose of the source in the target (Sec. III), with its covariance.
+
+        :raises InputError: where the descriptors of the two are not of one kind.
+        """
         found = self.align(source, target)
         if not found.status.ok:
             return found
@@ -52,6 +57,7 @@ class Aick:
 
     def align(self, source: KeypointFrame, target: KeypointFrame) -> Registration:
         """Return the pose of the source in the target (Sec. III), its covariance unknown."""
+        required_pair(source, target)
         if min(len(source), len(target)) < _FEWEST_MATCHES:
             return failed(Status.TOO_FEW_KEYPOINTS, f'{len(source)} and {len(target)} keypoints '
                           f'with depth, at least {_FEWEST_MATCHES} in each are required')

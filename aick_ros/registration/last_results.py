@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The last results of a function of a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+from aick_ros.frames.rgbd import RgbdFrame
+
+_Result = TypeVar('_Result')
+
+
+class LastResults(Generic[_Result]):
+    """
+    Remembers what a function has returned for the last frames.
+
+    Other than by ``functools.lru_cache``, whoever has one can be pickled.
+
+    :param make: the function, pure.
+    :param count: number of frames that are remembered.
+    """
+
+    def __init__(self, make: Callable[[RgbdFrame], _Result], count: int) -> None:
+        self._make, self._count = make, count
+        self._known: list[tuple[RgbdFrame, _Result]] = []
+
+    def __call__(self, frame: RgbdFrame) -> _Result:
+        """Return what the function returns for a frame."""
+        found = [(known, result) for known, result in self._known if known is frame]
+        if not found:
+            found = [(frame, self._make(frame))]
+        others = [entry for entry in self._known if entry[0] is not frame]
+        self._known = [*others, *found][-self._count:]
+        return found[0][1]

@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Arguments from a caller's code: what is right is taken, anything else is one sentence."""
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+from aick_ros.borders.values import (
+    number, numbers, required, required_array, required_method, whole_number)
+from aick_ros.errors import InputError
+
+ODD = [None, 'abc', b'ab', 1 + 2j, [], {}, object(), int, math.nan, np.array([1.0, 2.0]),
+       np.zeros(3, complex), np.array([None, 1]), np.array('x'), [[1], [2, 3]], 10 ** 400]
+
+
+@pytest.mark.parametrize('value', [3, -2.5, np.float32(2.5), np.int64(7), math.inf, True])
+def test_numbers_of_any_kind_are_numbers(value):
+    assert number(value, 'the speed') == value
+
+
+@pytest.mark.parametrize('value', ODD, ids=lambda value: type(value).__name__)
+@pytest.mark.parametrize('check', [
+    lambda value: number(value, 'the speed'), lambda value: whole_number(value, 'the speed'),
+    lambda value: numbers(value, (4, 4), 'the speed'),
+    lambda value: required(value, range, 'the speed'),
+    lambda value: required_method(value, 'detect', 'the speed'),
+    lambda value: required_array(value, np.uint8, (4, 4), 'the speed')])
+def test_anything_else_is_one_short_sentence(check, value):
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        with pytest.raises(InputError, match=r'^the speed: .*, where .* is required$') as raised:
+            check(value)
+    assert len(str(raised.value)) < 250
+
+
+@pytest.mark.parametrize('value, accepted', [
+    (2 ** 63 - 1, True), (-2 ** 63, True), (np.int32(5), True), (2 ** 63, False), (5.0, False)])
+def test_whole_numbers_are_those_of_64_bits(value, accepted):
+    if accepted:
+        assert whole_number(value, 'the stamp') == value
+    else:
+        with pytest.raises(InputError):
+            whole_number(value, 'the stamp')
+
+
+@pytest.mark.parametrize('values', [
+    [[1, 2], [3, 4]], np.array([[1, 2], [3, 4]], np.int8), np.ma.array([[1, 2], [3, 4]]),
+    np.array([[1, 2], [3, 4]], '>f8'), np.array([[1, 0, 2, 0], [3, 0, 4, 0]], 'f4')[:, ::2]])
+def test_real_numbers_of_any_type_become_those_required(values):
+    for kind in (np.float64, np.float32):
+        array = numbers(values, (None, 2), 'the matrix', kind)
+        assert type(array) is np.ndarray and array.dtype == kind
+        np.testing.assert_array_equal(array, [[1, 2], [3, 4]])
+
+
+def test_an_array_that_is_right_is_not_copied():
+    array = np.zeros((3, 2))
+    assert numbers(array, (None, 2), 'the matrix') is array
