@@ -14,7 +14,6 @@ from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.borders.yaml_text import parse_yaml
 from aick_ros.errors import InputError
 
-
 _WHAT = 'the parameters'
 
 

@@ -8,15 +8,15 @@ from __future__ import annotations
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.logging import LoggingSeverity
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from aick_ros.errors import InputError
 from aick_ros.ros.parameters import LiveSettings, declare_settings
 from aick_ros.ros.process.arguments import Arguments
+from aick_ros.ros.typed_topics import TypedTopics
 
 
-class ParameterNode(Node):
+class ParameterNode(TypedTopics):
     """
     A node that declares the settings as its parameters.
 

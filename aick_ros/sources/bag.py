@@ -32,6 +32,7 @@ from aick_ros.sources.bag_stream import BagStream, StampedMessage
 from aick_ros.sources.bag_topics import IMAGE, BagTopics
 
 _QUEUE_SIZE = 64  # images of one topic that wait for a partner; chosen, bounds the memory
+_SEVERAL_TYPES = 'messages of several types'
 
 
 class BagSource:
@@ -48,8 +49,8 @@ class BagSource:
         self._options = options
         self._bag = BagFile(path)
         topics = {topic: info for topic, info in self._bag.topics().items() if info.msgcount}
-        self._topics = BagTopics({topic: str(info.msgtype) for topic, info in topics.items()},
-                                 str(path))
+        self._topics = BagTopics({topic: str(info.msgtype or _SEVERAL_TYPES)
+                                  for topic, info in topics.items()}, str(path))
         self._colour = self._topics.colour(options.colour_topic, options.depth_topic)
         self._depth = self._topics.depth(options.depth_topic, self._colour,
                                          registered=not options.register_depth)

@@ -110,12 +110,11 @@ def write(path, messages, version=2, storage=StoragePlugin.MCAP, log_time=None):
     connections = {}
     with writer:
         for index, (topic, message) in enumerate(messages):
-            if topic not in connections:
-                connections[topic] = writer.add_connection(
-                    topic, message.__msgtype__, typestore=store)
+            if (key := (topic, message.__msgtype__)) not in connections:
+                connections[key] = writer.add_connection(*key, typestore=store)
             content = serialize(message, message.__msgtype__)
             logged = log_time(message) if log_time else 1000 * NS + index * 1_000_000
-            writer.write(connections[topic], logged, content)
+            writer.write(connections[key], logged, content)
     return path
 
 
@@ -144,6 +143,14 @@ def test_frames_come_back(tmp_path, recording, assert_same_frames, version, stor
     assert len(source) == 6
     for _ in range(2):
         assert_same_frames(list(source.frames(raise_damage)), recording.recorded)
+
+
+def test_a_topic_of_several_types_is_said_to_be_one(tmp_path, recording):
+    messages = Messages()
+    path = write(tmp_path / 'bag', [*messages.recording(recording),
+                                    (COLOUR, messages.info(recording.recorded[0].camera))])
+    with pytest.raises(InputError, match=re.escape(f'{COLOUR} (messages of several types)')):
+        BagSource(path)
 
 
 @pytest.mark.parametrize('topic', [COLOUR, DEPTH])

@@ -21,7 +21,6 @@ from typing import NoReturn, TypeVar
 
 from rclpy.duration import Duration
 from rclpy.exceptions import NameValidationException
-from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.utilities import remove_ros_args
@@ -38,6 +37,7 @@ from aick_ros.ros.playback.pace import RealTime, StepByStep
 from aick_ros.ros.process.program import RCLError, make_node, program
 from aick_ros.ros.process.resources import use_fastdds_profile
 from aick_ros.ros.process.signals import held
+from aick_ros.ros.typed_topics import TypedTopics
 
 _IMAGE = 'sensor_msgs/msg/Image'
 _CLOCK = '/clock'
@@ -65,7 +65,7 @@ class Played:
     published_at: float
 
 
-class BagPlayer(Node):
+class BagPlayer(TypedTopics):
     """
     Publishes the messages of a bag, byte for byte, as they were recorded.
 
