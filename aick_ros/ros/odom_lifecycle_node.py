@@ -58,7 +58,7 @@ class OdomLifecycleNode(LifecycleNodeMixin, ParameterNode):
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Take images."""
-        return self._attempt(self._configured.activate)
+        return self._attempt(self._activate)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Take no more images; the odometry is kept."""
@@ -105,6 +105,14 @@ class OdomLifecycleNode(LifecycleNodeMixin, ParameterNode):
             raise
         self._pipeline.start()
         settings.begin(self._pipeline.change_settings, _READ_ONCE)
+
+    def _activate(self) -> None:
+        inactive = Entities(self)
+        try:
+            self._configured.activate()
+        except InputError:
+            inactive.destroy()
+            raise
 
     def _clean_up(self) -> None:
         if self._pipeline is not None:

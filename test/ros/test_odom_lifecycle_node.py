@@ -8,9 +8,11 @@ import sys
 
 import numpy as np
 import pytest
+import rclpy
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import SetParameters
+from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
 from aick_ros.odometry import Odometry
@@ -129,6 +131,20 @@ def test_what_does_not_fit_its_state_is_rejected(rig, node):
     assert state(rig) == 'inactive'
     assert change(rig, 'inactive_shutdown')
     assert state(rig) == 'finalized'
+
+
+@pytest.mark.parametrize('rule', ['odom:=rgb/image', 'depth/image:=rgb/camera_info'])
+def test_an_activation_that_fails_leaves_nothing(ros_domain, capfd, rule):
+    rclpy.init(args=['--ros-args', '-r', rule])
+    node = OdomLifecycleNode()
+    node.trigger_configure()
+    inactive = entities(node)
+    for _ in range(2):
+        assert node.trigger_activate() is TransitionCallbackReturn.FAILURE
+        assert entities(node) == inactive
+    assert 'messages of two types' in capfd.readouterr().err
+    node.close()
+    rclpy.shutdown()
 
 
 def test_what_cannot_be_configured_says_why_and_stays_unconfigured(rig, start_node):
