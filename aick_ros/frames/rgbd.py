@@ -25,8 +25,9 @@ class RgbdFrame:
 
     :param stamp: stamp of the colour image [ns].
     :param colour: HxWx3 (red, green, blue) or HxW uint8.
-    :param depth: HxW float32, z in the optical frame of the colour camera [m]; NaN where invalid.
-        Whoever keeps a frame copies its images, whose arrays may so be filled again.
+    :param depth: HxW float32, z in the optical frame of the colour camera [m]; NaN, infinite, zero
+        or negative where invalid. Whoever keeps a frame copies its images: their arrays may be
+        filled again.
     :param camera: calibration of the colour camera.
     :param depth_stamp: stamp of the depth image [ns]; None: that of the colour image.
     :param imu: samples of an IMU since the frame before, in the axes of the optical frame; None:
@@ -74,11 +75,12 @@ class RgbdFrame:
 
     def owned(self) -> RgbdFrame:
         """
-        Return the frame with images that nobody can change.
+        Return the frame with images that nobody can change, and depth that is positive or NaN.
 
         They are copied: many cameras write the next images over these ones.
         """
         colour, depth = np.array(self.colour), np.array(self.depth)
+        np.copyto(depth, np.nan, where=(depth <= 0.0) | (depth == np.inf))
         for image in (colour, depth):
             image.flags.writeable = False
         return dataclasses.replace(self, colour=colour, depth=depth)

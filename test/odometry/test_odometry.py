@@ -7,6 +7,7 @@ import copy
 import dataclasses
 import pickle
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -181,6 +182,23 @@ def test_images_may_be_written_into_the_same_arrays(rendered):
         colour[:], depth[:] = 0, np.nan
     for update, expected in zip(found, track(Odometry(), frames[:5]), strict=True):
         np.testing.assert_array_equal(update.T_odom_camera, expected.T_odom_camera)
+
+
+@pytest.mark.parametrize('marker', [0.0, -1.0, np.inf, -np.inf])
+@pytest.mark.parametrize('seen', [5, 2], ids=['by keypoints', 'by depth alone'])
+def test_invalid_depth_may_be_marked_by_any_value(rendered, marker, seen):
+    """The pose is the same, and nothing is divided by zero."""
+    frames, _ = rendered
+    poses = []
+    for value in (np.nan, marker):
+        shown = [dataclasses.replace(
+            frame, colour=frame.colour if index < seen else np.zeros_like(frame.colour),
+            depth=np.where(np.isfinite(frame.depth), frame.depth, np.float32(value)))
+            for index, frame in enumerate(frames[:5])]
+        with warnings.catch_warnings():
+            warnings.simplefilter('error')
+            poses.append([update.T_odom_camera for update in track(Odometry(), shown)])
+    np.testing.assert_array_equal(poses[0], poses[1])
 
 
 def test_images_may_be_overwritten_once_a_frame_is_prepared(rendered):
