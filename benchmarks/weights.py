@@ -8,9 +8,10 @@ Whether the weights that are measured are as good as the best fixed ones, whatev
 
 A CAMERA is a recording with ground truth, or a rendered room by one of four kinds of cameras:
 ``kinect:SEED``, ``stereo:SEED``, ``time-of-flight:SEED``, and ``turned:SEED``, a Kinect whose
-depth is registered 15 mm and 2 degrees wrong. Pairs of frames are registered with the defaults,
-which learn the noise of keypoints and of depth as they go, and with that learning switched off
-and ``refinement.track_sigma`` fixed: the smaller it is, the more keypoints weigh.
+depth is registered 15 mm and 2 degrees wrong. Pairs of frames are registered as ``aick evaluate``
+does, with the defaults, which learn the noise of keypoints and of depth as they go, and with that
+learning switched off and ``refinement.track_sigma`` fixed: the smaller it is, the more keypoints
+weigh.
 """
 
 from __future__ import annotations
@@ -25,12 +26,11 @@ import cv2
 import numpy as np
 from misalignment import Misaligned
 
-from aick_ros.evaluation.scores.ground_truth import true_motion
+from aick_ros.evaluation.scores.pair_evaluation import PairEvaluation
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.geometry import se3
 from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.odometry import Odometry
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
-from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources import open_source, raise_damage
@@ -77,18 +77,11 @@ def frames_of(camera: str, count: int) -> tuple[list[RgbdFrame], Trajectory]:
 def errors(frames: list[RgbdFrame], truth: Trajectory,
            settings: Settings) -> dict[int, np.ndarray]:
     """Return gap -> translation errors of its pairs [m], infinite where they failed."""
-    registrar, found = Registrar(settings), {gap: list[float]() for gap in GAPS}
-    views = [registrar.prepare(frame) for frame in frames]
-    for i, gap in itertools.product(range(len(views)), GAPS):
-        if i < gap:
-            continue
-        motion = true_motion(truth, views[i - gap].stamp, views[i].stamp)
-        if motion is not None:
-            registration = registrar.register(views[i], views[i - gap])
-            error = se3.inverse(motion) @ registration.T_target_source
-            found[gap].append(float(np.linalg.norm(error[:3, 3])) if registration.status.ok
-                              else np.inf)
-    return {gap: np.array(values) for gap, values in found.items()}
+    odometry, pairs = Odometry(settings), PairEvaluation(settings, truth, GAPS)
+    for frame in frames:
+        pairs.add(odometry.register_frame(frame).prepared)
+    return {gap: np.array([error.translation for error in found])
+            for gap, found in pairs.errors().items()}
 
 
 def shares(found: dict[int, np.ndarray]) -> np.ndarray:
