@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from aick_ros.cli.input.interruption import endings, endings_interrupt
 from aick_ros.errors import installation, package_of
 from aick_ros.ros.process.signals import held
 
@@ -43,8 +44,10 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     # of a folder for its cache that cannot be written, without which it only starts later
     logging.getLogger('matplotlib').setLevel(logging.ERROR)
     try:
-        with held():  # an interrupted import fails in unexpected ways
-            from aick_ros.cli.run import run
+        with endings_interrupt():
+            with held(endings()):  # an interrupted import fails in unexpected ways
+                from aick_ros.cli.run import run
+            sys.exit(run(sys.argv[1:] if arguments is None else arguments))
     except ModuleNotFoundError as error:
         package = package_of(error)
         if package not in _NEEDED:
@@ -54,4 +57,3 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     except KeyboardInterrupt:
         print('aick: interrupted', file=sys.stderr)
         sys.exit(130)
-    sys.exit(run(sys.argv[1:] if arguments is None else arguments))

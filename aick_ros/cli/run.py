@@ -21,7 +21,6 @@ import typer
 import aick_ros
 from aick_ros.cli import outcome
 from aick_ros.cli.app import app
-from aick_ros.cli.input.interruption import sigterm_interrupts
 from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError
 
@@ -43,8 +42,7 @@ def run(arguments: Sequence[str]) -> int:
     show_traceback = _TRACEBACK in arguments
     command = [argument for argument in arguments if argument != _TRACEBACK]
     try:
-        with sigterm_interrupts():
-            return _invoke(command)
+        return _invoke(command)
     except InputError as error:
         say(str(error))
         return outcome.UNUSABLE_INPUT

@@ -176,7 +176,7 @@ def test_full_memory_is_no_defect(aick, monkeypatch, error):
     assert outcome.sentence.startswith('the memory is full, or limited (ulimit)')
 
 
-@pytest.mark.parametrize('ending', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('ending', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interruption_before_anything_is_begun(aick, monkeypatch, tmp_path, ending):
     before = signal.getsignal(ending)
     monkeypatch.setattr(replay_module, 'open_source', lambda *_: signal.raise_signal(ending))
@@ -220,14 +220,28 @@ def test_only_one_thread_of_blas_unless_asked():
     assert python(code).stdout.split()[-1] == '1'
 
 
-def test_an_interruption_of_the_start_is_one_line():
-    process = python('import os, signal, sys\n'
-                     'class Finder:\n'
-                     ' def find_spec(self, name, *_):\n'
-                     '  if name == "aick_ros.cli.run": os.kill(os.getpid(), signal.SIGINT)\n'
-                     'sys.meta_path.insert(0, Finder())\n'
-                     'from aick_ros.cli import main; main(["--version"])')
+SIGNALLED = """
+import os, signal, sys
+class Finder:
+    def find_spec(self, name, *_):
+        if name == "aick_ros.cli.run":
+            os.kill(os.getpid(), signal.{ending})
+sys.meta_path.insert(0, Finder())
+from aick_ros.cli import main
+main(["--version"])
+"""
+
+
+@pytest.mark.parametrize('ending', ['SIGINT', 'SIGTERM', 'SIGHUP'])
+def test_an_interruption_of_the_start_is_one_line(ending):
+    process = python(SIGNALLED.format(ending=ending))
     assert (process.returncode, process.stderr) == (130, 'aick: interrupted\n')
+
+
+def test_after_nohup_the_end_of_the_terminal_is_ignored():
+    process = python('import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)'
+                     + SIGNALLED.format(ending='SIGHUP'))
+    assert (process.returncode, process.stderr) == (0, '')
 
 
 def test_as_a_module_it_has_the_exit_code_of_an_interruption(tmp_path):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Ctrl-C and SIGTERM as requests to stop, so that the output stays complete."""
+"""Signals that end a program as requests to stop, so that the output stays complete."""
 
 from __future__ import annotations
 
@@ -10,23 +10,31 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+def endings() -> tuple[signal.Signals, ...]:
+    """
+    Return the signals that end a command: Ctrl-C, SIGTERM, and the end of its terminal.
+
+    The last one, SIGHUP, is ignored after nohup, and stays so.
+    """
+    hangs_up = signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN
+    return (signal.SIGINT, signal.SIGTERM, *[signal.SIGHUP] * hangs_up)
 
 
 class Interruption:
-    """Inside the ``with`` block, the first Ctrl-C is a request, the second ends at once."""
+    """Inside the ``with`` block, the first signal is a request, the second ends at once."""
 
     def __init__(self) -> None:
         self.requested = False
 
     def __enter__(self) -> Interruption:
-        """Catch Ctrl-C and SIGTERM."""
-        self._previous = [signal.signal(each, self._on_signal) for each in _SIGNALS]
+        """Catch the signals that end a command."""
+        self._previous = {each: signal.signal(each, self._on_signal) for each in endings()}
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Restore the handling of Ctrl-C and SIGTERM."""
-        for each, previous in zip(_SIGNALS, self._previous):
+        """Restore their handling."""
+        for each, previous in self._previous.items():
             signal.signal(each, previous)
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
@@ -36,10 +44,12 @@ class Interruption:
 
 
 @contextmanager
-def sigterm_interrupts() -> Iterator[None]:
-    """Make SIGTERM raise KeyboardInterrupt during the block, as Ctrl-C does."""
-    previous = signal.signal(signal.SIGTERM, signal.default_int_handler)
+def endings_interrupt() -> Iterator[None]:
+    """Make all signals that end a command raise KeyboardInterrupt during the block, as Ctrl-C."""
+    previous = {each: signal.signal(each, signal.default_int_handler)
+                for each in endings() if each is not signal.SIGINT}
     try:
         yield
     finally:
-        signal.signal(signal.SIGTERM, previous)
+        for each, handler in previous.items():
+            signal.signal(each, handler)

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _CONNECTION_LIMIT = 10.0  # [s] for a scheduler to answer, or to come back; chosen
 ONE_THREAD = {name: '1' for name in (
     'OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'NUMEXPR_NUM_THREADS')}
+_OF_THE_TERMINAL = {signal.SIGINT, signal.SIGHUP}
 
 _SETTINGS = {
     'distributed.scheduler.allowed-failures': 0,  # who asked for the task decides on another try
@@ -89,7 +90,7 @@ def _own_processes(cluster: Cluster) -> Iterator[Client]:
     import dask
     from distributed import Client, LocalCluster
     parent = dask.config.get('temporary-directory', None)
-    with _unreached_by_interrupts(), scratch_folder(parent) as folder, dask.config.set(
+    with _unreached_by_the_terminal(), scratch_folder(parent) as folder, dask.config.set(
             {'temporary-directory': str(folder)}), ExitStack() as stack:
         with _sigterm_delayed():
             processes = stack.enter_context(LocalCluster(
@@ -98,15 +99,19 @@ def _own_processes(cluster: Cluster) -> Iterator[Client]:
                 silence_logs=logging.CRITICAL, preload=[silence.__name__],
                 dashboard_address='127.0.0.1:0',
                 scheduler_kwargs={'dashboard': cluster.has_dashboard}))
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, _OF_THE_TERMINAL)
         with Client(processes) as client:
             yield client
 
 
 @contextmanager
-def _unreached_by_interrupts() -> Iterator[None]:
-    """Block Ctrl-C for threads and processes that the block starts: it is for this one alone."""
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+def _unreached_by_the_terminal() -> Iterator[None]:
+    """
+    Block Ctrl-C and the end of the terminal for threads and processes that the block starts.
+
+    The terminal sends them to all processes, but they are for this one, which ends the others.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _OF_THE_TERMINAL)
     try:
         yield
     finally:

@@ -6,25 +6,25 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
 ENDINGS = (signal.SIGINT, signal.SIGTERM)
 
 
-def hold() -> None:
+def hold(endings: Iterable[signal.Signals] = ENDINGS) -> None:
     """Hold the signals back until the end of the next block of :func:`held`."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, ENDINGS)
+    signal.pthread_sigmask(signal.SIG_BLOCK, endings)
 
 
 @contextmanager
-def held() -> Iterator[None]:
+def held(endings: Iterable[signal.Signals] = ENDINGS) -> Iterator[None]:
     """Hold the signals back until the end of the block."""
-    hold()
+    hold(endings)
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDINGS)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, endings)
 
 
 def ignore() -> None:

@@ -10,9 +10,10 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
+import psutil
 import pytest
 
 from aick_ros.cli.commands import benchmark as benchmark_module
@@ -175,16 +176,51 @@ def test_an_interrupted_benchmark_resumes(aick, folder, tmp_path, monkeypatch):
     assert [path.name for path in tmp_path.iterdir()] == ['figures.json']
 
 
-def test_sigterm_leaves_no_temporary_files(folder, tmp_path):
+@contextmanager
+def benchmark_at_work(folder, tmp_path, **options):
+    """Start the command, which leads a group of processes, and give it when those are there."""
     command = [sys.executable, '-m', 'aick_ros', 'benchmark', folder, '--methods', 'aick',
-               '--json', 'figures.json']
+               '--gaps', '1', '--json', 'figures.json']
     with subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True,
-                          env={**os.environ, 'TMPDIR': str(tmp_path)}) as process:
+                          env={**os.environ, 'TMPDIR': str(tmp_path)}, start_new_session=True,
+                          **options) as process:
         while not [path for path in tmp_path.iterdir() if path.name.startswith('pymp-')]:
             assert process.poll() is None, process.stderr.read()
             time.sleep(0.01)
-        process.send_signal(signal.SIGTERM)
+        yield process
+
+
+def living(group):
+    """Return the processes of a group that have not ended."""
+    found = []
+    for process in psutil.process_iter():
+        with suppress(ProcessLookupError, psutil.Error):
+            if (os.getpgid(process.pid) == group
+                    and process.status() != psutil.STATUS_ZOMBIE):
+                found.append(process.cmdline())
+    return found
+
+
+@pytest.mark.parametrize('signalled, ending', [
+    (os.kill, signal.SIGTERM), (os.kill, signal.SIGHUP), (os.killpg, signal.SIGHUP)])
+def test_a_signal_leaves_no_temporary_files(folder, tmp_path, signalled, ending):
+    """The end of a terminal signals the processes of the command too."""
+    with benchmark_at_work(folder, tmp_path) as process:
+        signalled(process.pid, ending)
         said = process.stderr.read()
     assert process.returncode == 130, said
-    assert 'interrupted; the same command resumes from figures.json.partial' in said
+    assert said == 'aick: interrupted; the same command resumes from figures.json.partial\n'
     assert [path.name for path in tmp_path.iterdir()] == ['figures.json.partial']
+    deadline = time.monotonic() + 20
+    while left := living(process.pid):
+        assert time.monotonic() < deadline, left
+        time.sleep(0.05)
+
+
+def test_after_nohup_it_outlives_its_terminal(folder, tmp_path):
+    with benchmark_at_work(folder, tmp_path, preexec_fn=lambda: signal.signal(
+            signal.SIGHUP, signal.SIG_IGN)) as process:
+        os.killpg(process.pid, signal.SIGHUP)
+        said = process.stderr.read()
+    assert (process.returncode, said) == (0, '')
+    assert [path.name for path in tmp_path.iterdir()] == ['figures.json']

@@ -59,16 +59,30 @@ def test_ends_where_the_user_wants_to(recording, stamps):
     assert signal.getsignal(signal.SIGINT) is before
 
 
-@pytest.mark.parametrize('first', [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize('second', [signal.SIGINT, signal.SIGTERM])
+ENDINGS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+
+
+@pytest.mark.parametrize('first', ENDINGS)
+@pytest.mark.parametrize('second', ENDINGS)
 def test_second_interruption_ends_at_once(first, second):
-    before = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    before = [signal.getsignal(ending) for ending in ENDINGS]
     with Interruption() as interruption:
         signal.raise_signal(first)
         assert interruption.requested
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(second)
-    assert (signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)) == before
+    assert [signal.getsignal(ending) for ending in ENDINGS] == before
+
+
+def test_a_hang_up_that_is_ignored_is_no_interruption():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
+    try:
+        with Interruption() as interruption:
+            signal.raise_signal(signal.SIGHUP)
+            assert not interruption.requested
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_a_source_that_breaks_later_ends(recording, in_memory, stamps):
