@@ -12,9 +12,10 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from aick_ros.cli import no_memory
 from aick_ros.cli.input.interruption import endings, endings_interrupt
 from aick_ros.errors import installation, package_of
-from aick_ros.ros.process.signals import held
+from aick_ros.ros.process.signals import held, hold
 
 _NEEDED = ('typer', 'rich', 'yaml')
 _OPENCV = ('OPENCV_FOR_THREADS_NUM', 'OPENCV_IO_MAX_IMAGE_PIXELS', 'OPENCV_IO_MAX_IMAGE_WIDTH',
@@ -45,15 +46,25 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     logging.getLogger('matplotlib').setLevel(logging.ERROR)
     try:
         with endings_interrupt():
-            with held(endings()):  # an interrupted import fails in unexpected ways
-                from aick_ros.cli.run import run
-            sys.exit(run(sys.argv[1:] if arguments is None else arguments))
+            try:
+                with held(endings()):  # an interrupted import fails in unexpected ways
+                    from aick_ros.cli.run import run
+                code = run(sys.argv[1:] if arguments is None else arguments)
+            finally:
+                if arguments is None:  # the process is about to end, whatever comes
+                    hold(endings())
     except ModuleNotFoundError as error:
         package = package_of(error)
         if package not in _NEEDED:
             raise
         print(f"aick: the command needs {package}: {installation('cli')}", file=sys.stderr)
         sys.exit(2)
+    except (ImportError, MemoryError) as error:
+        if not no_memory.is_of_memory(error):
+            raise
+        print(f'aick: {no_memory.SENTENCE}', file=sys.stderr)
+        sys.exit(2)
     except KeyboardInterrupt:
         print('aick: interrupted', file=sys.stderr)
         sys.exit(130)
+    sys.exit(code)

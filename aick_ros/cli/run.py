@@ -9,7 +9,6 @@ import errno
 import io
 import os
 import platform
-import re
 import sys
 import tempfile
 import traceback
@@ -19,7 +18,7 @@ from typing import Any
 import typer
 
 import aick_ros
-from aick_ros.cli import outcome
+from aick_ros.cli import no_memory, outcome
 from aick_ros.cli.app import app
 from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError
@@ -28,7 +27,6 @@ _TRACEBACK = '--traceback'
 _USER_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM, errno.EROFS,
                 errno.ENAMETOOLONG, errno.ELOOP, errno.ENOTDIR, errno.EISDIR, errno.EIO,
                 errno.ENOMEM, errno.EMFILE, errno.ENFILE, errno.EAGAIN, errno.EBADF)
-_NO_MEMORY = re.compile("map segment|allocate memory|Insufficient memory|can't start new thread")
 
 
 def run(arguments: Sequence[str]) -> int:
@@ -50,9 +48,7 @@ def run(arguments: Sequence[str]) -> int:
         say('interrupted')
         return outcome.INTERRUPTED_BY_USER
     except BrokenPipeError:
-        # the reader of the output has closed the pipe; Python must not try to flush the rest
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return outcome.PIPE_CLOSED
+        return outcome.PIPE_CLOSED  # the reader of the output has closed it
     except Exception as error:
         sentence = _user_sentence(error)
         if sentence:
@@ -60,6 +56,8 @@ def run(arguments: Sequence[str]) -> int:
             return outcome.UNUSABLE_INPUT
         _report_defect(error, arguments, show_traceback)
         return outcome.DEFECT
+    finally:
+        _flush_output()
 
 
 def _prepare_streams() -> None:
@@ -70,6 +68,15 @@ def _prepare_streams() -> None:
         stream = getattr(sys, name)
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors='backslashreplace')
+
+
+def _flush_output() -> None:
+    """Write what is left of the output; what cannot be written is dropped, or Python complains."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _invoke(arguments: list[str]) -> int:
@@ -86,16 +93,26 @@ def _invoke(arguments: list[str]) -> int:
 
 def _user_sentence(error: Exception) -> str:
     """Return the sentence for an error that the user can correct, '' for any other."""
+    if isinstance(error, FileNotFoundError) and not _current_folder_exists():
+        return 'the current folder has been removed: change to one that exists'
     if isinstance(error, OSError) and error.errno in _USER_ERRORS:
         return f'{error.filename or "writing"}: {error.strerror}'
-    if isinstance(error, MemoryError) or _NO_MEMORY.search(str(error)):
-        return 'the memory is full, or limited (ulimit): free some, or use fewer or smaller images'
+    if no_memory.is_of_memory(error):
+        return no_memory.SENTENCE
     # typer raises the usage errors of click or, in later versions, of its own copy of click
     if not hasattr(error, 'format_message'):
         return ''
     context: Any = getattr(error, 'ctx', None)
     where = context.command_path if context is not None else 'aick'
     return f'{error.format_message().rstrip(".")}; see {where} --help'
+
+
+def _current_folder_exists() -> bool:
+    try:
+        os.getcwd()
+    except FileNotFoundError:
+        return False
+    return True
 
 
 def _report_defect(error: Exception, arguments: Sequence[str], show_traceback: bool) -> None:

@@ -67,9 +67,8 @@ class Synchronizer:
     """
 
     def __init__(self, max_interval: float = 0.02, queue_size: int | None = None) -> None:
-        # a product that is infinite cannot be rounded
-        self._max_interval = (math.inf if math.isinf(max_interval)
-                              else round(max_interval * NANOSECONDS))
+        interval = max_interval * NANOSECONDS  # infinite, too, where the number is very large
+        self._max_interval = interval if math.isinf(interval) else round(interval)
         self._queue_size = queue_size
         self._colour = _Stream()
         self._depth = _Stream()

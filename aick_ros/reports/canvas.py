@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from aick_ros.borders.names import printable
+from aick_ros.borders.replacement import replaced
 
 INK = '#1f2933'
 MUTED = '#8a94a0'
@@ -74,9 +75,13 @@ def to_svg(content: Figure) -> str:
 
 
 def write_png(content: Figure, path: Path) -> None:
-    """Write a figure as a PNG file."""
-    with _drawing():
-        content.savefig(path, format='png')
+    """
+    Write a figure as a PNG file, whole or not at all.
+
+    :raises InputError: where the file cannot be replaced.
+    """
+    with _drawing(), replaced(path) as draft:
+        content.savefig(draft, format='png')
 
 
 @contextmanager

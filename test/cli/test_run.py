@@ -18,6 +18,17 @@ from aick_ros.cli.commands import replay as replay_module
 
 ROOT = Path(__file__).parents[2]
 
+SIGNALLED = """
+import os, signal, sys
+class Finder:
+    def find_spec(self, name, *_):
+        if name == "aick_ros.cli.run":
+            os.kill(os.getpid(), signal.{ending})
+sys.meta_path.insert(0, Finder())
+from aick_ros.cli import main
+main(["--version"])
+"""
+
 
 def fail_with(error):
     def open_source(*_, **__):
@@ -166,6 +177,40 @@ def test_full_resources_are_no_defect(aick, monkeypatch, number):
     assert outcome.sentence == f'runs/x: {os.strerror(number)}'
 
 
+@pytest.mark.parametrize('redirect', ['>/dev/full', '2>/dev/full', '>/dev/full 2>/dev/full'])
+@pytest.mark.parametrize('arguments, code', [('parameters', 0), ('replay none', 2)])
+def test_an_output_that_cannot_be_written_adds_no_lines(redirect, arguments, code):
+    process = subprocess.run(
+        f'exec {sys.executable} -m aick_ros {arguments} {redirect}', shell=True,
+        capture_output=True, text=True, env={**os.environ, 'PYTHONPATH': str(ROOT)}, check=False)
+    is_lost = redirect.startswith('>') and code == 0
+    assert process.returncode == (2 if is_lost else code)
+    assert process.stderr.count('\n') == (not redirect.endswith('2>/dev/full') and (
+        is_lost or code == 2))
+
+
+@pytest.mark.parametrize('arguments', ['replay ../tum', 'noise ../tum', 'convert ../tum out'])
+def test_a_current_folder_that_was_removed_is_no_defect(tmp_path, arguments):
+    (tmp_path / 'tum').mkdir()
+    for kind in ('rgb', 'depth'):
+        (tmp_path / 'tum' / f'{kind}.txt').write_text(f'1.0 {kind}/1.png\n')
+    process = subprocess.run(
+        f'mkdir gone; cd gone; rmdir ../gone; exec {sys.executable} -m aick_ros {arguments}',
+        shell=True, cwd=tmp_path, capture_output=True, text=True, check=False,
+        env={**os.environ, 'PYTHONPATH': str(ROOT)})
+    assert process.returncode == 2
+    assert process.stderr == ('aick: the current folder has been removed: change to one that '
+                              'exists\n')
+
+
+@pytest.mark.parametrize('error', ['MemoryError', 'ImportError("x.so: failed to map segment")'])
+def test_an_import_without_memory_is_no_defect(error):
+    process = python(SIGNALLED.replace('os.kill(os.getpid(), signal.{ending})', f'raise {error}'))
+    assert process.returncode == 2
+    assert process.stderr.startswith('aick: the memory is full, or limited (ulimit)')
+    assert process.stderr.count('\n') == 1
+
+
 @pytest.mark.parametrize('error', [
     MemoryError(), RuntimeError("can't start new thread"),
     ImportError('x.so: failed to map segment from shared object')])
@@ -218,18 +263,6 @@ def test_only_one_thread_of_blas_unless_asked():
     code = ('import os, sys; sys.argv = ["aick", "--version"]; from aick_ros.cli import main\n'
             'try: main()\nfinally: print(os.environ["OPENBLAS_NUM_THREADS"])')
     assert python(code).stdout.split()[-1] == '1'
-
-
-SIGNALLED = """
-import os, signal, sys
-class Finder:
-    def find_spec(self, name, *_):
-        if name == "aick_ros.cli.run":
-            os.kill(os.getpid(), signal.{ending})
-sys.meta_path.insert(0, Finder())
-from aick_ros.cli import main
-main(["--version"])
-"""
 
 
 @pytest.mark.parametrize('ending', ['SIGINT', 'SIGTERM', 'SIGHUP'])

@@ -214,6 +214,7 @@ def test_without_a_limit_the_nearest_are_still_paired(offset_ms):
 
 def test_without_a_limit_any_distance_will_do():
     assert run([(0, 'colour'), (10 ** 11, 'depth')], max_interval=math.inf)[0] == [(0, 10 ** 11)]
+    assert run([(0, 'colour'), (10 ** 11, 'depth')], max_interval=1e308)[0] == [(0, 10 ** 11)]
 
 
 @given(st.lists(st.tuples(st.booleans(), st.integers(1, 200)), max_size=60),

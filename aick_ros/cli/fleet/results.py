@@ -69,15 +69,18 @@ class Results:
         path = self.folder / run
         draft = path.with_name(f'.{path.name}')
         try:
-            for old in (draft, path):
-                if old.exists():
-                    shutil.rmtree(old)
+            if draft.exists():
+                shutil.rmtree(draft)
             draft.mkdir(parents=True)
             for name, content in {**files, ROW: json.dumps(row).encode()}.items():
                 (draft / name).write_bytes(content)
+            if path.exists():
+                shutil.rmtree(path)
             draft.rename(path)
         except OSError as error:
-            raise InputError(f'cannot write {error.filename}: {error.strerror}') from None
+            raise InputError(f'cannot write {error.filename or path}: {error.strerror}') from None
+        finally:
+            shutil.rmtree(draft, ignore_errors=True)
         self.rows[key], self._paths[run] = row, key
 
     def write_table(self, keys: Iterable[Key]) -> list[Row]:

@@ -9,6 +9,7 @@ import os
 import stat
 from pathlib import Path
 
+from aick_ros.borders.replacement import reason_of
 from aick_ros.errors import InputError
 
 STANDARD_OUTPUT = '-'
@@ -40,11 +41,6 @@ def check_target(target: str | None, *inputs: str | Path | None) -> None:
         if isinstance(error, InputError):
             raise
         raise InputError(f'cannot write {target!r}: {reason_of(error)}') from None
-
-
-def reason_of(error: Exception) -> str:
-    """Return why a file cannot be written, without its name."""
-    return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def _check_inputs(path: Path, inputs: list[Path]) -> None:

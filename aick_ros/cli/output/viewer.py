@@ -9,11 +9,12 @@ import os
 import shutil
 import socket
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
+from aick_ros.borders.replacement import replaced
 from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError, installation, package_of
 
@@ -33,14 +34,16 @@ def viewer(name: str, save: Path | None, web: bool) -> Iterator[RecordingStream]
     :param name: of the recording.
     :raises InputError: where Rerun is missing or has no window, or the file cannot be written.
     """
+    os.environ.setdefault('RUST_LOG', 'off')  # lines of Rerun beside the sentence
     try:
         import rerun as rr
     except ModuleNotFoundError as error:
         raise InputError(f"no view without {package_of(error)}: {installation('view')}") from None
-    with _errors_of(save), rr.RecordingStream('aick_ros', recording_id=None) as stream:
-        if save is not None:
+    with (_errors_of(save), replaced(save) if save else nullcontext() as draft,
+          rr.RecordingStream('aick_ros', recording_id=None) as stream):
+        if save is not None and draft is not None:
             _check_space(save)
-            stream.save(save)
+            stream.save(draft)
         elif web:
             _serve(stream)
         else:

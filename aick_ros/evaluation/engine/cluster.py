@@ -11,6 +11,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING
 
 from aick_ros.errors import InputError, installation, package_of
@@ -18,7 +19,7 @@ from aick_ros.evaluation.engine import silence
 from aick_ros.evaluation.engine.scratch_folder import scratch_folder
 
 if TYPE_CHECKING:
-    from distributed import Client
+    from distributed import Client, LocalCluster
 
 _CONNECTION_LIMIT = 10.0  # [s] for a scheduler to answer, or to come back; chosen
 ONE_THREAD = {name: '1' for name in (
@@ -88,20 +89,28 @@ def connected(cluster: Cluster) -> Iterator[Client]:
 @contextmanager
 def _own_processes(cluster: Cluster) -> Iterator[Client]:
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client
     parent = dask.config.get('temporary-directory', None)
     with _unreached_by_the_terminal(), scratch_folder(parent) as folder, dask.config.set(
             {'temporary-directory': str(folder)}), ExitStack() as stack:
         with _sigterm_delayed():
-            processes = stack.enter_context(LocalCluster(
-                n_workers=cluster.workers, threads_per_worker=1, processes=True,
-                host='127.0.0.1', memory_limit=cluster.memory_limit,
-                silence_logs=logging.CRITICAL, preload=[silence.__name__],
-                dashboard_address='127.0.0.1:0',
-                scheduler_kwargs={'dashboard': cluster.has_dashboard}))
+            processes = stack.enter_context(_local_cluster(cluster))
         signal.pthread_sigmask(signal.SIG_UNBLOCK, _OF_THE_TERMINAL)
         with Client(processes) as client:
             yield client
+
+
+def _local_cluster(cluster: Cluster) -> LocalCluster:
+    from distributed import LocalCluster
+    try:
+        return LocalCluster(
+            n_workers=cluster.workers, threads_per_worker=1, processes=True, host='127.0.0.1',
+            memory_limit=cluster.memory_limit, silence_logs=logging.CRITICAL,
+            preload=[silence.__name__], dashboard_address='127.0.0.1:0',
+            scheduler_kwargs={'dashboard': cluster.has_dashboard})
+    except (RuntimeError, OSError) as error:
+        raise InputError(f'{cluster.workers} processes cannot be started here ({error}): use '
+                         'fewer, or free memory and raise limits (ulimit -a)') from None
 
 
 @contextmanager
@@ -113,6 +122,8 @@ def _unreached_by_the_terminal() -> Iterator[None]:
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _OF_THE_TERMINAL)
     try:
+        resource_tracker.ensure_running()  # the start of this process unblocks Ctrl-C
+        signal.pthread_sigmask(signal.SIG_BLOCK, _OF_THE_TERMINAL)
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
@@ -123,7 +134,8 @@ def _sigterm_delayed() -> Iterator[None]:
     """
     Handle SIGTERM after the block: processes that are ended while they start leave a traceback.
 
-    It is not blocked, as processes that the block starts would have it blocked too.
+    It is not blocked, as processes that the block starts would have it blocked too. Where they
+    receive it themselves, the block fails, and was interrupted.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -132,6 +144,10 @@ def _sigterm_delayed() -> Iterator[None]:
     before = signal.signal(signal.SIGTERM, lambda number, frame: received.append(number))
     try:
         yield
+    except Exception:
+        if received:
+            raise KeyboardInterrupt from None
+        raise
     finally:
         signal.signal(signal.SIGTERM, before)
         if received:

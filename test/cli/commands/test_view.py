@@ -112,6 +112,27 @@ def test_a_full_disk_is_said_at_the_start(aick, folder, monkeypatch, tmp_path):
     assert not (tmp_path / 'x.rrd').exists()
 
 
+def test_an_earlier_view_stays_where_the_recording_cannot_be_read(aick, tmp_path):
+    (tmp_path / 'rgb.txt').write_text('1.0 rgb/1.png\n')
+    (tmp_path / 'depth.txt').write_text('1.0 depth/1.png\n')
+    (tmp_path / 'camera.json').write_text('{"width": 4, "height": 4, "k": [4,0,2,0,4,2,0,0,1]}')
+    (tmp_path / 'x.rrd').write_text('another view')
+    outcome = aick('view', tmp_path, '--save', 'x.rrd')
+    assert outcome.code == 2
+    assert (tmp_path / 'x.rrd').read_text() == 'another view'
+    assert not list(tmp_path.glob('.x.rrd*'))
+
+
+def test_rerun_adds_no_lines_where_a_file_cannot_be_written(folder, tmp_path):
+    limited = 'ulimit -f 4; trap "" XFSZ; exec "$@"'
+    run = subprocess.run(
+        ['bash', '-c', limited, 'bash', sys.executable, '-m', 'aick_ros', 'view', folder,
+         '--save', 'x.rrd'], cwd=tmp_path, capture_output=True, text=True)
+    assert run.returncode == 2
+    assert re.fullmatch('aick: cannot write x.rrd: .*\n', run.stderr)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_browser_gets_the_data_on_this_machine_only(folder):
     command = [sys.executable, '-m', 'aick_ros', 'view', folder, '--limit', '2', '--web']
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:

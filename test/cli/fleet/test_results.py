@@ -3,6 +3,10 @@
 
 """The folder of a fleet: whole runs, each in a folder of its own."""
 
+import errno
+import os
+from pathlib import Path
+
 import pytest
 
 from aick_ros.cli.fleet.results import Results
@@ -26,6 +30,25 @@ def test_recordings_of_one_name_have_folders_of_their_own(tmp_path):
     texts = [(tmp_path / again.rows[key]['run'] / 'name.txt').read_text() for key in keys]
     assert texts == ['again', 'tue/bag', 's3://x/bag?a=<b>']
     assert again.has(keys[0], 'y') and not again.has(keys[0], 'x')
+
+
+def test_a_run_stays_where_the_next_one_cannot_be_written(tmp_path, monkeypatch):
+    results, key = Results(tmp_path), ('bag', 'a=1')
+    results.add(key, row('bag'), {'name.txt': b'earlier'})
+    write = Path.write_bytes
+
+    def write_some(path, content):
+        write(path, content[:1])
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, 'write_bytes', write_some)
+        with pytest.raises(InputError, match='cannot write .*runs/a=1/bag: No space left'):
+            results.add(key, row('bag', 'y'), {'name.txt': b'next'})
+    again = Results(tmp_path)
+    assert again.has(key, 'x')
+    assert (tmp_path / again.rows[key]['run'] / 'name.txt').read_text() == 'earlier'
+    assert os.listdir(tmp_path / 'runs' / 'a=1') == ['bag']
 
 
 def test_a_table_has_the_columns_of_all_rows(tmp_path):

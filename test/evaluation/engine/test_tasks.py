@@ -5,6 +5,7 @@
 
 import signal
 import time
+from multiprocessing import resource_tracker
 
 import distributed
 import pytest
@@ -76,6 +77,41 @@ def test_sigterm_while_processes_start_ends_them_once_they_have(monkeypatch, cap
         signal.signal(signal.SIGTERM, before)
     assert started == [1]
     assert capfd.readouterr().err == ''
+
+
+@pytest.mark.parametrize('error', [RuntimeError('Nanny failed to start.'),
+                                   OSError(24, 'Too many open files')])
+@pytest.mark.parametrize('is_signalled', [False, True])
+def test_processes_that_do_not_start_are_named_unless_a_signal_ended_them(
+        monkeypatch, error, is_signalled):
+    def fail(**options):
+        if is_signalled:
+            signal.raise_signal(signal.SIGTERM)
+        raise error
+
+    monkeypatch.setattr(distributed, 'LocalCluster', fail)
+    before = signal.signal(signal.SIGTERM, lambda number, frame: None)
+    try:
+        with pytest.raises(KeyboardInterrupt if is_signalled else InputError) as raised:
+            with connected(Cluster(2)):
+                pytest.fail('it goes on')
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert is_signalled or f'2 processes cannot be started here ({error})' in str(raised.value)
+
+
+def test_ctrl_c_reaches_no_process_that_starts(monkeypatch):
+    """Not even where the resource tracker of multiprocessing, which unblocks it, is new."""
+    def started(**options):
+        resource_tracker.ensure_running()
+        assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) >= {signal.SIGINT, signal.SIGHUP}
+        raise RuntimeError('enough')
+
+    monkeypatch.setattr(resource_tracker, 'ensure_running',
+                        resource_tracker.ResourceTracker().ensure_running)
+    monkeypatch.setattr(distributed, 'LocalCluster', started)
+    with pytest.raises(InputError, match='enough'), connected(Cluster(1)):
+        pytest.fail('it goes on')
 
 
 def test_tasks_are_left_when_the_user_stops(client, deeds):

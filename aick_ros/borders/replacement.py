@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Files that take the place of earlier ones when they are complete."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from aick_ros.errors import InputError
+
+_DRAFT_NAME = 60  # characters of the name of a file in that of its draft; chosen
+
+
+@contextmanager
+def replaced(path: Path) -> Iterator[Path]:
+    """
+    Give the path of a draft, which takes the place of a file when the block ends without error.
+
+    So no reader finds a part of the file, and an earlier one stays where the block fails. Links
+    are followed. A pipe or a device is written to directly.
+
+    :raises InputError: where the file cannot be replaced.
+    """
+    try:
+        is_direct = path.exists() and not path.is_file()
+        target = path if is_direct else path.resolve()  # what /dev/stdout leads to has no name
+    except (OSError, RuntimeError) as error:  # RuntimeError: a link to itself
+        raise unwritable(path, error) from None
+    if is_direct:
+        yield path
+        return
+    # not the whole name: with more characters it could be too long
+    draft = target.parent / f'.{path.name[:_DRAFT_NAME]}.{os.getpid()}'
+    try:
+        yield draft
+        draft.replace(target)
+    except OSError as error:
+        if error.filename not in (draft, str(draft)):
+            raise  # the block failed elsewhere
+        raise unwritable(path, error) from None
+    finally:
+        with suppress(OSError):
+            draft.unlink()
+
+
+def unwritable(path: Path, error: Exception) -> InputError:
+    """Return the error of a file that cannot be written."""
+    return InputError(f'cannot write {path}: {reason_of(error)}')
+
+
+def reason_of(error: Exception) -> str:
+    """Return why a file cannot be written, without its name."""
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
