@@ -18,6 +18,7 @@ from aick_ros.sources import raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.synthetic.imu import IMU_MODELS
 from aick_ros.sources.writers.bag_writer import write_bag
+from aick_ros.sources.writers.new_folder import check_new
 from aick_ros.sources.writers.tum_writer import write_tum
 
 _FOCAL_LENGTH = 525 / 640
@@ -72,6 +73,7 @@ def simulate(out: Out, format: Form = Format.MCAP, frames: Frames = 150, seed: S
     if imu is not None and format is Format.TUM:
         raise InputError('--imu has no effect with --format tum, which has no gyroscope: write a '
                          'bag')
+    check_new(out)  # before the room is built
     source = SyntheticSource(make(seed=seed, frames=frames, rate=rate, camera=_camera(size),
                                   imu=None if imu is None else IMU_MODELS[imu.value]))
     with progress(source.name, frames) as show:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
+from aick_ros.borders.names import printable
 from aick_ros.borders.replacement import replaced
 from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError, installation, package_of
@@ -42,18 +43,24 @@ def viewer(name: str, save: Path | None, web: bool) -> Iterator[RecordingStream]
     with (_errors_of(save), replaced(save) if save else nullcontext() as draft,
           rr.RecordingStream('aick_ros', recording_id=None) as stream):
         if save is not None and draft is not None:
-            _check_space(save)
+            _check_file(save)
             stream.save(draft)
         elif web:
             _serve(stream)
         else:
             _open_window(stream)
-        stream.send_recording_name(name)
+        stream.send_recording_name(printable(name))
         yield stream
         stream.flush()
 
 
-def _check_space(save: Path) -> None:
+def _check_file(save: Path) -> None:
+    """Raise InputError where Rerun would fail in another way or hang."""
+    try:
+        str(save.resolve()).encode()
+    except UnicodeEncodeError:
+        raise InputError(f'cannot write {save}: its name is not UTF-8, choose another one'
+                         ) from None
     if shutil.disk_usage(save.parent).free < _LEAST_SPACE:
         raise InputError(f'cannot write {save}: the disk is full')
 

@@ -114,7 +114,8 @@ def planes(depth_image: np.ndarray, pixels: np.ndarray, points: np.ndarray, came
     :param points: Nx3, what they show [m].
     :param side: of a window [px].
     """
-    inverse = np.reciprocal(_windows(depth_image, pixels, side)).reshape(-1, side * side)
+    with np.errstate(divide='ignore', over='ignore'):  # of depths that cannot be
+        inverse = np.reciprocal(_windows(depth_image, pixels, side)).reshape(-1, side * side)
     inverse -= (1.0 / points[:, 2]).astype(np.float32)[:, None]
     inverse[~np.isfinite(inverse)] = 0.0
     offsets = _offsets(side)

@@ -27,9 +27,8 @@ def new_folder(path: Path) -> Iterator[Path]:
 
     :raises InputError: where ``path`` exists already or cannot be written.
     """
+    check_new(path)
     try:
-        if _exists(path):
-            raise InputError(f'{path} exists already: remove it or choose another name')
         path.parent.mkdir(parents=True, exist_ok=True)
         hidden = Path(tempfile.mkdtemp(prefix=f'.{path.name[:_HIDDEN_NAME]}.', dir=path.parent))
     except OSError as error:
@@ -45,12 +44,18 @@ def new_folder(path: Path) -> Iterator[Path]:
         shutil.rmtree(hidden, ignore_errors=True)
 
 
-def _exists(path: Path) -> bool:
-    """Return whether anything is at a path; OSError where nothing can be."""
+def check_new(path: Path) -> None:
+    """
+    Check before a long preparation that a folder does not exist.
+
+    :raises InputError: where anything is at the path, or nothing can be.
+    """
     try:
         path.lstat()
     except FileNotFoundError:
-        return False
+        return
+    except OSError as error:
+        raise InputError(f'cannot write {path}: {error.strerror}') from None
     except ValueError as error:  # NUL in the name
         raise InputError(f'cannot write {str(path)!r}: {error}') from None
-    return True
+    raise InputError(f'{path} exists already: remove it or choose another name')

@@ -81,6 +81,18 @@ def test_does_not_write_over_anything(aick, tmp_path, monkeypatch, recording):
     assert 'out exists already' in outcome.sentence
 
 
+@pytest.mark.parametrize('out', ['there', 'loop/out'])
+def test_a_place_that_cannot_be_is_rejected_before_the_room_is_built(
+        aick, tmp_path, monkeypatch, out):
+    (tmp_path / 'there').mkdir()
+    (tmp_path / 'loop').symlink_to('loop')
+    monkeypatch.setattr(simulate_module, 'SyntheticSource',
+                        lambda options: pytest.fail('it is built'))
+    outcome = aick('simulate', out, *SMALL)
+    assert outcome.code == 2
+    assert out in outcome.sentence
+
+
 @pytest.mark.parametrize('format', ['mcap', 'tum'])
 def test_interrupted_it_leaves_nothing(aick, tmp_path, monkeypatch, recording, in_memory, format):
     def interrupt(index, on_damaged):

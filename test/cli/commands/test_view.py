@@ -95,6 +95,7 @@ def test_a_run_is_shown_without_its_recording(aick, folder, tmp_path):
     (['--save', 'x.rrd', '--web'], '--save and --web exclude each other'),
     (['--save', 'nowhere/x.rrd'], 'the folder nowhere does not exist'),
     (['--save', '/dev/full'], 'cannot write /dev/full: '),
+    (['--save', 'x\udcff.rrd'], 'cannot write x\\xff.rrd: its name is not UTF-8'),
     (['--live'], '--live shows a running node: neither a source nor options'),
     ([], 'there is no display for the window of the viewer')])
 def test_an_impossible_view_is_rejected(aick, folder, monkeypatch, arguments, sentence):
@@ -110,6 +111,13 @@ def test_a_full_disk_is_said_at_the_start(aick, folder, monkeypatch, tmp_path):
     outcome = aick('view', folder, '--save', 'x.rrd')
     assert (outcome.code, outcome.sentence) == (2, 'cannot write x.rrd: the disk is full')
     assert not (tmp_path / 'x.rrd').exists()
+
+
+def test_a_recording_of_any_name_is_shown(aick, folder, tmp_path):
+    source = tmp_path / 'x\udcff\x1b'
+    source.symlink_to(folder)
+    outcome = aick('view', source, '--save', 'x.rrd', '--limit', '1')
+    assert (outcome.code, outcome.err) == (0, '')
 
 
 def test_an_earlier_view_stays_where_the_recording_cannot_be_read(aick, tmp_path):

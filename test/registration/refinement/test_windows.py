@@ -55,6 +55,17 @@ def test_without_depth_a_window_faces_the_camera():
     np.testing.assert_allclose(found, np.outer(1 / points[:, 2], [0, 0, 1]), atol=1e-9)
 
 
+@pytest.mark.parametrize('depth', [0.0, 1e-45, 1e-39])
+def test_depths_that_cannot_be_count_as_none(depth):
+    """Their reciprocals would be infinite, and NumPy warn of them."""
+    points, image = points_at(PIXELS), depth_image()
+    image[:, ::2] = depth
+    expected = np.where(image == np.float32(depth), np.nan, image)
+    with np.errstate(all='raise'):
+        found = planes(image, PIXELS, points, CAMERA, WINDOW)
+    np.testing.assert_array_equal(found, planes(expected, PIXELS, points, CAMERA, WINDOW))
+
+
 def test_jacobians_are_the_derivatives_of_where_a_plane_is_seen():
     """By differences."""
     found = jacobians(np.tile(PLANE, (50, 1)), points_at(PIXELS), CAMERA, MOTION)
