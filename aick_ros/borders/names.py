@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 _LONGEST = 2000  # characters of a message; chosen: more than most paths, less than a screen
 
 
@@ -25,6 +27,11 @@ def printable(text: str) -> str:
     """
     return ''.join(character if character.isprintable() or character == '\n'
                    else _escaped(character) for character in text)
+
+
+def quoted_if_blank(name: str | Path) -> str:
+    """Return a name for a sentence, in quotes where nothing of it could be seen."""
+    return str(name) if str(name).strip() else repr(str(name))
 
 
 def _escaped(character: str) -> str:

@@ -11,6 +11,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Protocol
 
+from aick_ros.borders.names import quoted_if_blank
 from aick_ros.borders.values import number, numbers, required
 from aick_ros.errors import InputError
 from aick_ros.frames.rgbd import RgbdFrame
@@ -188,7 +189,7 @@ def _names(path: Path) -> set[str]:
         if not path.is_file():
             raise InputError(f'cannot read {path}: it is neither a folder nor a regular file')
     except FileNotFoundError:
-        raise InputError(f'{path} does not exist: a source is {_KINDS}') from None
+        raise InputError(f'{quoted_if_blank(path)} does not exist: a source is {_KINDS}') from None
     except OSError as error:
         raise InputError(f'cannot read {path}: {error.strerror}') from None
     except ValueError as error:

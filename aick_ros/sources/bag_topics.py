@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from aick_ros.borders.names import quoted_if_blank
 from aick_ros.errors import InputError
 
 IMAGE = 'sensor_msgs/msg/Image'
@@ -145,8 +146,8 @@ class BagTopics:
         option = _OPTIONS[what]
         if given is not None:
             if given not in self._of(types):
-                raise InputError(f'{self.bag} has no {" or ".join(types)} on {given} ({option}); '
-                                 f'it has {self}')
+                raise InputError(f'{self.bag} has no {" or ".join(types)} on '
+                                 f'{quoted_if_blank(given)} ({option}); it has {self}')
             return given
         candidates = [topic for topic in self._of(types) if fits(topic)]
         if not candidates:

@@ -4,10 +4,11 @@
 """Names are printed as characters that do nothing."""
 
 import os
+from pathlib import Path
 
 import pytest
 
-from aick_ros.borders.names import one_line, printable
+from aick_ros.borders.names import one_line, printable, quoted_if_blank
 
 
 @pytest.mark.parametrize('name, shown', [
@@ -30,3 +31,10 @@ def test_messages_are_one_line_of_limited_length():
     assert long.startswith(r'start \x1b') and long.endswith(' end') and len(long) < 2100
     assert '[... 398010 characters ...]' in long
     assert one_line('x' * 2000) == 'x' * 2000
+
+
+@pytest.mark.parametrize('name, shown', [
+    ('', "''"), (' ', "' '"), ('\n\t', r"'\n\t'"), (Path('  '), "'  '"), (' a ', ' a '),
+    (Path('a b'), 'a b')])
+def test_blank_names_are_quoted(name, shown):
+    assert quoted_if_blank(name) == shown

@@ -149,6 +149,14 @@ def test_names_reach_the_terminal_harmlessly(aick):
     assert '\x1b' not in outcome.err
 
 
+@pytest.mark.parametrize('command', [
+    ('replay', ' '), ('compare', ' ', 'x'), ('fleet', ''), ('benchmark', '\t', '--methods', 'aick')])
+def test_names_that_cannot_be_seen_are_quoted(aick, command):
+    outcome = aick(*command)
+    assert outcome.code == 2
+    assert outcome.sentence.startswith(repr(command[1]))
+
+
 @pytest.mark.parametrize('environment, code, redirect', [
     ({'PYTHONIOENCODING': 'ascii'}, 'print("größe")', ''),
     ({'MPLBACKEND': 'nonsense'}, 'import matplotlib', ''),

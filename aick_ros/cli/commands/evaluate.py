@@ -17,7 +17,7 @@ from aick_ros.cli.output.consistency_plots import write_plots
 from aick_ros.cli.output.console import progress, say
 from aick_ros.cli.output.evaluation_tables import show
 from aick_ros.cli.output.files import write_json
-from aick_ros.cli.output.plot_folder import make_folder, make_plot_folder
+from aick_ros.cli.output.plot_folder import make_folder, make_plot_folder, removed_if_empty
 from aick_ros.cli.output.square_files import write_square
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.evaluation.scores.evaluation import Evaluation
@@ -62,13 +62,14 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
         register_depth, depth_info_topic, depth_in_colour))
     if recording.ground_truth is None:
         say(f'{recording.name} has no ground truth: only times are measured, no errors')
-    elif plots is not None:
-        make_plot_folder(plots)
-    if export is not None:
-        make_folder(export, '--export')
-    with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as done:
-        evaluation = evaluate_source(reading, settings, numbers, done, reading.damage)
-    _write(evaluation, reading, recording, json, plots, export)
+    with removed_if_empty(plots, export):
+        if plots is not None and recording.ground_truth is not None:
+            make_plot_folder(plots)
+        if export is not None:
+            make_folder(export, '--export')
+        with Reading(recording, limit) as reading, progress(reading.name, len(reading)) as done:
+            evaluation = evaluate_source(reading, settings, numbers, done, reading.damage)
+        _write(evaluation, reading, recording, json, plots, export)
     return outcome.of_reading(reading)
 
 

@@ -25,6 +25,7 @@ from aick_ros.cli.input import options
 from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import write_json, write_whole
+from aick_ros.cli.output.plot_folder import removed_if_empty
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError, TransferError, installation, package_of
 from aick_ros.evaluation.engine.cluster import Cluster, connected
@@ -100,8 +101,8 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
                                            source_options, numbers, limit, scratch)
             for recording in recordings for variant in chosen}
     cluster = Cluster(min(workers, len(jobs)), _memory_of(memory_limit), scheduler, dashboard)
-    fleet_run = _Fleet(Results(out), jobs, chosen)
-    with Interruption() as interruption:
+    with removed_if_empty(out / 'runs'), Interruption() as interruption:
+        fleet_run = _Fleet(Results(out), jobs, chosen)
         fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
     rows = fleet_run.results.write_table(jobs)
     _report(rows, out, json)

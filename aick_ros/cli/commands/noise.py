@@ -17,7 +17,7 @@ from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.output.console import decimal, line, progress, say, table
 from aick_ros.cli.output.files import write_json
 from aick_ros.cli.output.imu_noise import show_imu_noise, write_allan_plot
-from aick_ros.cli.output.plot_folder import make_plot_folder
+from aick_ros.cli.output.plot_folder import make_plot_folder, removed_if_empty
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError
 from aick_ros.evaluation.noise.camera_noise import CameraNoise, estimate_noise
@@ -94,14 +94,15 @@ def _noise_of_camera(recording: RgbdSource, settings: Settings, json: str | None
 
 def _noise_of_imu(path: Path, topic: str | None, settings: Settings, json: str | None,
                   plots: Path | None) -> int:
-    if plots is not None:
-        make_plot_folder(plots)
-    found = estimate_imu_noise(path.resolve().name, read_imu(path, topic))
-    if json is not None:
-        write_json(json, found.to_json())
-    show_imu_noise(found, settings.imu, on_stderr=json == STANDARD_OUTPUT)
-    if plots is not None:
-        write_allan_plot(plots, found)
+    with removed_if_empty(plots):
+        if plots is not None:
+            make_plot_folder(plots)
+        found = estimate_imu_noise(path.resolve().name, read_imu(path, topic))
+        if json is not None:
+            write_json(json, found.to_json())
+        show_imu_noise(found, settings.imu, on_stderr=json == STANDARD_OUTPUT)
+        if plots is not None:
+            write_allan_plot(plots, found)
     return outcome.DONE
 
 

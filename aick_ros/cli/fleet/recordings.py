@@ -13,6 +13,7 @@ from pathlib import Path
 
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_LIST_BYTES
+from aick_ros.borders.names import quoted_if_blank
 from aick_ros.cli.fleet.folders import Entry, recordings_below
 from aick_ros.cli.fleet.remote import recordings_at
 from aick_ros.cli.fleet.urls import is_url
@@ -64,7 +65,8 @@ def _found(source: str) -> Iterator[str]:
         return
     matches = sorted(glob.glob(source, recursive=True))
     if not matches:
-        raise InputError(f'{source} does not exist, nor does a file that it is a pattern of')
+        raise InputError(f'{quoted_if_blank(source)} does not exist, nor does a file that it is a '
+                         'pattern of: name a recording, or a folder with recordings in it')
     for match in matches:
         yield from _below(match)
 

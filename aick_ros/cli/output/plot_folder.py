@@ -5,6 +5,9 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from aick_ros.errors import InputError, installation
@@ -35,3 +38,16 @@ def make_folder(path: Path, option: str) -> None:
         raise InputError(f'{option} {path}: cannot make the folder: {error.strerror}') from None
     except RecursionError:  # of Path.mkdir
         raise InputError(f'{option} {path}: it has too many folders') from None
+
+
+@contextmanager
+def removed_if_empty(*paths: Path | None) -> Iterator[None]:
+    """Remove folders that the block makes and leaves empty, as where the command fails."""
+    new = [folder for path in paths if path is not None for folder in (path, *path.parents)
+           if not os.path.lexists(folder)]
+    try:
+        yield
+    finally:
+        for folder in new:  # from within
+            with suppress(OSError):
+                folder.rmdir()

@@ -13,6 +13,7 @@ from typing import Any
 
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
+from aick_ros.borders.names import quoted_if_blank
 from aick_ros.errors import InputError
 from aick_ros.evaluation.runs import files
 from aick_ros.evaluation.runs.frames_csv import read_frames
@@ -72,8 +73,8 @@ def run_folders(path: Path) -> list[Path]:
     if (path / files.SUMMARY).exists():
         return [path]
     if not path.is_dir():
-        raise InputError(f'{path} is not a folder: name the folder of a run of aick replay, or a '
-                         'folder of such folders')
+        raise InputError(f'{quoted_if_blank(path)} is not a folder: name the folder of a run of '
+                         'aick replay, or a folder of such folders')
     folders = sorted(folder for folder in path.iterdir()
                      if (folder / files.SUMMARY).exists() and not folder.is_symlink())
     if not folders:
