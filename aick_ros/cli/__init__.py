@@ -31,19 +31,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
     :param arguments: without the name of the program; None: those of the process.
     """
-    # The matrices are small: BLAS threads gain little on an idle machine and cost a multiple on a
-    # busy one. NumPy reads this variable when it is first imported.
-    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
-    # plots go to files; a backend that does not exist would make matplotlib's import fail
-    os.environ['MPLBACKEND'] = 'agg'
-    # matplotlib stamps plots with it, and fails where it is no time
-    if not _EPOCH.fullmatch(os.environ.get('SOURCE_DATE_EPOCH', '0')):
-        del os.environ['SOURCE_DATE_EPOCH']
-    for name in _OPENCV:
-        if not _EPOCH.fullmatch(os.environ.get(name, '0')):
-            del os.environ[name]
-    # of a folder for its cache that cannot be written, without which it only starts later
-    logging.getLogger('matplotlib').setLevel(logging.ERROR)
+    _prepare_environment()
     try:
         with endings_interrupt():
             try:
@@ -68,3 +56,20 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         print('aick: interrupted', file=sys.stderr)
         sys.exit(130)
     sys.exit(code)
+
+
+def _prepare_environment() -> None:
+    """Set variables that libraries read when they are imported."""
+    # The matrices are small: BLAS threads gain little on an idle machine and cost a multiple on a
+    # busy one. NumPy reads this variable when it is first imported.
+    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+    # plots go to files; a backend that does not exist would make matplotlib's import fail
+    os.environ['MPLBACKEND'] = 'agg'
+    # matplotlib stamps plots with it, and fails where it is no time
+    if not _EPOCH.fullmatch(os.environ.get('SOURCE_DATE_EPOCH', '0')):
+        del os.environ['SOURCE_DATE_EPOCH']
+    for name in _OPENCV:
+        if not _EPOCH.fullmatch(os.environ.get(name, '0')):
+            del os.environ[name]
+    # of a folder for its cache that cannot be written, without which it only starts later
+    logging.getLogger('matplotlib').setLevel(logging.ERROR)

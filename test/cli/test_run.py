@@ -150,7 +150,8 @@ def test_names_reach_the_terminal_harmlessly(aick):
 
 
 @pytest.mark.parametrize('command', [
-    ('replay', ' '), ('compare', ' ', 'x'), ('fleet', ''), ('benchmark', '\t', '--methods', 'aick')])
+    ('replay', ' '), ('compare', ' ', 'x'), ('fleet', ''),
+    ('benchmark', '\t', '--methods', 'aick')])
 def test_names_that_cannot_be_seen_are_quoted(aick, command):
     outcome = aick(*command)
     assert outcome.code == 2

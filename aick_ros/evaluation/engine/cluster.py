@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import logging
+import resource
 import signal
 import threading
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 _CONNECTION_LIMIT = 10.0  # [s] for a scheduler to answer, or to come back; chosen
 ONE_THREAD = {name: '1' for name in (
     'OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'NUMEXPR_NUM_THREADS')}
+_FILES, _FILES_PER_PROCESS = 48, 16  # measured: 33 to 48 with one process; chosen above that
 _OF_THE_TERMINAL = {signal.SIGINT, signal.SIGHUP}
 
 _SETTINGS = {
@@ -64,7 +66,7 @@ def connected(cluster: Cluster) -> Iterator[Client]:
     """
     Connect to a cluster while the block runs; processes of this machine end with it.
 
-    :raises InputError: where Dask is missing or the scheduler does not answer.
+    :raises InputError: where Dask cannot be used, or the scheduler does not answer.
     """
     try:
         import dask
@@ -72,6 +74,9 @@ def connected(cluster: Cluster) -> Iterator[Client]:
     except ModuleNotFoundError as error:
         raise InputError(f"no tasks without {package_of(error)}: {installation('fleet')}"
                          ) from None
+    except Exception as error:  # it reads its settings then
+        raise InputError(f'Dask cannot be used ({error}): correct its settings, in DASK_* and '
+                         '~/.config/dask') from None
     with _quiet(), dask.config.set(_SETTINGS):
         if cluster.scheduler is None:
             with _own_processes(cluster) as client:
@@ -90,7 +95,9 @@ def connected(cluster: Cluster) -> Iterator[Client]:
 def _own_processes(cluster: Cluster) -> Iterator[Client]:
     import dask
     from distributed import Client
+    _check_files(cluster.workers)
     parent = dask.config.get('temporary-directory', None)
+    parent = None if parent is None else str(parent)  # any YAML
     with _unreached_by_the_terminal(), scratch_folder(parent) as folder, dask.config.set(
             {'temporary-directory': str(folder)}), ExitStack() as stack:
         with _sigterm_delayed():
@@ -108,9 +115,19 @@ def _local_cluster(cluster: Cluster) -> LocalCluster:
             memory_limit=cluster.memory_limit, silence_logs=logging.CRITICAL,
             preload=[silence.__name__], dashboard_address='127.0.0.1:0',
             scheduler_kwargs={'dashboard': cluster.has_dashboard})
-    except (RuntimeError, OSError) as error:
-        raise InputError(f'{cluster.workers} processes cannot be started here ({error}): use '
-                         'fewer, or free memory and raise limits (ulimit -a)') from None
+    except Exception as error:  # nearly anything, also of Dask's settings
+        raise InputError(f'{cluster.workers} processes cannot be started ({error}): use fewer, '
+                         "free memory, raise limits (ulimit -a), or correct Dask's settings "
+                         '(DASK_*)') from None
+
+
+def _check_files(workers: int) -> None:
+    """Raise InputError where Dask would find too few descriptors; asyncio then prints lines."""
+    allowed, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    required = _FILES + _FILES_PER_PROCESS * workers
+    if allowed != resource.RLIM_INFINITY and allowed < required:
+        raise InputError(f'{allowed} open files are allowed, {workers} processes require '
+                         f'{required}: raise the limit (ulimit -n {required})')
 
 
 @contextmanager

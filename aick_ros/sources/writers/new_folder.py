@@ -37,6 +37,7 @@ def new_folder(path: Path) -> Iterator[Path]:
         raise InputError(f'cannot write {path}: it has too many folders') from None
     try:
         yield hidden / path.name
+        check_new(path)  # another command may have made it meanwhile
         (hidden / path.name).rename(path)
     except (OSError, sqlite3.Error) as error:  # sqlite3: a full disk
         raise InputError(f'cannot write {path}: {error}') from None

@@ -40,7 +40,8 @@ def test_folders_that_were_there_stay(tmp_path, fail):
 
 
 @pytest.mark.parametrize('arguments', [
-    ('evaluate', 'tum', '--plots', 'p/q', '--export', 'x'), ('noise', 'tum', '--imu', '--plots', 'p'),
+    ('evaluate', 'tum', '--plots', 'p/q', '--export', 'x'),
+    ('noise', 'tum', '--imu', '--plots', 'p'),
     ('fleet', 'tum', '--out', 'p/q', '--scheduler', 'tcp://127.0.0.1:9')])
 def test_a_command_that_fails_leaves_none(aick, tmp_path, monkeypatch, arguments):
     monkeypatch.setattr(cluster, '_CONNECTION_LIMIT', 0.2)

@@ -3,10 +3,15 @@
 
 """Tasks through crashes, hangs, lost processes and other versions: one outcome each."""
 
+import os
+import re
 import signal
+import subprocess
+import sys
 import time
 from multiprocessing import resource_tracker
 
+import dask
 import distributed
 import pytest
 
@@ -80,7 +85,8 @@ def test_sigterm_while_processes_start_ends_them_once_they_have(monkeypatch, cap
 
 
 @pytest.mark.parametrize('error', [RuntimeError('Nanny failed to start.'),
-                                   OSError(24, 'Too many open files')])
+                                   OSError(24, 'Too many open files'),
+                                   TypeError('of a setting')])
 @pytest.mark.parametrize('is_signalled', [False, True])
 def test_processes_that_do_not_start_are_named_unless_a_signal_ended_them(
         monkeypatch, error, is_signalled):
@@ -97,7 +103,39 @@ def test_processes_that_do_not_start_are_named_unless_a_signal_ended_them(
                 pytest.fail('it goes on')
     finally:
         signal.signal(signal.SIGTERM, before)
-    assert is_signalled or f'2 processes cannot be started here ({error})' in str(raised.value)
+    assert is_signalled or f'2 processes cannot be started ({error})' in str(raised.value)
+
+
+@pytest.mark.parametrize('allowed', [8, 16, 24, 48])
+def test_too_few_open_files_are_one_sentence(allowed):
+    command = ('import resource; from aick_ros.evaluation.engine.cluster import *\n'
+               'from distributed import Client, LocalCluster\n'
+               f'resource.setrlimit(resource.RLIMIT_NOFILE, ({allowed}, {allowed}))\n'
+               'try:\n with connected(Cluster(2)): pass\n'
+               'except InputError as error: print(error)')
+    run = subprocess.run([sys.executable, '-c', command], capture_output=True, text=True)
+    assert run.stdout.startswith(f'{allowed} open files are allowed, 2 processes require ')
+    assert run.stderr == ''
+
+
+@pytest.mark.parametrize('setting', ['DASK_CONFIG=settings.yaml', 'DASK_DISTRIBUTED__LOGGING=x'])
+def test_settings_that_dask_cannot_read_are_named(tmp_path, setting):
+    (tmp_path / 'settings.yaml').write_text('a: [1')
+    name, value = setting.split('=')
+    command = ('from aick_ros.evaluation.engine.cluster import Cluster, connected\n'
+               'from aick_ros.errors import InputError\n'
+               'try:\n with connected(Cluster(1)): pass\n'
+               'except InputError as error: print(error)')
+    run = subprocess.run([sys.executable, '-c', command], cwd=tmp_path, capture_output=True,
+                         text=True, env={**os.environ, name: value})
+    assert re.match(r'Dask cannot be used \(.*\): correct its settings', run.stdout, re.DOTALL)
+    assert run.stderr == ''
+
+
+def test_a_temporary_folder_may_be_called_by_a_number(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with dask.config.set({'temporary-directory': 7}), connected(Cluster(1)) as client:
+        assert f'{tmp_path}/7/' in client.cluster.scheduler.local_directory
 
 
 def test_ctrl_c_reaches_no_process_that_starts(monkeypatch):

@@ -41,6 +41,19 @@ def test_an_existing_target_is_rejected_and_left_alone(tmp_path, make):
     assert os.listdir(tmp_path) == ['target']
 
 
+@pytest.mark.parametrize('content', [[], ['file']])
+def test_what_another_command_makes_meanwhile_is_left_alone(tmp_path, content):
+    target = tmp_path / 'target'
+    with pytest.raises(InputError, match='target exists already: remove it or choose another'):
+        with new_folder(target) as folder:
+            folder.mkdir()
+            target.mkdir()
+            for name in content:
+                (target / name).touch()
+    assert os.listdir(tmp_path) == ['target']
+    assert os.listdir(target) == content
+
+
 def test_a_target_that_cannot_be_written_is_rejected(tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(InputError, match='cannot write .*file/target: '):
