@@ -15,7 +15,7 @@ from typing import NoReturn
 from aick_ros.cli import no_memory
 from aick_ros.cli.input.interruption import endings, endings_interrupt
 from aick_ros.errors import installation, package_of
-from aick_ros.ros.process.signals import held, hold
+from aick_ros.ros.process.signals import held
 
 _NEEDED = ('typer', 'rich', 'yaml')
 _OPENCV = ('OPENCV_FOR_THREADS_NUM', 'OPENCV_IO_MAX_IMAGE_PIXELS', 'OPENCV_IO_MAX_IMAGE_WIDTH',
@@ -33,14 +33,10 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """
     _prepare_environment()
     try:
-        with endings_interrupt():
-            try:
-                with held(endings()):  # an interrupted import fails in unexpected ways
-                    from aick_ros.cli.run import run
-                code = run(sys.argv[1:] if arguments is None else arguments)
-            finally:
-                if arguments is None:  # the process is about to end, whatever comes
-                    hold(endings())
+        with endings_interrupt(is_last=arguments is None):
+            with held(endings()):  # an interrupted import fails in unexpected ways
+                from aick_ros.cli.run import run
+            code = run(sys.argv[1:] if arguments is None else arguments)
     except ModuleNotFoundError as error:
         package = package_of(error)
         if package not in _NEEDED:

@@ -280,6 +280,18 @@ def test_an_interruption_of_the_start_is_one_line(ending):
     assert (process.returncode, process.stderr) == (130, 'aick: interrupted\n')
 
 
+@pytest.mark.parametrize('ending', ['SIGINT', 'SIGTERM', 'SIGHUP'])
+def test_a_signal_while_the_process_ends_changes_nothing(ending):
+    """Also where another thread could get it."""
+    process = python('import atexit, os, signal, sys, threading, time\n'
+                     'threading.Thread(target=time.sleep, args=(1,)).start()\n'
+                     f'atexit.register(os.kill, os.getpid(), signal.{ending})\n'
+                     'sys.argv = ["aick", "replay", "none"]\n'
+                     'from aick_ros.cli import main; main()')
+    assert process.returncode == 2
+    assert process.stderr.count('\n') == 1
+
+
 def test_after_nohup_the_end_of_the_terminal_is_ignored():
     process = python('import signal; signal.signal(signal.SIGHUP, signal.SIG_IGN)'
                      + SIGNALLED.format(ending='SIGHUP'))

@@ -25,7 +25,7 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines.registry import METHODS, Method, make, methods_of
 from aick_ros.evaluation.benchmark.dead_reckoning import Reckoning, reckon, walk
 from aick_ros.evaluation.benchmark.figures import figure_data, paper_figures, variants
-from aick_ros.evaluation.benchmark.journal import Journal, begin
+from aick_ros.evaluation.benchmark.journal import Journal, begin, reserved
 from aick_ros.evaluation.benchmark.plan import Plan, run_plan
 from aick_ros.evaluation.benchmark.recording import Recording, Request
 from aick_ros.evaluation.benchmark.results import Results
@@ -76,26 +76,26 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
     recordings = _scan([Request(source, limit, max_interval) for source in sources], damage)
     installed = _installed(chosen)
     figures = paper_figures(None if folder is None else folder.vocabularies)
-    plan = Plan(installed, recordings, numbers, pairs,
-                [] if folder is None else variants(figures))
+    plan = Plan(installed, recordings, numbers, pairs, [] if folder is None else variants(figures))
     missing = {method.name: method.missing for method in chosen if method not in installed}
     if folder is not None and plan.variants:
         _learn_vocabularies(folder.vocabularies)
-    with scratch_folder() as scratch, Interruption() as interruption:
-        journal = begin(_journal_path(json, scratch), recordings)
-        unusable = _run(plan, journal, scratch, jobs, time_limit, interruption)
-        wanted = folder is not None and corridor and not interruption.requested
-        reckoning = _reckon(corridor, interruption) if wanted else None
-    if interruption.requested:
-        return _interrupted(json)
-    results = Results.of(plan, journal, {**missing, **unusable})
-    curves = figure_data(figures, plan, journal)
-    if json is not None:
-        write_json(json, {'jobs': jobs, 'time_limit_s': time_limit,
-                          **_content(results, curves, reckoning)})
-    if folder is not None:
-        folder.write(curves, results.recordings, reckoning)
-    journal.path.unlink(missing_ok=True)
+    with scratch_folder() as scratch, reserved(path := _journal_path(json, scratch)):
+        with Interruption() as interruption:
+            journal = begin(path, recordings)
+            unusable = _run(plan, journal, scratch, jobs, time_limit, interruption)
+            wanted = folder is not None and corridor and not interruption.requested
+            reckoning = _reckon(corridor, interruption) if wanted else None
+        if interruption.requested:
+            return _interrupted(json)
+        results = Results.of(plan, journal, {**missing, **unusable})
+        curves = figure_data(figures, plan, journal)
+        if json is not None:
+            write_json(json, {'jobs': jobs, 'time_limit_s': time_limit,
+                              **_content(results, curves, reckoning)})
+        if folder is not None:
+            folder.write(curves, results.recordings, reckoning)
+        path.unlink(missing_ok=True)
     show_results(results, on_stderr=json == STANDARD_OUTPUT)
     return outcome.of_damage(damage)
 

@@ -44,12 +44,19 @@ class Interruption:
 
 
 @contextmanager
-def endings_interrupt() -> Iterator[None]:
-    """Make all signals that end a command raise KeyboardInterrupt during the block, as Ctrl-C."""
+def endings_interrupt(is_last: bool = False) -> Iterator[None]:
+    """
+    Make all signals that end a command raise KeyboardInterrupt during the block, as Ctrl-C.
+
+    :param is_last: the process ends after the block, and ignores them then; they are not blocked,
+        as any other thread would get them.
+    """
     previous = {each: signal.signal(each, signal.default_int_handler)
                 for each in endings() if each is not signal.SIGINT}
     try:
         yield
     finally:
+        if is_last:
+            previous = dict.fromkeys(endings(), signal.SIG_IGN)
         for each, handler in previous.items():
             signal.signal(each, handler)

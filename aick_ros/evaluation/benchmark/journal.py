@@ -10,10 +10,13 @@ the run: measurements on other data or another machine must not be mixed.
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import math
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -107,6 +110,27 @@ class Journal:
             self.pairs.setdefault(key, {})[line.pair] = line
         else:
             self.frames.setdefault(key, {})[line.frame] = line.milliseconds
+
+
+@contextmanager
+def reserved(path: Path) -> Iterator[None]:
+    """
+    Keep other commands from the journal at a path while the block runs.
+
+    :raises InputError: where another one has it, or it cannot be written.
+    """
+    try:
+        # without O_NONBLOCK, opening a pipe waits for a reader
+        file = open(path, 'ab', opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK))
+    except OSError as error:
+        raise InputError(f'cannot write {path}: {error.strerror}') from None
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise InputError(f'{path} is written by another benchmark: wait until it has ended, '
+                             'or give another --json file') from None
+        yield
 
 
 def begin(path: Path, recordings: Sequence[Recording]) -> Journal:

@@ -3,10 +3,12 @@
 
 """Files of measured lines that cannot be resumed."""
 
+import os
+
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.benchmark.journal import FrameLine, PairLine, begin
+from aick_ros.evaluation.benchmark.journal import FrameLine, PairLine, begin, reserved
 from aick_ros.evaluation.scores.frame_pairs import FramePair
 
 
@@ -66,6 +68,25 @@ def test_an_incomplete_line_is_removed(recording, tmp_path):
     path.write_text(whole + '{"method": "cut o')  # as after a power failure
     begin(path, [recording])
     assert path.read_text() == whole
+
+
+def test_one_command_at_a_time_writes_a_file(recording, tmp_path):
+    path = tmp_path / 'x.partial'
+    with reserved(path):
+        begin(path, [recording])
+        with pytest.raises(InputError, match='x.partial is written by another benchmark: wait'):
+            with reserved(path):
+                pytest.fail('it is written by two')
+    with reserved(path):
+        begin(path, [recording])
+
+
+@pytest.mark.parametrize('make', [os.mkdir, os.mkfifo])
+def test_a_place_that_is_no_file_is_named(tmp_path, make):
+    make(tmp_path / 'x.partial')
+    with pytest.raises(InputError, match='cannot write .*x.partial: '), reserved(
+            tmp_path / 'x.partial'):
+        pytest.fail('it is no file')
 
 
 def test_a_file_that_is_removed_meanwhile_is_named(recording, tmp_path):
