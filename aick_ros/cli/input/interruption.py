@@ -56,7 +56,7 @@ def endings_interrupt(is_last: bool = False) -> Iterator[None]:
     try:
         yield
     finally:
-        if is_last:
-            previous = dict.fromkeys(endings(), signal.SIG_IGN)
         for each, handler in previous.items():
-            signal.signal(each, handler)
+            signal.signal(each, signal.SIG_IGN if is_last else handler)
+        if is_last:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
