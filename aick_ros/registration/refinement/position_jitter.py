@@ -100,9 +100,9 @@ class MeanJitter:
     @property
     def variance(self) -> float:
         """
-        Variance of the position along an axis [m^2]: the mean, less where it is hardly significant.
+        Variance of the position along an axis [m^2].
 
-        It is 0 up to a number of standard errors.
+        It is 0 where the mean is not significant, and grows to the mean where it is.
         """
         if self.count < _FEWEST or self.mean <= 0.0:
             return 0.0

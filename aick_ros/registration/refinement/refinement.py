@@ -225,7 +225,7 @@ class _Problem:
 
     def _with_bias(self, refined: Refined, pose: np.ndarray, keypoints: _Estimate,
                    depth: _Estimate) -> Refined:
-        """Return a refined pose with the bias and noise that two estimates from a pose indicate."""
+        """Return a refined pose with the bias and noise by two estimates, made at a pose."""
         bias = SensorBias(depth.error - keypoints.error, keypoints.covariance + depth.covariance)
         noise = None
         if len(self._tracks) >= FEWEST_TO_CONFIRM:

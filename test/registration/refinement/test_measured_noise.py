@@ -7,27 +7,89 @@ import dataclasses
 
 import numpy as np
 import pytest
+from scipy import stats
 
+from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.refinement import Refinement
-from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.refinement.residuals import (
+    SURFACE_NOISE, NormalEquations, point_to_plane, reprojection)
+from aick_ros.registration.refinement.tracks import Tracker, Tracks
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 SLOW, FAST = 10.0, 100.0  # px
 SQUARES = np.array([4e-6, 1e-6])
 
+# no residual is an outlier: all weights are 1, and the problem is a linear one
+SETTINGS = with_values(Settings(), {'refinement.robust_width': 100.0})
+CAMERA = Camera(640, 480, 200.0, 200.0, 319.5, 239.5)  # wide: many parts with errors of their own
+RAY_SIGMA = SETTINGS.refinement.track_sigma / CAMERA.fx
+CORNER = np.array([(0.8, 0, 0.6), (-0.6, 0, 0.8), (0, 0.8, 0.6)])  # normals of three walls
+TRUTH = se3.exp([0.002, -0.003, 0.001, 0.001, -0.002, 0.001])
+
+
+def seen(pose):
+    """Return a view of the corner of three walls, without an error."""
+    v, u = np.indices((CAMERA.height, CAMERA.width))
+    rays = CAMERA.normalize(np.column_stack([u.ravel(), v.ravel()]).astype(float))
+    rays = np.column_stack([rays, np.ones(len(rays))]) @ pose[:3, :3].T
+    with np.errstate(divide='ignore'):
+        depths = (CORNER @ (0, 0, 2.0) - CORNER @ pose[:3, 3]) / (rays @ CORNER.T)
+    depth = np.where(depths > 0, depths, np.inf).min(axis=1).reshape(u.shape).astype(np.float32)
+    grey = np.zeros(u.shape, np.uint8)
+    frame = RgbdFrame(int(1e8 * np.any(pose != np.eye(4))), grey, depth, CAMERA)
+    surface = Surface.of(depth, CAMERA, SETTINGS.sensor, 2000)
+    return PreparedFrame(frame, KeypointFrame.none(frame.stamp), grey, dataclasses.replace(
+        surface, roughness=np.zeros_like(surface.roughness)))
+
 
 @pytest.fixture(scope='module')
 def views():
-    """Return two views of a room, the second first, and its true pose in the first."""
-    source = SyntheticSource(SyntheticOptions(seed=3))
-    poses, registrar = source.ground_truth.poses, Registrar()
-    return (*(registrar.prepare(source.frame(i)) for i in (3, 0)),
-            se3.inverse(poses[0]) @ poses[3])
+    """Return the view of a source and that of its target."""
+    return seen(TRUTH), seen(np.eye(4))
+
+
+def tracks(rng, factor=1.0):
+    """Return 400 tracks with that many of their sigmas as noise, of points without depth noise."""
+    points = rng.uniform((-1.6, -1.2, 1.0), (1.6, 1.2, 1.0), (400, 3))
+    points *= rng.uniform(1.0, 4.0, (400, 1))
+    moved = se3.transform(TRUTH, points)
+    rays = moved[:, :2] / moved[:, 2:] + factor * RAY_SIGMA * rng.normal(size=(400, 2))
+    return Tracks(np.arange(400), points, rays, np.full(400, np.nan), np.full(400, 1e-9))
+
+
+@pytest.fixture
+def measured(views, monkeypatch):
+    """
+    Return a function that refines the true pose by measurements with known errors.
+
+    Tracks have white noise of their sigma times a factor, depths that of the sensor model.
+    """
+    def refined(seed, noise, factor=1.0, has_depth=True, settings=SETTINGS, shift=np.zeros(3)):
+        source, target = views
+        rng = np.random.default_rng(seed)
+        shown, surface = tracks(rng, factor), source.surface
+        e = SURFACE_NOISE * SETTINGS.sensor.depth_sigma * rng.normal(size=(len(surface.points), 1))
+        surface = dataclasses.replace(
+            surface, points=np.float32(surface.points / (1 + e * surface.points[:, 2:]) + shift),
+            chosen=surface.chosen[:None if has_depth else 0])
+        monkeypatch.setattr(Tracker, 'track', lambda *_: shown)
+        return Refinement(settings.refinement, settings.sensor, noise).refine(
+            dataclasses.replace(source, surface=surface), target, TRUTH)
+    return refined
+
+
+def nees(refined):
+    """Return the squared error of a refined pose by the covariance of its noise."""
+    error = se3.difference(TRUTH, refined.T_target_source)
+    return error @ np.linalg.solve(refined.covariance - refined.systematic, error)
 
 
 def sample(ratio=1.0, normalised=1.0, squares=SQUARES, motion=SLOW):
@@ -132,57 +194,80 @@ def test_the_gain_of_weight_ends_where_the_squared_bias_is_three_to_five_times_i
     assert np.mean(gained[100:]) == pytest.approx(0.5, abs=0.1)
 
 
-def test_the_weight_of_keypoints_does_not_change_their_covariance(views):
-    """Without a usable depth image: the scatter of weighted residuals grows with its square."""
-    source, target = views[:2]
-    source = dataclasses.replace(source, surface=dataclasses.replace(
-        source.surface, chosen=source.surface.chosen[:0]))
-    covariances = []
-    for ratio in (1.0, 0.25):
-        noise = learned(*[sample(ratio, motion=motion) for motion in (1.0, 4.0, SLOW, 30.0, FAST)
-                          for _ in range(100)])
-        found = Refinement(Settings().refinement, Settings().sensor, noise).refine(
-            source, target, views[2])
-        covariances.append(np.diag(found.covariance - found.systematic))
-    # with the weight in it, it would be a quarter
-    np.testing.assert_allclose(covariances[1] / covariances[0], 1.0, atol=0.45)
+def of_all_motions(ratio):
+    return learned(*[sample(ratio, motion=motion) for motion in (1.0, 4.0, SLOW, 30.0, FAST)
+                     for _ in range(300)])
 
 
-def test_a_bias_of_depth_leaves_the_pose_to_the_keypoints(views, monkeypatch):
-    """The surface of the source is displaced by one centimetre, its keypoints are not."""
-    source, target, truth = views
-    shift = np.array([0.0, 0.0, 0.01])
-    source = dataclasses.replace(source, surface=dataclasses.replace(
-        source.surface, points=np.float32(source.surface.points + shift)))
-    bias = 1e-4 * np.eye(6)  # 1 cm, 0.6 deg
-    errors, extents = [], []
-    for depth_bias in (np.zeros((6, 6)), bias):
-        monkeypatch.setattr(MeasuredNoise, 'expected',
-                            lambda noise, motion, of_depth=depth_bias: Noise(1.0, bias, of_depth))
-        found = Refinement(Settings().refinement, Settings().sensor).refine(
-            source, target, truth)
-        errors.append(np.linalg.norm(se3.difference(found.T_target_source, truth)[:3]))
-        extents.append(np.trace((found.covariance - found.systematic)[:3, :3]))
-    assert errors[0] > 0.003
-    assert errors[1] < 0.3 * errors[0]
-    assert extents[1] > extents[0]  # depth says less
+@pytest.mark.parametrize('factor', [0.5, 1.0, 2.0])
+def test_the_ratio_is_that_of_the_variances(measured, factor):
+    """Of tracks with that many of their sigmas, by that of depths with one of theirs."""
+    ratios = [measured(seed, MeasuredNoise(), factor).noise.ratio for seed in range(12)]
+    assert np.exp(np.mean(np.log(ratios))) == pytest.approx(factor ** 2, rel=0.15)
 
 
-def test_jitter_of_keypoints_leaves_the_position_to_depth(views, monkeypatch):
-    """All keypoints of the source are displaced by one centimetre, its surface is not."""
-    source, target, truth = views
-    keypoints = dataclasses.replace(source.keypoints, positions=np.float32(
-        source.keypoints.positions + (0.01, 0.0, 0.0)))
-    source = dataclasses.replace(source, keypoints=keypoints)
-    errors = []
-    for variance in (0.0, 1e-4):
-        noise = Noise(0.01, keypoint_jitter=np.diag([variance] * 3 + [0.0] * 3))
-        monkeypatch.setattr(MeasuredNoise, 'expected', lambda *_, expected=noise: expected)
-        found = Refinement(Settings().refinement, Settings().sensor).refine(
-            source, target, truth)
-        errors.append(np.linalg.norm(se3.difference(found.T_target_source, truth)[:3]))
-    assert errors[0] > 0.003
-    assert errors[1] < 0.5 * errors[0]
+@pytest.mark.parametrize('ratio', [0.25, 4.0])
+def test_the_weight_of_keypoints_does_not_change_their_covariance(measured, ratio):
+    """Without depth: the scatter of weighted residuals grows with the square of the weight."""
+    plain, weighted = (measured(1, of_all_motions(one), has_depth=False) for one in (1.0, ratio))
+    np.testing.assert_allclose(weighted.T_target_source, plain.T_target_source, atol=1e-7)
+    # beside the scatter there is 0.01 of the variance that the weight says
+    shares = np.linalg.eigvals(np.linalg.solve(plain.covariance - plain.systematic,
+                                               weighted.covariance - weighted.systematic))
+    np.testing.assert_allclose(shares, (1 + 0.01 * ratio) / 1.01, rtol=0.03)
+
+
+@pytest.mark.parametrize('ratio', [1.0, 9.0])
+@pytest.mark.parametrize('has_depth', [False, True])
+def test_whatever_the_weight_the_covariance_is_that_of_the_error(measured, ratio, has_depth):
+    """Tracks with three times their noise, which is learned or not: the NEES is 6 on average."""
+    noise = of_all_motions(ratio)
+    squares = [nees(measured(seed, noise, 3.0, has_depth)) for seed in range(60)]
+    # chi-square with 6 degrees of freedom, beyond it once in 1000; the scatter is an estimate
+    assert stats.chi2.ppf(0.001, 360) / 60 < np.mean(squares) < 1.25 * stats.chi2.ppf(
+        0.999, 360) / 60
+
+
+@pytest.mark.parametrize('sigma', [1e-6, 1e-3, 1e-2])
+def test_a_bias_of_depth_leaves_the_pose_to_the_keypoints(measured, views, monkeypatch, sigma):
+    """
+    The points of the source are displaced by one millimetre, its keypoints are not.
+
+    Depth alone has the pose displaced by as much, d, with information J_d. Where it may have a
+    bias of covariance B, its information is M = (J_d^-1 + B)^-1, and with keypoints of
+    information J the pose is displaced by (J + M)^-1 M d.
+    """
+    shift, bias = np.array([0.0, 0.0, 0.001]), sigma ** 2 * np.eye(6)
+    monkeypatch.setattr(MeasuredNoise, 'expected', lambda *_: Noise(1.0, bias, bias))
+    plain, moved = (measured(1, MeasuredNoise(), shift=one) for one in (np.zeros(3), shift))
+    found = se3.difference(moved.T_target_source, plain.T_target_source)
+    by_keypoints, by_depth = (NormalEquations.of([residuals]).information for residuals in (
+        reprojection(tracks(np.random.default_rng(1)), TRUTH, RAY_SIGMA, 100.0),
+        point_to_plane(*(view.surface for view in views), TRUTH, SETTINGS.sensor, 100.0, 0.1)))
+    biased = np.linalg.inv(np.linalg.inv(by_depth) + bias)
+    joint = np.linalg.inv(by_keypoints + biased)
+    expected = -joint @ biased[:, :3] @ TRUTH[:3, :3] @ shift
+    np.testing.assert_allclose(found, expected, atol=0.03 * np.abs(expected).max() + 1e-6)
+    # what the bias adds is the same for all points, and not in their scatter
+    noise = by_keypoints + biased @ np.linalg.solve(by_depth, biased)
+    np.testing.assert_allclose(np.diag(moved.covariance - bias), np.diag(joint @ noise @ joint),
+                               rtol=0.5)
+
+
+@pytest.mark.parametrize('sigma', [0.0, 1e-4, 1e-3, 1e-2])
+def test_jitter_of_keypoints_leaves_the_position_to_depth(measured, views, monkeypatch, sigma):
+    """Depth has the pose displaced, as above: it is the more so, the more keypoints jitter."""
+    shift, jitter = np.array([0.0, 0.0, 0.001]), np.diag([sigma ** 2] * 3 + [0.0] * 3)
+    monkeypatch.setattr(MeasuredNoise, 'expected', lambda *_: Noise(keypoint_jitter=jitter))
+    plain, moved = (measured(1, MeasuredNoise(), shift=one) for one in (np.zeros(3), shift))
+    found = se3.difference(moved.T_target_source, plain.T_target_source)
+    by_keypoints, by_depth = (NormalEquations.of([residuals]).information for residuals in (
+        reprojection(tracks(np.random.default_rng(1)), TRUTH, RAY_SIGMA, 100.0),
+        point_to_plane(*(view.surface for view in views), TRUTH, SETTINGS.sensor, 100.0, 0.1)))
+    jittering = np.linalg.inv(np.linalg.inv(by_keypoints) + jitter)
+    joint = np.linalg.inv(jittering + by_depth)
+    expected = -joint @ by_depth[:, :3] @ TRUTH[:3, :3] @ shift
+    np.testing.assert_allclose(found, expected, atol=0.03 * np.abs(expected).max() + 1e-6)
 
 
 def test_keypoints_that_jitter_in_one_range_of_motion_do_so_there_alone():
@@ -199,24 +284,25 @@ def test_keypoints_that_jitter_in_one_range_of_motion_do_so_there_alone():
     assert not noise.expected(FAST).keypoint_jitter.any()
 
 
-def test_wrong_settings_are_corrected(views):
-    """A track sigma six times too small: once learned, the weights are as with the right one."""
-    right = Settings()
-    wrong = with_values(right, {
-        'refinement.track_sigma': right.refinement.track_sigma / 6})
+@pytest.mark.parametrize('factor', [1 / 3, 3.0])
+def test_wrong_settings_are_corrected(measured, factor):
+    """A track sigma that is wrong by a factor: once learned, the pose is that of the right one."""
+    wrong = with_values(SETTINGS, {
+        'refinement.track_sigma': factor * SETTINGS.refinement.track_sigma})
 
     def refined(settings):
-        """Return the refinement by the settings, and that after some registrations."""
-        noise = MeasuredNoise()
-        refinement = Refinement(settings.refinement, settings.sensor, noise)
-        first = refinement.refine(*views)
-        for _ in range(60):
-            noise.learn(first.noise)
-        return first, refinement.refine(*views)
+        """Return the samples of some registrations, and one by what was learned of them."""
+        samples = [measured(seed, MeasuredNoise(), settings=settings).noise
+                   for seed in range(20)]
+        noise = learned(*10 * samples)
+        return samples, [measured(50, one, settings=settings) for one in (MeasuredNoise(), noise)]
 
-    by_right, by_wrong = refined(right), refined(wrong)
-    ratios = [pair[0].noise.ratio for pair in (by_right, by_wrong)]
-    assert ratios[1] > 4 * ratios[0]
-    before, after = (np.abs(se3.difference(by_wrong[i].T_target_source,
-                                           by_right[1].T_target_source)).max() for i in (0, 1))
-    assert after < 0.75 * before
+    (samples, (_, by_right)), (scaled, by_wrong) = refined(SETTINGS), refined(wrong)
+    np.testing.assert_allclose([one.ratio for one in scaled],
+                               [one.ratio / factor ** 2 for one in samples], rtol=0.01)
+    sigmas = np.sqrt(np.diag(by_right.covariance - by_right.systematic))
+    before, after = (np.abs(se3.difference(one.T_target_source, by_right.T_target_source)
+                            / sigmas).max() for one in by_wrong)
+    assert before > 0.2
+    assert after < 0.02
+    np.testing.assert_allclose(by_wrong[1].covariance, by_right.covariance, rtol=0.02, atol=1e-9)
