@@ -66,16 +66,45 @@ def test_frames_are_skipped_and_depth_stamps_removed(load, source):
     assert kept.depth_stamp - kept.stamp == 10 * MILLISECOND
 
 
-def test_finds_how_late_the_ground_truth_is(registered, source, monkeypatch):
-    stamps = source.ground_truth.stamps[0] + 5 * MILLISECOND * np.arange(110)
-    monkeypatch.setattr(source, 'ground_truth', Trajectory(
-        stamps + 20 * MILLISECOND, np.array([source.pose(stamp) for stamp in stamps])))
+def late(source, milliseconds):
+    """Return the ground truth of a source every 5 ms, with stamps that are late."""
+    stamps = source.ground_truth.stamps[0] + 5 * MILLISECOND * np.arange(-10, 120)
+    return Trajectory(stamps + milliseconds * MILLISECOND,
+                      np.array([source.pose(stamp) for stamp in stamps]))
+
+
+@pytest.mark.parametrize('shift', [-15, 0, 20])
+def test_finds_how_late_the_ground_truth_is(registered, source, shift):
+    """Pairs by their true poses; those of three frames apart are turned too far by 0.1 deg."""
+    stamps = [int(stamp) for stamp in source.ground_truth.stamps]
+    pairs = registered.Registered(stamps, {
+        (i - gap, i): se3.inverse(source.pose(stamps[i - gap])) @ source.pose(stamps[i])
+        @ se3.exp([0, 0, 0, 0, np.radians(0.1) * (gap == 3), 0])
+        for gap in (1, 3, 5) for i in range(gap, 16)}, late(source, shift))
+    assert pairs.best_shift() == -shift
+    assert pairs.shifted()[str(-shift)]['count'] == 11
+    loops = pairs.loops()
+    assert loops['closing']['count'] == loops['truth_shifted']['count'] == 13
+    assert loops['closing']['rotation_median_deg'] == pytest.approx(0.1, rel=1e-6)
+    assert loops['truth_shifted']['rotation_median_deg'] == pytest.approx(0.1, rel=1e-3)
+    unshifted = loops['truth']['rotation_median_deg']
+    assert (abs(unshifted - 0.1) < 1e-3) == (shift == 0)
+
+
+def test_registers_the_pairs_of_a_source(registered, monkeypatch):
+    """Colour and depth taken at once, without noise."""
+    source = SyntheticSource(SyntheticOptions.perfect(seed=5, frames=16, camera=SMALL))
+    monkeypatch.setattr(source, 'ground_truth', late(source, 20))
     pairs = registered.Registered.of(source)
-    assert -30 <= pairs.best_shift() <= -15  # depth, which counts too, is 10 ms later
+    assert pairs.best_shift() == -20
+    errors = pairs.shifted()
+    assert errors['-20']['count'] == 11
+    assert errors['-20']['rotation_median_deg'] < 0.015
+    assert errors['-20']['translation_median_m'] < 0.001
     loops = pairs.loops()
     assert loops['closing']['count'] == 13
-    assert loops['truth_shifted']['rotation_median_deg'] < 0.1
-    assert loops['closing']['translation_median_m'] < 0.005
+    assert loops['closing']['rotation_median_deg'] < 0.015
+    assert loops['closing']['translation_median_m'] < 0.001
 
 
 @pytest.mark.parametrize(('is_stamped_late', 'least', 'most'), [
