@@ -70,6 +70,14 @@ def test_stamps_do_not_get_worse_if_the_jitter_is_too_large_for_a_lock(share, mi
     assert np.mean(ratios) < 1.03
 
 
+def test_a_late_stamp_before_the_lock_is_no_jitter():
+    """Stamps without jitter, the sixth of which is late by two fifths of a period."""
+    clock, period = CameraClock(), NANOSECONDS // 30
+    for i in range(12):
+        clock.correct(NANOSECONDS + i * period + (i == 5) * 2 * period // 5)
+    assert clock.jitter == pytest.approx(0.0, abs=1e-9)
+
+
 def test_outliers_are_corrected_and_do_not_disturb_the_phase():
     """A bus that is busy now and then: some stamps are late by two fifths of a period."""
     taken, stamps = simulate(30.0, 0.0005)

@@ -74,9 +74,9 @@ class NoisyRegistrar:
 class Walk:
     """A walk with a memory, and the same one by dead reckoning."""
 
-    def __init__(self, seed, count=3, changes=None):
+    def __init__(self, seed, count=3, changes=None, start=np.eye(4)):
         rng = np.random.default_rng(seed)
-        self.truth = laps(count, rng)
+        self.truth = [start @ pose for pose in laps(count, rng)]
         self.registrar = NoisyRegistrar(self.truth, rng)
         settings = with_values(Settings(), changes or {})
         keyframe = Reference(prepared(0), PoseWithCovariance(self.truth[0]))
@@ -215,3 +215,18 @@ def test_a_detour_makes_the_next_keyframe_less_certain():
         traces.append(np.trace(walk.memory.published(new.pose).covariance))
     # in the chain, and in what all registrations of the keyframe share
     assert traces[1] - traces[0] == pytest.approx(2 * np.trace(COVARIANCE), rel=1e-6)
+
+
+def test_what_the_registrations_of_a_keyframe_share_is_in_the_axes_of_odom():
+    """An error along the x axis of the keyframe before, which looks along the y axis of odom."""
+    covariances, detour = [], np.diag([1e-3, 0.0, 0.0, 0.0, 0.0, 0.0])
+    for added in (NO_DETOUR, detour):
+        walk = Walk(6, count=2, start=se3.exp([0, 0, 0, 0, 0, np.pi / 2]))
+        walk.truth.append(walk.truth[-1])
+        end, before = walk.reckoned[-1], walk.published[-1].rotation
+        walk.memory.track(Reference(prepared(2 * LAP), end), end.matrix, added)
+        covariances.append(walk.memory.published(end).covariance)
+    assert abs(before[1, 0]) > 0.98
+    expected = np.zeros((6, 6))
+    expected[:3, :3] = 2 * before @ detour[:3, :3] @ before.T
+    np.testing.assert_allclose(covariances[1] - covariances[0], expected, atol=2e-5)

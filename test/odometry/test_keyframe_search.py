@@ -92,6 +92,17 @@ def test_the_gates_are_passed_by_999_of_1000_right_measurements():
     np.testing.assert_allclose(keyframe_search._GATES, quantiles, atol=0.005)
 
 
+@pytest.mark.parametrize('square, is_sought', [(22.0, True), (23.0, False)])
+def test_after_one_beyond_its_own_gate_no_other_is_sought(square, is_sought):
+    """Six steps of the graph and the registration have equal variances along x."""
+    frames = {key: SimpleNamespace(key=key, keypoints=Keypoints())
+              for key in range(len(POSITIONS))}
+    seeking = KeyframeSearch(6, (0, 1))
+    seeking.step(graph_of(POSITIONS), frames, FakeRegistrar(
+        POSITIONS, {0: np.sqrt(square * 7) * SIGMA}), SETTINGS)
+    assert seeking.is_finished != is_sought
+
+
 def test_two_that_contradict_each_other_are_not_accepted():
     """Each is within the gate of the drift, three times its standard deviation; both are not."""
     drift = np.sqrt(7) * SIGMA

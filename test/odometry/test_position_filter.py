@@ -53,6 +53,32 @@ def test_the_noise_left_is_that_of_the_steady_state():
     assert np.mean(errors[100:] ** 2) == pytest.approx(alpha * sigma ** 2, rel=0.06)
 
 
+def test_position_and_velocity_are_those_of_least_squares_over_all_frames():
+    """One acceleration in each interval, of frames at uneven ones: all unknowns at once."""
+    rng, count = np.random.default_rng(6), 9
+    intervals = rng.uniform(0.05, 0.3, count - 1)
+    positions, sigmas = rng.normal(0.0, 0.02, (count, 3)), rng.uniform(0.005, 0.02, (count, 3))
+    position_filter = PositionFilter(OdometrySettings())
+    for stamp, position, sigma in zip(np.r_[0.0, np.cumsum(intervals)], positions, sigmas):
+        measured = np.eye(4)
+        measured[:3, 3] = position
+        position_filter.update(round(1e9 * stamp), with_position_covariance(measured, sigma ** 2))
+    # rows by the first position, the first velocity (0 within 1 m/s) and the accelerations
+    rows, speeds = [np.eye(count + 1)[0]], [np.eye(count + 1)[1]]
+    for i, interval in enumerate(intervals):
+        by_acceleration = np.eye(count + 1)[2 + i]
+        rows.append(rows[-1] + interval * speeds[-1] + 0.5 * interval ** 2 * by_acceleration)
+        speeds.append(speeds[-1] + interval * by_acceleration)
+    priors = np.diag(1.0 / np.r_[1.0, np.full(count - 1, ACCELERATION)]) @ np.eye(count + 1)[1:]
+    expected = [np.linalg.lstsq(np.vstack([np.array(rows) / sigma[:, None], priors]),
+                                np.r_[position / sigma, np.zeros(count)], rcond=None)[0]
+                for position, sigma in zip(positions.T, sigmas.T)]
+    filtered_position = measured[:3, 3] + position_filter.T_measured_filtered[:3, 3]
+    np.testing.assert_allclose(filtered_position, np.array(expected) @ rows[-1], atol=1e-8)
+    np.testing.assert_allclose(position_filter.velocity, np.array(expected) @ speeds[-1],
+                               atol=1e-7)
+
+
 def test_a_constant_velocity_is_not_held_back():
     path = np.arange(80)[:, None] * INTERVAL * np.array([0.5, -0.2, 1.0])
     np.testing.assert_allclose(filtered(path, [0.05] * 3)[-1], path[-1], atol=1e-3)

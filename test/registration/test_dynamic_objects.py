@@ -107,8 +107,12 @@ def test_a_second_pose_that_nothing_observes_is_that_of_the_motion_model(frames,
                                              'odometry.angular_acceleration_sigma': 7.0}))
     check._refinement.refine = lambda *_: blind
     elapsed = 0.05
-    weighed = check.check(found, source, target, expected, elapsed)
+    biased = dataclasses.replace(found, covariance=found.covariance + np.eye(6),
+                                 systematic=found.systematic + np.eye(6))
+    weighed = check.check(biased, source, target, expected, elapsed)
     np.testing.assert_allclose(weighed.T_target_source, expected, atol=1e-9)
+    # the bias of the registration that was not taken is no part of this one
+    assert np.linalg.eigvalsh(weighed.varying_pose.covariance).min() > 0
     sigmas = 0.5 * elapsed ** 2 * np.repeat([5.0 / 3.0 * 3.0, 7.0], 3)
     np.testing.assert_allclose(weighed.covariance, np.diag(sigmas ** 2), rtol=1e-6, atol=1e-15)
 
