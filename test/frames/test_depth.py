@@ -77,7 +77,8 @@ def test_creases_steps_behind_and_holes_are_no_nearer_surface():
     box = np.maximum(plane_depth(u, v, (1.0, 0.0, 1.0)), plane_depth(u, v, (-1.0, 0.0, 1.0)))
     holes = np.where((u.astype(int) // 3 + v.astype(int) // 5) % 2, np.nan, 2.0)
     grazing = 2.0 / (1 + 0.04 * np.maximum(v - 239, 0))  # a floor below a wall
-    for image in (crease, box, holes, grazing):
+    ridge = 2.0 * (1 + 0.04 * np.abs(u - 320))  # a corner of a house
+    for image in (crease, box, holes, grazing, ridge):
         known = np.isfinite(image)
         pixels = np.column_stack([u[known], v[known]])
         edges = depth.edges_beside(image.astype(np.float32), pixels, image[known], 4)

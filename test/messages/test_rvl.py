@@ -70,6 +70,14 @@ def test_truncated_data_is_rejected(name):
             decode_rvl(data[:size], 64, 48)
 
 
+def test_where_one_number_is_missing_the_data_is_truncated():
+    """0 zeros, 7 others: all but the last difference fill a word."""
+    words = struct.pack('<2I', 0x0_7_222222, 0x2_0000000)
+    assert decode_rvl(words, 7, 1).tolist() == [[1, 2, 3, 4, 5, 6, 7]]
+    with pytest.raises(InputError, match='RVL data is truncated'):
+        decode_rvl(words[:4], 7, 1)
+
+
 def test_more_pixels_than_there_should_be_are_rejected():
     with pytest.raises(InputError, match='RVL data is damaged'):
         decode_rvl(encoded(IMAGES['nothing']), 640, 479)

@@ -57,6 +57,21 @@ def test_errors_are_as_large_as_their_covariance():
     assert 3.0 < np.mean(squared) < 10.0  # of six; 0.1 % to 99.9 % of the mean of 12: 3.5 to 9.4
 
 
+def test_the_noise_of_a_force_moves_the_camera_as_long_as_it_lasts():
+    """White noise n over t: a force of variance n^2 / t, constant over it, as in the impulse."""
+    time, noise, covariances = 0.1, 0.3, []
+    for density in (1e-6, noise):
+        settings = ImuSettings(accelerometer_noise=density)
+        estimate = GravityFilter(settings, np.array([0, 0, GRAVITY]), 1e-4 * np.eye(3),
+                                 np.zeros(3), 1e-6 * np.eye(3))
+        estimate.predict(Impulse(time, np.zeros(3), np.zeros(3), time * np.eye(3),
+                                 0.5 * time ** 2 * np.eye(3)), np.zeros((3, 3)))
+        covariances.append(estimate.covariance)
+    by_force = np.kron([[0.5 * time ** 2], [time], [0.0], [0.0]], np.eye(3))
+    np.testing.assert_allclose(covariances[1] - covariances[0],
+                               noise ** 2 / time * by_force @ by_force.T, atol=1e-12)
+
+
 def test_five_seconds_tell_gravity_from_motion_and_bias():
     estimate, gravity, bias, _ = follow(np.random.default_rng(1))
     angle = np.degrees(np.arccos(estimate.up.vector @ gravity / GRAVITY))

@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros.frames.keypoints import KeypointExtractor
+from aick_ros.frames.depth import position_covariances
+from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
@@ -133,22 +134,49 @@ def test_windows_of_an_image_that_is_smaller_than_they_are():
     assert np.isfinite(windows.shifts(CAMERA, MOTION, np.eye(3))).all()
 
 
-def test_a_window_on_an_edge_is_where_the_nearer_surface_is():
-    """And is not taken for slanted."""
+@pytest.fixture
+def edged():
+    """Return a frame of two surfaces, at 1 and at 2 m, with keypoints on and beside the edge."""
     depth = np.full((240, 320), 2.0, np.float32)
     depth[:, :160] = 1.0
-    prepared = view(pattern(), depth)
-    windows = Windows.of(prepared, np.arange(len(prepared.keypoints)), WINDOW)
-    u = prepared.keypoints.pixels[:, 0]
-    beside, far = (u > 160.5) & (u < 163), u > 166
-    assert beside.sum() > 3
-    assert (prepared.keypoints.positions[beside, 2] == 2.0).all()
+    u, v = np.meshgrid([100.0, 152.0, 158.0, 161.0, 168.0, 220.0], np.arange(20.0, 221.0, 10.0))
+    pixels = np.column_stack([u.ravel(), v.ravel()])
+    positions = CAMERA.back_project(pixels, np.where(pixels[:, 0] < 160, 1.0, 2.0))
+    keypoints = KeypointFrame(
+        0, positions.astype(np.float32), np.zeros((len(u.ravel()), 32), np.uint8),
+        position_covariances(positions, np.ones(len(positions)), CAMERA,
+                             SETTINGS.sensor).astype(np.float32), pixels.astype(np.float32))
+    grey = pattern()
+    return PreparedFrame(RgbdFrame(0, grey, depth, CAMERA), keypoints, grey)
+
+
+def test_a_window_on_an_edge_is_where_the_nearer_surface_is(edged):
+    """And is not taken for slanted."""
+    windows = Windows.of(edged, np.arange(len(edged.keypoints)), WINDOW)
+    positions, u = edged.keypoints.positions, edged.keypoints.pixels[:, 0]
+    beside = u == 161.0
     np.testing.assert_allclose(windows.points[beside, 2], 1.0)
-    np.testing.assert_allclose(windows.points[far], prepared.keypoints.positions[far])
-    assert (windows.sigmas[beside] >= 0.25 * 0.5).all()
-    assert (windows.sigmas[far] < 0.05).all()
-    assert not windows.moments[beside, 1:].any()
-    assert windows.moments[far, 1:].any(axis=(1, 2)).all()
+    np.testing.assert_allclose(windows.points[beside] * 2.0, positions[beside], rtol=1e-6)
+    np.testing.assert_allclose(windows.points[~beside], positions[~beside])
+    # a quarter of the step of inverse depth besides
+    variances = SETTINGS.sensor.depth_sigma ** 2 + beside * (0.25 * 0.5) ** 2
+    np.testing.assert_allclose(windows.sigmas ** 2, variances, rtol=1e-3)
+    on_edge = beside | (u == 158.0)
+    assert not windows.moments[on_edge, 1:].any()
+    assert windows.moments[~on_edge, 1:].any(axis=(1, 2)).all()
+
+
+def test_tracked_back_a_window_on_an_edge_is_as_uncertain(edged):
+    """From the frame to itself: points are those of the keypoints, with their sigmas."""
+    tracks = Tracker(SETTINGS.refinement, SETTINGS.sensor).track_back(edged, edged, np.eye(4))
+    windows = Windows.of(edged, tracks.keypoints, WINDOW)
+    u = edged.keypoints.pixels[tracks.keypoints, 0]
+    assert len(tracks) > 0.8 * len(edged.keypoints)
+    np.testing.assert_allclose(tracks.sigmas, windows.sigmas, rtol=1e-3)
+    assert (tracks.sigmas[u == 161.0] > 0.12).all() and np.count_nonzero(u == 161.0) > 3
+    np.testing.assert_allclose(tracks.rays, windows.points[:, :2] / windows.points[:, 2:])
+    np.testing.assert_allclose(tracks.depths, windows.points[:, 2])
+    np.testing.assert_allclose(tracks.points[u != 161.0], windows.points[u != 161.0], atol=1e-3)
 
 
 @pytest.mark.parametrize('roll', [0.0, 0.2])
