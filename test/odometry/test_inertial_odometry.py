@@ -17,6 +17,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.keyframe import KeyframePolicy
 from aick_ros.registration.preparation import Preparer
 from aick_ros.registration.result import Registration
@@ -166,6 +167,15 @@ def test_increments_err_as_their_covariances_say(monkeypatch, is_known, most):
     assert low < translation < high
     # sums of samples by trapezoids have a tenth less of their noise over seven of them
     assert 0.9 * low < rotation < most * high
+
+
+def test_the_gyroscope_learns_from_the_camera_alone(monkeypatch):
+    """With the gyroscope's own rotation in it, a pose would confirm whatever bias is assumed."""
+    covariances = []
+    monkeypatch.setattr(Gyroscope, 'learn', lambda self, start, end, seen: covariances.append(
+        seen.covariance))
+    followed(monkeypatch, 0, Settings(imu=ImuSettings(gravity=False)), 8)
+    np.testing.assert_allclose(covariances, np.tile(np.diag(SEEN_SIGMAS ** 2), (5, 1, 1)))
 
 
 def test_in_the_dark_the_rotation_goes_on(rendered, updates):

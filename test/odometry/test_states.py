@@ -152,6 +152,20 @@ def test_in_the_dark_frames_are_registered_to_one_depth_image_until_little_of_it
         np.testing.assert_allclose(increment.pose.matrix, se3.exp(PERIOD * TWIST), atol=1e-9)
 
 
+def test_in_the_dark_a_frame_has_the_velocity_that_depth_shows(made):
+    """Of a camera that goes faster there; with keypoints its velocity is a filtered one."""
+    def path(stamp):
+        return at_constant_velocity(stamp + max(stamp - stamp_of(2), 0) // 2)
+
+    for dark in (set(), {stamp_of(number) for number in range(3, 7)}):
+        odometry, registrar = made(path)
+        registrar.dark = dark
+        updates = [odometry.register_frame(frame(number)) for number in range(7)]
+        is_shown = [np.allclose(update.prepared.twist, update.increment.twist, atol=1e-9)
+                    for update in updates[3:]]
+        assert is_shown == 4 * [bool(dark)]
+
+
 def test_after_a_reset_there_is_no_velocity(made):
     odometry, registrar = made()
     for number in range(3):
