@@ -69,6 +69,17 @@ def test_neighbours_have_most_of_the_systematic_error_in_common(step, share):
     np.testing.assert_allclose(systematic_part, share * systematic, atol=1e-9)
 
 
+@pytest.mark.parametrize('depth, share', [(1.0, (2 / 3) ** 4), (2.0, 0.5 ** 4), (6.0, 0.25 ** 4)])
+def test_a_distance_displaces_the_image_by_the_depth_of_the_scene(depth, share):
+    """A step of 0.1 m after a turn of 0.05 rad, both since the keyframe."""
+    systematic, noise = np.diag(np.arange(1.0, 7.0)), 1e-6 * np.eye(6)
+    turned, now = (PoseWithCovariance(se3.exp([x, 0, 0, 0.05, 0, 0]), noise) for x in (0.0, 0.1))
+    before = Reference(SimpleNamespace(scene_depth=depth), ORIGIN, turned)
+    systematic_part = (before.motion_to(registered_at(now, systematic)).covariance
+                       - before.motion_to(registered_at(now)).covariance)
+    np.testing.assert_allclose(systematic_part, share * systematic, rtol=1e-6, atol=1e-9)
+
+
 def test_at_rest_the_systematic_error_is_common():
     """What noise displaces the frames by is no motion, however it compares."""
     still, moved = (PoseWithCovariance(se3.from_quaternion((0, 0, 0, 1), (x, 0, 0)),

@@ -40,6 +40,7 @@ class Registrar:
     :ivar leaving: stamps of frames that show little of what was seen before.
     :ivar refused: pairs of stamps, source and target, that do not match.
     :ivar shapes: pairs of stamps, source and target, that were registered by depth alone.
+    :ivar systematic: 6x6, added to the covariance of what differs from frame to frame.
     :ivar asked: what :meth:`register` was asked, stamps for frames, and the twist of the source.
     """
 
@@ -47,6 +48,7 @@ class Registrar:
         self.path, self.dark, self.blind, self.few = path, set(), set(), set()
         self.asked, self.unobserved, self.refused = [], [], set()
         self.leaving, self.shapes = set(), []
+        self.systematic = np.zeros((6, 6))
         self.preparer = Preparer(Settings())
 
     def prepared(self, preparation, repeat=Repeat.NONE):
@@ -74,8 +76,9 @@ class Registrar:
 
     def _found(self, source, target, evidence):
         T = se3.inverse(self.path(target.stamp)) @ self.path(source.stamp)
-        return Registration(Status.OK, '', T, COVARIANCE, np.empty((0, 2), np.intp), 1, 200,
-                            tracks='some', evidence=evidence)
+        return Registration(Status.OK, '', T, COVARIANCE + self.systematic,
+                            np.empty((0, 2), np.intp), 1, 200, tracks='some', evidence=evidence,
+                            systematic=self.systematic)
 
 
 def at_constant_velocity(stamp):
@@ -164,6 +167,18 @@ def test_in_the_dark_a_frame_has_the_velocity_that_depth_shows(made):
         is_shown = [np.allclose(update.prepared.twist, update.increment.twist, atol=1e-9)
                     for update in updates[3:]]
         assert is_shown == 4 * [bool(dark)]
+
+
+def test_the_systematic_error_of_an_increment_is_what_two_registrations_do_not_share(made):
+    """Along a line: of the variance, the fourth power of the step by the way from the keyframe."""
+    odometry, registrar = made(lambda stamp: se3.exp([
+        0.3 * (stamp - START) / NANOSECONDS, 0, 0, 0, 0, 0]))
+    registrar.systematic = 1e-4 * np.eye(6)
+    odometry.register_frame(frame(0))
+    for number in range(1, 6):
+        increment = odometry.register_frame(frame(number)).increment
+        np.testing.assert_allclose(increment.pose.covariance,
+                                   COVARIANCE + 1e-4 * number ** -4 * np.eye(6), atol=2e-8)
 
 
 def test_after_a_reset_there_is_no_velocity(made):
