@@ -17,6 +17,8 @@ from aick_ros.odometry import Odometry
 from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.other_odometry import OtherOdometry, no_odometry
+from aick_ros.registration.result import Registration
+from aick_ros.registration.status import Status
 from aick_ros.settings import ImuSettings, OdometrySettings
 
 SETTINGS = OdometrySettings()
@@ -102,6 +104,30 @@ def test_a_weak_view_is_drawn_to_the_wheels_and_a_sharp_one_is_not(expected):
 def test_wheels_that_contradict_the_images_are_not_used(expected):
     standing = seen(np.eye(4), 0.002)  # while they spin
     assert expected.joined_increment(standing, 0, STEP) is standing
+
+
+def registered(motion, noise, systematic=0.0, timing=0.0):
+    """Return a registration with variances of noise, of a bias, and by the stamps."""
+    parts = [variance * np.eye(6) for variance in (noise, systematic, timing)]
+    return Registration(Status.OK, '', motion, sum(parts), np.empty((0, 2), int), 1, 100,
+                        systematic=parts[1], timing=parts[2])
+
+
+def test_each_part_of_the_error_of_a_registration_is_drawn_to_the_wheels(expected, other):
+    """Of an error the share r^2 / (s^2 + r^2) is left, with the sigmas s and r of the two."""
+    end = 15 * STEP  # no longer than wheels slip alike
+    found = registered(DRIVEN, 1e-4, 4e-4, 9e-4)
+    variances = np.diag(other.with_slip(DRIVEN).covariance)
+    left = variances / (14e-4 + variances)
+    joined = expected.joined(found, 0, end)
+    np.testing.assert_allclose(joined.covariance, np.diag(left * 14e-4), atol=1e-12)
+    np.testing.assert_allclose(joined.systematic, np.diag(left ** 2 * 4e-4), atol=1e-12)
+    np.testing.assert_allclose(joined.timing, np.diag(left ** 2 * 9e-4), atol=1e-12)
+
+
+def test_a_registration_that_wheels_contradict_stays_as_it_is(expected):
+    standing = registered(np.eye(4), 4e-6)  # while they spin
+    assert expected.joined(standing, 0, 15 * STEP) is standing
 
 
 @pytest.fixture(scope='module')

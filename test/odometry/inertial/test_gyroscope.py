@@ -79,6 +79,18 @@ def test_at_rest_the_bias_is_followed_though_the_keyframe_stays():
     assert gyroscope.bias_sigma.max() < np.radians(0.02)
 
 
+def test_the_error_of_a_keyframe_counts_less_than_twice():
+    """It is in all that is learned of the frames since: fifty do not know more than the last."""
+    gyroscope = Gyroscope(ImuSettings(gyroscope_noise=1e-6, time_offset_sigma=0.0),
+                          OdometrySettings())
+    for time in FRAMES:
+        gyroscope.add(samples(time - 35, time + 5))
+        if time:
+            gyroscope.learn(0, time * MS, seen(0, time))
+    by_last = np.radians(0.05) / (FRAMES[-1] / 1000)
+    assert by_last / np.sqrt(2) < gyroscope.bias_sigma.min() < 1.6 * by_last
+
+
 def test_a_sum_of_motions_has_the_error_of_the_bias_in_common():
     gyroscope = follow()
     alone, summed = (gyroscope.term(1000 * MS, 1100 * MS, is_summed) for is_summed in (0, 1))
