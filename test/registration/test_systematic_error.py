@@ -88,6 +88,15 @@ def test_an_unusual_bias_adds_its_size_at_once():
     np.testing.assert_array_equal(added(model, 0.6 * sigmas), 0.0)
 
 
+@pytest.mark.parametrize('ratio, share', [(1.7, 0.0), (1.85, 0.25), (2.0, 0.5), (2.4, 1.0)])
+def test_a_bias_is_compared_with_those_before_it(ratio, share):
+    """The first one with the prior, 1.7: by as many times that, it is systematic by a share."""
+    difference = np.sqrt(1.7 * ratio * np.diag(NOISE))
+    squares = np.repeat(np.mean(difference.reshape(2, 3) ** 2, axis=1), 3)
+    np.testing.assert_allclose(added(SystematicError(), difference),
+                               share * np.diag(squares), atol=1e-9)
+
+
 def test_a_constant_bias_is_not_unusual():
     """It is in the covariance already, as measured noise."""
     model, sigmas = SystematicError(), np.sqrt(np.diag(NOISE))
