@@ -13,8 +13,8 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.residuals import (
-    NormalEquations, Residuals, _blocks, geman_mcclure, gradient_noise, point_to_plane,
-    reprojection, robust_weights, track_depth)
+    NormalEquations, Residuals, _blocks, _observable_projection, geman_mcclure, gradient_noise,
+    point_to_plane, reprojection, robust_weights, track_depth)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
@@ -179,6 +179,18 @@ def test_point_to_plane_of_a_noisy_wall_observes_nothing_along_it():
     assert np.linalg.eigvalsh(information)[3:].min() > 1e5
     for axis in (0, 1, 5):
         assert information[axis, axis] < 300
+
+
+def test_directions_are_observed_by_the_share_that_is_not_noise():
+    """Two measurements of a Jacobian with independent noise, of a known share in each column."""
+    rng, count = np.random.default_rng(8), 40_000
+    shares = np.array([0.1, 0.25, 0.4, 0.5, 0.65, 0.85])
+    signal = np.sqrt(1 - shares) * rng.normal(size=(count, 6))
+    first, second = (signal + np.sqrt(shares) * rng.normal(size=(count, 6)) for _ in range(2))
+    # all of it up to a quarter of noise, nothing from three quarters on
+    observed = np.sqrt(np.clip((0.75 - shares) / 0.5, 0, 1))
+    np.testing.assert_allclose(_observable_projection(first, second), np.diag(observed),
+                               atol=0.05)
 
 
 @pytest.mark.parametrize('normal', CORNER, ids=['left', 'right', 'floor'])
