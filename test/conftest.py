@@ -43,6 +43,14 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile('aick')
 
 
+@pytest.fixture
+def terminal():
+    """Have programs end with their terminal, where the tests run after nohup, too."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    yield
+    signal.signal(signal.SIGHUP, before)
+
+
 def pytest_configure(config):
     """Make the folder of the scenes that all processes of this run share."""
     if 'PYTEST_XDIST_WORKER' not in os.environ:

@@ -33,9 +33,9 @@ _ROUGHNESS_BOUNDS = 1.0, 8.0  # chosen: standard deviations of the depth noise, 
 _RELATIVE_ROUGHNESS = 4.0
 """Largest roughness of a plane, as a ratio to that of the smoothest quarter of the cells.
 
-That is the noise of the camera. A plane that is fitted across a corner is rougher, and changes with
-the distance from which it is seen. Chosen on two excerpts of real recordings and on rendered rooms
-with five kinds of cameras."""
+That is the noise of the camera. A plane that is fitted across a corner is rougher, and changes
+with the distance from which it is seen. Chosen on two excerpts of real recordings and on rendered
+rooms with five kinds of cameras."""
 
 _MIN_COSINE = 0.17  # chosen: between ray and normal, about 80 degrees
 _BUCKETS = 8  # chosen: intervals of the normals, along x and along y

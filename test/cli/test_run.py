@@ -230,6 +230,7 @@ def test_full_memory_is_no_defect(aick, monkeypatch, error):
     assert outcome.sentence.startswith('the memory is full, or limited (ulimit)')
 
 
+@pytest.mark.usefixtures('terminal')
 @pytest.mark.parametrize('ending', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interruption_before_anything_is_begun(aick, monkeypatch, tmp_path, ending):
     before = signal.getsignal(ending)
@@ -274,12 +275,14 @@ def test_only_one_thread_of_blas_unless_asked():
     assert python(code).stdout.split()[-1] == '1'
 
 
+@pytest.mark.usefixtures('terminal')
 @pytest.mark.parametrize('ending', ['SIGINT', 'SIGTERM', 'SIGHUP'])
 def test_an_interruption_of_the_start_is_one_line(ending):
     process = python(SIGNALLED.format(ending=ending))
     assert (process.returncode, process.stderr) == (130, 'aick: interrupted\n')
 
 
+@pytest.mark.usefixtures('terminal')
 @pytest.mark.parametrize('ending', ['SIGINT', 'SIGTERM', 'SIGHUP'])
 def test_a_signal_while_the_process_ends_changes_nothing(ending):
     """Also where another thread could get it."""

@@ -104,7 +104,7 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     with removed_if_empty(out / 'runs'), Interruption() as interruption:
         fleet_run = _Fleet(Results(out), jobs, chosen)
         fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
-    rows = fleet_run.results.write_table(jobs)
+        rows = fleet_run.results.write_table(jobs)
     _report(rows, out, json)
     if interruption.requested:
         return _interrupted(len(jobs) - len(rows))

@@ -201,6 +201,7 @@ def living(group):
     return found
 
 
+@pytest.mark.usefixtures('terminal')
 @pytest.mark.parametrize('signalled, ending', [
     (os.kill, signal.SIGTERM), (os.kill, signal.SIGHUP), (os.killpg, signal.SIGHUP)])
 def test_a_signal_leaves_no_temporary_files(folder, tmp_path, signalled, ending):

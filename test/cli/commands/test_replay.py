@@ -294,6 +294,7 @@ def test_every_line_is_written_before_the_next_frame(tmp_path, updates):
             assert len(rows(folder.path)) == count
 
 
+@pytest.mark.usefixtures('terminal')
 @pytest.mark.parametrize('ending', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_an_interruption_leaves_whole_files(tmp_path, recording, ending):
     write_tum(tmp_path / 'long', recording)

@@ -62,6 +62,7 @@ def test_ends_where_the_user_wants_to(recording, stamps):
 ENDINGS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 
 
+@pytest.mark.usefixtures('terminal')
 @pytest.mark.parametrize('first', ENDINGS)
 @pytest.mark.parametrize('second', ENDINGS)
 def test_second_interruption_ends_at_once(first, second):
