@@ -84,13 +84,15 @@ class Surface:
 
     @classmethod
     def of(cls, depth: np.ndarray, camera: Camera, sensor: SensorSettings,
-           count: int, cell: int = CELL) -> Surface:
+           count: int, cell: int = CELL, keeps_rough: bool = False) -> Surface:
         """
         Return the surface of a depth image.
 
         :param depth: HxW float32 [m], NaN where invalid.
         :param count: maximum number of chosen cells.
         :param cell: their side [px].
+        :param keeps_rough: use what is rougher than the noise of the camera, too, as depth that
+            has to do alone must.
         :raises InputError: where the image is smaller than a cell.
         """
         grid = _grid(camera, cell)
@@ -110,7 +112,8 @@ class Surface:
             points = np.stack([x * z, y * z, z], axis=-1)
             cosine = distance * mean / np.sqrt(x * x + y * y + 1)
             roughness_by_noise = roughness / inverse_depth_sigma(z, sensor)
-            smooth = roughness_by_noise < _largest_roughness(roughness_by_noise)
+            smooth = roughness_by_noise < (_ROUGHNESS_BOUNDS[1] if keeps_rough
+                                           else _largest_roughness(roughness_by_noise))
             usable = smooth & (cosine > _MIN_COSINE)
         normals, usable = normals.reshape(-1, 3), usable.ravel()
         return cls(grid, points.reshape(-1, 3), normals, usable, _choose(normals, usable, count),

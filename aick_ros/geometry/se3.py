@@ -198,9 +198,16 @@ def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float,
 
 
 def perturbed(pose: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Return a pose with an error added in the axes of the target frame (boxplus)."""
+    """
+    Return a pose with an error added in the axes of the target frame (boxplus).
+
+    Its rotation is orthonormal to rounding, by a Newton step to the nearest one (Higham 1986).
+    Without, what rounding leaves would grow exponentially along a chain of poses each of which is
+    estimated from a motion between those before.
+    """
     result = pose.copy()
-    result[:3, :3] = exp_rotation(error[3:]) @ pose[:3, :3]
+    rotation = exp_rotation(error[3:]) @ pose[:3, :3]
+    result[:3, :3] = 1.5 * rotation - 0.5 * rotation @ (rotation.T @ rotation)
     result[:3, 3] += error[:3]
     return result
 

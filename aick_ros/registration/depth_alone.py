@@ -16,7 +16,7 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.frames.surface import FINE_CELL, Surface
+from aick_ros.frames.surface import CELL, FINE_CELL, Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.last_results import LastResults
@@ -50,7 +50,7 @@ class DepthAlone:
         self._settings = settings
         self._noise = noise or MeasuredNoise()
         self._misalignment = misalignment or MisalignmentEstimate()
-        self._fine_surface = LastResults(self._new_surface, _CACHED_FRAMES)
+        self._surfaces = LastResults(self._new_surfaces, _CACHED_FRAMES)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: PoseWithCovariance, unobserved: np.ndarray) -> Registration:
@@ -63,14 +63,16 @@ class DepthAlone:
         :param unobserved: 6x6, the covariance of the pose if no frame had been registered since
             keypoints were last seen.
         """
-        surface, other = source.surface, target.surface
-        count = 0 if surface is None else len(surface.chosen)
-        if surface is None or other is None or count < _FEWEST_POINTS:
+        if source.surface is None or target.surface is None:
+            return failed(Status.TOO_FEW_KEYPOINTS, '0 points with depth')
+        (surface, of_source), (other, of_target) = map(
+            self._surfaces, (source.frame, target.frame))
+        count = len(surface.chosen)
+        if count < _FEWEST_POINTS:
             return failed(Status.TOO_FEW_KEYPOINTS, f'{count} points with depth')
         lags = _lags(source, target, self._misalignment.misalignment.delay)
         coarse = _Depth(surface, other, lags, self._settings)
-        fine = _Depth(self._fine_surface(source.frame), self._fine_surface(target.frame), lags,
-                      self._settings)
+        fine = _Depth(of_source, of_target, lags, self._settings)
         problem = _Problem(fine, expected)
         pose = problem.solve(_Problem(coarse, expected).solve(expected.matrix))
         overlap = coarse.overlap(pose)
@@ -83,9 +85,12 @@ class DepthAlone:
             Status.OK, reason, pose, problem.covariance(pose, unobserved) + bias,
             np.empty((0, 2), np.intp), 0, evidence=Evidence.DEPTH_ALONE, overlap=overlap)
 
-    def _new_surface(self, frame: RgbdFrame) -> Surface:
-        return Surface.of(frame.depth, frame.camera, self._settings.sensor,
-                          self._settings.refinement.surface_points, FINE_CELL)
+    def _new_surfaces(self, frame: RgbdFrame) -> tuple[Surface, Surface]:
+        """Return the coarse and the fine surface of a frame."""
+        coarse, fine = (Surface.of(frame.depth, frame.camera, self._settings.sensor,
+                                   self._settings.refinement.surface_points, cell,
+                                   keeps_rough=True) for cell in (CELL, FINE_CELL))
+        return coarse, fine
 
 
 class _Depth:

@@ -103,7 +103,7 @@ def test_an_error_rotates_about_the_fixed_axes_of_the_target(rng):
     rotation = Rotation.from_rotvec(error[3:]) * Rotation.from_matrix(pose[:3, :3])
     np.testing.assert_allclose(moved[:3, :3], rotation.as_matrix(), atol=1e-12)
     np.testing.assert_allclose(moved[:3, 3], pose[:3, 3] + error[:3], atol=1e-12)
-    np.testing.assert_array_equal(se3.perturbed(pose, np.zeros(6)), pose)
+    np.testing.assert_allclose(se3.perturbed(pose, np.zeros(6)), pose, atol=1e-15)
     np.testing.assert_allclose(se3.difference(moved, pose), error, atol=1e-12)
 
 
@@ -189,3 +189,13 @@ def test_the_rotation_between_two_directions_is_the_least_one(seed):
 def test_equal_and_opposite_directions_have_a_rotation_too():
     assert se3.rotation_between(UP, UP).tolist() == [0, 0, 0]
     assert np.allclose(se3.exp_rotation(se3.rotation_between(UP, -UP)) @ UP, -UP)
+
+
+def test_a_chain_of_expected_motions_stays_rigid():
+    """Each pose is that expected of the two before it, and a small error."""
+    rng = np.random.default_rng(4)
+    before, now = np.eye(4), se3.exp((0.01, 0.0, 0.02, 0.03, -0.02, 0.01))
+    for _ in range(1000):
+        expected = now @ se3.inverse(before) @ now
+        before, now = now, se3.perturbed(expected, rng.normal(0.0, 1e-4, 6))
+    np.testing.assert_allclose(now[:3, :3] @ now[:3, :3].T, np.eye(3), atol=1e-14)

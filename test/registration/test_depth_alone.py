@@ -121,7 +121,7 @@ def test_an_expectation_as_sure_as_the_depth_images_counts_as_much():
     """Two estimates of equal information: the pose is halfway between them."""
     settings = Settings()
     source, target = (Surface.of(view.frame.depth, CAMERA, settings.sensor,
-                                 settings.refinement.surface_points, FINE_CELL)
+                                 settings.refinement.surface_points, FINE_CELL, keeps_rough=True)
                       for view in views(CORNER))
     seen = NormalEquations.of([point_to_plane(
         source, target, MOTION, settings.sensor, settings.refinement.robust_width,
