@@ -80,7 +80,10 @@ class RgbdFrame:
         They are copied: many cameras write the next images over these ones.
         """
         colour, depth = np.array(self.colour), np.array(self.depth)
-        np.copyto(depth, np.nan, where=(depth <= 0.0) | (depth == np.inf))
+        invalid = depth <= 0.0
+        invalid |= depth == np.inf
+        if invalid.any():  # not of sources of this package
+            depth[invalid] = np.nan
         for image in (colour, depth):
             image.flags.writeable = False
         return dataclasses.replace(self, colour=colour, depth=depth)

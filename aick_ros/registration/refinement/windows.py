@@ -83,21 +83,24 @@ class Windows:
         :param R_turned_source: rotation that the windows are turned by before they are tracked,
             3x3.
         """
-        turned = np.eye(4)
-        turned[:3, :3] = R_turned_source
-        turn = jacobians(self.normals, self.points, camera, turned)
         moved = jacobians(self.normals, self.points, camera, T_target_source)
-        stretch = np.linalg.solve(turn, moved) - np.eye(2)
+        turn = None
+        if (R_turned_source != np.eye(3)).any():
+            turned = np.eye(4)
+            turned[:3, :3] = R_turned_source
+            turn = jacobians(self.normals, self.points, camera, turned)
+            moved = np.linalg.solve(turn, moved)
+        stretch = moved - np.eye(2)
         stretch[~(np.abs(stretch).max(axis=(1, 2)) < _MAX_STRETCH)] = 0.0
         gradients, along = self.moments[:, 0], self.moments[:, 1:]
         weighted = np.stack([
             np.einsum('nji,nij->n', along[:, :, k:k + 2], stretch) for k in (0, 1)], axis=1)
         uu, uv, vv = gradients.T
         determinant = np.maximum(uu * vv - uv * uv, _SMALLEST)
-        found = np.column_stack([vv * weighted[:, 0] - uv * weighted[:, 1],
-                                 uu * weighted[:, 1] - uv * weighted[:, 0]])
-        shifts: np.ndarray = (turn @ (found / determinant[:, None])[:, :, None])[:, :, 0]
-        return shifts
+        shifts = np.column_stack([vv * weighted[:, 0] - uv * weighted[:, 1],
+                                  uu * weighted[:, 1] - uv * weighted[:, 0]])
+        shifts /= determinant[:, None]
+        return shifts if turn is None else (turn @ shifts[:, :, None])[:, :, 0]
 
 
 def planes(depth_image: np.ndarray, pixels: np.ndarray, points: np.ndarray, camera: Camera,
