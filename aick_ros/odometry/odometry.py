@@ -90,7 +90,6 @@ class Odometry:
 
         :raises InputError: where the vocabulary cannot be read; nothing is changed then.
         """
-        required(settings, Settings, 'settings')
         registrar = Registrar(settings, self._times, self._learned, self._detector)
         has_changed = settings.features.detector != self._settings.features.detector
         if self._detector is None and has_changed:

@@ -29,9 +29,10 @@ class LastResults(Generic[_Result]):
 
     def __call__(self, frame: RgbdFrame) -> _Result:
         """Return what the function returns for a frame."""
-        found = [(known, result) for known, result in self._known if known is frame]
-        if not found:
-            found = [(frame, self._make(frame))]
-        others = [entry for entry in self._known if entry[0] is not frame]
-        self._known = [*others, *found][-self._count:]
-        return found[0][1]
+        for i, (known, result) in enumerate(self._known):
+            if known is frame:
+                self._known.append(self._known.pop(i))
+                return result
+        result = self._make(frame)
+        self._known = [*self._known, (frame, result)][-self._count:]
+        return result

@@ -60,12 +60,16 @@ def jitter(first: PosesByKind, second: PosesByKind, third: PosesByKind) -> float
     """
     if not _consecutive(first, second, third):
         return None
-    by_keypoints, by_depth = (
-        se3.difference(c, b @ se3.inverse(a) @ b)[:3] for a, b, c in (
-            (first.by_keypoints, second.by_keypoints, third.by_keypoints),
-            (first.by_depth, second.by_depth, third.by_depth)))
+    by_keypoints = _second_difference(
+        first.by_keypoints, second.by_keypoints, third.by_keypoints)
+    by_depth = _second_difference(first.by_depth, second.by_depth, third.by_depth)
     expected = (first.variance + second.variance + third.variance) / 3
     return float(by_keypoints @ (by_keypoints - by_depth)) / (3 * _NOISE) - expected
+
+
+def _second_difference(first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:
+    """Return what the third position differs by from the one at the first two's motion, 3."""
+    return se3.difference(third, second @ se3.inverse(first) @ second)[:3]
 
 
 def _consecutive(first: PosesByKind, second: PosesByKind, third: PosesByKind) -> bool:
