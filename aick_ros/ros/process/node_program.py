@@ -24,11 +24,10 @@ def run_node(name: str, make: Callable[[Arguments], ParameterNode]) -> None:
     :param name: of the program.
     :param make: makes the node from the arguments beside those of ROS.
     """
-    read: list[Arguments] = []
-    # before ROS, which warns of some that are not its own
-    with program(name, prepare=lambda: read.append(read_arguments(sys.argv))):
+    # read before ROS begins, which warns of some that are not its own
+    with program(name, prepare=lambda: read_arguments(sys.argv)) as arguments:
         with held():  # rclpy complains where the context ends while it makes these
-            node = make_node(lambda: make(read[0]))
+            node = make_node(lambda: make(arguments))
             rclpy.get_global_executor()  # of rclpy.spin
         for warning in warnings_of_files(sys.argv, node.get_fully_qualified_name()):
             node.get_logger().warning(warning)

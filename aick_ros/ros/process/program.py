@@ -28,13 +28,14 @@ from aick_ros.ros.process.signals import ENDINGS, held, ignore
 
 RCLError = rclpy_implementation.RCLError
 _Node = TypeVar('_Node', bound=Node)
+_Prepared = TypeVar('_Prepared')
 
 _UNUSABLE_INPUT = 2  # by definition, the exit code of every command of this package
 
 
 @contextmanager
-def program(name: str, prepare: Callable[[], None] = lambda: None,
-            interrupt: bool = False) -> Iterator[None]:
+def program(name: str, prepare: Callable[[], _Prepared],
+            interrupt: bool = False) -> Iterator[_Prepared]:
     """
     Use ROS, with the arguments of the command line, until SIGINT or SIGTERM.
 
@@ -44,19 +45,19 @@ def program(name: str, prepare: Callable[[], None] = lambda: None,
     one line and ends the process with exit code 2.
 
     :param name: of the program.
-    :param prepare: called before ROS is initialised.
+    :param prepare: called before ROS is initialised; what it returns is given to the block.
     :param interrupt: whether the first signal raises KeyboardInterrupt as well, for a program
         that blocks outside of ROS.
     """
     try:
         with held():
-            prepare()
+            prepared = prepare()
             _handle_signals(interrupt)
             initialise()
             if signal.sigpending() & set(ENDINGS):
                 ignore()
                 sys.exit()  # nothing has begun that had to end
-        yield
+        yield prepared
     except InputError as error:
         print(f'{name}: {one_line(str(error))}', file=sys.stderr)
         sys.exit(_UNUSABLE_INPUT)
