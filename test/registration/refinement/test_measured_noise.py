@@ -228,8 +228,30 @@ def test_whatever_the_weight_the_covariance_is_that_of_the_error(measured, ratio
         0.999, 360) / 60
 
 
+@pytest.fixture
+def displaced(measured, views, monkeypatch):
+    """
+    Return a function that refines twice: all points of the source are displaced the second time.
+
+    With them, the information of keypoints and of depth, and what depth alone has displaced.
+    """
+    shift = np.array([0.0, 0.0, 0.001])
+    by_depth = point_to_plane(*(view.surface for view in views), TRUTH, SETTINGS.sensor, 100.0,
+                              0.1)
+    by_keypoints = reprojection(tracks(np.random.default_rng(1)), TRUTH, RAY_SIGMA, 100.0)
+
+    def refined(noise):
+        monkeypatch.setattr(MeasuredNoise, 'expected', lambda *_: noise)
+        plain, moved = (measured(1, MeasuredNoise(), shift=one) for one in (np.zeros(3), shift))
+        return (moved, se3.difference(moved.T_target_source, plain.T_target_source),
+                NormalEquations.of([by_keypoints]).information,
+                NormalEquations.of([by_depth]).information,
+                np.array([*(-TRUTH[:3, :3] @ shift), 0.0, 0.0, 0.0]))
+    return refined
+
+
 @pytest.mark.parametrize('sigma', [1e-6, 1e-3, 1e-2])
-def test_a_bias_of_depth_leaves_the_pose_to_the_keypoints(measured, views, monkeypatch, sigma):
+def test_a_bias_of_depth_leaves_the_pose_to_the_keypoints(displaced, sigma):
     """
     The points of the source are displaced by one millimetre, its keypoints are not.
 
@@ -237,16 +259,11 @@ def test_a_bias_of_depth_leaves_the_pose_to_the_keypoints(measured, views, monke
     bias of covariance B, its information is M = (J_d^-1 + B)^-1, and with keypoints of
     information J the pose is displaced by (J + M)^-1 M d.
     """
-    shift, bias = np.array([0.0, 0.0, 0.001]), sigma ** 2 * np.eye(6)
-    monkeypatch.setattr(MeasuredNoise, 'expected', lambda *_: Noise(1.0, bias, bias))
-    plain, moved = (measured(1, MeasuredNoise(), shift=one) for one in (np.zeros(3), shift))
-    found = se3.difference(moved.T_target_source, plain.T_target_source)
-    by_keypoints, by_depth = (NormalEquations.of([residuals]).information for residuals in (
-        reprojection(tracks(np.random.default_rng(1)), TRUTH, RAY_SIGMA, 100.0),
-        point_to_plane(*(view.surface for view in views), TRUTH, SETTINGS.sensor, 100.0, 0.1)))
+    bias = sigma ** 2 * np.eye(6)
+    moved, found, by_keypoints, by_depth, alone = displaced(Noise(1.0, bias, bias))
     biased = np.linalg.inv(np.linalg.inv(by_depth) + bias)
     joint = np.linalg.inv(by_keypoints + biased)
-    expected = -joint @ biased[:, :3] @ TRUTH[:3, :3] @ shift
+    expected = joint @ biased @ alone
     np.testing.assert_allclose(found, expected, atol=0.03 * np.abs(expected).max() + 1e-6)
     # what the bias adds is the same for all points, and not in their scatter
     noise = by_keypoints + biased @ np.linalg.solve(by_depth, biased)
@@ -255,18 +272,12 @@ def test_a_bias_of_depth_leaves_the_pose_to_the_keypoints(measured, views, monke
 
 
 @pytest.mark.parametrize('sigma', [0.0, 1e-4, 1e-3, 1e-2])
-def test_jitter_of_keypoints_leaves_the_position_to_depth(measured, views, monkeypatch, sigma):
+def test_jitter_of_keypoints_leaves_the_position_to_depth(displaced, sigma):
     """Depth has the pose displaced, as above: it is the more so, the more keypoints jitter."""
-    shift, jitter = np.array([0.0, 0.0, 0.001]), np.diag([sigma ** 2] * 3 + [0.0] * 3)
-    monkeypatch.setattr(MeasuredNoise, 'expected', lambda *_: Noise(keypoint_jitter=jitter))
-    plain, moved = (measured(1, MeasuredNoise(), shift=one) for one in (np.zeros(3), shift))
-    found = se3.difference(moved.T_target_source, plain.T_target_source)
-    by_keypoints, by_depth = (NormalEquations.of([residuals]).information for residuals in (
-        reprojection(tracks(np.random.default_rng(1)), TRUTH, RAY_SIGMA, 100.0),
-        point_to_plane(*(view.surface for view in views), TRUTH, SETTINGS.sensor, 100.0, 0.1)))
+    jitter = np.diag([sigma ** 2] * 3 + [0.0] * 3)
+    _, found, by_keypoints, by_depth, alone = displaced(Noise(keypoint_jitter=jitter))
     jittering = np.linalg.inv(np.linalg.inv(by_keypoints) + jitter)
-    joint = np.linalg.inv(jittering + by_depth)
-    expected = -joint @ by_depth[:, :3] @ TRUTH[:3, :3] @ shift
+    expected = np.linalg.inv(jittering + by_depth) @ by_depth @ alone
     np.testing.assert_allclose(found, expected, atol=0.03 * np.abs(expected).max() + 1e-6)
 
 
