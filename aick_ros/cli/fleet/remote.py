@@ -31,7 +31,7 @@ class RemoteFile:
     A file of a recording.
 
     :param path: in its file system.
-    :param name: relative to the folder of the recording; of a single file, its own.
+    :param name: relative to the folder that the recording is in.
     :param size: in bytes; None where the server does not say.
     :param version: changes with its content; empty where the server does not say.
     """
@@ -43,7 +43,7 @@ class RemoteFile:
 
 
 def is_one_file(url: str) -> bool:
-    """Return whether the recording at a URL is a file, not a folder."""
+    """Return whether a URL has the name of a recording that is a file; folders may, too."""
     return name_of(url).endswith(ONE_FILE)
 
 
@@ -81,8 +81,8 @@ def files_of(url: str) -> list[RemoteFile]:
     """
     with errors_of(url):
         system, path = open_url(url)
-        found = {name_of(url): system.info(path)} if is_one_file(url) else dict(
-            islice(_walk(system, url, path, '', MAX_REMOTE_DEPTH), MAX_REMOTE_FILES + 1))
+        found = _single_file(system, url, path) or dict(islice(
+            _walk(system, url, path, f'{name_of(url)}/', MAX_REMOTE_DEPTH), MAX_REMOTE_FILES + 1))
         if not found:
             raise InputError(f'{url} has no files')
         if len(found) > MAX_REMOTE_FILES:
@@ -92,6 +92,14 @@ def files_of(url: str) -> list[RemoteFile]:
                              else system.info(str(entry['name'])), found.values())
             return [_file(name, str(entry['name']), info)
                     for (name, entry), info in zip(found.items(), known)]
+
+
+def _single_file(system: FileSystem, url: str, path: str) -> dict[str, Mapping[str, object]]:
+    """Return name and facts of a recording that is a file; nothing of one that is a folder."""
+    if not is_one_file(url):
+        return {}
+    info = system.info(path)
+    return {} if _is_folder(info) else {name_of(url): info}
 
 
 @asked_again

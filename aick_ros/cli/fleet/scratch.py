@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from aick_ros.cli.fleet.remote import RemoteFile, files_of, is_one_file
+from aick_ros.cli.fleet.remote import RemoteFile, files_of
 from aick_ros.cli.fleet.transfer import copy
 from aick_ros.cli.fleet.urls import name_of
 from aick_ros.errors import InputError
@@ -86,12 +86,10 @@ class Scratch:
     def _copy_of(self, url: str) -> Copy:
         files = files_of(url)
         folder = self._folder / hashlib.sha256(repr((url, files)).encode()).hexdigest()[:32]
-        path = folder / name_of(url)
         there = self._sizes.pop(folder, None)
-        copied = 0 if there is not None else self._copy(
-            url, files, folder if is_one_file(url) else path)
+        copied = 0 if there is not None else self._copy(url, files, folder)
         self._sizes[folder] = there or copied
-        return Copy(path, copied)
+        return Copy(folder / name_of(url), copied)
 
     def _copy(self, url: str, files: Sequence[RemoteFile], folder: Path) -> int:
         """Copy a recording into a folder, whole or not at all, and return its size in bytes."""

@@ -14,7 +14,8 @@ pytest.importorskip('s3fs', reason="no S3: pip install '.[test]'")
 moto_server = pytest.importorskip('moto.server', reason="no S3 server: pip install '.[test]'")
 
 FILES = {'day 1/tum/rgb.txt': b'1 rgb/a#%41.png', 'day 1/tum/rgb/a#%41.png': bytes(100),
-         'day 1/loose/1.mcap': b'one', 'day 2/2.bag': b'two'}
+         'day 1/loose/1.mcap': b'one', 'day 2/2.bag': b'two',
+         'day 3/3.bag/metadata.yaml': b'3', 'day 3/3.bag/3.mcap': b'three'}
 
 
 @pytest.fixture(scope='module')
@@ -38,8 +39,10 @@ def bucket():
 
 def test_recordings_of_a_bucket_are_found(bucket):
     assert find_recordings([bucket], None) == [
-        f'{bucket}/day 1/loose/1.mcap', f'{bucket}/day 1/tum', f'{bucket}/day 2/2.bag']
-    assert find_recordings([f'{bucket}/day*/*/*.mcap'], None) == [f'{bucket}/day 1/loose/1.mcap']
+        f'{bucket}/day 1/loose/1.mcap', f'{bucket}/day 1/tum', f'{bucket}/day 2/2.bag',
+        f'{bucket}/day 3/3.bag']
+    assert find_recordings([f'{bucket}/day*/loose/*.mcap'], None) == [
+        f'{bucket}/day 1/loose/1.mcap']
 
 
 def test_recordings_of_a_bucket_arrive(bucket, tmp_path):
@@ -51,6 +54,12 @@ def test_recordings_of_a_bucket_arrive(bucket, tmp_path):
         assert copy.bytes_copied == 115
     with scratch.copy_of(f'{bucket}/day 2/2.bag') as copy:
         assert (copy.path.name, copy.path.read_bytes()) == ('2.bag', b'two')
+
+
+def test_a_folder_may_have_the_name_of_a_file(bucket, tmp_path):
+    with Scratch(tmp_path / 'scratch', 1000).copy_of(f'{bucket}/day 3/3.bag') as copy:
+        assert {path.name: path.read_bytes() for path in copy.path.iterdir()} == {
+            'metadata.yaml': b'3', '3.mcap': b'three'}
 
 
 def test_the_state_changes_with_the_content(bucket):
