@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from contextlib import contextmanager
 from typing import Protocol
@@ -134,17 +134,20 @@ def check_namespace(namespace: str) -> None:
 
 
 @contextmanager
-def watching(observer: Observer, namespace: str) -> Iterator[tuple[Watcher, Future[None]]]:
+def watching(observer: Observer, namespace: str, remaps: Sequence[str] = ()
+             ) -> Iterator[tuple[Watcher, Future[None]]]:
     """
     Report what a node publishes, for the length of a block.
 
     :param namespace: a valid one.
+    :param remaps: rules for the names of topics, as ROS has them: ``odom:=camera/odom``.
     :returns: the subscriber, and a future that is done as soon as the observer fails, whose error
         is raised after the block.
     :raises InputError: where ROS cannot start.
     """
     use_fastdds_profile()
-    initialise([], ends_by_signals=False)
+    arguments = [argument for rule in remaps for argument in ('--remap', rule)]
+    initialise(['--ros-args', *arguments] if arguments else [], ends_by_signals=False)
     try:
         watcher = make_node(lambda: Watcher(observer, namespace))
         with spinning(watcher) as spin:

@@ -99,6 +99,29 @@ def test_a_running_node_is_shown_until_ctrl_c(rig, start_node, view, all_frames,
             '/world/covariance/Ellipsoids3D:half_sizes'} <= found.keys()
 
 
+def test_remapped_topics_are_watched(ros_domain):
+    heard = []
+    observer = SimpleNamespace(add_health=lambda message, numbers: heard.append(message))
+    rules = ['odom:=camera/odom', '/diagnostics:=health']
+    with watching(observer, 'robot', rules) as (watcher, _):
+        assert watcher.topic == '/robot/camera/odom'
+        assert watcher.resolve_topic_name('path') == '/robot/path'
+        publisher = watcher.create_publisher(DiagnosticArray, '/robot/health', 10)
+        end = time.monotonic() + 30
+        while not heard and time.monotonic() < end:
+            publisher.publish(DiagnosticArray(status=[DiagnosticStatus(
+                name='robot/odom_node: odometry', message='good')]))
+            time.sleep(0.01)
+    assert heard
+
+
+@pytest.mark.parametrize('rule', ['odom', ':=x', 'odom:=a b', ''])
+def test_a_rule_that_is_none_is_rejected(ros_domain, rule):
+    with pytest.raises(InputError, match='^ROS rejects these arguments: '):
+        with watching(SimpleNamespace(), '', [rule]):
+            pass
+
+
 @pytest.mark.parametrize('prefix, heard', [
     ('', 'odom_node'), ('robot1', 'robot1/odom_node'), ('a/b', 'a/b/odom_node')])
 def test_the_diagnostics_of_other_robots_are_left(prefix, heard):

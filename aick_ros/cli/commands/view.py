@@ -51,10 +51,13 @@ Live = Annotated[bool, typer.Option(
     '--live', help='Show what a running odom_node publishes, until Ctrl-C.')]
 Namespace = Annotated[str, typer.Option(
     '--namespace', metavar='NAME', show_default=False, help='That of the node, with --live.')]
+Remaps = Annotated[list[str] | None, typer.Option(
+    '--remap', metavar='FROM:=TO', show_default=False,
+    help='A rule of remapping that the node has, with --live; may be repeated.')]
 
 
 def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '',
-         save: Save = None, web: Web = False, preset: options.Preset = None,
+         remap: Remaps = None, save: Save = None, web: Web = False, preset: options.Preset = None,
          config: options.Config = None, assignments: options.Assignments = None,
          camera: options.CameraFile = None, colour_topic: options.ColourTopic = None,
          depth_topic: options.DepthTopic = None, info_topic: options.InfoTopic = None,
@@ -77,7 +80,9 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
         if source is not None or settings != Settings() or reading != SourceOptions():
             raise InputError('--live shows a running node: neither a source nor options of the '
                              'odometry or of recordings have an effect')
-        return _watch(namespace, save, web, limit)
+        return _watch(namespace, remap or [], save, web, limit)
+    if namespace or remap:
+        raise InputError('--namespace and --remap are those of a running node: give --live, too')
     if source is None:
         raise InputError('nothing to show: name a recording or a run, or give --live')
     if (Path(source) / files.SUMMARY).exists():
@@ -89,7 +94,8 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
         return code
 
 
-def _watch(namespace: str, save: Path | None, web: bool, limit: int | None) -> int:
+def _watch(namespace: str, remaps: list[str], save: Path | None, web: bool,
+           limit: int | None) -> int:
     """Show what a node publishes, until Ctrl-C or a number of frames."""
     check_middleware()  # before a file is begun, and before threads are
     try:
@@ -99,7 +105,7 @@ def _watch(namespace: str, save: Path | None, web: bool, limit: int | None) -> i
     check_namespace(namespace)
     from aick_ros.reports.live_view import LiveView
     with (viewer('odom_node', save, web) as stream, Interruption() as interruption,
-          watching(LiveView(stream), namespace) as (watcher, spin)):
+          watching(LiveView(stream), namespace, remaps) as (watcher, spin)):
         say('Ctrl-C ends')
         hints = _hints(watcher)
         while not (interruption.requested or spin.done()) and (
@@ -116,8 +122,8 @@ def _hints(watcher: Watcher) -> Iterator[None]:
     while not watcher.hears and time.monotonic() < end:
         yield
     if not watcher.hears:
-        say(f'no odom_node publishes {watcher.topic} yet: does it run, with this ROS_DOMAIN_ID '
-            'and namespace?')
+        say(f'no odom_node publishes {watcher.topic} yet: does it run, with this '
+            'ROS_DOMAIN_ID and namespace, and are its topics remapped (--remap)?')
     while not watcher.hears:
         yield
     say(f'odom_node is there: {watcher.topic} is shown')

@@ -117,7 +117,7 @@ def initialise(arguments: list[str] | None = None, ends_by_signals: bool = True)
         rclpy.init(args=arguments, signal_handler_options=(
             SignalHandlerOptions.ALL if ends_by_signals else SignalHandlerOptions.NO))
     except Exception as error:  # rcl's errors have no common base class
-        what = 'these arguments' if arguments is None else 'the environment'
+        what = 'the environment' if arguments == [] else 'these arguments'
         raise InputError(f'ROS rejects {what}: {error}') from None
 
 

@@ -158,6 +158,9 @@ def test_a_browser_gets_the_data_on_this_machine_only(folder):
 @pytest.mark.parametrize(('arguments', 'sentence'), [
     ([], 'nothing to show: name a recording or a run, or give --live'),
     (['--live', '--set', 'aick.alpha=0.7'], '--live shows a running node'),
+    (['x.bag', '--namespace', 'robot'], '--namespace and --remap are those of a running node'),
+    (['x.bag', '--remap', 'odom:=x'], '--namespace and --remap are those of a running node'),
+    (['--live', '--remap', 'odom', '--save', 'x.rrd'], "ROS rejects these .*'--remap odom'"),
     (['--live', '--colour-topic', '/image'], '--live shows a running node'),
     (['--live', '--namespace', 'a b', '--save', 'x.rrd'], '--namespace a b: Invalid namespace'),
     (['--live', '--namespace', '\udcff', '--save', 'x.rrd'], 'letters, digits, _ and / are')])
