@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 
 import cv2
@@ -14,6 +15,7 @@ from aick_ros.frames import depth
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.lucas_kanade import track_there_and_back
 from aick_ros.registration.refinement.windows import Windows
 from aick_ros.settings import RefinementSettings, SensorSettings
@@ -26,6 +28,7 @@ Chosen: a pose needs three tracks, and up to half of all may be outliers.
 
 _LEVELS = 2  # of the image pyramid; chosen: tracks up to 4 * window / 2 pixels of error
 _NEAREST = 0.05  # m; chosen: keypoints that the first pose puts nearer are skipped
+_CACHED_FRAMES = 2  # chosen: the keyframe, and one in reserve
 _MAX_ROTATION = np.radians(3.0)  # chosen: beyond it windows differ too much to be aligned
 
 
@@ -76,6 +79,7 @@ class Tracker:
     def __init__(self, settings: RefinementSettings, sensor: SensorSettings) -> None:
         self._settings = settings
         self._sensor = sensor
+        self._windows = LastResults(self._windows_of_all, _CACHED_FRAMES)
 
     def track(self, source: PreparedFrame, target: PreparedFrame,
               T_target_source: np.ndarray) -> Tracks:
@@ -84,6 +88,11 @@ class Tracker:
 
         :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
         """
+        return self._track(source, target, T_target_source,
+                           lambda chosen: self._windows_of(source, chosen))
+
+    def _track(self, source: PreparedFrame, target: PreparedFrame, T_target_source: np.ndarray,
+               windows_of: Callable[[np.ndarray], Windows]) -> Tracks:
         camera, side = target.frame.camera, self._settings.track_window
         points = source.keypoints.positions[:self._settings.max_tracks].astype(np.float64)
         kept, expected = _visible(points, T_target_source, camera)
@@ -91,7 +100,7 @@ class Tracker:
         grey, pixels = _rotated(source.grey, source.keypoints.pixels[kept], camera, rotation)
         seen, found = track_there_and_back(grey, target.grey, pixels, side, _LEVELS, expected)
         kept, seen = kept[found], seen[found]
-        windows = Windows.of(source, kept, side)
+        windows = windows_of(kept)
         seen = seen - windows.shifts(camera, T_target_source, rotation)
         rays = camera.normalize(seen)
         valid = np.isfinite(rays).all(axis=1)
@@ -104,16 +113,26 @@ class Tracker:
         """
         Find the keypoints of the target in the source, which needs none of its own.
 
+        What the windows around them show is measured once for a target.
+
         :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
         :returns: tracks of the source in the target all the same, with depths of the source;
             ``keypoints`` are those of the target.
         """
-        seen = self.track(target, source, se3.inverse(T_target_source))
+        seen = self._track(target, source, se3.inverse(T_target_source),
+                           self._windows(target).__getitem__)
         seen = seen[np.isfinite(seen.depths)]
         rays, depths = np.column_stack([seen.rays, np.ones(len(seen))]), seen.depths
         sigmas = np.maximum(depth.inverse_depth_sigma(depths, self._sensor), seen.sigmas)
         return Tracks(seen.keypoints, rays * depths[:, None],
                       seen.points[:, :2] / seen.points[:, 2:], seen.points[:, 2], sigmas)
+
+    def _windows_of_all(self, frame: PreparedFrame) -> Windows:
+        return self._windows_of(frame, np.arange(min(len(frame.keypoints),
+                                                     self._settings.max_tracks)))
+
+    def _windows_of(self, frame: PreparedFrame, chosen: np.ndarray) -> Windows:
+        return Windows.of(frame, chosen, self._settings.track_window)
 
 
 def _visible(points: np.ndarray, T_target_source: np.ndarray,
