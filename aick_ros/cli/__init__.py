@@ -12,17 +12,20 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from aick_ros.borders.libraries import check_libraries
+from aick_ros.borders.names import one_line
 from aick_ros.cli import no_memory
 from aick_ros.cli.input.interruption import endings, endings_interrupt
-from aick_ros.errors import installation, package_of
+from aick_ros.errors import InputError, installation, package_of
 from aick_ros.ros.process.signals import held
 
 _NEEDED = ('typer', 'rich', 'yaml')
-_OPENCV = ('OPENCV_FOR_THREADS_NUM', 'OPENCV_IO_MAX_IMAGE_PIXELS', 'OPENCV_IO_MAX_IMAGE_WIDTH',
-           'OPENCV_IO_MAX_IMAGE_HEIGHT')
-"""Numbers that OpenCV reads; it ends the process where one is none."""
-
-_EPOCH = re.compile('[0-9]{1,11}')  # seconds, up to the year 5138
+_USABLE = {
+    'SOURCE_DATE_EPOCH': re.compile('[0-9]{1,11}'),  # seconds, up to the year 5138
+    'COLUMNS': re.compile('[1-9][0-9]{1,3}'),  # at 0, rich prints nothing
+    'LINES': re.compile('[0-9]{1,4}'),
+}
+"""Values of variables; with others libraries fail, and do without where there is none."""
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -31,10 +34,12 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
     :param arguments: without the name of the program; None: those of the process.
     """
+    _open_streams()
     _prepare_environment()
     try:
         with endings_interrupt(is_last=arguments is None):
             with held(endings()):  # an interrupted import fails in unexpected ways
+                check_libraries()
                 from aick_ros.cli.run import run
             code = run(sys.argv[1:] if arguments is None else arguments)
     except ModuleNotFoundError as error:
@@ -48,10 +53,20 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
             raise
         print(f'aick: {no_memory.SENTENCE}', file=sys.stderr)
         sys.exit(2)
+    except InputError as error:
+        print(f'aick: {one_line(str(error))}', file=sys.stderr)
+        sys.exit(2)
     except KeyboardInterrupt:
         print('aick: interrupted', file=sys.stderr)
         sys.exit(130)
     sys.exit(code)
+
+
+def _open_streams() -> None:
+    """Open the streams that are closed, or other files would take their descriptors."""
+    while (opened := os.open(os.devnull, os.O_RDWR)) <= 2:
+        os.set_inheritable(opened, True)
+    os.close(opened)
 
 
 def _prepare_environment() -> None:
@@ -61,11 +76,8 @@ def _prepare_environment() -> None:
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     # plots go to files; a backend that does not exist would make matplotlib's import fail
     os.environ['MPLBACKEND'] = 'agg'
-    # matplotlib stamps plots with it, and fails where it is no time
-    if not _EPOCH.fullmatch(os.environ.get('SOURCE_DATE_EPOCH', '0')):
-        del os.environ['SOURCE_DATE_EPOCH']
-    for name in _OPENCV:
-        if not _EPOCH.fullmatch(os.environ.get(name, '0')):
-            del os.environ[name]
+    for name, usable in _USABLE.items():
+        if not usable.fullmatch(os.environ.get(name, '')):
+            os.environ.pop(name, None)
     # of a folder for its cache that cannot be written, without which it only starts later
     logging.getLogger('matplotlib').setLevel(logging.ERROR)

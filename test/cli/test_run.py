@@ -161,9 +161,9 @@ def test_names_that_cannot_be_seen_are_quoted(aick, command):
 @pytest.mark.parametrize('environment, code, redirect', [
     ({'PYTHONIOENCODING': 'ascii'}, 'print("größe")', ''),
     ({'MPLBACKEND': 'nonsense'}, 'import matplotlib', ''),
-    ({'MPLCONFIGDIR': '/proc/none', 'OPENCV_IO_MAX_IMAGE_PIXELS': 'x',
-      'OPENCV_FOR_THREADS_NUM': 'x'},
-     'import cv2; import matplotlib; cv2.getNumThreads()', ''),
+    ({'MPLCONFIGDIR': '/proc/none'}, 'import matplotlib', ''),
+    ({'COLUMNS': '²', 'LINES': '²'}, 'pass', ''),
+    ({'OPENCV_CPU_DISABLE': 'x'}, 'pass', ''), ({'NUMPY_MADVISE_HUGEPAGE': 'x'}, 'pass', ''),
     ({'SOURCE_DATE_EPOCH': 'x'}, 'import os; int(os.environ.get("SOURCE_DATE_EPOCH", 0))', ''),
     ({}, 'pass', '2>&-'), ({}, 'pass', '2>/dev/full')])
 def test_odd_environments_are_no_defects(tmp_path, environment, code, redirect):
@@ -319,3 +319,28 @@ aick_ros.cli.main = interrupted
     run = subprocess.run([sys.executable, '-m', 'aick_ros'],
                          env={**os.environ, 'PYTHONPATH': path})
     assert run.returncode == 130
+
+
+@pytest.mark.parametrize('columns', ['0', '2', '²', '9' * 30])
+def test_nothing_is_lost_at_an_impossible_width(columns):
+    def output(arguments, **environment):
+        command = [sys.executable, '-m', 'aick_ros', *arguments.split()]
+        return subprocess.run(command, capture_output=True, text=True, check=False, env={
+            **os.environ, 'PYTHONPATH': str(ROOT), **environment}).stderr
+    for arguments in ('replay none', 'replay --limit'):
+        assert output(arguments, COLUMNS=columns) == output(arguments, COLUMNS='80') != ''
+
+
+def test_descriptors_of_closed_streams_are_given_to_no_file(tmp_path):
+    command = ('from aick_ros.cli import main; import os\ntry:\n main(["--version"])\nfinally:\n'
+               ' os.system("readlink /proc/self/fd/0 /proc/self/fd/2 > streams")')
+    subprocess.run(['sh', '-c', 'exec "$0" -c "$1" 0>&- 1>&- 2>&-', sys.executable, command],
+                   cwd=tmp_path, check=False, env={**os.environ, 'PYTHONPATH': str(ROOT)})
+    assert (tmp_path / 'streams').read_text().split() == 2 * ['/dev/null']
+
+
+def test_a_further_signal_during_the_end_is_not_reported():
+    run = python('from aick_ros.cli.input.interruption import endings_interrupt\n'
+                 'class Ending:\n def __del__(self):\n  raise KeyboardInterrupt\n'
+                 'with endings_interrupt():\n Ending()')
+    assert (run.returncode, run.stderr) == (0, '')

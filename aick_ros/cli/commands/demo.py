@@ -22,7 +22,7 @@ from aick_ros.cli.input.ros import without_ros
 from aick_ros.cli.output.console import line, progress, table
 from aick_ros.cli.output.demo_report import live_statistics, plot_path, table_rows
 from aick_ros.cli.output.files import write_json
-from aick_ros.cli.output.run_folder import link_latest, make_folder
+from aick_ros.cli.output.run_folder import whole_folder
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.trajectory_errors import compare
@@ -63,25 +63,24 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     """
     Start the ROS node, play a recording to it over DDS, and evaluate the odometry it publishes.
 
-    No message leaves this machine.
+    No message leaves this machine. Ctrl-C ends it without a trace.
     """
     check_target(json, source)
     play = _player(rate)
     recording = (SyntheticSource(SyntheticOptions(frames=frames)) if source is None
                  else open_source(source))
-    folder = make_folder(out, f'demo-{recording.name}', datetime.now())
-    link_latest(folder)
     damage = DamageLog()
-    bag, topics = _playable_bag(source, recording, folder, damage)
-    with progress('playing to odom_node', len(recording)) as show:
-        run = play(bag, topics, show)
-    if not run.answers:
-        raise InputError(f'odom_node answered none of the {len(run.published_at)} frames of '
-                         f'{recording.name}: see its log above')
-    estimate = Trajectory(np.array([answer.stamp for answer in run.answers]),
-                          np.array([answer.T_odom_base for answer in run.answers]))
+    with whole_folder(out, f'demo-{recording.name}', datetime.now()) as folder:
+        bag, topics = _playable_bag(source, recording, folder, damage)
+        with progress('playing to odom_node', len(recording)) as show:
+            run = play(bag, topics, show)
+        if not run.answers:
+            raise InputError(f'odom_node answered none of the {len(run.published_at)} frames of '
+                             f'{recording.name}: see its log above')
+        estimate = Trajectory(np.array([answer.stamp for answer in run.answers]),
+                              np.array([answer.T_odom_base for answer in run.answers]))
+        write_trajectory(folder / 'trajectory.tum', estimate)
     truth = _of_base(recording.ground_truth)
-    write_trajectory(folder / 'trajectory.tum', estimate)
     statistics = live_statistics(recording.name, run, compare(estimate, truth) if truth else None)
     if json is not None:
         write_json(json, statistics)

@@ -6,9 +6,12 @@
 from __future__ import annotations
 
 import signal
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+
+from aick_ros.ros.process.signals import ENDINGS
 
 
 def endings() -> tuple[signal.Signals, ...]:
@@ -18,7 +21,7 @@ def endings() -> tuple[signal.Signals, ...]:
     The last one, SIGHUP, is ignored after nohup, and stays so.
     """
     hangs_up = signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN
-    return (signal.SIGINT, signal.SIGTERM, *[signal.SIGHUP] * hangs_up)
+    return (*ENDINGS, *[signal.SIGHUP] * hangs_up)
 
 
 class Interruption:
@@ -48,15 +51,25 @@ def endings_interrupt(is_last: bool = False) -> Iterator[None]:
     """
     Make all signals that end a command raise KeyboardInterrupt during the block, as Ctrl-C.
 
+    A further one that comes while Python cleans up after the first is not reported.
+
     :param is_last: the process ends after the block, and ignores them then; they are not blocked,
         as any other thread would get them.
     """
     previous = {each: signal.signal(each, signal.default_int_handler)
                 for each in endings() if each is not signal.SIGINT}
+    hook, sys.unraisablehook = sys.unraisablehook, _report_unraisable
     try:
         yield
     finally:
+        sys.unraisablehook = hook if not is_last else _report_unraisable
         for each, handler in previous.items():
             signal.signal(each, signal.SIG_IGN if is_last else handler)
         if is_last:
             signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _report_unraisable(error: sys.UnraisableHookArgs) -> None:
+    """Report an error of a finalizer, unless it is a signal."""
+    if not issubclass(error.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(error)

@@ -12,7 +12,8 @@ from typing import Annotated
 import typer
 
 from aick_ros.cli.input.settings_file import read_settings_file
-from aick_ros.errors import InputError, installation, package_of
+from aick_ros.errors import InputError
+from aick_ros.evaluation.engine.requirements import check_dask
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import PRESETS, preset
@@ -114,15 +115,13 @@ def bytes_from(option: str, text: str) -> int:
 
     :raises InputError: where it says none.
     """
+    check_dask()
+    from dask.utils import parse_bytes
     try:
-        from dask.utils import parse_bytes
         count = int(parse_bytes(text))
         if count < 0:
             raise ValueError
         return count
-    except ModuleNotFoundError as error:
-        raise InputError(f"no tasks without {package_of(error)}: {installation('fleet')}"
-                         ) from None
     except (ValueError, OverflowError):
         raise InputError(f'{option} {text} is no number of bytes: try 50GB') from None
 

@@ -49,7 +49,7 @@ def progress(title: str, total: int, unit: str = 'frames') -> Iterator[Callable[
     :param unit: plural noun of what is counted.
     :returns: a function to be called with the number of units done, cheap enough for each one.
     """
-    if not _ERRORS.is_terminal:
+    if not _ERRORS.file.isatty():  # FORCE_COLOR is for colours, a bar moves the cursor
         yield lambda done: None
         return
     columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),

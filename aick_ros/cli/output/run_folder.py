@@ -8,12 +8,16 @@ from __future__ import annotations
 import csv
 import os
 import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from datetime import datetime
 from itertools import count
 from pathlib import Path
 from typing import TextIO
 
 from aick_ros.cli.output.files import write_json, write_whole
+from aick_ros.cli.output.plot_folder import removed_if_empty
 from aick_ros.errors import InputError
 from aick_ros.evaluation.runs import files
 from aick_ros.evaluation.runs.frames_csv import cells, columns
@@ -100,6 +104,25 @@ def make_folder(parent: Path, source: str, started: datetime) -> Path:
         except RecursionError:  # of Path.mkdir
             raise InputError(f'cannot make the folder {path}: it has too many folders') from None
     return path
+
+
+@contextmanager
+def whole_folder(parent: Path, source: str, started: datetime) -> Iterator[Path]:
+    """
+    Make a new folder for a run; it is removed, with all in it, where the block fails.
+
+    The link ``latest`` points to it after the block.
+
+    :raises InputError: where it cannot be made.
+    """
+    with removed_if_empty(parent):
+        path = make_folder(parent, source, started)
+        try:
+            yield path
+        except BaseException:  # Ctrl-C too
+            shutil.rmtree(path, ignore_errors=True)
+            raise
+    link_latest(path)
 
 
 def link_latest(path: Path) -> None:

@@ -23,6 +23,7 @@ from typing import Any
 
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_LIST_BYTES
+from aick_ros.borders.replacement import unwritable
 from aick_ros.errors import InputError
 from aick_ros.evaluation.benchmark.recording import Recording
 from aick_ros.evaluation.scores.frame_pairs import FramePair
@@ -123,7 +124,7 @@ def reserved(path: Path) -> Iterator[None]:
         # without O_NONBLOCK, opening a pipe waits for a reader
         file = open(path, 'ab', opener=lambda name, flags: os.open(name, flags | os.O_NONBLOCK))
     except OSError as error:
-        raise InputError(f'cannot write {path}: {error.strerror}') from None
+        raise unwritable(path, error) from None
     with file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -151,7 +152,7 @@ def begin(path: Path, recordings: Sequence[Recording]) -> Journal:
             path.write_text(whole or header + '\n', encoding='utf-8')
         return Journal(path)
     except OSError as error:
-        raise InputError(f'cannot write {path}: {error.strerror}') from None
+        raise unwritable(path, error) from None
 
 
 def _header(recordings: Sequence[Recording]) -> dict[str, Any]:

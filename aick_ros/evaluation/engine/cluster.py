@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING
 
-from aick_ros.errors import InputError, installation, package_of
+from aick_ros.errors import InputError
 from aick_ros.evaluation.engine import silence
+from aick_ros.evaluation.engine.requirements import check_dask
 from aick_ros.evaluation.engine.scratch_folder import scratch_folder
 
 if TYPE_CHECKING:
@@ -68,15 +69,9 @@ def connected(cluster: Cluster) -> Iterator[Client]:
 
     :raises InputError: where Dask cannot be used, or the scheduler does not answer.
     """
-    try:
-        import dask
-        from distributed import Client
-    except ModuleNotFoundError as error:
-        raise InputError(f"no tasks without {package_of(error)}: {installation('fleet')}"
-                         ) from None
-    except Exception as error:  # it reads its settings then
-        raise InputError(f'Dask cannot be used ({error}): correct its settings, in DASK_* and '
-                         '~/.config/dask') from None
+    check_dask()
+    import dask
+    from distributed import Client
     with _quiet(), dask.config.set(_SETTINGS):
         if cluster.scheduler is None:
             with _own_processes(cluster) as client:

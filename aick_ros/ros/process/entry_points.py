@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from importlib import import_module
 from signal import SIGTERM
 
@@ -34,12 +35,15 @@ def _run(name: str, module_name: str) -> None:
     # until the program has its handlers: an interrupted import fails in unexpected ways, and of
     # two signals the second would interrupt the handling of the first
     hold()
+    from aick_ros.borders.libraries import check_libraries
     from aick_ros.borders.parent import end_with_parent
     from aick_ros.errors import InputError, installation, package_of
     from aick_ros.ros.parameter_files import check_parameter_files
     from aick_ros.ros.process.environment import check_middleware, check_variables
     end_with_parent(SIGTERM)
     try:
+        _check_arguments(sys.argv)
+        check_libraries()
         check_variables()
         check_parameter_files(sys.argv)
         check_middleware()
@@ -56,6 +60,17 @@ def _run(name: str, module_name: str) -> None:
         _say(name, f'{error.name} is not installed: {remedy}')
         sys.exit(2)
     module.main()
+
+
+def _check_arguments(argv: Sequence[str]) -> None:
+    """Raise InputError where an argument is not UTF-8, which ROS would not say."""
+    from aick_ros.errors import InputError
+    for argument in argv:
+        try:
+            argument.encode()
+        except UnicodeEncodeError:
+            raise InputError(f'the argument {argument} is not UTF-8, as ROS requires: rename '
+                             'what it names, or give a link to it') from None
 
 
 def _say(name: str, reason: str) -> None:

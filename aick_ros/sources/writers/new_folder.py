@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from aick_ros.borders.replacement import unwritable
 from aick_ros.errors import InputError
 
 _HIDDEN_NAME = 60  # characters of the name of a folder in that of the hidden one; chosen
@@ -32,7 +33,7 @@ def new_folder(path: Path) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         hidden = Path(tempfile.mkdtemp(prefix=f'.{path.name[:_HIDDEN_NAME]}.', dir=path.parent))
     except OSError as error:
-        raise InputError(f'cannot write {path}: {error.strerror}') from None
+        raise unwritable(path, error) from None
     except RecursionError:  # of Path.mkdir
         raise InputError(f'cannot write {path}: it has too many folders') from None
     try:
@@ -40,7 +41,7 @@ def new_folder(path: Path) -> Iterator[Path]:
         check_new(path)  # another command may have made it meanwhile
         (hidden / path.name).rename(path)
     except (OSError, sqlite3.Error) as error:  # sqlite3: a full disk
-        raise InputError(f'cannot write {path}: {error}') from None
+        raise unwritable(path, error) from None
     finally:
         shutil.rmtree(hidden, ignore_errors=True)
 
@@ -56,7 +57,7 @@ def check_new(path: Path) -> None:
     except FileNotFoundError:
         return
     except OSError as error:
-        raise InputError(f'cannot write {path}: {error.strerror}') from None
+        raise unwritable(path, error) from None
     except ValueError as error:  # NUL in the name
         raise InputError(f'cannot write {str(path)!r}: {error}') from None
     raise InputError(f'{path} exists already: remove it or choose another name')

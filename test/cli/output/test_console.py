@@ -54,3 +54,12 @@ def test_a_narrow_table_has_whole_names(capsys, monkeypatch, name):
     assert name[:24] in printed
     assert all(len(line) <= 60 for line in printed.splitlines())
     assert printed.count('n') >= name.count('n')
+
+
+@pytest.mark.parametrize('variable', ['FORCE_COLOR', 'TTY_COMPATIBLE'])
+def test_a_bar_moves_no_cursor_in_a_file(variable):
+    program = ('from aick_ros.cli.output.console import progress, say\n'
+               'with progress("reading", 2) as show:\n show(1)\n say("a sentence")')
+    done = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
+                          env={**os.environ, variable: '1'}, check=True)
+    assert done.stderr == 'aick: a sentence\n'

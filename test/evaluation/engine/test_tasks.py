@@ -18,6 +18,7 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.evaluation.engine import cluster as cluster_module
 from aick_ros.evaluation.engine.cluster import Cluster, connected
+from aick_ros.evaluation.engine.requirements import check_dask
 from aick_ros.evaluation.engine.tasks import Cause, Failure, Limits, run_tasks
 from aick_ros.evaluation.engine.versions import own_versions, reject_other_versions
 
@@ -118,7 +119,9 @@ def test_too_few_open_files_are_one_sentence(allowed):
     assert run.stderr == ''
 
 
-@pytest.mark.parametrize('setting', ['DASK_CONFIG=settings.yaml', 'DASK_DISTRIBUTED__LOGGING=x'])
+@pytest.mark.parametrize('setting', [
+    'DASK_CONFIG=settings.yaml', 'DASK_DISTRIBUTED__LOGGING=x', 'DASK_DISTRIBUTED__COMM=3',
+    'DASK_DISTRIBUTED__SCHEDULER=x'])
 def test_settings_that_dask_cannot_read_are_named(tmp_path, setting):
     (tmp_path / 'settings.yaml').write_text('a: [1')
     name, value = setting.split('=')
@@ -130,6 +133,13 @@ def test_settings_that_dask_cannot_read_are_named(tmp_path, setting):
                          text=True, env={**os.environ, name: value})
     assert re.match(r'Dask cannot be used \(.*\): correct its settings', run.stdout, re.DOTALL)
     assert run.stderr == ''
+
+
+@pytest.mark.parametrize('name', ['DASK_CONFIG', 'DASK_ROOT_CONFIG'])
+def test_settings_that_never_end_are_rejected_before_they_are_read(monkeypatch, name):
+    monkeypatch.setenv(name, '/dev/zero')
+    with pytest.raises(InputError, match=f'settings of Dask .{name}. /dev/zero: it is not a'):
+        check_dask()
 
 
 def test_a_temporary_folder_may_be_called_by_a_number(tmp_path, monkeypatch):

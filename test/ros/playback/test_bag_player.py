@@ -3,6 +3,7 @@
 
 """The bag player as a process: messages as recorded, with /clock, or step by step."""
 
+import os
 import re
 import shutil
 import signal
@@ -121,6 +122,16 @@ def test_arguments_are_rejected_in_one_printable_line(monkeypatch, capsys, argum
     assert end.value.code == 2 and sentence in error
     assert error.startswith('bag_player: ') and error.endswith('see bag_player --help\n')
     assert error[:-1].isprintable()
+
+
+def test_a_name_that_ros_cannot_take_is_named(bag, tmp_path):
+    named = os.fsdecode(os.fsencode(tmp_path) + b'/b\xffg')
+    shutil.copytree(bag, named)
+    run = subprocess.run([*PLAYER_COMMAND, named], capture_output=True, text=True)
+    assert (run.returncode, run.stdout) == (2, '')
+    assert run.stderr == (
+        f'bag_player: the argument {tmp_path}/b\\xffg is not UTF-8, as ROS requires: rename what '
+        'it names, or give a link to it\n')
 
 
 def test_a_name_that_is_too_long_is_an_input_error():
