@@ -44,7 +44,8 @@ def viewer(name: str, save: Path | None, web: bool) -> Iterator[RecordingStream]
           rr.RecordingStream('aick_ros', recording_id=None) as stream):
         if save is not None and draft is not None:
             _check_file(save)
-            stream.save(draft)
+            with _read_by_a_program(save):
+                stream.save(draft)
         elif web:
             _serve(stream)
         else:
@@ -61,8 +62,28 @@ def _check_file(save: Path) -> None:
     except UnicodeEncodeError:
         raise InputError(f'cannot write {save}: its name is not UTF-8, choose another one'
                          ) from None
-    if shutil.disk_usage(save.parent).free < _LEAST_SPACE:
+    if _is_full(save):
         raise InputError(f'cannot write {save}: the disk is full')
+
+
+@contextmanager
+def _read_by_a_program(save: Path) -> Iterator[None]:
+    """Raise InputError for a pipe that nobody reads; Rerun would wait, deaf to Ctrl-C."""
+    if not save.is_fifo():
+        yield
+        return
+    try:
+        opened = os.open(save, os.O_WRONLY | os.O_NONBLOCK)
+    except OSError:
+        raise InputError(f'cannot write {save}: it is a pipe that no program reads') from None
+    try:
+        yield  # open until Rerun has it open, or the reader would find its end
+    finally:
+        os.close(opened)
+
+
+def _is_full(save: Path) -> bool:
+    return shutil.disk_usage(save.parent).free < _LEAST_SPACE
 
 
 @contextmanager
@@ -74,7 +95,8 @@ def _errors_of(save: Path | None) -> Iterator[None]:
         if type(error) is not RuntimeError:
             raise
         what = 'the viewer ended' if save is None else f'cannot write {save}'
-        raise InputError(f'{what}: {error}') from None
+        is_full = save is not None and _is_full(save)
+        raise InputError(f'{what}: {"the disk is full" if is_full else error}') from None
 
 
 def _serve(stream: RecordingStream) -> None:

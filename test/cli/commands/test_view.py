@@ -3,6 +3,7 @@
 
 """Files for the viewer Rerun, read back by its own reader."""
 
+import os
 import re
 import shutil
 import signal
@@ -111,6 +112,31 @@ def test_a_full_disk_is_said_at_the_start(aick, folder, monkeypatch, tmp_path):
     outcome = aick('view', folder, '--save', 'x.rrd')
     assert (outcome.code, outcome.sentence) == (2, 'cannot write x.rrd: the disk is full')
     assert not (tmp_path / 'x.rrd').exists()
+
+
+def test_a_disk_that_fills_is_said_too(aick, folder, monkeypatch):
+    free = [10 ** 9, 0]
+    monkeypatch.setattr(shutil, 'disk_usage', lambda path: SimpleNamespace(free=free.pop(0)))
+    outcome = aick('view', folder, '--save', '/dev/full')
+    assert (outcome.code, outcome.sentence) == (2, 'cannot write /dev/full: the disk is full')
+
+
+def test_a_pipe_that_nobody_reads_is_rejected(aick, folder, tmp_path):
+    os.mkfifo(tmp_path / 'pipe')
+    outcome = aick('view', folder, '--save', 'pipe')
+    assert (outcome.code, outcome.sentence) == (
+        2, 'cannot write pipe: it is a pipe that no program reads')
+
+
+def test_a_pipe_that_is_read_gets_the_whole_view(aick, folder, tmp_path):
+    os.mkfifo(tmp_path / 'pipe')
+    with subprocess.Popen('exec cat pipe > copy', shell=True, cwd=tmp_path) as reader:
+        writer = os.open(tmp_path / 'pipe', os.O_WRONLY)  # waits for the reader
+        outcome = aick('view', folder, '--save', 'pipe')
+        os.close(writer)
+        assert outcome.code == 0
+        reader.wait(60)
+    assert (tmp_path / 'copy').stat().st_size > 10_000
 
 
 def test_a_recording_of_any_name_is_shown(aick, folder, tmp_path):
