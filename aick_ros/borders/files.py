@@ -25,9 +25,12 @@ def read_bytes(path: Path, what: str, limit: int) -> bytes:
         # without O_NONBLOCK, opening a pipe waits for a writer
         with open(path, 'rb', opener=lambda name, flags: os.open(
                 name, flags | os.O_NONBLOCK)) as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            status = os.fstat(file.fileno())
+            if not stat.S_ISREG(status.st_mode):
                 raise InputError(f'cannot read {what} {path}: it is not a regular file')
-            content: bytes | None = file.read(limit + 1)
+            if status.st_size > limit:
+                raise _too_large(path, what, limit)
+            content: bytes | None = file.read(limit + 1)  # it may grow
     except OSError as error:
         raise InputError(f'cannot read {what} {path}: {error.strerror}') from None
     except ValueError as error:
@@ -37,8 +40,12 @@ def read_bytes(path: Path, what: str, limit: int) -> bytes:
     if content is None:  # as of /proc/kmsg, which calls itself a regular file
         raise InputError(f'cannot read {what} {path}: its content never ends')
     if len(content) > limit:
-        raise InputError(f'cannot read {what} {path}: it is larger than {limit} bytes')
+        raise _too_large(path, what, limit)
     return content
+
+
+def _too_large(path: Path, what: str, limit: int) -> InputError:
+    return InputError(f'cannot read {what} {path}: it is larger than {limit} bytes')
 
 
 def read_text(path: Path, what: str, limit: int) -> str:

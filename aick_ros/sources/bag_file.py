@@ -15,6 +15,7 @@ from rosbags.interfaces import TopicInfo
 from rosbags.typesys import Stores, get_typestore
 
 from aick_ros.borders.bag_limits import check_bag
+from aick_ros.borders.bag_names import escape_names
 from aick_ros.borders.unpacking import limit_unpacking
 from aick_ros.errors import InputError
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -45,6 +46,7 @@ class BagFile:
         self._path = _storage(path)
         check_bag(self._path)
         limit_unpacking()
+        escape_names()
 
     def topics(self) -> dict[str, TopicInfo]:
         """

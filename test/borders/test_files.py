@@ -58,3 +58,9 @@ def test_a_file_that_waits_for_content_is_rejected(tmp_path, monkeypatch):
             read_bytes(path, 'the list', 10)
     finally:
         os.close(writer)
+
+
+def test_a_large_file_is_rejected_before_it_is_read(tmp_path):
+    os.truncate(os.open(tmp_path / 'sparse', os.O_CREAT | os.O_WRONLY), 2 ** 43)
+    with pytest.raises(InputError, match='larger than 4398046511104 bytes'):
+        read_bytes(tmp_path / 'sparse', 'the list', 2 ** 42)

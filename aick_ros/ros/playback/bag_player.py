@@ -28,6 +28,7 @@ from rosbags.rosbag2 import Reader
 from rosgraph_msgs.msg import Clock
 
 from aick_ros.borders.bag_limits import check_bag
+from aick_ros.borders.bag_names import escape_names
 from aick_ros.borders.names import one_line
 from aick_ros.borders.unpacking import limit_unpacking
 from aick_ros.errors import InputError
@@ -139,6 +140,7 @@ def _reading(path: Path) -> Iterator[Reader]:
                          'required')
     check_bag(path)
     limit_unpacking()
+    escape_names()
     try:
         reader = Reader(path)
         reader.open()

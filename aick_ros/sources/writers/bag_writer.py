@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 from rosbags.rosbag2 import StoragePlugin, Writer
 
+from aick_ros.borders.bag_names import escape_names
 from aick_ros.errors import InputError
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.rgbd import RgbdFrame
@@ -51,6 +52,7 @@ def write_bag(path: Path, source: RgbdSource, storage: str = 'mcap',
     """
     if storage not in STORAGES:
         raise InputError(f'there is no bag storage {storage!r}: use one of {", ".join(STORAGES)}')
+    escape_names()
     written = 0
     with new_folder(path) as folder, Writer(
             folder, version=_BAG_VERSION, storage_plugin=STORAGES[storage]) as writer:

@@ -67,6 +67,15 @@ def test_frames_come_back_bit_for_bit(tmp_path, recording, assert_same_frames, s
 
 
 @STORAGES
+@pytest.mark.parametrize('name', ['run#3', 'run?', '100%25'])
+def test_a_bag_of_any_name_is_whole(tmp_path, recording, assert_same_frames, storage, name):
+    write_bag(tmp_path / name, recording, storage)
+    assert os.listdir(tmp_path) == [name]
+    assert_same_frames(list(open_source(tmp_path / name).frames(raise_damage)),
+                       recording.recorded)
+
+
+@STORAGES
 def test_plain_rosbags_reads_it_in_the_order_of_the_stamps(tmp_path, recording, storage):
     write_bag(tmp_path / 'out', recording, storage)
     with AnyReader([tmp_path / 'out']) as reader:
