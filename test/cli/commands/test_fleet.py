@@ -213,6 +213,7 @@ def test_a_server_that_is_away_costs_no_run_that_is_done(aick, tmp_path, monkeyp
     assert (kept['status'], failed['status'], failed['cause']) == ('done', 'failed', 'transfer')
     assert (tmp_path / 'out' / kept['run'] / 'trajectory.tum').read_bytes() == b'hours of work'
     assert outcome.err.count(f'cannot read {source}: 503: the runs that are done are kept') == 1
+    assert 'done already' not in outcome.err
     assert asked == [source]
     assert aick('fleet', source, '--out', 'out', '--vary', 'aick.alpha=0.6').code == 2
 
