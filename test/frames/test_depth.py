@@ -71,6 +71,19 @@ def test_beside_an_edge_the_nearer_surface_is_found(turns):
     np.testing.assert_array_equal(edges.any, behind | before[rows, columns])
 
 
+def test_edges_are_those_beside_the_nearest_pixel():
+    """Wherever within a pixel a keypoint lies; the depth is noise, so that each pixel differs."""
+    rng = np.random.default_rng(4)
+    image = rng.uniform(1.0, 1.3, (60, 80)).astype(np.float32)
+    v, u = (index.ravel() for index in np.indices(image.shape))
+    at_pixels = depth.edges_beside(image, np.column_stack([u, v]), image.ravel(), 4)
+    within = np.column_stack([u, v]) + rng.uniform(-0.49, 0.49, (len(u), 2))
+    found = depth.edges_beside(image, within, image.ravel(), 4)
+    assert 0.1 < at_pixels.any.mean() and np.isfinite(at_pixels.nearer).mean() < 0.95
+    np.testing.assert_array_equal(found.any, at_pixels.any)
+    np.testing.assert_array_equal(found.nearer, at_pixels.nearer)
+
+
 def test_creases_steps_behind_and_holes_are_no_nearer_surface():
     v, u = np.mgrid[:480, :640].astype(float)
     crease = np.minimum(plane_depth(u, v, (1.0, 0.0, 1.0)), plane_depth(u, v, (-1.0, 0.0, 1.0)))

@@ -4,6 +4,7 @@
 """Keypoints against the scene that was rendered, and the detector they come from."""
 
 import dataclasses
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from aick_ros.errors import InputError
 from aick_ros.features import make_detector
 from aick_ros.features.detector import Features
 from aick_ros.frames import depth
-from aick_ros.frames.keypoints import KeypointExtractor
+from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import FeatureSettings, SensorSettings
@@ -109,6 +110,28 @@ def test_without_texture_or_depth_there_are_no_keypoints(rendered, changes):
     assert keypoints.positions.shape == (0, 3)
     assert keypoints.covariances.shape == (0, 3, 3)
     assert keypoints.descriptors.shape[0] == 0
+
+
+def test_a_frame_without_keypoints_is_like_one_in_which_none_are_found(rendered):
+    black = dataclasses.replace(rendered.frame(0), stamp=5, colour=COLOUR)
+    found, none = extract(black), KeypointFrame.none(5)
+    assert len(none) == 0
+    for field in dataclasses.fields(KeypointFrame):
+        mine, theirs = getattr(none, field.name), getattr(found, field.name)
+        if isinstance(theirs, np.ndarray):
+            assert (mine.shape, mine.dtype) == (theirs.shape, theirs.dtype)
+        else:
+            assert mine == theirs
+
+
+@pytest.mark.parametrize('side, is_enough', [(7, False), (8, True)])
+def test_the_smallest_level_of_the_pyramid_has_two_pixels(side, is_enough):
+    """Three levels, each of half the size of the one before."""
+    orb = dataclasses.replace(FeatureSettings().orb, scale_factor=2.0, levels=3)
+    detector = make_detector(dataclasses.replace(FeatureSettings(), orb=orb))
+    for shape in ((side, 40), (40, side)):
+        with nullcontext() if is_enough else pytest.raises(InputError, match='too small for'):
+            detector.detect(np.zeros(shape, np.uint8))
 
 
 def test_keypoints_without_a_ray_are_dropped(rendered):

@@ -18,7 +18,7 @@ RATIONAL = Camera(640, 480, 500, 505, 320, 240, 'rational_polynomial',
                   (0.5, -0.2, 0.001, -0.002, 0.02, 0.6, -0.1, 0.01))
 FISHEYE = Camera(640, 480, 300, 302, 320, 240, 'equidistant', (0.02, -0.01, 0.003, -0.001))
 PINHOLE = Camera(640, 480, 525, 525, 319.5, 239.5)
-K = [500.0, 0.0, 320.0, 0.0, 500.0, 240.0, 0.0, 0.0, 1.0]
+K = [500.0, 0.0, 320.0, 0.0, 505.0, 240.0, 0.0, 0.0, 1.0]
 
 
 def distort(camera, x, y):
@@ -60,7 +60,7 @@ def test_empty_input_gives_empty_output():
 
 def test_from_camera_info():
     camera = Camera.from_camera_info(640, 480, K, [0.0] * 5, 'plumb_bob')
-    assert camera == Camera(640, 480, 500, 500, 320, 240)
+    assert camera == Camera(640, 480, 500, 505, 320, 240)
     assert camera.distortion == ()
     np.testing.assert_array_equal(camera.matrix.ravel(), K)
     assert Camera.from_camera_info(640, 480, K, FR1.distortion, '').distortion == FR1.distortion

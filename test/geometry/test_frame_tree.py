@@ -92,6 +92,15 @@ def test_of_two_chains_the_larger_gap_counts(tree, target, source):
     assert tree.find(target, source, 14 * SECOND).gap == 5 * SECOND
 
 
+@pytest.mark.parametrize('seconds', [(9, 10, 11), (10, 9, 11), (11, 10, 9)])
+def test_along_a_chain_the_largest_gap_counts(tree, seconds):
+    links = zip(('world', 'base', 'mast'), ('base', 'mast', 'boom'), seconds)
+    for seed, (parent, child, second) in enumerate(links):
+        tree.add_sample(parent, child, second * SECOND, pose(seed))
+    for target, source in (('world', 'boom'), ('boom', 'world')):
+        assert tree.find(target, source, 14 * SECOND).gap == 5 * SECOND
+
+
 def test_a_frame_on_another_parent_forgets_the_one_before(tree):
     tree.add_sample('base', 'mast', 10 * SECOND, pose(4))
     tree.add_sample('trailer', 'mast', 11 * SECOND, pose(5))
