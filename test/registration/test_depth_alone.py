@@ -4,9 +4,11 @@
 """Registration by depth alone, on planes whose depth has a closed form."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
@@ -16,6 +18,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.depth_alone import DepthAlone
+from aick_ros.registration.refinement.measured_noise import Noise
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.residuals import NormalEquations, point_to_plane
@@ -71,9 +74,10 @@ def views(planes, other=None, seed=0):
     return prepared(other or planes, MOTION, 33_000_000, rng), target
 
 
-def register(planes, expected=np.eye(4), other=None, seed=0, prior=PRIOR, unobserved=PRIOR):
+def register(planes, expected=np.eye(4), other=None, seed=0, prior=PRIOR, unobserved=PRIOR,
+             noise=None):
     """Return the registration of two views."""
-    return DepthAlone(Settings()).register(
+    return DepthAlone(Settings(), noise).register(
         *views(planes, other, seed), PoseWithCovariance(expected, prior), unobserved)
 
 
@@ -132,14 +136,27 @@ def test_an_expectation_as_sure_as_the_depth_images_counts_as_much():
                                atol=0.25 * np.abs(off).max())
 
 
+def with_bias(covariance):
+    """Return the noise of a camera whose bias between keypoints and depth is known."""
+    return SimpleNamespace(expected=lambda displacement: Noise(bias=covariance))
+
+
 def test_the_errors_are_those_of_the_covariance():
-    """Mean NEES of nine registrations with different noise, the bias assumed included."""
-    squares = []
+    """The NEES of nine registrations with different noise follows chi squared, without bias."""
+    nees = 0.0
     for seed in range(9):
-        found = register(CORNER, seed=seed)
+        found = register(CORNER, seed=seed, noise=with_bias(np.zeros((6, 6))))
         error = se3.difference(found.T_target_source, MOTION)
-        squares.append(error @ np.linalg.solve(found.covariance, error))
-    assert 0.001 < np.mean(squares) < 6 + 3 * np.sqrt(12 / 9)
+        nees += error @ np.linalg.solve(found.covariance, error)
+    assert chi2.ppf(0.001, 54) < nees < chi2.ppf(0.999, 54)
+
+
+def test_the_bias_of_the_camera_is_an_error_of_the_pose():
+    root = np.random.default_rng(2).normal(0, 0.003, (6, 6))
+    without, biased = (register(CORNER, noise=with_bias(bias))
+                       for bias in (np.zeros((6, 6)), root @ root.T))
+    np.testing.assert_array_equal(biased.T_target_source, without.T_target_source)
+    np.testing.assert_allclose(biased.covariance - without.covariance, root @ root.T, atol=1e-12)
 
 
 @pytest.mark.parametrize('unstamped', [0.0, 0.03])

@@ -12,7 +12,7 @@ from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.geometry.stamps import seconds
+from aick_ros.geometry.stamps import RESTART_AFTER, seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.stage_times import StageTimes
@@ -234,15 +234,32 @@ def test_the_lag_of_the_depth_is_known(two_clocks):
     np.testing.assert_allclose(lags, 6 * [0.0, 0.5 / RATE], atol=1e-7)
 
 
-@pytest.mark.parametrize('jitters', [(0.002, 0.0), (0.0, 0.002)])
-def test_the_lag_of_the_depth_is_that_of_the_acquisitions(jitters):
-    """Either stream is stamped on arrival, with jitter; the images are taken 10 ms apart."""
+def stamped_on_arrival(jitters):
+    """Return frames whose images are taken 10 ms apart; their stamps have jitter [s]."""
     rng, camera = np.random.default_rng(1), Camera(32, 24, 30.0, 30.0, 15.5, 11.5)
     taken = np.arange(1, 200)[:, None] / RATE + (0.0, 0.010)
     stamps = np.rint(1e9 * (taken + jitters * rng.normal(size=taken.shape))).astype(int)
-    registrar, grey = Registrar(), np.zeros((24, 32), np.uint8)
-    lags = [registrar.prepare(RgbdFrame(colour, grey, np.ones((24, 32), np.float32), camera, depth)
-                              ).depth_lag for colour, depth in stamps.tolist()]
+    grey, depth = np.zeros((24, 32), np.uint8), np.ones((24, 32), np.float32)
+    return [RgbdFrame(at, grey, depth, camera, depth_at) for at, depth_at in stamps.tolist()]
+
+
+def test_a_frame_that_is_prepared_again_has_the_lag_of_its_stamps():
+    """The clocks are beyond it: they neither correct it nor learn from it."""
+    frames = stamped_on_arrival((0.002, 0.002))
+    again, once = Registrar(), Registrar()
+    for number, frame in enumerate(frames):
+        assert again.prepare(frame).depth_lag == once.prepare(frame).depth_lag
+        earlier = frames[number // 2]
+        if frame.stamp - earlier.stamp < RESTART_AFTER:
+            assert again.prepare(earlier).depth_lag == pytest.approx(
+                1e-9 * (earlier.depth_stamp - earlier.stamp), abs=1e-12)
+
+
+@pytest.mark.parametrize('jitters', [(0.002, 0.0), (0.0, 0.002)])
+def test_the_lag_of_the_depth_is_that_of_the_acquisitions(jitters):
+    """Either stream is stamped on arrival, with jitter."""
+    registrar = Registrar()
+    lags = [registrar.prepare(frame).depth_lag for frame in stamped_on_arrival(jitters)]
     assert np.sqrt(np.mean(np.square(np.array(lags[100:]) - 0.010))) < 0.5 * max(jitters)
 
 

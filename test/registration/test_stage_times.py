@@ -40,6 +40,17 @@ def test_take_resets_the_times(wait):
     assert times.take() == dict.fromkeys([*STAGES, 'total'], 0.0)
 
 
+def test_added_times_are_counted_once(wait):
+    """As those of the frames that another thread has prepared, added frame by frame."""
+    times, others = StageTimes(), StageTimes()
+    for seconds in (0.001, 0.002, 0.004):
+        with others.stage('features'):
+            wait(seconds)
+        times.add(others)
+    assert others.take()['total'] == 0.0
+    assert times.take()['features'] == pytest.approx(7.0)
+
+
 def test_the_time_of_a_failed_stage_counts(wait):
     times = StageTimes()
     with pytest.raises(ZeroDivisionError), times.stage('surface'):

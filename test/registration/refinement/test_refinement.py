@@ -15,7 +15,8 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.aick.aick import Aick
-from aick_ros.registration.refinement.refinement import Refinement
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise
+from aick_ros.registration.refinement.refinement import _COARSE_WIDTH, Refinement, _Problem
 from aick_ros.registration.refinement.residuals import point_to_plane, track_depth
 from aick_ros.registration.refinement.tracks import Tracker
 from aick_ros.registration.registrar import Registrar
@@ -172,6 +173,22 @@ def test_the_robust_cost_is_stationary(small_pair, mode):
     at_minimum = slope(np.zeros(6))
     for axis in np.diag(sigmas):
         assert at_minimum < 0.2 * slope(axis)
+
+
+def test_the_coarse_step_is_the_one_of_wider_weights_in_rays_and_depth(small_pair):
+    """So that neither holds a pose back whose error is beyond the final width."""
+    settings, (source, target, truth) = small_pair
+    settings = with_values(settings, {'refinement.mode': 'keypoints'})
+    views, first = look(settings, (source, target)), se3.perturbed(truth, OFF)
+    tracks = Tracker(settings.refinement, settings.sensor).track(*views, first)
+
+    def step(coarse, wider=1.0):
+        wide = dataclasses.replace(settings.refinement,
+                                   robust_width=wider * settings.refinement.robust_width)
+        return _Problem(*views, tracks, wide, settings.sensor, MeasuredNoise()).step(first, coarse)
+
+    np.testing.assert_allclose(step(coarse=True), step(coarse=False, wider=_COARSE_WIDTH))
+    assert np.linalg.norm(step(coarse=True) - step(coarse=False)) > 1e-4
 
 
 def test_keypoints_alone_have_no_bias(small_pair):
