@@ -57,6 +57,13 @@ def test_digits_set_by_hand():
     assert decode_rvl(struct.pack('<I', 0x0_2_65_1_0_00), 3, 1).tolist() == [[3, 0, 0]]
 
 
+def test_a_number_may_have_nine_digits():
+    """So it is below 2^31; the difference is 2 with zeros before it, +1."""
+    assert decode_rvl(struct.pack('<2I', 0x0_1_A88888, 0x880_00000), 1, 1).tolist() == [[1]]
+    with pytest.raises(InputError, match='RVL data is damaged'):
+        decode_rvl(struct.pack('<2I', 0x0_1_A88888, 0x8880_0000), 1, 1)
+
+
 def test_data_behind_the_last_pixel_is_ignored():
     image = IMAGES['a wall with holes']
     assert np.array_equal(decode_rvl(encoded(image) + bytes(9), 64, 48), image)

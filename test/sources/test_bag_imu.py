@@ -4,13 +4,16 @@
 """Samples of an IMU in a bag: with their frames, in the axes of the camera, or not at all."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from aick_ros.frames.imu import ImuSamples, joined
 from aick_ros.geometry import se3
+from aick_ros.messages.synchronizer import Pair
 from aick_ros.sources import bag_cameras, open_source, raise_damage
+from aick_ros.sources.bag_imu import BagImu
 from aick_ros.sources.bag_topics import IMU, BagTopics
 from aick_ros.sources.writers import bag_messages
 from aick_ros.sources.writers.bag_writer import write_bag
@@ -35,6 +38,15 @@ def inertial(recording):
     return dataclasses.replace(recording, recorded=frames)
 
 
+def sample():
+    """Return the message of a sensor at rest."""
+    vector = SimpleNamespace(x=0.0, y=0.0, z=9.8)
+    return SimpleNamespace(
+        header=SimpleNamespace(frame_id='imu'), angular_velocity=vector,
+        angular_velocity_covariance=np.zeros(9), linear_acceleration=vector,
+        linear_acceleration_covariance=np.zeros(9))
+
+
 def read(path):
     return list(open_source(path).frames(raise_damage))
 
@@ -49,6 +61,19 @@ def test_samples_come_back_bit_for_bit_and_reach_their_frames(tmp_path, inertial
         np.testing.assert_array_equal(getattr(found, name),
                                       getattr(written, name)[:len(found)])
     assert all(frame.imu.stamps[-1] >= frame.stamp for frame in frames)
+
+
+def test_a_pair_is_released_by_the_sample_that_reaches_it():
+    """Or by the next pair, whichever comes first in the bag."""
+    imu = BagImu('/imu', lambda *_: np.eye(4))
+    first, second, third = (Pair(100 * n, f'colour {n}', 100 * n, f'depth {n}') for n in (1, 2, 3))
+    assert not list(imu.add(90, sample())) and not list(imu.wait([first]))
+    assert not list(imu.add(99, sample()))
+    assert list(imu.add(100, sample())) == [first]
+    assert not list(imu.wait([second]))
+    assert list(imu.wait([third])) == [second]
+    assert list(imu.add(300, sample())) == [third]
+    assert not list(imu.flush())
 
 
 def test_an_imu_that_ends_keeps_no_frame_waiting(tmp_path, inertial):
