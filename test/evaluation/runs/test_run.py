@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Which folders a path stands for, in folders and tables made by hand."""
+
+import json
+
+import pytest
+
+from aick_ros.errors import InputError
+from aick_ros.evaluation.runs import files
+from aick_ros.evaluation.runs.run import read_run, run_folders
+from aick_ros.evaluation.runs.table import DONE, FAILED, TABLE, read_table, table_bytes
+
+SUMMARY = {'source': 'a room', 'settings': {}, 'machine': {}}
+
+
+@pytest.fixture
+def runs(tmp_path):
+    """Return a folder with two runs that have ended, one that has not, and a link to the last."""
+    for name in ('20', '10', '30'):
+        (tmp_path / name).mkdir()
+    for name in ('20', '10'):
+        (tmp_path / name / files.SUMMARY).write_text(json.dumps(SUMMARY))
+    (tmp_path / 'latest').symlink_to('20', target_is_directory=True)
+    return tmp_path
+
+
+def test_a_folder_stands_for_the_runs_in_it_that_have_ended_each_once(runs):
+    assert run_folders(runs) == [runs / '10', runs / '20']
+
+
+@pytest.mark.parametrize('name', ['10', 'latest'])
+def test_a_run_stands_for_itself_by_a_link_too(runs, name):
+    assert run_folders(runs / name) == [runs / name]
+
+
+@pytest.mark.parametrize('name, sentence', [
+    ('30', '30 has no summary.json, nor has a folder in it'), ('40', '40 is not a folder')])
+def test_where_there_is_no_run_the_path_is_named(runs, name, sentence):
+    with pytest.raises(InputError, match=sentence):
+        run_folders(runs / name)
+
+
+def write_table(folder, *rows):
+    """Write the table of runs: their status, variant and folder."""
+    pytest.importorskip('pyarrow')
+    (folder / TABLE).write_bytes(table_bytes(
+        [dict(zip(('status', 'variant', 'run'), row)) for row in rows]))
+
+
+@pytest.mark.parametrize('end', ['', TABLE])
+def test_a_table_stands_for_its_runs_that_were_done(runs, end):
+    write_table(runs, (DONE, 'a', 'runs/a/1'), (FAILED, 'b', 'runs/b/2'), (DONE, 'a', 'runs/a/3'))
+    assert run_folders(runs / end) == [runs / 'runs/a/1', runs / 'runs/a/3']
+
+
+def test_a_table_of_several_settings_or_of_failures_is_rejected(runs):
+    write_table(runs, (DONE, 'b', '1'), (DONE, 'a', '2'))
+    with pytest.raises(InputError, match='several settings: .* for example .*runs/a$'):
+        run_folders(runs)
+    write_table(runs, (FAILED, 'b', '1'))
+    with pytest.raises(InputError, match='has no run that was done'):
+        run_folders(runs)
+
+
+@pytest.mark.parametrize('change', [
+    {'source': 5}, {'settings': []}, {'machine': None}, {'peak_memory_mb': 'much'}])
+def test_a_summary_of_other_types_is_none_of_a_run(runs, change):
+    path = runs / '10' / files.SUMMARY
+    path.write_text(json.dumps({**SUMMARY, **change}))
+    with pytest.raises(InputError, match=f'{path} is not the summary of a run'):
+        read_run(runs / '10')
+
+
+def test_a_table_keeps_numbers_and_makes_text_of_what_has_several_types(tmp_path):
+    pytest.importorskip('pyarrow')
+    rows = [{'gap': 1, 'set.mode': 'none', 'set.limit': 5}, {'gap': 2.5, 'set.mode': 7}]
+    path = tmp_path / TABLE
+    path.write_bytes(table_bytes(rows))
+    assert read_table(path) == [{'gap': 1.0, 'set.mode': 'none', 'set.limit': 5},
+                                {'gap': 2.5, 'set.mode': '7', 'set.limit': None}]
