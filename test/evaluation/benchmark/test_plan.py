@@ -3,6 +3,7 @@
 
 """Plans on processes of the engine: crashes and hangs fail their pair, interruptions resume."""
 
+import dataclasses
 import json
 
 import pytest
@@ -47,6 +48,18 @@ def without_times(figures):
 def scores(plan, journal):
     content = Results.of(plan, journal, {}).to_json()['methods']
     return without_times(json.loads(json.dumps(content)))
+
+
+def test_each_method_has_a_job_for_each_recording_with_a_file_of_its_own(
+        recording, aick, method, tmp_path):
+    recordings = [recording, dataclasses.replace(recording, name='again')]
+    plan = Plan([aick], recordings, GAPS, variants=[method()])
+    jobs = plan.jobs(tmp_path / 'journal', tmp_path, 2.0)
+    assert {(job.identity, job.recording.name) for job in jobs} == {
+        (each.identity, name) for each in (aick, method()) for name in ('rendered', 'again')}
+    assert len(jobs) == len({job.last_step for job in jobs}) == plan.most_processes == 4
+    assert {job.last_step.parent for job in jobs} == {tmp_path}
+    assert sum(len(job.pairs) for job in jobs) == plan.registrations == 4 * (7 + 5)
 
 
 def test_a_lost_process_fails_its_step_only(recording, aick, method, execute):

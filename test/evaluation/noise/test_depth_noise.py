@@ -114,6 +114,19 @@ def test_facts_of_the_recording(room):
     assert found.frames == len(FRAMES)
 
 
+def test_few_outliers_do_not_widen_the_range_of_depth(room):
+    """One in 1200 of the pixels that are looked at, at either end."""
+    def with_outliers(frame, rng):
+        depth = grown(0.01, 0.0)(frame, rng)
+        depth[0, 0], depth[-16, -16] = 0.15, 9.5
+        return depth
+
+    without, found = (estimate(Recorded(room, measure))
+                      for measure in (grown(0.01, 0.0), with_outliers))
+    assert found.nearest == pytest.approx(without.nearest, rel=0.05)
+    assert found.farthest == pytest.approx(without.farthest, rel=0.05)
+
+
 def test_recordings_without_usable_data_are_rejected(room):
     with pytest.raises(InputError, match='a room has no usable frame'):
         estimate(Recorded([], None))
