@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a view logs of a run, read from a stream that keeps it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from scipy.stats import chi2
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.registration.status import Status
+
+pytest.importorskip('rerun', reason='no viewer: pip install rerun-sdk')
+
+
+class Stream:
+    """Keeps the values that are logged, by entity, with their times [s]."""
+
+    def __init__(self):
+        self.logged = {}
+        self._time = None
+
+    def send_blueprint(self, blueprint):
+        pass
+
+    def set_time(self, timeline, duration):
+        self._time = duration
+
+    def log(self, entity, *parts, static=False):
+        self.logged.setdefault(entity, []).append((None if static else self._time, *parts))
+
+    def values(self, entity, field):
+        """Return the times and the values of a field."""
+        return [(time, getattr(part, field).as_arrow_array().to_pylist()[0])
+                for time, part in self.logged.get(entity, [])]
+
+
+@pytest.fixture
+def shown():
+    """Return a function that shows records, and returns the stream."""
+    from aick_ros.reports.rerun_view import RerunView
+
+    def show(records, ground_truth=None):
+        stream = Stream()
+        view = RerunView(stream, ground_truth)
+        for record in records:
+            view.add_record(record)
+        return stream
+    return show
+
+
+def test_a_status_is_told_when_it_changes_by_its_reason_or_else_its_meaning(shown, records):
+    assert shown(records).values('status/changes', 'text') == [
+        (0.0, f'OK: {Status.OK.value}'),
+        (pytest.approx(40 / 30), 'TOO_FEW_MATCHES: 5 matches, odometry.min_matches is <12>'),
+        (pytest.approx(43 / 30), f'OK: {Status.OK.value}')]
+
+
+def test_the_numbers_of_each_frame_are_shown_at_its_time(shown, records):
+    stream = shown(records)
+    for entity, expected in (
+            ('status/matches', [record.matches for record in records]),
+            ('status/tracked', [float(record.status.ok) for record in records]),
+            ('times/total', [record.timing['total'] for record in records])):
+        times, found = zip(*stream.values(entity, 'scalars'))
+        np.testing.assert_allclose(times, np.arange(90) / 30, atol=1e-9)
+        assert list(found) == expected
+
+
+def test_the_ellipsoid_holds_95_percent_of_the_positions(shown, records):
+    root = np.random.default_rng(3).normal(0, 0.01, (6, 6))
+    pose = PoseWithCovariance(records[0].pose.matrix, root @ root.T)
+    stream = shown([dataclasses.replace(records[0], pose=pose)])
+    (_, halves), = stream.values('world/covariance', 'half_sizes')
+    (_, quaternion), = stream.values('world/covariance', 'quaternions')
+    axes = Rotation.from_quat(quaternion).as_matrix()
+    np.testing.assert_allclose(
+        axes @ np.diag(np.square(halves)) @ axes.T,
+        chi2.ppf(0.95, 3) * (root @ root.T)[:3, :3], rtol=1e-3, atol=1e-9)
+
+
+def test_an_unknown_pose_has_no_ellipsoid(shown, records):
+    pose = PoseWithCovariance(np.eye(4), np.full((6, 6), np.inf))
+    assert 'world/covariance' not in shown([dataclasses.replace(records[0], pose=pose)]).logged
+
+
+def test_errors_are_those_since_the_first_frame(shown, records, ground_truth):
+    """Off by 3 and 4 mm and by half a degree from the second frame on."""
+    off = se3.from_roll_pitch_yaw(0.0, 0.0, np.radians(0.5), (0.003, 0.0, -0.004))
+    records[1:] = [dataclasses.replace(
+        record, pose=PoseWithCovariance(record.pose.matrix @ off, record.pose.covariance))
+        for record in records[1:]]
+    stream = shown(records, ground_truth)
+    for entity, error in (('errors/position_mm', 5.0), ('errors/rotation_deg', 0.5)):
+        found = [value for _, value in stream.values(entity, 'scalars')]
+        np.testing.assert_allclose(found, [0.0, *[error] * 89], atol=1e-5)
