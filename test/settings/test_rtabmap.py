@@ -82,6 +82,18 @@ def test_what_is_switched_off_there_is_no_difference(given):
     assert translate(given).warnings == []
 
 
+@pytest.mark.parametrize('name, value', [
+    ('qos_camera_info', 0), ('subscribe_depth', False), ('Odom/Strategy', 0),
+    ('Odom/GuessMotion', 'false'), ('Vis/FeatureType', '0'), ('Vis/MaxFeatures', '0'),
+    ('sensor_data_parallel_compression', False), ('Mem/UseOdomFeatures', 'false')])
+def test_what_is_not_switched_off_by_its_value_is_a_difference(name, value):
+    """Zero is a choice like others there, as QoS 0 or the first strategy."""
+    found = translate({name: value})
+    warning, = found.warnings
+    assert f"'{name}' of rgbd_odometry changes nothing here" in warning
+    assert not found.values
+
+
 def test_each_counterpart_exists_and_no_name_is_ours():
     rows = [*READ_AS.values(), *WITHOUT_EFFECT.values()]
     assert {row.ours for row in rows} - {''} <= OURS
