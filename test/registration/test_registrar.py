@@ -4,6 +4,7 @@
 """Registrations of rendered views: what is done without refinement, and what guesses may do."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -261,6 +262,20 @@ def test_the_lag_of_the_depth_is_that_of_the_acquisitions(jitters):
     registrar = Registrar()
     lags = [registrar.prepare(frame).depth_lag for frame in stamped_on_arrival(jitters)]
     assert np.sqrt(np.mean(np.square(np.array(lags[100:]) - 0.010))) < 0.5 * max(jitters)
+
+
+@pytest.mark.parametrize('lag, delay', [(0.008, 0.0), (0.0, 0.02), (0.008, 0.02), (-0.01, 0.02)])
+def test_errors_by_delays_are_those_of_all_that_is_corrected(frames, lag, delay):
+    """Of the lag that the stamps show, and of the delay that they do not."""
+    delays = []
+    known = SimpleNamespace(add_to=lambda found, source, target, expected, elapsed, total, sigma:
+                            delays.append(total) or found)
+    registrar = Registrar(with_values(Settings(), {'misalignment.delay': delay}),
+                          learned=Learned(systematic_error=known))
+    target, source = (registrar.prepare(dataclasses.replace(
+        frame, depth_stamp=frame.stamp + round(1e9 * lag))) for frame in frames[:2])
+    registrar.register(source, target)
+    assert delays == [pytest.approx(lag + delay, abs=2e-3)]
 
 
 def test_each_sensor_is_taken_at_its_own_time(two_clocks):

@@ -20,6 +20,34 @@ from aick_ros.settings.presets import preset
 T_WORLD_ODOM = se3.exp([0.5, 2.0, -1.0, 0.4, 1.0, -0.3])
 
 
+class Stream:
+    """Keeps the values that are logged, by entity, with their times [s]."""
+
+    def __init__(self):
+        self.logged = {}
+        self._time = None
+
+    def send_blueprint(self, blueprint):
+        pass
+
+    def set_time(self, timeline, duration):
+        self._time = duration
+
+    def log(self, entity, *parts, static=False):
+        name = entity if isinstance(entity, str) else '/'.join(entity)
+        self.logged.setdefault(name, []).append((None if static else self._time, *parts))
+
+    def values(self, entity, field):
+        """Return the times and the values of a field."""
+        return [(time, getattr(part, field).as_arrow_array().to_pylist()[0])
+                for time, part in self.logged.get(entity, []) if hasattr(part, field)]
+
+
+@pytest.fixture
+def stream():
+    return Stream()
+
+
 @pytest.fixture
 def records():
     """Return the records of 90 frames around a bend, three of them lost."""

@@ -17,35 +17,12 @@ from aick_ros.registration.status import Status
 pytest.importorskip('rerun', reason='no viewer: pip install rerun-sdk')
 
 
-class Stream:
-    """Keeps the values that are logged, by entity, with their times [s]."""
-
-    def __init__(self):
-        self.logged = {}
-        self._time = None
-
-    def send_blueprint(self, blueprint):
-        pass
-
-    def set_time(self, timeline, duration):
-        self._time = duration
-
-    def log(self, entity, *parts, static=False):
-        self.logged.setdefault(entity, []).append((None if static else self._time, *parts))
-
-    def values(self, entity, field):
-        """Return the times and the values of a field."""
-        return [(time, getattr(part, field).as_arrow_array().to_pylist()[0])
-                for time, part in self.logged.get(entity, [])]
-
-
 @pytest.fixture
-def shown():
+def shown(stream):
     """Return a function that shows records, and returns the stream."""
     from aick_ros.reports.rerun_view import RerunView
 
     def show(records, ground_truth=None):
-        stream = Stream()
         view = RerunView(stream, ground_truth)
         for record in records:
             view.add_record(record)

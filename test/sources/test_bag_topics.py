@@ -68,6 +68,17 @@ def test_topics_of_common_cameras_are_found(name):
     assert topics.ground_truth(None) is None
 
 
+@pytest.mark.parametrize('registered, chosen', [
+    (True, '/head/aligned_depth_to_color/image_raw'), (False, '/head/rgbd/depth/image_raw')])
+def test_depth_in_the_image_of_colour_comes_before_depth_beside_it(registered, chosen):
+    """Or the other way round, where the depth camera's own images are wanted."""
+    colour = '/head/rgbd/color/image_raw'
+    topics = BagTopics(dict.fromkeys(
+        [colour, '/head/rgbd/depth/image_raw', '/head/aligned_depth_to_color/image_raw',
+         '/foot/rgbd/depth/image_raw'], IMAGE), 'a bag')
+    assert topics.depth(None, colour, registered) == chosen
+
+
 def test_given_topics_are_used():
     types = {**CAMERAS['RealSense'][0], '/mocap/pose': POSE}
     topics = BagTopics(types, 'a.bag')

@@ -4,6 +4,7 @@
 """The folder of a fleet: whole runs, each in a folder of its own."""
 
 import errno
+import json
 import os
 from pathlib import Path
 
@@ -66,6 +67,16 @@ def test_a_damaged_row_is_named(tmp_path, text):
     (tmp_path / 'runs' / 'a' / 'b').mkdir(parents=True)
     (tmp_path / 'runs' / 'a' / 'b' / 'row.json').write_text(text)
     with pytest.raises(InputError, match='row.json is not the row of a run'):
+        Results(tmp_path)
+
+
+@pytest.mark.parametrize('missing', ['source', 'variant', 'run', 'identity', 'status'])
+def test_a_row_without_what_identifies_its_run_is_named(tmp_path, missing):
+    (tmp_path / 'runs' / 'a' / 'b').mkdir(parents=True)
+    content = {**row('bag'), 'run': 'runs/a/b'}
+    del content[missing]
+    (tmp_path / 'runs' / 'a' / 'b' / 'row.json').write_text(json.dumps(content))
+    with pytest.raises(InputError, match='row.json is not the row of a run: remove its folder'):
         Results(tmp_path)
 
 

@@ -6,7 +6,7 @@
 import pytest
 
 from aick_ros.evaluation.baselines.registry import METHODS, make
-from aick_ros.evaluation.benchmark.figures import figure_data, paper_figures, variants
+from aick_ros.evaluation.benchmark.figures import Axis, figure_data, paper_figures, variants
 from aick_ros.evaluation.benchmark.journal import PairLine, begin
 from aick_ros.evaluation.benchmark.plan import Plan
 
@@ -37,6 +37,15 @@ def test_success_over_threshold(data):
 def test_success_over_gap(data):
     curve = data['4']['curves']['aick-orb']['recordings']['rendered']
     assert curve == {'x': [1, 4], 'success_ratio': [pytest.approx(2 / 7, abs=1e-4), 0.5]}
+
+
+def test_titles_name_the_axis():
+    """Consecutive frames are shown over a threshold, frames farther apart over their distance."""
+    titles = {'Consecutive frames': Axis.THRESHOLD, 'consecutive frames': Axis.THRESHOLD,
+              'Frames farther apart': Axis.GAP, 'frames farther apart': Axis.GAP}
+    found = [(figure.axis, axis) for figure in paper_figures()
+             for words, axis in titles.items() if words in figure.title]
+    assert len(found) == 7 and all(shown is named for shown, named in found)
 
 
 def test_unmeasured_figures_are_omitted(data):

@@ -4,6 +4,7 @@
 """An accelerometer on a camera whose odometry drifts: level, or named and not used."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -149,3 +150,19 @@ def test_without_samples_there_is_nothing_to_say():
     gravity.add(ImuSamples(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3))), 0.0)
     assert (gravity.description, gravity.complaint) == ('none', '')
     assert gravity.begin(START) is None
+
+
+def test_after_a_pause_the_frame_turns_by_no_more_than_in_a_fifth_of_a_second(recorded):
+    """Nor at the first frame, before which there is none."""
+    steps, gravity = [], Gravity(ImuSettings())
+    gravity.add(recorded.until(START, None), 0.0)
+    begun, before = gravity.begin(START), START
+    noise = np.diag(np.repeat([POSITION_SIGMA, ORIENTATION_SIGMA], 3) ** 2)
+    gravity._level = SimpleNamespace(approach=lambda up, pose, elapsed: steps.append(elapsed))
+    for second in (0.0, 0.05, 0.15, 4.0, 4.1):
+        stamp = START + round(second * NANOSECONDS)
+        gravity.add(recorded.until(stamp, before), 0.0)
+        before = stamp
+        gravity.update(stamp, begun, PoseWithCovariance(
+            se3.inverse(moving(START)) @ moving(stamp), noise), np.eye(4))
+    assert steps == pytest.approx([0.2, 0.05, 0.1, 0.2, 0.1])

@@ -295,6 +295,16 @@ def test_keypoints_that_jitter_in_one_range_of_motion_do_so_there_alone():
     assert not noise.expected(FAST).keypoint_jitter.any()
 
 
+def test_jitter_is_that_of_three_registrations_in_a_row():
+    """After every two, one shows no poses: what is on either side of it is not compared."""
+    rng, noise = np.random.default_rng(4), MeasuredNoise()
+    for i in range(60):
+        poses = PosesByKind((10 ** 9 + i * 10 ** 7, 0), se3.exp(
+            (*rng.normal(0.0, 0.003, 3), 0.0, 0.0, 0.0)), np.eye(4), 1e-6)
+        noise.learn(dataclasses.replace(sample(), poses=None if i % 3 == 2 else poses))
+    assert not noise.expected(SLOW).keypoint_jitter.any()
+
+
 @pytest.mark.parametrize('factor', [1 / 3, 3.0])
 def test_wrong_settings_are_corrected(measured, factor):
     """A track sigma that is wrong by a factor: once learned, the pose is that of the right one."""

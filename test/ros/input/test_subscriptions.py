@@ -58,6 +58,17 @@ def change(fake_node, stamped):
     return Change(fake_node, stamped)
 
 
+@pytest.mark.parametrize('latched, reliability, requested', [
+    (False, 'auto', BEST_EFFORT), (False, 'best_effort', BEST_EFFORT),
+    (False, 'reliable', RELIABLE), (True, 'auto', RELIABLE), (True, 'best_effort', RELIABLE)])
+def test_before_there_is_a_publisher_what_is_sent_once_is_requested_reliably(
+        fake_node, latched, reliability, requested):
+    subscription = AdaptiveSubscription(fake_node, Image, 'rgb/camera_info', print, depth=10,
+                                        reliability=reliability, latched=latched)
+    assert fake_node.subscriptions[0].qos_profile.reliability == requested
+    assert subscription.qos_profile.durability == VOLATILE
+
+
 def test_images_of_the_old_queue_come_before_those_of_the_new_one(change):
     change.arrive(change.old, 0, 1, 2, 3)
     change.adapt()

@@ -5,6 +5,7 @@
 
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -113,6 +114,17 @@ def test_a_leading_slash_of_old_drivers_does_not_matter(robot):
     robot.publish({('base_link', '/camera'): pose(1)})
     for frame in ('camera', '/camera'):
         np.testing.assert_allclose(extrinsics.camera_in_base(frame, 0), pose(1), atol=1e-9)
+
+
+@pytest.mark.parametrize('own', [('odom', 'base_link'), ('/odom', '/base_link')])
+def test_the_link_that_this_node_publishes_is_not_heard(own):
+    """Whoever writes a slash: it would follow itself."""
+    node = SimpleNamespace(create_subscription=lambda *_: None)
+    transforms = Transforms(node, own, lambda: None)
+    for names in (('odom', 'base_link'), ('/odom', '/base_link')):
+        transforms._take_moving(tf2_msgs.TFMessage(transforms=[
+            transform_stamped(SECOND, *names, pose(1))]))
+    assert transforms.find('odom', 'base_link', SECOND) is None
 
 
 def test_the_base_itself_needs_no_transform(robot):

@@ -1,0 +1,61 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a view of a node logs, read from a stream that keeps it."""
+
+import cv2
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from aick_ros.geometry import se3
+
+pytest.importorskip('rerun', reason='no viewer: pip install rerun-sdk')
+SECOND, UNKNOWN = 10 ** 9, np.full((6, 6), np.inf)
+
+
+@pytest.fixture
+def view(stream):
+    from aick_ros.reports.live_view import LiveView
+    return LiveView(stream)
+
+
+def test_poses_are_shown_at_their_times_with_the_ellipsoid_of_the_position(view, stream):
+    pose, sigmas = se3.exp([1.0, 2.0, 3.0, 0.1, 0.2, 0.3]), np.arange(1.0, 7.0) / 100
+    view.add_pose(5 * SECOND, np.eye(4), np.zeros((6, 6)))
+    view.add_pose(7 * SECOND, pose, np.diag(sigmas ** 2))
+    (_, first), (time, position) = stream.values('world/base', 'translation')
+    assert (first, time) == ([0.0, 0.0, 0.0], 2.0)
+    np.testing.assert_allclose(position, pose[:3, 3], rtol=1e-6)
+    _, halves = stream.values('world/covariance', 'half_sizes')[1]
+    np.testing.assert_allclose(sorted(halves), chi2.ppf(0.95, 3) ** 0.5 * sigmas[:3], rtol=1e-3)
+
+
+def test_a_lost_pose_has_no_ellipsoid_and_is_not_tracked(view, stream):
+    view.add_pose(0, np.eye(4), np.eye(6))
+    view.add_pose(1 * SECOND, np.eye(4), UNKNOWN)
+    view.add_lost(2 * SECOND)
+    assert stream.values('status/tracked', 'scalars') == [(0.0, 1.0), (1.0, 0.0), (2.0, 0.0)]
+    assert len(stream.values('world/covariance', 'half_sizes')) == 1
+
+
+def test_an_image_keeps_its_colours_and_its_time(view, stream):
+    view.add_lost(10 * SECOND)
+    colour = np.zeros((16, 32, 3), np.uint8)
+    colour[:, 16:] = 200, 40, 90
+    view.add_image(13 * SECOND, colour)
+    (time, blob), = stream.values('image', 'blob')
+    found = cv2.imdecode(np.array(blob, np.uint8), cv2.IMREAD_COLOR)[:, :, ::-1]
+    assert time == 3.0
+    np.testing.assert_allclose(found[:, 24].mean(axis=0), [200, 40, 90], atol=6)
+    np.testing.assert_allclose(found[:, 4].mean(axis=0), [0, 0, 0], atol=6)
+
+
+def test_diagnostics_are_shown_by_kind_and_their_message_once(view, stream):
+    view.add_lost(0)
+    for _ in range(2):
+        view.add_health('tracking', {'features [ms]': 4.5, 'lost frames': 3.0})
+    view.add_health('lost', {})
+    assert [text for _, text in stream.values('status/changes', 'text')] == ['tracking', 'lost']
+    assert stream.values('times/features', 'scalars') == 2 * [(0.0, 4.5)]
+    assert stream.values('health/lost frames', 'scalars') == 2 * [(0.0, 3.0)]
