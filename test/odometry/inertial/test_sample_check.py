@@ -1,0 +1,66 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Which samples of a sensor are used, by samples made by hand."""
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
+from aick_ros.odometry.inertial.sample_check import SampleCheck
+
+PERIOD = NANOSECONDS // 100
+
+
+@pytest.fixture
+def check():
+    return SampleCheck('gyroscope', 'rad/s', 10.0)
+
+
+def used(check, stamps, values):
+    """Return the stamps of the samples that are used; each value counts for all three axes."""
+    values = np.repeat(np.array(values, float)[:, None], 3, axis=1)
+    return [stamp for stamp, _ in check.usable(np.array(stamps, np.int64), values)]
+
+
+def test_values_up_to_the_largest_are_used_and_those_of_no_sensor_counted(check):
+    values = [10.0, -10.0, 10.001, -10.001, np.inf, np.nan]
+    assert used(check, range(1, 7), values) == [1, 2]
+    assert check.dropped == 3  # NaN is what was not measured
+
+
+def test_one_axis_that_is_missing_or_too_large_is_enough(check):
+    values = np.array([[1, 2, 3], [np.nan, 2, 3], [1, 11, 3]])
+    assert [stamp for stamp, _ in check.usable(np.arange(3), values)] == [0]
+    assert check.dropped == 2
+
+
+@pytest.mark.parametrize('back, is_restart', [(0, False), (PERIOD, False), (RESTART_AFTER, False),
+                                              (RESTART_AFTER + 1, True)])
+def test_stamps_that_repeat_or_go_back_are_dropped_and_a_restart_is_followed(
+        check, back, is_restart):
+    start = 100 * NANOSECONDS
+    assert used(check, [start, start - back, start - back + 1], [1, 2, 3]) == (
+        [start, start - back, start - back + 1] if is_restart
+        else [start] if back else [start, start + 1])
+    assert check.dropped == (0 if is_restart else 2 if back else 1)
+
+
+def test_a_value_is_unchanged_after_more_than_half_a_second(check):
+    stamps = np.arange(1, 102) * PERIOD
+    assert len(used(check, stamps[:51], [0.5] * 51)) == 51
+    assert check.unchanged == ''
+    used(check, stamps[51:52], [0.5])
+    assert check.unchanged == ('the gyroscope has reported (0.5, 0.5, 0.5) rad/s for 0.5 s')
+    used(check, stamps[52:], [0.5] * 49)
+    assert check.unchanged.endswith('for 1.0 s')
+    used(check, [102 * PERIOD], [0.500001])
+    assert check.unchanged == ''
+
+
+def test_it_was_no_longer_unchanged_than_since_a_restart(check):
+    used(check, [100 * NANOSECONDS], [0.5])
+    used(check, np.arange(1, 52) * PERIOD, [0.5] * 51)
+    assert check.unchanged == ''
+    used(check, [52 * PERIOD], [0.5])
+    assert check.unchanged
