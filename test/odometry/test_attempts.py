@@ -119,8 +119,9 @@ def test_after_a_blur_the_keyframe_before_it_comes_first(references):
 @pytest.mark.parametrize('confirmed', [0.0, 0.1])
 def test_registrations_know_the_motion_expected_and_the_time_since_keypoints_were_seen(confirmed):
     """A camera that turned and moved, at constant velocity since the last frame, 0.1 s ago."""
-    keyframe, last = (PoseWithCovariance(se3.exp(twist), np.zeros((6, 6)))
-                      for twist in ([0.1, 0.2, 0.0, 0.0, 0.5, 0.1], [0.3, 0.1, 0.2, 0.1, 0.7, 0.0]))
+    keyframe, last = (
+        PoseWithCovariance(se3.exp(twist), np.zeros((6, 6)))
+        for twist in ([0.1, 0.2, 0.0, 0.0, 0.5, 0.1], [0.3, 0.1, 0.2, 0.1, 0.7, 0.0]))
     first = Reference(view(0.0), keyframe)
     references, registrar = References(first), Registrar()
     references.track(Reference(view(0.1), last), first)
@@ -132,7 +133,8 @@ def test_registrations_know_the_motion_expected_and_the_time_since_keypoints_wer
         assert elapsed == pytest.approx(0.2 - confirmed)
     (expected, unobserved), = registrar.by_depth
     np.testing.assert_allclose(expected.matrix, np.linalg.inv(last.matrix) @ moved, atol=1e-12)
-    accelerations = np.repeat([settings.acceleration_sigma, settings.angular_acceleration_sigma], 3)
+    accelerations = np.repeat(
+        [settings.acceleration_sigma, settings.angular_acceleration_sigma], 3)
     for covariance, interval in ((expected.covariance, 0.1), (unobserved, 0.2 - confirmed)):
         np.testing.assert_allclose(
             covariance, np.diag((accelerations * interval ** 2 / 2) ** 2), rtol=1e-9, atol=1e-12)
