@@ -95,6 +95,11 @@ def test_inconsistent_files_are_rejected(tmp_path, fields, sentence):
         load(altered(tmp_path, **fields))
 
 
+def test_a_vocabulary_of_the_most_words_is_read(tmp_path):
+    words = np.zeros((MAX_WORDS, 32), np.uint8)
+    assert len(load(altered(tmp_path, words=words, count=MAX_WORDS)).words) == MAX_WORDS
+
+
 def archive(path, header=None, **entry):
     """Write a vocabulary whose words have another header, or another entry in the archive."""
     with zipfile.ZipFile(io.BytesIO(Vocabulary('orb', BINARY).to_bytes())) as old, \

@@ -154,6 +154,16 @@ def test_a_new_recording_restarts_the_loop():
     assert rms(error[SETTLED:]) < 0.4 * 0.002
 
 
+@pytest.mark.parametrize('rates', [(30.0, 30.0), (30.0, 15.0), (15.0, 60.0)])
+def test_a_restart_leaves_nothing_of_phase_and_period(rates):
+    """Another recording may be of another rate."""
+    before, after = (simulate(rate, 0.001, seed=i, start=start)[1]
+                     for i, (rate, start) in enumerate(zip(rates, (105.0, 5.0))))
+    clock = CameraClock()
+    corrected(clock, before)
+    np.testing.assert_array_equal(corrected(clock, after), corrected(CameraClock(), after))
+
+
 @pytest.mark.parametrize('back', [0, 1, NANOSECONDS // 2])
 def test_a_repeated_or_late_stamp_changes_nothing(back):
     _, stamps = simulate(30.0, 0.002)
