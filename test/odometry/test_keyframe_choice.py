@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Which frame becomes the next keyframe, by a policy whose answers are known."""
+
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+
+import pytest
+
+from aick_ros.frames.repetition import Repeat
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.odometry.keyframe_choice import KeyframeChoice
+from aick_ros.odometry.reference import Reference, References
+from aick_ros.settings import Settings
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    stamp: int
+    sharpness: int = 1
+    repeat: Repeat = Repeat.NONE
+    keypoints: str = 'own'
+    is_tracked: bool = False
+
+    def is_blurred_beside(self, other):
+        return self.sharpness < other.sharpness
+
+
+class Policy:
+    """Answers as it is told, and records what it is asked."""
+
+    def __init__(self, keeps):
+        self._keeps, self.begun, self.counts = keeps, 0, []
+
+    def begin(self):
+        self.begun += 1
+
+    def keeps(self, prepared, registration, count):
+        self.counts.append(count)
+        return self._keeps
+
+    def keeps_shape(self, seen):
+        return self._keeps
+
+
+def advance(keeps, is_by_depth=False, to_keyframe=True, keyframe='four', **changes):
+    """Return the references after a frame, the keyframe, the frame and the policy."""
+    first, middle = (Reference(View(stamp, keypoints=keyframe), PoseWithCovariance.identity())
+                     for stamp in (0, 1))
+    references, policy = References(first), Policy(keeps)
+    references.track(middle, first)
+    last = Reference(View(2, **changes), PoseWithCovariance.identity())
+    choice = KeyframeChoice(Settings(), SimpleNamespace(
+        with_own_keypoints=lambda prepared: replace(prepared, keypoints='own', is_tracked=False)))
+    choice._policy = policy
+    choice.advance(references, last, SimpleNamespace(
+        reference=references.keyframe if to_keyframe else middle, seen=None,
+        registration=SimpleNamespace(is_by_depth=is_by_depth)))
+    return references, first, last, policy
+
+
+@pytest.mark.parametrize('keeps, changes, is_kept', [
+    (True, {}, True), (False, {}, False), (False, {'sharpness': 0}, True),
+    (False, {'repeat': Repeat.COLOUR}, True), (False, {'repeat': Repeat.DEPTH}, True)])
+def test_a_frame_becomes_the_keyframe_unless_it_is_blurred_or_repeats(keeps, changes, is_kept):
+    references, first, last, policy = advance(keeps, **changes)
+    assert references.keyframe.stamp == (first.stamp if is_kept else last.stamp)
+    assert references.last.stamp == last.stamp
+    assert policy.begun == 0
+
+
+def test_registered_to_another_frame_the_policy_begins_with_that():
+    references, _, _, policy = advance(True, to_keyframe=False)
+    assert policy.begun == 1
+    assert references.keyframe.stamp == 1
+
+
+@pytest.mark.parametrize('is_tracked, count', [(False, 3), (True, 4)])
+def test_of_tracked_keypoints_the_share_is_of_those_of_the_keyframe(is_tracked, count):
+    references, _, _, policy = advance(False, is_tracked=is_tracked)
+    assert policy.counts == [count]
+    assert not references.keyframe.prepared.is_tracked  # it has keypoints of its own
+    assert references.keyframe.prepared.keypoints == 'own'
+
+
+@pytest.mark.parametrize('keeps', [True, False])
+def test_by_depth_the_keyframe_of_keypoints_stays(keeps):
+    references, first, last, policy = advance(keeps, is_by_depth=True)
+    assert references.keyframe.stamp == first.stamp
+    assert references.last.stamp == last.stamp
+    assert references.shape.stamp == (first.stamp if keeps else last.stamp)
+    assert policy.counts == [] and policy.begun == 0
