@@ -147,3 +147,14 @@ def test_samples_that_have_not_arrived_cost_certainty():
     gyroscope = follow()
     known, missed = (gyroscope.term(1900 * MS, end * MS).covariance for end in (2000, 2018))
     assert np.trace(missed) > 2 * np.trace(known)
+
+
+def test_the_bias_walks_with_the_time_between_samples_and_not_back():
+    """Its variance grows by the square of the walk a second; a clock set back adds nothing."""
+    gyroscope = Gyroscope(ImuSettings(gyroscope_bias_walk=0.01), OdometrySettings())
+    variances = []
+    for start, end in ((10_000, 10_400), (10_400, 12_400), (1000, 1400), (1400, 2400)):
+        gyroscope.add(samples(start, end))
+        variances.append(gyroscope.bias_sigma ** 2)
+    growth = np.diff(variances, axis=0) / 0.01 ** 2
+    np.testing.assert_allclose(growth, np.repeat([[2.0], [0.0], [1.0]], 3, axis=1), atol=1e-9)
