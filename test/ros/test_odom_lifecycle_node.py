@@ -5,6 +5,7 @@
 
 import signal
 import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,9 @@ from rcl_interfaces.srv import SetParameters
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
+from aick_ros.errors import InputError
 from aick_ros.odometry import Odometry
+from aick_ros.ros import odom_lifecycle_node
 from aick_ros.ros.conversions import from_pose
 from aick_ros.ros.odom_lifecycle_node import OdomLifecycleNode
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -173,3 +176,20 @@ def test_ends_cleanly_in_the_middle_of_work(rig, start_node, frames):
     rig.answer(frames[0].stamp)
     assert node.stop(signal.SIGTERM) == 0
     assert 'Traceback' not in node.log
+
+
+def test_what_was_made_before_a_configuration_fails_is_destroyed(monkeypatch):
+    """So that a second attempt does not subscribe twice."""
+    done = []
+
+    def pipeline(*_):
+        done.append('made')
+        raise InputError('no such vocabulary')
+
+    monkeypatch.setattr(odom_lifecycle_node, 'Pipeline', pipeline)
+    monkeypatch.setattr(odom_lifecycle_node, 'Entities', lambda node: SimpleNamespace(
+        destroy=lambda: done.append('destroyed')))
+    node = SimpleNamespace(declare=lambda read_only: SimpleNamespace(own=None, core=None))
+    with pytest.raises(InputError, match='no such vocabulary'):
+        OdomLifecycleNode._configure(node)
+    assert done == ['made', 'destroyed']

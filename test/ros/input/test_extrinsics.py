@@ -45,3 +45,15 @@ def test_a_camera_farther_away_than_any_machine_is_rejected_until_it_is_correcte
 def test_a_parameter_in_millimetres_is_rejected(name):
     with pytest.raises(InputError, match=f'{name} = .* more than 1000 m away: its unit is metres'):
         Extrinsics(SimpleNamespace(), NodeSettings(**{name: [1200.0, 0, 0, 0, 0, 0, 1.0]}))
+
+
+@pytest.mark.parametrize('axis', range(3))
+def test_a_parameter_is_too_far_away_along_any_axis(axis):
+    numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    for sign in (1.0, -1.0):
+        numbers[axis] = sign * 0.999 * MAX_EXTRINSIC
+        known = Extrinsics(SimpleNamespace(), NodeSettings(camera_in_base=tuple(numbers)))
+        assert known.camera_in_base('camera', 0)[axis, 3] == numbers[axis]
+        numbers[axis] = sign * 1.001 * MAX_EXTRINSIC
+        with pytest.raises(InputError, match='camera_in_base = .* more than 1000 m away'):
+            Extrinsics(SimpleNamespace(), NodeSettings(camera_in_base=tuple(numbers)))
