@@ -45,3 +45,10 @@ def test_short_series_have_means_of_their_values(frames):
     means = replicates_of_means(np.arange(frames, dtype=float)[None], 60)
     assert means.min() >= 0
     assert means.max() <= frames - 1
+
+
+def test_blocks_are_at_most_a_quarter_of_the_series(series):
+    """Longer ones would all be about the same frames."""
+    short = series[:, :43]
+    np.testing.assert_array_equal(replicates_of_means(short, 30), replicates_of_means(short, 10))
+    assert replicates_of_means(short, 10).std() != replicates_of_means(short, 9).std()
