@@ -9,9 +9,11 @@ from datetime import datetime
 from html.parser import HTMLParser
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from aick_ros.evaluation.scores.run_summary import summarize
+from aick_ros.reports import run_report
 from aick_ros.reports.run_plots import timing_figure
 from aick_ros.reports.run_report import report
 from aick_ros.settings import Settings
@@ -112,3 +114,13 @@ def test_a_run_may_be_short(summary, records, ground_truth, count):
     assert f'{count} frames, {(count - 1) / 30:.1f} s' in page
     assert '100 % frames tracked' in page
     assert '0.0 cm ATE' in page
+
+
+def test_times_of_the_stages_are_those_of_the_records(summary, records):
+    """Median and 99th percentile, in the order of the head."""
+    text = re.sub(r'<[^>]*>', ' ', ''.join(run_report._machine(summary)))
+    assert text.index('median [ms]') < text.index('99th percentile [ms]')
+    for stage in ('features', 'registration', 'total'):
+        times = [record.timing[stage] for record in records]
+        expected = rf'{stage}\s+{np.median(times):.1f}\s+{np.percentile(times, 99):.1f}\s'
+        assert re.search(expected, text), text
