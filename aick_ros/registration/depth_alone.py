@@ -21,6 +21,8 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
+from aick_ros.registration.refinement.misalignment import (
+    Correction, Displacement, Misalignment)
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, gradient_noise, point_to_plane)
@@ -42,7 +44,7 @@ class DepthAlone:
     Registers depth images to each other, from an expected pose.
 
     :param noise: of the camera; the bias between keypoints and depth is an error of such a pose.
-    :param misalignment: of the camera; its delay adds to the lag that the stamps show.
+    :param misalignment: of the camera, by which depth is corrected.
     """
 
     def __init__(self, settings: Settings, noise: MeasuredNoise | None = None,
@@ -70,9 +72,9 @@ class DepthAlone:
         count = len(surface.chosen)
         if count < _FEWEST_POINTS:
             return failed(Status.TOO_FEW_KEYPOINTS, f'{count} points with depth')
-        lags = _lags(source, target, self._misalignment.misalignment.delay)
-        coarse = _Depth(surface, other, lags, self._settings)
-        fine = _Depth(of_source, of_target, lags, self._settings)
+        correction = _correction(source, target, self._misalignment.misalignment)
+        coarse = _Depth(surface, other, correction, self._settings)
+        fine = _Depth(of_source, of_target, correction, self._settings)
         problem = _Problem(fine, expected)
         pose = problem.solve(_Problem(coarse, expected).solve(expected.matrix))
         overlap = coarse.overlap(pose)
@@ -97,21 +99,19 @@ class _Depth:
     """
     A pair of depth images.
 
-    :param lags: motion of the source and of the target between their colour and depth images.
+    :param correction: of both, by their motion and the misalignment of the camera.
     """
 
-    def __init__(self, source: Surface, target: Surface, lags: tuple[np.ndarray, np.ndarray],
+    def __init__(self, source: Surface, target: Surface, correction: Correction,
                  settings: Settings) -> None:
-        self._source, self._target = source, target
-        self._source_lag, self._target_lead = lags[0], se3.inverse(lags[1])
+        self._source, self._target = correction.surface(source), target
+        self._undo = correction.target.to_depth
         self._sensor, self._settings = settings.sensor, settings.refinement
 
     def residuals(self, pose: np.ndarray) -> Residuals:
         """Return the distances of the source's points from planes of the target, whitened."""
-        # their derivatives are by the error of the depth images' pose; the motion between is small
-        return point_to_plane(
-            self._source, self._target, self._target_lead @ pose @ self._source_lag,
-            self._sensor, self._settings.robust_width, self._settings.reach)
+        return point_to_plane(self._source, self._target, pose, self._sensor,
+                              self._settings.robust_width, self._settings.reach, self._undo)
 
     def overlap(self, pose: np.ndarray) -> float:
         """Return the share of the source's points that lie on planes of the target."""
@@ -154,17 +154,18 @@ class _Problem:
         return covariance
 
 
-def _lags(source: PreparedFrame, target: PreparedFrame,
-          delay: float) -> tuple[np.ndarray, np.ndarray]:
+def _correction(source: PreparedFrame, target: PreparedFrame,
+                misalignment: Misalignment) -> Correction:
     """
-    Return the motion of each camera from its colour image to its depth image, 4x4 each.
+    Return what corrects two depth images, to the times of their colour images.
 
-    :param delay: time between these that no stamp shows [s].
+    A target whose velocity is not known moves as the source does; without any both are at rest.
     """
-    twists = (source.twist, source.twist if target.twist is None else target.twist)
-    lag, other = (np.eye(4) if twist is None else se3.exp((frame.depth_lag + delay) * twist)
-                  for frame, twist in zip((source, target), twists))
-    return lag, other
+    twist = np.zeros(6) if source.twist is None else source.twist
+    twists = (twist, twist if target.twist is None else target.twist)
+    return Correction(*(
+        Displacement.of(misalignment, frame.depth_lag, twist, frame.frame.camera)
+        for frame, twist in zip((source, target), twists)))
 
 
 def _displacement(surface: Surface, pose: np.ndarray, focal_length: float) -> float:

@@ -34,15 +34,29 @@ PRIOR = np.diag(np.repeat([0.05, 0.06], 3) ** 2)
 
 def prepared(planes, T_world_camera, stamp, rng):
     """Return the frame of a camera that sees the nearest of some planes, with noise of depth."""
-    v, u = np.mgrid[:CAMERA.height, :CAMERA.width]
+    return with_surface(depth_of(planes, T_world_camera), stamp, rng)
+
+
+def depth_of(planes, T_world_camera, rows=slice(None)):
+    """Return the depth of the nearest of some planes, in some rows of the image."""
+    v, u = np.mgrid[:CAMERA.height, :CAMERA.width][:, rows]
     rays = np.stack([(u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy,
                      np.ones(u.shape)], axis=-1)
     directions = rays @ T_world_camera[:3, :3].T
     with np.errstate(divide='ignore'):
         depths = [(distance - np.dot(normal, T_world_camera[:3, 3])) / (directions @ normal)
                   for normal, distance in planes]
-    depth = np.min([np.where(z > 0, z, np.inf) for z in depths], axis=0)
-    return with_surface(depth, stamp, rng)
+    return np.min([np.where(z > 0, z, np.inf) for z in depths], axis=0)
+
+
+def rolled(planes, T_world_camera, twist, readout, stamp, rng):
+    """Return the frame of a camera with a rolling shutter, its rows taken one by one."""
+    rows = (np.arange(CAMERA.height) - CAMERA.cy) / CAMERA.height
+    depth = np.empty((CAMERA.height, CAMERA.width))
+    for v, row in enumerate(rows):
+        pose = T_world_camera @ se3.exp(readout * row * twist)
+        depth[v] = depth_of(planes, pose, slice(v, v + 1))[0]
+    return dataclasses.replace(with_surface(depth, stamp, rng), twist=twist)
 
 
 def with_surface(depth, stamp, rng):
@@ -207,3 +221,20 @@ def test_without_depth_there_is_no_registration():
         blind, target, PoseWithCovariance(np.eye(4), PRIOR), PRIOR)
     assert not found.status.ok
     assert not np.isfinite(found.covariance).any(axis=None, where=np.eye(6, dtype=bool))
+
+
+def test_the_pose_is_that_of_the_stamp_where_a_shutter_rolls():
+    rng, readout = np.random.default_rng(0), 0.03
+    twist = np.array([0.4, -0.2, 0.3, 0.9, 0.5, -1.0])
+    target = dataclasses.replace(prepared(CORNER, np.eye(4), 0, rng), twist=np.zeros(6))
+    source = rolled(CORNER, MOTION, twist, readout, 33_000_000, rng)
+    errors = []
+    for known in (0.0, readout):
+        estimate = MisalignmentEstimate(Misalignment(np.zeros(6), 0.0, known))
+        found = DepthAlone(Settings(), misalignment=estimate).register(
+            source, target, PoseWithCovariance(MOTION, PRIOR), PRIOR)
+        errors.append(np.abs(se3.difference(found.T_target_source, MOTION)))
+    uncorrected, corrected = errors
+    assert corrected[:3].max() < 0.002
+    assert corrected[3:].max() < np.radians(0.15)
+    assert uncorrected.max() > 3 * corrected.max()
