@@ -21,8 +21,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
-from aick_ros.registration.refinement.misalignment import (
-    Correction, Displacement, Misalignment)
+from aick_ros.registration.refinement.misalignment import Correction, Displacement, Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, gradient_noise, point_to_plane)
