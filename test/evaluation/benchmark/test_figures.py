@@ -9,6 +9,8 @@ from aick_ros.evaluation.baselines.registry import METHODS, make
 from aick_ros.evaluation.benchmark.figures import Axis, figure_data, paper_figures, variants
 from aick_ros.evaluation.benchmark.journal import PairLine, begin
 from aick_ros.evaluation.benchmark.plan import Plan
+from aick_ros.settings.parameter import values
+from aick_ros.settings.presets import preset
 
 
 @pytest.fixture
@@ -62,3 +64,16 @@ def test_variants_are_the_paper_with_one_setting_changed():
     for method in found:
         make(method.factory, method.options)  # rejects unknown settings
     assert len({figure.number for figure in figures}) == len(figures)
+
+
+@pytest.mark.parametrize('number, parameter', [
+    ('5', 'features.max_keypoints'), ('6', 'features.max_keypoints'),
+    ('6-orb', 'features.max_keypoints'), ('7', 'aick.iterations'), ('8', 'aick.word_radius'),
+    ('8-orb', 'aick.word_radius')])
+def test_a_series_has_the_papers_own_value_once_and_labels_say_the_values(number, parameter):
+    methods = {figure.number: figure.curves for figure in paper_figures()}[number]
+    own, = {values(preset(method.options['preset_name']))[parameter] for method in methods}
+    shown = [method.options['changes'][parameter] for method in methods]
+    assert shown.count(own) == 1 and len(set(shown)) == len(shown) >= 5
+    for method, value in zip(methods, shown, strict=True):
+        assert f'{value:g}' in method.title.split() or value == shown[-1]

@@ -1,0 +1,188 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Expected motions of sensors that are played, against products and sums of information."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.expected_motion import ExpectedMotion
+from aick_ros.odometry.motion_model import MotionModel
+from aick_ros.odometry.motion_term import LARGEST_DISAGREEMENT, ROTATION, MotionTerm
+from aick_ros.odometry.other_odometry import OtherOdometry
+from aick_ros.registration.result import Evidence, Registration, failed
+from aick_ros.registration.status import Status
+from aick_ros.settings import OdometrySettings
+
+SETTINGS = OdometrySettings()
+TWIST = np.array([0.3, 0.1, -0.2, 0.2, -0.1, 0.3])
+STEP = NANOSECONDS // 20
+MOTION = se3.exp(TWIST * 0.05)
+TURN_NOISE = 1e-6 * np.eye(3)
+
+
+class Turns:
+    """A gyroscope that measures one rotation, and keeps what it was asked for."""
+
+    def __init__(self, motion=None, covariance=TURN_NOISE, rate=None):
+        self._motion, self._covariance, self._rate = motion, covariance, rate
+        self.asked = []
+
+    def term(self, start, end, is_summed=False):
+        self.asked.append((start, end, is_summed))
+        return None if self._motion is None else MotionTerm(
+            self._motion, ROTATION, self._covariance)
+
+    def rate_at(self, stamp):
+        self.asked.append(stamp)
+        return self._rate
+
+
+def expected(turns=None, wheels=None, settings=SETTINGS):
+    other = OtherOdometry(settings)
+    if wheels is not None:
+        other.begin(lambda before, now: wheels)
+    return ExpectedMotion(settings, turns or Turns(), other)
+
+
+def seen_as(pose=MOTION, covariance=1e-4, **parts):
+    return Registration(Status.OK, '', pose, covariance * np.eye(6), np.empty((0, 2), np.intp), 1,
+                        **parts)
+
+
+def assert_same(pose, other, tolerance=1e-12):
+    np.testing.assert_allclose(pose.matrix, other.matrix, atol=tolerance)
+    np.testing.assert_allclose(pose.covariance, other.covariance, rtol=1e-9, atol=tolerance)
+
+
+def test_without_sensors_a_motion_is_that_of_constant_velocity():
+    motion = expected().between(STEP, 2 * STEP, TWIST)
+    assert_same(motion, MotionModel(SETTINGS).predict(TWIST, 0.05))
+    assert_same(expected().without_images(STEP, 2 * STEP, TWIST), motion)
+
+
+@pytest.mark.parametrize('twist, late, turns, wheels, known', [
+    (TWIST, 0, False, None, True), (TWIST, 1, False, None, False), (None, 0, False, None, False),
+    (None, 0, True, None, True), (TWIST, 1, True, None, True), (None, 0, False, MOTION, True)])
+def test_a_motion_is_known_up_to_the_hold_time_or_by_a_sensor(twist, late, turns, wheels, known):
+    end = round(SETTINGS.hold_time * NANOSECONDS) + late
+    model = expected(Turns(MOTION if turns else None), wheels)
+    assert model.is_known(0, end, twist) is known
+
+
+@pytest.mark.parametrize('start, end', [(5, 5), (5, 4)])
+def test_no_sensor_is_asked_for_a_time_that_does_not_pass(start, end):
+    turns = Turns(MOTION)
+    assert not expected(turns, MOTION).is_known(start, end, None)
+    assert turns.asked == []
+
+
+def test_a_measured_turn_replaces_the_rotation_and_its_information_is_added():
+    """Where the disturbances of rotation and translation are independent, the latter stays."""
+    turned = se3.exp([0, 0, 0, 0.012, -0.004, 0.02])
+    motion = expected(Turns(turned)).between(0, STEP, TWIST)
+    prior = MotionModel(SETTINGS).predict(TWIST, 0.05)
+    np.testing.assert_allclose(motion.translation, prior.translation, atol=1e-12)
+    np.testing.assert_allclose(motion.covariance[:3, :3], prior.covariance[:3, :3])
+    information = (np.linalg.inv(prior.covariance[3:, 3:]) + np.linalg.inv(TURN_NOISE))
+    np.testing.assert_allclose(np.linalg.inv(motion.covariance[3:, 3:]), information, rtol=1e-6)
+    np.testing.assert_allclose(motion.rotation, turned[:3, :3], atol=1e-3)
+    assert se3.angle(motion.rotation.T @ turned[:3, :3]) < \
+        0.1 * se3.angle(prior.rotation.T @ turned[:3, :3])
+
+
+def with_error(sigmas):
+    """Return a turn that differs from MOTION by so many standard deviations about x."""
+    prior = MotionModel(SETTINGS).predict(TWIST, 0.05)
+    sigma = np.sqrt(prior.covariance[3, 3] + TURN_NOISE[0, 0])
+    return se3.perturbed(prior.matrix, np.array([0, 0, 0, sigmas * sigma, 0, 0]))
+
+
+@pytest.mark.parametrize('factor, is_used', [(0.99, True), (1.01, False)])
+def test_a_sensor_that_disagrees_too_much_is_ignored(factor, is_used):
+    """The limit is that of a mean of three squares."""
+    turned = with_error(factor * np.sqrt(3 * LARGEST_DISAGREEMENT))
+    motion = expected(Turns(turned)).between(0, STEP, TWIST)
+    prior = MotionModel(SETTINGS).predict(TWIST, 0.05)
+    assert (se3.angle(motion.rotation.T @ prior.rotation) > 1e-3) == is_used
+    assert (motion.covariance[3, 3] < prior.covariance[3, 3]) == is_used
+
+
+def test_past_the_hold_time_wheels_replace_the_velocity():
+    late = round(SETTINGS.hold_time * NANOSECONDS) + 1
+    other = OtherOdometry(SETTINGS)
+    assert_same(expected(wheels=MOTION).between(0, late, TWIST), other.with_slip(MOTION))
+    assert_same(expected(wheels=MOTION).between(0, STEP, None), other.with_slip(MOTION))
+
+
+@pytest.mark.parametrize('sigmas', [0.5, 1000.0])
+def test_without_images_wheels_move_and_the_gyroscope_turns(sigmas):
+    """However much they disagree: there is nothing else."""
+    turned = with_error(sigmas)
+    motion = expected(Turns(turned), MOTION).without_images(0, STEP, TWIST)
+    by_wheels = OtherOdometry(SETTINGS).with_slip(MOTION)
+    term = MotionTerm(turned, ROTATION, TURN_NOISE)
+    assert_same(motion, term.added_to(by_wheels))
+
+
+def test_a_turn_rate_that_is_measured_replaces_that_of_the_images():
+    rate = np.array([1.0, 2.0, 3.0])
+    turns = Turns(rate=rate)
+    np.testing.assert_array_equal(expected(turns).twist_at(77, TWIST),
+                                  np.concatenate([TWIST[:3], rate]))
+    assert turns.asked == [77]
+    assert expected().twist_at(77, TWIST) is TWIST
+
+
+def test_a_registration_is_joined_with_both_sensors_and_their_noise_adds_up():
+    turns = Turns(MOTION)
+    joined = expected(turns, MOTION).joined(seen_as(), 0, STEP)
+    assert turns.asked == [(0, STEP, True)]
+    wheels = OtherOdometry(SETTINGS)
+    wheels.begin(lambda before, now: MOTION)
+    pose = MotionTerm(MOTION, ROTATION, TURN_NOISE).added_to(seen_as().pose)
+    assert_same(joined.pose, wheels.term(0, STEP, is_summed=True).added_to(pose))
+
+
+@pytest.mark.parametrize('part', ['systematic', 'timing'])
+def test_a_part_of_the_covariance_shrinks_as_the_error_it_stands_for(part):
+    """The share that a sensor leaves of each error, measured by moving the pose."""
+    root = 1e-3 * np.random.default_rng(3).standard_normal((6, 6))
+    covariance = 1e-4 * np.eye(6) + root @ root.T
+    seen = dataclasses.replace(seen_as(), covariance=covariance, **{part: root @ root.T})
+    model = expected(Turns(MOTION, 1e-5 * np.eye(3)))
+    joined, step = model.joined(seen, 0, STEP), 1e-5
+    kept = np.column_stack([se3.difference(
+        model.joined(dataclasses.replace(seen, T_target_source=se3.perturbed(MOTION, step * axis)),
+                     0, STEP).T_target_source, joined.T_target_source) / step
+        for axis in np.eye(6)])
+    np.testing.assert_allclose(getattr(joined, part), kept @ root @ root.T @ kept.T, atol=1e-10)
+
+
+def test_what_depth_alone_or_nothing_measured_is_not_joined_again():
+    model = expected(Turns(MOTION), MOTION)
+    for seen in (seen_as(evidence=Evidence.DEPTH_ALONE), failed(Status.TOO_FEW_MATCHES, '')):
+        assert model.joined(seen, 0, STEP) is seen
+
+
+def test_a_registration_against_a_sensor_that_disagrees_stays():
+    far = se3.perturbed(MOTION, np.array([0, 0, 0, 0.3, 0, 0]))
+    seen = seen_as()
+    assert expected(Turns(far)).joined(seen, 0, STEP) is seen
+    both = expected(Turns(far), MOTION).joined(seen, 0, STEP)  # wheels are joined all the same
+    assert both.covariance[0, 0] < seen.covariance[0, 0]
+
+
+def test_an_increment_is_joined_and_keeps_its_interval():
+    turns = Turns(MOTION)
+    seen = Increment(PoseWithCovariance(with_error(0.5), 1e-4 * np.eye(6)), 0.05)
+    joined = expected(turns).joined_increment(seen, 0, STEP)
+    assert joined.interval == 0.05 and turns.asked == [(0, STEP, False)]
+    assert_same(joined.pose, MotionTerm(MOTION, ROTATION, TURN_NOISE).added_to(seen.pose))
+    far = se3.perturbed(MOTION, np.array([0, 0, 0, 0.3, 0, 0]))
+    assert expected(Turns(far)).joined_increment(seen, 0, STEP) is seen
