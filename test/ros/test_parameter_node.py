@@ -1,0 +1,90 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What a node with the settings does with arguments, and with changes."""
+
+import pytest
+import rclpy
+from rclpy.logging import LoggingSeverity
+from rclpy.parameter import Parameter
+
+from aick_ros.errors import InputError
+from aick_ros.ros.parameter_node import ParameterNode
+from aick_ros.ros.process.arguments import Arguments
+
+
+@pytest.fixture
+def make(ros_domain):
+    """Return a function that makes a node, with words of the command line."""
+    nodes = []
+
+    def make(arguments=Arguments(), *words):
+        rclpy.init(args=['--ros-args', *words] if words else [])
+        nodes.append(ParameterNode(arguments))
+        return nodes[-1]
+
+    yield make
+    for node in nodes:
+        node.get_logger().set_level(LoggingSeverity.INFO)
+        node.close()
+    rclpy.try_shutdown()
+
+
+def set_one(node, name, value):
+    return node.set_parameters_atomically([Parameter(name, value=value)])
+
+
+def test_before_the_declaration_ros_stores_what_it_is_given(make):
+    node = make(Arguments(), '-p', 'aick.alpha:=0.7')
+    assert node.get_name() == 'odom_node'
+    assert set_one(node, 'aick.alpha', 0.8).successful
+    assert node.declare().core.aick.alpha == 0.8
+
+
+def test_parameters_are_declared_once_and_changes_are_those_of_the_settings(make):
+    node = make()
+    settings = node.declare()
+    assert node.declare() is settings
+    assert set_one(node, 'aick.alpha', 0.7).successful
+    rejected = set_one(node, 'aick.alpha', 7.0)
+    assert not rejected.successful and 'aick.alpha' in rejected.reason
+    assert (settings.core.aick.alpha, node.get_parameter('aick.alpha').value) == (0.7, 0.7)
+
+
+@pytest.mark.parametrize('read_only', [True, False])
+def test_what_is_read_once_may_be_read_only(make, read_only):
+    node = make()
+    node.declare(read_only)
+    assert node.describe_parameter('frame_id').read_only is read_only
+    assert not node.describe_parameter('aick.alpha').read_only
+
+
+def test_a_rejected_declaration_may_be_repeated(make):
+    node = make(Arguments(), '-p', 'aick.alpha:=7.0')
+    with pytest.raises(InputError, match='aick.alpha'):
+        node.declare()
+    assert set_one(node, 'aick.alpha', 0.6).successful
+    assert node.declare().core.aick.alpha == 0.6
+
+
+def test_parameters_of_rgbd_odometry_from_the_command_line_count(make):
+    node = make(Arguments({'Reg/Force3DoF': 'true'}))
+    assert node.declare().core.odometry.planar
+
+
+@pytest.mark.parametrize('level', ['debug', 'error'])
+def test_the_level_of_the_log_is_that_of_the_arguments(make, level):
+    node = make(Arguments(level=level))
+    assert node.get_logger().get_effective_level() == LoggingSeverity[level.upper()]
+
+
+def test_a_value_without_a_type_is_one_sentence(make):
+    with pytest.raises(InputError, match='a parameter is an empty list or has no value'):
+        make(Arguments(), '-p', 'x:=[]')
+
+
+def test_arguments_of_the_slam_node_are_said_to_change_nothing(make, capfd):
+    make(Arguments(of_slam=('-d', '--delete_db_on_start')))
+    text = ''.join(capfd.readouterr())
+    assert text.count('changes nothing here') == 2
+    assert 'argument -d is one' in text and 'argument --delete_db_on_start is one' in text
