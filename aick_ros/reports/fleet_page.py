@@ -88,10 +88,10 @@ def _draw(of_variant: Mapping[str, Sequence[Row]], columns: Sequence[str],
         head, factor, _ = _SCORES[column]
         for number, (name, rows) in enumerate(of_variant.items()):
             errors = np.sort(np.maximum(_numbers(rows, column), _LEAST_ERROR)) * factor
-            shares = 100 * np.arange(1, len(errors) + 1) / max(len(errors), 1)
+            steps = np.concatenate([errors[:1], errors])  # none of settings without an error
+            shares = 100 * np.arange(len(steps)) / max(len(errors), 1)
             colour = (f'C{number}' if number >= len(canvas.SERIES) else canvas.SERIES[number])
-            axes.step(np.concatenate([errors[:1], errors]), np.concatenate([[0], shares]),
-                      where='post', label=name[:_LONGEST_LABEL], color=colour)
+            axes.step(steps, shares, where='post', label=name[:_LONGEST_LABEL], color=colour)
         axes.set_xscale('log')
         axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=6))
         axes.xaxis.set_major_formatter(lambda value, _: f'{value:g}')

@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The page of a fleet against means and shares counted by hand."""
+
+import re
+
+import numpy as np
+import pytest
+
+pytest.importorskip('matplotlib')
+from aick_ros.reports import fleet_page as module  # noqa: E402
+from aick_ros.reports.fleet_page import fleet_page  # noqa: E402
+
+RPE, ATE = 'trajectory.rpe_1s_translation_rmse_m', 'trajectory.ate_rmse_m'
+
+
+def done(source, variant, rpe, **others):
+    return {'status': 'done', 'source': source, 'recording': source, 'variant': variant,
+            'frames': 100, 'duration_s': 1800.0, RPE: rpe, **others}
+
+
+def failed(source, variant, **others):
+    return {'status': 'failed', 'source': source, 'variant': variant, 'cause': 'input',
+            'reason': 'no <images>', 'attempts': 2, **others}
+
+
+ROWS = [done('a', 'fast', 0.010, **{ATE: 0.5}), done('b', 'fast', 0.030, **{ATE: None}),
+        done('a', 'slow', 0.005), failed('b', 'slow'), failed('c', 'other')]
+
+
+def tables(page):
+    """Return the tables of a page, each a list of rows of text."""
+    return [[re.findall(r'<t[dh][^>]*>(.*?)</t[dh]>', row)
+             for row in re.findall(r'<tr>(.*?)</tr>', table)]
+            for table in re.findall(r'<table.*?</table>', page, re.DOTALL)]
+
+
+def test_tiles_count_runs_and_different_recordings():
+    page = fleet_page(ROWS)
+    tiles = dict((label, value) for value, label in re.findall(
+        r'<b>(.*?)</b><span>(.*?)</span>', page))
+    assert tiles == {'runs': '5', 'recordings': '3', 'failed': '2', 'frames': '300',
+                     'hours recorded': '1.50'}
+
+
+def test_settings_have_means_over_their_own_runs():
+    settings = tables(fleet_page(ROWS))[0]
+    columns = dict(zip(settings[0], zip(*settings[1:])))
+    assert columns['settings'] == ('fast', 'slow', 'other')
+    assert (columns['done'], columns['failed']) == (('2', '1', '0'), ('0', '1', '1'))
+    assert columns['RPE over 1 s [mm]'] == ('20.00', '5.00', '')
+    assert columns['ATE [mm]'] == ('500.0', '', '')
+
+
+def test_each_run_and_each_failure_has_a_row():
+    _, runs, failures = tables(fleet_page(ROWS))
+    assert [row[:4] for row in runs[1:]] == [
+        ['a', 'fast', '100', '10.00'], ['b', 'fast', '100', '30.00'],
+        ['a', 'slow', '100', '5.00']]
+    assert failures == [['source', 'settings', 'cause', 'reason', 'attempts'],
+                        ['b', 'slow', 'input', 'no &lt;images&gt;', '2'],
+                        ['c', 'other', 'input', 'no &lt;images&gt;', '2']]
+
+
+@pytest.mark.parametrize('count, more', [(200, None), (201, '1 more'), (250, '50 more')])
+def test_of_many_failures_the_first_are_listed_and_the_others_counted(count, more):
+    page = fleet_page([failed(str(i), 'fast') for i in range(count)])
+    assert [row[0] for row in tables(page)[-1][1:]] == [str(i) for i in range(min(count, 200))]
+    found = re.search(r'(\d+ more) are in the table', page)
+    assert (found and found[1]) == more
+
+
+def test_without_errors_or_failures_there_are_no_pictures_or_failures():
+    page = fleet_page([done('a', 'fast', None)])
+    assert '<svg' not in page and 'Failures' not in page
+    assert 'Errors of all recordings' not in page
+
+
+def test_curves_rise_by_a_share_at_each_error(monkeypatch):
+    """From the smallest error on; in the unit of the axis."""
+    figures, make = [], module.canvas.figure
+    monkeypatch.setattr(module.canvas, 'figure', lambda *arguments: figures.append(
+        make(*arguments)) or figures[-1])
+    fleet_page(ROWS)
+    axes, other = figures[0].axes
+    assert (axes.get_xlabel(), other.get_xlabel()) == ('RPE over 1 s [mm]', 'ATE [mm]')
+    fast, slow, nothing = (line.get_data() for line in axes.lines)
+    np.testing.assert_allclose(fast, [[10, 10, 30], [0, 50, 100]])
+    np.testing.assert_allclose(slow, [[5, 5], [0, 100]])
+    assert len({line.get_color() for line in axes.lines}) == 3
