@@ -1,0 +1,132 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Messages of a bag in their order, and one sentence for whatever is wrong."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+
+from aick_ros.errors import InputError
+from aick_ros.sources import raise_damage
+from aick_ros.sources.bag_file import BagFile, fields_required, stamp_of
+from aick_ros.sources.writers.bag_messages import TYPESTORE
+
+TEXT = 'std_msgs/msg/String'
+
+
+def write(path, messages, storage=StoragePlugin.MCAP):
+    """Write texts (topic, log time, text); bytes are written as they are."""
+    connections = {}
+    with Writer(path, version=9, storage_plugin=storage) as writer:
+        for topic, log_time, text in messages:
+            if topic not in connections:
+                connections[topic] = writer.add_connection(topic, TEXT, typestore=TYPESTORE)
+            content = text if isinstance(text, bytes) else TYPESTORE.serialize_cdr(
+                TYPESTORE.types[TEXT](text), TEXT)
+            writer.write(connections[topic], log_time, content)
+    return path
+
+
+@pytest.fixture
+def bag(tmp_path):
+    return write(tmp_path / 'bag', [
+        ('/b', 30, 'third'), ('/a', 10, 'first'), ('/c', 25, 'other'), ('/a', 20, 'second')])
+
+
+def test_messages_of_the_topics_come_in_the_order_of_recording(bag):
+    messages = list(BagFile(bag).messages(['/a', '/b'], raise_damage))
+    assert [(each.topic, each.log_time, each.content.data) for each in messages] == [
+        ('/a', 10, 'first'), ('/a', 20, 'second'), ('/b', 30, 'third')]
+
+
+@pytest.mark.parametrize('topics', [[], ['/nowhere']])
+def test_no_topic_has_no_messages(bag, topics):
+    assert list(BagFile(bag).messages(topics, raise_damage)) == []
+
+
+def test_topics_have_types_and_numbers(bag):
+    topics = BagFile(bag).topics()
+    assert {name: (topic.msgtype, topic.msgcount) for name, topic in topics.items()} == {
+        '/a': (TEXT, 2), '/b': (TEXT, 1), '/c': (TEXT, 1)}
+
+
+def test_a_bag_is_read_anew_each_time(bag):
+    file = BagFile(bag)
+    first = next(file.messages(['/a'], raise_damage))
+    assert [each.content.data for each in file.messages(['/a'], raise_damage)] == [
+        'first', 'second']
+    assert first.content.data == 'first'
+
+
+def test_a_damaged_message_is_reported_and_the_next_one_read(tmp_path):
+    damaged = TYPESTORE.serialize_cdr(TYPESTORE.types[TEXT]('abc'), TEXT)[:6]
+    bag = write(tmp_path / 'bag', [('/a', 1_000_000_000, 'one'), ('/a', 2_500_000_000,
+                                                                bytes(damaged)), ('/a', 3, 'x')])
+    errors = []
+    messages = list(BagFile(bag).messages(['/a'], errors.append))
+    assert [each.content.data for each in messages] == ['x', 'one']
+    assert len(errors) == 1 and isinstance(errors[0], InputError)
+    assert str(errors[0]).startswith(f'{bag}, /a recorded at 2.5')
+    with pytest.raises(InputError, match='the message is damaged .*; copy or record it again'):
+        list(BagFile(bag).messages(['/a'], raise_damage))
+
+
+@pytest.mark.parametrize('storage, suffix', [(StoragePlugin.MCAP, 'mcap'),
+                                             (StoragePlugin.SQLITE3, 'db3')])
+@pytest.mark.parametrize('name', ['bag', 'folder.bag'])
+def test_a_folder_with_one_storage_file_needs_no_metadata(tmp_path, storage, suffix, name):
+    folder = write(tmp_path / name, [('/a', 1, 'one')], storage)
+    (folder / 'notes.txt').write_text('mine')
+    (folder / 'metadata.yaml').unlink()
+    message, = BagFile(folder).messages(['/a'], raise_damage)
+    assert message.content.data == 'one'
+
+
+def test_a_folder_that_ends_as_a_file_does_is_read_by_its_storage_file(tmp_path):
+    """Its metadata would have it read as a bag of ROS 1."""
+    folder = write(tmp_path / 'folder.bag', [('/a', 1, 'one')])
+    assert (folder / 'metadata.yaml').exists()
+    assert len(list(BagFile(folder).messages(['/a'], raise_damage))) == 1
+
+
+@pytest.mark.parametrize('name, count, sentence', [
+    ('folder', 0, 'has 0 storage files and no metadata.yaml: run `ros2 bag reindex'),
+    ('folder', 2, 'has 2 storage files and no metadata.yaml: run `ros2 bag reindex'),
+    ('folder.bag', 0, 'is a folder that ends in .bag: rename it'),
+    ('folder.bag', 2, 'is a folder that ends in .bag: rename it')])
+def test_other_folders_say_what_to_do(tmp_path, name, count, sentence):
+    folder = tmp_path / name
+    folder.mkdir()
+    for number in range(count):
+        (folder / f'{number}.mcap').touch()
+    with pytest.raises(InputError) as caught:
+        BagFile(folder)
+    assert str(caught.value).startswith(f'{folder} {sentence}')
+
+
+@pytest.mark.parametrize('error, reason', [
+    (AttributeError("no 'k'"), "no 'k'"), (TypeError('two\n  lines.'), 'two lines'),
+    (IndexError(), 'IndexError')])
+def test_missing_fields_are_one_sentence_with_the_reason_in_a_line(error, reason):
+    with pytest.raises(InputError) as caught:
+        with fields_required('some.bag', '/a'):
+            raise error
+    assert str(caught.value).startswith('some.bag, /a: the messages are not of the type')
+    assert f'({reason})' in str(caught.value)
+
+
+@pytest.mark.parametrize('error', [InputError('own'), ValueError('value'), KeyError('key')])
+def test_other_errors_of_the_block_come_through(error):
+    with pytest.raises(type(error), match=str(error)):
+        with fields_required('some.bag', '/a'):
+            raise error
+
+
+def test_stamps_lose_no_nanosecond():
+    time = SimpleNamespace(sec=np.int32(2_147_483_647), nanosec=np.uint32(999_999_999))
+    stamp = stamp_of(SimpleNamespace(header=SimpleNamespace(stamp=SimpleNamespace(
+        sec=int(time.sec), nanosec=int(time.nanosec)))))
+    assert stamp == 2_147_483_647_999_999_999
