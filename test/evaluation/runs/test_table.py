@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Tables written and read again."""
+
+import pytest
+
+from aick_ros.errors import InputError
+from aick_ros.evaluation.runs.table import read_table, table_bytes
+
+pytest.importorskip('pyarrow', reason="no tables: pip install '.[fleet]'")
+
+
+def again(tmp_path, rows):
+    (tmp_path / 'table').write_bytes(table_bytes(rows))
+    return read_table(tmp_path / 'table')
+
+
+def test_rows_come_back_and_what_one_lacks_is_none(tmp_path):
+    rows = [{'a': 1, 'b': 'x'}, {'b': 'y', 'c': 0.5}, {'c': None, 'd': True}]
+    assert again(tmp_path, rows) == [
+        {'a': 1, 'b': 'x', 'c': None, 'd': None}, {'a': None, 'b': 'y', 'c': 0.5, 'd': None},
+        {'a': None, 'b': None, 'c': None, 'd': True}]
+
+
+@pytest.mark.parametrize('values, expected', [
+    ([1, 2.5, None], [1.0, 2.5, None]), ([1, 'two', None], ['1', 'two', None]),
+    ([True, 2, None], ['True', '2', None]), ([None, None], [None, None]),
+    ([2 ** 60 + 1, None], [2 ** 60 + 1, None])])
+def test_a_column_has_one_type(tmp_path, values, expected):
+    found = [row['a'] for row in again(tmp_path, [{'a': value} for value in values])]
+    assert found == expected and list(map(type, found)) == list(map(type, expected))
+
+
+@pytest.mark.parametrize('content', [None, b'', b'no table'])
+def test_a_file_that_is_no_table_is_named(tmp_path, content):
+    path = tmp_path / 'table'
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=f'cannot read the table {path}: ') as caught:
+        read_table(path)
+    assert '\n' not in str(caught.value)
