@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What is drawn of a run, read from the lines, bars and shades of the figures."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros.evaluation.scores.frame_record import trajectory_of
+from aick_ros.evaluation.scores.trajectory_errors import TrajectoryErrors
+from aick_ros.geometry import se3
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
+from aick_ros.registration.status import Status
+
+pytest.importorskip('matplotlib')
+from aick_ros.reports.run_plots import (  # noqa: E402
+    error_figure, timing_figure, tracking_figure)
+
+
+def with_status(records, lost):
+    return [dataclasses.replace(record, status=Status.BAD_FRAME if i in lost else Status.OK)
+            for i, record in enumerate(records)]
+
+
+def shades(figure):
+    """Return the intervals that are shaded [s]."""
+    axes, = figure.axes
+    return [(patch.get_x(), patch.get_x() + patch.get_width()) for patch in axes.patches]
+
+
+def test_errors_are_in_centimetres_and_degrees_since_the_start(records):
+    estimate = trajectory_of(records)
+    sides = (-1.0) ** np.arange(len(estimate))
+    moved = np.array([pose @ se3.exp([0, 0, 0, 0, 0, np.radians(2.0) * side])
+                      for pose, side in zip(estimate.poses, sides)])
+    moved[:, 2, 3] += 0.03 * sides
+    errors = TrajectoryErrors(estimate, Trajectory(estimate.stamps, moved), np.eye(4))
+    upper, lower = error_figure(errors, -NANOSECONDS).axes
+    times, positions = upper.lines[0].get_data()
+    np.testing.assert_allclose(times, 1.0 + np.arange(90) / 30, atol=1e-6)
+    np.testing.assert_allclose(positions, 3.0)
+    np.testing.assert_allclose(lower.lines[0].get_ydata(), 2.0, atol=1e-2)
+    assert '[cm]' in upper.get_ylabel() and '[deg]' in lower.get_ylabel()
+
+
+def test_keypoints_and_matches_are_lines_over_time(records):
+    axes, = tracking_figure(records[10:]).axes
+    lines = {line.get_label(): line.get_data() for line in axes.lines}
+    for name, values in (('keypoints with depth', [record.keypoints for record in records[10:]]),
+                         ('matches', [record.matches for record in records[10:]])):
+        times, drawn = lines[name]
+        np.testing.assert_allclose(times, np.arange(80) / 30, atol=1e-6)
+        assert list(drawn) == values
+
+
+@pytest.mark.parametrize('lost, intervals', [
+    ([], []), ([40, 41, 42], [(40, 43)]), ([0, 5, 6], [(0, 1), (5, 7)]),
+    ([87, 88, 89], [(87, 89)]), ([89], [(89, 89)])])
+def test_lost_frames_are_shaded_up_to_the_frame_after_them(records, lost, intervals):
+    found = shades(tracking_figure(with_status(records, lost)))
+    np.testing.assert_allclose(np.array(found).reshape(-1, 2),
+                               np.array(intervals).reshape(-1, 2) / 30, atol=1e-6)
+
+
+def test_lost_is_in_the_legend_once(records):
+    axes, = tracking_figure(with_status(records, [3, 7, 9])).axes
+    texts = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert sorted(texts) == ['keypoints with depth', 'lost', 'matches']
+
+
+def test_every_frame_counts_in_the_times_of_each_stage(records):
+    """One that is far beyond the axis in its last bin; the total is no stage."""
+    records = [*records[:-1], dataclasses.replace(
+        records[-1], timing={'features': 900.0, 'registration': 5.0, 'total': 905.0})]
+    axes, = timing_figure(records).axes
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert [label.split(',')[0] for label in labels] == ['features', 'registration']
+    assert 'median 4.0 ms' in labels[0]
+    for container in axes.containers:
+        assert sum(patch.get_height() for patch in container) == len(records)
+    last = axes.containers[0][-1]
+    assert last.get_height() == 1
+    assert axes.get_xlim()[1] == pytest.approx(last.get_x() + last.get_width())
