@@ -29,7 +29,8 @@ def recordings_below(folder: str, entries_of: Callable[[str], Sequence[Entry]]) 
     :param entries_of: returns what is in a folder, by name.
     """
     entries = entries_of(folder)
-    names = {entry.name for entry in entries}
+    names = {entry.name for entry in entries  # a bag may be a folder that ends as a file does
+             if not (entry.is_folder and entry.name.endswith(ONE_FILE))}
     single = sorted(entry.name for entry in entries
                     if entry.name.endswith(ONE_FILE) and not entry.is_folder)
     if single and 'metadata.yaml' not in names:
