@@ -16,8 +16,7 @@ from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registration.status import Status
 
 pytest.importorskip('matplotlib')
-from aick_ros.reports.run_plots import (  # noqa: E402
-    error_figure, timing_figure, tracking_figure)
+from aick_ros.reports.run_plots import error_figure, timing_figure, tracking_figure  # noqa: E402
 
 
 def with_status(records, lost):

@@ -63,8 +63,8 @@ def test_a_bag_is_read_anew_each_time(bag):
 
 def test_a_damaged_message_is_reported_and_the_next_one_read(tmp_path):
     damaged = TYPESTORE.serialize_cdr(TYPESTORE.types[TEXT]('abc'), TEXT)[:6]
-    bag = write(tmp_path / 'bag', [('/a', 1_000_000_000, 'one'), ('/a', 2_500_000_000,
-                                                                bytes(damaged)), ('/a', 3, 'x')])
+    bag = write(tmp_path / 'bag', [
+        ('/a', 1_000_000_000, 'one'), ('/a', 2_500_000_000, bytes(damaged)), ('/a', 3, 'x')])
     errors = []
     messages = list(BagFile(bag).messages(['/a'], errors.append))
     assert [each.content.data for each in messages] == ['x', 'one']

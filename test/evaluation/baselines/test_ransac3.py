@@ -38,7 +38,7 @@ def pair(count=60, outliers=0, seed=1, noise=0.0):
     descriptors = rng.integers(0, 256, (count, 32), np.uint8)
     seen = se3.transform(TRUTH, points) + noise * rng.standard_normal((count, 3))
     seen[:outliers] = rng.uniform(-1, 1, (outliers, 3)) + [0, 0, 2]
-    return frame(2, points, descriptors), frame(1, seen, descriptors)
+    return frame(2, points, descriptors), frame(1, seen[::-1], descriptors[::-1].copy())
 
 
 @pytest.mark.parametrize('outliers', [0, 20, 35])
@@ -60,7 +60,7 @@ def test_it_is_refitted_to_all_inliers():
 def test_unlike_descriptors_do_not_match_and_those_at_the_limit_do():
     """52 of 256 bits are .203; 51 are .199."""
     source, target = pair(3)
-    flipped = source[0].descriptors.copy()
+    flipped = target[0].descriptors.copy()
     flipped[:, :6] ^= 255
     flipped[:, 6] ^= 0b111
     as_seen = dataclasses.replace(target[0], descriptors=flipped), target[1]
@@ -91,7 +91,7 @@ def test_points_on_a_line_span_no_triangle():
 def test_inliers_are_near_any_point_of_the_target():
     """Of one half of the keypoints the descriptors have changed: they support it all the same."""
     source, target = pair(60, noise=0.002, seed=3)
-    descriptors = source[0].descriptors.copy()
+    descriptors = target[0].descriptors.copy()
     descriptors[5:] = np.random.default_rng(9).integers(0, 256, (55, 32), np.uint8)
     estimate = METHOD.register(source, (dataclasses.replace(
         target[0], descriptors=descriptors), target[1]))

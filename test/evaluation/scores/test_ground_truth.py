@@ -6,8 +6,7 @@
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.scores.ground_truth import (
-    MAX_INTERPOLATION_GAP, true_motion, true_pose)
+from aick_ros.evaluation.scores.ground_truth import MAX_INTERPOLATION_GAP, true_motion, true_pose
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory

@@ -1,0 +1,87 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Names in URLs, and which errors of file systems mean that nothing is there."""
+
+import pytest
+
+from aick_ros.cli.fleet.urls import errors_of, is_url, is_web, name_of, open_url
+from aick_ros.errors import InputError, TransferError
+
+WEB, BUCKET = 'https://host/a', 's3://bucket/a'
+
+
+@pytest.mark.parametrize('source, is_one', [
+    ('http://host', True), ('s3://b', True), ('a+b.c-1://x', True), ('folder/a://b', False),
+    ('/a', False), ('C:/a', False), ('1a://x', False), ('synthetic', False)])
+def test_a_url_begins_with_its_kind(source, is_one):
+    assert is_url(source) is is_one
+
+
+@pytest.mark.parametrize('url, web', [
+    (WEB, True), ('http://host', True), (BUCKET, False), ('file:///http', False)])
+def test_web_servers_are_http_and_https(url, web):
+    assert is_web(url) is web
+
+
+@pytest.mark.parametrize('url, name', [
+    (f'{WEB}/day%201.bag?key=b/c', 'day 1.bag'), (f'{WEB}/x//', 'x'),
+    ('s3://bucket/day%201.bag?x', 'day%201.bag?x'), ('https://host', 'recording'),
+    ('https://host/..', 'recording'), ('https://host/a%00b', 'recording'), ('s3://b', 'b')])
+def test_escapes_and_queries_are_those_of_web_servers_alone(url, name):
+    assert name_of(url) == name
+
+
+class Answer(Exception):
+    """An error of a web server with its status."""
+
+    def __init__(self, status):
+        super().__init__(f'status {status}.\nmore')
+        self.status = status
+
+
+def raised(url, error, cause=None):
+    with pytest.raises((InputError, TransferError)) as caught:
+        with errors_of(url):
+            raise error from cause
+    return type(caught.value), str(caught.value)
+
+
+@pytest.mark.parametrize('url, cause', [
+    (WEB, None), (WEB, Answer(404)), (WEB, FileNotFoundError()), (BUCKET, None),
+    (BUCKET, Answer(503))])
+def test_what_is_not_there_is_the_users_to_correct(url, cause):
+    assert raised(url, FileNotFoundError(url), cause) == (InputError, f'{url} does not exist')
+
+
+@pytest.mark.parametrize('status', [403, 500, 503])
+def test_an_error_of_a_web_server_is_one_of_the_transfer(status):
+    """Its library raises FileNotFoundError for all of them."""
+    assert raised(WEB, FileNotFoundError(WEB), Answer(status)) == (
+        TransferError, f'cannot read {WEB}: status {status}')
+
+
+def test_any_other_error_is_one_line():
+    assert raised(WEB, RuntimeError('  first.\nsecond')) == (
+        TransferError, f'cannot read {WEB}: first')
+    assert raised(WEB, TimeoutError()) == (TransferError, f'cannot read {WEB}: TimeoutError')
+
+
+def test_input_errors_come_through():
+    error = InputError('own')
+    with pytest.raises(InputError) as caught:
+        with errors_of(WEB):
+            raise error
+    assert caught.value is error
+
+
+def test_a_path_has_no_slash_at_its_end(tmp_path):
+    pytest.importorskip('fsspec', reason="no URLs: pip install '.[fleet]'")
+    system, path = open_url(f'file://{tmp_path}/')
+    assert path == str(tmp_path) and system.unstrip_protocol(path) == f'file://{tmp_path}'
+
+
+def test_a_kind_that_nobody_knows_is_one_sentence():
+    pytest.importorskip('fsspec', reason="no URLs: pip install '.[fleet]'")
+    with pytest.raises(InputError, match='^nokind://x cannot be read: '):
+        open_url('nokind://x')
