@@ -144,13 +144,16 @@ def test_archives_that_cannot_be_unpacked_are_rejected(tmp_path, flags, method):
         load(tmp_path / 'words.npz')
 
 
-def test_arrays_are_not_unpacked_beyond_the_limit(tmp_path):
+@pytest.mark.parametrize('large', [['words'], ['words', 'learned_from']])
+def test_arrays_are_not_unpacked_beyond_the_limit(tmp_path, large):
+    """One of them, or all together."""
     with zipfile.ZipFile(tmp_path / 'words.npz', 'w', zipfile.ZIP_DEFLATED) as file:
-        for name in ('version', 'detector', 'count', 'learned_from'):
+        for name in {'version', 'detector', 'count', 'words', 'learned_from'} - set(large):
             file.writestr(f'{name}.npy', b'')
-        with file.open('words.npy', 'w') as words:
-            for _ in range(MAX_VOCABULARY_BYTES // 2 ** 20 + 1):
-                words.write(bytes(2 ** 20))
+        for name in large:
+            with file.open(f'{name}.npy', 'w') as array:
+                for _ in range(MAX_VOCABULARY_BYTES // len(large) // 2 ** 20 + 1):
+                    array.write(bytes(2 ** 20))
     with pytest.raises(InputError, match=f'more than {MAX_VOCABULARY_BYTES} bytes'):
         load(tmp_path / 'words.npz')
 

@@ -47,3 +47,22 @@ def test_grey_is_the_luma_of_the_colour_image():
     assert frame.grey.dtype == np.uint8
     np.testing.assert_allclose(frame.grey, colour @ (0.299, 0.587, 0.114), atol=0.6)
     assert dataclasses.replace(frame, colour=frame.grey).grey.shape == DEPTH.shape
+
+
+def test_an_owned_frame_is_a_copy_whose_depth_is_positive_or_nan():
+    depth = np.array([[0.5, 0.0, -0.0, -1.0], [np.inf, -np.inf, np.nan, 1e-3]], np.float32)
+    colour = np.arange(8, dtype=np.uint8).reshape(2, 4)
+    given = depth.copy(), colour.copy()
+    frame = RgbdFrame(5, given[1], given[0], Camera(4, 2, 5.0, 5.0, 1.5, 0.5), 7)
+    owned = frame.owned()
+    nothing = np.nan
+    np.testing.assert_array_equal(owned.depth, np.array(
+        [[0.5, nothing, nothing, nothing], [nothing, nothing, nothing, 1e-3]], np.float32))
+    np.testing.assert_array_equal(given[0], depth)
+    for image in given:
+        image += 1
+    np.testing.assert_array_equal(owned.colour, colour)
+    assert (owned.stamp, owned.depth_stamp, owned.camera) == (5, 7, frame.camera)
+    for image in (owned.colour, owned.depth):
+        with pytest.raises(ValueError, match='read-only'):
+            image += 1

@@ -17,6 +17,7 @@ from aick_ros.frames.surface import FINE_CELL, Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.registration import depth_alone
 from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.refinement.measured_noise import Noise
 from aick_ros.registration.refinement.misalignment import Misalignment
@@ -238,3 +239,22 @@ def test_the_pose_is_that_of_the_stamp_where_a_shutter_rolls():
     assert corrected[:3].max() < 0.002
     assert corrected[3:].max() < np.radians(0.15)
     assert uncorrected.max() > 3 * corrected.max()
+
+
+def test_the_expected_motion_counts_with_all_of_its_covariance(monkeypatch):
+    """Depth that measures x alone moves what is correlated with it: the update of Kalman."""
+    root = 0.01 * np.random.default_rng(1).standard_normal((6, 6))
+    covariance, sigma, measured = root @ root.T, 0.003, 0.002
+    along_x = np.eye(6)[0]
+
+    def equations(residuals):
+        error = se3.difference(residuals[0], np.eye(4))[0] - measured
+        return SimpleNamespace(information=np.outer(along_x, along_x) / sigma ** 2,
+                               gradient=error * along_x / sigma ** 2)
+
+    monkeypatch.setattr(depth_alone.NormalEquations, 'of', equations)
+    problem = depth_alone._Problem(SimpleNamespace(residuals=lambda pose: pose),
+                                   PoseWithCovariance(np.eye(4), covariance))
+    gain = covariance[:, 0] / (covariance[0, 0] + sigma ** 2)
+    np.testing.assert_allclose(se3.difference(problem.solve(np.eye(4)), np.eye(4)),
+                               measured * gain, atol=2e-6)

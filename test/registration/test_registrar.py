@@ -150,6 +150,7 @@ def test_a_repeated_image_has_the_noise_of_the_sensor_and_teaches_nothing(frames
     found = registrar.register(views[1], views[0])
     after = learned.noise.expected(0.0)
     assert found.status.ok
+    assert found.bias is found.noise is found.misalignment is None
     assert after.keypoints == before.keypoints
     np.testing.assert_array_equal(after.bias, before.bias)
     noise = np.sqrt(np.linalg.eigvalsh(found.varying_pose.covariance))
