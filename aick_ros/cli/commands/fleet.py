@@ -142,14 +142,14 @@ class _Fleet:
         self._variants = {variant.name: variant for variant in chosen}
         self._identities: dict[Key, str] = {}
         self.unasked: dict[str, InputError] = {}  # by source, with runs that are kept
-        self._kept = 0  # of sources that could be asked for
 
     def run(self, cluster: Cluster, limits: Limits, interruption: Interruption) -> None:
         """Run all jobs whose row is missing, or would be another one now."""
         left = self._left()
         done = len(self._jobs) - len(left)
-        if self._kept:
-            say(f'{self._kept} of {len(self._jobs)} runs are done already')
+        kept = len(self._identities) - len(left)  # of sources that could be asked for
+        if kept:
+            say(f'{kept} of {len(self._jobs)} runs are done already')
         if not left:
             return
         with connected(cluster) as client, progress('running', len(self._jobs), 'runs') as show:
@@ -174,9 +174,7 @@ class _Fleet:
                 self._give_up(key, state)
                 continue
             self._identities[key] = identity_of(job, state)
-            if self.results.has(key, self._identities[key]):
-                self._kept += 1
-            else:
+            if not self.results.has(key, self._identities[key]):
                 left.append(job)
         if self.unasked:
             say(f'{next(iter(self.unasked.values()))}: the runs that are done are kept '

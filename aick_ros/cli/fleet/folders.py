@@ -31,8 +31,7 @@ def recordings_below(folder: str, entries_of: Callable[[str], Sequence[Entry]]) 
     entries = entries_of(folder)
     names = {entry.name for entry in entries  # a bag may be a folder that ends as a file does
              if not (entry.is_folder and entry.name.endswith(ONE_FILE))}
-    single = sorted(entry.name for entry in entries
-                    if entry.name.endswith(ONE_FILE) and not entry.is_folder)
+    single = sorted(name for name in names if name.endswith(ONE_FILE))
     if single and 'metadata.yaml' not in names:
         yield from (f'{folder}/{name}' for name in single)
     elif kind_of(names, is_file=False) is not None:
