@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 
@@ -42,6 +44,9 @@ class ParameterNode(TypedTopics):
 
     def run(self) -> None:
         """Do what is requested until the context is shut down."""
+        # a signal wakes rclpy's executor just before it shuts the context down; one that waits
+        # again in between would wait for ever without a timer
+        self.create_timer(1.0, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
         rclpy.spin(self)
 
     def close(self) -> None:

@@ -3,8 +3,12 @@
 
 """What a node with the settings does with arguments, and with changes."""
 
+import threading
+import time
+
 import pytest
 import rclpy
+from rclpy.executors import ExternalShutdownException
 from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 
@@ -88,3 +92,19 @@ def test_arguments_of_the_slam_node_are_said_to_change_nothing(make, capfd):
     text = ''.join(capfd.readouterr())
     assert text.count('changes nothing here') == 2
     assert 'argument -d is one' in text and 'argument --delete_db_on_start is one' in text
+
+
+def test_it_ends_even_if_nothing_wakes_it_after_the_shutdown(make):
+    """A signal wakes rclpy's executor before the context is shut down, once."""
+    node = make()
+
+    def run():
+        with pytest.raises(ExternalShutdownException):
+            node.run()
+
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
+    time.sleep(0.3)  # until it waits
+    node.context.handle.shutdown()  # as rclpy's handler does it, which calls nothing of Python's
+    thread.join(60)
+    assert not thread.is_alive()
