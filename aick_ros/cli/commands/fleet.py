@@ -29,6 +29,7 @@ from aick_ros.cli.output.plot_folder import removed_if_empty
 from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError, TransferError, installation, package_of
 from aick_ros.evaluation.engine.cluster import Cluster, connected
+from aick_ros.evaluation.engine.fork_server import start_fork_server
 from aick_ros.evaluation.engine.tasks import Failure, Limits, Outcome, failure_of, run_tasks
 from aick_ros.evaluation.engine.versions import reject_other_versions
 from aick_ros.evaluation.runs.table import DONE, FAILED, TABLE, VARIED, Row
@@ -92,6 +93,9 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     chosen = variants(settings, vary or ())
     camera = camera and camera.absolute()
     recordings = find_recordings(sources or (), listed)
+    modules = [run_job.__module__]
+    if scheduler is None:
+        start_fork_server(modules)  # first: it imports while this process does
     check_target(json, *recordings, listed, config, camera, settings.aick.vocabulary)
     source_options = SourceOptions(camera, colour_topic, depth_topic,
                                    info_topic, ground_truth_topic, max_interval)
@@ -100,7 +104,8 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     jobs = {(recording, variant.name): Job(recording, variant.name, variant.settings,
                                            source_options, numbers, limit, scratch)
             for recording in recordings for variant in chosen}
-    cluster = Cluster(min(workers, len(jobs)), _memory_of(memory_limit), scheduler, dashboard)
+    cluster = Cluster(min(workers, len(jobs)), _memory_of(memory_limit), scheduler, dashboard,
+                      modules)
     with removed_if_empty(out / 'runs'), Interruption() as interruption:
         fleet_run = _Fleet(Results(out), jobs, chosen)
         fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)

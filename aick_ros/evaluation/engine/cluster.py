@@ -9,25 +9,23 @@ import logging
 import resource
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from multiprocessing import resource_tracker
 from typing import TYPE_CHECKING
 
 from aick_ros.errors import InputError
 from aick_ros.evaluation.engine import silence
+from aick_ros.evaluation.engine.fork_server import ONE_THREAD, start_fork_server
 from aick_ros.evaluation.engine.requirements import check_dask
 from aick_ros.evaluation.engine.scratch_folder import scratch_folder
+from aick_ros.evaluation.engine.terminal import OF_THE_TERMINAL, unreached_by_the_terminal
 
 if TYPE_CHECKING:
     from distributed import Client, LocalCluster
 
 _CONNECTION_LIMIT = 10.0  # [s] for a scheduler to answer, or to come back; chosen
-ONE_THREAD = {name: '1' for name in (
-    'OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'NUMEXPR_NUM_THREADS')}
 _FILES, _FILES_PER_PROCESS = 48, 16  # measured: 33 to 48 with one process; chosen above that
-_OF_THE_TERMINAL = {signal.SIGINT, signal.SIGHUP}
 
 _SETTINGS = {
     'distributed.scheduler.allowed-failures': 0,  # who asked for the task decides on another try
@@ -54,12 +52,14 @@ class Cluster:
     :param memory_limit: of each of them, as Dask reads it: 2GB, or auto for an equal share.
     :param scheduler: address of the scheduler of an existing cluster; None: this machine.
     :param has_dashboard: serve Dask's pages about the tasks on this machine.
+    :param modules: of the tasks, imported once for all processes of this machine.
     """
 
     workers: int
     memory_limit: str = 'auto'
     scheduler: str | None = None
     has_dashboard: bool = False
+    modules: Sequence[str] = ()
 
 
 @contextmanager
@@ -89,15 +89,17 @@ def connected(cluster: Cluster) -> Iterator[Client]:
 @contextmanager
 def _own_processes(cluster: Cluster) -> Iterator[Client]:
     import dask
-    from distributed import Client
+    from distributed import Client, utils
     _check_files(cluster.workers)
+    start_fork_server(cluster.modules)
+    utils._forkserver_preload_set = True  # to a list with pandas, which no process here needs
     parent = dask.config.get('temporary-directory', None)
     parent = None if parent is None else str(parent)  # any YAML
-    with _unreached_by_the_terminal(), scratch_folder(parent) as folder, dask.config.set(
+    with unreached_by_the_terminal(), scratch_folder(parent) as folder, dask.config.set(
             {'temporary-directory': str(folder)}), ExitStack() as stack:
         with _sigterm_delayed():
             processes = stack.enter_context(_local_cluster(cluster))
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, _OF_THE_TERMINAL)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, OF_THE_TERMINAL)
         with Client(processes) as client:
             yield client
 
@@ -123,22 +125,6 @@ def _check_files(workers: int) -> None:
     if allowed != resource.RLIM_INFINITY and allowed < required:
         raise InputError(f'{allowed} open files are allowed, {workers} processes require '
                          f'{required}: raise the limit (ulimit -n {required})')
-
-
-@contextmanager
-def _unreached_by_the_terminal() -> Iterator[None]:
-    """
-    Block Ctrl-C and the end of the terminal for threads and processes that the block starts.
-
-    The terminal sends them to all processes, but they are for this one, which ends the others.
-    """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, _OF_THE_TERMINAL)
-    try:
-        resource_tracker.ensure_running()  # the start of this process unblocks Ctrl-C
-        signal.pthread_sigmask(signal.SIG_BLOCK, _OF_THE_TERMINAL)
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
