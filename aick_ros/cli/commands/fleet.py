@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -106,11 +106,12 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
             for recording in recordings for variant in chosen}
     cluster = Cluster(min(workers, len(jobs)), _memory_of(memory_limit), scheduler, dashboard,
                       modules)
+    page = _page()
     with removed_if_empty(out / 'runs'), Interruption() as interruption:
         fleet_run = _Fleet(Results(out), jobs, chosen)
         fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
         rows = fleet_run.results.write_table(jobs)
-    _report(rows, out, json)
+    _report(rows, page(rows), out, json)
     if interruption.requested:
         return _interrupted(len(jobs) - len(rows))
     is_whole = not fleet_run.unasked and all(row['status'] == DONE for row in rows)
@@ -216,9 +217,9 @@ class _Fleet:
                 'identity': self._identities.get(key, ''), **facts}
 
 
-def _report(rows: Sequence[Row], out: Path, json: str | None) -> None:
+def _report(rows: Sequence[Row], page: str, out: Path, json: str | None) -> None:
     """Write the page and the JSON, and show the scores."""
-    _write_report(out / REPORT, rows)
+    write_whole(out / REPORT, page)
     if json is not None:
         write_json(json, rows)
     _show(rows, out, on_stderr=json == STANDARD_OUTPUT)
@@ -233,12 +234,13 @@ def _facts(failure: Failure) -> Row:
     return {'cause': failure.cause.value, 'reason': failure.reason}
 
 
-def _write_report(path: Path, rows: Sequence[Row]) -> None:
+def _page() -> Callable[[Sequence[Row]], str]:
+    """Return what makes the page; before a long run: is matplotlib there?"""
     try:
         from aick_ros.reports.fleet_page import fleet_page
     except ModuleNotFoundError as error:
         raise InputError(f"no page without {package_of(error)}: {installation('eval')}") from None
-    write_whole(path, fleet_page(rows))
+    return fleet_page
 
 
 def _remove_copies(client: Client, jobs: Sequence[Job]) -> None:

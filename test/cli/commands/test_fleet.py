@@ -7,6 +7,7 @@ import json
 import logging
 import os
 import shutil
+import sys
 import tempfile
 from contextlib import nullcontext
 from pathlib import Path
@@ -162,6 +163,17 @@ def test_an_impossible_fleet_is_rejected(aick, arguments, sentence):
     outcome = aick('fleet', *arguments)
     assert outcome.code == 2
     assert sentence in outcome.sentence
+    assert os.listdir() == []
+
+
+def test_a_page_that_cannot_be_made_is_said_before_the_runs(aick, monkeypatch):
+    for name in [name for name in sys.modules
+                 if name.startswith(('matplotlib', 'aick_ros.reports'))]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, 'matplotlib', None)
+    outcome = aick('fleet', 'synthetic:1')
+    assert outcome.code == 2
+    assert outcome.sentence.startswith("no page without matplotlib: pip install '.[eval]'")
     assert os.listdir() == []
 
 
