@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 REPORT = 'report.html'
+_TASKS = (run_job.__module__,)  # modules that each process has
 _LEAST_MEMORY = 400_000_000  # measured: a process takes half of it before its first frame
 
 Sources = Annotated[list[str] | None, typer.Argument(
@@ -93,9 +94,8 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     chosen = variants(settings, vary or ())
     camera = camera and camera.absolute()
     recordings = find_recordings(sources or (), listed)
-    modules = [run_job.__module__]
     if scheduler is None:
-        start_fork_server(modules)  # first: it imports while this process does
+        start_fork_server(_TASKS)  # first: it imports while this process does
     check_target(json, *recordings, listed, config, camera, settings.aick.vocabulary)
     source_options = SourceOptions(camera, colour_topic, depth_topic,
                                    info_topic, ground_truth_topic, max_interval)
@@ -104,8 +104,7 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     jobs = {(recording, variant.name): Job(recording, variant.name, variant.settings,
                                            source_options, numbers, limit, scratch)
             for recording in recordings for variant in chosen}
-    cluster = Cluster(min(workers, len(jobs)), _memory_of(memory_limit), scheduler, dashboard,
-                      modules)
+    cluster = Cluster(min(workers, len(jobs)), _memory(memory_limit), scheduler, dashboard, _TASKS)
     page = _page()
     with removed_if_empty(out / 'runs'), Interruption() as interruption:
         fleet_run = _Fleet(Results(out), jobs, chosen)
@@ -118,7 +117,7 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     return outcome.DONE if is_whole else outcome.UNUSABLE_INPUT
 
 
-def _memory_of(limit: str) -> str:
+def _memory(limit: str) -> str:
     """
     Return the limit to the memory of a process as Dask reads it.
 
