@@ -94,8 +94,7 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     chosen = variants(settings, vary or ())
     camera = camera and camera.absolute()
     recordings = find_recordings(sources or (), listed)
-    if scheduler is None:
-        start_fork_server(_TASKS)  # first: it imports while this process does
+    page = _prepared_page(scheduler)
     check_target(json, *recordings, listed, config, camera, settings.aick.vocabulary)
     source_options = SourceOptions(camera, colour_topic, depth_topic,
                                    info_topic, ground_truth_topic, max_interval)
@@ -105,7 +104,6 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
                                            source_options, numbers, limit, scratch)
             for recording in recordings for variant in chosen}
     cluster = Cluster(min(workers, len(jobs)), _memory(memory_limit), scheduler, dashboard, _TASKS)
-    page = _page()
     with removed_if_empty(out / 'runs'), Interruption() as interruption:
         fleet_run = _Fleet(Results(out), jobs, chosen)
         fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
@@ -113,8 +111,7 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     _report(rows, page(rows), out, json)
     if interruption.requested:
         return _interrupted(len(jobs) - len(rows))
-    is_whole = not fleet_run.unasked and all(row['status'] == DONE for row in rows)
-    return outcome.DONE if is_whole else outcome.UNUSABLE_INPUT
+    return fleet_run.code(rows)
 
 
 def _memory(limit: str) -> str:
@@ -168,6 +165,11 @@ class _Fleet:
                     show(done)
             finally:
                 _remove_copies(client, left)
+
+    def code(self, rows: Sequence[Row]) -> int:
+        """Return the exit code of a fleet with these rows, which was not interrupted."""
+        is_whole = not self.unasked and all(row['status'] == DONE for row in rows)
+        return outcome.DONE if is_whole else outcome.UNUSABLE_INPUT
 
     def _left(self) -> list[Job]:
         left = []
@@ -233,8 +235,15 @@ def _facts(failure: Failure) -> Row:
     return {'cause': failure.cause.value, 'reason': failure.reason}
 
 
-def _page() -> Callable[[Sequence[Row]], str]:
-    """Return what makes the page; before a long run: is matplotlib there?"""
+def _prepared_page(scheduler: str | None) -> Callable[[Sequence[Row]], str]:
+    """
+    Let processes of this machine import what they need, and meanwhile import the page.
+
+    :returns: what makes it.
+    :raises InputError: where matplotlib is missing, before a long run.
+    """
+    if scheduler is None:
+        start_fork_server(_TASKS)
     try:
         from aick_ros.reports.fleet_page import fleet_page
     except ModuleNotFoundError as error:
