@@ -278,14 +278,13 @@ class Odometry:
                 and references.last.stamp < frame.stamp)
 
     def _register_prepared(self, prepared: PreparedFrame) -> OdometryUpdate:
-        self._tracked_frames = 0
         if self._stamp is not None and prepared.stamp <= self._stamp:
             back = self._stamp - prepared.stamp
             if back <= RESTART_AFTER:
                 return self._update(prepared, Status.BAD_STAMP,
                                     f'{back / NANOSECONDS:.6f} s before the last frame')
             self._begin(self._published, is_lost=True)
-        self._stamp = prepared.stamp
+        self._stamp, self._tracked_frames = prepared.stamp, 0
         if prepared.repeat is not Repeat.BOTH:
             self._unchanged_since = prepared.stamp
         if self._references is None or self._memory is None:
