@@ -84,19 +84,6 @@ class BaseUpdate:
 
 
 @dataclass(frozen=True, eq=False)
-class _Sighting:
-    """
-    The camera at one frame.
-
-    :param pose: ``T_visual_camera``, in the frame of the camera's own odometry.
-    """
-
-    stamp: int
-    pose: PoseWithCovariance
-    T_base_camera: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
 class _Start:
     """A pose ``T_odom_base`` of the base, and the camera there; motion is added to it."""
 
@@ -133,7 +120,8 @@ class BaseOdometry:
         self._is_lost, self._is_new = False, True
         self._start: _Start | None = None
         self._camera: PoseWithCovariance | None = PoseWithCovariance.identity()
-        self._last: _Sighting | None = None
+        self._mounted: np.ndarray | None = None  # T_base_camera at that pose of the camera
+        self._measured: tuple[int, np.ndarray] | None = None  # last stamp, and T_base_camera there
 
     def set_pose(self, pose: PoseWithCovariance, is_blind: bool = False) -> None:
         """
@@ -164,30 +152,29 @@ class BaseOdometry:
         if self._is_lost:
             return BaseUpdate(update.stamp, state, self._pose)
         motion = self._motion(update, T_base_camera, mount)
-        now = _Sighting(update.stamp, update.pose, T_base_camera)
-        self._follow(now, mount, update.level_start)
+        self._follow(update, T_base_camera, mount)
         if state is not BaseState.CONTINUED:  # the next motion begins where this one does
-            self._last = now
+            self._measured = update.stamp, T_base_camera
         return BaseUpdate(update.stamp, state, self._pose,
                           motion if state in (BaseState.TRACKED, BaseState.CONTINUED) else None)
 
-    def _follow(self, now: _Sighting, mount: Mount, level_start: np.ndarray | None) -> None:
+    def _follow(self, update: OdometryUpdate, T_base_camera: np.ndarray, mount: Mount) -> None:
         """Add the motion of the camera since the start to the pose of the base there."""
-        before = now.T_base_camera if self._last is None else self._last.T_base_camera
-        if mount is Mount.FIXED and not np.array_equal(before, now.T_base_camera):
-            self._start, before = None, now.T_base_camera
-        if self._is_new and level_start is not None:
-            self._pose = _level(self._pose, level_start @ se3.inverse(now.T_base_camera))
-            self._camera = self._camera and PoseWithCovariance(level_start)
+        before = T_base_camera if self._mounted is None else self._mounted
+        if mount is Mount.FIXED and not np.array_equal(before, T_base_camera):
+            self._start, before = None, T_base_camera
+        if self._is_new and update.level_start is not None:
+            self._pose = _level(self._pose, update.level_start @ se3.inverse(T_base_camera))
+            self._camera = self._camera and PoseWithCovariance(update.level_start)
         self._is_new = False
         if self._camera is None:
-            self._camera, before = now.pose, now.T_base_camera
+            self._camera, before = update.pose, T_base_camera
         if self._start is None:
             self._start = _Start(self._pose, self._camera, before)
         start = self._start
-        self._pose = (start.base @ start.T_base_camera @ now.pose.since(start.camera)
-                      @ se3.inverse(now.T_base_camera))
-        self._camera = now.pose
+        self._pose = (start.base @ start.T_base_camera @ update.pose.since(start.camera)
+                      @ se3.inverse(T_base_camera))
+        self._camera, self._mounted = update.pose, T_base_camera
 
     def _motion(self, update: OdometryUpdate, T_base_camera: np.ndarray,
                 mount: Mount) -> BaseMotion | None:
@@ -198,9 +185,9 @@ class BaseOdometry:
         before = T_base_camera
         if mount is Mount.MOVING:
             start = update.stamp - round(increment.interval * NANOSECONDS)
-            if self._last is None or self._last.stamp != start:
+            if self._measured is None or self._measured[0] != start:
                 return None
-            before = self._last.T_base_camera
+            before = self._measured[1]
         moved = before @ increment.pose @ se3.inverse(T_base_camera)
         return BaseMotion.of(Increment(moved, increment.interval))
 

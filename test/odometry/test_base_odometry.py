@@ -241,6 +241,98 @@ def test_the_motion_over_images_that_repeat_begins_before_them():
         assert camera.update(mount=mount, increment=moved_by(ORIGIN, back=2)).motion is not None
 
 
+def swayed(number):
+    """Return the extrinsic of a camera that is turned and moved on the base, by number."""
+    return T_BASE_CAMERA @ se3.exp(number * np.array([0.02, 0.0, 0.01, 0.0, 0.1, 0.05]))
+
+
+def test_the_motion_over_images_that_repeat_is_between_the_extrinsics_at_its_ends():
+    camera, seen = Camera(), se3.exp([0.1, 0.0, 0.2, 0.1, 0.0, -0.1])
+    camera.update(T_base_camera=swayed(0), mount=Mount.MOVING)
+    for number, back in ((1, 1), (2, 2)):  # continued by what is expected since the first
+        found = camera.update(status=Status.REPEATED, expected=moved_by(seen, back),
+                              T_base_camera=swayed(number), mount=Mount.MOVING)
+        np.testing.assert_allclose(found.motion.T_before_now, swayed(0) @ seen @ se3.inverse(
+            swayed(number)), atol=1e-12)
+        assert found.motion.interval == pytest.approx(back * PERIOD / 1e9)
+    found = camera.update(increment=moved_by(seen, 3), T_base_camera=swayed(3),
+                          mount=Mount.MOVING)
+    np.testing.assert_allclose(found.motion.T_before_now, swayed(0) @ seen @ se3.inverse(
+        swayed(3)), atol=1e-12)
+    assert camera.update(increment=moved_by(seen, 2), mount=Mount.MOVING).motion is None
+
+
+def test_an_increment_counts_before_what_was_expected():
+    camera, seen, other = Camera(), se3.exp([0.1, 0, 0, 0, 0, 0]), se3.exp([0.5, 0, 0, 0, 0, 0])
+    found = camera.update(increment=moved_by(seen), expected=moved_by(other))
+    np.testing.assert_allclose(found.motion.T_before_now,
+                               T_BASE_CAMERA @ seen @ se3.inverse(T_BASE_CAMERA), atol=1e-12)
+
+
+@pytest.mark.parametrize('status', [Status.OK, Status.REPEATED])
+def test_placed_after_a_frame_the_camera_is_where_it_was_on_the_base_then(status):
+    """Also where that frame repeats another: it has moved the base, too."""
+    camera, placed = Camera(), se3.exp([4, -2, 1, 0.3, 0.2, 1.5])
+    camera.update(T_base_camera=swayed(0), mount=Mount.MOVING)
+    there = se3.exp([0.3, 0.1, 0.0, 0.0, 0.0, 0.4])  # of the base, at rest from then on
+    for number in (1, 2):
+        camera.update(se3.inverse(swayed(0)) @ there @ swayed(number), status=status,
+                      T_base_camera=swayed(number), mount=Mount.MOVING)
+    camera.put(placed, CERTAIN)
+    found, _ = camera.follow(se3.inverse(swayed(0)) @ there @ swayed(3),
+                             T_base_camera=swayed(3), mount=Mount.MOVING)
+    np.testing.assert_allclose(found, placed, atol=1e-12)
+
+
+def test_a_correction_while_images_repeat_does_not_move_the_base(way):
+    """Neither then nor with the next frame, and that goes on with the new extrinsic."""
+    camera = Camera()
+    for T, S, *_ in way[:6]:
+        before, _ = camera.follow(T, S)
+    found, _ = camera.follow(*way[5][:2], T_base_camera=CORRECTED, status=Status.REPEATED)
+    np.testing.assert_allclose(found, before, atol=1e-12)
+    found, covariance = camera.follow(*way[6][:2], T_base_camera=CORRECTED)
+    expected = accumulate(way[6:7], CORRECTED, *accumulate(
+        way[1:6], T_BASE_CAMERA, ORIGIN, CERTAIN))
+    np.testing.assert_allclose(found, expected[0], atol=1e-12)
+    np.testing.assert_allclose(covariance, expected[1], atol=1e-12)
+
+
+@pytest.mark.parametrize('ends_by', ['a reset', 'a tracked frame'])
+def test_placed_after_a_loss_the_motion_of_the_camera_is_added_again(ends_by):
+    camera, placed = Camera(), se3.exp([4, -2, 1, 0.3, 0.2, 1.5])
+    camera.update()
+    camera.update(**LOST)
+    if ends_by == 'a reset':
+        camera.base.reset()
+    else:
+        camera.update(recovered=True)
+    camera.put(placed, CERTAIN)
+    step = se3.exp([0.2, 0.0, 0.1, 0.0, 0.3, 0.0])
+    np.testing.assert_allclose(camera.follow(step)[0], accumulate(
+        [(None, None, step, CERTAIN)], T_BASE_CAMERA, placed, CERTAIN)[0], atol=1e-12)
+
+
+def test_after_a_reset_nothing_is_known_of_the_camera_before():
+    camera, step = Camera(), se3.exp([0.2, 0.0, 0.1, 0.0, 0.3, 0.0])
+    camera.update(step, T_base_camera=swayed(1), mount=Mount.MOVING)
+    start = se3.exp([1.0, 2.0, 0.0, 0.0, 0.0, 0.5])
+    camera.base.reset(PoseWithCovariance(start, np.eye(6)))
+    np.testing.assert_array_equal(camera.base.pose.matrix, start)
+    found = camera.update(increment=moved_by(step), T_base_camera=swayed(2), mount=Mount.MOVING)
+    assert found.motion is None
+    np.testing.assert_allclose(found.pose.matrix, start, atol=1e-12)
+
+
+@pytest.mark.parametrize('is_blind', [True, False])
+def test_placed_blind_before_the_first_frame_a_level_base_waits_for_the_camera(is_blind):
+    camera, first, moved = Camera(), LEVEL @ T_BASE_CAMERA, se3.exp([0.3, 0, 0, 0, 0, 0.2])
+    camera.put(se3.from_roll_pitch_yaw(0.0, 0.0, 2.0, (5, 6, 7)), CERTAIN, is_blind)
+    found, _ = camera.follow(LEVEL @ moved @ T_BASE_CAMERA, level_start=first)
+    level = se3.from_roll_pitch_yaw(0.1, -0.2, 2.0, (5, 6, 7))
+    np.testing.assert_allclose(found, level if is_blind else level @ moved, atol=1e-12)
+
+
 LOST, OK = {'status': Status.TOO_FEW_MATCHES}, {'increment': moved_by(ORIGIN)}
 
 
