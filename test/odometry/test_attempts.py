@@ -17,9 +17,10 @@ from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.other_odometry import OtherOdometry
 from aick_ros.odometry.reference import Reference, References
-from aick_ros.registration.result import Evidence, Registration
+from aick_ros.registration.result import Evidence, Registration, failed
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 
 FOUND = Registration(Status.OK, '', np.eye(4), 1e-6 * np.eye(6), np.empty((0, 2), np.intp), 1,
                      support=100)
@@ -138,3 +139,184 @@ def test_registrations_know_the_motion_expected_and_the_time_since_keypoints_wer
     for covariance, interval in ((expected.covariance, 0.1), (unobserved, 0.2 - confirmed)):
         np.testing.assert_allclose(
             covariance, np.diag((accelerations * interval ** 2 / 2) ** 2), rtol=1e-9, atol=1e-12)
+
+
+MOTION = PoseWithCovariance(se3.exp([0.1, -0.05, 0.2, 0.1, 0.3, -0.2]),
+                            np.diag([1e-4, 4e-4, 9e-4, 1e-5, 4e-5, 9e-5]))
+BLIND = PoseWithCovariance(se3.exp([0.7, 0, 0, 0, 0, 0]),
+                           np.diag([9e-2, 4e-2, 1e-2, 9e-3, 4e-3, 1e-3]))
+JOINED = dataclasses.replace(FOUND, T_target_source=se3.exp([0.02, 0.01, 0, 0, 0.01, 0]),
+                             covariance=2e-6 * np.eye(6), reason='with the terms', support=80, tracks='some')
+SEEN = dataclasses.replace(FOUND, tracks='some')
+RATE, TWIST = np.array([7.0, 8.0, 9.0]), np.arange(1.0, 7.0) / 10
+
+
+class Expected:
+    """Expects one motion with a twist, and another one without; notes what it is asked."""
+
+    def __init__(self, is_known=True):
+        self._is_known, self.asked = is_known, []
+
+    def is_known(self, start, end, twist):
+        self.asked.append(('is_known', start, end, twist))
+        return self._is_known
+
+    def between(self, start, end, twist):
+        self.asked.append(('between', start, end, twist))
+        return BLIND if twist is None else MOTION
+
+    def twist_at(self, stamp, twist):
+        return np.r_[twist[:3], stamp / NANOSECONDS * RATE]
+
+    def joined(self, seen, start, end):
+        self.asked.append(('joined', seen, start, end))
+        return dataclasses.replace(JOINED, tracks=seen.tracks) if seen.status.ok else seen
+
+
+class Playing:
+    """A registrar that plays one registration, and notes what it was given."""
+
+    def __init__(self, found=SEEN):
+        self.found, self.given = found, []
+
+    def register(self, *given):
+        self.given.append(given)
+        return self.found
+
+    register_depth = register
+
+    def track(self, source, target, *given):
+        self.given.append((source, target, *given))
+        return dataclasses.replace(source, surface='tracked'), self.found
+
+
+@pytest.fixture
+def moved():
+    """Return a keyframe at 0 s, and a last frame at 0.1 s elsewhere that is the shape, too."""
+    first, last = (Reference(view(seconds), PoseWithCovariance(se3.exp(twist), np.zeros((6, 6))))
+                   for seconds, twist in ((0.0, [0.1, 0.2, 0.0, 0.0, 0.5, 0.1]),
+                                          (0.1, [0.3, 0.1, 0.2, 0.1, 0.7, 1.2])))
+    references = References(first)
+    references.track(last, first)
+    return references
+
+
+def stamp(seconds):
+    return round(seconds * NANOSECONDS)
+
+
+def test_a_frame_is_tracked_from_the_keyframe_with_its_velocity_and_expected_there(moved):
+    expected, registrar = Expected(), Playing()
+    tracked, attempt = Attempts(Settings(), registrar, expected).by_tracking(
+        view(0.3), moved, TWIST, stamp(0.05))
+    assert expected.asked[:2] == [('is_known', stamp(0.1), stamp(0.3), TWIST),
+                                  ('between', stamp(0.1), stamp(0.3), TWIST)]
+    (source, target, pose, elapsed), = registrar.given
+    np.testing.assert_allclose(source.twist, np.r_[TWIST[:3], 0.3 * RATE])
+    assert target is moved.keyframe.prepared and elapsed == pytest.approx(0.25)
+    np.testing.assert_allclose(pose, se3.inverse(
+        moved.keyframe.pose.matrix) @ moved.last.pose.matrix @ MOTION.matrix, atol=1e-12)
+    assert tracked.surface == 'tracked'
+    assert attempt.reference is moved.keyframe
+    assert attempt.increment.interval == pytest.approx(0.3)
+
+
+def test_nothing_is_tracked_to_where_nothing_is_expected(moved):
+    now = view(0.3)
+    found, attempt = Attempts(Settings(), Playing(), Expected(False)).by_tracking(
+        now, moved, TWIST, 0)
+    assert found is now and attempt is None
+
+
+@pytest.mark.parametrize('twist', [None, TWIST])
+def test_a_frame_gets_the_velocity_that_is_known_of_it(moved, twist):
+    """Where another sensor knows the motion, but not the velocity, it gets none."""
+    expected, registrar = Expected(), Playing()
+    list(Attempts(Settings(), registrar, expected).of(view(0.3), moved, twist, 0))
+    for source, *_ in registrar.given:
+        if twist is None:
+            assert source.twist is None
+        else:
+            np.testing.assert_allclose(source.twist, np.r_[TWIST[:3], 0.3 * RATE])
+
+
+def test_where_no_motion_is_known_nothing_is_expected(moved):
+    registrar = Playing()
+    list(Attempts(Settings(), registrar, Expected(False)).of(view(0.3), moved, TWIST, 0))
+    assert [(source.twist, expected) for source, _, expected, _ in registrar.given] == (
+        2 * [(None, None)])
+
+
+def test_by_depth_the_motion_and_what_nothing_observes_are_in_the_axes_of_the_reference(moved):
+    """The latter since keypoints were seen, without a velocity."""
+    shape = moved.keyframe
+    moved.track_shape(moved.last, shape)
+    expected, registrar = Expected(), Playing()
+    attempts = Attempts(Settings(), registrar, expected)
+    by_depth = list(attempts.of(view(0.3, repeat=Repeat.COLOUR), moved, TWIST, stamp(0.02)))
+    assert ('between', stamp(0.02), stamp(0.3), None) in expected.asked
+    assert [attempt.reference for attempt in by_depth] == [shape, moved.last]
+    for (_, target, motion, unobserved), reference in zip(registrar.given, (shape, moved.last)):
+        assert target is reference.prepared
+        T_reference_last = PoseWithCovariance(
+            se3.inverse(reference.pose.matrix) @ moved.last.pose.matrix)
+        since = T_reference_last @ MOTION
+        np.testing.assert_allclose(motion.matrix, since.matrix, atol=1e-12)
+        np.testing.assert_allclose(motion.covariance, since.covariance, atol=1e-12)
+        blind = T_reference_last @ PoseWithCovariance(MOTION.matrix, BLIND.covariance)
+        np.testing.assert_allclose(unobserved, blind.covariance, atol=1e-12)
+
+
+def one_attempt(moved, found=SEEN, **changes):
+    settings = with_values(Settings(), {
+        f'odometry.{name}': value for name, value in changes.items()})
+    expected = Expected()
+    attempt = next(Attempts(settings, Playing(found), expected).of(view(0.5), moved, TWIST, 0))
+    return attempt, [asked for asked in expected.asked if asked[0] == 'joined']
+
+
+def test_an_attempt_has_what_the_images_show_and_that_with_the_terms_of_sensors(moved):
+    attempt, joined = one_attempt(moved)
+    assert joined == [('joined', SEEN, stamp(0.0), stamp(0.5))]
+    assert attempt.seen is SEEN and attempt.registration.support == JOINED.support
+    np.testing.assert_array_equal(attempt.increment.pose.matrix, JOINED.T_target_source)
+    np.testing.assert_array_equal(attempt.increment.pose.covariance, JOINED.covariance)
+    assert attempt.increment.interval == pytest.approx(0.5)
+    assert (attempt.status, attempt.reason) == (Status.OK, 'with the terms')
+
+
+@pytest.mark.parametrize('least, status', [
+    (80, Status.OK), (81, Status.TOO_FEW_MATCHES)])
+def test_an_attempt_needs_the_least_number_of_matches(moved, least, status):
+    attempt, _ = one_attempt(moved, min_matches=least)
+    assert attempt.status is status
+    if status is not Status.OK:
+        assert attempt.reason == '80 matches, odometry.min_matches is 81'
+
+
+def test_an_attempt_faster_than_the_gate_is_rejected(moved):
+    """Two centimetres in half a second."""
+    speed = np.linalg.norm(JOINED.T_target_source[:3, 3]) / 0.5
+    for limit, status in ((1.01 * speed, Status.OK), (0.99 * speed, Status.MOTION_GATE)):
+        attempt, _ = one_attempt(moved, max_speed=limit)
+        assert attempt.status is status
+    assert attempt.reason.startswith(f'{speed:.2f} m/s')
+
+
+def test_what_failed_has_its_own_status_and_reason(moved):
+    failure = failed(Status.DEGENERATE_GEOMETRY, 'on a line')
+    attempt, _ = one_attempt(moved, failure)
+    assert (attempt.status, attempt.reason) == (Status.DEGENERATE_GEOMETRY, 'on a line')
+    assert attempt.seen is attempt.registration is failure
+
+
+def test_what_no_track_confirms_and_a_check_rejects_is_no_doubt(moved):
+    """It comes in its turn: only a pose that could be taken waits for that by depth."""
+    orders = []
+    for least in (80, 81):
+        settings = with_values(Settings(), {'odometry.min_matches': least})
+        attempts = Attempts(settings, Playing(FOUND), Expected()).of(
+            view(0.5), moved, TWIST, 0)
+        orders.append([attempt.reference.stamp for attempt in attempts])
+    keyframe, last = moved.keyframe.stamp, moved.last.stamp
+    assert orders == [[last, keyframe, last], [keyframe, last, last]]
