@@ -3,6 +3,9 @@
 
 """Keyframes that are found again, on simulated walks with drawn errors."""
 
+import dataclasses
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -13,6 +16,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.keyframe_graph import RelativePose
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.reference import Reference
 from aick_ros.registration.result import Registration
@@ -230,3 +234,225 @@ def test_what_the_registrations_of_a_keyframe_share_is_in_the_axes_of_odom():
     expected = np.zeros((6, 6))
     expected[:3, :3] = 2 * before @ detour[:3, :3] @ before.T
     np.testing.assert_allclose(covariances[1] - covariances[0], expected, atol=2e-5)
+
+
+KNOWING_NOTHING = 1e12 * np.eye(6)
+
+
+class Script:
+    """
+    A search that goes on for some steps, and then accepts some measurements.
+
+    :ivar asked: what each search was made for, and what each step was given.
+    """
+
+    def __init__(self, steps=1, accepted=(), chosen=(0,)):
+        self.steps, self.accepted, self.chosen = steps, accepted, chosen
+        self.asked, self.made = [], 0
+
+    def candidates(self, graph, key, stamps, settings):
+        self.asked.append(('candidates', key, dict(stamps), settings))
+        return self.chosen
+
+    def search(self, key, chosen):
+        self.asked.append(('search', key, chosen))
+        self.made += 1
+        return ScriptedSearch(self, key, chosen)
+
+
+class ScriptedSearch:
+    def __init__(self, script, key, chosen):
+        self.left, self.script, self.keys = script.steps, script, frozenset((key, *chosen))
+
+    @property
+    def is_finished(self):
+        return self.left == 0
+
+    def step(self, graph, frames, registrar, settings):
+        self.left -= 1
+        self.script.asked.append(('step', tuple(frames), registrar, settings))
+        return () if self.left else self.script.accepted
+
+
+@pytest.fixture
+def scripted(monkeypatch):
+    """Return the function that lets searches follow a script."""
+    def follow(*args, **values):
+        script = Script(*args, **values)
+        monkeypatch.setattr('aick_ros.odometry.keyframe_memory.candidates', script.candidates)
+        monkeypatch.setattr('aick_ros.odometry.keyframe_memory.KeyframeSearch', script.search)
+        return script
+    return follow
+
+
+def memory_at(pose, changes=None, registrar=None):
+    settings = with_values(Settings(), changes or {})
+    return KeyframeMemory(settings, registrar, Reference(prepared(0), pose)), settings
+
+
+def kinds(script):
+    return [asked[0] for asked in script.asked]
+
+
+STEPS = [PoseWithCovariance(se3.exp([0.3, -0.2, 0.1, 0.2, 0.1, -0.3]), COVARIANCE),
+         PoseWithCovariance(se3.exp([-0.1, 0.2, 0.4, 0.3, -0.2, 0.1]), 2 * COVARIANCE),
+         PoseWithCovariance(se3.exp([0.02, 0.01, 0.03, 0.02, 0.05, 0.01]), 3 * COVARIANCE)]
+START = PoseWithCovariance(se3.exp([1.0, 2.0, 0.5, 0.4, 0.2, -0.9]))
+
+
+def test_a_search_is_for_the_newest_keyframe_and_takes_a_step_a_frame(scripted):
+    """No other is begun meanwhile; the next one begins with the next keyframe after it."""
+    script = scripted(steps=2)
+    memory, settings = memory_at(START, {'odometry.reuse_interval': 1.0}, 'a registrar')
+    keyframes = [Reference(prepared(index), START) for index in range(8)]
+    tenths = [round(keyframe.stamp / NANOSECONDS * 10) for keyframe in keyframes]
+    assert tenths[:4] == [0, 5, 10, 15]
+    memory.track(keyframes[0], START.matrix, NO_DETOUR)  # the first one is there already
+    memory.track(keyframes[1], START.matrix, NO_DETOUR)
+    assert script.asked == [] and len(memory.frames) == 2
+    memory.track(keyframes[2], START.matrix, NO_DETOUR)  # a second after the first
+    stamps = {key: keyframe.stamp for key, keyframe in enumerate(keyframes[:3])}
+    step = ('step', (0, 1, 2), 'a registrar', settings)
+    assert script.asked == [('candidates', 2, stamps, settings.odometry), ('search', 2, (0,)), step]
+    memory.track(keyframes[2], START.matrix, NO_DETOUR)
+    assert script.asked[3:] == [step]
+    memory.track(keyframes[3], START.matrix, NO_DETOUR)
+    assert len(script.asked) == 4  # half a second after the search before
+    memory.track(keyframes[4], START.matrix, NO_DETOUR)
+    assert kinds(script)[4:] == ['candidates', 'search', 'step']
+    memory.track(keyframes[7], START.matrix, NO_DETOUR)  # while it is searched
+    assert kinds(script)[7:] == ['step']
+
+
+def test_where_nothing_is_near_the_next_keyframe_is_searched(scripted):
+    script = scripted(chosen=())
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 1.0})
+    for index in (2, 3, 4):
+        memory.track(Reference(prepared(index), START), START.matrix, NO_DETOUR)
+    assert kinds(script) == 3 * ['candidates']
+
+
+def test_other_settings_are_those_of_the_next_step(scripted):
+    script = scripted(steps=3)
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0}, 'a registrar')
+    memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR)
+    other = with_values(Settings(), {'odometry.reuse_age': 3.0})
+    memory.configure(other, 'another registrar')
+    memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR)
+    assert script.asked[-1] == ('step', (0, 1), 'another registrar', other)
+
+
+def found_again(scripted, measured, covariance, changes=None):
+    """
+    Return a memory of two keyframes, the second found again, and poses by dead reckoning.
+
+    The poses are those of the second keyframe and of a frame beyond it.
+
+    :param measured: ``T_first_second`` as it was found.
+    """
+    scripted(accepted=(RelativePose(0, 1, PoseWithCovariance(measured, covariance)),))
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0, **(changes or {})})
+    second = START @ STEPS[0]
+    beyond = second @ STEPS[1]
+    memory.track(Reference(prepared(1), second), beyond.matrix, NO_DETOUR)
+    return memory, second, beyond
+
+
+def test_until_one_is_found_again_poses_are_those_of_dead_reckoning(scripted):
+    scripted(accepted=())
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0})
+    second = START @ STEPS[0]
+    memory.track(Reference(prepared(1), second), second.matrix, NO_DETOUR)
+    assert memory.published(second) is second and memory.reused == 0
+
+
+def test_what_is_found_without_any_information_changes_no_pose(scripted):
+    """The covariance has the view of the newest keyframe once more: what its frames share."""
+    memory, second, beyond = found_again(scripted, STEPS[0].matrix, KNOWING_NOTHING)
+    assert memory.reused == 1
+    found = memory.published(beyond)
+    np.testing.assert_allclose(found.matrix, beyond.matrix, atol=1e-9)
+    shared = START.rotation @ COVARIANCE[:3, :3] @ START.rotation.T
+    assert np.allclose(shared, COVARIANCE[:3, :3])  # alike in all directions
+    keyframe = PoseWithCovariance(second.matrix, second.covariance + COVARIANCE)
+    np.testing.assert_allclose(found.covariance, (keyframe @ STEPS[1]).covariance, atol=1e-9)
+
+
+def test_the_published_pose_approaches_where_the_keyframe_was_found(scripted):
+    """By a sixtieth a frame; the error that is left is in the covariance."""
+    truth = STEPS[0].matrix @ se3.exp([0.01, 0.02, -0.01, 0.01, 0.005, -0.01])
+    memory, second, beyond = found_again(scripted, truth, 1e-14 * np.eye(6), {
+        'odometry.correction_step': 0.1, 'odometry.correction_turn': 0.1})
+    estimate = START.matrix @ truth @ STEPS[1].matrix
+    error = se3.difference(estimate, beyond.matrix)
+    found = memory.published(beyond)
+    np.testing.assert_allclose(found.matrix, se3.perturbed(beyond.matrix, error / 60), atol=1e-7)
+    left = found.covariance - np.outer(59 / 60 * error, 59 / 60 * error)
+    keyframe = PoseWithCovariance(START.matrix @ truth, COVARIANCE)
+    np.testing.assert_allclose(left, (keyframe @ STEPS[1]).covariance, atol=1e-7)
+    # the map is seen from the estimate at once
+    places = memory.keypoints_from(beyond).reshape(2, KEYPOINTS, 3)[:, 0]
+    np.testing.assert_allclose(places[0], se3.inverse(truth @ STEPS[1].matrix)[:3, 3], atol=1e-6)
+    np.testing.assert_allclose(places[1], se3.inverse(STEPS[1].matrix)[:3, 3], atol=1e-6)
+
+
+def test_a_keyframe_that_serves_again_has_the_error_of_the_way_back(scripted):
+    """The frame of the first keyframe, found from the second one."""
+    scripted(accepted=(RelativePose(0, 2, PoseWithCovariance(np.eye(4), KNOWING_NOTHING)),))
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 10.0})
+    second = START @ STEPS[0]
+    memory.track(Reference(prepared(1), second), second.matrix, NO_DETOUR)
+    memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), None)
+    memory.track(Reference(prepared(0), START), START.matrix, NO_DETOUR)
+    back = STEPS[0].inverse()
+    turned = second.rotation
+    shared = np.zeros((6, 6))
+    shared[:3, :3], shared[3:, 3:] = (turned @ part @ turned.T for part in (
+        back.covariance[:3, :3], back.covariance[3:, 3:]))
+    shared[:3, 3:] = turned @ back.covariance[:3, 3:] @ turned.T
+    shared[3:, :3] = shared[:3, 3:].T
+    np.testing.assert_allclose(memory.published(START).covariance,
+                               (second @ back).covariance + shared, atol=1e-9)
+
+
+def test_keyframes_that_are_compared_are_not_dropped(scripted):
+    scripted(steps=99, chosen=(1, 3))
+    memory, _ = memory_at(START, {'odometry.max_keyframes': 5, 'odometry.reuse_interval': 2.0})
+    for index in range(1, 12):
+        memory.track(Reference(prepared(index), START), START.matrix, NO_DETOUR)
+    kept = [round(frame.stamp / NANOSECONDS / PERIOD) for frame in memory.frames]
+    # the search of keyframe 4 for 1 and 3, the newest, and one more
+    assert {1, 3, 4, 11} <= set(kept) and len(kept) == 5
+
+
+def test_what_a_search_needs_is_kept_beyond_the_number(scripted):
+    scripted(steps=99, chosen=(0, 1))
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 1.0})
+    for index in (1, 2):
+        memory.track(Reference(prepared(index), START), START.matrix, NO_DETOUR)
+    memory.configure(with_values(Settings(), {'odometry.max_keyframes': 2}), None)
+    memory.track(Reference(prepared(3), START), START.matrix, NO_DETOUR)
+    assert len(memory.frames) == 4  # three that are compared, and the newest
+
+
+@pytest.mark.parametrize('has_surface', [True, False])
+def test_a_keyframe_takes_the_bytes_of_its_images_and_surface(has_surface):
+    """Without colours, which no registration needs; the number that fits is rounded down."""
+    def zeros(*shape, kind=np.float32):
+        return np.broadcast_to(np.zeros((), kind), shape)
+    frame, camera, size = prepared(0), Camera(800, 500, 500, 500, 400, 250), 800 * 500 * (1 + 4)
+    surface = None
+    if has_surface:
+        surface = SimpleNamespace(points=zeros(9000, 3), normals=zeros(9000, 3, kind=float),
+                                  usable=zeros(9000, kind=bool), roughness=zeros(50, 40))
+        size += 9000 * (12 + 24 + 1) + 50 * 40 * 4
+    grey = zeros(500, 800, kind=np.uint8)
+    for count, most in ((3.0, 3), (2.999, 2), (0.6, 1)):
+        memory, _ = memory_at(START, {'odometry.keyframe_megabytes': count * size / 1e6})
+        for index in range(1, 6):
+            image = RgbdFrame(prepared(index).stamp, zeros(500, 800, 3, kind=np.uint8),
+                              zeros(500, 800), camera)
+            memory.track(Reference(dataclasses.replace(
+                frame, frame=image, grey=grey, surface=surface), START), START.matrix, NO_DETOUR)
+        assert len(memory.frames) == most
+    assert all(kept.frame.colour is kept.grey is grey for kept in memory.frames)

@@ -188,11 +188,10 @@ def test_an_earlier_keyframe_that_serves_again_is_the_sharp_one():
 
 
 def test_what_stays_blurred_is_how_the_camera_sees():
-    references = References(reference(100.0))
-    for time in (104.9, 105.1):
-        keyframe = reference(time, 0)
+    for late in (-1, 0):  # ns beside five seconds
+        references, keyframe = References(reference(100.0)), reference(105.0 + late / NANOSECONDS, 0)
         references.track(keyframe, keyframe)
-        assert references.is_blurred() == (time < 105.0)
+        assert references.is_blurred() == (late < 0)
 
 
 def test_by_depth_alone_the_keyframe_stays_and_the_shape_is_tried_before_the_last_frame():
@@ -204,3 +203,27 @@ def test_by_depth_alone_the_keyframe_stays_and_the_shape_is_tried_before_the_las
     assert references.keyframe.stamp == 0
     references.track(dark, references.keyframe)
     assert list(references.shapes()) == [dark]
+
+
+def test_what_was_lost_before_a_frame_by_depth_is_forgotten():
+    references = tracked([i / 10 for i in range(14)], keyframe=1.25)
+    before = seconds(references)
+    for i in range(2):
+        references.lose(reference(2.0 + i / 10))
+    assert seconds(references) != before
+    references.track_shape(references.last, references.last)
+    assert seconds(references) == before
+
+
+def test_any_frame_that_keypoints_find_ends_the_dark():
+    references = tracked([0.0, 0.1, 0.2], keyframe=0.1)
+    found = [references.keyframe, references.last, references.sharp]
+    assert not any(map(references.is_return_to, found))
+    references.track_shape(references.last, references.last)
+    assert all(map(references.is_return_to, found))
+
+
+def test_the_last_frame_that_is_the_shape_is_tried_once():
+    references = tracked([0.0, 0.1], keyframe=0.0)
+    references.track_shape(references.last, references.last)
+    assert list(references.shapes()) == [references.last]
