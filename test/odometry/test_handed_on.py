@@ -131,6 +131,18 @@ def test_an_extrinsic_that_is_rejected_leaves_the_prediction_before(parts, steps
     assert parts.asked('OtherOdometry', 'begin') == []
 
 
+@pytest.mark.parametrize('given, named', [
+    (lambda one: (None,), 'the preparation'),
+    (lambda one: (one.odometry.prepare(one.frame(0.0)), np.eye(4)), 'predict')])
+def test_arguments_of_another_kind_are_rejected_before_they_are_handed_on(
+        parts, steps, given, named):
+    one = steps()
+    parts.log.clear()
+    with pytest.raises(InputError, match=named):
+        one.odometry.register(*given(one))
+    assert parts.log == []
+
+
 def test_a_pose_is_that_of_its_keyframe_with_the_registration(parts, tracked, attempt_to):
     """Published with what corrects it; who refers to it gets that of the image alone."""
     _, update = tracked(attempt_to())

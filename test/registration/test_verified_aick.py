@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What confirms the refinement of a guessed pose."""
+"""The order of AICK, refinements and checks, by parts whose answers are known."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -9,8 +9,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from aick_ros.registration.aick.aick import Aick
+from aick_ros.geometry import se3
+from aick_ros.registration import stage_times
+from aick_ros.registration.aick.fit_covariance import fit_covariance
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
+from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import failed
@@ -20,17 +23,275 @@ from aick_ros.registration.verified_aick import VerifiedAick
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
+EXPECTED, ELAPSED = se3.exp([0.1, 0.2, 0.3, 0.1, -0.2, 0.1]), 0.2
+FAILURE = failed(Status.TOO_FEW_MATCHES, 'by AICK', 3)
+SLOW_FAILURE = failed(Status.DEGENERATE_GEOMETRY, 'by slow AICK', 30)
+
+
+class Clock:
+    """Goes on by a second each time it is read: each stage takes one second."""
+
+    def __init__(self):
+        self.now = 0.0
+
+    def __call__(self):
+        self.now += 1.0
+        return self.now
+
+
+class Steps:
+    """A registrar of such parts, and two frames."""
+
+    def __init__(self, parts, made):
+        parts.replace('verified_aick', 'Refinement', 'RepeatingSceneCheck', 'DynamicObjectCheck',
+                      'TrackedKeypoints', 'Aick', 'KeypointExtractor')
+        self.parts, self.made = parts, made
+        self.settings = with_values(Settings(), {'refinement.max_tracks': 100})
+        self.noise, self.misalignment = MeasuredNoise(), MisalignmentEstimate()
+        self.times, self.detector, self.fast = StageTimes(), object(), SimpleNamespace()
+        self.fast.align = lambda *args: parts.log.append(('fast', 'align', args)) or self.aligned
+        self.registrar = VerifiedAick(self.settings, self.fast, self.noise, self.misalignment,
+                                      self.times, self.detector)
+        self.target, self.source = made.prepared(1), made.prepared(
+            2, twist=np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6]))
+        self.aligned = made.registration()
+        self.refined = [made.refined(40)]
+        parts.answers.update({
+            ('Refinement', 'refine'): lambda *_: self.refined.pop(0),
+            ('RepeatingSceneCheck', 'check_first'): lambda found, *_: found,
+            ('RepeatingSceneCheck', 'check'): lambda found, *_: found,
+            ('DynamicObjectCheck', 'check'): lambda found, *_: found,
+            ('Aick', 'register'): SLOW_FAILURE,
+            ('KeypointExtractor', 'extract'): lambda frame: ('all of', frame)})
+
+    def register(self, expected=EXPECTED):
+        return self.registrar.register(self.source, self.target, expected, ELAPSED)
+
+
+@pytest.fixture
+def steps(parts, made):
+    return Steps(parts, made)
+
+
+def assert_is_refined(found, aligned, refined):
+    """Assert that a registration is that by AICK with what the refinement found."""
+    for name in ('T_target_source', 'covariance', 'systematic', 'bias', 'noise', 'misalignment'):
+        assert getattr(found, name) is getattr(refined, name)
+    assert found.tracks is refined.tracked and found.support == len(refined.tracked)
+    assert found.matches is aligned.matches and found.iterations == aligned.iterations
+    assert found.status is Status.OK
+    assert found.reason == f'{aligned.reason}, {len(refined.tracked)} keypoints tracked'
+
+
+def assert_predicted(predicted, steps):
+    np.testing.assert_array_equal(predicted.T_target_source, EXPECTED)
+    np.testing.assert_array_equal(predicted.twist, steps.source.twist)
+    assert predicted.elapsed == ELAPSED
+
+
+def test_its_parts_share_one_refinement_of_the_camera(steps, parts):
+    refinement, = parts.made['Refinement']
+    assert refinement.made_with == (steps.settings.refinement, steps.settings.sensor,
+                                    steps.noise, steps.misalignment)
+    for name, made_with in (
+            ('RepeatingSceneCheck', (refinement, steps.settings.odometry)),
+            ('DynamicObjectCheck', (refinement, steps.settings)),
+            ('TrackedKeypoints', (steps.settings, refinement))):
+        (part,) = parts.made[name]
+        assert part.made_with == made_with
+    (slow,), (extractor,) = parts.made['Aick'], parts.made['KeypointExtractor']
+    assert slow.made_with == (
+        dataclasses.replace(steps.settings.aick, alpha=0.93, iterations=60),)
+    assert extractor.made_with == (dataclasses.replace(
+        steps.settings.features, max_keypoints=0), steps.settings.sensor, steps.detector)
+
+
+def test_what_aick_finds_is_refined_and_then_checked(steps, parts):
+    steps.refined = [steps.made.refined(40, bias='bias', noise='noise', misalignment='shift')]
+    aligned, refined = steps.aligned, steps.refined[0]
+    found = steps.register()
+    assert_is_refined(found, aligned, refined)
+    assert parts.order() == [
+        ('fast', 'align'), ('Refinement', 'refine'), ('RepeatingSceneCheck', 'check'),
+        ('DynamicObjectCheck', 'check')]
+    assert parts.asked('fast', 'align') == [(steps.source.keypoints, steps.target.keypoints)]
+    (source, target, pose, predicted), = parts.asked('Refinement', 'refine')
+    assert source is steps.source and target is steps.target
+    assert pose is aligned.T_target_source
+    assert_predicted(predicted, steps)
+    for check in ('RepeatingSceneCheck', 'DynamicObjectCheck'):
+        (checked, *others), = parts.asked(check, 'check')
+        assert checked is found
+        assert others[:2] == [steps.source, steps.target]
+        assert others[2] is EXPECTED and others[3] == ELAPSED
+
+
+def test_each_stage_is_timed(steps, parts, monkeypatch):
+    monkeypatch.setattr(stage_times, 'clock', Clock())
+    steps.register()
+    timing = steps.times.take()
+    assert timing['registration'] == 1000.0
+    assert timing['refinement'] == 2000.0  # the refinement, and the checks
+    steps.aligned = FAILURE
+    steps.register(expected=None)
+    timing = steps.times.take()
+    assert timing['registration'] == 2000.0 and timing['features'] == 0.0
+
+
+def test_without_a_motion_expected_a_scene_is_checked_against_rest(steps, parts):
+    steps.refined = [steps.made.refined(40)]
+    other = steps.made.registration()
+    parts.answers['RepeatingSceneCheck', 'check_first'] = other
+    assert steps.register(expected=None) is other
+    *_, (found, source, target) = parts.asked('RepeatingSceneCheck', 'check_first')
+    assert found.status.ok and source is steps.source and target is steps.target
+    assert parts.asked('Refinement', 'refine')[0][3] is None
+    assert len(parts.order()) == 3
+
+
+def test_a_likelier_pose_of_a_repeating_scene_is_not_checked_for_objects(steps, parts):
+    likelier = steps.made.registration()
+    parts.answers['RepeatingSceneCheck', 'check'] = likelier
+    assert steps.register() is likelier
+    assert ('DynamicObjectCheck', 'check') not in parts.order()
+
+
+def test_what_the_check_for_objects_finds_is_returned(steps, parts):
+    other = steps.made.registration()
+    parts.answers['DynamicObjectCheck', 'check'] = other
+    assert steps.register() is other
+
+
+@pytest.mark.parametrize('failure', ['AICK', 'tracks'])
+def test_where_nothing_is_found_or_confirmed_the_slow_schedule_has_all_keypoints(
+        steps, parts, failure):
+    """Its matches are rows of other keypoints: they are not returned."""
+    slow = steps.made.registration(reason='slow')
+    confirmed = steps.made.refined(FEWEST_TO_CONFIRM)
+    steps.refined = [confirmed]
+    if failure == 'AICK':
+        steps.aligned = FAILURE
+    else:
+        steps.aligned = steps.made.registration(count=59)
+        steps.refined = [steps.made.refined(FEWEST_TO_CONFIRM - 1), confirmed]
+    parts.answers['Aick', 'register'] = slow
+    found = steps.register()
+    assert_is_refined(found, dataclasses.replace(slow, matches=found.matches), confirmed)
+    assert found.matches.shape == (0, 2)
+    assert parts.asked('Aick', 'register') == [
+        (('all of', steps.source.frame), ('all of', steps.target.frame))]
+    *_, (source, target, pose, predicted) = parts.asked('Refinement', 'refine')
+    assert source is steps.source and target is steps.target and pose is slow.T_target_source
+    assert_predicted(predicted, steps)
+    assert ('DynamicObjectCheck', 'check') in parts.order()
+
+
+def test_all_keypoints_of_a_frame_are_found_once(steps, parts):
+    steps.aligned = FAILURE
+    for _ in range(2):
+        steps.register(expected=None)
+    assert parts.asked('KeypointExtractor', 'extract') == [
+        (steps.source.frame,), (steps.target.frame,)]
+
+
+def test_without_a_motion_expected_the_failure_of_the_slow_schedule_is_returned(steps, parts):
+    steps.aligned = FAILURE
+    found = steps.register(expected=None)
+    assert (found.status, found.reason) == (SLOW_FAILURE.status, 'by slow AICK')
+    assert parts.asked('Refinement', 'refine') == []
+    assert len(parts.asked('RepeatingSceneCheck', 'check_first')) == 1
+
 
 @pytest.mark.parametrize('keypoints, fewest', [
     (400, 50), (100, 50), (60, 30), (10, FEWEST_TO_CONFIRM)])
-def test_half_of_the_keypoints_that_can_be_tracked_confirm_a_guess(keypoints, fewest, monkeypatch):
-    settings = with_values(Settings(), {'refinement.max_tracks': 100})
-    registrar = VerifiedAick(settings, Aick(settings.aick), MeasuredNoise(),
-                             MisalignmentEstimate(), StageTimes())
-    source = SimpleNamespace(keypoints=range(keypoints))
-    failure = failed(Status.TOO_FEW_MATCHES, '')
-    for support, is_confirmed in ((fewest, True), (fewest - 1, False)):
-        refined = dataclasses.replace(failure, status=Status.OK, support=support)
-        monkeypatch.setattr(registrar, '_refine', lambda *_: refined)
-        found = registrar._refine_guess(source, None, np.eye(4), failure)
-        assert found is (refined if is_confirmed else failure)
+def test_half_of_the_keypoints_that_can_be_tracked_confirm_the_motion_expected(
+        steps, parts, keypoints, fewest):
+    """From there it is refined, without the expectation as a velocity; nothing else is checked."""
+    steps.aligned = FAILURE
+    steps.source = steps.made.prepared(2, keypoints, twist=steps.source.twist)
+    for tracked, is_confirmed in ((fewest, True), (fewest - 1, False)):
+        parts.log.clear()
+        steps.refined = [steps.made.refined(tracked)]
+        refined, = steps.refined
+        found = steps.register()
+        (source, target, pose, predicted), = parts.asked('Refinement', 'refine')
+        assert source is steps.source and target is steps.target
+        assert pose is EXPECTED and predicted is None
+        assert not any(name.endswith('Check') for name, _ in parts.order())
+        if is_confirmed:
+            assert found.status is Status.OK and found.support == tracked
+            assert found.T_target_source is refined.T_target_source
+            assert found.reason == f'by constant velocity, {tracked} keypoints tracked'
+            assert found.iterations == SLOW_FAILURE.iterations
+        else:
+            assert (found.status, found.reason) == (SLOW_FAILURE.status, 'by slow AICK')
+
+
+def of_other_size(steps):
+    """Make the source one of another resolution: nothing can be tracked."""
+    steps.source = steps.made.prepared(2, size=(20, 24))
+    return 0
+
+
+def of_few_tracks(steps):
+    steps.refined = [steps.made.refined(FEWEST_TO_CONFIRM - 1)]
+    return FEWEST_TO_CONFIRM - 1
+
+
+@pytest.mark.parametrize('unconfirmed', [of_other_size, of_few_tracks])
+def test_many_matches_without_tracks_have_a_hundred_times_their_covariance(
+        steps, parts, unconfirmed):
+    steps.aligned = steps.made.registration(count=60)
+    tracked = unconfirmed(steps)
+    found = steps.register()
+    assert found.status is Status.OK and found.tracks is None and found.support == 60
+    assert found.reason == f'as told, {tracked} keypoints tracked'
+    assert found.T_target_source is steps.aligned.T_target_source
+    np.testing.assert_allclose(found.covariance, 100 * fit_covariance(
+        found.T_target_source, steps.source.keypoints, steps.target.keypoints,
+        steps.aligned.matches))
+
+
+def test_without_matches_the_covariance_is_that_of_the_slow_schedule(steps, parts):
+    """Whose matches are those of other keypoints."""
+    steps.aligned, slow = FAILURE, steps.made.registration(count=60)
+    parts.answers['Aick', 'register'] = slow
+    of_few_tracks(steps)
+    found = steps.register()
+    assert found.status is Status.OK
+    np.testing.assert_allclose(found.covariance, 100 * slow.covariance)
+
+
+@pytest.mark.parametrize('unconfirmed', [of_other_size, of_few_tracks])
+def test_few_matches_without_tracks_fail(steps, parts, unconfirmed):
+    steps.aligned = steps.made.registration(count=59)
+    tracked = unconfirmed(steps)
+    found = steps.registrar.recognize(steps.source, steps.target)
+    assert (found.status, found.iterations) == (Status.TOO_FEW_MATCHES, 7)
+    assert found.reason == f'as told, {tracked} keypoints tracked'
+
+
+def test_recognized_is_what_one_attempt_finds(steps, parts):
+    refined = steps.refined[0]
+    assert_is_refined(steps.registrar.recognize(steps.source, steps.target), steps.aligned,
+                      refined)
+    assert parts.asked('Refinement', 'refine')[0][3] is None
+    steps.aligned, steps.refined = FAILURE, []
+    assert steps.registrar.recognize(steps.source, steps.target) is FAILURE
+    assert ('Aick', 'register') not in parts.order()
+    steps.aligned, steps.refined = steps.made.registration(), [refined]
+    predicted = Prediction.of(EXPECTED, steps.source.twist, ELAPSED)
+    steps.registrar.recognize(steps.source, steps.target, predicted)
+    assert parts.asked('Refinement', 'refine')[-1][3] is predicted
+
+
+def test_tracking_is_left_to_its_part(steps, parts, monkeypatch):
+    monkeypatch.setattr(stage_times, 'clock', Clock())
+    parts.answers['TrackedKeypoints', 'register'] = 'tracked', 'found'
+    found = steps.registrar.track(steps.source, steps.target, EXPECTED, ELAPSED)
+    assert found == ('tracked', 'found')
+    (source, target, expected, elapsed), = parts.asked('TrackedKeypoints', 'register')
+    assert source is steps.source and target is steps.target
+    assert expected is EXPECTED and elapsed == ELAPSED
+    timing = steps.times.take()
+    assert timing['refinement'] == timing['total'] == 1000.0
