@@ -1,16 +1,22 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Preparation of frames on several threads at once."""
+"""Preparation of frames: by which settings, once each, and on several threads at once."""
 
+import dataclasses
+import itertools
 from concurrent.futures import ThreadPoolExecutor
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from aick_ros.errors import InputError
+from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.preparation import Preparer
+from aick_ros.registration import stage_times
+from aick_ros.registration.preparation import Preparation, Preparer
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
@@ -49,3 +55,74 @@ def test_each_part_is_made_once(frames):
 def test_without_depth_in_the_refinement_there_is_no_surface(frames):
     preparer = Preparer(with_values(Settings(), {'refinement.mode': 'keypoints'}))
     assert preparer.prepare(frames[0]).surface() is None
+
+
+VALUES = {'aick.word_radius': 0.17, 'refinement.surface_points': 321, 'sensor.max_depth': 3.5}
+
+
+def noted(monkeypatch, name, answer):
+    """Let a name of the module answer, and return the list of what it is given."""
+    given = []
+    monkeypatch.setattr(f'aick_ros.registration.preparation.{name}',
+                        lambda *args: given.append(args) or answer)
+    return given
+
+
+@pytest.mark.parametrize('interval, is_due', [(1, True), (2, False)])
+def test_what_is_prepared_ahead_is_what_each_frame_needs(frames, monkeypatch, interval, is_due):
+    """Keypoints where AICK registers every frame; both parts by the settings."""
+    settings = with_values(Settings(), {**VALUES, 'odometry.aick_interval': interval})
+    extracted = []
+    extractor = SimpleNamespace(extract=lambda frame: extracted.append(frame) or 'keypoints')
+    made = noted(monkeypatch, 'KeypointExtractor', extractor)
+    vocabularies = noted(monkeypatch, 'vocabulary_of', 'words')
+    surfaces = noted(monkeypatch, 'Surface.of', 'a surface')
+    detector = object()
+    preparation = Preparer(settings, detector).prepare(frames[0])
+    assert made == [(settings.features, settings.sensor, 'words', 0.17, detector)]
+    assert vocabularies == [(settings,)]
+    frame = preparation.frame
+    assert extracted == ([frame] if is_due else [])
+    assert surfaces == [(frame.depth, frame.camera, settings.sensor, 321)]
+    assert (preparation.surface(), preparation.keypoints()) == ('a surface', 'keypoints')
+    assert extracted == [frame] and len(surfaces) == 1
+
+
+def test_each_part_has_its_time(frames, monkeypatch):
+    monkeypatch.setattr(stage_times, 'clock', map(float, itertools.count()).__next__)
+    preparation = Preparer(Settings()).begin(frames[0])
+    preparation.surface()
+    assert preparation.times.take() == {'features': 0.0, 'surface': 1000.0, 'registration': 0.0,
+                                        'refinement': 0.0, 'total': 1000.0}
+    for _ in range(2):
+        preparation.keypoints()
+    assert preparation.times.take() == {'features': 1000.0, 'surface': 0.0, 'registration': 0.0,
+                                        'refinement': 0.0, 'total': 1000.0}
+
+
+def test_samples_of_an_imu_may_come_after_the_images(frames):
+    preparer = Preparer(Settings())
+    preparation = preparer.begin(frames[0])
+    assert preparation.frame.imu is None and preparation.preparer is preparer
+    colour = preparation.frame.colour
+    samples = ImuSamples(np.array([1, 2]), np.ones((2, 3)), np.zeros((2, 3)))
+    preparation.add_imu(samples)
+    assert preparation.frame.imu is samples and preparation.frame.colour is colour
+
+
+def test_images_are_copied_before_anything_is_made_of_them(frames):
+    colour = frames[0].colour.copy()
+    frame = dataclasses.replace(frames[0], colour=colour)
+    preparation = Preparer(Settings()).begin(frame)
+    colour[:] = 0
+    np.testing.assert_array_equal(preparation.frame.colour, frames[0].colour)
+
+
+@pytest.mark.parametrize('make', [
+    lambda frame, preparer: Preparer(None), lambda frame, preparer: preparer.begin('frame'),
+    lambda frame, preparer: preparer.prepare(None), lambda frame, preparer: Preparation(
+        None, preparer), lambda frame, preparer: Preparation(frame, None),
+    lambda frame, preparer: preparer.begin(frame).add_imu([1, 2])])
+def test_arguments_of_another_kind_are_rejected(frames, make):
+    with pytest.raises(InputError):
+        make(frames[0], Preparer(Settings()))

@@ -16,6 +16,8 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.repeating_scene import RepeatingSceneCheck
+from aick_ros.registration.result import Evidence
+from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 
 SETTINGS = Settings()
@@ -170,3 +172,176 @@ def test_of_two_poses_the_one_that_more_keypoints_confirm_is_returned(views):
     np.testing.assert_array_equal(
         check()(dataclasses.replace(mistaken, support=1000), source, target, np.eye(4),
                 SLOW).T_target_source, mistaken.T_target_source)
+
+
+EXPECTED = se3.exp([0.1, 0.0, 0.0, 0.0, 0.0, 0.1])
+SIGMAS = np.repeat([SETTINGS.odometry.acceleration_sigma,
+                    SETTINGS.odometry.angular_acceleration_sigma], 3)
+AWAY = np.array([0.2, 0.1, -0.1, 0.1, 0.05, 0.02])
+"""Error of a registration, by which it is checked."""
+
+
+class Played:
+    """A check whose refinement has a known answer, and two frames."""
+
+    def __init__(self, made, beside, tracked=60):
+        self.made, self.asked = made, []
+        self.other = dataclasses.replace(
+            made.refined(tracked, bias='a bias', noise='a noise', misalignment='a shift'),
+            T_target_source=se3.perturbed(EXPECTED, np.asarray(beside)))
+        self.scene = RepeatingSceneCheck(SimpleNamespace(
+            refine=lambda *given: self.asked.append(given) or self.other), SETTINGS.odometry)
+        self.target, self.source = made.prepared(10 ** 9), made.prepared(11 * 10 ** 8)
+
+    def found(self, error=AWAY, tracked=60, **values):
+        """Return a registration with an error against the motion expected, by its tracks."""
+        return dataclasses.replace(
+            self.made.registration(count=tracked), T_target_source=se3.perturbed(EXPECTED, error),
+            tracks=self.made.tracks(tracked), **values)
+
+    def check(self, found, elapsed=SLOW, source=None):
+        return self.scene.check(found, source or self.source, self.target, EXPECTED, elapsed)
+
+
+def probabilities(errors, elapsed, shown=np.zeros(6)):
+    """Return the probability of each error, by the normal density of its acceleration."""
+    sigmas = 0.5 * elapsed ** 2 * np.hypot(SIGMAS, shown)
+    densities = [np.exp(-0.5 * np.sum((error / sigmas) ** 2)) for error in errors]
+    return np.array(densities) / sum(densities)
+
+
+def test_it_is_refined_once_more_from_the_motion_expected(made):
+    played = Played(made, np.zeros(6))
+    played.check(played.found())
+    (source, target, pose), = played.asked
+    assert source is played.source and target is played.target and pose is EXPECTED
+
+
+@pytest.mark.parametrize('error, elapsed, is_checked', [
+    ([0.0149, 0, 0, 0, 0, 0], 0.0316228, False), ([0.0151, 0, 0, 0, 0, 0], 0.0316228, True)])
+def test_a_small_motion_is_checked_where_it_is_sudden(made, error, elapsed, is_checked):
+    """15 m/s^2, five times the noise of 3, move a camera by 15 mm in 32 ms."""
+    assert SIGMAS[0] == 3.0
+    played = Played(made, np.zeros(6))
+    played.check(played.found(np.array(error)), elapsed)
+    assert bool(played.asked) == is_checked
+
+
+def test_frames_of_two_resolutions_are_not_compared(made):
+    played = Played(made, np.zeros(6))
+    found = played.found()
+    assert played.check(found, source=made.prepared(11 * 10 ** 8, size=(20, 24))) is found
+    assert played.asked == []
+
+
+def test_what_is_refined_to_the_same_pose_stays(made):
+    played = Played(made, AWAY + np.array([0.014, 0, 0, 0, 0, 0]))
+    found = played.found()
+    assert played.check(found) is found
+
+
+@pytest.mark.parametrize('beside', [[0.1, 0, 0, 0, 0.1, 0], AWAY + 0.3])
+def test_of_two_poses_the_covariance_has_the_variance_of_the_choice(made, beside):
+    """By the probability of the other one; it is the first, unless that is far less likely."""
+    played = Played(made, beside)
+    found = played.found()
+    checked = played.check(found, 0.4)
+    first, second = probabilities([AWAY, np.array(beside)], 0.4)
+    assert 0.0 < second < 0.9
+    difference = se3.difference(found.T_target_source, played.other.T_target_source)
+    np.testing.assert_allclose(
+        checked.covariance, found.covariance + second * np.outer(difference, difference),
+        rtol=1e-6)
+    assert checked.T_target_source is found.T_target_source
+    assert checked.reason == ('as told; the scene repeats itself after '
+                              f'{np.linalg.norm(difference[:3]):.2f} m')
+
+
+def test_a_far_likelier_pose_replaces_all_of_a_registration(made):
+    played = Played(made, np.array([0.05, 0, 0, 0.01, 0, 0]), tracked=50)
+    found = played.found()
+    checked, other = played.check(found, 0.26), played.other
+    first, second = probabilities([AWAY, np.array([0.05, 0, 0, 0.01, 0, 0])], 0.26)
+    assert 0.9 < second < 0.999
+    assert checked.T_target_source is other.T_target_source
+    difference = se3.difference(found.T_target_source, other.T_target_source)
+    np.testing.assert_allclose(
+        checked.covariance, other.covariance + first * np.outer(difference, difference),
+        rtol=1e-6)
+    for name in ('systematic', 'bias', 'noise', 'misalignment'):
+        assert getattr(checked, name) is getattr(other, name)
+    assert checked.tracks is other.tracked and checked.support == 50
+    assert len(checked.matches) == 0 and checked.matches.shape[1] == 2
+    assert checked.reason.startswith('as told; 50 tracked where the motion continues; the scene')
+
+
+@pytest.mark.parametrize('common, is_alike', [(30, True), (29, False)])
+def test_poses_are_alike_if_half_of_the_keypoints_confirm_both(made, common, is_alike):
+    played = Played(made, np.zeros(6))
+    found = played.found()
+    found.tracks.keypoints[common:] += 1000
+    assert ('repeats itself' in played.check(found).reason) == is_alike
+
+
+@pytest.mark.parametrize('tracked, support, is_replaced', [
+    (61, 60, True), (60, 60, False), (13, 0, True), (12, 0, False)])
+def test_where_others_confirm_the_second_pose_they_must_be_more(
+        made, tracked, support, is_replaced):
+    """By depth a registration has no tracks."""
+    played = Played(made, np.zeros(6), tracked)
+    found = dataclasses.replace(played.found(), tracks=None, support=support,
+                                evidence=Evidence.DEPTH)
+    checked = played.check(found)
+    if is_replaced:
+        assert checked.T_target_source is played.other.T_target_source
+        assert checked.covariance is played.other.covariance
+        assert checked.evidence is Evidence.KEYPOINTS
+        assert checked.reason == f'as told; {tracked} tracked where the motion continues'
+    else:
+        assert checked is found
+
+
+def share_of_second(played, found, elapsed, source):
+    """Return the share of the doubt in the covariance of a checked registration."""
+    added = played.check(found, elapsed, source).covariance - found.covariance
+    difference = se3.difference(found.T_target_source, played.other.T_target_source)
+    return added[0, 0] / difference[0] ** 2
+
+
+@pytest.mark.parametrize('begins', ['first', 'checked'])
+def test_the_motion_expected_is_as_uncertain_as_the_frame_before_deviated(made, begins):
+    """However often the frame is registered: what it shows itself does not count."""
+    played, error = Played(made, [0.1, 0, 0, 0, 0.1, 0]), np.array([0.3, 0.2, 0.1, 0.3, 0.2, 0.1])
+    before = made.prepared(105 * 10 ** 7)
+    if begins == 'first':  # where nothing is expected it deviates from rest
+        played.scene.check_first(dataclasses.replace(
+            played.found(), T_target_source=se3.perturbed(np.eye(4), error)), before,
+            made.prepared(135 * 10 ** 7))
+    else:
+        played.scene.check(dataclasses.replace(
+            played.found(), T_target_source=se3.perturbed(EXPECTED, 0.01 * error)), before,
+            played.target, EXPECTED, 0.3)
+        error = 0.01 * error
+    shown = 2 * error / 0.3 ** 2
+    _, second = probabilities([AWAY, np.array([0.1, 0, 0, 0, 0.1, 0])], 0.4, shown)
+    for _ in range(3):
+        assert share_of_second(played, played.found(), 0.4, played.source) == pytest.approx(
+            second, rel=1e-6)
+    # of the next frame it is that of this one, as it was chosen
+    _, second = probabilities([AWAY, np.array([0.1, 0, 0, 0, 0.1, 0])], 0.5,
+                              2 * AWAY / 0.4 ** 2)
+    assert share_of_second(played, played.found(), 0.5, made.prepared(12 * 10 ** 8)) == (
+        pytest.approx(second, rel=1e-6))
+
+
+@pytest.mark.parametrize('case', ['failed', 'at the same time'])
+def test_what_shows_no_motion_is_not_noted(made, case):
+    played = Played(made, [0.1, 0, 0, 0, 0.1, 0])
+    first = played.found(np.array([0.9, 0, 0, 0, 0, 0]))
+    source = made.prepared(played.target.stamp + (case == 'failed'))
+    if case == 'failed':
+        first = dataclasses.replace(first, status=Status.TOO_FEW_MATCHES)
+    assert played.scene.check_first(first, source, played.target) is first
+    _, second = probabilities([AWAY, np.array([0.1, 0, 0, 0, 0.1, 0])], 0.4)
+    assert share_of_second(played, played.found(), 0.4, played.source) == pytest.approx(
+        second, rel=1e-6)

@@ -12,7 +12,9 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.status import Status
+from aick_ros.registration.tracked_keypoints import TrackedKeypoints
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
@@ -85,3 +87,84 @@ def test_nothing_is_tracked_without_a_refinement(views):
     _, source, target, motion = views
     assert not Registrar(preset('paper-fast')).track(source, target, motion, LONG)[1].status.ok
     assert Registrar(Settings()).track(source, target, motion, LONG)[1].status.ok
+
+
+class Back:
+    """A refinement that tracks some keypoints back to a pose, and notes what it is given."""
+
+    def __init__(self, made, pose, tracked, known):
+        refined = made.refined(tracked, bias='a bias', noise='a noise', misalignment='a shift')
+        rows = np.linspace(0, known - 1, tracked).astype(int)  # of the target's keypoints
+        self.refined = dataclasses.replace(
+            refined, T_target_source=pose,
+            tracked=dataclasses.replace(refined.tracked, keypoints=rows))
+        self.given = []
+
+    def refine_back(self, *given):
+        self.given.append(given)
+        return self.refined
+
+
+@pytest.fixture
+def play(made):
+    """Return the function that registers two frames by a refinement of known answers."""
+    def play(tracked=60, known=100, error=np.zeros(6), elapsed=LONG, settings=Settings()):
+        expected = made.pose()
+        play.back = Back(made, expected @ se3.exp(error), tracked, known)
+        play.views = (made.prepared(2, 0, twist=np.arange(1.0, 7.0)), made.prepared(1, known))
+        play.expected = expected
+        return TrackedKeypoints(settings, play.back).register(*play.views, expected, elapsed)
+    return play
+
+
+def test_the_refinement_is_given_the_motion_expected_and_the_velocity(play):
+    source, found = play(elapsed=0.25)
+    (given_source, target, pose, predicted), = play.back.given
+    assert (given_source, target) == play.views and pose is play.expected
+    assert predicted.T_target_source is play.expected and predicted.elapsed == 0.25
+    np.testing.assert_array_equal(predicted.twist, np.arange(1.0, 7.0))
+
+
+def test_a_registration_has_all_that_was_refined(play):
+    """Its matches are rows of the tracked keypoints and of those of the target."""
+    source, found = play()
+    refined = play.back.refined
+    for name in ('T_target_source', 'covariance', 'systematic', 'bias', 'noise', 'misalignment'):
+        assert getattr(found, name) is getattr(refined, name)
+    assert found.reason == '60 keypoints tracked from the keyframe' and found.support == 60
+    np.testing.assert_array_equal(found.matches, np.column_stack([
+        np.arange(60), refined.tracked.keypoints]))
+    np.testing.assert_array_equal(found.tracks.keypoints, np.arange(60))
+    assert found.tracks.points is refined.tracked.points
+    known, keypoints = play.views[1].keypoints, source.keypoints
+    assert keypoints.stamp == 2 and source.is_tracked
+    for name in ('descriptors', 'covariances'):
+        np.testing.assert_array_equal(getattr(keypoints, name),
+                                      getattr(known, name)[refined.tracked.keypoints])
+    np.testing.assert_allclose(keypoints.positions, refined.tracked.points, rtol=1e-6)
+    np.testing.assert_allclose(keypoints.pixels, source.frame.camera.project(
+        refined.tracked.points), rtol=1e-5)
+
+
+@pytest.mark.parametrize('known, most, fewest, sought', [
+    (100, 400, 35, 100), (200, 100, 35, 100), (20, 400, 12, 20)])
+def test_a_third_of_what_is_sought_must_be_tracked(play, known, most, fewest, sought):
+    settings = with_values(Settings(), {'refinement.max_tracks': most})
+    assert play(fewest, known, settings=settings)[1].status.ok
+    source, found = play(fewest - 1, known, settings=settings)
+    assert found.status is Status.TOO_FEW_MATCHES and source is play.views[0]
+    assert found.reason == f'{fewest - 1} keypoints tracked from the keyframe, of {sought}'
+
+
+@pytest.mark.parametrize('error, elapsed, is_found', [
+    ([0.0499, 0, 0, 0, 0, 0], 1.0, True), ([0.0501, 0, 0, 0, 0, 0], 1.0, False),
+    ([0, 0, 0, 0, np.radians(2.99), 0], 1.0, True), ([0, 0, 0, 0, np.radians(3.01), 0], 1.0, False),
+    ([0.0149, 0, 0, 0, 0, 0], 0.0316228, True), ([0.0151, 0, 0, 0, 0, 0], 0.0316228, False)])
+def test_a_motion_far_from_the_one_expected_is_not_taken(play, error, elapsed, is_found):
+    """Nor one that is sudden: 15 m/s^2, five times 3, move a camera by 15 mm in 32 ms."""
+    settings = with_values(Settings(), {'odometry.acceleration_sigma': 3.0})
+    source, found = play(error=np.array(error), elapsed=elapsed, settings=settings)
+    assert found.status.ok == source.is_tracked == is_found
+    if not is_found:
+        assert found.status is Status.TOO_FEW_MATCHES and source is play.views[0]
+        assert found.reason == '60 keypoints tracked from the keyframe show a sudden motion'
