@@ -294,6 +294,13 @@ def test_an_attempt_needs_the_least_number_of_matches(moved, least, status):
         assert attempt.reason == '80 matches, odometry.min_matches is 81'
 
 
+@pytest.mark.parametrize('evidence', [Evidence.DEPTH, Evidence.DEPTH_ALONE])
+def test_what_depth_supports_needs_no_matches(moved, monkeypatch, evidence):
+    monkeypatch.setitem(globals(), 'JOINED', dataclasses.replace(
+        JOINED, support=0, evidence=evidence))
+    assert one_attempt(moved)[0].status is Status.OK
+
+
 def test_an_attempt_faster_than_the_gate_is_rejected(moved):
     """Two centimetres in half a second."""
     speed = np.linalg.norm(JOINED.T_target_source[:3, 3]) / 0.5

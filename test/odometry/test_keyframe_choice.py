@@ -6,9 +6,11 @@
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from aick_ros.frames.repetition import Repeat
+from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry.keyframe_choice import KeyframeChoice
 from aick_ros.odometry.reference import Reference, References
@@ -27,35 +29,41 @@ class View:
         return self.sharpness < other.sharpness
 
 
+def pose_at(number):
+    return PoseWithCovariance(se3.exp([number, 0, 0, 0, 0, 0]), (1 + number) * np.eye(6))
+
+
 class Policy:
     """Answers as it is told, and records what it is asked."""
 
     def __init__(self, keeps):
-        self._keeps, self.begun, self.counts = keeps, 0, []
+        self._keeps, self.begun, self.counts, self.asked = keeps, 0, [], []
 
     def begin(self):
         self.begun += 1
 
     def keeps(self, prepared, registration, count):
         self.counts.append(count)
+        self.asked.append((prepared, registration))
         return self._keeps
 
     def keeps_shape(self, seen):
+        self.asked.append(seen)
         return self._keeps
 
 
 def advance(keeps, is_by_depth=False, to_keyframe=True, keyframe='four', **changes):
     """Return the references after a frame, the keyframe, the frame and the policy."""
-    first, middle = (Reference(View(stamp, keypoints=keyframe), PoseWithCovariance.identity())
+    first, middle = (Reference(View(stamp, keypoints=keyframe), pose_at(stamp), pose_at(9))
                      for stamp in (0, 1))
     references, policy = References(first), Policy(keeps)
     references.track(middle, first)
-    last = Reference(View(2, **changes), PoseWithCovariance.identity())
+    last = Reference(View(2, **changes), pose_at(2), pose_at(8))
     choice = KeyframeChoice(Settings(), SimpleNamespace(
         with_own_keypoints=lambda prepared: replace(prepared, keypoints='own', is_tracked=False)))
     choice._policy = policy
     choice.advance(references, last, SimpleNamespace(
-        reference=references.keyframe if to_keyframe else middle, seen=None,
+        reference=references.keyframe if to_keyframe else middle, seen='by images',
         registration=SimpleNamespace(is_by_depth=is_by_depth)))
     return references, first, last, policy
 
@@ -91,3 +99,44 @@ def test_by_depth_the_keyframe_of_keypoints_stays(keeps):
     assert references.last.stamp == last.stamp
     assert references.shape.stamp == (first.stamp if keeps else last.stamp)
     assert policy.counts == [] and policy.begun == 0
+
+
+def is_at(reference, other):
+    """Return whether a frame is another one that all later ones refer to: exact in itself."""
+    return (reference.prepared.stamp == other.prepared.stamp and reference.pose is other.pose
+            and not reference.in_keyframe.covariance.any()
+            and np.array_equal(reference.in_keyframe.matrix, np.eye(4)))
+
+
+@pytest.mark.parametrize('to_keyframe', [True, False])
+def test_the_frame_that_serves_on_is_where_it_is(to_keyframe):
+    references, first, last, policy = advance(True, to_keyframe=to_keyframe)
+    served = first if to_keyframe else Reference(View(1), references.keyframe.pose)
+    assert is_at(references.keyframe, served)
+    np.testing.assert_array_equal(served.pose.covariance, pose_at(not to_keyframe).covariance)
+    assert references.last is last
+    (asked, registration), = policy.asked
+    assert asked is last.prepared and not registration.is_by_depth
+
+
+def test_the_next_keyframe_is_the_last_frame_and_exact_in_itself():
+    references, _, last, _ = advance(False)
+    assert is_at(references.keyframe, last)
+    assert references.last is references.keyframe
+
+
+@pytest.mark.parametrize('keeps', [True, False])
+def test_the_last_frame_by_depth_is_exact_in_itself_if_it_is_the_next_shape(keeps):
+    references, first, last, policy = advance(keeps, is_by_depth=True)
+    assert policy.asked == ['by images']
+    if keeps:
+        assert references.last is last and references.shape is references.keyframe
+    else:
+        assert is_at(references.shape, last) and references.last is references.shape
+
+
+def test_it_begins_with_the_policy():
+    choice = KeyframeChoice(Settings(), None)
+    choice._policy = Policy(True)
+    choice.begin()
+    assert choice._policy.begun == 1
