@@ -37,8 +37,8 @@ class Camera:
         pose = self.update(*pose, **mounted).pose
         return pose.matrix, pose.covariance
 
-    def put(self, T_odom_base, covariance, is_blind=False):
-        self.base.set_pose(PoseWithCovariance(T_odom_base, covariance), is_blind)
+    def put(self, T_odom_base, covariance, *is_blind):
+        self.base.set_pose(PoseWithCovariance(T_odom_base, covariance), *is_blind)
 
 
 def moved_by(T, back=1, covariance=CERTAIN):
@@ -135,7 +135,7 @@ def test_placed_while_blind_it_stays_until_the_next_pose_of_the_camera(way):
     base = Camera(ORIGIN, CERTAIN)
     for T, S, *_ in way:
         before = base.follow(T, S, T_BASE_CAMERA)
-    base.put(*before, is_blind=True)
+    base.put(*before, True)
     after = base.follow(ORIGIN, CERTAIN, T_BASE_CAMERA)
     np.testing.assert_allclose(after[0], before[0], atol=1e-12)
     np.testing.assert_allclose(after[1], before[1], atol=1e-12)
@@ -387,11 +387,13 @@ LEVEL = se3.from_roll_pitch_yaw(0.1, -0.2, 0.7, (0.4, 0.5, 0.6))
 
 
 def test_a_base_begins_with_roll_and_pitch_by_gravity_and_its_own_place_and_yaw(way):
-    base = Camera(se3.from_roll_pitch_yaw(0.0, 0.0, 2.0, (5, 6, 7)))
+    covariance = np.diag([1, 2, 3, 4, 5, 6.0])
+    base = Camera(se3.from_roll_pitch_yaw(0.0, 0.0, 2.0, (5, 6, 7)), covariance)
     first = LEVEL @ T_BASE_CAMERA
-    start, _ = base.follow(first, level_start=first)
+    start, uncertainty = base.follow(first, level_start=first)
     level = se3.from_roll_pitch_yaw(0.1, -0.2, 2.0, (5, 6, 7))
     np.testing.assert_allclose(start, level, atol=1e-12)
+    np.testing.assert_allclose(uncertainty, covariance, atol=1e-12)
     for pose, *_ in way[1:]:
         moved, _ = base.follow(first @ pose, level_start=first)
         in_base = T_BASE_CAMERA @ pose @ se3.inverse(T_BASE_CAMERA)

@@ -1,0 +1,176 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The order of tracking, steps and corrections, by a tracker and a problem of known answers."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry import se3
+from aick_ros.registration.refinement.measured_noise import MeasuredNoise
+from aick_ros.registration.refinement.misalignment import Misalignment
+from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
+from aick_ros.registration.refinement.refinement import Refinement
+from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
+
+FIRST = se3.exp([0.1, 0.2, 0.3, 0.1, -0.2, 0.1])
+STEP = np.array([0.01, -0.02, 0.03, 0.02, 0.01, -0.01])
+ITERATIONS = 6
+
+
+class Played:
+    """
+    A refinement whose steps are told, with notes of all that its parts are given.
+
+    :param counts: numbers of tracks each time the tracker is asked.
+    :param tracked: numbers of tracks that confirm each solution.
+    :param steps: of the pose; the last one is that of all after it.
+    """
+
+    def __init__(self, monkeypatch, counts=(60,), tracked=(60,), steps=(STEP,), most=100):
+        self.log, self._counts, self._tracked = [], list(counts), list(tracked)
+        self._steps, self._most = steps, most
+        module = 'aick_ros.registration.refinement.refinement'
+        monkeypatch.setattr(f'{module}.Tracker', self._make_tracker)
+        monkeypatch.setattr(f'{module}._Problem', self._make_problem)
+        self.settings = with_values(Settings(), {
+            'refinement.iterations': ITERATIONS, 'refinement.max_tracks': most})
+        self.noise = MeasuredNoise()
+        self.misalignment = MisalignmentEstimate(Misalignment(np.zeros(6), 0.01, 0.0))
+        self.refinement = Refinement(self.settings.refinement, self.settings.sensor, self.noise,
+                                     self.misalignment)
+        self.source, self.target = (SimpleNamespace(
+            keypoints=range(80), twist=np.full(6, twist)) for twist in (0.1, 0.2))
+
+    def _make_tracker(self, *made_with):
+        self.log.append(('tracker', *made_with))
+        return SimpleNamespace(track=lambda *of: self._track('track', *of),
+                               track_back=lambda *of: self._track('track_back', *of))
+
+    def _track(self, *of):
+        self.log.append(of)
+        return range(self._counts.pop(0))
+
+    def _make_problem(self, *made_with):
+        self.log.append(('problem', *made_with))
+        self._number = -1
+        return SimpleNamespace(
+            step=self._step, finish=self._finish,
+            correct=lambda *by: self.log.append(('correct', *by)))
+
+    def _step(self, pose, coarse):
+        self._number += 1
+        self.log.append(('step', pose, coarse))
+        return self._steps[min(self._number, len(self._steps) - 1)]
+
+    def _finish(self, pose):
+        self.log.append(('finish', pose))
+        return SimpleNamespace(T_target_source=pose @ FIRST, tracked=range(self._tracked.pop(0)))
+
+    def asked(self, kind):
+        return [entry[1:] for entry in self.log if entry[0] == kind]
+
+    def kinds(self):
+        return [entry[0] for entry in self.log if entry[0] != 'tracker']
+
+
+@pytest.fixture
+def play(monkeypatch):
+    return lambda **values: Played(monkeypatch, **values)
+
+
+def after(steps):
+    """Return the first pose after some steps."""
+    pose = FIRST
+    for step in steps:
+        pose = se3.perturbed(pose, step)
+    return pose
+
+
+def test_a_pose_takes_a_coarse_step_and_then_fine_ones_and_the_last_ends_it(play):
+    played = play()
+    found = played.refinement.refine(played.source, played.target, FIRST)
+    assert played.kinds() == ['track', 'problem', 'correct', *(ITERATIONS - 1) * ['step'], 'finish']
+    assert [coarse for _, coarse in played.asked('step')] == [True, *(ITERATIONS - 2) * [False]]
+    for number, (pose, _) in enumerate(played.asked('step')):
+        np.testing.assert_allclose(pose, after(number * [STEP]), atol=1e-12)
+    (pose,), = played.asked('finish')
+    np.testing.assert_allclose(pose, after((ITERATIONS - 1) * [STEP]), atol=1e-12)
+    np.testing.assert_allclose(found.T_target_source, pose @ FIRST, atol=1e-12)
+
+
+def test_its_parts_get_the_frames_and_what_is_known_of_the_camera(play):
+    played = play()
+    played.refinement.refine(played.source, played.target, FIRST)
+    settings, sensor = played.settings.refinement, played.settings.sensor
+    assert played.asked('tracker') == [(settings, sensor)]
+    assert played.asked('track') == [(played.source, played.target, FIRST)]
+    assert played.asked('problem') == [(played.source, played.target, range(60), settings, sensor,
+                                        played.noise)]
+    (misalignment, twist, pose), = played.asked('correct')
+    assert misalignment is played.misalignment.misalignment
+    assert twist is played.source.twist and pose is FIRST
+
+
+def test_the_velocity_is_that_to_the_pose_once_it_is_roughly_known(play):
+    played = play()
+    predicted = SimpleNamespace(twist_with=lambda pose: ('twist with', pose))
+    played.refinement.refine(played.source, played.target, FIRST, predicted)
+    assert played.kinds()[:6] == ['track', 'problem', 'correct', 'step', 'step', 'correct']
+    _, (misalignment, (_, of), pose) = played.asked('correct')
+    assert misalignment is played.misalignment.misalignment and of is pose
+    np.testing.assert_allclose(pose, after(2 * [STEP]), atol=1e-12)
+
+
+@pytest.mark.parametrize('small, steps', [
+    ([STEP, STEP, 0 * STEP], 3), ([STEP, 0 * STEP], 3), ([0 * STEP, STEP], ITERATIONS - 1),
+    ([STEP, STEP, np.full(6, -1.9e-5)], 3), ([STEP, STEP, np.full(6, -2.1e-5)], ITERATIONS - 1)])
+def test_a_fine_step_that_is_small_is_the_last_one(play, small, steps):
+    """The first two are in any case taken: before them the correction is not known."""
+    played = play(steps=small)
+    played.refinement.refine(played.source, played.target, FIRST)
+    assert played.kinds().count('step') == steps
+    (pose,), = played.asked('finish')
+    taken = [small[min(number, len(small) - 1)] for number in range(steps)]
+    np.testing.assert_allclose(pose, after(taken), atol=1e-12)
+
+
+@pytest.mark.parametrize('most, fewest', [(100, 40), (60, 30)])
+@pytest.mark.parametrize('found, is_enough', [(7, True), (6, False)])
+def test_keypoints_are_tracked_again_where_few_agree_and_enough_to_improve_were_found(
+        play, most, fewest, found, is_enough):
+    """Few are less than half of those that are sought."""
+    for tracked in (fewest, fewest - 1):
+        played = play(counts=(found, 50), tracked=(tracked, 55), most=most)
+        refined = played.refinement.refine(played.source, played.target, FIRST, None)
+        is_again = is_enough and tracked < fewest
+        assert played.kinds().count('track') == 1 + is_again
+        assert len(refined.tracked) == (55 if is_again else tracked)
+
+
+def test_tracked_again_all_begins_at_the_better_pose(play):
+    played = play(counts=(10, 50), tracked=(5, 55))
+    predicted = SimpleNamespace(twist_with=lambda pose: 'a twist')
+    played.refinement.refine(played.source, played.target, FIRST, predicted)
+    better = played.asked('finish')[0][0] @ FIRST
+    source, target, pose = played.asked('track')[1]
+    assert source is played.source and target is played.target
+    np.testing.assert_array_equal(pose, better)
+    assert played.asked('problem')[1][2] == range(50)
+    np.testing.assert_array_equal(played.asked('correct')[2][2], better)
+    np.testing.assert_array_equal(played.asked('step')[ITERATIONS - 1][0], better)
+    assert played.asked('correct')[3][1] == 'a twist'
+
+
+def test_without_keypoints_of_the_source_those_of_the_target_are_tracked_once(play):
+    played = play(counts=(10,), tracked=(3,))
+    predicted = SimpleNamespace(twist_with=lambda pose: 'a twist')
+    found = played.refinement.refine_back(played.source, played.target, FIRST, predicted)
+    assert played.asked('track_back') == [(played.source, played.target, FIRST)]
+    assert played.asked('track') == [] and len(played.asked('problem')) == 1
+    assert played.asked('problem')[0][2] == range(10)
+    assert played.asked('correct')[0][2] is FIRST and played.asked('correct')[1][1] == 'a twist'
+    assert len(found.tracked) == 3
