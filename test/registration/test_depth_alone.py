@@ -13,7 +13,7 @@ from scipy.stats import chi2
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.frames.surface import FINE_CELL, Surface
+from aick_ros.frames.surface import CELL, FINE_CELL, Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
@@ -24,6 +24,7 @@ from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.residuals import NormalEquations, point_to_plane
 from aick_ros.registration.result import Evidence
+from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 
 CAMERA = Camera(320, 240, 260.0, 260.0, 160.0, 120.0)
@@ -258,3 +259,197 @@ def test_the_expected_motion_counts_with_all_of_its_covariance(monkeypatch):
     gain = covariance[:, 0] / (covariance[0, 0] + sigma ** 2)
     np.testing.assert_allclose(se3.difference(problem.solve(np.eye(4)), np.eye(4)),
                                measured * gain, atol=2e-6)
+
+
+class Played:
+    """Depth alone whose problems have known answers, with notes of what they are given."""
+
+    def __init__(self, monkeypatch, made, count=300, overlap=0.5):
+        self.log, self.overlap = [], overlap
+        self.poses = {'coarse': made.pose(), 'fine': made.pose()}
+        self.covariance, self.bias, self.asked = made.covariance(), made.covariance(), []
+        monkeypatch.setattr(depth_alone, '_Depth', self._depth)
+        monkeypatch.setattr(depth_alone, '_Problem', self._problem)
+        self.twist = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+        self.source, self.target = (made.prepared(
+            stamp, surface='a surface', twist=twist, depth_lag=lag) for stamp, twist, lag in (
+                (2, self.twist, 0.01), (1, -self.twist, 0.02)))
+        points = np.tile([0.3, -0.2, 2.0], (count + 5, 1))
+        self.surface = SimpleNamespace(name='coarse', points=points, chosen=np.arange(count))
+        self.misalignment = MisalignmentEstimate(Misalignment(np.zeros(6), 0.005, 0.03))
+        self.alone = DepthAlone(Settings(), SimpleNamespace(expected=self._noise),
+                                self.misalignment)
+        self.alone._surfaces = lambda frame: (
+            self.surface if frame is self.source.frame else SimpleNamespace(name='coarse'),
+            SimpleNamespace(name='fine'))
+
+    def _noise(self, displacement):
+        self.asked.append(displacement)
+        return Noise(bias=self.bias)
+
+    def _depth(self, *made_with):
+        self.log.append(('depth', *made_with))
+        name = made_with[0].name
+        return SimpleNamespace(name=name, overlap=lambda pose: self.log.append(
+            ('overlap', name, pose)) or self.overlap)
+
+    def _problem(self, depth, expected):
+        self.log.append(('problem', depth.name, expected))
+        return SimpleNamespace(
+            solve=lambda pose: self.log.append(('solve', depth.name, pose)) or self.poses[
+                depth.name],
+            covariance=lambda pose, unobserved: self.log.append(
+                ('covariance', depth.name, pose, unobserved)) or self.covariance)
+
+    def register(self):
+        return self.alone.register(self.source, self.target,
+                                   PoseWithCovariance(MOTION, PRIOR), 9 * PRIOR)
+
+    def only(self, kind):
+        (entry,) = [entry[1:] for entry in self.log if entry[0] == kind]
+        return entry
+
+
+@pytest.fixture
+def play(monkeypatch, made):
+    return lambda **values: Played(monkeypatch, made, **values)
+
+
+def test_coarse_surfaces_give_the_first_pose_and_fine_ones_the_last(play):
+    played = play()
+    found = played.register()
+    coarse, fine = ([entry[1:] for entry in played.log if entry[0] == 'solve'])
+    assert coarse[0] == 'coarse' and coarse[1] is MOTION
+    assert fine == ('fine', played.poses['coarse'])
+    assert found.T_target_source is played.poses['fine']
+    assert {entry[2].covariance is PRIOR for entry in played.log if entry[0] == 'problem'} == {True}
+    assert played.only('overlap') == ('coarse', played.poses['fine'])
+    name, pose, unobserved = played.only('covariance')
+    assert name == 'fine' and pose is played.poses['fine']
+    np.testing.assert_array_equal(unobserved, 9 * PRIOR)
+    np.testing.assert_allclose(found.covariance, played.covariance + played.bias)
+    assert (found.evidence, found.overlap, found.support, found.tracks) == (
+        Evidence.DEPTH_ALONE, 0.5, 0, None)
+    assert found.matches.shape == (0, 2) and found.iterations == 0
+    assert found.reason == 'by depth alone, 50% of 300 points'
+
+
+def test_the_bias_is_that_of_the_displacement_of_the_image(play):
+    """All points are at one place, which the pose moves."""
+    played = play()
+    played.register()
+    before, after = (point[:2] / point[2] for point in (
+        played.surface.points[0], se3.transform(played.poses['fine'],
+                                                played.surface.points[:1])[0]))
+    focal_length = played.source.frame.camera.fx
+    assert played.asked == [pytest.approx(focal_length * np.linalg.norm(after - before))]
+
+
+def test_points_that_come_to_lie_behind_the_camera_displace_nothing():
+    surface = SimpleNamespace(points=np.array([[0.2, 0, 2.0], [0.1, 0, 0.5], [9, 9, 9]]),
+                              chosen=np.array([0, 1]))
+    back = se3.exp([0.4, 0, -1.0, 0, 0, 0])
+    assert depth_alone._displacement(surface, back, 100.0) == pytest.approx(100 * (0.6 - 0.1))
+    assert depth_alone._displacement(surface, se3.exp([0, 0, -2.0, 0, 0, 0]), 100.0) == 0.0
+
+
+@pytest.mark.parametrize('values, status', [
+    ({'count': 299}, Status.TOO_FEW_KEYPOINTS), ({'overlap': 0.4999}, Status.TOO_FEW_MATCHES)])
+def test_it_fails_with_few_points_or_little_overlap(play, values, status):
+    found = play(**values).register()
+    assert found.status is status
+    assert found.reason == ('299 points with depth' if 'count' in values
+                            else 'by depth alone, 50% of 300 points')
+
+
+@pytest.mark.parametrize('without', ['source', 'target'])
+def test_it_fails_where_one_frame_has_no_surface(play, without):
+    played = play()
+    setattr(played, without, dataclasses.replace(getattr(played, without), surface=None))
+    found = played.register()
+    assert (found.status, found.reason) == (Status.TOO_FEW_KEYPOINTS, '0 points with depth')
+
+
+@pytest.mark.parametrize('known, twists', [
+    ('both', (1, -1)), ('source', (1, 1)), ('target', (0, -1)), ('none', (0, 0))])
+def test_depth_is_corrected_by_the_velocity_of_each_frame(play, known, twists):
+    """A target of an unknown one moves as the source, without any both are at rest."""
+    played = play()
+    for name in {'source', 'target'} - ({known} if known != 'both' else {'source', 'target'}):
+        setattr(played, name, dataclasses.replace(getattr(played, name), twist=None))
+    played.register()
+    for entry, kind in zip([entry for entry in played.log if entry[0] == 'depth'],
+                           ('coarse', 'fine'), strict=True):
+        _, source, target, correction, settings = entry
+        assert (source.name, target.name) == (kind, kind) and settings is played.alone._settings
+        assert source is played.surface or kind == 'fine'
+        for moved, twist, lag in zip((correction.source, correction.target), twists,
+                                     (0.01, 0.02)):
+            np.testing.assert_allclose(moved.depth, (lag + 0.005) * twist * played.twist)
+            np.testing.assert_allclose(moved.rows, 0.03 * twist * played.twist)
+
+
+def test_each_frame_has_two_surfaces_made_once(monkeypatch, made):
+    given = []
+    monkeypatch.setattr(depth_alone.Surface, 'of',
+                        lambda *of, keeps_rough=False: given.append((*of, keeps_rough)) or len(of))
+    settings, frame = Settings(), made.frame(1)
+    alone = DepthAlone(settings)
+    assert alone._surfaces(frame) is alone._surfaces(frame)
+    expected = (frame.depth, frame.camera, settings.sensor, settings.refinement.surface_points)
+    assert given == [(*expected, cell, True) for cell in (CELL, FINE_CELL)]
+
+
+def test_residuals_are_those_of_the_corrected_surface(monkeypatch):
+    given = []
+    residuals = SimpleNamespace(values=np.array([3.9, -3.9, 4.0, -4.1, 0.0]))
+    monkeypatch.setattr(depth_alone, 'point_to_plane', lambda *of: given.append(of) or residuals)
+    correction = SimpleNamespace(surface=lambda surface: SimpleNamespace(
+        of=surface, chosen=range(10)), target=SimpleNamespace(to_depth='undo'))
+    settings = Settings()
+    depth = depth_alone._Depth('source', 'target', correction, settings)
+    assert depth.residuals(MOTION) is residuals
+    (source, *rest), = given
+    assert source.of == 'source'
+    refinement = settings.refinement
+    assert rest == ['target', MOTION, settings.sensor, refinement.robust_width, refinement.reach,
+                    'undo']
+    # of ten points five have a plane, three of these within four sigmas
+    assert depth.overlap(MOTION) == 0.3
+
+
+def told(monkeypatch, information, noise):
+    """Return a problem around the identity with known information and noise of the gradient."""
+    def equations(residuals):
+        error = se3.difference(residuals[0], np.eye(4))
+        return SimpleNamespace(information=information, gradient=information @ error)
+    monkeypatch.setattr(depth_alone.NormalEquations, 'of', equations)
+    monkeypatch.setattr(depth_alone, 'gradient_noise', lambda residuals: noise)
+    asked = []
+    depth = SimpleNamespace(residuals=lambda pose: asked.append(pose) or pose)
+    return depth_alone._Problem(depth, PoseWithCovariance(np.eye(4), PRIOR)), asked
+
+
+def test_the_covariance_has_the_scatter_of_depth_and_what_is_unobserved(monkeypatch, made):
+    information = np.linalg.inv(made.covariance() + 1e-6 * np.eye(6))
+    noise, unobserved = 1e4 * made.covariance(), 25 * PRIOR
+    problem, _ = told(monkeypatch, information, noise)
+    prior = np.linalg.inv(unobserved)
+    inverse = np.linalg.inv(information + prior)
+    np.testing.assert_allclose(
+        problem.covariance(MOTION, unobserved),
+        inverse @ (noise + 0.01 * information + prior) @ inverse, rtol=1e-6)
+
+
+def test_the_iteration_ends_with_a_small_step_or_after_twelve(monkeypatch):
+    """From 1 m away: depth is a thousand times as sure as the motion expected, and exact."""
+    problem, asked = told(monkeypatch, 1000 * np.linalg.inv(PRIOR), np.zeros((6, 6)))
+    far = se3.exp([1.0, 0, 0, 0, 0, 0])
+    np.testing.assert_allclose(problem.solve(far), np.eye(4), atol=1e-9)
+    assert len(asked) == 2  # the second step is none
+    monkeypatch.setattr(depth_alone.NormalEquations, 'of', lambda residuals: SimpleNamespace(
+        information=1e9 * np.eye(6), gradient=1e9 * np.full(6, 1.01e-4)))
+    asked.clear()
+    found = problem.solve(np.eye(4))
+    assert len(asked) == 12
+    np.testing.assert_allclose(found[:3, 3], -12 * 1.01e-4, rtol=1e-3)
