@@ -4,6 +4,7 @@
 """Sudden motions of the camera, and of objects in front of it, in rendered views."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -214,3 +215,150 @@ def test_a_registration_without_expected_pose_is_not_checked(frames, picture, mo
 def test_the_view_decides_if_enough_of_it_is_seen_and_votes(first, second, seen, sudden, decides):
     """The more sudden the motion, the fewer must vote for the expected one: 60 % down to 10 %."""
     assert _is_for_second(PoseVote(first, second, seen), sudden) == decides
+
+
+EXPECTED = se3.exp([0.05, 0.02, 0.01, 0.02, 0.1, -0.05])
+ELAPSED = 0.1
+AWAY = np.array([0.3, 0.1, 0.0, 0.02, 0.0, 0.01])
+"""Error of a registration, an apparent acceleration of 63 m/s^2."""
+
+
+class Played:
+    """A check whose refinements and vote have known answers, and two frames."""
+
+    def __init__(self, monkeypatch, made, vote=PoseVote(0.0, 1.0, 1.0), tracked=(30,)):
+        self.made, self.refined, self.voted = made, [], []
+        self.answers = [dataclasses.replace(
+            made.refined(count, bias=f'bias {count}', noise='a noise'),
+            T_target_source=se3.perturbed(EXPECTED, np.array([0.01, 0, 0, 0, 0.005, 0])))
+            for count in tracked]
+        monkeypatch.setattr('aick_ros.registration.dynamic_objects.pose_vote',
+                            lambda *of: self.voted.append(of) or vote)
+        self.settings, self.opinion = Settings(), opinion()
+        self.opinion._refinement = SimpleNamespace(
+            refine=lambda *of: self.refined.append(of) or self.answers[len(self.refined) - 1])
+        self.source, self.target = (made.prepared(stamp, surface='a surface')
+                                    for stamp in (2, 1))
+        tracks = made.tracks(20)
+        self.found = dataclasses.replace(
+            made.registration(systematic=made.covariance(), noise='of objects'),
+            T_target_source=se3.perturbed(EXPECTED, AWAY),
+            tracks=dataclasses.replace(tracks, keypoints=np.arange(20) * 3))
+
+    def check(self, **replaced):
+        views = {'source': self.source, 'target': self.target, **replaced}
+        return self.opinion.check(self.found, views['source'], views['target'], EXPECTED, ELAPSED)
+
+    def second(self, number=0):
+        """Return the pose of a refinement, fused with the motion expected."""
+        odometry, refined = self.settings.odometry, self.answers[number]
+        sigmas = np.repeat([5 / 3 * odometry.acceleration_sigma,
+                            odometry.angular_acceleration_sigma], 3) * ELAPSED ** 2 / 2
+        return fuse(PoseWithCovariance(EXPECTED, np.diag(sigmas ** 2)),
+                    PoseWithCovariance(refined.T_target_source, refined.covariance))
+
+
+@pytest.fixture
+def play(monkeypatch, made):
+    return lambda **values: Played(monkeypatch, made, **values)
+
+
+REST = np.setdiff1d(np.arange(100), np.arange(20) * 3)
+
+
+def test_it_is_refined_from_the_motion_expected_without_the_keypoints_found(play):
+    played = play()
+    played.check()
+    (source, target, pose), = played.refined
+    assert target is played.target and pose is EXPECTED and source.frame is played.source.frame
+    for name in ('positions', 'descriptors', 'covariances', 'pixels'):
+        np.testing.assert_array_equal(getattr(source.keypoints, name),
+                                      getattr(played.source.keypoints, name)[REST])
+
+
+def test_where_no_tracks_confirmed_it_all_keypoints_are_left(play):
+    played = play()
+    played.found = dataclasses.replace(played.found, tracks=None)
+    played.check()
+    np.testing.assert_array_equal(played.refined[0][0].keypoints.pixels,
+                                  played.source.keypoints.pixels)
+
+
+def test_the_view_votes_on_both_poses_and_the_second_replaces_all(play):
+    played = play()
+    checked, second, refined = played.check(), played.second(), played.answers[0]
+    (source, target, first, other, sensor), = played.voted
+    assert source is played.source and target is played.target
+    assert first is played.found.T_target_source and sensor is played.settings.sensor
+    np.testing.assert_allclose(other, second.matrix, atol=1e-12)
+    np.testing.assert_allclose(checked.T_target_source, second.matrix, atol=1e-12)
+    np.testing.assert_allclose(checked.covariance, second.covariance, rtol=1e-9)
+    assert not checked.systematic.any() and checked.noise is None
+    assert checked.bias is refined.bias and checked.matches.shape == (0, 2)
+    np.testing.assert_array_equal(checked.tracks.keypoints, REST[refined.tracked.keypoints])
+    assert checked.tracks.points is refined.tracked.points
+    assert (checked.support, checked.evidence) == (30, Evidence.DEPTH)
+    assert checked.reason == ('70 keypoints move by themselves, 100% of the view shows another '
+                              'motion')
+
+
+@pytest.mark.parametrize('tracked, is_by_depth', [(12, False), (11, True)])
+def test_with_few_other_keypoints_the_depth_images_decide_alone(play, tracked, is_by_depth):
+    """Which have no bias against keypoints then."""
+    played = play(tracked=(tracked, 0))
+    checked = played.check()
+    assert len(played.refined) == 1 + is_by_depth
+    assert checked.bias == (None if is_by_depth else 'bias 12')
+    if is_by_depth:
+        source, target, pose = played.refined[1]
+        assert len(source.keypoints) == 0 and source.frame is played.source.frame
+        assert target is played.target and pose is EXPECTED
+        assert checked.support == len(checked.tracks.keypoints) == 0
+        np.testing.assert_allclose(checked.T_target_source, played.second(1).matrix, atol=1e-12)
+
+
+def test_where_the_view_does_not_decide_the_choice_adds_its_variance(play):
+    """By the share of the votes for the second pose."""
+    played = play(vote=PoseVote(0.3, 0.1, 1.0))
+    checked = played.check()
+    difference = se3.difference(played.found.T_target_source, played.second().matrix)
+    np.testing.assert_allclose(
+        checked.covariance, played.found.covariance + 0.25 * np.outer(difference, difference))
+    assert checked.T_target_source is played.found.T_target_source
+    assert checked.systematic is played.found.systematic
+
+
+def test_a_second_pose_that_is_the_same_is_not_voted_on(play):
+    """Within 15 mm and 0.8 degrees."""
+    for away, is_same in ((0.014, True), (0.016, False)):
+        played = play()
+        moved = played.second().matrix @ se3.exp([away, 0, 0, 0, 0, 0])
+        played.found = dataclasses.replace(played.found, T_target_source=moved)
+        played.opinion._sudden = np.array([1e-3, 1e-3])
+        assert (played.check() is played.found) == is_same
+        assert bool(played.voted) != is_same
+
+
+@pytest.mark.parametrize('which', ['source', 'target'])
+def test_it_is_not_checked_where_one_frame_has_no_surface(play, which):
+    played = play()
+    blind = dataclasses.replace(getattr(played, which), surface=None)
+    assert played.check(**{which: blind}) is played.found and not played.refined
+
+
+def test_nor_between_two_resolutions(play, made):
+    played = play()
+    other = made.prepared(2, size=(20, 24), surface='a surface')
+    assert played.check(source=other) is played.found and not played.refined
+
+
+@pytest.mark.parametrize('factor, is_checked', [(0.999, False), (1.001, True)])
+def test_what_is_checked_is_sudden_by_the_motion_model(play, factor, is_checked):
+    """By five of its accelerations: 15 cm in a tenth of a second."""
+    played = play()
+    limit = 5 * played.settings.odometry.acceleration_sigma * ELAPSED ** 2
+    assert limit == pytest.approx(0.15)
+    played.found = dataclasses.replace(
+        played.found, T_target_source=EXPECTED @ se3.exp([factor * limit, 0, 0, 0, 0, 0]))
+    played.check()
+    assert bool(played.refined) == is_checked
