@@ -456,3 +456,23 @@ def test_a_keyframe_takes_the_bytes_of_its_images_and_surface(has_surface):
                 frame, frame=image, grey=grey, surface=surface), START), START.matrix, NO_DETOUR)
         assert len(memory.frames) == most
     assert all(kept.frame.colour is kept.grey is grey for kept in memory.frames)
+
+
+def test_a_largest_step_that_is_changed_is_that_of_the_next_frame(scripted):
+    far = STEPS[0].matrix @ se3.exp([0.3, 0.4, 0.0, 0.0, 0.0, 0.0])
+    memory, _, beyond = found_again(scripted, far, 1e-14 * np.eye(6), {
+        'odometry.correction_step': 0.002, 'odometry.correction_turn': 0.1})
+    memory.configure(with_values(Settings(), {
+        'odometry.correction_step': 0.004, 'odometry.correction_turn': 0.1}), None)
+    memory.track(Reference(prepared(1), START @ STEPS[0]), beyond.matrix, NO_DETOUR)
+    moved = memory.published(beyond).translation - beyond.translation
+    assert np.linalg.norm(moved) == pytest.approx(0.002 + 0.004, rel=1e-6)
+
+
+def test_all_that_was_found_again_is_counted(scripted):
+    pose = PoseWithCovariance(np.eye(4), KNOWING_NOTHING)
+    scripted(accepted=2 * (RelativePose(0, 1, pose),))
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0})
+    for index, count in ((1, 2), (2, 4), (3, 6)):
+        memory.track(Reference(prepared(index), START), START.matrix, NO_DETOUR)
+        assert memory.reused == count

@@ -88,6 +88,17 @@ def test_at_rest_the_systematic_error_is_common():
     assert np.diag(motion.covariance).max() < 1e-4
 
 
+@pytest.mark.parametrize('step, share', [(0.002, 0.25 ** 4), (0.004, 0.5 ** 4), (0.008, 1.0)])
+def test_displacements_below_four_milliradians_are_compared_with_that(step, share):
+    """At a depth of 2 m; the keyframe is as far away as the frame before."""
+    noise, systematic = 1e-6 * np.eye(6), np.diag(np.arange(1.0, 7.0))
+    poses = [PoseWithCovariance(se3.exp([x, 0, 0, 0, 0, 0]), noise) for x in (0.0, step)]
+    before = Reference(VIEW, ORIGIN, poses[0])
+    added = (before.motion_to(registered_at(poses[1], systematic)).covariance
+             - before.motion_to(registered_at(poses[1])).covariance)
+    np.testing.assert_allclose(added, share * systematic, atol=1e-9)
+
+
 def test_from_a_keyframe_the_systematic_error_counts_in_full():
     registration = registered_at(ORIGIN, np.eye(6))
     np.testing.assert_array_equal(
