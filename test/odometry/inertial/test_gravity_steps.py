@@ -1,0 +1,279 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the level frame hands to its integral, its filter and its correction, frame by frame."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.imu import ImuSamples
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance, in_axes
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.inertial.gravity import Gravity
+from aick_ros.odometry.inertial.gravity_filter import GRAVITY
+from aick_ros.odometry.inertial.level import level_orientation
+from aick_ros.settings import ImuSettings
+
+START, OFFSET = 100 * NANOSECONDS, 0.007
+FORCE = np.array([1.0, -9.0, -3.0])
+CORRECTION = se3.exp([1.0, 0.2, 0.1, 0.1, 0.2, 0.3])
+SETTINGS = ImuSettings()
+RNG = np.random.default_rng(6)
+
+
+def covariance(scale=1e-2):
+    root = scale * RNG.standard_normal((6, 6))
+    return root @ root.T
+
+
+SEEN = [PoseWithCovariance(se3.exp(0.2 * RNG.standard_normal(6)), covariance()) for _ in range(3)]
+REFERENCE = PoseWithCovariance(se3.exp(0.5 * RNG.standard_normal(6)), covariance(3e-3))
+NEXT_REFERENCE = REFERENCE @ PoseWithCovariance(
+    se3.exp(0.1 * RNG.standard_normal(6)), covariance(1e-3))
+
+
+class Filter:
+    """A filter of gravity that agrees or not, as it is told."""
+
+    def __init__(self, played, made_with):
+        self._played, self.made_with = played, made_with
+        self.up = SimpleNamespace(in_axes=lambda rotation: ('up', rotation))
+
+    def __getattr__(self, method):
+        def note(*args):
+            self._played.log.append((method, *args))
+            return self._played.agrees if method == 'measure' else None
+        return note
+
+
+class Played:
+    """Gravity with an integral, a filter and a correction that note what they are given."""
+
+    def __init__(self, monkeypatch, settings=SETTINGS):
+        self.log, self.filters, self.agrees = [], [], True
+        self.force, self.duration = FORCE, 0.1
+        monkeypatch.setattr('aick_ros.odometry.inertial.gravity.GravityFilter', self._filter)
+        self.gravity = Gravity(settings)
+        self.gravity._forces = SimpleNamespace(
+            last=START, add=lambda *of: self.log.append(('add', *of)),
+            recent=self._recent, between=self._between)
+        self.gravity._offset = round(OFFSET * NANOSECONDS)
+        self.watch()
+
+    def watch(self):
+        self.gravity._level = SimpleNamespace(
+            approach=lambda *to: self.log.append(('approach', *to)))
+
+    def _filter(self, *made_with):
+        self.filters.append(Filter(self, made_with))
+        return self.filters[-1]
+
+    def _recent(self, *of):
+        self.log.append(('recent', *of))
+        return np.empty((0, 3)) if self.force is None else self.force + np.array(
+            [[0.1, 0, 0.2], [-0.1, 0, -0.2]])
+
+    def _between(self, *of):
+        self.log.append(('between', *of))
+        return None if self.duration is None else SimpleNamespace(duration=self.duration)
+
+    def update(self, seconds, seen=SEEN[0], reference=REFERENCE):
+        self.log.clear()
+        stamp = START + round(seconds * NANOSECONDS)
+        self.gravity.update(stamp, reference, seen, CORRECTION)
+        return self.log
+
+    def kinds(self):
+        return [entry[0] for entry in self.log]
+
+
+@pytest.fixture
+def play(monkeypatch):
+    """Return the function that makes such a one, begun with a frame."""
+    def begin(frames=1, settings=SETTINGS):
+        played = Played(monkeypatch, settings)
+        played.first = played.gravity.begin(START)
+        played.asked = list(played.log)
+        for index in range(frames):
+            played.update(0.1 * index, SEEN[index])
+        return played
+    return begin
+
+
+def test_the_first_frame_is_level_by_the_force_of_a_tenth_of_a_second(play):
+    played = play(0)
+    assert played.asked == [('recent', START + 7_000_000, NANOSECONDS // 10)]
+    expected = np.eye(4)
+    expected[:3, :3] = level_orientation(FORCE / np.linalg.norm(FORCE))
+    np.testing.assert_allclose(played.first.matrix, expected, atol=1e-12)
+    assert not played.first.covariance.any()
+    np.testing.assert_array_equal(played.gravity.start, played.first.matrix)
+    played.first.matrix[0, 3] = 9.0
+    assert played.gravity.start[0, 3] == 0.0
+
+
+@pytest.mark.parametrize('strength, is_level', [
+    (0.499, False), (0.501, True), (1.499, True), (1.501, False)])
+def test_what_is_far_from_gravity_is_none(play, strength, is_level):
+    played = play(0)
+    played.gravity.reset()
+    played.force = strength * GRAVITY * FORCE / np.linalg.norm(FORCE)
+    assert (played.gravity.begin(START) is not None) == is_level
+
+
+def test_without_a_force_or_with_one_that_never_changes_nothing_is_level(play):
+    played = play(0)
+    for force, unchanged in ((None, ''), (FORCE, 'it is stuck')):
+        played.gravity.reset()
+        played.force = force
+        played.gravity._samples = SimpleNamespace(unchanged=unchanged)
+        assert played.gravity.begin(START) is None and played.gravity.start is None
+
+
+def test_samples_are_added_and_their_clock_is_known(play):
+    played = play(0)
+    played.log.clear()
+    stamps, forces = np.array([5, 6]) * NANOSECONDS, np.array([[1.0, 2, 3], [4, 5, 6]])
+    played.gravity.add(ImuSamples(stamps, np.zeros((2, 3)), forces), -0.02)
+    assert [entry[1] for entry in played.log] == stamps.tolist()
+    np.testing.assert_array_equal([entry[2] for entry in played.log], forces)
+    played.log.clear()
+    played.gravity.begin(START)
+    assert played.log[0][1] == START - 20_000_000
+
+
+def test_the_filter_begins_with_the_force_in_the_axes_of_the_frame(play):
+    """As uncertain as a hand accelerates, and as the force differs from gravity."""
+    played = play()
+    (settings, up, uncertainty, position, errors), = [one.made_with for one in played.filters]
+    measured = REFERENCE.matrix @ SEEN[0]
+    assert settings is SETTINGS
+    np.testing.assert_allclose(up, measured.rotation @ FORCE)
+    np.testing.assert_allclose(uncertainty, np.eye(3) * (
+        0.5 ** 2 + (np.linalg.norm(FORCE) - GRAVITY) ** 2))
+    np.testing.assert_allclose(position, measured.translation)
+    np.testing.assert_allclose(errors, measured.covariance[:3, :3])
+    # and shows the frame what is up at once
+    assert played.kinds() == ['recent', 'approach']
+
+
+def test_without_a_force_the_filter_begins_later(play):
+    played = play(0)
+    played.force = None
+    assert played.update(0.0)[0][0] == 'recent' and played.filters == []
+    assert 'approach' not in played.kinds()
+    played.force = FORCE
+    played.update(0.1)
+    assert len(played.filters) == 1
+
+
+def test_a_position_is_predicted_by_the_forces_since_the_frame_before(play):
+    played = play()
+    measured = [REFERENCE.matrix @ SEEN[0], NEXT_REFERENCE.matrix @ SEEN[1]]
+    drift, between, predict, measure, _ = played.update(0.1, SEEN[1], NEXT_REFERENCE)
+    axes = in_axes(REFERENCE.rotation)
+    np.testing.assert_allclose(
+        drift[1], axes @ NEXT_REFERENCE.since(REFERENCE).covariance @ axes.T, atol=1e-12)
+    assert between[:3] == ('between', START + 7_000_000, START + 107_000_000)
+    np.testing.assert_allclose(between[3], measured[0].rotation)
+    np.testing.assert_allclose(between[4], measured[1].rotation)
+    assert predict[0] == 'predict' and predict[1].duration == 0.1
+    np.testing.assert_allclose(predict[2], measured[1].covariance[3:, 3:])
+    assert measure[0] == 'measure'
+    np.testing.assert_allclose(measure[1], measured[1].translation)
+    np.testing.assert_allclose(measure[2], measured[1].covariance[:3, :3])
+    assert played.kinds()[-1] == 'approach'
+    assert played.update(0.3)[1][1:3] == (START + 107_000_000, START + 307_000_000)
+
+
+def test_what_is_up_is_told_to_the_frame_as_it_is_published(play):
+    played = play()
+    _, (up, rotation), pose, elapsed = played.update(0.1, SEEN[1])[-1]
+    assert up == 'up' and elapsed == pytest.approx(0.1)
+    np.testing.assert_array_equal(rotation, CORRECTION[:3, :3])
+    expected = CORRECTION @ (REFERENCE.matrix @ SEEN[1])
+    np.testing.assert_allclose(pose.matrix, expected.matrix, atol=1e-12)
+    np.testing.assert_allclose(pose.covariance, expected.covariance, atol=1e-12)
+    assert played.update(5.0)[-1][3] == 0.2  # no more than a fifth of a second
+
+
+@pytest.mark.parametrize('duration, is_placed', [(0.2, False), (0.2001, True), (None, True)])
+def test_over_a_gap_the_position_is_taken_as_measured(play, duration, is_placed):
+    played = play()
+    played.duration = duration
+    played.update(0.1, SEEN[1])
+    measured = REFERENCE.matrix @ SEEN[1]
+    if is_placed:
+        assert played.kinds() == ['drift', 'between', 'place', 'approach']
+        np.testing.assert_allclose(played.log[2][1], measured.translation)
+        np.testing.assert_allclose(played.log[2][2], measured.covariance[:3, :3])
+    else:
+        assert played.kinds() == ['drift', 'between', 'predict', 'measure', 'approach']
+
+
+def test_a_position_that_disagrees_is_taken_as_measured(play):
+    played = play()
+    played.agrees = False
+    played.update(0.1, SEEN[1])
+    assert played.kinds() == ['drift', 'between', 'predict', 'measure', 'place', 'approach']
+    measured = REFERENCE.matrix @ SEEN[1]
+    np.testing.assert_allclose(played.log[4][1], measured.translation)
+    np.testing.assert_allclose(played.log[4][2], measured.covariance[:3, :3])
+
+
+def test_it_is_wrong_where_a_fifth_disagrees_and_right_again_below_a_twentieth(play):
+    """By a mean of thirty frames: 1 - (29/30)^n of it disagrees after n that do."""
+    played, count, frame = play(), 0, 0
+    played.agrees = False
+    while not played.gravity.complaint:
+        count, frame = count + 1, frame + 1
+        played.update(0.1 * frame)
+    assert count == np.ceil(np.log(0.8) / np.log(29 / 30))
+    share = 1 - (29 / 30) ** count
+    assert 'approach' not in played.kinds()
+    np.testing.assert_array_equal(played.gravity.bias, np.zeros(3))
+    assert 'not compared' in played.gravity.description
+    played.agrees = True
+    for first in (True, False):  # it begins anew, and is not believed at once
+        played.update(0.1 * (frame := frame + 1))
+        assert len(played.filters) == 2 and ('measure' in played.kinds()) != first
+        assert 'approach' not in played.kinds()
+    agreed = 1
+    while played.gravity.complaint:
+        agreed += 1
+        played.update(0.1 * (frame := frame + 1))
+    assert agreed == np.ceil(np.log(0.05 / share) / np.log(29 / 30))
+    assert played.kinds()[-1] == 'approach'
+
+
+def test_a_reset_forgets_the_level_and_who_was_wrong_but_no_samples(play):
+    played = play()
+    played.agrees = False
+    for frame in range(1, 9):
+        played.update(0.1 * frame)
+    assert played.gravity.complaint
+    played.gravity.reset()
+    assert played.gravity.start is None and not played.gravity.complaint
+    assert played.update(1.0) == []
+    np.testing.assert_array_equal(played.gravity.levelled(SEEN[0]).matrix, SEEN[0].matrix)
+    assert played.gravity.begin(START) is not None
+
+
+def test_a_restart_keeps_the_level_frame_and_measures_anew(play):
+    played = play()
+    played.gravity.restart()
+    played.watch()
+    assert played.gravity.start is not None
+    played.update(2.0, SEEN[1])
+    assert played.kinds() == ['recent', 'approach'] and len(played.filters) == 2
+    np.testing.assert_allclose(played.filters[1].made_with[3],
+                               (REFERENCE.matrix @ SEEN[1]).translation)
+
+
+def test_switched_off_on_the_way_it_measures_no_more(play):
+    played = play()
+    played.gravity.configure(ImuSettings(gravity=False))
+    assert played.update(0.1) == []
