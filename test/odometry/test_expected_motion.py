@@ -26,6 +26,11 @@ MOTION = se3.exp(TWIST * 0.05)
 TURN_NOISE = 1e-6 * np.eye(3)
 
 
+def since(motion, start, end):
+    """Return a motion, or the one back where the end is before the start."""
+    return motion if start < end else se3.inverse(motion)
+
+
 class Turns:
     """A gyroscope that measures one rotation, and keeps what it was asked for."""
 
@@ -36,7 +41,7 @@ class Turns:
     def term(self, start, end, is_summed=False):
         self.asked.append((start, end, is_summed))
         return None if self._motion is None else MotionTerm(
-            self._motion, ROTATION, self._covariance)
+            since(self._motion, start, end), ROTATION, self._covariance)
 
     def rate_at(self, stamp):
         self.asked.append(stamp)
@@ -46,7 +51,7 @@ class Turns:
 def expected(turns=None, wheels=None, settings=SETTINGS):
     other = OtherOdometry(settings)
     if wheels is not None:
-        other.begin(lambda before, now: wheels)
+        other.begin(lambda before, now: since(wheels, before, now))
     return ExpectedMotion(settings, turns or Turns(), other)
 
 
@@ -111,6 +116,23 @@ def test_a_sensor_that_disagrees_too_much_is_ignored(factor, is_used):
     prior = MotionModel(SETTINGS).predict(TWIST, 0.05)
     assert (se3.angle(motion.rotation.T @ prior.rotation) > 1e-3) == is_used
     assert (motion.covariance[3, 3] < prior.covariance[3, 3]) == is_used
+
+
+def test_at_the_limit_a_sensor_is_used_and_beside_it_not(monkeypatch):
+    """For the motion expected, for a registration and for an increment."""
+    turned, seen = with_error(1.0), seen_as()
+    prior, term = MotionModel(SETTINGS).predict(TWIST, 0.05), MotionTerm(
+        turned, ROTATION, TURN_NOISE)
+    increment, model = Increment(seen.pose, 0.05), expected(Turns(turned))
+    for pose, joined in (
+            (prior, lambda: model.between(0, STEP, TWIST)),
+            (seen.pose, lambda: model.joined(seen, 0, STEP).pose),
+            (seen.pose, lambda: model.joined_increment(increment, 0, STEP).pose)):
+        limit = term.disagreement(pose)
+        for largest, is_used in ((limit, True), (np.nextafter(limit, 0.0), False)):
+            monkeypatch.setattr(
+                'aick_ros.odometry.expected_motion.LARGEST_DISAGREEMENT', largest)
+            assert (joined().covariance[3, 3] < pose.covariance[3, 3]) == is_used
 
 
 def test_past_the_hold_time_wheels_replace_the_velocity():

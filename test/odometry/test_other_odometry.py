@@ -57,6 +57,25 @@ def test_it_is_at_rest_within_its_noise(other):
     assert not other.is_at_rest(se3.exp([0, 0, 0, 0, 0.04, 0]))
 
 
+def test_at_three_sigmas_it_is_at_rest(other):
+    limit = 3.0 * SETTINGS.guess_sigma
+    for length, is_at_rest in ((limit, True), (np.nextafter(limit, 1.0), False)):
+        motion = np.eye(4)
+        motion[0, 3] = length
+        assert other.is_at_rest(motion) == is_at_rest
+
+
+def test_before_the_first_frame_no_motion_is_known():
+    assert OtherOdometry(SETTINGS).motion(0, STEP) is None
+
+
+def test_other_settings_are_those_of_the_next_motion(other):
+    other.configure(OdometrySettings(guess_slip=0.2, guess_sigma=0.03))
+    motion = se3.exp([0.0, 2.0, 0.0, 0.0, 0.0, 0.0])
+    np.testing.assert_allclose(np.sqrt(np.diag(other.with_slip(motion).covariance)),
+                               [0.43] * 3 + [0.03] * 3)
+
+
 def test_it_is_asked_once_per_frame_and_motion():
     asked, other = [], OtherOdometry(SETTINGS)
     for _ in range(2):
@@ -74,7 +93,8 @@ def test_what_is_no_motion_is_rejected(other):
 
 
 def test_motions_that_are_added_up_may_slip_alike(other):
-    alone, summed = (other.term(0, STEP, is_summed=is_summed) for is_summed in (False, True))
+    alone, summed = other.term(0, STEP), other.term(0, STEP, is_summed=True)
+    assert np.allclose(alone.covariance, other.with_slip(DRIVEN).covariance)
     # fifteen in three seconds: their sum has the error of one that lasts three seconds
     assert np.allclose(summed.covariance, 15 * alone.covariance)
     assert np.allclose(other.term(0, 30 * STEP, is_summed=True).covariance, alone.covariance)
