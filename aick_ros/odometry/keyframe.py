@@ -36,8 +36,7 @@ class KeyframePolicy:
 
     def begin(self) -> None:
         """Start with another keyframe."""
-        self._step_variance: float | None = None
-        self._last_variance = 0.0
+        self._variances: tuple[float, float] | None = None  # of the last frame, and of one step
 
     def keeps(self, prepared: PreparedFrame, registration: Registration, sought: int) -> bool:
         """
@@ -48,10 +47,9 @@ class KeyframePolicy:
         if self._settings.reference == 'previous':
             return False
         variance = scene_variance(prepared, registration.image_pose.covariance)
-        if self._step_variance is None:
-            self._step_variance = self._last_variance = variance
-        is_better_than_a_chain = variance <= self._last_variance + self._step_variance
-        self._last_variance = variance
+        last, step = self._variances or (variance, variance)
+        is_better_than_a_chain = variance <= last + step
+        self._variances = variance, step
         possible = min(sought, self._max_support)
         is_visible = registration.support >= self._settings.min_overlap * possible
         if not (is_better_than_a_chain and is_visible):

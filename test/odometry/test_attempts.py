@@ -146,7 +146,8 @@ MOTION = PoseWithCovariance(se3.exp([0.1, -0.05, 0.2, 0.1, 0.3, -0.2]),
 BLIND = PoseWithCovariance(se3.exp([0.7, 0, 0, 0, 0, 0]),
                            np.diag([9e-2, 4e-2, 1e-2, 9e-3, 4e-3, 1e-3]))
 JOINED = dataclasses.replace(FOUND, T_target_source=se3.exp([0.02, 0.01, 0, 0, 0.01, 0]),
-                             covariance=2e-6 * np.eye(6), reason='with the terms', support=80, tracks='some')
+                             covariance=2e-6 * np.eye(6), reason='with the terms', support=80,
+                             tracks='some')
 SEEN = dataclasses.replace(FOUND, tracks='some')
 RATE, TWIST = np.array([7.0, 8.0, 9.0]), np.arange(1.0, 7.0) / 10
 

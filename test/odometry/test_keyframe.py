@@ -44,7 +44,17 @@ def test_it_is_kept_while_its_variance_is_below_that_of_a_chain():
     assert kept(policy, (90, 1.0), (90, 1.4), (90, 1.7), (90, 2.1)) == [True, True, True, False]
 
 
-@pytest.mark.parametrize(('overlap', 'expected'), [(0.61, True), (0.59, False)])
+def test_at_the_variance_of_a_chain_it_is_kept():
+    """Whole numbers, and the next larger one."""
+    for third, is_kept in ((3.0, True), (np.nextafter(3.0, 4.0), False)):
+        policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.0}))
+        found = [dataclasses.replace(registration(90, 0.0), covariance=variance * np.eye(6))
+                 for variance in (1.0, 2.0, third)]
+        assert [policy.keeps(VIEW, one, KEYPOINTS) for one in found] == [True, True, is_kept]
+
+
+@pytest.mark.parametrize(('overlap', 'expected'), [
+    (0.6, True), (float(np.nextafter(0.6, 0.0)), False)])
 def test_a_depth_image_serves_while_enough_of_it_is_seen(overlap, expected):
     by_depth = dataclasses.replace(registration(0, 0.01), overlap=overlap)
     assert KeyframePolicy.keeps_shape(by_depth) is expected

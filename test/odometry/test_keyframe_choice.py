@@ -15,6 +15,7 @@ from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry.keyframe_choice import KeyframeChoice
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,7 @@ class Policy:
 
     def __init__(self, keeps):
         self._keeps, self.begun, self.counts, self.asked = keeps, 0, [], []
+        self.detected = []
 
     def begin(self):
         self.begun += 1
@@ -60,7 +62,8 @@ def advance(keeps, is_by_depth=False, to_keyframe=True, keyframe='four', **chang
     references.track(middle, first)
     last = Reference(View(2, **changes), pose_at(2), pose_at(8))
     choice = KeyframeChoice(Settings(), SimpleNamespace(
-        with_own_keypoints=lambda prepared: replace(prepared, keypoints='own', is_tracked=False)))
+        with_own_keypoints=lambda prepared: policy.detected.append(prepared) or replace(
+            prepared, keypoints='own', is_tracked=False)))
     choice._policy = policy
     choice.advance(references, last, SimpleNamespace(
         reference=references.keyframe if to_keyframe else middle, seen='by images',
@@ -88,6 +91,7 @@ def test_registered_to_another_frame_the_policy_begins_with_that():
 def test_of_tracked_keypoints_the_share_is_of_those_of_the_keyframe(is_tracked, count):
     references, _, _, policy = advance(False, is_tracked=is_tracked)
     assert policy.counts == [count]
+    assert len(policy.detected) == is_tracked
     assert not references.keyframe.prepared.is_tracked  # it has keypoints of its own
     assert references.keyframe.prepared.keypoints == 'own'
 
@@ -133,6 +137,19 @@ def test_the_last_frame_by_depth_is_exact_in_itself_if_it_is_the_next_shape(keep
         assert references.last is last and references.shape is references.keyframe
     else:
         assert is_at(references.shape, last) and references.last is references.shape
+
+
+@pytest.mark.parametrize('reference, is_kept', [('keyframe', True), ('previous', False)])
+def test_the_policy_is_that_of_the_settings(reference, is_kept):
+    view, exact = SimpleNamespace(
+        stamp=1, keypoints=range(3), is_tracked=False, repeat=Repeat.NONE, scene_depth=1.0,
+        is_blurred_beside=lambda other: False), PoseWithCovariance.identity()
+    first, last = Reference(View(0), exact), Reference(view, exact)
+    references = References(first)
+    KeyframeChoice(with_values(Settings(), {'odometry.reference': reference}), None).advance(
+        references, last, SimpleNamespace(reference=first, registration=SimpleNamespace(
+            is_by_depth=False, support=3, image_pose=exact)))
+    assert (references.keyframe.stamp == 0) == is_kept
 
 
 def test_it_begins_with_the_policy():

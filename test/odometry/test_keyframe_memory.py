@@ -313,7 +313,8 @@ def test_a_search_is_for_the_newest_keyframe_and_takes_a_step_a_frame(scripted):
     memory.track(keyframes[2], START.matrix, NO_DETOUR)  # a second after the first
     stamps = {key: keyframe.stamp for key, keyframe in enumerate(keyframes[:3])}
     step = ('step', (0, 1, 2), 'a registrar', settings)
-    assert script.asked == [('candidates', 2, stamps, settings.odometry), ('search', 2, (0,)), step]
+    assert script.asked == [
+        ('candidates', 2, stamps, settings.odometry), ('search', 2, (0,)), step]
     memory.track(keyframes[2], START.matrix, NO_DETOUR)
     assert script.asked[3:] == [step]
     memory.track(keyframes[3], START.matrix, NO_DETOUR)

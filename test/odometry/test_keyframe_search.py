@@ -19,6 +19,7 @@ from aick_ros.odometry.keyframe_search import KeyframeSearch, candidates, view_d
 from aick_ros.registration.result import Registration
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
 
 KEYPOINTS = 100
 SIGMA = 0.002  # m and rad, of each registration
@@ -48,31 +49,32 @@ class Keypoints:
 class FakeRegistrar:
     """Registers frames, which are their numbers, by true positions along x and given errors."""
 
-    def __init__(self, positions, errors=(), supports=()):
+    def __init__(self, positions, errors=(), supports=(), **values):
         self.positions, self.errors, self.supports = positions, dict(errors), dict(supports)
+        self.values = {'tracks': (), **values}
 
     def recognize(self, source, target):
         offset = self.positions[source.key] - self.positions[target.key]
         offset += self.errors.get(target.key, 0.0)
-        return Registration(
+        return dataclasses.replace(Registration(
             Status.OK, '', se3.exp([offset, 0, 0, 0, 0, 0]), SIGMA ** 2 * np.eye(6),
-            np.empty((0, 2), int), 1, self.supports.get(target.key, KEYPOINTS), tracks=())
+            np.empty((0, 2), int), 1, self.supports.get(target.key, KEYPOINTS)), **self.values)
 
 
 POSITIONS = [0.0, 0.1, 0.4, 0.8, 0.4, 0.12, 0.02]
 
 
-def search(errors=(), supports=()):
+def search(errors=(), supports=(), settings=SETTINGS, **values):
     """Return what is accepted of the last keyframe's search for the first two."""
     frames = {key: SimpleNamespace(key=key, keypoints=Keypoints())
               for key in range(len(POSITIONS))}
-    registrar, graph = FakeRegistrar(POSITIONS, errors, supports), graph_of(POSITIONS)
+    registrar, graph = FakeRegistrar(POSITIONS, errors, supports, **values), graph_of(POSITIONS)
     last = len(POSITIONS) - 1
     seeking = KeyframeSearch(last, (0, 1))
     accepted = ()
     while not seeking.is_finished:
         assert accepted == ()
-        accepted = seeking.step(graph, frames, registrar, SETTINGS)
+        accepted = seeking.step(graph, frames, registrar, settings)
     return accepted
 
 
@@ -159,7 +161,7 @@ def test_one_that_looks_elsewhere_is_not_sought():
 @pytest.mark.parametrize('position, angle, expected', [
     ((0.3, 0.0, 0.4), 0.0, 1.0), ((0.0, 0.0, 0.0), 0.2, 1.0), ((0.0, 0.5, 0.0), 0.2, 2 ** 0.5)])
 def test_views_are_apart_by_distance_and_angle_each_by_its_own_limit(position, angle, expected):
-    pose = se3.exp([0, 0, 0, 0.1, 0.2, 0.3])
+    pose = se3.exp([1.0, -2.0, 3.0, 0.1, 0.2, 0.3])
     other = pose.copy()
     other[:3, :3] = pose[:3, :3] @ se3.exp_rotation([0.0, angle, 0.0])
     other[:3, 3] += position
@@ -171,3 +173,82 @@ def test_where_the_pose_is_not_known_none_is_sought():
     """After a long loss a place that looks alike could not be distinguished from the right one."""
     graph = graph_of(POSITIONS, sigma=0.1)
     assert candidates(graph, 6, stamps(7), SETTINGS.odometry) == ()
+
+
+@pytest.mark.parametrize('most, fewest', [(400, 35), (60, 21)])
+def test_a_third_of_the_keypoints_that_can_be_tracked_confirms_a_place(most, fewest):
+    settings = with_values(SETTINGS, {'refinement.max_tracks': most})
+    for support, is_confirmed in ((fewest, True), (fewest - 1, False)):
+        assert bool(search(supports={0: support}, settings=settings)) == is_confirmed
+
+
+@pytest.mark.parametrize('values', [{'tracks': None}, {'status': Status.TOO_FEW_MATCHES}])
+def test_what_failed_or_no_track_confirms_is_not_accepted(values):
+    """However many matches it has; no other one is sought then."""
+    assert search(**values) == ()
+
+
+def test_a_search_knows_which_keyframes_it_compares():
+    assert KeyframeSearch(6, (0, 1)).keys == {0, 1, 6}
+
+
+def test_at_its_gate_a_measurement_is_accepted(monkeypatch):
+    accepted = search()
+    graph = graph_of(POSITIONS)
+    limits = tuple(graph.squared_distance(accepted[:count]) for count in (1, 2))
+    for gates, is_accepted in (
+            (limits, True), ((np.nextafter(limits[0], -1.0), limits[1]), False),
+            ((limits[0], np.nextafter(limits[1], -1.0)), False)):
+        monkeypatch.setattr(keyframe_search, '_GATES', gates)
+        assert bool(search()) == is_accepted
+
+
+def test_a_keyframe_of_the_least_age_is_sought():
+    """Just two of them are; a nanosecond younger one of them is not."""
+    young = dataclasses.replace(SETTINGS.odometry, reuse_age=5.0)
+    ages = stamps(7)
+    assert candidates(graph_of(POSITIONS), 6, ages, young) == (0, 1)
+    ages[1] += 1
+    assert candidates(graph_of(POSITIONS), 6, ages, young) == ()
+
+
+def uncertain(sigmas):
+    """Return a graph of keyframes that are near each other, with errors along x of each alone."""
+    graph = KeyframeGraph(0, PoseWithCovariance.identity())
+    for key, sigma in enumerate(sigmas, 1):
+        step = np.zeros((6, 6))
+        step[0, 0] = sigma ** 2
+        graph.add(key, PoseWithCovariance(se3.exp([0.01 * (len(sigmas) - key), 0, 0, 0, 0, 0]),
+                                          step), 0)
+    return graph
+
+
+@pytest.mark.parametrize('certain, chosen', [
+    ((5, 4), (5, 4)), ((5, 4, 3), (5, 4)), ((3, 2), (3, 2)), ((5, 2), (5, 2)), ((2, 1), ()),
+    ((5, 1), ())])
+def test_of_the_four_nearest_two_must_be_certain(certain, chosen):
+    """The sixth keyframe is at the place of the first; the nearer, the larger the key."""
+    graph = uncertain([0.01 if key in certain else 1.0 for key in range(1, 6)] + [0.0])
+    graph.remove(0)
+    assert candidates(graph, 6, {key: key * NANOSECONDS for key in range(7)},
+                      dataclasses.replace(SETTINGS.odometry, reuse_age=1.0)) == chosen
+
+
+def test_a_keyframe_is_not_sought_at_the_largest_sigma(monkeypatch):
+    """Half a metre, exactly."""
+    monkeypatch.setattr(keyframe_search, 'MAX_SIGMA', 0.5)
+    now = dataclasses.replace(SETTINGS.odometry, reuse_age=1.0)
+    for sigma, is_sought in ((0.5, False), (np.nextafter(0.5, 0.0), True)):
+        graph = uncertain([sigma, sigma, 0.0])
+        graph.remove(0)
+        ages = {key: key * NANOSECONDS for key in range(4)}
+        assert (candidates(graph, 3, ages, now) == (2, 1)) == is_sought
+
+
+def test_the_error_that_counts_is_that_of_the_keyframe_seen_from_the_earlier_one():
+    """Its own orientation, which is not known here, moves the earlier one that it sees, only."""
+    graph = graph_of(POSITIONS[:6])
+    turned = np.diag([SIGMA ** 2] * 3 + [1.0] * 3)
+    graph.add(6, PoseWithCovariance(se3.exp([0.16, 0, 0, 0, 0, 0]), turned), 5)
+    assert np.sqrt(np.trace(graph.relative(6, 2).covariance[:3, :3])) > 0.15
+    assert candidates(graph, 6, stamps(7), SETTINGS.odometry) == (2, 4)

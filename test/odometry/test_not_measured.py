@@ -166,8 +166,9 @@ def test_a_reset_forgets_all_that_was_tracked(parts, two, pose):
 def test_a_frame_that_nothing_registers_is_where_it_is_expected(parts, two, attempt_to):
     """Its reason is that of the first attempt; the next frame finds it among the references."""
     one, tracked = two
-    parts.attempts = [attempt_to(status=status, found=status, reason=reason) for status, reason in (
-        (Status.TOO_FEW_MATCHES, 'first'), (Status.DEGENERATE_GEOMETRY, 'second'))]
+    parts.attempts = [
+        attempt_to(status=status, found=status, reason=reason) for status, reason in (
+            (Status.TOO_FEW_MATCHES, 'first'), (Status.DEGENERATE_GEOMETRY, 'second'))]
     references = one.odometry._references
     last = references.last
     update = one.take(0.2)

@@ -53,6 +53,19 @@ def test_the_estimate_is_reached_and_the_error_is_what_is_left(walk):
     np.testing.assert_allclose(published[-1], drift @ walk[-1], atol=1e-4)
 
 
+def test_a_small_correction_takes_a_sixtieth_of_what_is_left_each_frame(walk):
+    errors = np.array(corrected(walk[:50], se3.exp([1e-4, 0, 2e-4, 0, 0, 0]))[1])
+    left = np.linalg.norm(errors, axis=1)
+    np.testing.assert_allclose(left[1:] / left[:-1], 59 / 60, rtol=1e-4)
+
+
+def test_other_settings_hold_from_the_next_frame_on(walk):
+    correction = PoseCorrection(SETTINGS)
+    correction.configure(OdometrySettings(correction_step=2e-4, correction_turn=1.0))
+    left = correction.approach(se3.exp([1.0, 0, 0, 0, 0, 0]) @ walk[0], walk[0])
+    assert left[0] == pytest.approx(1.0 - 2e-4)
+
+
 def test_without_an_error_the_pose_is_that_of_dead_reckoning(walk):
     published, errors = corrected(walk, np.eye(4))
     np.testing.assert_array_equal(published, walk)

@@ -200,7 +200,8 @@ def test_an_earlier_keyframe_that_serves_again_is_the_sharp_one():
 
 def test_what_stays_blurred_is_how_the_camera_sees():
     for late in (-1, 0):  # ns beside five seconds
-        references, keyframe = References(reference(100.0)), reference(105.0 + late / NANOSECONDS, 0)
+        references = References(reference(100.0))
+        keyframe = reference(105.0 + late / NANOSECONDS, 0)
         references.track(keyframe, keyframe)
         assert references.is_blurred() == (late < 0)
 

@@ -322,7 +322,7 @@ def test_coarse_surfaces_give_the_first_pose_and_fine_ones_the_last(play):
     assert coarse[0] == 'coarse' and coarse[1] is MOTION
     assert fine == ('fine', played.poses['coarse'])
     assert found.T_target_source is played.poses['fine']
-    assert {entry[2].covariance is PRIOR for entry in played.log if entry[0] == 'problem'} == {True}
+    assert all(entry[2].covariance is PRIOR for entry in played.log if entry[0] == 'problem')
     assert played.only('overlap') == ('coarse', played.poses['fine'])
     name, pose, unobserved = played.only('covariance')
     assert name == 'fine' and pose is played.poses['fine']

@@ -158,7 +158,8 @@ def test_a_third_of_what_is_sought_must_be_tracked(play, known, most, fewest, so
 
 @pytest.mark.parametrize('error, elapsed, is_found', [
     ([0.0499, 0, 0, 0, 0, 0], 1.0, True), ([0.0501, 0, 0, 0, 0, 0], 1.0, False),
-    ([0, 0, 0, 0, np.radians(2.99), 0], 1.0, True), ([0, 0, 0, 0, np.radians(3.01), 0], 1.0, False),
+    ([0, 0, 0, 0, np.radians(2.99), 0], 1.0, True),
+    ([0, 0, 0, 0, np.radians(3.01), 0], 1.0, False),
     ([0.0149, 0, 0, 0, 0, 0], 0.0316228, True), ([0.0151, 0, 0, 0, 0, 0], 0.0316228, False)])
 def test_a_motion_far_from_the_one_expected_is_not_taken(play, error, elapsed, is_found):
     """Nor one that is sudden: 15 m/s^2, five times 3, move a camera by 15 mm in 32 ms."""

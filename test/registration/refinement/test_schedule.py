@@ -93,7 +93,8 @@ def after(steps):
 def test_a_pose_takes_a_coarse_step_and_then_fine_ones_and_the_last_ends_it(play):
     played = play()
     found = played.refinement.refine(played.source, played.target, FIRST)
-    assert played.kinds() == ['track', 'problem', 'correct', *(ITERATIONS - 1) * ['step'], 'finish']
+    assert played.kinds() == [
+        'track', 'problem', 'correct', *(ITERATIONS - 1) * ['step'], 'finish']
     assert [coarse for _, coarse in played.asked('step')] == [True, *(ITERATIONS - 2) * [False]]
     for number, (pose, _) in enumerate(played.asked('step')):
         np.testing.assert_allclose(pose, after(number * [STEP]), atol=1e-12)
