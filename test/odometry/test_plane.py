@@ -8,6 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
@@ -119,6 +120,44 @@ def test_switched_off_or_before_the_first_pose_it_changes_nothing(plane):
     assert plane.joined(pose) is not pose
     plane.reset()
     assert plane.joined(pose) is pose
+
+
+def test_the_plane_stays_until_a_reset(plane):
+    """Also where the next recording begins above it."""
+    base = START @ se3.from_roll_pitch_yaw(0.0, 0.0, 0.4, (2.0, 1.0, 0.0))
+    lifted = base.copy()
+    lifted[:3, 3] += 0.5 * START[:3, 2]
+    pose = PoseWithCovariance(lifted @ T_BASE_CAMERA, np.eye(6))
+    plane.begin(pose.matrix)
+    assert above(plane.joined(pose).matrix @ se3.inverse(T_BASE_CAMERA))[0] < 1e-3
+    plane.reset()
+    plane.begin(pose.matrix)
+    assert np.allclose(plane.joined(pose).matrix, pose.matrix, atol=1e-9)
+
+
+def test_a_base_is_mounted_on_a_plane_that_is_used(plane):
+    assert plane.has_base
+    plane.configure(OdometrySettings())
+    assert not plane.has_base
+    plane.configure(SETTINGS)
+    with pytest.raises(InputError, match='T_base_camera'):
+        plane.mount(np.zeros((4, 4)))
+    assert plane.has_base  # the one before stays
+    plane.mount(None)
+    assert not plane.has_base
+
+
+def test_other_settings_are_how_even_the_same_plane_is(plane):
+    """A height and a tilt are drawn into it by their own standard deviations."""
+    pose = drifted()
+    left = []
+    for height, tilt in ((1.0, 0.5), (1e-5, 0.5), (1.0, 1e-5)):
+        plane.configure(dataclasses.replace(SETTINGS, planar_sigma=height,
+                                            planar_tilt_sigma=tilt))
+        left.append(np.abs(above(plane.joined(pose).matrix @ se3.inverse(T_BASE_CAMERA))))
+    either, height, tilt = left
+    assert height[0] < 1e-4 < either[0] and height[1:].max() > 1e-3
+    assert tilt[1:].max() < 1e-4 < either[1:].max() and tilt[0] > 1e-3
 
 
 @pytest.fixture(scope='module')

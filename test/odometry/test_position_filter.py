@@ -129,6 +129,37 @@ def test_no_velocity_is_known_of_one_frame_nor_after_a_knock_nor_without_the_pri
     assert updated(4, 5.0) is None
 
 
+def test_after_a_reset_it_begins_with_the_next_pose():
+    position_filter, measured = PositionFilter(OdometrySettings()), np.eye(4)
+    begun = position_filter.T_measured_filtered, position_filter.velocity
+    for i in range(9):
+        measured[0, 3] = 0.01 * i ** 2
+        position_filter.update(i * STEP, with_position_covariance(measured, [1e-4] * 3))
+    assert position_filter.velocity is not None
+    position_filter.reset()
+    for found, velocity in (begun, (position_filter.T_measured_filtered,
+                                    position_filter.velocity)):
+        np.testing.assert_array_equal(found, np.eye(4))
+        assert velocity is None
+    position_filter.update(9 * STEP, with_position_covariance(measured, [1e-4] * 3))
+    np.testing.assert_array_equal(position_filter.T_measured_filtered, np.eye(4))
+    assert position_filter.velocity is None
+
+
+def test_a_knock_is_farther_than_its_limit(monkeypatch):
+    """The squared distance of the second of two positions, by the variance of their difference."""
+    variance, error = 1e-4, 0.25
+    expected = 2 * variance + INTERVAL ** 2 + (0.5 * ACCELERATION * INTERVAL ** 2) ** 2
+    for factor, is_knocked in ((0.999, True), (1.001, False)):
+        monkeypatch.setattr('aick_ros.odometry.position_filter.LARGEST_SQUARED_DISTANCE',
+                            factor * error ** 2 / expected)
+        position_filter, measured = PositionFilter(OdometrySettings()), np.eye(4)
+        for i in range(2):
+            measured[1, 3] = i * error
+            position_filter.update(i * STEP, with_position_covariance(measured, [variance] * 3))
+        assert (position_filter.velocity is None) == is_knocked
+
+
 def test_without_the_prior_positions_are_as_measured_from_the_next_frame_on():
     position_filter = PositionFilter(OdometrySettings())
     rng, measured = np.random.default_rng(4), np.eye(4)
