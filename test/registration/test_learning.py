@@ -237,7 +237,9 @@ def test_what_is_tracked_teaches_the_same(steps, parts):
     given, = parts.asked('VerifiedAick', 'track')
     assert_given(given, steps)
     assert found == 'with systematic errors' and tracked.is_tracked
-    assert steps.added()[1][0] is tracked and steps.added()[1][1] is steps.target
+    (source, target, expected, elapsed, *_) = steps.added()[1]
+    assert source is tracked and target is steps.target and elapsed == ELAPSED
+    np.testing.assert_array_equal(expected, EXPECTED)
     assert steps.samples() == ['a noise', 'a misalignment']
 
 

@@ -218,9 +218,12 @@ def test_it_is_refined_once_more_from_the_motion_expected(made):
 
 
 @pytest.mark.parametrize('error, elapsed, is_checked', [
-    ([0.0149, 0, 0, 0, 0, 0], 0.0316228, False), ([0.0151, 0, 0, 0, 0, 0], 0.0316228, True)])
+    ([0.0149, 0, 0, 0, 0, 0], 0.0316228, False), ([0.0151, 0, 0, 0, 0, 0], 0.0316228, True),
+    ([0.0499, 0, 0, 0, 0, 0], 1.0, False), ([0.0501, 0, 0, 0, 0, 0], 1.0, True),
+    ([0, 0, 0, 0, np.radians(2.99), 0], 1.0, False),
+    ([0, 0, 0, 0, np.radians(3.01), 0], 1.0, True)])
 def test_a_small_motion_is_checked_where_it_is_sudden(made, error, elapsed, is_checked):
-    """15 m/s^2, five times the noise of 3, move a camera by 15 mm in 32 ms."""
+    """15 m/s^2, five times the noise of 3, move a camera by 15 mm in 32 ms; else from 5 cm on."""
     assert SIGMAS[0] == 3.0
     played = Played(made, np.zeros(6))
     played.check(played.found(np.array(error)), elapsed)

@@ -117,6 +117,14 @@ def play(made):
     return play
 
 
+def test_of_two_resolutions_nothing_is_refined(made):
+    source, target = made.prepared(2, size=(20, 24)), made.prepared(1)
+    same, found = TrackedKeypoints(Settings(), None).register(source, target, np.eye(4), LONG)
+    assert same is source
+    assert (found.status, found.reason) == (
+        Status.TOO_FEW_MATCHES, 'the images differ in size')
+
+
 def test_the_refinement_is_given_the_motion_expected_and_the_velocity(play):
     source, found = play(elapsed=0.25)
     (given_source, target, pose, predicted), = play.back.given
