@@ -276,12 +276,12 @@ class Played:
                 (2, self.twist, 0.01), (1, -self.twist, 0.02)))
         points = np.tile([0.3, -0.2, 2.0], (count + 5, 1))
         self.surface = SimpleNamespace(name='coarse', points=points, chosen=np.arange(count))
+        self.surfaces = [(self.surface, SimpleNamespace(name='fine')), tuple(
+            SimpleNamespace(name=name) for name in ('coarse', 'fine'))]
         self.misalignment = MisalignmentEstimate(Misalignment(np.zeros(6), 0.005, 0.03))
         self.alone = DepthAlone(Settings(), SimpleNamespace(expected=self._noise),
                                 self.misalignment)
-        self.alone._surfaces = lambda frame: (
-            self.surface if frame is self.source.frame else SimpleNamespace(name='coarse'),
-            SimpleNamespace(name='fine'))
+        self.alone._surfaces = lambda frame: self.surfaces[frame is self.target.frame]
 
     def _noise(self, displacement):
         self.asked.append(displacement)
@@ -378,11 +378,10 @@ def test_depth_is_corrected_by_the_velocity_of_each_frame(play, known, twists):
     for name in {'source', 'target'} - ({known} if known != 'both' else {'source', 'target'}):
         setattr(played, name, dataclasses.replace(getattr(played, name), twist=None))
     played.register()
-    for entry, kind in zip([entry for entry in played.log if entry[0] == 'depth'],
-                           ('coarse', 'fine'), strict=True):
+    for entry, *surfaces in zip([entry for entry in played.log if entry[0] == 'depth'],
+                                *played.surfaces, strict=True):
         _, source, target, correction, settings = entry
-        assert (source.name, target.name) == (kind, kind) and settings is played.alone._settings
-        assert source is played.surface or kind == 'fine'
+        assert [source, target] == surfaces and settings is played.alone._settings
         for moved, twist, lag in zip((correction.source, correction.target), twists,
                                      (0.01, 0.02)):
             np.testing.assert_allclose(moved.depth, (lag + 0.005) * twist * played.twist)

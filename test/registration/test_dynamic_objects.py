@@ -268,8 +268,11 @@ REST = np.setdiff1d(np.arange(100), np.arange(20) * 3)
 
 def test_it_is_refined_from_the_motion_expected_without_the_keypoints_found(play):
     played = play()
+    played.source = dataclasses.replace(played.source, keypoints=dataclasses.replace(
+        played.source.keypoints, words='words of all'))
     played.check()
     (source, target, pose), = played.refined
+    assert source.keypoints.words is None  # they are by rows of all keypoints
     assert target is played.target and pose is EXPECTED and source.frame is played.source.frame
     for name in ('positions', 'descriptors', 'covariances', 'pixels'):
         np.testing.assert_array_equal(getattr(source.keypoints, name),
