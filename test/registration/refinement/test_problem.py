@@ -1,0 +1,278 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The joint problem on residuals that are told, against sums of marginal informations."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
+from aick_ros.registration.refinement import refinement
+from aick_ros.registration.refinement.measured_noise import Noise
+from aick_ros.registration.refinement.misalignment import Misalignment, image_height
+from aick_ros.registration.refinement.refinement import _Problem
+from aick_ros.registration.refinement.residuals import Residuals, gradient_noise
+from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
+from aick_ros.settings import Settings
+
+CAMERA, OTHER = Camera(640, 480, 500, 510, 320, 240), Camera(640, 480, 400, 420, 320, 240)
+SETTINGS = Settings()
+POSE = se3.exp([0.1, 0.2, 0.3, 0.1, -0.2, 0.1])
+PRIOR = np.eye(6)
+INTERVAL, LAGS = 0.1, (0.02, 0.01)  # s, of the source and of the target
+RATE = 1 + (LAGS[0] - LAGS[1]) / INTERVAL
+TWISTS = np.array([np.arange(1.0, 7.0), np.arange(7.0, 13.0)]) / 10
+
+
+def residuals(rng, count, scale):
+    return Residuals(0.1 * rng.standard_normal(count), scale * rng.standard_normal((count, 6)),
+                     rng.uniform(0.1, 1.0, count), rng.integers(0, 40, count))
+
+
+class Told:
+    """A problem of two frames with told residuals, and notes of what they were asked for."""
+
+    def __init__(self, monkeypatch, tracks=30, depth=('source', 'target'), twists=TWISTS):
+        rng = np.random.default_rng(4)
+        self.given, self.count = {}, tracks
+        self.told = {'reprojection': residuals(rng, 2 * tracks, 30.0),
+                     'track_depth': residuals(rng, tracks, 10.0),
+                     'point_to_plane': residuals(rng, 200, 20.0)}
+        for name in self.told:
+            monkeypatch.setattr(refinement, name, lambda *of, name=name: self._tell(name, of))
+        for name in ('keypoint_rows', 'depth_rows', 'misalignment_sample'):
+            monkeypatch.setattr(refinement, name, lambda *of, name=name: self.given.setdefault(
+                name, of) and name)
+        roots = 0.002 * rng.standard_normal((3, 6, 6))
+        jitter, by_depth, bias = (root @ root.T for root in roots)
+        self.noise = Noise(keypoints=3.0, bias=bias, keypoint_jitter=jitter, depth_bias=by_depth)
+        self.motions = []
+        self.source, self.target = (SimpleNamespace(
+            stamp=stamp, surface=name if name in depth else None, depth_lag=lag, twist=twist,
+            frame=SimpleNamespace(camera=camera)) for stamp, name, lag, twist, camera in (
+                (200_000_000, 'source', LAGS[0], twists[0], CAMERA),
+                (100_000_000, 'target', LAGS[1], twists[1], OTHER)))
+        self.tracks = Tracks(np.arange(tracks) + 5, rng.uniform(1.0, 3.0, (tracks, 3)),
+                             rng.uniform(-0.5, 0.5, (tracks, 2)), np.ones(tracks),
+                             np.ones(tracks))
+        self.problem = _Problem(
+            self.source, self.target, self.tracks, SETTINGS.refinement, SETTINGS.sensor,
+            SimpleNamespace(expected=lambda motion: self.motions.append(motion) or self.noise))
+
+    def _tell(self, name, of):
+        self.given[name] = of
+        return self.told[name]
+
+    def kinds(self, rate=RATE):
+        """Return the residuals of keypoints, and of depth as the error of the pose acts on it."""
+        by_depth = self.told['point_to_plane'].of_scaled_error(rate)
+        return [self.told['reprojection'], self.told['track_depth']], [by_depth]
+
+
+@pytest.fixture
+def tell(monkeypatch):
+    return lambda **values: Told(monkeypatch, **values)
+
+
+def information(kinds):
+    return sum((kind.jacobian.T * kind.weights) @ kind.jacobian for kind in kinds)
+
+
+def gradient(kinds):
+    return sum((kind.jacobian.T * kind.weights) @ kind.values for kind in kinds)
+
+
+def own(kinds):
+    """Return error, scatter about it, and inverse of some residuals with the prior, alone."""
+    inverse = np.linalg.inv(information(kinds) + PRIOR)
+    error = inverse @ gradient(kinds)
+    about = [Residuals(kind.values - kind.jacobian @ error, kind.jacobian, kind.weights,
+                       kind.blocks) for kind in kinds]
+    return error, gradient_noise(about), inverse
+
+
+@pytest.mark.parametrize('coarse', [True, False])
+def test_a_step_is_by_keypoints_first_and_then_by_both(tell, coarse):
+    told = tell()
+    keypoints, depth = told.kinds()
+    A, g = information(keypoints) / 3.0, gradient(keypoints) / 3.0
+    if not coarse:
+        A, g = A + information(depth), g + gradient(depth)
+    np.testing.assert_allclose(told.problem.step(POSE, coarse), -np.linalg.solve(A + PRIOR, g))
+    width = SETTINGS.refinement.robust_width * (3.0 if coarse else 1.0)
+    tracks, pose, ray_sigma, rays_width = told.given['reprojection']
+    assert tracks is told.tracks and pose is POSE and rays_width == width
+    assert ray_sigma == SETTINGS.refinement.track_sigma / OTHER.fx
+    assert told.given['track_depth'] == (told.tracks, POSE, SETTINGS.sensor, width)
+
+
+def test_without_tracks_depth_takes_the_coarse_step_too(tell):
+    told = tell(tracks=0)
+    _, depth = told.kinds()
+    np.testing.assert_allclose(told.problem.step(POSE, True), -np.linalg.solve(
+        information(depth) + PRIOR, gradient(depth)))
+
+
+def test_depth_is_compared_over_the_time_between_its_own_images(tell):
+    told = tell()
+    told.problem.step(POSE, False)
+    source, target, pose, sensor, width, reach, undo = told.given['point_to_plane']
+    assert (source, target, undo) == ('source', 'target', None)
+    np.testing.assert_allclose(se3.log(pose), RATE * se3.log(POSE), atol=1e-12)
+    assert sensor is SETTINGS.sensor
+    assert (width, reach) == (SETTINGS.refinement.robust_width, SETTINGS.refinement.reach)
+
+
+def test_the_noise_is_that_of_the_displacement_where_both_have_depth(tell):
+    told = tell()
+    assert told.motions == [told.tracks.displacement(OTHER.fx)]
+    for depth in ((), ('source',), ('target',)):
+        assert tell(depth=depth).motions == []
+
+
+def test_the_pose_is_that_of_all_informations_with_the_biases_marginalised(tell):
+    """Of each kind the inverse information and the covariance of its bias add up."""
+    told = tell()
+    refined, noise = told.problem.finish(POSE), told.noise
+    total, pull, scatter = np.zeros((6, 6)), np.zeros(6), np.zeros((6, 6))
+    for kinds, weight, bias in zip(told.kinds(), (1 / 3.0, 1.0),
+                                   (noise.keypoint_jitter, noise.depth_bias)):
+        seen = np.linalg.inv(weight * information(kinds))
+        marginal = np.linalg.inv(seen + bias)
+        total += marginal
+        pull += marginal @ seen @ (weight * gradient(kinds))
+        gain = weight * marginal @ seen
+        scatter += gain @ own(kinds)[1] @ gain.T
+    inverse = np.linalg.inv(total + PRIOR)
+    np.testing.assert_allclose(refined.T_target_source,
+                               se3.perturbed(POSE, -inverse @ pull), atol=1e-12)
+    expected = inverse @ (scatter + 0.01 * total + PRIOR) @ inverse + noise.bias
+    np.testing.assert_allclose(refined.covariance, expected, rtol=1e-8,
+                               atol=1e-10 * np.abs(expected).max())
+    assert refined.systematic is noise.bias
+
+
+def test_tracked_are_those_whose_weight_is_more_than_a_quarter(tell):
+    """Of the two residuals of a track the first one has its weight."""
+    told = tell()
+    weights = told.told['reprojection'].weights
+    weights[0], weights[1] = 0.25, np.nextafter(0.25, 1.0)
+    tracked = told.problem.finish(POSE).tracked
+    np.testing.assert_array_equal(
+        tracked.keypoints, told.tracks.keypoints[weights[:told.count] > 0.25])
+    assert told.tracks.keypoints[1] in tracked.keypoints
+
+
+def test_the_two_kinds_show_their_bias_and_their_noise(tell):
+    told = tell()
+    refined = told.problem.finish(POSE)
+    (error, scatter, inverse), (by_depth, depth_scatter, depth_inverse) = map(own, told.kinds())
+    covariance = inverse @ (scatter + PRIOR) @ inverse
+    depth_covariance = depth_inverse @ (depth_scatter + PRIOR) @ depth_inverse
+    np.testing.assert_allclose(refined.bias.difference, by_depth - error, rtol=1e-9)
+    np.testing.assert_allclose(refined.bias.covariance, covariance + depth_covariance, rtol=1e-9,
+                               atol=1e-12)
+    noise = refined.noise
+    assert noise.motion == told.motions[0]
+    assert noise.ratio == pytest.approx(np.trace(inverse @ (scatter + PRIOR)) / np.trace(
+        depth_inverse @ (depth_scatter + PRIOR)))
+    assert noise.normalised == refined.bias.normalised
+    np.testing.assert_array_equal(noise.squares, refined.bias.squares)
+    poses = noise.poses
+    assert poses.stamps == (200_000_000, 100_000_000)
+    np.testing.assert_allclose(poses.by_keypoints, se3.perturbed(POSE, -error), atol=1e-12)
+    np.testing.assert_allclose(poses.by_depth, se3.perturbed(POSE, -by_depth), atol=1e-12)
+    assert poses.variance == pytest.approx(np.trace(covariance[:3, :3]) / 3)
+
+
+@pytest.mark.parametrize('tracks, is_known', [(FEWEST_TO_CONFIRM, True),
+                                              (FEWEST_TO_CONFIRM - 1, False)])
+def test_with_few_tracks_the_noise_and_the_misalignment_are_not_known(tell, tracks, is_known):
+    refined = tell(tracks=tracks).problem.finish(POSE)
+    assert refined.bias is not None
+    assert (refined.noise is not None) == is_known
+    assert refined.misalignment == ('misalignment_sample' if is_known else None)
+
+
+def test_by_keypoints_alone_there_is_neither(tell):
+    refined = tell(depth=()).problem.finish(POSE)
+    assert refined.bias is refined.noise is refined.misalignment is None
+
+
+LATE = Misalignment(np.zeros(6), 0.005, 0.03)
+NONE = Misalignment(np.zeros(6), 0.0, 0.0)
+
+
+@pytest.fixture
+def corrected(monkeypatch):
+    """Let corrections return what they were given."""
+    given = []
+    monkeypatch.setattr(refinement.Correction, 'tracks', lambda self, *of: given.append(
+        ('tracks', *of)) or of[0])
+    monkeypatch.setattr(refinement.Correction, 'surface', lambda self, surface: given.append(
+        ('surface', surface)) or f'corrected {surface}')
+    return given
+
+
+def test_both_frames_are_corrected_by_their_own_velocity(tell, corrected):
+    """Depth to the mean lag of the two: what they differ by is in the rate."""
+    told = tell()
+    told.problem.correct(LATE, TWISTS[0], POSE)
+    (_, tracks, source, sensor, pose), surface = corrected
+    assert tracks is told.tracks and source is told.source and sensor is SETTINGS.sensor
+    assert pose is POSE and surface == ('surface', 'source')
+    told.problem.step(POSE, False)
+    source, target, *_, undo = told.given['point_to_plane']
+    assert (source, target) == ('corrected source', 'target')
+    correction = undo.__self__
+    for moved, twist, camera in ((told.problem._correction.source, TWISTS[0], CAMERA),
+                                 (correction, TWISTS[1], OTHER)):
+        np.testing.assert_allclose(moved.depth, (0.015 + 0.005) * twist)
+        np.testing.assert_allclose(moved.rows, 0.03 * twist)
+        assert moved.height == image_height(camera)
+    assert undo == correction.to_depth
+
+
+@pytest.mark.parametrize('twist, of_target', [(None, TWISTS[1]), (TWISTS[0], None)])
+def test_where_one_velocity_is_not_known_both_are_at_rest(tell, corrected, twist, of_target):
+    told = tell(twists=(twist, of_target))
+    told.problem.correct(LATE, twist, POSE)
+    assert not told.problem._correction.source.depth.any()
+    assert not told.problem._correction.target.depth.any()
+
+
+@pytest.mark.parametrize('misalignment, lags, twists, is_corrected', [
+    (NONE, LAGS, TWISTS, True), (NONE, (0.0, 0.0), TWISTS, False),
+    (NONE, LAGS, np.zeros((2, 6)), False), (LATE, (0.0, 0.0), TWISTS, True),
+    (LATE, LAGS, np.zeros((2, 6)), True)])
+def test_what_nothing_displaces_is_not_corrected(
+        tell, corrected, misalignment, lags, twists, is_corrected):
+    told = tell(twists=twists)
+    told.source.depth_lag, told.target.depth_lag = lags
+    told.problem.correct(misalignment, twists[0], POSE)
+    assert bool(corrected) == is_corrected
+    assert (told.problem._correction is not None) == is_corrected
+
+
+def test_without_a_surface_the_tracks_are_corrected_alone(tell, corrected):
+    told = tell(depth=('target',))
+    told.problem.correct(LATE, TWISTS[0], POSE)
+    assert [kind for kind, *_ in corrected] == ['tracks']
+
+
+def test_the_misalignment_is_shown_by_both_kinds_as_they_were_corrected(tell, corrected):
+    told = tell()
+    told.problem.correct(LATE, TWISTS[0], POSE)
+    told.problem.finish(POSE)
+    keypoints, tracks, surface, motion, weight = told.given['keypoint_rows']
+    assert keypoints is told.told['reprojection'] and tracks is told.problem._tracks
+    assert surface == 'source' and weight == 1 / 3.0
+    depth, same = told.given['depth_rows']
+    np.testing.assert_array_equal(depth.jacobian, told.kinds()[1][0].jacobian)
+    assert same is motion and motion.T_target_source is POSE
+    np.testing.assert_array_equal(motion.twists, TWISTS)
+    assert motion.heights == (image_height(CAMERA), image_height(OTHER))
+    assert told.given['misalignment_sample'] == ('keypoint_rows', 'depth_rows', LATE)
