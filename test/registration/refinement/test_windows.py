@@ -50,6 +50,21 @@ def test_planes_of_windows():
     np.testing.assert_allclose(found, np.tile(PLANE, (50, 1)), atol=1e-4)
 
 
+def test_of_a_curved_surface_a_window_has_the_tangent_plane_at_its_centre():
+    """Inverse depths are quadratic in the pixels: their mean slope is that of the centre."""
+    def inverse(u, v):
+        return 0.6 + 1e-3 * u - 5e-4 * v + 4e-6 * (u - 90) ** 2 - 6e-6 * u * v + 2e-6 * v ** 2
+
+    v, u = np.mgrid[:CAMERA.height, :CAMERA.width]
+    points = rays(PIXELS) / inverse(*PIXELS.T)[:, None]
+    found = planes((1 / inverse(u, v)).astype(np.float32), PIXELS, points, CAMERA, WINDOW)
+    u, v = PIXELS.T
+    slopes = np.column_stack([CAMERA.fx * (1e-3 + 8e-6 * (u - 90) - 6e-6 * v),
+                              CAMERA.fy * (-5e-4 - 6e-6 * u + 4e-6 * v)])
+    np.testing.assert_allclose(found[:, :2], slopes, atol=1e-4)
+    np.testing.assert_allclose(np.einsum('ij,ij->i', found, points), 1.0, atol=1e-9)
+
+
 def test_without_depth_a_window_faces_the_camera():
     points = points_at(PIXELS)
     found = planes(np.full((240, 320), np.nan, np.float32), PIXELS, points, CAMERA, WINDOW)
