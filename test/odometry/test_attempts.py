@@ -222,6 +222,16 @@ def test_a_frame_is_tracked_from_the_keyframe_with_its_velocity_and_expected_the
     assert attempt.increment.interval == pytest.approx(0.3)
 
 
+def test_without_a_velocity_a_frame_is_tracked_where_another_sensor_knows_the_motion(moved):
+    registrar = Playing()
+    _, attempt = Attempts(Settings(), registrar, Expected()).by_tracking(
+        view(0.3), moved, None, stamp(0.05))
+    (source, _, pose, _), = registrar.given
+    assert source.twist is None and attempt.status is Status.OK
+    np.testing.assert_allclose(pose, se3.inverse(
+        moved.keyframe.pose.matrix) @ moved.last.pose.matrix @ BLIND.matrix, atol=1e-12)
+
+
 def test_nothing_is_tracked_to_where_nothing_is_expected(moved):
     now = view(0.3)
     found, attempt = Attempts(Settings(), Playing(), Expected(False)).by_tracking(
