@@ -12,7 +12,7 @@ import pytest
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.pose_vote import _grey_tolerance, pose_vote
+from aick_ros.registration.pose_vote import _grey_misfits, _grey_tolerance, pose_vote
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
@@ -149,3 +149,14 @@ def test_a_block_that_is_hardly_seen_does_not_vote(pair, rows, counts):
                      SENSOR)
     assert (vote.first > 0.7) == counts
     assert counts or vote.first == vote.second == 0.0
+
+
+def test_the_exposure_is_that_of_most_of_the_view():
+    """Which has changed by 30 %; what is covered by a lamp fits neither pose."""
+    before = np.random.default_rng(3).uniform(50.0, 150.0, 100)
+    now = 1.3 * before
+    now[:40] = 255.0
+    misfits = _grey_misfits(before, now, np.full(100, 3.0))
+    np.testing.assert_allclose(misfits[40:], 0.0, atol=1e-12)
+    np.testing.assert_allclose(misfits[:40], np.minimum(
+        ((255.0 - 1.3 * before[:40]) / 3.0) ** 2, 1.0))
