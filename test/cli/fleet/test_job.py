@@ -1,0 +1,84 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The row and the folder of a run against its recording."""
+
+import json
+import time
+
+import cv2
+import numpy as np
+import pytest
+
+from aick_ros.cli.fleet import job as job_module
+from aick_ros.cli.fleet.job import Job, run_job
+from aick_ros.settings import Settings
+from aick_ros.sources import raise_damage
+from aick_ros.sources.writers.tum_writer import write_tum
+
+
+@pytest.fixture
+def folder(recording, tmp_path):
+    write_tum(tmp_path / 'desk', recording)
+    return tmp_path / 'desk'
+
+
+def finish(folder, **options):
+    return run_job(Job(str(folder), 'settings', Settings(), **{'gaps': [1], **options}))
+
+
+def test_the_figures_are_those_of_the_recording(folder, recording, monkeypatch):
+    threads = []
+    monkeypatch.setattr(cv2, 'setNumThreads', threads.append)
+    finished = finish(folder, limit=5)
+    stamps = [frame.stamp for frame in recording.frames(raise_damage)][:5]
+    positions = [recording.ground_truth.at(stamp)[:3, 3] for stamp in stamps]
+    length = np.linalg.norm(np.diff(positions, axis=0), axis=1).sum()
+    figures = finished.figures
+    assert finished.recording == 'desk'
+    assert figures['duration_s'] == pytest.approx((stamps[-1] - stamps[0]) / 1e9, abs=1e-6)
+    assert figures['path_length_m'] == pytest.approx(length, rel=0.1)
+    assert (figures['frames'], figures['tracked']) == (5, 5)
+    assert (figures['ended'], figures['damaged_images']) == ('complete', 0)
+    assert figures['wall_time_s'] > 0 < figures['peak_memory_mb']
+    assert {'source', 'settings', 'machine', 'bytes_copied'}.isdisjoint(figures)
+    assert threads == [1]
+
+
+def test_the_folder_of_the_run_has_its_path_and_the_true_one(folder, recording, tmp_path):
+    finished = finish(folder, limit=5)
+    for name, content in finished.files.items():
+        (tmp_path / name).write_bytes(content)
+    assert len(np.loadtxt(tmp_path / 'trajectory.tum')) == 5
+    truth = np.loadtxt(tmp_path / 'ground_truth.tum')
+    np.testing.assert_allclose(truth[:, 1:4], recording.ground_truth.poses[:, :3, 3], atol=1e-5)
+    summary = json.loads(finished.files['summary.json'])
+    assert summary['source'] == 'desk'
+
+
+def test_without_true_path_there_is_none(folder):
+    (folder / 'groundtruth.txt').unlink()
+    finished = finish(folder, limit=3)
+    assert 'ground_truth.tum' not in finished.files
+    assert finished.figures['tracked'] == 3
+
+
+def test_damaged_images_are_counted(folder):
+    images = sorted((folder / 'rgb').iterdir())
+    for image in images[3:5]:
+        image.write_bytes(image.read_bytes()[:100])
+    start = time.perf_counter()
+    finished = finish(folder)
+    assert 0 < finished.figures['wall_time_s'] < time.perf_counter() - start
+    assert finished.figures['damaged_images'] == 2
+    assert finished.figures['frames'] == len(images) - 2
+    summary = json.loads(finished.files['summary.json'])
+    assert summary['damaged_images'] == 2
+    assert summary['wall_time_s'] == finished.figures['wall_time_s']
+
+
+@pytest.mark.parametrize('content, cells', [
+    ({'a': {'b': 1, 'c': {'d': 'x'}}, 'e': None}, {'a.b': 1, 'a.c.d': 'x', 'e': None}),
+    ({'a': [1, 2], 'b': {'c': []}, 'd': True}, {'d': True}), ({1: 0.5}, {'1': 0.5}), ({}, {})])
+def test_names_of_columns_are_dotted(content, cells):
+    assert dict(job_module._flat(content, '')) == cells

@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Where a view goes: a file, a browser, a window; and what is checked before."""
+
+import os
+import socket
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from aick_ros.cli.output import viewer as viewer_module
+from aick_ros.cli.output.viewer import viewer
+from aick_ros.errors import InputError
+
+rerun = pytest.importorskip('rerun', reason='no viewer: pip install rerun-sdk')
+
+
+@pytest.fixture
+def stream(monkeypatch):
+    """Record what is asked of Rerun, which would open windows."""
+    asked = []
+
+    class Stream:
+        def __init__(self, application, recording_id):
+            asked.append(('new', application, recording_id))
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            asked.append(('end',))
+
+        def __getattr__(self, name):
+            return lambda *arguments: asked.append((name, *arguments))
+    monkeypatch.setattr(rerun, 'RecordingStream', Stream)
+    return asked
+
+
+@pytest.mark.parametrize('display', ['DISPLAY', 'WAYLAND_DISPLAY'])
+def test_a_window_is_opened_on_either_kind_of_display(stream, monkeypatch, display):
+    for name in ('DISPLAY', 'WAYLAND_DISPLAY'):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv(display, ':7')
+    with viewer('a\x1bb', None, web=False):
+        stream.append('block')
+    assert stream == [('new', 'aick_ros', None), ('spawn',), ('send_recording_name', r'a\x1bb'),
+                      'block', ('flush',), ('end',)]
+
+
+def test_a_file_appears_whole_and_rerun_logs_nothing(monkeypatch, tmp_path):
+    monkeypatch.delenv('RUST_LOG', raising=False)
+    target = tmp_path / 'x.rrd'
+    with viewer('x', target, web=False) as stream:
+        assert os.environ['RUST_LOG'] == 'off'
+        stream.log('number', rerun.Scalars(1.0))
+        assert not target.exists()
+    assert target.stat().st_size > 100
+    monkeypatch.setenv('RUST_LOG', 'info')
+    with viewer('x', target, web=False):
+        assert os.environ['RUST_LOG'] == 'info'
+
+
+@pytest.mark.parametrize('free, is_full', [(10 ** 6 - 1, True), (10 ** 6, False)])
+def test_a_disk_is_full_below_a_megabyte(monkeypatch, tmp_path, free, is_full):
+    asked = []
+    monkeypatch.setattr(viewer_module.shutil, 'disk_usage', lambda path: (
+        asked.append(path), SimpleNamespace(free=free, used=0, total=10 ** 12))[1])
+    assert viewer_module._is_full(tmp_path / 'x.rrd') is is_full
+    assert asked == [tmp_path]
+
+
+@pytest.mark.parametrize('save, sentence', [
+    (None, 'the viewer ended: it broke'), ('x.rrd', 'cannot write x.rrd: it broke')])
+def test_errors_of_rerun_are_a_sentence(monkeypatch, tmp_path, save, sentence):
+    monkeypatch.chdir(tmp_path)
+    path = save and tmp_path.joinpath(save).relative_to(tmp_path)
+    with pytest.raises(InputError) as raised, viewer_module._errors_of(path):
+        raise RuntimeError('it broke')
+    assert str(raised.value) == sentence
+
+
+def test_other_errors_are_ours():
+    with pytest.raises(NotImplementedError), viewer_module._errors_of(None):
+        raise NotImplementedError('a kind of RuntimeError')
+
+
+def test_a_port_that_was_just_used_is_taken_again():
+    """Its last connection waits in the kernel for a minute; a server may have the port then."""
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        port = server.getsockname()[1]
+        with socket.create_connection(('127.0.0.1', port)):
+            accepted, _ = server.accept()
+            accepted.close()  # first, so that this end waits
+    assert viewer_module._free_port(port) == port
+
+
+def test_rerun_without_one_of_its_own_packages_is_named_too(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'rerun', None)
+    with pytest.raises(InputError, match=r"no view without rerun: pip install '.\[view\]'"):
+        with viewer('x', None, web=False):
+            pytest.fail('it goes on')

@@ -1,0 +1,32 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The last message and the exit code of a reading, by how it ended and what was damaged."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from aick_ros.cli import outcome
+from aick_ros.cli.input.damage_log import DamageLog
+from aick_ros.cli.input.reading import COMPLETE, INTERRUPTED
+from aick_ros.errors import InputError
+
+SKIPPED = '1 image was skipped'
+
+
+@pytest.mark.parametrize('ended, damaged, code, messages', [
+    (COMPLETE, 0, 0, []), (COMPLETE, 1, 2, [SKIPPED]),
+    (INTERRUPTED, 0, 130, ['interrupted; the output is complete up to this point']),
+    (INTERRUPTED, 1, 130, [SKIPPED, 'interrupted; the output is complete up to this point']),
+    ('the index is broken', 0, 2, ['the index is broken']),
+    ('the index is broken', 1, 2, [SKIPPED, 'the index is broken'])])
+def test_the_end_of_a_reading(capfd, ended, damaged, code, messages):
+    damage = DamageLog()
+    for _ in range(damaged):
+        damage(InputError('1.png is damaged'))
+    capfd.readouterr()
+    assert outcome.of_reading(SimpleNamespace(ended=ended, damage=damage)) == code
+    lines = capfd.readouterr().err.splitlines()
+    assert len(lines) == len(messages)
+    assert all(line.startswith(f'aick: {message}') for line, message in zip(lines, messages))
