@@ -70,13 +70,14 @@ def _from_lamp(points: np.ndarray, normals: np.ndarray, source: np.ndarray, lamp
                blocks: Sequence[Block]) -> np.ndarray:
     ray = source - points
     squared = np.einsum('ij,ij->i', ray, ray)
-    facing = np.einsum('ij,ij->i', ray, normals) * -(ray @ lamp.direction.astype(np.float32))
-    lit = np.flatnonzero(facing > 0)
+    received = np.einsum('ij,ij->i', ray, normals)
+    sent = -(ray @ lamp.direction.astype(np.float32))
+    lit = np.flatnonzero((received > 0) & (sent > 0))
     for block in blocks:
         lit = lit[~_blocked(points[lit], ray[lit], block)]
     light = np.zeros(len(points), np.float32)
     # at least half a metre, so that what is beside a lamp does not glare
-    light[lit] = facing[lit] / (squared[lit] * np.maximum(squared[lit], 0.25))
+    light[lit] = received[lit] * sent[lit] / (squared[lit] * np.maximum(squared[lit], 0.25))
     coloured: np.ndarray = light[:, None] * lamp.power.astype(np.float32)
     return coloured
 
