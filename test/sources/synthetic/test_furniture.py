@@ -67,22 +67,23 @@ def test_a_piece_keeps_its_size(name, seed):
         assert 0.7 * depth < high[1] - low[1] < depth + 0.05
 
 
-@pytest.mark.parametrize('seed', [0, 1])
 @pytest.mark.parametrize('name', PIECES)
-def test_each_part_touches_the_floor_or_another_part(name, seed):
+def test_each_part_touches_the_floor_or_another_part(name):
     """Nothing floats: from each part others lead down to the floor, or to the wall."""
-    blocks = built(name, seed).blocks
+    blocks = built(name).blocks
     # points all over each block; touching is nearer than a centimetre
-    ticks = np.stack(np.meshgrid(*[np.linspace(-0.5, 0.5, 9)] * 3), axis=-1).reshape(-1, 3)
+    ticks = np.stack(np.meshgrid(*[np.linspace(-0.5, 0.5, 5)] * 3), axis=-1).reshape(-1, 3)
     clouds = [se3.transform(block.T_world_block, ticks * block.size) for block in blocks]
     held = [bool(cloud[:, 2].min() < 0.01 or PIECES[name][4] and cloud[:, 1].max() > -0.011)
             for cloud in clouds]
-    for _ in blocks:
+    new = [i for i, is_held in enumerate(held) if is_held]
+    while new:
+        other = new.pop()
         for i, block in enumerate(blocks):
-            if not held[i]:
-                held[i] = any(held[j] and min(block.distance(clouds[j]).min(),
-                                              blocks[j].distance(clouds[i]).min()) < 0.01
-                              for j in range(len(blocks)) if j != i)
+            if not held[i] and min(block.distance(clouds[other]).min(),
+                                   blocks[other].distance(clouds[i]).min()) < 0.01:
+                held[i] = True
+                new.append(i)
     assert all(held)
 
 

@@ -1,0 +1,68 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The programs: which module each runs, and what is said where it cannot."""
+
+import subprocess
+import sys
+
+import pytest
+
+PROGRAMS = {'odom_node': 'aick_ros.ros.odom_node',
+            'odom_lifecycle_node': 'aick_ros.ros.odom_lifecycle_node',
+            'bag_player': 'aick_ros.ros.playback.bag_player'}
+
+
+def outcome(program, setup='', *arguments):
+    """Run a program after a line of setup, with arguments."""
+    command = f'import sys; {setup}\nfrom aick_ros.ros.process import entry_points as e\n' + program
+    return subprocess.run([sys.executable, '-c', command, *arguments], capture_output=True)
+
+
+def test_each_program_runs_its_own_module_with_the_signals_held_back():
+    run = outcome(f"""
+import signal
+from types import SimpleNamespace
+imported = []
+def module(name):
+    imported.append((name, sorted(signal.pthread_sigmask(signal.SIG_BLOCK, ()))))
+    return SimpleNamespace(main=lambda: print(*imported.pop(), sep=' '))
+e.import_module = module
+for name in {list(PROGRAMS)}:
+    getattr(e, name)()
+""")
+    held = '[<Signals.SIGINT: 2>, <Signals.SIGTERM: 15>]'
+    assert run.stdout.decode().splitlines() == [
+        f'{module} {held}' for module in PROGRAMS.values()], run.stderr
+
+
+@pytest.mark.parametrize('program, missing, sentence', [
+    ('odom_node', 'rclpy', "rclpy is not installed: source a ROS 2 Jazzy workspace, or pip "
+                           "install '.[ros]' in the folder of aick_ros"),
+    ('odom_lifecycle_node', 'cv2', 'cv2 is not installed: apt install python3-opencv'),
+    ('odom_node', 'numpy', 'numpy is not installed: apt install python3-numpy'),
+    ('bag_player', 'rosbags.rosbag2', 'rosbags.rosbag2 is not installed: pip install rosbags')])
+def test_a_missing_package_is_named_with_its_remedy(program, missing, sentence):
+    run = outcome(f'e.{program}()', f'sys.modules[{missing!r}] = None')
+    assert (run.returncode, run.stderr.decode()) == (2, f'{program}: {sentence}\n')
+
+
+def test_a_module_of_our_own_that_is_missing_is_a_defect():
+    run = outcome('e.bag_player()', "sys.modules['aick_ros.ros.playback.bag_player'] = None")
+    assert run.returncode == 1
+    assert b'ModuleNotFoundError' in run.stderr
+
+
+def test_an_argument_that_is_not_utf_8_is_named():
+    run = outcome('e.odom_node()', '', b'--params-file', b'\xff.yaml')
+    assert run.returncode == 2
+    assert run.stderr.startswith(
+        rb'odom_node: the argument \xff.yaml is not UTF-8, as ROS requires: rename')
+    assert run.stderr.count(b'\n') == 1
+
+
+@pytest.mark.parametrize('name', ['odom_node', 'bag_player'])
+def test_a_parameter_file_that_is_missing_is_named(name):
+    run = outcome(f'e.{name}()', '', '--ros-args', '--params-file', '/none/a.yaml')
+    assert run.returncode == 2
+    assert run.stderr.startswith(f'{name}: cannot read the parameters /none/a.yaml'.encode())
