@@ -72,6 +72,14 @@ def test_no_more_keypoints_are_found_than_asked_for():
     assert len(detect(grey, nfeatures=25).pixels) in range(25, 28)
 
 
+@pytest.mark.parametrize('layers', [1, 3, 8])
+def test_the_finest_extremum_is_within_half_a_layer_of_the_scale_one(layers):
+    grey = cv2.GaussianBlur(np.random.default_rng(0).integers(0, 256, (200, 300), np.uint8),
+                            (0, 0), 1.0)
+    found = detect(grey, octave_layers=layers, nfeatures=20000, contrast_threshold=0.0)
+    assert 2.0 ** (-0.55 / layers) < found.scales.min() < 1.0
+
+
 def test_another_process_gets_the_same_detector():
     grey, _ = blobs([2.0, 4.0])
     detector = SiftDetector(FeatureSettings(sift=SiftSettings(octave_layers=5, sigma=1.3)))

@@ -4,7 +4,9 @@
 """The curves that are drawn, and what a reader finds on the axes."""
 
 import cv2
+import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
 from aick_ros.evaluation.baselines.registry import METHODS
 from aick_ros.reports import benchmark_plots
@@ -63,3 +65,47 @@ def test_a_method_has_one_colour_of_its_own(drawn):
     assert colours[0] == colours[1]
     assert set(METHODS) <= set(benchmark_plots._COLOURS)
     assert len(set(benchmark_plots._COLOURS.values())) == len(benchmark_plots._COLOURS)
+
+
+@pytest.mark.parametrize('count, rows, columns', [(1, 1, 1), (2, 1, 2), (3, 2, 2), (5, 3, 2)])
+def test_panels_are_two_in_a_row_and_what_is_left_is_empty(drawn, count, rows, columns):
+    recordings = {f'hall {i}': {'period_ms': 33.0} for i in range(count)}
+    curve = {'label': 'AICK', 'recordings': {name: {'x': [1], 'success_ratio': [1.0]}
+                                             for name in recordings}}
+    (figure,), _ = drawn({'4': {'title': 'Apart', 'axis': 'gap', 'curves': {'aick': curve}}},
+                         recordings)
+    assert len(figure.axes) == rows * columns
+    shown, empty = figure.axes[:count], figure.axes[count:]
+    assert [axes.get_title(loc='left') for axes in shown] == list(recordings)
+    assert all(axes.axison for axes in shown) and not any(axes.axison for axes in empty)
+    assert [axes.get_ylabel() for axes in shown] == [
+        'success ratio' if i % columns == 0 else '' for i in range(count)]
+    assert {axes.get_ylim() for axes in shown} == {(-0.02, 1.02)}
+    assert {axes.get_xlim()[0] for axes in shown} == {0.0}
+    np.testing.assert_allclose(figure.get_size_inches(), (
+        max(5.0 * columns, 6.5), 0.7 + 3.9 * rows))
+    [legend] = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ['AICK']
+
+
+@pytest.mark.parametrize('axis, title', [
+    ('gap', 'Near; success within 10 mm'), ('threshold_m', 'Near')])
+def test_the_title_names_the_threshold_where_it_is_no_axis(drawn, axis, title):
+    (figure,), _ = drawn({'3': {'title': 'Near', 'axis': axis, 'curves': CURVES}}, RECORDINGS)
+    assert figure.get_suptitle() == title
+    markers = {line.get_marker() for axes in figure.axes for line in axes.lines}
+    assert (markers <= {'', 'None'}) is (axis == 'threshold_m')
+    marks = [line for axes in figure.axes for line in axes.lines if line.get_linestyle() == '--']
+    assert len(marks) == (2 if axis == 'threshold_m' else 0)
+
+
+def test_settings_that_are_varied_have_colours_from_dark_to_light(drawn):
+    curves = {str(words): {'label': str(words), 'recordings': {
+        'room': {'x': [1, 2], 'success_ratio': [0.5, 0.4]}}} for words in (10, 100, 1000)}
+    (figure,), _ = drawn({'9': {'title': 'Words', 'axis': 'gap', 'curves': curves}},
+                         {'room': {'period_ms': 33.0}})
+    lines = figure.axes[0].lines
+    assert [line.get_label() for line in lines] == ['10', '100', '1000']
+    lightness = [np.dot(to_rgb(line.get_color()), (0.2, 0.7, 0.1)) for line in lines]
+    assert lightness[0] > lightness[1] > lightness[2]
+    assert len({line.get_marker() for line in lines}) == 3

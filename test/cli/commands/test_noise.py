@@ -5,6 +5,7 @@
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -13,7 +14,10 @@ import yaml
 from aick_ros.cli.commands import noise as noise_module
 from aick_ros.cli.input.settings_file import read_settings_file
 from aick_ros.errors import InputError
-from aick_ros.settings import Settings
+from aick_ros.evaluation.noise.camera_noise import CameraNoise
+from aick_ros.evaluation.noise.depth_noise import DepthBin, DepthNoise
+from aick_ros.evaluation.noise.pixel_noise import PixelNoise, ScaleBin
+from aick_ros.settings import MisalignmentSettings, Settings
 from aick_ros.sources import raise_damage
 
 NARROW = ('--set', 'sensor.min_depth=1.2', '--set', 'sensor.max_depth=1.6')
@@ -125,3 +129,45 @@ def test_damaged_images_and_a_broken_end_are_reported(noise, recording, in_memor
     assert outcome.code == 2
     assert (figures['frames'], figures['damaged_images']) == (10, 11)
     assert figures['ended'] == 'the index is broken'
+
+
+DEPTH = DepthNoise('desk', 41, 0.456, 3.21, 0.001234, 1.75, True,
+                   [DepthBin(0.5, 100, 0.001, 0.0011), DepthBin(3.0, 90, 0.009, 0.0085)])
+PIXELS = PixelNoise('surf', 7, 0.246, 0.81, True,
+                    [ScaleBin(1.0, 300, 0.25, 0.24), ScaleBin(2.0, 45, 0.4, 0.43)])
+
+
+@pytest.mark.parametrize('depth, pixels, said', [
+    ({}, {}, []),
+    ({'exponent_estimated': False}, {},
+     ['smooth surfaces from 0.50 to 3.00 m only: .*sensor.depth_exponent is kept at 1.75. 2 is']),
+    ({}, None, ['at least 5 pairs of textured images with a flow of 8 pixels .* there are 3; rec']),
+    ({}, {'exponent_estimated': False},
+     ['surf keypoints of about one scale only: features.surf.pixel_exponent is kept at 0.81']),
+    ({'exponent_estimated': False}, None, ['sensor.depth_exponent is kept', 'at least 5 pairs'])])
+def test_what_a_recording_does_not_determine_is_said_and_marked(depth, pixels, said):
+    found = CameraNoise(dataclasses.replace(DEPTH, **depth), 3,
+                        None if pixels is None else dataclasses.replace(PIXELS, **pixels),
+                        MisalignmentSettings(delay=0.0123, x=-0.02))
+    sentences = list(noise_module._shortcomings(found))
+    assert len(sentences) == len(said)
+    assert all(re.search(each, sentence) for each, sentence in zip(said, sentences))
+    lines = list(noise_module._lines(found))
+    text = '\n'.join(lines)
+    expected = {'sensor.depth_sigma': 0.00123, 'sensor.depth_exponent': 1.75,
+                'misalignment.delay': 0.0123, 'misalignment.x': -0.02}
+    if pixels is not None:
+        expected |= {'features.surf.pixel_sigma': 0.25, 'features.surf.pixel_exponent': 0.81}
+        assert '# 345 keypoints detected in two images' in text
+    assert yaml.safe_load(text)['/**']['ros__parameters'] == expected
+    assert '# measured with aick noise: desk, 41 frames' in text
+    assert '# depths from 0.46 to 3.21 m, smooth surfaces from 0.50 to 3.00 m' in text
+    kept = [line.split(':')[0].strip() for line in lines if line.endswith('# kept, not measured')]
+    assert kept == [name for name, known in (
+        ('sensor.depth_exponent', depth), ('features.surf.pixel_exponent', pixels)) if known]
+
+
+def test_one_frame_is_one():
+    found = CameraNoise(dataclasses.replace(DEPTH, frames=1), 0, None, MisalignmentSettings())
+    text = '\n'.join(noise_module._lines(found))
+    assert 'desk, 1 frame\n' in text and 'misalignment' not in text

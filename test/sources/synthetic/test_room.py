@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Furnished rooms: closed, lit, with the furniture at the walls and the middle free."""
+
+import numpy as np
+import pytest
+
+from aick_ros.sources.synthetic.surfaces import Rectangle
+
+SEEDS = (0, 1)
+
+
+@pytest.fixture(scope='module', params=SEEDS)
+def scene(request, room):
+    return room(request.param)
+
+
+def test_the_space_is_that_of_a_living_room(scene):
+    size = scene.interior.high - scene.interior.low
+    assert ((4.5, 3.9, 2.5) <= size).all() and (size <= (5.1, 4.5, 2.7)).all()
+    np.testing.assert_allclose(scene.interior.centre[:2], 0, atol=1e-12)
+    assert scene.interior.low[2] == 0.0
+    assert (scene.free.low >= scene.interior.low + 0.9).all()
+    assert (scene.free.high <= scene.interior.high - 0.9).all()
+    np.testing.assert_allclose(scene.free.high[:2], size[:2] / 2 - 0.95 - 0.35)
+    np.testing.assert_allclose(scene.free.low[:2], -scene.free.high[:2])
+
+
+def test_all_that_stands_there_is_inside_and_keeps_off_where_the_camera_is(scene):
+    for block in scene.blocks:
+        middle = block.T_world_block[:3, 3]
+        assert scene.interior.depth(middle[None])[0] > 0
+    low, high = scene.free.low, scene.free.high
+    points = np.random.default_rng(0).uniform(low, high, (2000, 3))
+    assert scene.clearance(points).min() > 0.3
+
+
+def test_each_wall_has_its_furniture(scene):
+    """By the size that no other piece has: a sofa, a door, a window, a desk."""
+    widths = {(round(s.width, 2), round(s.height, 2)): s for s in scene.surfaces[::-1]
+              if isinstance(s, Rectangle)}
+    places = {}
+    for name, size in {'sofa': (1.9, 0.28), 'door': (0.85, 2.0), 'window': (1.4, 1.2),
+                       'desk': (1.4, 0.04)}.items():
+        places[name] = widths[size].T_world_surface[:3, 2]  # into the wall
+    assert sorted(tuple(place[:2].round().astype(int)) for place in places.values()) == [
+        (-1, 0), (0, -1), (0, 1), (1, 0)]
+
+
+def test_walls_meet_and_what_hangs_on_them_is_in_front(scene):
+    size = scene.interior.high - scene.interior.low
+    shell = scene.surfaces[:6]
+    inward = np.array([surface.points(*np.zeros((2, 1)))[1][0] for surface in shell])
+    np.testing.assert_allclose(np.abs(inward).sum(axis=0), 2, atol=1e-9)
+    for surface, normal in zip(shell, inward):
+        middle = surface.hull.mean(axis=0) - scene.interior.centre
+        np.testing.assert_allclose(middle @ normal, -(size @ np.abs(normal)) / 2)
+    doors = [s for s in scene.surfaces if round(s.width, 2) == 0.85 and round(s.height, 1) == 2.0]
+    assert len(doors) == 1
+    depth = scene.interior.depth(doors[0].hull[:, :] + (0, 0, 0.5))
+    assert 0.005 < depth.max() < 0.05
+
+
+def test_the_light_is_neither_dark_nor_glaring(scene):
+    floor = next(s for s in scene.surfaces if s.points(*np.zeros((2, 1)))[1][0, 2] > 0.9)
+    assert 15 < np.median(floor.image) < 200
+    means = np.array([surface.image.mean() for surface in scene.surfaces])
+    assert 30 < np.median(means) < 150
+    saturated = np.mean([(surface.image == 255).mean() for surface in scene.surfaces])
+    assert saturated < 0.03
+    # somewhere on the floor there is shade, and light
+    shares = floor.image.astype(float).mean(axis=2)
+    cells = shares[:shares.shape[0] // 40 * 40, :shares.shape[1] // 40 * 40]
+    cells = cells.reshape(cells.shape[0] // 40, 40, -1, 40).mean(axis=(1, 3))
+    assert cells.max() > 2.0 * cells.min()
+
+
+def test_rooms_of_other_seeds_are_furnished_otherwise(room):
+    one, other = (room(seed) for seed in SEEDS)
+    assert not np.allclose(one.interior.high, other.interior.high)
+    assert len(one.surfaces) != len(other.surfaces)
