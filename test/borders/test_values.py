@@ -60,3 +60,27 @@ def test_real_numbers_of_any_type_become_those_required(values):
 def test_an_array_that_is_right_is_not_copied():
     array = np.zeros((3, 2))
     assert numbers(array, (None, 2), 'the matrix') is array
+
+
+@pytest.mark.parametrize('value, what', [
+    (None, 'None'), (True, 'True'), (2.5, '2.5'), ('abc', "'abc'"), ((1,), 'an object of the class '
+                                                                     'tuple'),
+    (10 ** 30 - 1, str(10 ** 30 - 1)), (10 ** 30, 'a very large number'),
+    (-10 ** 30, 'a very large number'), (np.float32(1.5), repr(np.float32(1.5))),
+    (np.zeros((3, 2), np.int16), 'an array of int16 of the shape 3x2'),
+    (np.zeros(()), 'an array of float64 of the shape ()'),
+    (77 * 'x', "'" + 77 * 'x' + "'"), (78 * 'x', "'" + 78 * 'x' + "'..."),
+    (90 * 'x', "'" + 79 * 'x' + '...')])
+def test_a_sentence_says_in_a_few_words_what_it_was(value, what):
+    with pytest.raises(InputError) as raised:
+        required_method(value, 'detect', 'the detector')
+    assert str(raised.value) == (
+        f'the detector: {what}, where an object with the method detect is required')
+
+
+@pytest.mark.parametrize('shape, text', [((4, 4), '4x4'), ((None, 3), 'Nx3'), ((), r'\(\)')])
+def test_the_shape_that_is_required_is_named(shape, text):
+    with pytest.raises(InputError, match=f'shape {text} is required$'):
+        required_array(np.zeros((2, 2, 2)), np.float64, shape, 'the matrix')
+    with pytest.raises(InputError, match=f'where the shape {text} is required$'):
+        numbers(np.zeros((2, 2, 2)), shape, 'the matrix')

@@ -153,3 +153,27 @@ def test_losses_at_both_rates_are_counted(rates):
     count, share = missing(stamps[arrived])
     assert count == pytest.approx(np.sum(~arrived), rel=0.3)
     assert share == pytest.approx(0.3, abs=0.12)
+
+
+@pytest.mark.parametrize('pause, counted', [(38, True), (42, False)])
+def test_beyond_a_mean_gap_of_ten_periods_nothing_is_counted(pause, counted):
+    """Of 3 gaps of one period and one of 37, the mean is 10; of 200 Hz, it is below a second."""
+    ticks = np.concatenate([np.arange(index, index + 4) for index in range(0, 60 * pause, pause)])
+    mean = pause / 4
+    count, share = missing(START + ticks * SECOND // 200)
+    assert (count > 0) is (share > 0) is counted
+    if counted:
+        assert share == pytest.approx(1 - 1 / mean, abs=0.02)
+
+
+@pytest.mark.parametrize('gap, is_loss', [(30, True), (31, False)])
+def test_a_gap_of_more_than_a_second_is_a_pause(gap, is_loss):
+    ticks = np.concatenate([np.arange(60), 59 + gap + np.arange(60)])
+    assert missing(START + ticks * SECOND // 30)[0] == (gap - 1 if is_loss else 0)
+
+
+@pytest.mark.parametrize('length, is_rate', [(8, True), (7, False)])
+def test_eight_equal_gaps_are_those_of_another_rate(length, is_rate):
+    gaps = np.concatenate([np.ones(40), np.full(length, 3), np.ones(40)]).astype(int)
+    count, _ = missing(START + np.cumsum(gaps) * (SECOND // 30))
+    assert count == (0 if is_rate else 2 * length)

@@ -53,3 +53,38 @@ def test_what_moves_is_named(name, motion, sentence):
     values[:, 0] += motion
     with pytest.raises(InputError, match=f'^a recording: the {name} is not at rest, .*{sentence}'):
         check_rest('a recording', name, values, INTERVAL)
+
+
+def exactly(name, kind, size):
+    """Return a minute of values that change, step or deviate by a size, without noise."""
+    values = np.tile(UP if name == 'accelerometer' and kind != 'value' else np.zeros(3),
+                     (len(TIMES), 1))
+    number = np.arange(len(TIMES)) // 50  # of the second
+    values[:, 0] += size * {'value': np.ones(len(TIMES)), 'change': number % 2,
+                            'step': number >= 40}[kind]
+    return values
+
+
+@pytest.mark.parametrize('name, kind, limit, sentence', [
+    ('gyroscope', 'value', 0.2, 'its mean is 0.204 rad/s:'),
+    ('gyroscope', 'change', 0.005, 'changes by 0.0051 rad/s from one second to the next'),
+    ('gyroscope', 'step', 0.0005, r'changes by 0.00051 rad/s 40 s after the start'),
+    ('accelerometer', 'value', 12.0, r'its mean is 12.2 m/s\^2:'),
+    ('accelerometer', 'change', 0.1, r'changes by 0.102 m/s\^2 from one second to the next'),
+    ('accelerometer', 'step', 0.005, r'changes by 0.0051 m/s\^2 40 s after the start')])
+def test_the_limits_of_rest(name, kind, limit, sentence):
+    check_rest('a recording', name, exactly(name, kind, 0.98 * limit), INTERVAL)
+    with pytest.raises(InputError, match=sentence):
+        check_rest('a recording', name, exactly(name, kind, 1.02 * limit), INTERVAL)
+
+
+@pytest.mark.parametrize('factor, is_rest', [(9.8, True), (10.2, False)])
+def test_a_step_is_measured_by_the_usual_changes(factor, is_rest):
+    usual = 0.001
+    values = exactly('gyroscope', 'change', usual)
+    values[1000:, 1] += np.sqrt(factor ** 2 - 1) * usual  # beside the usual one at that second
+    if is_rest:
+        check_rest('a recording', 'gyroscope', values, INTERVAL)
+    else:
+        with pytest.raises(InputError, match='changes by 0.0102 rad/s 20 s after the start'):
+            check_rest('a recording', 'gyroscope', values, INTERVAL)
