@@ -10,7 +10,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.status import Status
 
@@ -75,3 +77,57 @@ def test_errors_are_those_since_the_first_frame(shown, records, ground_truth):
     for entity, error in (('errors/position_mm', 5.0), ('errors/rotation_deg', 0.5)):
         found = [value for _, value in stream.values(entity, 'scalars')]
         np.testing.assert_allclose(found, [0.0, *[error] * 89], atol=1e-5)
+
+
+def views(container):
+    """Yield the views in a container of the layout, each with its share of the height."""
+    for share, row in zip(container.row_shares, container.contents):
+        for view in row.contents:
+            yield view, share
+
+
+def test_each_view_shows_what_is_logged(stream, records, ground_truth):
+    from rerun.blueprint import TextLogView
+
+    from aick_ros.reports.rerun_view import RerunView
+    sent = []
+    stream.send_blueprint = sent.append
+    view = RerunView(stream, ground_truth)
+    for record in records:
+        view.add_record(record)
+    [blueprint] = sent
+    shown = dict(views(blueprint.root_container))
+    origins = {each.origin for each in shown}
+    assert origins == {'world', 'world/camera/image', 'errors', 'times', 'status'}
+    for origin in origins - {'world/camera/image'}:  # these records have no images
+        assert any(entity.startswith(origin) for entity in stream.logged)
+    [space] = [each for each in shown if each.origin == 'world']
+    assert shown[space] == max(shown.values()) > min(shown.values())
+    assert {each.origin for each in shown if isinstance(each, TextLogView)} == {'status'}
+
+
+def test_the_truth_is_drawn_once_from_the_first_pose(shown, records, ground_truth):
+    stream = shown(records, ground_truth)
+    [(time, strips)] = stream.values('world/truth', 'strips')
+    assert time is None
+    np.testing.assert_allclose(strips, [record.T_odom_camera[:3, 3] for record in records],
+                               atol=1e-5)
+    assert len(stream.logged['world/truth']) == 1
+
+
+@pytest.mark.parametrize('step', [1, 4])
+def test_a_smaller_image_has_a_smaller_camera(step):
+    from aick_ros.reports.rerun_view import _pinhole
+    pinhole = _pinhole(Camera(642, 484, 500.0, 520.0, 320.0, 244.0), step)
+    matrix = np.array(pinhole.image_from_camera.as_arrow_array().to_pylist()[0]).reshape(3, 3).T
+    np.testing.assert_allclose(matrix, [[500 / step, 0, 320 / step],
+                                        [0, 520 / step, 244 / step], [0, 0, 1]])
+    assert pinhole.resolution.as_arrow_array().to_pylist()[0] == [642 // step, 484 // step]
+
+
+def test_depth_is_in_millimetres_and_nothing_is_zero():
+    from aick_ros.reports.rerun_view import _depth
+    depth = np.full((9, 10), 5.0, np.float32)
+    depth[0, 0], depth[0, 4], depth[4, 0], depth[4, 4] = 1.2345, np.nan, np.inf, 70.0
+    frame = RgbdFrame(1, np.zeros((9, 10), np.uint8), depth, Camera(10, 9, 9.0, 9.0, 5.0, 4.0))
+    np.testing.assert_array_equal(_depth(frame), [[1234, 0], [0, 65535]])
