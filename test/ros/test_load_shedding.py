@@ -120,3 +120,44 @@ def test_it_says_what_is_left_out():
     assert second.shedding.sentence == ''
     over(second, 2)
     assert Step.FEWER_POINTS.value in second.shedding.sentence
+
+
+def step_after(seconds, busy, dropped, arrived, step=Step.ALL):
+    """Return the step after some seconds with the same load, in units exact in binary."""
+    shedding = LoadShedding()
+    shedding.step = step
+    for second in range(seconds + 1):
+        shedding.update(Load(8.0 * second, arrived * second, dropped * second,
+                             (0.0, 8.0 * busy * second)))
+    return shedding.step
+
+
+@pytest.mark.parametrize('busy, dropped, is_over', [
+    (0.8125, 6, True), (0.8125, 5, False), (0.8, 6, False), (0.75, 50, False)])
+def test_overload_is_more_than_a_twentieth_dropped_at_more_than_four_fifths(
+        busy, dropped, is_over):
+    assert step_after(2, busy, dropped, 100) is (Step.FEWER_KEYPOINTS if is_over else Step.ALL)
+
+
+@pytest.mark.parametrize('busy, dropped, is_at_ease', [
+    (0.375, 0, True), (0.4, 0, False), (0.4375, 0, False), (0.375, 1, False)])
+def test_ease_is_less_than_two_fifths_and_nothing_dropped(busy, dropped, is_at_ease):
+    found = step_after(5, busy, dropped, 100, Step.FEWER_POINTS)
+    assert found is (Step.FEWER_KEYPOINTS if is_at_ease else Step.FEWER_POINTS)
+
+
+def test_no_time_is_no_load():
+    """As where a clock stands still: whatever was done, no share of it is known."""
+    shedding = LoadShedding()
+    for number in range(10):
+        assert not shedding.update(Load(3.0, 100 * number, 50 * number, (9.0 * number,)))
+    assert shedding.step is Step.ALL
+
+
+@pytest.mark.parametrize('given, left', [(400, 200), (201, 100), (200, 100), (199, 100),
+                                         (100, 100), (99, 99), (0, 0)])
+def test_half_is_left_but_not_less_than_a_hundred_keypoints(given, left):
+    shedding = LoadShedding()
+    shedding.step = Step.FEWER_KEYPOINTS
+    core = with_values(Settings(), {'features.max_keypoints': given})
+    assert shedding.settings(core).features.max_keypoints == left

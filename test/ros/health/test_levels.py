@@ -3,15 +3,18 @@
 
 """The level and the sentence for what happened to the frames."""
 
+from collections import Counter
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from aick_ros.frames.repetition import Repeat
 from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.counts import Count
-from aick_ros.ros.health.levels import Level
+from aick_ros.ros.health.frame_statistics import Snapshot
+from aick_ros.ros.health.levels import Level, judge
 
 
 def test_tracked_frames_are_ok(frames):
@@ -173,3 +176,62 @@ def test_rates_that_differ_are_different_numbers(frames):
     frames.count(Count.RECEIVED, 4)
     frames.count(Count.DROPPED_UNDER_LOAD, 18)
     assert '30 of 30.4 frames per second are answered' in frames.judged()[1]
+
+
+def snapshot(status=Status.OK, lost_for=0.0, silent_for=0.1, **recent):
+    """Return 1000 frames of the last ten seconds, all answered, and other counts of them."""
+    counts = Counter({Count.RECEIVED: 1000, Count.ANSWERED: 1000}
+                     | {Count[name]: number for name, number in recent.items()})
+    return Snapshot(counts, counts, 10.0, status, 'the reason', lost_for, silent_for,
+                    np.zeros(0), np.zeros(0), 0.0, {})
+
+
+@pytest.mark.parametrize('lost_for, level', [(2.0, Level.WARN), (2.01, Level.ERROR)])
+@pytest.mark.parametrize('status', [status for status in Status if status.is_lost])
+def test_a_loss_is_an_error_after_two_seconds_with_the_remedy_of_its_status(
+        lost_for, level, status):
+    found, sentence = judge(snapshot(status, lost_for), '', False)
+    assert found is level
+    assert sentence.startswith('lost for 2 s: ') is (level is Level.ERROR)
+    assert f'{status.value}: the reason' in sentence
+    remedies = {Status.TOO_FEW_KEYPOINTS: 'the lens covered',
+                Status.TOO_FEW_MATCHES: 'a higher frame rate',
+                Status.MOTION_GATE: 'raise odometry.max_speed and odometry.max_turn_rate'}
+    assert [each for each, words in remedies.items() if words in sentence] == (
+        [status] if status in remedies else [])
+
+
+@pytest.mark.parametrize('silent_for, level', [(5.0, Level.WARN), (5.01, Level.ERROR)])
+def test_a_missing_input_is_an_error_after_five_seconds(silent_for, level):
+    frames = snapshot(silent_for=silent_for)
+    assert judge(frames, 'no camera_info', False) == (level, 'no camera_info')
+    unanswered = snapshot(silent_for=silent_for, ANSWERED=999, SKIPPED_WHILE_PAUSED=0)
+    assert (judge(unanswered, '', False)[0] is Level.ERROR) is (level is Level.ERROR)
+
+
+@pytest.mark.parametrize('skipped, level', [(10, Level.OK), (9, Level.ERROR)])
+@pytest.mark.parametrize('name', ['SKIPPED_WHILE_PAUSED', 'SKIPPED_BY_RATE_LIMIT',
+                                  'SKIPPED_TO_SHED_LOAD'])
+def test_silence_is_an_error_unless_all_others_were_skipped(name, skipped, level):
+    frames = snapshot(silent_for=6.0, ANSWERED=990, **{name: skipped})
+    assert judge(frames, '', False)[0] is level
+
+
+@pytest.mark.parametrize('name, total, words', [
+    ('LOST', 'ANSWERED', 'were lost'), ('BY_DEPTH_ALONE', 'ANSWERED', 'by depth alone'),
+    ('REPEATED', 'ANSWERED', 'image that repeats'), ('DAMAGED', 'RECEIVED', 'could not be used'),
+    ('DROPPED_UNDER_LOAD', 'RECEIVED', 'frames per second are answered')])
+def test_a_twentieth_is_tolerated_and_more_is_not(name, total, words):
+    """Of those that it is a share of: the other count is ten times as large."""
+    others = {'ANSWERED': 10_000, 'RECEIVED': 10_000, total: 1000}
+    assert judge(snapshot(**others, **{name: 50}), '', False) == (Level.OK, 'registered')
+    level, sentence = judge(snapshot(**others, **{name: 51}), '', False)
+    assert level is Level.WARN
+    assert words in sentence
+    assert name == 'DROPPED_UNDER_LOAD' or sentence.startswith('5% of the frames in the last 10 s')
+
+
+def test_internal_errors_are_counted_in_the_sentence():
+    level, sentence = judge(snapshot(FAILED=7), 'no camera_info', False)
+    assert level is Level.ERROR
+    assert sentence.startswith('7 frames failed by a defect of this node')
