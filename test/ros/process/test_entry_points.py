@@ -15,7 +15,8 @@ PROGRAMS = {'odom_node': 'aick_ros.ros.odom_node',
 
 def outcome(program, setup='', *arguments):
     """Run a program after a line of setup, with arguments."""
-    command = f'import sys; {setup}\nfrom aick_ros.ros.process import entry_points as e\n' + program
+    command = (f'import sys; {setup}\nfrom aick_ros.ros.process import entry_points as e\n'
+               + program)
     return subprocess.run([sys.executable, '-c', command, *arguments], capture_output=True)
 
 

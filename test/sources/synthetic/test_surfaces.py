@@ -50,7 +50,8 @@ def test_the_corners_of_flat_things(kind):
     surface = kind(T_WORLD_SURFACE, 0.4, 0.6, IMAGE)
     hull = se3.transform(se3.inverse(T_WORLD_SURFACE), surface.hull)
     np.testing.assert_allclose(
-        sorted(np.abs(hull).round(9).tolist()), [[0, 0, 0], [0, 0.6, 0], [0.4, 0, 0], [0.4, 0.6, 0]], atol=1e-12)
+        sorted(np.abs(hull).round(9).tolist()),
+        [[0, 0, 0], [0, 0.6, 0], [0.4, 0, 0], [0.4, 0.6, 0]], atol=1e-12)
     points, normals = surface.points(np.array([0.1, 0.3]), np.array([0.2, 0.5]))
     np.testing.assert_allclose(se3.transform(se3.inverse(T_WORLD_SURFACE), points),
                                [[0.1, 0.2, 0], [0.3, 0.5, 0]], atol=1e-12)
