@@ -5,10 +5,12 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from aick_ros.evaluation.comparison.comparison import Change, Comparison, Verdict
 from aick_ros.evaluation.comparison.metrics import ATE, LOST
+from aick_ros.reports import comparison_page as comparison_module
 from aick_ros.reports.comparison_page import comparison_page
 
 NAME = '<img src=x onerror="alert(1)"> $x$'
@@ -41,3 +43,30 @@ def test_changes_have_units_and_missing_runs_are_named(text):
 def test_nothing_is_fetched(text):
     inside = re.sub(r'xmlns(:\w+)?="[^"]*"|<metadata>.*?</metadata>', '', text, flags=re.DOTALL)
     assert not re.search(r'(src|href)="(?!#)|url\((?!#)|@import', inside)
+
+
+def test_one_recording_is_named_and_has_no_pictures_of_many():
+    change = Change(0.01, 0.012, 0.2, 0.1, 0.3, Verdict.WORSE)
+    text = comparison_page('a', {'b': Comparison({'desk': {ATE: change}}, {ATE: change}, [], [],
+                                                 {'aick.alpha': (0.7, 0.8)})})
+    assert 'Recording: desk' in text and '<svg' not in text
+    assert '<td>aick.alpha</td><td>0.7</td><td>0.8</td>' in text
+    assert 'not compared' not in text
+
+
+def test_bars_are_in_percent_the_first_recording_on_top(monkeypatch):
+    figures, make = [], comparison_module.canvas.figure
+    monkeypatch.setattr(comparison_module.canvas, 'figure', lambda *arguments: figures.append(
+        make(*arguments)) or figures[-1])
+    better = Change(0.02, 0.01, -0.5, -0.6, -0.4, Verdict.BETTER)
+    worse = Change(0.01, 0.012, 0.2, 0.1, 0.3, Verdict.WORSE)
+    comparison_page('a', {'b': Comparison({'desk': {ATE: better}, 'hall': {ATE: worse}},
+                                          {ATE: better}, [], [], {})})
+    axes, = figures[0].axes
+    bars = [line.get_data() for line in axes.lines]
+    np.testing.assert_allclose(bars[0], [[-60, -40], [1, 1]])
+    np.testing.assert_allclose(np.ravel(bars[1]), [-50, 1])
+    np.testing.assert_allclose(bars[2], [[10, 30], [0, 0]])
+    assert [label.get_text() for label in axes.get_yticklabels()] == ['desk', 'hall']
+    assert axes.lines[0].get_color() != axes.lines[2].get_color()
+    assert axes.get_xlabel().startswith('change [%]')

@@ -59,3 +59,25 @@ def test_diagnostics_are_shown_by_kind_and_their_message_once(view, stream):
     assert [text for _, text in stream.values('status/changes', 'text')] == ['tracking', 'lost']
     assert stream.values('times/features', 'scalars') == 2 * [(0.0, 4.5)]
     assert stream.values('health/lost frames', 'scalars') == 2 * [(0.0, 3.0)]
+
+
+def test_the_world_is_forward_left_up_and_the_base_has_axes(view, stream):
+    import rerun as rr
+    [(time, coordinates)] = stream.logged['world']
+    assert time is None
+    assert coordinates == rr.ViewCoordinates.FLU
+    (time, axes), *_ = stream.logged['world/base']
+    assert time is None and isinstance(axes, rr.TransformAxes3D)
+
+
+def test_keypoints_and_the_path_before_are_where_they_are(view, stream):
+    points = np.array([[1.0, 2.0, 3.0], [-4.0, 5.0, 6.0]])
+    view.add_lost(0)
+    view.add_keypoints(2 * SECOND, points)
+    view.add_path(points)
+    part = stream.logged['world/keypoints'][0][1]
+    assert stream.logged['world/keypoints'][0][0] == 2.0
+    np.testing.assert_allclose(part.positions.as_arrow_array().to_pylist(), points)
+    [(time, strip)] = stream.values('world/path_before', 'strips')
+    assert time is None
+    np.testing.assert_allclose(strip, points)

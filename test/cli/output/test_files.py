@@ -66,3 +66,9 @@ def test_a_name_may_be_as_long_as_the_system_allows(tmp_path):
     with pytest.raises(InputError, match='File name too long'):
         write_whole(tmp_path / f'n{name}', 'content')
     assert os.listdir(tmp_path) == [name]
+
+
+def test_json_ends_with_a_line_in_a_file_and_on_standard_output(tmp_path, capsys):
+    write_json(str(tmp_path / 'a.json'), {'a': 1})
+    write_json('-', {'a': 1})
+    assert (tmp_path / 'a.json').read_text() == capsys.readouterr().out == '{"a": 1}\n'

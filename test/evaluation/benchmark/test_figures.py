@@ -77,3 +77,9 @@ def test_a_series_has_the_papers_own_value_once_and_labels_say_the_values(number
     assert shown.count(own) == 1 and len(set(shown)) == len(shown) >= 5
     for method, value in zip(methods, shown, strict=True):
         assert f'{value:g}' in method.title.split() or value == shown[-1]
+
+
+def test_learned_vocabularies_add_two_figures_before_the_last(tmp_path):
+    numbers = [figure.number for figure in paper_figures()]
+    with_vocabularies = [figure.number for figure in paper_figures(tmp_path)]
+    assert with_vocabularies == [*numbers[:-1], '8-words-surf', '8-words-orb', numbers[-1]]

@@ -112,3 +112,16 @@ def test_values_that_repeat_are_rejected(scale):
     samples.turn_rates[:] = alternating[:, None]
     with pytest.raises(InputError, match='the gyroscope shows no noise, its values repeat'):
         estimate_imu_noise('a recording', samples)
+
+
+@pytest.mark.parametrize('missing, is_usable', [(0.55, True), (0.65, False)])
+def test_a_hundredth_may_be_missing(missing, is_usable):
+    """Of 60 s in one gap."""
+    samples = at_rest(BMI085)
+    times = (samples.stamps - samples.stamps[0]) / 1e9
+    kept = samples[(times < 20.0) | (times > 20.0 + missing)]
+    if is_usable:
+        assert estimate_imu_noise('a recording', kept).gyroscope is not None
+    else:
+        with pytest.raises(InputError, match=r'gyroscope: samples are missing for 0\.7 of 60\.0 s'):
+            estimate_imu_noise('a recording', kept)

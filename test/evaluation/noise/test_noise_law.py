@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros.evaluation.noise.noise_law import MIN_SAMPLES, bins_of, fit_law
+from aick_ros.evaluation.noise.noise_law import MIN_SAMPLES, Bin, bins_of, fit_law
 from aick_ros.settings.parameter import Parameter
 
 EXPONENT = Parameter('a.power', float, 1.5, 'A power.', minimum=0.0, maximum=4.0)
@@ -51,3 +51,19 @@ def test_the_exponent_keeps_to_its_range():
     narrow = dataclasses.replace(EXPONENT, maximum=1.0, default=0.5)
     law = fit_law(bins_of(*samples(np.geomspace(0.5, 4.0, 13), 0.1, 2.0)), 0.5, narrow)
     assert (law.exponent, law.exponent_estimated) == (1.0, True)
+
+
+@pytest.mark.parametrize('count, span, is_estimated', [
+    (4, 2.0, True), (4, 1.99, False), (3, 4.0, False)])
+def test_an_octave_and_four_bins_determine_the_exponent(count, span, is_estimated):
+    bins = [Bin(at, 100, 0.1 * at ** 0.5) for at in np.linspace(1.0, span, count)]
+    law = fit_law(bins, 1.5, EXPONENT)
+    assert law.exponent_estimated is is_estimated
+    assert law.exponent == pytest.approx(0.5 if is_estimated else 1.5)
+
+
+def test_a_bin_counts_by_its_samples_up_to_three_hundred():
+    def scale(count):
+        return fit_law([Bin(1.0, 300, 0.1), Bin(1.0, count, 0.4)], 0.0, EXPONENT).scale
+    assert scale(30) < scale(150) < scale(300) == scale(30_000)
+    assert 0.1 < scale(30) < 0.13 < scale(300) < 0.4

@@ -87,3 +87,46 @@ def test_steep_surfaces_are_ignored():
 def test_images_smaller_than_a_patch_have_no_patches():
     camera = Camera(16, 12, 13.0, 13.0, 7.5, 5.5)
     assert len(PatchNoise.of(np.ones((12, 16), np.float32), camera, SensorSettings()).sigmas) == 0
+
+
+LONG = Camera(240, 192, 420.0, 630.0, 101.0, 113.0)
+
+
+def tilted(normal):
+    """Return the depth of a plane through the point two metres ahead, and the incidence cosine."""
+    normal = np.asarray(normal) / np.linalg.norm(normal)
+    rays = np.stack(np.broadcast_arrays((np.arange(240) - LONG.cx) / LONG.fx,
+                                        ((np.arange(192) - LONG.cy) / LONG.fy)[:, None], 1.0), -1)
+    return 2.0 * normal[2] / (rays @ normal), rays @ normal / np.linalg.norm(rays, axis=-1)
+
+
+@pytest.mark.parametrize('normal', [(0.0, 0.0, 1.0), (0.5, 0.0, 1.0), (0.0, -0.6, 1.0),
+                                    (-0.3, 0.4, 1.0)])
+def test_the_depth_of_a_patch_is_that_at_its_centre(normal):
+    depth, _ = tilted(normal)
+    found = PatchNoise.of(noisy(depth, 1e-5), LONG, SensorSettings())
+    inverse = 1.0 / depth  # linear: between the four pixels in the middle, their mean
+    half = SIDE // 2
+    centres = np.mean([inverse[half - down::SIDE, half - right::SIDE]
+                       for down in (0, 1) for right in (0, 1)], axis=0).ravel()
+    assert len(found.depths) == len(centres)
+    np.testing.assert_allclose(found.depths, 1.0 / centres, rtol=1e-5)
+
+
+@pytest.mark.parametrize('axis, sign', [(0, 1), (0, -1), (1, 1), (1, -1)])
+def test_surfaces_are_used_up_to_sixty_degrees(axis, sign):
+    """By the angle between the ray through the centre of a patch and the normal."""
+    normal = np.array([0.0, 0.0, 1.0])
+    normal[axis] = sign * np.tan(np.radians(60.0))
+    depth, cosine = tilted(normal)
+    half = SIDE // 2
+    expected = np.mean([cosine[half - down::SIDE, half - right::SIDE]
+                        for down in (0, 1) for right in (0, 1)], axis=0)
+    found = PatchNoise.of(noisy(depth, 1e-5), LONG, SensorSettings(max_depth=50.0))
+    used = np.zeros(expected.shape, bool)
+    centres = depth[half::SIDE, half::SIDE]
+    for each in found.depths:
+        used |= np.abs(centres / each - 1) < 0.002
+    clear = np.abs(expected - 0.5) > 0.01
+    assert used[clear].any() and not used[clear].all()
+    assert np.mean((used == (expected > 0.5))[clear]) > 0.9
