@@ -11,6 +11,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.linalg import expm, logm
 from scipy.spatial.transform import Rotation
 
+from aick_ros.errors import InputError
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 
 VECTORS = arrays(np.float64, 3, elements=st.floats(-3.0, 3.0))
@@ -199,3 +200,10 @@ def test_the_twist_of_a_base_moves_it_as_the_camera(motion, T_base_camera, inter
     vx, vy, vz, wx, wy, wz = interval * increment.twist
     generator = np.array([[0, -wz, wy, vx], [wz, 0, -wx, vy], [-wy, wx, 0, vz], [0, 0, 0, 0]])
     np.testing.assert_allclose(expm(generator) @ T_base_camera, T_base_camera @ motion, atol=1e-9)
+
+
+@pytest.mark.parametrize('interval', [0.0, -0.1, np.inf, np.nan, 'a second'])
+def test_an_increment_takes_some_time(interval):
+    Increment(PoseWithCovariance.identity(), 1e-9)
+    with pytest.raises(InputError, match='the interval of an increment'):
+        Increment(PoseWithCovariance.identity(), interval)

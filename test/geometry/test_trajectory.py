@@ -103,3 +103,12 @@ def test_invalid_files_are_rejected_with_the_line(tmp_path, text, sentence):
 def test_a_missing_file_is_reported_with_its_name(tmp_path):
     with pytest.raises(InputError, match='nowhere.txt'):
         read_trajectory(tmp_path / 'nowhere.txt')
+
+
+def test_poses_are_sorted_and_of_a_stamp_that_repeats_the_first_counts(tmp_path):
+    file = tmp_path / 'path.tum'
+    file.write_text(''.join(f'{stamp} {x} 0 0 0 0 0 1\n' for stamp, x in (
+        (3, 30), (1, 10), (3, 31), (2, 20), (1, 11))))
+    found = read_trajectory(file)
+    assert (found.stamps // SECOND).tolist() == [1, 2, 3]
+    assert found.poses[:, 0, 3].tolist() == [10, 20, 30]

@@ -116,3 +116,19 @@ def test_the_footprint_of_a_pixel_is_bounded():
     depth[1, 1] = 2.0
     found = DepthToColour(coarse, COLOUR, np.eye(4)).reproject(depth)
     assert 0 < np.isfinite(found).sum() <= 17 ** 2
+
+
+@pytest.mark.parametrize('fx, fy', [(262.0, 131.0), (131.0, 262.0), (524.0, 131.0)])
+def test_pixels_that_are_not_square_leave_no_cracks_and_keep_the_slope(fx, fy):
+    """A floor that is tilted sideways, too: its inverse depth is linear in each camera."""
+    size = round(320 * fx / 262), round(240 * fy / 262)
+    depth_camera = Camera(*size, fx, fy, (size[0] - 1) / 2, (size[1] - 1) / 2)
+
+    def inverse(camera):
+        x = (np.arange(camera.width) - camera.cx) / camera.fx
+        y = (np.arange(camera.height) - camera.cy) / camera.fy
+        return 0.5 + 0.1 * x + 0.3 * y[:, None]
+    found = DepthToColour(depth_camera, COLOUR, np.eye(4)).reproject(
+        np.float32(1.0 / inverse(depth_camera)))
+    inner = slice(6, -6), slice(6, -6)
+    np.testing.assert_allclose(1.0 / found[inner], inverse(COLOUR)[inner], rtol=2e-3)

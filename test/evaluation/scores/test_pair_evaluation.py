@@ -6,11 +6,13 @@
 import gc
 import statistics
 import weakref
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
+from aick_ros.evaluation.scores import pair_evaluation
 from aick_ros.evaluation.scores.pair_evaluation import (
     THRESHOLDS, PairError, PairEvaluation, PairScore)
 from aick_ros.frames.keypoints import KeypointFrame
@@ -237,3 +239,17 @@ def test_the_papers_accuracy_on_a_real_camera(tum_folder, name):
     assert near.scores()[1].success_ratio['0.01'] >= 0.84
     assert near.scores()[1].success_ratio['0.05'] >= 0.99
     assert far.scores()[5].success_ratio['0.01'] >= 0.28
+
+
+@pytest.mark.parametrize('status', [Status.OK, Status.TOO_FEW_MATCHES])
+def test_registrations_are_timed_in_milliseconds_whether_they_succeed_or_not(
+        monkeypatch, status):
+    now = [100.0]
+
+    def register(source, target):
+        now[0] += 0.25
+        return SimpleNamespace(status=status, T_target_source=np.eye(4), covariance=np.eye(6))
+    monkeypatch.setattr(pair_evaluation.time, 'perf_counter', lambda: now[0])
+    error = pair_evaluation._measure(SimpleNamespace(register=register), None, None, np.eye(4))
+    assert error.milliseconds == 250.0
+    assert error.failed is not status.ok

@@ -3,6 +3,7 @@
 
 """Pairing of images as they are received: which are rejected, counted and passed on."""
 
+import math
 from collections import Counter
 from types import SimpleNamespace
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 from aick_ros.ros.health.counts import Count
-from aick_ros.ros.input.pairing import Pairing
+from aick_ros.ros.input.pairing import Pairing, _max_interval
 from aick_ros.settings.node import NodeSettings
 
 START, PERIOD = 10 ** 18, 33_333_333
@@ -142,3 +143,10 @@ def test_images_of_the_last_seconds_are_counted(make, stamped, steady):
         steady.now += 1.0
     pairing.take_depth(stamped(0))  # is rejected
     assert pairing.recent_counts(4.5) == {'rgb/image': 4, 'depth/image': 0}
+
+
+@pytest.mark.parametrize('approx, given, expected', [
+    (False, 0.02, 0.0), (True, 0.02, 0.02), (True, 0.0, math.inf)])
+def test_no_largest_interval_is_any_and_exact_pairs_have_none(approx, given, expected):
+    settings = NodeSettings(approx_sync=approx, approx_sync_max_interval=given)
+    assert _max_interval(settings) == expected

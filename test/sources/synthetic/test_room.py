@@ -80,3 +80,12 @@ def test_rooms_of_other_seeds_are_furnished_otherwise(room):
     one, other = (room(seed) for seed in SEEDS)
     assert not np.allclose(one.interior.high, other.interior.high)
     assert len(one.surfaces) != len(other.surfaces)
+
+
+def test_large_pieces_stand_beside_each_other(scene):
+    """The middle of none is inside another one."""
+    large = [block for block in scene.blocks if block.size.max() > 0.6]
+    middles = np.array([block.T_world_block[:3, 3] for block in large])
+    for number, block in enumerate(large):
+        others = np.delete(middles, number, axis=0)
+        assert block.distance(others).min() > -0.03
