@@ -4,11 +4,14 @@
 """Cameras against the equations of the distortion models."""
 
 import dataclasses
+import math
 from contextlib import suppress
 
 import numpy as np
 import pytest
 
+from aick_ros.borders.limits import (
+    MAX_DISTORTION, MAX_PIXEL_LENGTH, MAX_PIXELS, MAX_SIDE, MIN_FOCAL_LENGTH)
 from aick_ros.errors import InputError
 from aick_ros.geometry.camera import Camera
 
@@ -141,3 +144,53 @@ def test_what_is_no_number_is_rejected(changes):
 def test_coefficients_in_an_array_are_those_in_a_tuple():
     camera = dataclasses.replace(FR1, distortion=np.array(FR1.distortion))
     assert camera == FR1 and hash(camera) == hash(FR1)
+
+
+def following(number):
+    return np.nextafter(number, np.inf)
+
+
+@pytest.mark.parametrize('largest, beyond', [
+    ({'width': MAX_SIDE, 'height': 1}, {'width': MAX_SIDE + 1, 'height': 1}),
+    ({'width': 1, 'height': MAX_SIDE}, {'width': 1, 'height': MAX_SIDE + 1}),
+    ({'width': 8192, 'height': MAX_PIXELS // 8192}, {'width': 8193, 'height': MAX_PIXELS // 8192}),
+    ({'width': 1}, {'width': 0}), ({'height': 1}, {'height': 0}), ({'height': 1}, {'height': -480}),
+    *(({name: MAX_PIXEL_LENGTH}, {name: following(MAX_PIXEL_LENGTH)})
+      for name in ('fx', 'fy', 'cx', 'cy')),
+    *(({name: -MAX_PIXEL_LENGTH}, {name: -following(MAX_PIXEL_LENGTH)}) for name in ('cx', 'cy')),
+    *(({name: MIN_FOCAL_LENGTH}, {name: np.nextafter(MIN_FOCAL_LENGTH, 0.0)})
+      for name in ('fx', 'fy')),
+    *(({'distortion': (0.0, sign * MAX_DISTORTION, 0.0, 0.0)},
+       {'distortion': (0.0, sign * following(MAX_DISTORTION), 0.0, 0.0)}) for sign in (1, -1)),
+    ({}, {'cx': math.inf}), ({}, {'cy': math.nan}), ({}, {'fy': math.inf}),
+    ({}, {'distortion': (0.0, 0.0, math.nan, 0.0)})])
+def test_limits_are_within(largest, beyond):
+    assert dataclasses.replace(PINHOLE, **largest)
+    with pytest.raises(InputError, match='the camera|the distortion coefficients'):
+        dataclasses.replace(PINHOLE, **beyond)
+
+
+@pytest.mark.parametrize('changes, sentence', [
+    ({'fy': -2.0}, 'the camera has fx 525, fy -2, cx 319.5, cy 239.5: focal lengths must be '
+     'positive; calibrate the camera'),
+    ({'cy': 2e6}, 'the camera has fx 525, fy 525, cx 319.5, cy 2e+06: focal lengths must be from '
+     '0.1 to 1e+06 pixels, cx and cy at most 1e+06; calibrate the camera'),
+    ({'height': 0}, 'the camera image has 640 x 0 pixels: width and height must be positive'),
+    ({'distortion': (1.0,)}, 'distortion model plumb_bob has 1 coefficients: it must have 0 or 4 '
+     'or 5')])
+def test_a_sentence_has_the_numbers_of_the_camera(changes, sentence):
+    with pytest.raises(InputError) as raised:
+        dataclasses.replace(PINHOLE, **changes)
+    assert str(raised.value) == sentence
+
+
+@pytest.mark.parametrize('camera', [
+    Camera(640, 480, 400, 410, 320, 240, 'plumb_bob', (-0.28, 0.07, 0.001, -0.0005, 0.0)),
+    RATIONAL, FISHEYE], ids=lambda camera: camera.distortion_model)
+def test_undistortion_has_converged_at_the_corners(camera):
+    """The equations bring each ray back to its pixel, far beyond what a keypoint can have."""
+    corners = np.array([(0, 0), (639, 0), (0, 479), (639, 479), (0, 240), (320, 0)], float)
+    x, y = distort(camera, *camera.normalize(corners).T)
+    np.testing.assert_allclose(
+        np.column_stack([camera.fx * x + camera.cx, camera.fy * y + camera.cy]), corners,
+        atol=1e-5)

@@ -5,8 +5,9 @@
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
-from aick_ros.geometry.kalman import KalmanUpdate
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate
 
 
 @pytest.fixture
@@ -43,3 +44,21 @@ def test_an_exact_measurement_leaves_no_error_along_its_rows(problem):
     covariance, rows, _ = problem
     update = KalmanUpdate.of(covariance, rows, np.zeros((2, 2)))
     np.testing.assert_allclose(rows @ update.covariance, 0.0, atol=1e-12)
+
+
+def test_the_difference_has_the_covariance_of_both(problem):
+    covariance, rows, noise = problem
+    np.testing.assert_allclose(KalmanUpdate.of(covariance, rows, noise).expected,
+                               rows @ covariance @ rows.T + noise, rtol=1e-12)
+
+
+def test_covariances_stay_symmetric_to_the_last_bit(problem):
+    """Over many updates what rounding leaves would grow."""
+    covariance, rows, noise = problem
+    for _ in range(20):
+        covariance = KalmanUpdate.of(covariance, rows, noise).covariance
+        np.testing.assert_array_equal(covariance, covariance.T)
+
+
+def test_one_of_a_thousand_updates_by_three_values_is_beyond_the_largest_distance():
+    assert chi2.sf(LARGEST_SQUARED_DISTANCE, 3) == pytest.approx(0.001, rel=0.03)

@@ -89,3 +89,44 @@ def test_points_that_do_not_determine_a_rotation_are_rejected(points, fit):
         points = np.asarray(points, dtype)
         with pytest.raises(point_fit.DegenerateGeometryError, match='point'):
             fit(points, points)
+
+
+@fits
+def test_three_points_are_enough(rng, fit):
+    T, source = random_pose(rng), rng.normal(0, 1, (3, 3))
+    np.testing.assert_allclose(fit(source, se3.transform(T, source)), T, atol=1e-9)
+
+
+@fits
+@pytest.mark.parametrize('count', [0, 1, 2])
+def test_fewer_are_counted_in_the_sentence(rng, fit, count):
+    points = rng.normal(0, 1, (count, 3))
+    with pytest.raises(point_fit.DegenerateGeometryError) as raised:
+        fit(points, points)
+    assert str(raised.value) == f'{count} matched points: at least 3 are required'
+
+
+@fits
+@pytest.mark.parametrize('width, is_line', [(3e-3, False), (3e-4, True)])
+def test_a_line_is_a_millionth_as_wide_as_long_in_squares(fit, width, is_line):
+    """Singular values are sums of squares: those of an ellipse of points, 1 and width^2."""
+    angles = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    points = np.column_stack([np.cos(angles), width * np.sin(angles), np.zeros(40)])
+    if is_line:
+        with pytest.raises(point_fit.DegenerateGeometryError, match='40 matched points are coll'):
+            fit(points, points)
+    else:
+        np.testing.assert_allclose(fit(points, points), np.eye(4), atol=1e-9)
+
+
+def test_points_far_from_the_origin_that_coincide_are_rejected_by_their_moments(rng):
+    """What is left of their squares is rounding."""
+    with pytest.raises(point_fit.DegenerateGeometryError, match='coincide'):
+        fit_moments(*2 * [np.full((100, 3), 1000.1) + rng.normal(0, 1e-9, (100, 3))])
+
+
+def test_homogeneous_points_keep_their_type(rng):
+    points = rng.normal(0, 1, (5, 3)).astype(np.float32)
+    found = point_fit.homogeneous(points)
+    assert found.dtype == np.float32
+    np.testing.assert_array_equal(found, np.c_[points, np.ones(5)])

@@ -12,7 +12,7 @@ from scipy.linalg import expm, logm
 from scipy.spatial.transform import Rotation
 
 from aick_ros.errors import InputError
-from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.geometry.pose import Increment, PoseWithCovariance, unknown_covariance
 
 VECTORS = arrays(np.float64, 3, elements=st.floats(-3.0, 3.0))
 MATRICES = st.builds(lambda turn, way: np.block([
@@ -207,3 +207,28 @@ def test_an_increment_takes_some_time(interval):
     Increment(PoseWithCovariance.identity(), 1e-9)
     with pytest.raises(InputError, match='the interval of an increment'):
         Increment(PoseWithCovariance.identity(), interval)
+
+
+def test_without_information_every_variance_is_infinite_and_nothing_correlates():
+    covariance = unknown_covariance()
+    assert covariance.shape == (6, 6)
+    assert np.isinf(np.diag(covariance)).all() and (np.diag(covariance) > 0).all()
+    assert not covariance[~np.eye(6, dtype=bool)].any()
+
+
+def test_since_a_start_without_covariance_the_later_one_is_all_that_was_added(rng):
+    start, later = PoseWithCovariance(random_matrix(rng)), random_pose(rng)
+    assert_same(later.since(start), start.inverse() @ later)
+    assert_same(later.since(start.matrix), start.inverse() @ later)
+
+
+def test_where_less_is_known_of_the_start_than_of_the_end_nothing_was_added(rng):
+    """Variances are never negative, whatever the covariances are."""
+    start = random_pose(rng, 0.1)
+    later = PoseWithCovariance(start.matrix @ random_matrix(rng))
+    np.testing.assert_allclose(later.since(start).covariance, 0.0, atol=1e-12)
+
+
+def test_rotation_and_translation_are_parts_of_the_matrix(rng):
+    pose = random_pose(rng)
+    np.testing.assert_array_equal(np.c_[pose.rotation, pose.translation], pose.matrix[:3])

@@ -3,12 +3,14 @@
 
 """SE(3) against matrix functions and SciPy, and numerical differentiation."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from scipy.linalg import expm, logm
+from scipy.linalg import expm, logm, sqrtm
 from scipy.spatial.transform import Rotation
 
 from aick_ros.borders.limits import MAX_DISTANCE
@@ -199,3 +201,75 @@ def test_a_chain_of_expected_motions_stays_rigid():
         expected = now @ se3.inverse(before) @ now
         before, now = now, se3.perturbed(expected, rng.normal(0.0, 1e-4, 6))
     np.testing.assert_allclose(now[:3, :3] @ now[:3, :3].T, np.eye(3), atol=1e-14)
+
+
+@pytest.mark.parametrize('sign', [1, -1])
+@pytest.mark.parametrize('row, column', [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)])
+def test_each_product_of_two_rows_may_be_off_by_a_ten_thousandth(rng, row, column, sign):
+    """(S R)(S R)^T = S^2 for a rotation R and a symmetric S."""
+    for error, is_rigid in ((0.99e-4, True), (1.01e-4, False)):
+        square, matrix = np.eye(3), random_pose(rng)
+        square[row, column] = square[column, row] = float(row == column) + sign * error
+        matrix[:3, :3] = sqrtm(square).real @ matrix[:3, :3]
+        assert se3.is_rigid(matrix) is is_rigid
+
+
+@pytest.mark.parametrize('row, column, value, is_rigid', [
+    *((row, 3, sign * value, is_rigid) for row in range(3) for sign in (1, -1)
+      for value, is_rigid in ((1e100, True), (1.1e100, False))),
+    *((row, 3, value, False) for row in range(3) for value in (np.nan, np.inf)),
+    *((row, column, np.nan, False) for row in range(3) for column in range(3)),
+    *((3, column, 1e-9, False) for column in range(3)), (3, 3, 1.0 + 1e-9, False)])
+def test_each_number_counts_whether_a_matrix_is_rigid(row, column, value, is_rigid):
+    matrix = np.eye(4)
+    matrix[row, column] = value
+    assert se3.is_rigid(matrix) is is_rigid
+
+
+@pytest.mark.parametrize('axis', range(3))
+def test_a_mirror_image_is_not_rigid(rng, axis):
+    matrix = random_pose(rng)
+    matrix[:3, axis] *= -1
+    assert not se3.is_rigid(matrix)
+
+
+@pytest.mark.parametrize('axis', range(3))
+@pytest.mark.parametrize('sign', [1, -1])
+def test_the_largest_distance_is_within(axis, sign):
+    """Of a pose by its numbers along each axis, of a quaternion's by its length."""
+    for distance, is_within in ((MAX_DISTANCE, True), (np.nextafter(MAX_DISTANCE, np.inf), False)):
+        matrix, translation = np.eye(4), np.zeros(3)
+        matrix[axis, 3] = translation[axis] = sign * distance
+        with nullcontext() if is_within else pytest.raises(InputError, match='at most 1e.08 m'):
+            np.testing.assert_array_equal(se3.checked(matrix, 'it'), matrix)
+        with nullcontext() if is_within else pytest.raises(ValueError, match='is not a pose'):
+            np.testing.assert_array_equal(se3.from_quaternion((0, 0, 0, 1), translation), matrix)
+
+
+@pytest.mark.parametrize('length, is_pose', [(1e-9, True), (0.9e-9, False), (1e150, True)])
+def test_quaternions_of_any_length_but_none_are_rotations(length, is_pose):
+    half = np.sqrt(0.5)
+    with nullcontext() if is_pose else pytest.raises(ValueError, match='is not a pose'):
+        pose = se3.from_quaternion((0.0, 0.0, half * length, half * length), (1.0, 2.0, 3.0))
+        np.testing.assert_allclose(pose, [[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1]],
+                                   atol=1e-12)
+
+
+def test_the_sentence_about_a_quaternion_has_its_numbers_in_order():
+    with pytest.raises(ValueError) as raised:
+        se3.from_quaternion((0.5, 1.5, 2.5, np.nan), (3.5, 4.5, 5.5))
+    assert str(raised.value) == (
+        'quaternion 0.5 1.5 2.5 nan with translation 3.5, 4.5, 5.5 is not a pose')
+
+
+@pytest.mark.parametrize('angle', [1e-8, 1e-5, 3.14])
+def test_the_rotation_between_directions_that_are_nearly_equal_or_opposite(angle):
+    other = np.array([0.0, np.sin(angle), np.cos(angle)])
+    np.testing.assert_allclose(se3.rotation_between(UP, other), [-angle, 0.0, 0.0], rtol=1e-6)
+
+
+def test_a_pose_that_was_checked_is_a_copy_of_float64():
+    given = np.eye(4, dtype=np.float32)
+    for pose in (given, np.eye(4)):
+        found = se3.checked(pose, 'it')
+        assert found.dtype == np.float64 and not np.shares_memory(found, pose)

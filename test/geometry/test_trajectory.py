@@ -11,7 +11,8 @@ from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import MAX_STAMP
 from aick_ros.geometry.trajectory import (
-    Trajectory, read_trajectory, seconds_to_stamp, stamp_to_seconds, write_trajectory)
+    Trajectory, format_pose, read_trajectory, seconds_to_stamp, stamp_to_seconds,
+    trajectory_text, write_trajectory)
 
 SECOND = 1_000_000_000
 
@@ -105,10 +106,41 @@ def test_a_missing_file_is_reported_with_its_name(tmp_path):
         read_trajectory(tmp_path / 'nowhere.txt')
 
 
-def test_poses_are_sorted_and_of_a_stamp_that_repeats_the_first_counts(tmp_path):
-    file = tmp_path / 'path.tum'
-    file.write_text(''.join(f'{stamp} {x} 0 0 0 0 0 1\n' for stamp, x in (
-        (3, 30), (1, 10), (3, 31), (2, 20), (1, 11))))
-    found = read_trajectory(file)
-    assert (found.stamps // SECOND).tolist() == [1, 2, 3]
-    assert found.poses[:, 0, 3].tolist() == [10, 20, 30]
+def test_lines_in_any_order_are_sorted_and_of_a_repeated_stamp_the_first_counts(tmp_path):
+    file = tmp_path / 'path.txt'
+    file.write_text('# t\n2.5 4 0 0 0 0 0 1\n1.5, 1, 2, 3, 0, 0, 0, 1\n\n'
+                    '2.5 9 9 9 0 0 0 1\n0.5 7 0 0 0 0 1 0 and more\n')
+    path = read_trajectory(file)
+    assert path.stamps.tolist() == [500_000_000, 1_500_000_000, 2_500_000_000]
+    assert path.poses[:, :3, 3].tolist() == [[7, 0, 0], [1, 2, 3], [4, 0, 0]]
+    assert path.poses[0, :3, :3].tolist() == [[-1, 0, 0], [0, -1, 0], [0, 0, 1]]
+
+
+def test_a_line_is_stamp_position_and_quaternion():
+    """A quarter turn about z; what is read by the tools of the benchmark."""
+    half = np.sqrt(0.5)
+    pose = se3.from_quaternion((0, 0, half, half), (1, -2, 3.25))
+    assert format_pose(1_500_000_000, pose) == (
+        '1.500000000 1.000000000 -2.000000000 3.250000000 0.000000000 0.000000000 '
+        '0.707106781 0.707106781')
+    text = trajectory_text(Trajectory(np.array([1_500_000_000]), pose[None]))
+    assert text == f'# stamp tx ty tz qx qy qz qw\n{format_pose(1_500_000_000, pose)}\n'
+
+
+def test_digits_beyond_nanoseconds_are_cut_and_spaces_are_no_digits():
+    assert seconds_to_stamp(' 1.1234567899 ') == 1_123_456_789
+    assert seconds_to_stamp('1.') == SECOND
+    assert seconds_to_stamp('0') == 0
+    assert seconds_to_stamp('.5') == SECOND // 2
+
+
+@pytest.mark.parametrize('stamps', [[1, 1], [1, 3, 2]])
+def test_stamps_increase_strictly(stamps):
+    with pytest.raises(InputError, match='stamps of a trajectory do not increase'):
+        Trajectory(np.array(stamps), np.tile(np.eye(4), (len(stamps), 1, 1)))
+
+
+def test_the_pose_returned_may_be_changed():
+    path = path_of(3)
+    path.at(int(path.stamps[1]))[:] = 0.0
+    assert path.poses[1, 3, 3] == 1.0
