@@ -149,7 +149,7 @@ class Camera:
             return (pixels[:, 0] - (self.cx, self.cy)) / (self.fx, self.fy)
         if self.distortion_model == 'equidistant':
             normalized = cv2.fisheye.undistortPoints(
-                pixels, self.matrix, np.array(self.distortion), criteria=_UNDISTORT_CRITERIA)
+                pixels, self.matrix, np.array(self.distortion))
         else:
             normalized = _undistort(pixels, self.matrix, np.array(self.distortion))
         normalized = normalized.reshape(-1, 2)

@@ -156,3 +156,78 @@ def test_between_four_pixels_the_inverse_depth_is_bilinear_up_to_the_borders():
     inverse = RegularGridInterpolator((np.arange(6), np.arange(8)), 1.0 / image.astype(float))
     np.testing.assert_allclose(depth.sample(image, np.column_stack([u, v]), SENSOR),
                                1.0 / inverse(np.column_stack([v, u])), rtol=1e-6)
+
+
+@pytest.mark.parametrize('depths, is_smooth', [((1.0, 1.0 + 0.0199), True), ((1.0, 1.0201), False),
+                                               ((2.0, 2.0 * 1.0199), True), ((2.0, 2.0402), False)])
+def test_an_edge_is_a_jump_of_two_percent_of_the_nearer_depth(depths, is_smooth):
+    assert SENSOR.depth_jump == 0.02
+    image = np.tile(np.float32(depths), (4, 2))[:, 1:3][:, ::-1].copy()
+    found, = depth.sample(image, [(0.25, 1.0)], SENSOR)
+    nearest, beside = float(image[1, 0]), float(image[1, 1])
+    expected = 1 / (0.75 / nearest + 0.25 / beside) if is_smooth else nearest
+    assert found == pytest.approx(expected, rel=1e-6)
+
+
+def test_the_ends_of_the_range_are_within():
+    sensor = dataclasses.replace(SENSOR, min_depth=0.5, max_depth=4.0)
+    for value, is_valid in ((0.5, True), (4.0, True), (np.nextafter(np.float32(0.5), 0), False),
+                            (np.nextafter(np.float32(4), 9), False)):
+        found = depth.sample(np.full((3, 3), value, np.float32), [(1.0, 1.0)], sensor)
+        np.testing.assert_array_equal(found, [value if is_valid else np.nan])
+
+
+@pytest.mark.parametrize('rise, is_edge', [(0.098, False), (0.102, True)])
+@pytest.mark.parametrize('reach', [1, 4])
+def test_an_edge_rises_by_a_tenth_of_the_inverse_depth(rise, is_edge, reach):
+    """A step between two walls: seen from the far one, in front of it; from the near one, behind."""
+    image = np.full((9, 20), 2.0, np.float32)
+    image[:, 10:] = 2.0 / (1.0 + rise)
+    far, = np.isfinite(depth.edges_beside(
+        image, np.array([(9.0, 4.0)]), np.array([2.0]), reach).nearer)
+    assert far == is_edge
+    behind = 1 / (1.0 + rise) - 1.0
+    near = depth.edges_beside(image, np.array([(10.0, 4.0)]),
+                              np.array([2.0 / (1.0 + rise)]), reach)
+    assert np.isnan(near.nearer).all() and near.any[0] == (behind < -0.1)
+
+
+@pytest.mark.parametrize('share, is_edge', [(0.48, False), (0.52, True)])
+def test_at_an_edge_half_of_the_rise_is_between_two_pixels(share, is_edge):
+    """The inverse depth rises by a third in two steps, or falls by a third."""
+    for total in (1 / 3, -1 / 3):
+        inverse = np.full((9, 30), 0.5)
+        inverse[:, 12] *= 1 + (1 - share) * total
+        inverse[:, 13:] *= 1 + total
+        if is_edge:
+            beside = depth.edges_beside(np.float32(1 / inverse), np.array([(11.0, 4.0)]),
+                                        np.array([2.0]), 2)
+            assert beside.any.all() and np.isfinite(beside.nearer).all() == (total > 0)
+        else:  # both steps are the same, so that none has more than half
+            inverse[:, 12] = 0.5 * (1 + 0.5 * total)
+            beside = depth.edges_beside(np.float32(1 / inverse), np.array([(11.0, 4.0)]),
+                                        np.array([2.0]), 3)
+            inverse[:, 12] = 0.5 * (1 + total / 3)
+            inverse[:, 13] = 0.5 * (1 + 2 * total / 3)
+            beside = depth.edges_beside(np.float32(1 / inverse), np.array([(11.0, 4.0)]),
+                                        np.array([2.0]), 3)
+            assert not beside.any.any()
+
+
+def test_edges_further_away_than_the_reach_are_not_beside():
+    image = np.full((21, 40), 2.0, np.float32)
+    image[:, 20:] = 1.0
+    columns = np.arange(10, 20)
+    pixels = np.column_stack([columns, np.full(10, 10)]).astype(float)
+    for reach in (1, 2, 5):
+        found = depth.edges_beside(image, pixels, np.full(10, 2.0), reach).any
+        np.testing.assert_array_equal(found, columns + reach >= 20)
+
+
+def test_covariances_correlate_along_the_ray():
+    """In closed form, of depth noise alone: the outer product of the ray with itself."""
+    position = np.array([[0.5, -0.3, 2.0]])
+    sensor = dataclasses.replace(SENSOR, depth_sigma=0.01, depth_exponent=1.0)
+    found, = depth.position_covariances(position, np.zeros(1), CAMERA, sensor)
+    ray = position[0] / 2.0
+    np.testing.assert_allclose(found, (0.01 * 2.0) ** 2 * np.outer(ray, ray), rtol=1e-12)

@@ -40,3 +40,25 @@ def test_other_axes_keep_lengths_and_turn_vectors():
 def test_arrays_that_do_not_fit_are_rejected(stamps, rates):
     with pytest.raises(InputError, match='of an IMU: an array of .* is required'):
         ImuSamples(stamps, rates, np.zeros((3, 3)))
+
+
+@pytest.mark.parametrize('name', ['turn_rates', 'accelerations'])
+@pytest.mark.parametrize('shape', [(4, 3), (5, 2), (5,)])
+def test_each_sensor_has_three_values_per_sample(name, shape):
+    arrays = {'turn_rates': np.zeros((5, 3)), 'accelerations': np.zeros((5, 3)),
+              name: np.zeros(shape)}
+    with pytest.raises(InputError, match=f'the {name.replace("_", " ")} of an IMU: .* 5x3 is'):
+        ImuSamples(np.arange(5), **arrays)
+
+
+@pytest.mark.parametrize('chosen', [slice(1, 3), np.array([4, 0]), np.arange(5) % 2 == 0])
+def test_chosen_samples_are_rows_of_each_array(chosen):
+    found = SAMPLES[chosen]
+    for name in ('stamps', 'turn_rates', 'accelerations'):
+        np.testing.assert_array_equal(getattr(found, name), getattr(SAMPLES, name)[chosen])
+
+
+@pytest.mark.parametrize('rotation', [np.eye(4), np.eye(3)[:2], 'turned'])
+def test_axes_are_a_3x3_matrix(rotation):
+    with pytest.raises(InputError, match='the rotation of an IMU'):
+        SAMPLES.in_axes(rotation)

@@ -12,8 +12,9 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.features import make_detector
 from aick_ros.features.detector import Features
+from aick_ros.features.vocabulary import Vocabulary
 from aick_ros.frames import depth
-from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
+from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame, required_pair
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import FeatureSettings, SensorSettings
@@ -171,3 +172,84 @@ def test_the_noise_of_a_keypoint_grows_with_a_power_of_its_scale():
     sigmas = 0.3 * np.array([1.0, 2.0, 4.0]) ** 1.5
     np.testing.assert_allclose(found.covariances[:, 0, 0], (sigmas * 2 / 500) ** 2, rtol=1e-5)
     np.testing.assert_allclose(found.covariances[:, 1, 1], (sigmas * 2 / 400) ** 2, rtol=1e-5)
+
+
+class At:
+    """A detector of keypoints at given pixels, each with a response of its own."""
+
+    def __init__(self, pixels):
+        self._pixels = np.array(pixels, np.float32)
+
+    def detect(self, grey):
+        count = len(self._pixels)
+        return Features(self._pixels, np.arange(32 * count, dtype=np.uint8).reshape(count, 32),
+                        np.arange(count, 0, -1, dtype=np.float32), np.ones(count, np.float32))
+
+
+@pytest.mark.parametrize('maximum, kept', [(0, 5), (4, 4), (5, 5), (6, 5)])
+@pytest.mark.parametrize('cell_size', [0.0, 60.0])
+def test_up_to_the_maximum_all_keypoints_are_kept_and_0_keeps_all(maximum, kept, cell_size):
+    pixels = [(100 + i, 100) for i in range(5)]
+    features = FeatureSettings(max_keypoints=maximum, cell_size=cell_size)
+    frame = RgbdFrame(3, COLOUR, DEPTH, CAMERA)
+    found = KeypointExtractor(features, SensorSettings(), detector=At(pixels)).extract(frame)
+    np.testing.assert_array_equal(found.pixels, pixels[:kept])
+    assert found.stamp == 3
+
+
+def test_keypoints_without_depth_take_no_place_of_others():
+    holes = DEPTH.copy()
+    holes[:, :320] = np.nan
+    pixels = [(100, 50), (400, 50), (120, 70), (420, 70)]
+    features = FeatureSettings(max_keypoints=2, cell_size=0.0)
+    found = KeypointExtractor(features, SensorSettings(), detector=At(pixels)).extract(
+        RgbdFrame(0, COLOUR, holes, CAMERA))
+    np.testing.assert_array_equal(found.pixels, [(400, 50), (420, 70)])
+
+
+def test_arrays_that_are_kept_for_long_cannot_be_changed(rendered):
+    keypoints = extract(rendered.frame(0))
+    for name in ('positions', 'descriptors', 'covariances', 'pixels'):
+        with pytest.raises(ValueError, match='read-only'):
+            getattr(keypoints, name)[0] = 0
+
+
+def test_words_are_those_of_the_vocabulary_within_the_radius():
+    pixels = [(100, 50), (400, 50), (120, 70), (420, 70)]
+    frame, vocabulary = RgbdFrame(0, COLOUR, DEPTH, CAMERA), Vocabulary(
+        'orb', np.random.default_rng(0).integers(0, 256, (9, 32), np.uint8))
+    for radius in (0.0, 0.5, np.inf):
+        found = KeypointExtractor(FeatureSettings(), SensorSettings(), vocabulary, radius,
+                                  At(pixels)).extract(frame)
+        expected = vocabulary.words_of(found.descriptors, radius)
+        np.testing.assert_array_equal(found.words.keypoints, expected.keypoints)
+        np.testing.assert_array_equal(found.words.closest, expected.closest)
+    assert KeypointExtractor(FeatureSettings(), SensorSettings(), detector=At(pixels)).extract(
+        frame).words is None
+
+
+def test_the_range_of_the_sensor_is_that_of_its_settings(rendered):
+    frame = rendered.frame(0)
+    sensor = SensorSettings(min_depth=1.0, max_depth=2.0)
+    found = KeypointExtractor(FeatureSettings(), sensor).extract(frame).positions[:, 2]
+    assert len(found) and found.min() >= 1.0 and found.max() <= 2.0
+
+
+@pytest.mark.parametrize('changes, kinds', [
+    ({'descriptors': np.ones((2, 64), np.uint8)}, '32 uint8 and 64 uint8'),
+    ({'descriptors': np.ones((2, 32), np.float32)}, '32 uint8 and 32 float32')])
+def test_the_descriptors_of_a_pair_are_of_one_kind(changes, kinds):
+    def frame(count=2, **fields):
+        return KeypointFrame(**{
+            'stamp': 0, 'positions': np.ones((count, 3)), 'covariances': np.ones((count, 3, 3)),
+            'descriptors': np.ones((count, 32), np.uint8), 'pixels': np.ones((count, 2)), **fields})
+    with pytest.raises(InputError) as raised:
+        required_pair(frame(), frame(**changes))
+    assert str(raised.value) == (f'the descriptors are {kinds} per keypoint: those of one detector '
+                                 'are required')
+    required_pair(frame(), frame())
+    required_pair(KeypointFrame.none(0), frame(**changes))
+    required_pair(frame(**changes), KeypointFrame.none(0))
+    for pair, name in (((None, frame()), 'source'), ((frame(), None), 'target')):
+        with pytest.raises(InputError, match=f'the {name}: None'):
+            required_pair(*pair)

@@ -1,14 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Depth of the scene of a prepared frame."""
+"""Depth of the scene of a prepared frame, and its sharpness beside others."""
 
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
 from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.sharpness import Sharpness
 
 
 def prepared(keypoint_depths, surface_depths=()):
@@ -35,3 +37,16 @@ def test_without_clocks_neither_lag_nor_jitter_is_known():
 
 def test_without_either_it_is_unknown():
     assert np.isnan(prepared([]).scene_depth)
+
+
+def test_a_blurred_image_is_blurred_beside_that_of_another_frame_and_not_the_other_way():
+    noise = np.random.default_rng(0).integers(0, 256, (120, 160)).astype(np.uint8)
+    sharp, blurred = (PreparedFrame(None, None, image) for image in (
+        noise, cv2.GaussianBlur(noise, (0, 0), 5.0)))
+    assert blurred.is_blurred_beside(sharp)
+    assert not sharp.is_blurred_beside(blurred)
+    assert sharp.sharpness == Sharpness.of(noise)
+
+
+def test_its_stamp_is_that_of_its_colour_image():
+    assert PreparedFrame(SimpleNamespace(stamp=7, depth_stamp=9), None, None).stamp == 7

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros.frames.rectification import rectified
+from aick_ros.frames.rectification import rectified, rectified_pixels
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 
@@ -81,3 +81,23 @@ def test_what_the_camera_has_not_seen_has_no_depth(colour):
 def test_without_distortion_nothing_is_done(colour):
     frame = frame_of(Camera(160, 120, 130.0, 132.0, 78.0, 61.0), colour[..., 0].copy())
     assert rectified(frame) is frame
+
+
+@pytest.mark.parametrize('camera', [PLUMB_BOB, FISHEYE])
+def test_pixels_lie_where_the_camera_without_distortion_sees_their_points(camera):
+    points = np.random.default_rng(3).uniform((-0.4, -0.3, 1.0), (0.4, 0.3, 2.0), (50, 3))
+    pinhole = dataclasses.replace(camera, distortion=(), distortion_model='plumb_bob')
+    np.testing.assert_allclose(rectified_pixels(camera, camera.project(points)),
+                               pinhole.project(points), atol=1e-3)
+    np.testing.assert_array_equal(rectified_pixels(pinhole, pinhole.project(points)),
+                                  pinhole.project(points))
+
+
+def test_each_camera_has_its_own_map(colour):
+    """One after the other, as those of two recordings."""
+    first = rectified(frame_of(PLUMB_BOB, colour)).depth
+    other = rectified(frame_of(FISHEYE, colour))
+    assert other.camera == dataclasses.replace(FISHEYE, distortion=(),
+                                               distortion_model='plumb_bob')
+    assert np.nanmedian(np.abs(other.depth - first)) > 0.01
+    np.testing.assert_array_equal(rectified(frame_of(PLUMB_BOB, colour)).depth, first)

@@ -64,3 +64,11 @@ def test_it_is_the_root_mean_square_of_laplacian_and_gradient():
     assert found.detail == pytest.approx(detail, rel=1e-9)
     assert found.fineness == pytest.approx(
         detail / np.sqrt(np.mean(gradient[0] ** 2 + gradient[1] ** 2)), rel=1e-9)
+
+
+@pytest.mark.parametrize('detail, fineness, is_blurred', [
+    (2.999, 0.7499, True), (3.0, 0.7499, False), (2.999, 0.75, False), (0.0, 1.0, False),
+    (100.0, 0.0, False)])
+def test_blur_takes_seven_tenths_of_the_detail_and_a_quarter_of_the_fineness(
+        detail, fineness, is_blurred):
+    assert Sharpness(detail, fineness).is_blurred_beside(Sharpness(10.0, 1.0)) == is_blurred

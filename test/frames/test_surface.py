@@ -329,3 +329,48 @@ def test_points_on_the_first_and_last_cells_are_in_view():
     for outside in ([-1, 0], [grid.width, 0], [0, -1], [0, grid.height]):
         ray = [(outside[0] - grid.cx) / grid.fx, (outside[1] - grid.cy) / grid.fy, 1.0]
         assert not len(surface.cells_at(np.array([ray]))[0])
+
+
+@pytest.mark.parametrize('cell', [2, 4, 8])
+def test_a_cell_is_the_mean_of_its_pixels_at_its_centre(cell):
+    """On a plane, with cells of any size; pixels left over at the right and below have none."""
+    camera = Camera(103, 71, 90.0, 95.0, 50.0, 34.0)
+    normal = np.array([0.2, -0.1, 1.0]) / np.linalg.norm([0.2, -0.1, 1.0])
+    surface = Surface.of(plane_depth(camera, normal, 1.2), camera, SENSOR, 1000, cell)
+    grid = surface.grid
+    assert (grid.width, grid.height) == (103 // cell, 71 // cell)
+    usable = surface.usable
+    assert usable.sum() == (grid.width - 2 * RADIUS) * (grid.height - 2 * RADIUS)
+    np.testing.assert_allclose(surface.points[usable] @ normal, 1.2, rtol=1e-4)
+    v, u = np.indices((grid.height, grid.width)).reshape(2, -1) * cell + (cell - 1) / 2
+    seen = camera.project(surface.points[usable].astype(float))
+    np.testing.assert_allclose(seen, np.column_stack([u, v])[usable], atol=1e-2)
+
+
+def folded(rise):
+    """Return the depth of two walls that meet at a slight angle in the middle of the image."""
+    beyond = np.maximum(np.arange(640) - 319.5, 0.0) / CELL
+    return np.float32(1 / np.tile(0.5 + rise * beyond, (480, 1)))
+
+
+@pytest.mark.parametrize('factor, keeps_rough, is_usable', [
+    (0.9, False, True), (1.1, False, False), (7.5, True, True), (8.5, True, False)])
+def test_a_fold_without_noise_is_as_rough_as_one_deviation_of_the_sensor_or_eight(
+        factor, keeps_rough, is_usable):
+    """What is smooth elsewhere may be as rough as the least bound; alone, as the largest."""
+    ramp = np.arange(-RADIUS, RADIUS + 1)
+    fold = np.maximum(ramp + 0.5, 0.0)  # between two cells, or mirrored
+    residual = np.std(fold - fold.mean() - ramp * (ramp @ fold) / (ramp @ ramp))
+    sensor = SensorSettings(depth_sigma=1e-4)
+    depth = folded(factor * sensor.depth_sigma / residual)
+    surface = Surface.of(depth, PINHOLE, sensor, 1000, keeps_rough=keeps_rough)
+    usable = in_image(surface.usable)[RADIUS:-RADIUS, RADIUS:-RADIUS]
+    middle = 640 // CELL // 2 - RADIUS
+    at_fold = usable[:, middle - 1:middle + 1]
+    assert at_fold.all() if is_usable else not at_fold.any()
+    assert usable[:, :middle - 3].all() and usable[:, middle + 3:].all()
+
+
+def test_normals_point_away_from_the_camera():
+    surface = surface_of(plane_depth(PINHOLE, np.array([0.5, 0.2, 0.8]), 1.5))
+    assert (np.einsum('ij,ij->i', surface.normals, surface.points)[surface.usable] > 0).all()

@@ -172,4 +172,7 @@ def test_the_last_static_link_of_a_frame_counts(tree):
 def test_a_chain_with_one_link_that_moves_is_not_static(tree, target, source):
     tree.add_sample('base', 'mast', 10, pose(4))
     assert not tree.find(target, source, 10).is_static
+    tree.set_static('world', 'base', pose(5))
+    assert not tree.find('world', 'camera', 10).is_static
+    assert not tree.find('camera', 'world', 10).is_static
     assert tree.find('mast', 'camera', 10).is_static

@@ -107,8 +107,8 @@ def test_fewer_are_counted_in_the_sentence(rng, fit, count):
 
 
 @fits
-@pytest.mark.parametrize('width, is_line', [(3e-3, False), (3e-4, True)])
-def test_a_line_is_a_millionth_as_wide_as_long_in_squares(fit, width, is_line):
+@pytest.mark.parametrize('width, is_line', [(1.05e-3, False), (0.95e-3, True)])
+def test_a_line_is_less_than_a_thousandth_as_wide_as_long(fit, width, is_line):
     """Singular values are sums of squares: those of an ellipse of points, 1 and width^2."""
     angles = np.linspace(0, 2 * np.pi, 40, endpoint=False)
     points = np.column_stack([np.cos(angles), width * np.sin(angles), np.zeros(40)])
