@@ -253,3 +253,15 @@ def test_the_jitter_is_of_the_last_twenty_stamps_or_so():
         assert abs(error_of_phase) < 0.03 * period
     assert clock.jitter ** 2 == pytest.approx(first * 0.95 ** 3, rel=0.05)
     assert first == pytest.approx(0.05 * 0.2 ** 2 / 32 ** 2, rel=0.01)
+
+
+def test_the_jitter_is_the_mean_square_of_the_first_errors():
+    """From the third stamp on: the second is on the line by definition."""
+    clock, period, jitters = CameraClock(), NANOSECONDS // 32, []
+    for stamp in (0, period, 2 * period + 1_000_000):
+        clock.correct(NANOSECONDS + stamp)
+        jitters.append(clock.jitter)
+    assert jitters == pytest.approx([0.0, 0.0, 1e-3], abs=1e-12)
+    # of the line through three stamps, the last of which is e late, the fourth is 4/3 e early
+    clock.correct(NANOSECONDS + 3 * period)
+    assert clock.jitter ** 2 == pytest.approx((1e-6 + (4 / 3 * 1e-3) ** 2) / 2, rel=1e-6)

@@ -37,8 +37,12 @@ def test_at_an_edge_the_depth_is_that_of_one_of_the_surfaces():
     image = np.full((480, 640), 3.0, np.float32)
     image[:, 300:] = 1.0
     u = np.linspace(298, 302, 41)
-    found = depth.sample(image, np.column_stack([u, np.full_like(u, 100.3)]), SENSOR)
-    np.testing.assert_allclose(found, np.where(np.rint(u) >= 300, 1.0, 3.0))
+    expected = np.where(np.rint(u) >= 300, 1.0, 3.0)
+    across = np.full_like(u, 100.3)
+    np.testing.assert_allclose(
+        depth.sample(image, np.column_stack([u, across]), SENSOR), expected)
+    np.testing.assert_allclose(
+        depth.sample(image.T.copy(), np.column_stack([across, u]), SENSOR), expected)
 
 
 def test_whether_there_is_an_edge_does_not_depend_on_the_distance():
@@ -231,3 +235,21 @@ def test_covariances_correlate_along_the_ray():
     found, = depth.position_covariances(position, np.zeros(1), CAMERA, sensor)
     ray = position[0] / 2.0
     np.testing.assert_allclose(found, (0.01 * 2.0) ** 2 * np.outer(ray, ray), rtol=1e-12)
+
+
+def test_a_steep_plane_has_no_edge_between_pixels():
+    """Its inverse depth rises by a sixth per pixel on one side and falls by it on the other."""
+    for axis in (0, 1):
+        index = np.indices((7, 7))[axis]
+        image = (1 / (0.6 + 0.1 * (index - 3))).astype(np.float32)
+        found = depth.edges_beside(image, np.array([(3.0, 3.0)]), image[3, 3:4], 1)
+        assert not found.any.any()
+
+
+def test_the_nearer_surface_is_that_at_the_reach():
+    """Not one behind it, which is nearer still."""
+    image = np.full((21, 40), 3.0, np.float32)
+    image[:, 20] = 1.5
+    image[:, 21:] = 1.0
+    found = depth.edges_beside(image, np.array([(17.0, 10.0)]), np.array([3.0]), 3)
+    assert found.nearer == pytest.approx([1.5])

@@ -72,3 +72,20 @@ def test_a_roi_outside_the_image_is_rejected(roi):
     ('/direct/image', False), ('/correct_camera/image', False)])
 def test_names_of_rectified_images(topic, rectified):
     assert is_rectified(topic) is rectified
+
+
+@pytest.mark.parametrize('column', [0, 1])
+def test_binning_of_one_axis_leaves_the_other(column):
+    camera = to_camera(info(d=[], **{('binning_x', 'binning_y')[column]: 2}))
+    whole = to_camera(info(d=[]))
+    factors = (2, 1) if column == 0 else (1, 2)
+    for names, factor in zip((('width', 'fx', 'cx'), ('height', 'fy', 'cy')), factors):
+        for name in names:
+            assert getattr(camera, name) * factor == getattr(whole, name)
+
+
+def test_a_roi_outside_is_described_with_its_size_and_place():
+    with pytest.raises(InputError) as raised:
+        to_camera(info(roi={'x_offset': 600, 'y_offset': 5, 'width': 800, 'height': 100}))
+    assert str(raised.value) == ('the roi of camera_info, 800 x 100 pixels at 600, 5, is not '
+                                 'within 1280 x 960: check the driver')

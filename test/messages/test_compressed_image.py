@@ -148,3 +148,39 @@ def test_compressed_depth_instead_of_colour_is_rejected(format_):
 def test_damaged_compressed_data_is_rejected(decode, data, reason):
     with pytest.raises(InputError, match=reason):
         decode(SimpleNamespace(format='', data=data))
+
+
+@pytest.mark.parametrize('size', [11, 12, 13])
+def test_a_header_of_compressed_depth_has_twelve_bytes(size):
+    png = cv2.imencode('.png', MILLIMETRES)[1].tobytes()
+    message = SimpleNamespace(format='16UC1; compressedDepth', data=bytes(size) + png)
+    if size == 12:
+        assert compressed_image.decode_depth(message).shape == MILLIMETRES.shape
+    else:
+        with pytest.raises(InputError, match='neither PNG nor JPEG'):
+            compressed_image.decode_depth(message)
+
+
+@pytest.mark.parametrize('format_, scale, offset', [
+    ('32FC1; compressedDepth png', -2.0, 3.5), ('32FC1;compressedDepth', 0.0, 1.5)])
+def test_the_sentence_about_quantisation_has_both_numbers_in_order(format_, scale, offset):
+    header = struct.pack('<iff', 0, scale, offset)
+    with pytest.raises(InputError) as raised:
+        compressed_image.decode_depth(compressed(format_, MILLIMETRES, header=header))
+    assert str(raised.value) == (
+        f'the depth image has format {format_!r} and quantisation A {scale:g}, B {offset:g}: A '
+        'must be positive; check the publisher')
+
+
+def test_a_format_may_begin_with_a_space():
+    header = struct.pack('<iff', 0, 50.0, 0.0)
+    units = np.array([[25, 0], [100, 50]], np.uint16)
+    depth = compressed_image.decode_depth(compressed(' 32FC1; compressedDepth png', units,
+                                                     header=header))
+    np.testing.assert_array_equal(depth, np.float32([[2.0, np.nan], [0.5, 1.0]]))
+
+
+@pytest.mark.parametrize('format_', ['32FC1', ' 16UC1 ; png compressed'])
+def test_depth_by_its_encoding_is_no_colour(format_):
+    with pytest.raises(InputError, match='which is depth: use the topic of the colour camera'):
+        compressed_image.decode_colour(compressed(format_, BGR))

@@ -33,7 +33,7 @@ def test_edges_and_holes_are_blocks_of_measured_depth():
     np.testing.assert_array_equal(large, np.kron(small, np.ones((2, 2))))
 
 
-@pytest.mark.parametrize('ratio, is_edge', [(1.03, False), (1.08, True)])
+@pytest.mark.parametrize('ratio, is_edge', [(1.03, False), (1.049, False), (1.051, True)])
 def test_a_step_of_more_than_5_percent_is_an_edge(ratio, is_edge):
     small = np.ones((6, 8), np.float32)
     small[:, 4:] = ratio
@@ -50,3 +50,28 @@ def test_depth_of_the_same_size_is_returned_as_it_is():
 def test_other_factors_are_rejected(width, height):
     with pytest.raises(InputError, match=f'colour is {width} x {height} and depth 80 x 60 pixels'):
         enlarge(plane(60, 80, 1), width, height)
+
+
+@pytest.mark.parametrize('axis', [0, 1])
+def test_whether_there_is_an_edge_does_not_depend_on_the_distance(axis):
+    """A step of 4 % is none at any depth, and one of 6 % is; in both directions."""
+    for depth in (0.3, 1.0, 8.0):
+        for ratio, is_edge in ((1.04, False), (1.06, True)):
+            small = np.full((8, 8), depth, np.float32)
+            small[np.s_[4:] if axis == 0 else np.s_[:, 4:]] *= np.float32(ratio)
+            between = ~np.isin(enlarge(small, 16, 16), small)
+            assert between.any() != is_edge
+
+
+def test_what_touches_an_edge_at_a_corner_only_is_a_block():
+    small = (2.0 + 0.01 * np.arange(6) * np.ones((6, 1))).astype(np.float32)
+    small[0, 0] = 1.0
+    large = enlarge(small, 12, 12)
+    np.testing.assert_array_equal(large[2:4, 2:4], np.full((2, 2), small[1, 1]))
+    assert large[7, 7] != small[3, 3]
+
+
+def test_no_depth_at_all_stays_none():
+    assert np.isnan(enlarge(np.full((3, 4), np.nan, np.float32), 8, 6)).all()
+    with pytest.raises(InputError, match='colour is 8 x 6 and depth 4 x 0 pixels, which is no '):
+        enlarge(np.empty((0, 4), np.float32), 8, 6)

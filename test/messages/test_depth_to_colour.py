@@ -118,17 +118,58 @@ def test_the_footprint_of_a_pixel_is_bounded():
     assert 0 < np.isfinite(found).sum() <= 17 ** 2
 
 
-@pytest.mark.parametrize('fx, fy', [(262.0, 131.0), (131.0, 262.0), (524.0, 131.0)])
-def test_pixels_that_are_not_square_leave_no_cracks_and_keep_the_slope(fx, fy):
-    """A floor that is tilted sideways, too: its inverse depth is linear in each camera."""
-    size = round(320 * fx / 262), round(240 * fy / 262)
-    depth_camera = Camera(*size, fx, fy, (size[0] - 1) / 2, (size[1] - 1) / 2)
+@pytest.mark.parametrize('turn', [0.0, np.pi / 2, 0.4])
+@pytest.mark.parametrize('slope', [(0.5, 0.0), (0.0, 0.5), (0.4, -0.3)])
+def test_oblong_pixels_keep_the_slope_of_a_plane(slope, turn):
+    """In closed form in both cameras; within a footprint of eight columns the depth changes."""
+    oblong = Camera(60, 240, 32.0, 250.0, 29.5, 119.5)
+    upright = Camera(200, 220, 300.0, 220.0, 99.5, 109.5)
+    T_colour_depth = se3.exp([0.01, -0.02, 0.0, 0.0, 0.0, turn])
+    normal, distance = np.array([*slope, 1.0]), 2.0
+    moved = T_colour_depth[:3, :3] @ normal
 
-    def inverse(camera):
-        x = (np.arange(camera.width) - camera.cx) / camera.fx
-        y = (np.arange(camera.height) - camera.cy) / camera.fy
-        return 0.5 + 0.1 * x + 0.3 * y[:, None]
-    found = DepthToColour(depth_camera, COLOUR, np.eye(4)).reproject(
-        np.float32(1.0 / inverse(depth_camera)))
-    inner = slice(6, -6), slice(6, -6)
-    np.testing.assert_allclose(1.0 / found[inner], inverse(COLOUR)[inner], rtol=2e-3)
+    def depth_of(camera, normal, distance):
+        v, u = np.mgrid[:camera.height, :camera.width]
+        rays = np.stack([(u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy,
+                         np.ones(u.shape)], axis=-1)
+        return (distance / (rays @ normal)).astype(np.float32)
+
+    found = DepthToColour(oblong, upright, T_colour_depth).reproject(
+        depth_of(oblong, normal, distance))
+    truth = depth_of(upright, moved, distance + moved @ T_colour_depth[:3, 3])
+    inner = np.s_[30:-30, 30:-30]
+    assert np.isfinite(found[inner]).all()
+    assert np.abs(found[inner] / truth[inner] - 1).max() < 0.004
+
+
+def test_one_pixel_becomes_a_footprint_a_tenth_larger_than_it():
+    """Of 8 x 4 colour pixels about the ray of the depth pixel."""
+    coarse = Camera(5, 5, 262 / 8, 262 / 4, 2.0, 2.0)
+    depth = np.full((5, 5), np.nan, np.float32)
+    depth[2, 2] = 2.0
+    colour = Camera(320, 240, 262, 262, 160.0, 120.0)
+    row, column = np.nonzero(np.isfinite(DepthToColour(coarse, colour, np.eye(4)).reproject(depth)))
+    assert (column.min(), column.max()) == (160 - 4, 160 + 4)  # 4.4 on each side
+    assert (row.min(), row.max()) == (120 - 2, 120 + 2)  # 2.2
+    assert len(row) == 9 * 5
+
+
+@pytest.mark.parametrize('pixel', [(0, 0), (239, 319), (0, 319), (239, 0)])
+def test_the_corners_are_within_the_image(pixel):
+    depth = np.full((240, 320), np.nan, np.float32)
+    depth[pixel] = 1.5
+    found = DepthToColour(COLOUR, COLOUR, np.eye(4)).reproject(depth)
+    assert found[pixel] == 1.5 and np.isfinite(found).sum() == 1
+
+
+@pytest.mark.parametrize('ratio, is_edge', [(0.045, False), (0.055, True)])
+def test_across_an_edge_the_inverse_depth_is_not_interpolated(ratio, is_edge):
+    """The depth of pixels whose neighbours on either side differ by more than a twentieth."""
+    camera = Camera(40, 30, 40.0, 40.0, 19.5, 14.5)
+    fine = Camera(160, 120, 160.0, 160.0, 79.5, 59.5)
+    inverse = np.full((30, 40), 0.5)
+    inverse += 0.5 * ratio / 2 * np.clip(np.arange(40) - 19, 0, 2)
+    found = DepthToColour(camera, fine, np.eye(4)).reproject((1 / inverse).astype(np.float32))
+    row = 1 / found[60, 4 * 20:4 * 20 + 4]
+    slope = 0.0 if is_edge else 0.5 * ratio / 2 / 4
+    np.testing.assert_allclose(np.diff(row)[:2], slope, atol=1e-5)

@@ -13,6 +13,7 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.messages import frame_decoder
 from aick_ros.messages.depth_to_colour import DepthToColour
 from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.raw_image import encode_colour, encode_depth
@@ -78,3 +79,46 @@ def test_the_damaged_image_is_named(pair, kind):
 def test_cameras_of_other_sizes_are_rejected_before_any_work(pair, cameras, reason):
     with pytest.raises(InputError, match=reason):
         FrameDecoder().decode_and_reproject(pair, *cameras, np.eye(4))
+
+
+@pytest.mark.parametrize('changes', [
+    {'camera': dataclasses.replace(CAMERA, fx=40.0)},
+    {'depth_camera': dataclasses.replace(DEPTH_CAMERA, fy=20.0)}, {'T': T_COLOUR_DEPTH}])
+def test_a_reprojection_is_that_of_these_cameras(pair, changes):
+    decoder = FrameDecoder()
+    for now in ({}, changes, {}):
+        given = {'camera': CAMERA, 'depth_camera': DEPTH_CAMERA, 'T': np.eye(4), **now}
+        frame = decoder.decode_and_reproject(pair, *given.values())
+        np.testing.assert_array_equal(frame.depth, DepthToColour(
+            given['depth_camera'], given['camera'], given['T']).reproject(DEPTH))
+
+
+def test_an_unchanged_reprojection_is_not_made_again(pair, monkeypatch):
+    """It takes longer than its use; only the last one is kept."""
+    made = []
+
+    def counted(*arguments):
+        made.append(arguments)
+        return DepthToColour(*arguments)
+
+    monkeypatch.setattr(frame_decoder, 'DepthToColour', counted)
+    decoder = FrameDecoder()
+    for T in (np.eye(4), np.eye(4), T_COLOUR_DEPTH, T_COLOUR_DEPTH.copy(), np.eye(4)):
+        decoder.decode_and_reproject(pair, CAMERA, DEPTH_CAMERA, T)
+    assert len(made) == 3
+
+
+def test_images_are_named_as_the_topics(pair):
+    decoder = FrameDecoder(names=('/rgb', '/depth'))
+    for kind, name, stamp in (('colour', '/rgb', 100), ('depth', '/depth', 101)):
+        damaged = dataclasses.replace(getattr(pair, kind), encoding='none')
+        for decode in (lambda pair: decoder.decode(pair, CAMERA),
+                       lambda pair: decoder.decode_and_reproject(pair, CAMERA, DEPTH_CAMERA,
+                                                                 np.eye(4))):
+            with pytest.raises(InputError, match=f"^{name} at 0.000000{stamp}: the {kind} image"):
+                decode(pair._replace(**{kind: damaged}))
+
+
+def test_a_calibration_of_another_size_is_that_of_colour(pair):
+    with pytest.raises(InputError, match='colour at 0.000000100: .* calibrated for 32 x 24'):
+        FrameDecoder().decode(pair, DEPTH_CAMERA)

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aick_ros.borders.limits import MAX_ACCELERATION, MAX_TURN_RATE
 from aick_ros.geometry import se3
 from aick_ros.messages.imu import ImuBuffer
 
@@ -65,3 +66,31 @@ def test_the_oldest_samples_are_forgotten():
     for i in range(60_002):
         buffer.add(i * 1_000_000_000 + 7, message())
     assert buffer.take(np.eye(3)).stamps[[0, -1]].tolist() == [2_000_000_007, 60_001_000_000_007]
+
+
+@pytest.mark.parametrize('axis', range(3))
+@pytest.mark.parametrize('sign', [1, -1])
+def test_what_the_limits_allow_is_measured(axis, sign):
+    """Each of its own sensor, and to the last bit."""
+    buffer = ImuBuffer()
+    for is_within in (True, False):
+        rate, force = np.zeros(3), np.array([0.0, 9.8, 0.0])
+        rate[axis], force[axis] = (
+            sign * (limit if is_within else np.nextafter(limit, np.inf))
+            for limit in (MAX_TURN_RATE, MAX_ACCELERATION))
+        buffer.add(1, message(rate=rate.tolist()))
+        buffer.add(2, message(force=force.tolist()))
+    samples = buffer.take(np.eye(3))
+    assert np.isnan(samples.turn_rates).all(axis=1).tolist() == [False, False, True, False]
+    assert np.isnan(samples.accelerations).all(axis=1).tolist() == [False, False, False, True]
+
+
+def test_the_first_covariance_alone_says_that_nothing_is_measured():
+    for index in range(9):
+        buffer, given = ImuBuffer(), message()
+        given.angular_velocity_covariance[index] = -1.0
+        given.linear_acceleration_covariance[index] = -1.0
+        buffer.add(1, given)
+        samples = buffer.take(np.eye(3))
+        assert np.isnan(samples.turn_rates).all() == (index == 0)
+        assert np.isnan(samples.accelerations).all() == (index == 0)

@@ -166,14 +166,78 @@ def test_beyond_a_mean_gap_of_ten_periods_nothing_is_counted(pause, counted):
         assert share == pytest.approx(1 - 1 / mean, abs=0.02)
 
 
-@pytest.mark.parametrize('gap, is_loss', [(30, True), (31, False)])
-def test_a_gap_of_more_than_a_second_is_a_pause(gap, is_loss):
-    ticks = np.concatenate([np.arange(60), 59 + gap + np.arange(60)])
-    assert missing(START + ticks * SECOND // 30)[0] == (gap - 1 if is_loss else 0)
+def regular(count, gone=(), rate=32):
+    """Return the stamps of a camera without jitter, some images of which are gone."""
+    return [START + i * SECOND // rate for i in range(count) if i not in set(gone)]
 
 
-@pytest.mark.parametrize('length, is_rate', [(8, True), (7, False)])
-def test_eight_equal_gaps_are_those_of_another_rate(length, is_rate):
-    gaps = np.concatenate([np.ones(40), np.full(length, 3), np.ones(40)]).astype(int)
-    count, _ = missing(START + np.cumsum(gaps) * (SECOND // 30))
-    assert count == (0 if is_rate else 2 * length)
+@pytest.mark.parametrize('gaps, counted', [(19, 0), (20, 3)])
+def test_twenty_gaps_show_the_period(gaps, counted):
+    assert missing(regular(gaps + 4, gone=(2, 3, 4)))[0] == counted
+
+
+@pytest.mark.parametrize('periods, counted', [(32, 31), (33, 0)])
+def test_a_gap_of_more_than_a_second_is_a_pause(periods, counted):
+    stamps = regular(40) + [START + (39 + periods + i) * SECOND // 32 for i in range(40)]
+    assert missing(stamps)[0] == counted
+
+
+@pytest.mark.parametrize('equal, counted', [(7, True), (8, False)])
+def test_eight_equal_gaps_in_a_row_are_another_rate(equal, counted):
+    """Gaps of two periods, in a stream of single ones."""
+    stamps = regular(40) + [START + (39 + 2 * i) * SECOND // 32 for i in range(1, equal + 1)]
+    stamps += [stamps[-1] + i * SECOND // 32 for i in range(1, 40)]
+    assert missing(stamps)[0] == (equal if counted else 0)
+
+
+@pytest.mark.parametrize('after, counted', [(8, 0), (9, 2)])
+def test_the_eight_newest_gaps_are_not_settled(after, counted):
+    stamps = regular(60, gone=(40, 41))
+    end = stamps.index(START + 42 * SECOND // 32)  # the image after those that are gone
+    assert missing(stamps[:end + after])[0] == counted
+
+
+def test_the_share_is_that_of_the_last_hundred_settled_gaps():
+    gone = (30, 31)
+    counter, shares = MissingImages(), []
+    for stamp in regular(200, gone):
+        counter.add(stamp)
+        shares.append(counter.share)
+    found = np.array(shares)
+    assert found[60] == pytest.approx(2 / (60 - 8 + 2))  # of 52 gaps, 54 periods
+    assert counter.count == 2
+    # the gap is the 30th of the stream: in view as long as not more than 100 settled ones follow
+    assert found[29 + 8 + 100] == pytest.approx(2 / 102)
+    assert found[29 + 8 + 101] == 0.0
+
+
+@pytest.mark.parametrize('back, is_restart', [(32, False), (33, True)])
+def test_up_to_a_second_back_is_late_and_more_is_a_restart(back, is_restart):
+    """In a stream with a hole: a late image fills it, those of another recording do not."""
+    gone = 80 - back
+    stamps = regular(81, gone=(gone,))
+    counter = MissingImages()
+    for stamp in [*stamps, START + gone * SECOND // 32]:
+        counter.add(stamp)
+    assert counter.count == is_restart
+
+
+@pytest.mark.parametrize('share, counted', [(0.19, True), (0.22, False)])
+def test_unclear_ratios_up_to_a_fifth_are_rounded(share, counted):
+    """Every third image is gone, and some gaps are of 2.4 periods instead of 2."""
+    rng = np.random.default_rng(0)
+    ratios = rng.permutation(np.repeat([1.0, 2.0], [200, 100]))[:150]
+    unclear = np.zeros(150, bool)
+    unclear[rng.choice(150, round(share * 150), replace=False)] = True
+    ratios[unclear] = 1.4
+    stamps = START + np.cumsum(ratios * SECOND / 32).astype(int)
+    assert (missing(stamps)[0] > 20) == counted
+
+
+@pytest.mark.parametrize('error, counted', [(0.24, True), (0.26, False)])
+def test_a_ratio_is_unclear_beyond_a_quarter_of_a_period(error, counted):
+    """Single gaps and those of about two periods, in no order that repeats."""
+    is_long = np.random.default_rng(1).random(150) < 0.4
+    ratios = np.where(is_long, 2.0 + error * (-1.0) ** np.arange(150), 1.0)
+    stamps = START + np.cumsum(ratios * SECOND / 32).astype(int)
+    assert (missing(stamps)[0] > 20) == counted

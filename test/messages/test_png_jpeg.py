@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from aick_ros.borders.limits import MAX_SIDE
 from aick_ros.errors import InputError
 from aick_ros.messages import png_jpeg
 
@@ -136,3 +137,80 @@ def test_no_data_is_rejected():
 def test_other_data_is_rejected(data):
     with pytest.raises(InputError, match=f'its {len(data)} bytes are neither PNG nor JPEG'):
         png_jpeg.decode(data)
+
+
+def segment(marker, content=bytes(30)):
+    """Return a segment of JPEG data, with its length (ITU-T T.81, B.1.1.4)."""
+    return bytes([0xff, marker]) + struct.pack('>H', 2 + len(content)) + content
+
+
+@pytest.mark.parametrize('before', [
+    b'', segment(0xc4), segment(0xc8), segment(0xcc), segment(0xdb), segment(0xe0), segment(0xfe),
+    b'\xff\x01', *(bytes([0xff, marker]) for marker in range(0xd0, 0xd8)), b'\xff' + segment(0xc4)],
+    ids=lambda before: before[:3].hex())
+@pytest.mark.parametrize('frame', sorted(set(range(0xc0, 0xd0)) - {0xc4, 0xc8, 0xcc}))
+def test_the_size_is_that_of_the_frame_header_whatever_comes_before(before, frame, monkeypatch):
+    """Markers by Table B.1: c4, c8 and cc are no frames, 01 and d0 to d7 stand alone."""
+    monkeypatch.setattr(cv2, 'imdecode', None)
+    header = segment(frame, struct.pack('>BHHB', 8, 40_000, 50_000, 1) + bytes(3))
+    with pytest.raises(InputError, match='JPEG data is declared as 50000 x 40000 pixels'):
+        png_jpeg.decode(b'\xff\xd8\xff\xe0\0\2' + before + header + b'\xff\xd9')
+
+
+@pytest.mark.parametrize('options', [
+    [cv2.IMWRITE_JPEG_PROGRESSIVE, 1], [cv2.IMWRITE_JPEG_OPTIMIZE, 1],
+    [cv2.IMWRITE_JPEG_RST_INTERVAL, 2]])
+def test_other_kinds_of_jpeg_are_read(options):
+    data = cv2.imencode('.jpg', BGR, [cv2.IMWRITE_JPEG_QUALITY, 100, *options])[1].tobytes()
+    expected = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
+    np.testing.assert_array_equal(png_jpeg.decode_colour(data), expected[..., ::-1])
+
+
+def chunk(kind, content, damage=0):
+    return (struct.pack('>I', len(content)) + kind + content
+            + struct.pack('>I', zlib.crc32(kind + content) ^ damage))
+
+
+@pytest.mark.parametrize('kind, damage, is_read', [
+    (b'tEXt', 0, True), (b'tEXt', 1, True), (b'ABCD', 1, False)])
+def test_damage_counts_in_critical_chunks_only(kind, damage, is_read, capfd):
+    """As PNG defines: a chunk that starts with a small letter is ancillary."""
+    data = encoded(DEPTH)
+    damaged = data[:33] + chunk(kind, b'a\0b', damage) + data[33:]
+    if is_read:
+        np.testing.assert_array_equal(png_jpeg.decode(damaged), DEPTH)
+    else:
+        with pytest.raises(InputError, match='PNG data are damaged'):
+            png_jpeg.decode(damaged)
+
+
+def test_data_after_the_end_of_a_png_is_ignored():
+    np.testing.assert_array_equal(png_jpeg.decode(encoded(DEPTH) + bytes(20)), DEPTH)
+
+
+@pytest.mark.parametrize('width, height', [(MAX_SIDE, 1), (1, MAX_SIDE), (8192, 4096)])
+def test_the_largest_images_are_not_rejected_by_their_size(width, height):
+    """But as damaged: they have the pixels of a small one."""
+    for kind in ('.png', '.jpg'):
+        try:
+            assert png_jpeg.decode(declared(kind, width, height)).shape[:2] == (height, width)
+        except InputError as error:
+            assert 'declared as' not in str(error)
+
+
+@pytest.mark.parametrize('image, sentence', [
+    (BGR, 'it has 3 channels of uint8'), (GREY, 'it has 1 channels of uint8'),
+    (np.dstack([DEPTH] * 3), 'it has 3 channels of uint16')])
+def test_what_is_no_depth_is_described(image, sentence):
+    with pytest.raises(InputError) as raised:
+        png_jpeg.decode_units(encoded(image))
+    assert str(raised.value) == (f'{sentence}, a depth image has one of uint16: use the depth image '
+                                 'instead of the colour image')
+
+
+def test_16_bits_of_any_order_are_scaled():
+    for dtype in ('<u2', '>u2'):
+        image = DEPTH.astype(dtype)[:, ::3]
+        found = png_jpeg.to_8_bit(image)
+        assert found.dtype == np.uint8
+        np.testing.assert_array_equal(found, np.rint(DEPTH[:, ::3] / 257.0))

@@ -139,3 +139,21 @@ def test_noise_is_decoded_or_rejected():
         except InputError:
             rejected += 1
     assert rejected > 150
+
+
+@pytest.mark.parametrize('beyond', [0, 1])
+def test_a_pixel_takes_three_bytes_at_most_and_the_rest_64(beyond):
+    size = 3 * 6 * 4 + 64 + beyond
+    with pytest.raises(InputError) as raised:
+        decode_rvl(bytes(size), 6, 4)  # runs of nothing, so damaged anyway
+    assert (f'its {size} bytes of RVL data are more than 6 x 4 pixels can have' in
+            str(raised.value)) == beyond
+
+
+@pytest.mark.parametrize('width, height, is_possible', [
+    (2048, 2048, True), (2 ** 22, 1, True), (2 ** 22 + 1, 1, False), (1, 2 ** 22 + 1, False)])
+def test_the_most_pixels_are_possible(width, height, is_possible):
+    with pytest.raises(InputError) as raised:
+        decode_rvl(b'', width, height)
+    assert ('so it is damaged' in str(raised.value)) is not is_possible
+    assert ('RVL data is truncated' in str(raised.value)) is is_possible

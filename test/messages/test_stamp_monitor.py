@@ -94,3 +94,31 @@ def test_any_stamps_are_judged_and_images_of_a_second_later_are_taken(images):
         assert isinstance(monitor.check(stamp, now), str)
     monitor.check(START, 2e6)
     assert monitor.check(START + SECOND, 2e6 + 1.0) == ''
+
+
+def test_a_stray_stamp_is_forgotten_by_the_next_good_one():
+    """Far ahead, then a good one, then near the stray one again: that is stray as well."""
+    assert stray([0.0, 99.0, 0.2, 99.3], [0.0, 0.1, 0.2, 0.3]) == [False, True, False, True]
+
+
+@pytest.mark.parametrize('second, confirms', [(99.0, True), (109.0, True), (98.999, False),
+                                              (109.001, False)])
+def test_the_next_one_confirms_from_0_to_10_s_later(second, confirms):
+    assert stray([0.0, 99.0, second], [0.0, 0.1, 0.2]) == [False, True, not confirms]
+
+
+def test_sentences_have_the_stamp():
+    monitor = StampMonitor()
+    assert monitor.check(2 ** 31 * SECOND - 5, 0.0) == (
+        f'its stamp of {2 ** 31 * SECOND - 5} ns is in the last second that a message can have; '
+        'the driver must stamp its images')
+    monitor.check(START, 0.0)
+    assert monitor.check(START + 60 * SECOND, 0.1) == (
+        f'its stamp of {START + 60 * SECOND} ns is far ahead of those before; if the clock was '
+        'set, the next one is taken')
+
+
+@pytest.mark.parametrize('stamp, is_good', [
+    (1, True), (MAX_STAMP - SECOND, True), (MAX_STAMP - SECOND + 1, False)])
+def test_stamps_are_good_from_1_to_a_second_before_the_end(stamp, is_good):
+    assert (StampMonitor().check(stamp, 0.0) == '') is is_good

@@ -235,3 +235,54 @@ def test_each_image_is_paired_once_in_order_and_within_the_interval(steps, inter
     for kind in ('colour_stamp', 'depth_stamp'):
         paired = [getattr(pair, kind) for pair in pairs]
         assert paired == sorted(set(paired))
+
+
+@pytest.mark.parametrize('beyond, is_paired', [(0, True), (1, False)])
+def test_the_longest_interval_is_within(beyond, is_paired):
+    events = [(0, 'colour'), (20 * MS + beyond, 'depth')]
+    assert bool(run(events)[0]) is is_paired  # by default 20 ms
+    assert bool(run([(5, 'depth'), (7 + beyond, 'colour')], max_interval=2e-9)[0]) is is_paired
+
+
+@pytest.mark.parametrize('offset_ms, at_once', [(39, True), (41, False)])
+@pytest.mark.parametrize('first', ['colour', 'depth'])
+def test_within_two_fifths_of_the_period_a_pair_is_certain(offset_ms, at_once, first):
+    """The next image of the earlier stream may come after four fifths of its shortest gap."""
+    events = []
+    for i in range(20):
+        events += [(i * 100 * MS, first),
+                   (i * 100 * MS + offset_ms * MS, 'depth' if first == 'colour' else 'colour')]
+    pairs, _ = run(events, flush=False, max_interval=0.06)
+    assert len(pairs) == (20 if at_once else 19)
+    assert len(run(events, max_interval=0.06)[0]) == 20
+
+
+def test_the_period_is_that_of_the_last_thirty_gaps():
+    """A camera becomes slower: until its short gaps are forgotten a pair waits for one more."""
+    synchronizer, stamp, waited = Synchronizer(max_interval=0.05), 0, []
+    for index in range(60):
+        stamp += (10 if index < 20 else 100) * MS
+        synchronizer.add_colour(stamp, None)
+        pairs = synchronizer.add_depth(stamp + 30 * MS * (index >= 20), None)
+        if index >= 20:
+            waited.append(stamp not in [pair.colour_stamp for pair in pairs])
+    # after the first slow image there is one slow gap, and 29 others in view
+    assert waited == [True] * 29 + [False] * 11
+
+
+def test_the_queue_drops_the_oldest_image():
+    synchronizer = Synchronizer(queue_size=2)
+    for stamp in (0, 100, 200):
+        synchronizer.add_colour(stamp * MS, stamp)
+    assert synchronizer.unpaired == {'colour': 1, 'depth': 0}
+    synchronizer.add_depth(0, None)
+    assert synchronizer.unpaired == {'colour': 1, 'depth': 1}
+    assert [pair.colour for pair in synchronizer.add_depth(100 * MS, None)] == [100]
+
+
+def test_images_of_a_pair_set_the_stamps_of_both_streams():
+    synchronizer = Synchronizer()
+    synchronizer.add_pair(Pair(10 * MS, 'c', 12 * MS, 'd'))
+    assert synchronizer.add_depth(11 * MS, 'd') == [] and synchronizer.late == 1
+    assert synchronizer.add_colour(11 * MS, 'c') == [] and synchronizer.late == 1
+    assert synchronizer.unpaired == {'colour': 0, 'depth': 0}
