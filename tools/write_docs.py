@@ -28,7 +28,9 @@ sys.path.insert(0, str(ROOT))
 
 import aick_ros  # noqa: E402
 from aick_ros.settings import NodeSettings, Settings  # noqa: E402
-from aick_ros.settings.text import parameter_table  # noqa: E402
+from aick_ros.settings.parameter import values  # noqa: E402
+from aick_ros.settings.presets import PRESETS  # noqa: E402
+from aick_ros.settings.text import parameter_table, scalar_text  # noqa: E402
 
 GROUPS = {
     'Odometry': ['Odometry', 'OdometryUpdate', 'Status', 'Increment', 'PoseWithCovariance'],
@@ -66,11 +68,24 @@ def api_page() -> str:
 def parameters_page() -> str:
     """Return docs/parameters.md with its tables renewed."""
     text = (ROOT / 'docs' / 'parameters.md').read_text()
-    for name, group in (('algorithm', Settings()), ('node', NodeSettings())):
-        table = parameter_table(group)
+    tables = {'algorithm': parameter_table(Settings()), 'node': parameter_table(NodeSettings()),
+              'presets': preset_table()}
+    for name, table in tables.items():
         text = re.sub(BLOCK.format(name), lambda found: f'{found[1]}\n{table}\n{found[2]}', text,
                       flags=re.DOTALL)
     return text
+
+
+def preset_table() -> str:
+    """Return what the presets change as a Markdown table, a column for each."""
+    rows = [['parameter', 'default', *(f'`{name}`' for name in PRESETS)],
+            ['---'] * (2 + len(PRESETS))]
+    for name, default in values(Settings()).items():
+        cells = [f'`{scalar_text(changes[name])}`' if name in changes else ''
+                 for changes in PRESETS.values()]
+        if any(cells):
+            rows.append([f'`{name}`', f'`{scalar_text(default)}`', *cells])
+    return ''.join(f'| {" | ".join(row)} |\n' for row in rows)
 
 
 def node_file() -> str:

@@ -3,12 +3,18 @@
 
 """The contract of all detectors, and their repeatability under known image changes."""
 
+import dataclasses
+import pickle
+
 import cv2
 import numpy as np
 import pytest
 
+from aick_ros.errors import InputError
 from aick_ros.features import make_detector
 from aick_ros.features.descriptors import descriptor_distances
+from aick_ros.features.haar import describe
+from aick_ros.features.hessian import find_blobs
 from aick_ros.settings import FeatureSettings, Settings
 from aick_ros.settings.parameter import parameters
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -114,3 +120,95 @@ def test_surf_keypoints_scale_in_position_and_size(grey, scale):
     np.testing.assert_allclose(
         np.median((after.pixels[nearest] - moved)[found], axis=0), 0.0, atol=0.1)
     assert np.median((after.scales[nearest] / size)[found]) == pytest.approx(1.0, abs=0.06)
+
+
+def used(detector):
+    """Return the object of OpenCV that a detector uses."""
+    return next(value for value in vars(detector).values() if isinstance(value, cv2.Feature2D))
+
+
+@pytest.mark.parametrize('name, changes, getters', [
+    ('orb', {'nfeatures': 321, 'scale_factor': 1.3, 'levels': 5, 'edge_threshold': 17,
+             'patch_size': 23, 'fast_threshold': 9},
+     {'nfeatures': 'MaxFeatures', 'scale_factor': 'ScaleFactor', 'levels': 'NLevels',
+      'edge_threshold': 'EdgeThreshold', 'patch_size': 'PatchSize',
+      'fast_threshold': 'FastThreshold'}),
+    ('sift', {'nfeatures': 321, 'octave_layers': 4, 'contrast_threshold': 0.05,
+              'edge_threshold': 7.0, 'sigma': 1.9},
+     {'nfeatures': 'NFeatures', 'octave_layers': 'NOctaveLayers',
+      'contrast_threshold': 'ContrastThreshold', 'edge_threshold': 'EdgeThreshold',
+      'sigma': 'Sigma'})])
+def test_opencv_has_the_settings(name, changes, getters):
+    group = dataclasses.replace(getattr(FeatureSettings(), name), **changes)
+    made = make_detector(dataclasses.replace(FeatureSettings(detector=name), **{name: group}))
+    for parameter, getter in getters.items():
+        if hasattr(used(made), f'get{getter}'):  # older releases tell less of SIFT
+            assert getattr(used(made), f'get{getter}')() == pytest.approx(changes[parameter])
+
+
+def test_orb_is_that_of_the_paper():
+    """Corners by Harris' measure, pairs of points, from the first level (Rublee et al. 2011)."""
+    orb = used(detector('orb'))
+    assert (orb.getScoreType(), orb.getWTA_K(), orb.getFirstLevel()) == (
+        cv2.ORB_HARRIS_SCORE, 2, 0)
+
+
+@pytest.mark.parametrize('factor, levels', [(1.2, 8), (1.5, 4)])
+def test_scales_of_orb_are_those_of_its_pyramid(grey, factor, levels):
+    orb = dataclasses.replace(FeatureSettings().orb, scale_factor=factor, levels=levels)
+    found = make_detector(dataclasses.replace(FeatureSettings(), orb=orb)).detect(grey)
+    np.testing.assert_allclose(np.unique(found.scales), factor ** np.arange(levels), rtol=1e-5)
+
+
+@pytest.mark.parametrize('name, changes', [
+    ('sift', {'sigma': 2.4}), ('sift', {'octave_layers': 2}), ('sift', {}),
+    ('surf', {'intervals': 3}), ('surf', {'intervals': 5})])
+def test_the_finest_scale_is_one(grey, name, changes):
+    """Up to half a step between filters, as maxima are interpolated."""
+    group = dataclasses.replace(getattr(FeatureSettings(), name), **changes)
+    found = make_detector(dataclasses.replace(
+        FeatureSettings(detector=name), **{name: group})).detect(grey)
+    assert 0.7 < found.scales.min() < 1.05
+    assert np.mean(found.scales > 1.0) > 0.5
+
+
+@pytest.mark.parametrize('changes', [{'octaves': 2}, {'intervals': 4}, {'init_sample': 3},
+                                     {'threshold': 1e-3}])
+def test_surf_finds_blobs_by_its_settings(grey, changes):
+    surf = dataclasses.replace(FeatureSettings().surf, **changes)
+    found = make_detector(dataclasses.replace(FeatureSettings(detector='surf'), surf=surf)).detect(
+        grey)
+    blobs = find_blobs(grey, surf.octaves, surf.intervals, surf.init_sample, surf.threshold)
+    np.testing.assert_array_equal(found.pixels, blobs.pixels)
+    np.testing.assert_array_equal(found.responses, blobs.responses)
+    # a filter of side 9 approximates a Gaussian of 1.2 px, and that of 15 has the first maxima
+    np.testing.assert_allclose(found.scales, blobs.sizes / 15, rtol=1e-6)
+    np.testing.assert_allclose(
+        found.descriptors, describe(grey, blobs.pixels, 1.2 / 9 * blobs.sizes), atol=1e-6)
+
+
+@pytest.mark.parametrize('name', DETECTORS)
+def test_a_detector_goes_to_another_process(grey, name):
+    made = detector(name)
+    other = pickle.loads(pickle.dumps(made))
+    np.testing.assert_array_equal(other.detect(grey).pixels, made.detect(grey).pixels)
+
+
+@pytest.mark.parametrize('name', ['orb', 'sift'])
+def test_another_process_has_the_same_settings(name):
+    group = dataclasses.replace(getattr(FeatureSettings(), name), nfeatures=77)
+    made = make_detector(dataclasses.replace(FeatureSettings(detector=name), **{name: group}))
+    assert vars(pickle.loads(pickle.dumps(made)))['_settings'] == vars(made)['_settings']
+
+
+def test_a_small_image_is_described_with_its_size():
+    with pytest.raises(InputError) as raised:
+        detector('orb').detect(np.zeros((3, 640), np.uint8))
+    assert str(raised.value) == (
+        'an image of 640 x 3 pixels is too small for the pyramid: lower features.orb.levels or '
+        'features.orb.scale_factor')
+
+
+def test_the_detector_is_the_one_that_is_named():
+    for name in DETECTORS:
+        assert type(detector(name)).__name__.lower() == f'{name}detector'

@@ -74,3 +74,22 @@ def test_descriptors_are_invariant_to_brightness_and_contrast(grey):
 def test_descriptors_without_texture_are_zero():
     flat = np.full((100, 100), 7, np.uint8)
     assert not describe(flat, np.array([[50.0, 50.0]], np.float32), np.array([2.0])).any()
+
+
+def test_many_keypoints_are_described_as_few(grey):
+    """More than a block of them."""
+    rng = np.random.default_rng(4)
+    pixels = rng.uniform((0, 0), (160, 120), (300, 2)).astype(np.float32)
+    scales = rng.uniform(1.0, 6.0, 300).astype(np.float32)
+    found = describe(grey, pixels, scales)
+    for part in (slice(0, 1), slice(127, 130), slice(255, 300)):
+        np.testing.assert_allclose(found[part], describe(grey, pixels[part], scales[part]),
+                                   atol=1e-6)
+    assert describe(grey, pixels[:0], scales[:0]).shape == (0, 64)
+
+
+@pytest.mark.parametrize('scale', [0.0, 0.3, 0.6])
+def test_the_scale_is_one_pixel_at_least(grey, scale):
+    pixel = np.array([[80.2, 60.3]], np.float32)
+    np.testing.assert_array_equal(describe(grey, pixel, np.array([scale])),
+                                  describe(grey, pixel, np.array([1.0])))

@@ -137,3 +137,45 @@ def test_the_strongest_blobs_of_an_independent_implementation_are_found():
     assert found.mean() > 0.7
     ratio = ours.responses[distances.argmin(axis=1)] * 255 ** 2 / theirs[:, 3]
     assert np.median(ratio[found]) == pytest.approx(1.0, rel=0.02)
+
+
+@pytest.mark.parametrize('octaves, largest', [(1, 33), (2, 63), (3, 123)])
+def test_octaves_end_the_sizes_of_blobs(octaves, largest):
+    """Of five filters the largest has no maxima: 33, 63, 123 are those before it."""
+    found = find_blobs(noise(5, 400, 500), octaves, 5, 2, 0.0)
+    growth = 6 << (octaves - 1)
+    assert largest - 1.5 * growth < found.sizes.max() <= largest + 0.75 * growth
+    assert found.sizes.min() >= 15 - 0.75 * 6
+
+
+@pytest.mark.parametrize('threshold', [1e-5, 1e-4, 1e-3])
+def test_responses_exceed_the_threshold(threshold):
+    grey = noise(6, 200, 300)
+    found, all_found = (find_blobs(grey, 3, 5, 1, limit) for limit in (threshold, 0.0))
+    assert found.responses.min() > threshold
+    assert len(found.responses) == np.sum(all_found.responses > threshold)
+
+
+def test_no_blob_is_further_from_its_sample_than_three_quarters():
+    """Steps are of one pixel, so that positions within 0.25 px of half a pixel are in between."""
+    found = find_blobs(noise(7, 200, 300), 1, 5, 1, 0.0)
+    offsets = np.abs(found.pixels - np.rint(found.pixels))
+    assert len(found.sizes) > 100 and offsets.max() <= 0.5
+    steps = (found.sizes - 15) / 6
+    assert np.abs(steps - np.clip(np.rint(steps), 0, 2)).max() <= 0.75
+
+
+@pytest.mark.parametrize('size, count', [(20, 0), (21, 1), (60, 1)])
+def test_a_blob_in_an_image_as_large_as_its_filters(size, count):
+    """The third filter, of side 21, must fit for maxima of the second one."""
+    middle = (size - 1) / 2
+    found = find_blobs(blob((middle, middle), 2.4, (size, size)), 1, 3, 1, 1e-4)
+    assert len(found.sizes) == count
+
+
+def test_of_two_equal_neighbours_one_counts():
+    """A blob exactly between two samples."""
+    found = find_blobs(blob((100.5, 80.0), 2.4, (200, 160)), 1, 5, 1, 1e-3)
+    near = np.linalg.norm(found.pixels - (100.5, 80.0), axis=1) < 2.0
+    assert near.sum() == 1
+    np.testing.assert_allclose(found.pixels[near][0], (100.5, 80.0), atol=0.05)

@@ -8,7 +8,7 @@ import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.features.descriptors import descriptor_distances
-from aick_ros.features.k_means import learn_words
+from aick_ros.features.k_means import _seeds, learn_words
 
 
 def clusters(binary, count=12, size=60, seed=0):
@@ -79,3 +79,49 @@ def test_too_few_descriptors_are_rejected():
         learn_words(same, 2)
     with pytest.raises(InputError, match='0 descriptors'):
         learn_words(same[:0], 2)
+
+
+@pytest.mark.parametrize('rounds', [1, 2, 5])
+def test_there_are_as_many_rounds_as_asked_for(rounds):
+    """On noise, which takes long to converge; the default is another number."""
+    descriptors = np.random.default_rng(0).normal(0, 1, (3000, 8)).astype(np.float32)
+    reported = []
+    learn_words(descriptors, 40, rounds=rounds, progress=reported.append)
+    assert reported == list(range(1, rounds + 1))
+
+
+def test_more_rounds_than_it_takes_are_not_made():
+    _, descriptors = clusters(False, count=3, size=20)
+    reported = []
+    learn_words(descriptors, 3, rounds=100, progress=reported.append)
+    assert 1 < len(reported) < 20
+
+
+def test_bits_that_are_set_in_half_of_a_cluster_are_not_set_in_its_word():
+    descriptors = np.array([[0b1100], [0b1010], [0b1100], [0b1010]], np.uint8)
+    assert learn_words(descriptors, 1).tolist() == [[0b1000]]
+
+
+def test_an_empty_cluster_moves_to_the_descriptor_farthest_from_its_word():
+    """Two seeds that are equal for the k-means: one of two far groups has no word at first."""
+    rng = np.random.default_rng(1)
+    near = rng.normal(0, 0.01, (500, 4)).astype(np.float32)
+    far = np.full((1, 4), 50.0, np.float32)
+    words = learn_words(np.concatenate([near, far]), 2)
+    assert np.abs(words - far).max(axis=1).min() < 1e-4
+
+
+def test_seeds_are_drawn_in_proportion_to_their_squared_distances():
+    """
+    k-means++ (Arthur and Vassilvitskii 2007), of three points on a line and two seeds.
+
+    The first seed is any of them; in closed form, the second one is by its squared distance.
+    """
+    points = np.array([[0.0], [1.0], [3.0]], np.float32)
+    counts = np.zeros((3, 3))
+    for seed in range(3000):
+        first, second = _seeds(points, 2, np.random.default_rng(seed))[:, 0]
+        counts[points[:, 0].tolist().index(first), points[:, 0].tolist().index(second)] += 1
+    squares = (points - points.T) ** 2
+    expected = squares / squares.sum(axis=1, keepdims=True) / 3
+    np.testing.assert_allclose(counts / 3000, expected, atol=0.04)

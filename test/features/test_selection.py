@@ -34,3 +34,15 @@ def test_the_selection_is_round_robin(count, cell_size):
 
 def test_without_keypoints_the_selection_is_empty():
     assert len(spread(np.empty((0, 2), np.float32), 10, 60)) == 0
+
+
+@pytest.mark.parametrize('u', [59.99, 60.0])
+def test_a_cell_ends_where_the_next_one_begins(u):
+    """Of the strongest two, both in the first cell, one is kept beside one of the second."""
+    pixels = np.array([(10, 5), (20, 5), (u, 5)], float)
+    assert spread(pixels, 2, 60).tolist() == ([0, 2] if u >= 60 else [0, 1])
+
+
+def test_cells_of_one_row_are_not_those_of_the_next():
+    pixels = np.array([(130, 10), (10, 70), (140, 10), (20, 70)], float)
+    assert spread(pixels, 2, 60).tolist() == [0, 1]

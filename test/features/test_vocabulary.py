@@ -206,3 +206,23 @@ def test_the_index_is_that_of_the_paper(descriptors, words, radius):
         assert list(index) == [k for k in range(len(descriptors)) if distances[k, word] < radius]
     assert list(found.closest) == [min(range(len(words)), key=lambda word: distances[k, word])
                                    for k in range(len(descriptors))]
+
+
+@pytest.mark.parametrize('name', ['words', 'orb-1000'])
+def test_a_vocabulary_is_a_file_unless_it_is_one_of_those_shipped(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).write_bytes(Vocabulary('orb', BINARY, 'mine').to_bytes())
+    found = vocabulary_of(settings(aick__vocabulary=name))
+    assert (found.learned_from == 'mine') is (name == 'words')
+
+
+def test_pairs_are_those_under_the_closest_word():
+    """By a loop over keypoints: each is compared with those that have its closest word."""
+    words = Vocabulary('test', BINARY[:6])
+    source, target = (words.words_of(BINARY[part], 0.47) for part in (slice(0, 15), slice(3, 20)))
+    expected = [(keypoint, other) for keypoint, word in enumerate(source.closest)
+                for other in sorted(target.keypoints[target.starts[word]:target.starts[word + 1]])]
+    assert 20 < len(expected) < 15 * 17
+    assert list(zip(*source.pairs(target).tolist())) == expected
+    none = words.words_of(BINARY[:0], 0.5)
+    assert source.pairs(none).shape == none.pairs(source).shape == (2, 0)

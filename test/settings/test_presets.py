@@ -7,7 +7,7 @@ import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.settings import Settings
-from aick_ros.settings.parameter import with_values
+from aick_ros.settings.parameter import values, with_values
 from aick_ros.settings.presets import PRESETS, preset
 
 
@@ -60,3 +60,35 @@ def test_embedded_tracks_between_registrations_by_aick():
 def test_an_unknown_preset_is_rejected_with_the_list_of_presets():
     with pytest.raises(InputError, match='paper-full, paper-fast'):
         preset('paper')
+
+
+@pytest.mark.parametrize('name', PRESETS)
+def test_a_preset_changes_what_it_names_and_nothing_else(name):
+    given, found, default = PRESETS[name], values(preset(name)), values(Settings())
+    assert {key for key in found if found[key] != default[key]} <= set(given) <= set(found)
+    assert {key: found[key] for key in given} == dict(given)
+
+
+@pytest.mark.parametrize('name', [name for name in PRESETS if name.startswith('paper-')])
+def test_presets_of_the_paper_have_no_prior_of_the_motion(name):
+    assert not preset(name).odometry.motion_prior
+
+
+def test_embedded_computes_less_than_the_default():
+    small, default = values(preset('embedded')), values(Settings())
+    for name in ('features.max_keypoints', 'features.orb.nfeatures', 'features.orb.levels',
+                 'refinement.max_tracks', 'refinement.surface_points', 'odometry.min_overlap'):
+        assert small[name] < default[name]
+
+
+def test_embedded_has_the_pyramid_of_the_default_in_half_the_levels():
+    """Every second one: 1.2 squared, so that the coarsest level is about the same."""
+    small, default = preset('embedded').features.orb, Settings().features.orb
+    assert small.levels == default.levels // 2
+    assert small.scale_factor == pytest.approx(default.scale_factor ** 2)
+
+
+def test_the_sentence_names_the_unknown_preset():
+    with pytest.raises(InputError) as raised:
+        preset('fast')
+    assert str(raised.value) == f"unknown preset 'fast': the presets are {', '.join(PRESETS)}"

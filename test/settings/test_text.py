@@ -14,7 +14,7 @@ from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
 from aick_ros.settings.parameter import parameter, parameters, values, with_values
 from aick_ros.settings.presets import preset
-from aick_ros.settings.text import config_text, parameter_table
+from aick_ros.settings.text import config_text, parameter_table, scalar_text
 
 
 def read(text):
@@ -82,3 +82,25 @@ def test_vertical_bars_are_escaped_in_the_table():
         ratio: float = parameter(0.5, 'a | b', unit='m')
 
     assert parameter_table(Barred()).splitlines()[2].endswith('| a \\| b [m] |')
+
+
+@pytest.mark.parametrize('value, text', [
+    (True, 'true'), (False, 'false'), (3, '3'), (0.5, '0.5'), (1e-5, '1.0e-05'), (1e22, '1.0e+22'),
+    (1.5e-7, '1.5e-07'), (-0.25, '-0.25'), ((), '[]'), ((1, 0.5), '[1.0, 0.5]'), ("it's", "'it''s'"),
+    ('', "''"), ('true', "'true'"), ('3', "'3'")])
+def test_values_are_written_so_that_their_type_is_seen(value, text):
+    assert scalar_text(value) == text
+    read_back = yaml.safe_load(text)
+    assert (tuple(read_back) if isinstance(value, tuple) else read_back) == value
+    assert isinstance(value, tuple) or type(read_back) is type(value)
+
+
+def test_a_unit_without_a_range_stands_in_the_description():
+    @dataclass(frozen=True)
+    class Some:
+        pose: tuple[float, ...] = parameter((), 'A pose.', unit='m')
+        width: float = parameter(2.0, 'A width.', unit='m', minimum=0.0, maximum=5.0)
+
+    assert config_text(Some()) == (
+        '/**:\n  ros__parameters:\n    # A pose. [m]\n    #pose: []\n    # A width. [0 to 5 m]\n'
+        '    width: 2.0\n')
