@@ -9,8 +9,9 @@ from contextlib import closing
 
 import pytest
 
+from aick_ros.borders import bag_limits
 from aick_ros.borders.bag_limits import check_bag
-from aick_ros.borders.limits import MAX_MESSAGE_BYTES
+from aick_ros.borders.limits import MAX_MESSAGE_BYTES, MAX_METADATA_BYTES
 from aick_ros.errors import InputError
 
 MAGIC = b'\x89MCAP0\r\n'
@@ -96,3 +97,62 @@ def test_tables_that_never_end_are_rejected(tmp_path, statement):
         connection.commit()
     with pytest.raises(InputError, match='has views or virtual tables, which no bag has'):
         check_bag(path)
+
+
+def database(path, *sizes):
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute('CREATE TABLE messages(data BLOB)')
+        connection.executemany('INSERT INTO messages VALUES (zeroblob(?))',
+                               [(size,) for size in sizes])
+        connection.commit()
+
+
+@pytest.mark.parametrize('sizes, is_large', [((), False), ((3, 1000, 2), False),
+                                             ((3, 1001, 2), True)])
+def test_the_largest_row_of_a_database_counts(tmp_path, monkeypatch, sizes, is_large):
+    monkeypatch.setattr(bag_limits, 'MAX_MESSAGE_BYTES', 1000)
+    database(tmp_path / 'a#1.db3', *sizes)
+    if not is_large:
+        check_bag(tmp_path)
+        return
+    with pytest.raises(InputError) as raised:
+        check_bag(tmp_path)
+    assert str(raised.value) == (f'{tmp_path}/a#1.db3 has a message or chunk of 1001 bytes: at most '
+                                 '1000 are supported')
+
+
+@pytest.mark.parametrize('index', range(3))
+def test_any_record_may_be_the_largest(tmp_path, monkeypatch, index):
+    """Of an MCAP file, and of a bag of ROS 1: a header, or the data after it."""
+    monkeypatch.setattr(bag_limits, 'MAX_MESSAGE_BYTES', 50)
+    sizes = [10, 20, 30]
+    sizes[index] = 51
+    records = [record(1, bytes(size)) for size in sizes]
+    parts = [struct.pack('<I', size) + bytes(size) for size in [4, *sizes]]
+    for path in (write(tmp_path / 'a.mcap', MAGIC, *records),
+                 write(tmp_path / 'a.bag', b'#ROSBAG V2.0\n', *parts)):
+        with pytest.raises(InputError, match='of 51 bytes'):
+            check_bag(path)
+
+
+def test_what_comes_after_a_chunk_counts(tmp_path, monkeypatch):
+    """The records in a chunk are not those after it."""
+    monkeypatch.setattr(bag_limits, 'MAX_MESSAGE_BYTES', 500)
+    inside = struct.pack('<QQQII', 0, 0, 9, 0, 0) + b'\1' + b'\xff' * 200
+    check_bag(write(tmp_path / 'a.mcap', MAGIC, record(6, inside), record(1, bytes(20))))
+    with pytest.raises(InputError, match='of 501 bytes'):
+        check_bag(write(tmp_path / 'b.mcap', MAGIC, record(6, inside), record(1, bytes(501))))
+
+
+def test_other_files_in_the_folder_may_have_any_size(tmp_path):
+    write(tmp_path / 'notes.txt', size=2 ** 40)
+    write(tmp_path / 'a.mcap.zstd', size=2 ** 40)
+    check_bag(tmp_path)
+
+
+def test_metadata_up_to_the_limit_is_read(tmp_path):
+    write(tmp_path / 'metadata.yaml', bytes(MAX_METADATA_BYTES))
+    check_bag(tmp_path)
+    write(tmp_path / 'metadata.yaml', bytes(MAX_METADATA_BYTES + 1))
+    with pytest.raises(InputError, match='cannot read the metadata'):
+        check_bag(tmp_path)

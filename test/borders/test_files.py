@@ -4,6 +4,7 @@
 """Files are read whole where they are regular files of limited size."""
 
 import os
+import stat
 
 import pytest
 
@@ -64,3 +65,14 @@ def test_a_large_file_is_rejected_before_it_is_read(tmp_path):
     os.truncate(os.open(tmp_path / 'sparse', os.O_CREAT | os.O_WRONLY), 2 ** 43)
     with pytest.raises(InputError, match='larger than 4398046511104 bytes'):
         read_bytes(tmp_path / 'sparse', 'the list', 2 ** 42)
+
+
+def test_an_empty_file_is_read_and_a_growing_one_up_to_the_limit(tmp_path, monkeypatch):
+    (tmp_path / 'file').write_bytes(b'')
+    assert read_bytes(tmp_path / 'file', 'the file', 0) == b''
+    (tmp_path / 'file').write_bytes(b'123456789')
+    status = os.stat_result([stat.S_IFREG] + [0] * 9)  # as it was before it grew
+    monkeypatch.setattr(files.os, 'fstat', lambda number: status)
+    assert read_bytes(tmp_path / 'file', 'the file', 9) == b'123456789'
+    with pytest.raises(InputError, match='larger than 8 bytes'):
+        read_bytes(tmp_path / 'file', 'the file', 8)

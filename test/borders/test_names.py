@@ -38,3 +38,8 @@ def test_messages_are_one_line_of_limited_length():
     (Path('a b'), 'a b')])
 def test_blank_names_are_quoted(name, shown):
     assert quoted_if_blank(name) == shown
+
+
+def test_beyond_2000_characters_the_middle_is_left_out():
+    text = ''.join(chr(ord('a') + i % 26) for i in range(2001))
+    assert one_line(text) == f'{text[:1000]} [... 1 characters ...] {text[-1000:]}'

@@ -8,7 +8,7 @@ import os
 
 import pytest
 
-from aick_ros.borders.replacement import replaced
+from aick_ros.borders.replacement import reason_of, replaced, unwritable
 from aick_ros.errors import InputError
 
 
@@ -29,3 +29,52 @@ def test_a_draft_that_cannot_be_made_is_the_file_that_cannot_be_written(tmp_path
     with pytest.raises(InputError, match='cannot write .*nowhere/plot.png: No such file'):
         with replaced(tmp_path / 'nowhere' / 'plot.png') as draft:
             draft.write_text('content')
+
+
+def test_the_draft_becomes_the_file_when_the_block_ends(tmp_path):
+    path = tmp_path / 'plot.png'
+    path.write_text('earlier')
+    with replaced(path) as draft:
+        assert draft.parent == tmp_path and draft != path
+        draft.write_text('new')
+        assert path.read_text() == 'earlier'
+    assert path.read_text() == 'new'
+    assert os.listdir(tmp_path) == ['plot.png']
+
+
+def test_the_file_behind_a_link_is_replaced_and_the_link_stays(tmp_path):
+    (tmp_path / 'folder').mkdir()
+    link, target = tmp_path / 'link', tmp_path / 'folder' / 'target'
+    link.symlink_to(target)
+    with replaced(link) as draft:
+        assert draft.parent == target.parent
+        draft.write_text('new')
+    assert link.is_symlink() and target.read_text() == 'new'
+
+
+def test_the_longest_name_has_a_draft(tmp_path):
+    path = tmp_path / ('a' * 255)
+    with replaced(path) as draft:
+        draft.write_text('new')
+    assert path.read_text() == 'new'
+
+
+def test_a_pipe_is_written_to_directly(tmp_path):
+    os.mkfifo(tmp_path / 'pipe')
+    with replaced(tmp_path / 'pipe') as draft:
+        assert draft == tmp_path / 'pipe'
+
+
+def test_a_link_to_itself_cannot_be_written(tmp_path):
+    (tmp_path / 'loop').symlink_to('loop')
+    with pytest.raises(InputError, match='cannot write .*loop: '):
+        with replaced(tmp_path / 'loop'):
+            pytest.fail('the block begins')
+
+
+@pytest.mark.parametrize('error, reason', [
+    (OSError(errno.ENOSPC, 'No space left', 'name'), 'No space left'),
+    (OSError('without a number'), 'without a number'), (RuntimeError('a loop'), 'a loop')])
+def test_the_reason_is_without_the_name(error, reason):
+    assert reason_of(error) == reason
+    assert str(unwritable('a.png', error)) == f'cannot write a.png: {reason}'

@@ -82,3 +82,27 @@ def test_files_may_unpack_to_more_where_they_are_large_themselves(small_limit):
     content = random.Random(0).randbytes(LIMIT) + bytes(9 * LIMIT)
     packed = io.BytesIO(zstd.compress(content))
     assert ros2.zstd.open(packed, 'rb').read() == content
+
+
+@pytest.mark.parametrize('size, is_large', [(100, False), (101, True)])
+def test_a_file_unpacks_to_a_hundred_times_its_size_where_that_is_more(small_limit, monkeypatch,
+                                                                       size, is_large):
+    """A file that says of itself how much of it was read."""
+    monkeypatch.setattr(unpacking, 'MAX_MESSAGE_BYTES', 50 * 1000)
+
+    packed = io.BytesIO(bytes(1000))
+    packed.seek(1000)
+    unpacked = unpacking._Unpacked(packed, io.BytesIO(bytes(1000 * size)))
+    if is_large:
+        with pytest.raises(InputError) as raised:
+            io.BufferedReader(unpacked).read()
+        assert str(raised.value) == 'it unpacks to more than 100 times its size'
+    else:
+        assert io.BufferedReader(unpacked).read() == bytes(1000 * size)
+
+
+def test_other_modes_are_those_of_the_library(small_limit):
+    file = io.BytesIO()
+    with ros2.zstd.open(file, 'wb') as packed:
+        packed.write(b'abc' * 100)
+    assert zstd.decompress(file.getvalue()) == b'abc' * 100

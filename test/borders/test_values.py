@@ -84,3 +84,53 @@ def test_the_shape_that_is_required_is_named(shape, text):
         required_array(np.zeros((2, 2, 2)), np.float64, shape, 'the matrix')
     with pytest.raises(InputError, match=f'where the shape {text} is required$'):
         numbers(np.zeros((2, 2, 2)), shape, 'the matrix')
+
+
+@pytest.mark.parametrize('check, sentence', [
+    (lambda: required(5, range, 'the way'),
+     'the way: 5, where an object of the class range is required'),
+    (lambda: required_method({}, 'detect', 'it'),
+     'it: an object of the class dict, where an object with the method detect is required'),
+    (lambda: number(None, 'the speed'), 'the speed: None, where a number is required'),
+    (lambda: number(math.nan, 'the speed'), 'the speed: nan, where a number is required'),
+    (lambda: whole_number(2.0, 'the stamp'),
+     'the stamp: 2.0, where a 64-bit whole number is required'),
+    (lambda: whole_number(10 ** 29, 'it'), f'it: {10 ** 29}, where a 64-bit whole number is '
+     'required'),
+    (lambda: whole_number(-10 ** 30, 'it'), 'it: a very large number, where a 64-bit whole number '
+     'is required'),
+    (lambda: numbers('abc', (None, 3), 'points'),
+     "points: 'abc', where an array of numbers of the shape Nx3 is required"),
+    (lambda: numbers([1.0, 2.0], (None, 3), 'points'),
+     'points: an array of float64 of the shape 2, where the shape Nx3 is required'),
+    (lambda: numbers(1.0, (4, 4), 'it'),
+     'it: an array of float64 of the shape (), where the shape 4x4 is required'),
+    (lambda: required_array(np.zeros((2, 3), np.float32), np.uint8, (None, 3), 'it'),
+     'it: an array of float32 of the shape 2x3, where an array of uint8 of the shape Nx3 is '
+     'required'),
+    (lambda: required('x' * 200, int, 'it'),
+     f"it: '{'x' * 79}..., where an object of the class int is required")])
+def test_the_sentence_says_what_is_there_and_what_should_be(check, sentence):
+    with pytest.raises(InputError) as raised:
+        check()
+    assert str(raised.value) == sentence
+
+
+@pytest.mark.parametrize('shape, accepted', [
+    ((3, 2), True), ((None, 2), True), ((None, None), True), ((2, 3), False), ((3,), False),
+    ((3, 2, None), False)])
+def test_each_axis_has_its_length(shape, accepted):
+    array = np.zeros((3, 2), np.uint8)
+    for check in (lambda: required_array(array, np.uint8, shape, 'it'),
+                  lambda: numbers(array, shape, 'it')):
+        if accepted:
+            check()
+        else:
+            with pytest.raises(InputError):
+                check()
+
+
+def test_what_is_required_is_returned():
+    value = range(3)
+    assert required(value, range, 'it') is value
+    assert required_method(AssertionError(), 'with_traceback', 'it') is None

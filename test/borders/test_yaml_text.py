@@ -55,3 +55,21 @@ def test_any_text_is_a_value_or_an_input_error(text):
         parse_yaml(text)
     except InputError:
         pass
+
+
+@pytest.mark.parametrize('count, is_read', [(MAX_YAML_VALUES - 1, True), (MAX_YAML_VALUES, False)])
+def test_the_list_itself_is_one_of_the_values(count, is_read):
+    text = '[' + '1,' * count + ']'
+    if is_read:
+        assert parse_yaml(text) == [1] * count
+    else:
+        with pytest.raises(InputError, match='more than 100000 values'):
+            parse_yaml(text)
+
+
+def test_nesting_ends_with_each_level():
+    """Depth is that of what is open at a time, also beside other levels."""
+    deepest = '[' * (MAX_YAML_DEPTH - 1) + ']' * (MAX_YAML_DEPTH - 1)
+    parse_yaml(f'[{deepest}, {deepest}, {{a: 1}}]')
+    with pytest.raises(InputError, match='deeper than 32 levels'):
+        parse_yaml(f'[[{deepest}]]')

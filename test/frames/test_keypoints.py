@@ -228,11 +228,16 @@ def test_words_are_those_of_the_vocabulary_within_the_radius():
         frame).words is None
 
 
-def test_the_range_of_the_sensor_is_that_of_its_settings(rendered):
-    frame = rendered.frame(0)
-    sensor = SensorSettings(min_depth=1.0, max_depth=2.0)
-    found = KeypointExtractor(FeatureSettings(), sensor).extract(frame).positions[:, 2]
-    assert len(found) and found.min() >= 1.0 and found.max() <= 2.0
+def test_range_and_noise_of_the_sensor_are_those_of_its_settings():
+    """Of columns at 1, 3 and 5 m those within the range count, each with its own noise."""
+    depths = np.repeat(np.float32([[1.0, 3.0, 5.0]]), 200, axis=1) * np.ones((480, 1), np.float32)
+    frame = RgbdFrame(0, COLOUR[:, :600].copy(), depths,
+                      Camera(600, 480, 500, 500, 299.5, 239.5))
+    sensor = SensorSettings(min_depth=2.0, max_depth=6.0, depth_sigma=0.01, depth_exponent=1.0)
+    found = KeypointExtractor(FeatureSettings(), sensor, detector=At(
+        [(100, 50), (300, 50), (500, 50)])).extract(frame)
+    np.testing.assert_allclose(found.positions[:, 2], [3.0, 5.0])
+    np.testing.assert_allclose(found.covariances[:, 2, 2], np.square([0.03, 0.05]), rtol=1e-5)
 
 
 @pytest.mark.parametrize('changes, kinds', [

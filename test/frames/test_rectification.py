@@ -101,3 +101,17 @@ def test_each_camera_has_its_own_map(colour):
                                                distortion_model='plumb_bob')
     assert np.nanmedian(np.abs(other.depth - first)) > 0.01
     np.testing.assert_array_equal(rectified(frame_of(PLUMB_BOB, colour)).depth, first)
+
+
+def test_rays_that_the_model_folds_back_into_the_image_are_not_seen():
+    """Beyond the largest radius that the polynomial has, in closed form."""
+    camera = Camera(160, 120, 75.0, 75.0, 79.5, 59.5, 'plumb_bob', (-0.4, 0.05, 0.0, 0.0, 0.0))
+    colour = np.full((120, 160, 3), 200, np.uint8)
+    result = rectified(frame_of(camera, colour))
+    v, u = np.mgrid[:120, :160]
+    radius = np.hypot(u - 79.5, v - 59.5) / 75.0
+    largest = np.sqrt((1.2 - np.sqrt(1.44 - 1.0)) / 0.5)  # where the derivative of r' is zero
+    folded = radius > largest
+    assert folded.mean() > 0.05
+    assert np.isnan(result.depth[folded]).all() and not result.colour[folded].any()
+    assert np.isfinite(result.depth[radius < 0.75]).all()
