@@ -374,3 +374,18 @@ def test_a_fold_without_noise_is_as_rough_as_one_deviation_of_the_sensor_or_eigh
 def test_normals_point_away_from_the_camera():
     surface = surface_of(plane_depth(PINHOLE, np.array([0.5, 0.2, 0.8]), 1.5))
     assert (np.einsum('ij,ij->i', surface.normals, surface.points)[surface.usable] > 0).all()
+
+
+@pytest.mark.parametrize('ratio, is_usable', [(3.9, True), (4.1, False)])
+def test_a_plane_may_be_four_times_as_rough_as_the_smoothest_quarter(ratio, is_usable):
+    """Columns of cells lie before and behind a wall in turn, on the right further than elsewhere."""
+    signs = (-1.0) ** np.arange(2 * RADIUS + 1)
+    roughness = np.std(signs - signs.mean())
+    column = np.arange(PINHOLE.width) // CELL
+    relief = 1.5 * SENSOR.depth_sigma / roughness * (-1.0) ** column
+    relief[column >= 100] *= ratio
+    depth = np.tile(1 / (0.5 + relief), (PINHOLE.height, 1)).astype(np.float32)
+    usable = in_image(surface_of(depth).usable)[RADIUS:-RADIUS]
+    assert usable[:, RADIUS:100 - RADIUS].all()
+    beyond = usable[:, 100 + RADIUS:-RADIUS]
+    assert beyond.all() if is_usable else not beyond.any()

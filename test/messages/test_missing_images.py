@@ -241,3 +241,11 @@ def test_a_ratio_is_unclear_beyond_a_quarter_of_a_period(error, counted):
     ratios = np.where(is_long, 2.0 + error * (-1.0) ** np.arange(150), 1.0)
     stamps = START + np.cumsum(ratios * SECOND / 32).astype(int)
     assert (missing(stamps)[0] > 20) == counted
+
+
+def test_at_a_restart_what_is_missing_among_the_newest_gaps_is_final():
+    """No image of the first recording can come late any more."""
+    counter = MissingImages()
+    for stamp in [*regular(60, gone=(57,)), *regular(30)]:
+        counter.add(stamp)
+    assert counter.count == 1

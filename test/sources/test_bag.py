@@ -578,3 +578,73 @@ def test_messages_that_lack_fields_are_rejected(tmp_path, recording, monkeypatch
     monkeypatch.setattr(bag_file.BagFile, 'messages', lambda *_: iter(other))
     with pytest.raises(InputError, match='camera_info: the messages are not of the type that'):
         BagSource(folder)
+
+
+def test_a_pair_that_waits_for_a_later_image_comes_at_the_end(tmp_path, recording):
+    """Its stamps are so far apart that a later image could be nearer, but there is none."""
+    messages, frame = Messages(), recording.recorded[0]
+    rows = [(INFO, messages.info(frame.camera))]
+    for index in range(3):
+        stamp = frame.stamp + index * 30_000_000
+        rows += [(COLOUR, messages.image(stamp, frame.colour, 'rgb8')),
+                 (DEPTH, messages.image(stamp + 14_000_000, frame.depth, '32FC1'))]
+    frames = list(BagSource(write(tmp_path / 'bag', rows)).frames(raise_damage))
+    assert [(each.stamp - frame.stamp, each.depth_stamp - each.stamp) for each in frames] == [
+        (index * 30_000_000, 14_000_000) for index in range(3)]
+
+
+def test_an_image_alone_is_reported_by_the_interval_and_both_topics(tmp_path, recording):
+    messages, frame = Messages(), recording.recorded[0]
+    rows = [(INFO, messages.info(frame.camera)),
+            (COLOUR, messages.image(frame.stamp, frame.colour, 'rgb8')),
+            (DEPTH, messages.image(frame.stamp + 30_000_000, frame.depth, '32FC1'))]
+    path = write(tmp_path / 'bag', rows)
+    with pytest.raises(InputError) as raised:
+        list(BagSource(path, SourceOptions(max_interval=0.0125)).frames(raise_damage))
+    assert str(raised.value) == (
+        f'{path}: no image on {COLOUR} is within 0.0125 s of one on {DEPTH}: check the stamps of '
+        'the two drivers')
+    assert len(list(BagSource(path, SourceOptions(max_interval=0.03)).frames(raise_damage))) == 1
+
+
+@pytest.mark.parametrize('names, given, expected', [
+    ({}, {}, (COLOUR, DEPTH, INFO)),
+    ({INFO: '/x/calibration'}, {'info_topic': '/x/calibration'}, (COLOUR, DEPTH, '/x/calibration')),
+    ({}, {'info_topic': '/other/camera_info'}, (COLOUR, DEPTH, '/other/camera_info'))])
+def test_raw_topics_are_those_that_are_read(tmp_path, recording, names, given, expected):
+    messages = Messages()
+    rows = [(names.get(topic, topic), message) for topic, message in messages.recording(recording)]
+    rows.append(('/other/camera_info', messages.info(recording.recorded[0].camera)))
+    assert BagSource(write(tmp_path / 'bag', rows), SourceOptions(**given)).raw_topics == expected
+
+
+def test_compressed_images_and_a_missing_calibration_have_no_raw_topics(tmp_path, recording):
+    messages = Messages()
+    rows = list(messages.recording(recording))
+    camera = tmp_path / 'camera.json'
+    camera.write_text('{"width": 32, "height": 24, "k": [9, 0, 16, 0, 9, 12, 0, 0, 1]}')
+    options = SourceOptions(camera=camera)
+    bare = write(tmp_path / 'bare', [row for row in rows if row[0] != INFO])
+    assert BagSource(bare, options).raw_topics is None
+    for topic in (COLOUR, DEPTH):
+        packed = [(f'{name}/compressed', messages.compressed(stamp_of(message), 'png', b'x'))
+                  if name == topic else (name, message) for name, message in rows]
+        source = BagSource(write(tmp_path / topic.split('/')[1], packed), options)
+        assert source.raw_topics is None
+
+
+def test_ground_truth_without_a_pose_is_none(tmp_path, recording):
+    messages = Messages()
+    lost = messages.pose('geometry_msgs/msg/PoseStamped', NS, np.eye(4))
+    lost.pose.orientation.w = 0.0
+    path = write(tmp_path / 'bag', [*messages.recording(recording), (TRUTH, lost)])
+    assert BagSource(path).ground_truth is None
+
+
+def test_of_two_poses_of_one_stamp_the_last_one_counts(tmp_path, recording):
+    messages, moved = Messages(), np.eye(4)
+    moved[0, 3] = 5.0
+    rows = [(TRUTH, messages.pose('geometry_msgs/msg/PoseStamped', NS, T))
+            for T in (np.eye(4), moved)]
+    path = write(tmp_path / 'bag', [*messages.recording(recording), *rows])
+    assert BagSource(path).ground_truth.poses[:, 0, 3].tolist() == [5.0]

@@ -135,3 +135,63 @@ def test_ground_truth_is_found_by_its_name(topic, type_):
 
 def test_a_topic_of_another_type_is_not_ground_truth():
     assert BagTopics({'/ground_truth': 'nav_msgs/msg/Path'}, 'a.bag').ground_truth(None) is None
+
+
+@pytest.mark.parametrize('name', [
+    'infra1', 'ir', 'disparity', 'confidence', 'mask', 'label', 'debug', 'INFRARED'])
+def test_images_of_other_kinds_are_neither(name):
+    """Nor is their camera_info that of colour or depth, unless it lies beside the images."""
+    others = {f'/camera/{name}/image_raw': IMAGE, f'/camera/depth/{name}': IMAGE,
+              f'/camera/{name}/camera_info': CAMERA_INFO}
+    topics = BagTopics({'/camera/a': IMAGE, '/camera/depth': IMAGE, '/x/camera_info': CAMERA_INFO,
+                        **others}, 'a bag')
+    assert topics.colour(None) == '/camera/a'
+    assert topics.depth(None, '/camera/a') == '/camera/depth'
+    assert topics.info(None, '/camera/a') == '/x/camera_info'
+
+
+@pytest.mark.parametrize('name', ['first', 'circle', 'irregular'])
+def test_ir_is_a_word_of_its_own(name):
+    assert BagTopics({f'/{name}/image': IMAGE}, 'a bag').colour(None) == f'/{name}/image'
+
+
+@pytest.mark.parametrize('better, worse', [
+    ('/camera/rgb/image', '/camera/left/image'), ('/camera/color/image', '/camera/left/image'),
+    ('/camera/colour/image', '/camera/left/image'), ('/camera/RGB/image', '/camera/left/image'),
+    ('/rgb/image_raw', '/rgb/image_rect'), ('/rgb/image', '/rgb/image/compressed'),
+    ('/rgb/image_raw/compressed', '/rgb/image/compressed')])
+def test_of_two_colour_topics_the_better_one_is_taken(better, worse):
+    topics = BagTopics({topic: COMPRESSED_IMAGE if topic.endswith('compressed') else IMAGE
+                        for topic in (worse, better)}, 'a bag')
+    assert topics.colour(None) == better
+
+
+@pytest.mark.parametrize('better, worse', [
+    ('/c/depth_registered/image', '/c/depth/image'), ('/c/aligned_depth/image', '/c/depth/image'),
+    ('/c/depth_to_rgb/image', '/c/depth/image'), ('/c/Depth/image', '/d/depth/image'),
+    ('/c/depth/image/compressedDepth', '/c/depth/image/compressed'),
+    ('/c/depth/image_raw', '/c/depth/image_rect'), ('/c/depth/image', '/c/depth/a/compressedDepth')])
+def test_of_two_depth_topics_the_better_one_is_taken(better, worse):
+    topics = BagTopics({topic: COMPRESSED_IMAGE if 'compressed' in topic else IMAGE
+                        for topic in (worse, better)}, 'a bag')
+    assert topics.depth(None, '/c/rgb/image') == better
+
+
+def test_the_calibration_of_depth_is_that_of_a_depth_camera():
+    topics = BagTopics({'/c/rgb/camera_info': CAMERA_INFO, '/c/depth/camera_info': CAMERA_INFO,
+                        '/d/depth/camera_info': CAMERA_INFO}, 'a bag')
+    assert topics.depth_info(None, '/c/depth/image') == '/c/depth/camera_info'
+    assert topics.depth_info(None, '/d/other/image') == '/d/depth/camera_info'
+    assert topics.info(None, '/d/rgb/image') == '/c/rgb/camera_info'
+
+
+@pytest.mark.parametrize('find, option', [
+    (lambda topics: topics.colour('/x'), '--colour-topic'),
+    (lambda topics: topics.depth('/x', '/rgb'), '--depth-topic'),
+    (lambda topics: topics.info('/x', '/rgb'), '--info-topic'),
+    (lambda topics: topics.depth_info('/x', '/depth'), '--depth-info-topic'),
+    (lambda topics: topics.ground_truth('/x'), '--ground-truth-topic'),
+    (lambda topics: topics.only_imu('/x'), '--imu-topic')])
+def test_the_sentence_names_the_option_of_each_topic(find, option):
+    with pytest.raises(InputError, match=rf'a bag has no .* on /x \({option}\); it has no messages'):
+        find(BagTopics({}, 'a bag'))

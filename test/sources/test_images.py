@@ -9,9 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
+from aick_ros.borders.limits import MAX_DISTANCE
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.stamps import MAX_STAMP
 from aick_ros.sources import SourceOptions, raise_damage
 from aick_ros.sources.images import START, ImagesSource
 
@@ -174,3 +176,75 @@ def test_poses_out_of_range_are_named(folder, place, number):
     np.savetxt(folder / 'frame-000001.pose.txt', pose)
     with pytest.raises(InputError, match='frame-000001.pose.txt is not a pose'):
         ImagesSource(folder).ground_truth
+
+
+@pytest.mark.parametrize('beyond', [0, 1])
+def test_the_last_number_has_the_last_stamp(folder, beyond):
+    """At 30 Hz from a second on, and before the end of what a stamp can be."""
+    last = (2 ** 31 - 1) * 30 - 1
+    assert START + last * 10 ** 9 // 30 <= MAX_STAMP < START + (last + 1) * 10 ** 9 // 30
+    write(folder, last + beyond, 0)
+    if beyond:
+        with pytest.raises(InputError) as raised:
+            ImagesSource(folder)
+        assert str(raised.value) == (
+            f'{folder}/frame-{last + 1}.color.png has the number {last + 1}: at most {last} has a '
+            'stamp at 30 Hz; renumber the files')
+    else:
+        *_, frame = ImagesSource(folder).frames(raise_damage)
+        assert frame.stamp <= MAX_STAMP
+
+
+def test_a_calibration_in_the_folder_comes_before_those_above_and_json_before_numbers(folder):
+    json = '{"width": 32, "height": 24, "k": [%d, 0, 16, 0, 9, 12, 0, 0, 1]}'
+    (folder.parent / 'camera.json').write_text(json % 8)
+    assert next(ImagesSource(folder).frames(raise_damage)).camera.fx == 30.5
+    (folder / 'camera.json').write_text(json % 7)
+    assert next(ImagesSource(folder).frames(raise_damage)).camera.fx == 7
+
+
+@pytest.mark.parametrize('stretch, is_pose', [(1.004, True), (1.006, False), (0.994, False)])
+def test_rotations_of_a_few_digits_are_poses(folder, stretch, is_pose):
+    """The products of their rows are off by up to a hundredth."""
+    pose = np.diag([stretch, 1.0, 1.0, 1.0])
+    np.savetxt(folder / 'frame-000001.pose.txt', pose)
+    if is_pose:
+        assert len(ImagesSource(folder).ground_truth) == 4
+    else:
+        with pytest.raises(InputError, match='its rotation is not orthonormal'):
+            ImagesSource(folder).ground_truth
+
+
+@pytest.mark.parametrize('number', [MAX_DISTANCE, -MAX_DISTANCE])
+def test_the_largest_distance_of_a_pose_is_within(folder, number):
+    pose = np.eye(4)
+    pose[1, 3] = number
+    np.savetxt(folder / 'frame-000001.pose.txt', pose, '%.17g')
+    assert ImagesSource(folder).ground_truth.poses[1, 1, 3] == number
+    pose[1, 3] = np.nextafter(number, 2 * number)
+    np.savetxt(folder / 'frame-000001.pose.txt', pose, '%.17g')
+    with pytest.raises(InputError, match=r'frame-000001.pose.txt is not a pose: it is beyond 1e\+08'):
+        ImagesSource(folder).ground_truth
+
+
+def test_the_whole_path_of_numbers_is_named(folder):
+    (folder / 'camera-intrinsics.txt').write_text('1 2 3')
+    with pytest.raises(InputError) as raised:
+        ImagesSource(folder)
+    assert str(raised.value).startswith(
+        f'cannot read 3 rows of 3 numbers from {folder}/camera-intrinsics.txt: ')
+
+
+@pytest.mark.parametrize('k', ['-30 0 15\n0 30 11\n0 0 1', '30 0 15\n0 0 11\n0 0 1'])
+def test_both_focal_lengths_are_positive(folder, k):
+    (folder / 'camera-intrinsics.txt').write_text(k)
+    with pytest.raises(InputError, match='no positive focal lengths: required are fx 0 cx / 0 fy'):
+        ImagesSource(folder)
+
+
+@pytest.mark.parametrize('name', [
+    'frame-000009.color.png.txt', 'frame-.color.png', 'frame-000009.depth.jpg', 'frame-000009.pose',
+    'xframe-000009.color.png', 'frame-000009.colour.png'])
+def test_other_names_are_no_images(folder, name):
+    (folder / name).write_text('something else')
+    assert len(list(ImagesSource(folder).frames(raise_damage))) == 4

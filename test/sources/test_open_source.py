@@ -3,12 +3,16 @@
 
 """Recognising what kind of recording a path is."""
 
+import math
+import os
+from pathlib import Path
+
 import cv2
 import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.sources import SourceOptions, open_source, synthetic
+from aick_ros.sources import Kind, SourceOptions, kind_of, open_source, synthetic
 from aick_ros.sources.bag import BagSource
 from aick_ros.sources.images import ImagesSource
 from aick_ros.sources.tum import TumSource
@@ -98,3 +102,62 @@ def test_a_seed_must_be_a_whole_number(path):
 def test_a_rendered_sequence_is_opened(path, seed, monkeypatch):
     monkeypatch.setattr(synthetic, 'SyntheticSource', lambda options: ('opened', options))
     assert open_source(path) == ('opened', synthetic.SyntheticOptions(seed=seed))
+
+
+@pytest.mark.parametrize('names, is_file, kind', [
+    (['a.mcap'], True, Kind.BAG), (['a.mcap'], False, Kind.BAG), (['a.db3'], False, Kind.BAG),
+    (['metadata.yaml'], False, Kind.BAG), (['a.bag'], True, Kind.BAG), (['a.bag'], False, None),
+    (['rgb.txt'], False, Kind.TUM), (['depth.txt'], False, Kind.TUM),
+    (['rgb.txt', 'a.mcap'], False, Kind.BAG), (['rgb.txt', 'frame-1.color.png'], False, Kind.TUM),
+    (['frame-000001.color.png'], False, Kind.IMAGES), (['a-frame-1.png'], False, None),
+    ([], False, None), (['notes.txt'], True, None)])
+def test_the_kind_follows_from_the_names(names, is_file, kind):
+    assert kind_of(names, is_file) is kind
+
+
+@pytest.mark.parametrize('interval, is_valid', [(0.0, True), (math.inf, True), (-1e-9, False)])
+def test_an_interval_is_not_negative(interval, is_valid):
+    if is_valid:
+        assert SourceOptions(max_interval=interval).max_interval == interval
+    else:
+        with pytest.raises(InputError, match='max_interval is -1e-09: at least 0 s is required'):
+            SourceOptions(max_interval=interval)
+
+
+def test_options_have_their_types():
+    options = SourceOptions(camera='a.json', depth_in_colour=[0, 0, 1, 0, 0, 0, 1])
+    assert options.camera == Path('a.json')
+    assert options.depth_in_colour == (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    assert SourceOptions().max_interval == 0.02
+
+
+@pytest.mark.parametrize('digits, is_seed', [(18, True), (19, False)])
+def test_a_seed_has_18_digits_at_most(digits, is_seed, monkeypatch):
+    monkeypatch.setattr(synthetic, 'SyntheticSource', lambda options: options.seed)
+    path = 'synthetic:' + digits * '9'
+    if is_seed:
+        assert open_source(path) == int(digits * '9')
+    else:
+        with pytest.raises(InputError) as raised:
+            open_source(path)
+        assert str(raised.value) == (f'{path} has a seed that is not a whole number of at most 18 '
+                                     'digits: try synthetic:1')
+
+
+@pytest.mark.parametrize('name, sentence', [
+    ('a\0b', 'cannot read '), ('x' * 300, 'cannot read .*: File name too long'),
+    (' ', "' ' does not exist: a source is"), ('pipe', 'neither a folder nor a regular file')])
+def test_paths_that_cannot_be_read_are_one_sentence(tmp_path, monkeypatch, name, sentence):
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo('pipe')
+    with pytest.raises(InputError, match=sentence):
+        open_source(name)
+
+
+def test_a_folder_of_images_is_read_with_the_options(tmp_path):
+    cv2.imwrite(str(tmp_path / 'frame-000003.color.png'), np.zeros((4, 4, 3), np.uint8))
+    cv2.imwrite(str(tmp_path / 'frame-000003.depth.png'), np.ones((4, 4), np.uint16))
+    camera = tmp_path / 'mine.json'
+    camera.write_text('{"width": 4, "height": 4, "k": [9, 0, 2, 0, 9, 2, 0, 0, 1]}')
+    frame, = open_source(tmp_path, SourceOptions(camera=camera)).frames()
+    assert frame.camera.fx == 9

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
+from aick_ros.geometry.trajectory import stamp_to_seconds
 from aick_ros.sources import SourceOptions, raise_damage
 from aick_ros.sources.tum import CAMERAS, TumSource
 
@@ -182,3 +183,59 @@ def test_the_interval_limits_the_pairs(recorded_folder, recording):
     limit = float(np.median(offsets)) + 1e-5
     source = TumSource(recorded_folder, SourceOptions(max_interval=limit))
     assert 0 < len(source) == sum(offset <= limit for offset in offsets) < 6
+
+
+@pytest.mark.parametrize('number, published', [
+    ('1', (517.3, 516.5, 318.6, 255.3, 0.2624, -0.9531, -0.0054, 0.0026, 1.1633)),
+    ('2', (520.9, 521.0, 325.1, 249.7, 0.2312, -0.7849, -0.0033, -0.0001, 0.9172)),
+    ('3', (535.4, 539.2, 320.1, 247.6))])
+def test_cameras_are_those_that_the_benchmark_publishes(number, published):
+    """The table of its page on file formats: fx, fy, cx, cy, then the distortion of a Kinect."""
+    camera = CAMERAS[number]
+    assert (camera.width, camera.height, camera.distortion_model) == (640, 480, 'plumb_bob')
+    given = (camera.fx, camera.fy, camera.cx, camera.cy, *camera.distortion)
+    assert len(given) == len(published)
+    np.testing.assert_allclose(given[:4], published[:4], atol=0.05 + 1e-9)
+    np.testing.assert_allclose(given[4:], published[4:], atol=0.00005 + 1e-9)
+
+
+def test_a_calibration_in_the_folder_comes_before_that_of_the_path(recorded_folder):
+    assert 'freiburg2' in recorded_folder.name
+    assert TumSource(recorded_folder)._camera.width == 32
+
+
+def test_a_damaged_frame_leaves_its_samples_to_the_next_one(recorded_folder, recording):
+    """Samples of an accelerometer since the frame before, none of them lost."""
+    stamps = [frame.stamp for frame in recording.recorded]
+    times = np.arange(stamps[0] - 50_000_000, stamps[-1] + 50_000_000, 10_000_000)
+    (recorded_folder / 'accelerometer.txt').write_text(''.join(
+        f'{stamp_to_seconds(int(time))} 0 -9.8 0\n' for time in times))
+    colour = sorted((recorded_folder / 'rgb').iterdir())
+    colour[2].write_bytes(b'')
+    frames, damage = read(TumSource(recorded_folder))
+    assert len(frames) == 5 and len(damage) == 1
+    np.testing.assert_array_equal(np.concatenate([frame.imu.stamps for frame in frames]),
+                                  times[times <= stamps[-1]])
+    assert frames[2].stamp == stamps[3] and frames[2].imu.stamps[0] <= stamps[2]
+
+
+@pytest.mark.parametrize('line, sentence', [
+    ('x' * 100, f"{'x' * 80!r} is not an image"), ('  a b c ', "'a b c' is not an image")])
+def test_the_line_is_quoted_without_its_end(recorded_folder, line, sentence):
+    edit(recorded_folder / 'rgb.txt', lambda text: f'{text}{line}\n')
+    count = len((recorded_folder / 'rgb.txt').read_text().splitlines())
+    with pytest.raises(InputError) as raised:
+        TumSource(recorded_folder)
+    assert str(raised.value) == (
+        f'{recorded_folder}/rgb.txt, line {count}: {sentence}: required are a stamp from 0 to '
+        '2147483647.999999999 s and a file name')
+
+
+def test_lists_without_a_pair_are_described_with_their_numbers(recorded_folder):
+    edit(recorded_folder / 'depth.txt', lambda text: '\n'.join(text.splitlines()[:3]))
+    edit(recorded_folder / 'depth.txt', lambda text: text.replace('\n1305', '\n1405'))
+    with pytest.raises(InputError) as raised:
+        TumSource(recorded_folder, SourceOptions(max_interval=0.5))
+    assert str(raised.value) == (
+        f'{recorded_folder}: none of the 6 images in rgb.txt and the 2 in depth.txt are within 0.5 '
+        's of each other: check that both lists belong to one recording')

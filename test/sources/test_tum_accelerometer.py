@@ -6,6 +6,7 @@
 import numpy as np
 import pytest
 
+from aick_ros.borders.limits import MAX_ACCELERATION
 from aick_ros.errors import InputError
 from aick_ros.sources import raise_damage
 from aick_ros.sources.tum import TumSource
@@ -47,3 +48,22 @@ def test_frames_have_the_samples_since_the_frame_before(real_folder):
         assert before < samples.stamps[0] <= samples.stamps[-1] <= now
     # a camera held upright: gravity points against its y axis
     assert np.mean(first.accelerations, axis=0)[1] < -5.0
+
+
+@pytest.mark.parametrize('axis', range(3))
+@pytest.mark.parametrize('sign', [1, -1])
+def test_the_largest_acceleration_is_within(tmp_path, axis, sign):
+    values = [0.0, 0.0, 0.0]
+    for value, is_within in ((MAX_ACCELERATION, True), (MAX_ACCELERATION + 1e-9, False)):
+        values[axis] = sign * value
+        (tmp_path / 'accelerometer.txt').write_text(f'1.5 {" ".join(map(repr, values))}\n')
+        if is_within:
+            assert abs(read_accelerations(tmp_path).accelerations[0, axis]) == MAX_ACCELERATION
+        else:
+            with pytest.raises(InputError, match='line 1: '):
+                read_accelerations(tmp_path)
+
+
+def test_an_empty_file_has_no_samples_but_is_one(tmp_path):
+    (tmp_path / 'accelerometer.txt').write_text('# nothing\n')
+    assert len(read_accelerations(tmp_path)) == 0
