@@ -233,7 +233,7 @@ def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:
     bucket = ((normals.take(cells, 0)[:, :2] + 1) * (0.5 * _BUCKETS * (1 - 1e-6))).astype(np.uint8)
     bucket = bucket[:, 0] * np.uint8(_BUCKETS) + bucket[:, 1]
     order = np.argsort(bucket, kind='stable')  # 8 bits: NumPy takes a radix sort
-    sizes = np.bincount(bucket, minlength=_BUCKETS ** 2)
+    sizes = np.bincount(bucket)
     rank = np.arange(len(cells)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
     return np.sort(cells.take(order[rank < _quota(sizes, count)]))
 

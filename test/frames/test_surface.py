@@ -158,19 +158,21 @@ def test_an_empty_image_has_no_usable_cells():
     assert len(surface.chosen) == 0
 
 
-def test_the_directions_of_a_small_box_are_chosen_beside_a_large_wall():
+@pytest.mark.parametrize('axis', [0, 1])
+def test_the_directions_of_a_small_box_are_chosen_beside_a_large_wall(axis):
     depth = plane_depth(PINHOLE, (0, 0, 1.0), 2.0)
-    left, right = plane_depth(PINHOLE, (0.6, 0, 0.8), 1.3), plane_depth(
-        PINHOLE, (-0.6, 0, 0.8), 1.3)
+    left, right = (plane_depth(PINHOLE, np.array([0.6 * sign * (axis == 0),
+                                                  0.6 * sign * (axis == 1), 0.8]), 1.3)
+                   for sign in (1, -1))
     box = np.zeros(depth.shape, bool)
     box[200:280, 280:360] = True
     depth = np.where(box, np.maximum(left, right), depth)
     surface = surface_of(depth, count=300)
-    tilted = np.abs(surface.normals[:, 0]) > 0.3
+    tilted = np.abs(surface.normals[:, axis]) > 0.3
     assert np.mean(tilted[surface.usable]) < 0.02
     chosen = tilted[surface.chosen]
     assert np.mean(chosen) > 0.3
-    assert {-1, 1} == set(np.sign(surface.normals[surface.chosen][chosen, 0]))
+    assert {-1, 1} == set(np.sign(surface.normals[surface.chosen][chosen, axis]))
 
 
 @pytest.mark.parametrize('count', [10, 300, 3000, 100_000])
@@ -389,3 +391,22 @@ def test_a_plane_may_be_four_times_as_rough_as_the_smoothest_quarter(ratio, is_u
     assert usable[:, RADIUS:100 - RADIUS].all()
     beyond = usable[:, 100 + RADIUS:-RADIUS]
     assert beyond.all() if is_usable else not beyond.any()
+
+
+def test_rays_that_the_model_folds_back_into_the_image_have_no_surface():
+    """Beyond the largest radius that the polynomial has, in closed form."""
+    camera = Camera(640, 480, 300, 300, 319.5, 239.5, 'plumb_bob', (-0.4, 0.05, 0.0, 0.0, 0.0))
+    surface = Surface.of(np.full((480, 640), 2.0, np.float32), camera, SENSOR, 1000)
+    radius = np.hypot(*np.broadcast_arrays(*surface.grid.rays)).ravel()
+    largest = np.sqrt((1.2 - np.sqrt(1.44 - 1.0)) / 0.5)  # where the derivative of r' is zero
+    folded = radius > largest + 0.02
+    assert folded.mean() > 0.05 and not surface.usable[folded].any()
+    assert surface.usable[radius < 0.7].all()
+
+
+def test_a_sensor_without_a_least_depth_measures_from_a_millimetre_on():
+    sensor = SensorSettings(min_depth=0.0, depth_sigma=1e-6)
+    for distance, is_usable in ((2.0, True), (0.0011, True), (0.0009, False), (0.0, False)):
+        surface = Surface.of(np.full((480, 640), distance, np.float32), PINHOLE, sensor, 1000)
+        usable = in_image(surface.usable)[RADIUS:-RADIUS, RADIUS:-RADIUS]
+        assert usable.all() if is_usable else not usable.any()

@@ -44,3 +44,16 @@ def test_rays_beyond_the_maximum_of_the_polynomial_have_no_pixel():
     beyond = np.hypot(x, y) > farthest
     assert beyond.mean() > 0.05 and np.isnan(u[beyond]).all() and np.isnan(v[beyond]).all()
     assert np.isfinite(u[np.hypot(x, y) < 0.6]).all()
+
+
+@pytest.mark.parametrize('camera', [BARREL, FISHEYE], ids=['barrel', 'fisheye'])
+@pytest.mark.parametrize('side', [0, 1])
+def test_pixels_a_hundredth_beyond_the_borders_are_known_too(camera, side):
+    """As many as a footprint may reach into the image from."""
+    beyond = 0.01 * 640
+    u, v = np.meshgrid((-beyond, 320, 639 + beyond), (-beyond, 240, 479 + beyond))
+    pixels = np.column_stack([u.ravel(), v.ravel()])
+    pixels = pixels[[3, 5] if side else [1, 7]]  # beside the middle of each border
+    x, y = camera.normalize(pixels).astype(np.float32).T
+    found = np.stack(PixelMap(camera).pixels(x[None], y[None]))[:, 0].T
+    np.testing.assert_allclose(found, pixels, atol=0.12)

@@ -249,3 +249,12 @@ def test_at_a_restart_what_is_missing_among_the_newest_gaps_is_final():
     for stamp in [*regular(60, gone=(57,)), *regular(30)]:
         counter.add(stamp)
     assert counter.count == 1
+
+
+def test_another_rate_that_is_no_part_of_the_first_leaves_its_losses_counted():
+    """Gaps of two and a half periods are unclear, but steady."""
+    counter = MissingImages()
+    stamps = regular(60, gone=(20, 21))
+    for stamp in stamps + [stamps[-1] + i * 5 * SECOND // 64 for i in range(1, 41)]:
+        counter.add(stamp)
+    assert counter.share == pytest.approx(2 / (57 + 40 - 8 + 2))

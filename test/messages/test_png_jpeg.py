@@ -214,3 +214,11 @@ def test_16_bits_of_any_order_are_scaled():
         found = png_jpeg.to_8_bit(image)
         assert found.dtype == np.uint8
         np.testing.assert_array_equal(found, np.rint(DEPTH[:, ::3] / 257.0))
+
+
+@pytest.mark.parametrize('length', [0, 4, 12, 14])
+def test_a_header_of_another_length_is_damage(length):
+    data = b'\x89PNG\r\n\x1a\n' + chunk(b'IHDR', bytes(length))
+    for content in (data, data + chunk(b'IEND', b'')):
+        with pytest.raises(InputError, match='bytes of PNG data are (truncated|damaged)'):
+            png_jpeg.decode(content)

@@ -32,7 +32,8 @@ def rvl(units):
     return b'DEPTHRVL' + struct.pack('<2I', *units.shape[::-1]) + stream
 
 
-@pytest.mark.parametrize('format_, encode', [('png', png), ('.png', png), ('rvl', rvl)])
+@pytest.mark.parametrize('format_, encode', [
+    ('png', png), ('.png', png), ('rvl', rvl), ('.rvl', rvl), (' rvl ', rvl)])
 def test_millimetres_come_back(format_, encode):
     depth = decode_depth(message(format_, encode(MILLIMETRES)))
     expected = np.where(MILLIMETRES > 0, MILLIMETRES / 1000, np.nan).astype(np.float32)

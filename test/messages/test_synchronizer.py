@@ -286,3 +286,13 @@ def test_images_of_a_pair_set_the_stamps_of_both_streams():
     assert synchronizer.add_depth(11 * MS, 'd') == [] and synchronizer.late == 1
     assert synchronizer.add_colour(11 * MS, 'c') == [] and synchronizer.late == 1
     assert synchronizer.unpaired == {'colour': 0, 'depth': 0}
+
+
+def test_the_stream_that_is_not_far_ahead_keeps_its_images():
+    """One stray stamp of colour; depth waits meanwhile, and is near what follows."""
+    synchronizer = Synchronizer(max_interval=math.inf)
+    assert synchronizer.add_depth(1_000 * MS, 'd') == []
+    assert synchronizer.add_colour(60_000 * MS, 'stray') == []
+    synchronizer.add_colour(990 * MS, 'c')
+    assert synchronizer.unpaired == {'colour': 1, 'depth': 0}
+    assert synchronizer.flush() == [(990 * MS, 'c', 1_000 * MS, 'd')]
