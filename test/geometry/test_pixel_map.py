@@ -13,6 +13,7 @@ PINHOLE = Camera(640, 480, 525, 530, 319.5, 239.5)
 BARREL = Camera(640, 480, 517.3, 516.5, 318.6, 255.3, 'plumb_bob', (-0.3, 0.05, -0.005, 0.003, 0))
 KINECT = Camera(640, 480, 517.3, 516.5, 318.6, 255.3, 'plumb_bob',
                 (0.262383, -0.953104, -0.005358, 0.002628, 1.163314))
+PINCUSHION = Camera(640, 480, 517.3, 516.5, 318.6, 255.3, 'plumb_bob', (0.1, 0, 0, 0, 0))
 FISHEYE = Camera(640, 480, 300, 302, 320, 240, 'equidistant', (0.02, -0.01, 0.003, -0.001))
 
 
@@ -46,7 +47,8 @@ def test_rays_beyond_the_maximum_of_the_polynomial_have_no_pixel():
     assert np.isfinite(u[np.hypot(x, y) < 0.6]).all()
 
 
-@pytest.mark.parametrize('camera', [BARREL, FISHEYE], ids=['barrel', 'fisheye'])
+@pytest.mark.parametrize('camera', [KINECT, PINCUSHION, FISHEYE],
+                         ids=['kinect', 'pincushion', 'fisheye'])
 @pytest.mark.parametrize('side', [0, 1])
 def test_pixels_a_hundredth_beyond_the_borders_are_known_too(camera, side):
     """As many as a footprint may reach into the image from."""

@@ -195,3 +195,9 @@ def test_the_calibration_of_depth_is_that_of_a_depth_camera():
 def test_the_sentence_names_the_option_of_each_topic(find, option):
     with pytest.raises(InputError, match=rf'a bag has no .* on /x \({option}\); it has no messages'):
         find(BagTopics({}, 'a bag'))
+
+
+def test_of_two_calibrations_beside_the_images_that_named_camera_info_is_taken():
+    topics = BagTopics({'/c/rgb/image': IMAGE, '/c/rgb/camera_info': CAMERA_INFO,
+                        '/c/rgb/a_info': CAMERA_INFO, '/c/rgb/z_info': CAMERA_INFO}, 'a bag')
+    assert topics.info(None, '/c/rgb/image') == '/c/rgb/camera_info'

@@ -4,6 +4,7 @@
 """Folders of numbered images: against what was put into them, and how they can be bad."""
 
 import shutil
+from fractions import Fraction
 
 import cv2
 import numpy as np
@@ -67,6 +68,7 @@ def test_stamps_follow_the_numbers_at_30_hz(folder):
     assert stamps[0] > 0
     seconds = (np.array(stamps) - stamps[0]) / 1e9
     assert np.allclose(seconds, np.array(NUMBERS) / 30, atol=2e-9)
+    assert stamps == [START + round(Fraction(number * 10 ** 9, 30)) for number in NUMBERS]
 
 
 def test_the_stamps_of_large_numbers_have_no_error_that_adds_up(folder):
