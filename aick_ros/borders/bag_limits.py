@@ -5,14 +5,17 @@
 
 from __future__ import annotations
 
+import heapq
 import sqlite3
 import struct
+from collections.abc import Iterable
 from contextlib import closing
+from operator import attrgetter
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Protocol
 
 from aick_ros.borders.files import read_bytes
-from aick_ros.borders.limits import MAX_MESSAGE_BYTES, MAX_METADATA_BYTES
+from aick_ros.borders.limits import MAX_MESSAGE_BYTES, MAX_METADATA_BYTES, MAX_UNPACKING
 from aick_ros.errors import InputError
 
 _MCAP_MAGIC = b'\x89MCAP0\r\n'
@@ -35,6 +38,38 @@ def check_bag(path: Path) -> None:
             _check_storage(file)
         elif file.name == 'metadata.yaml':
             read_bytes(file, 'the metadata', MAX_METADATA_BYTES)
+
+
+class Chunk(Protocol):
+    """An entry of the index of an MCAP file, by which it is read; it may name any chunk often."""
+
+    message_start_time: int
+    message_end_time: int
+    compressed_size: int
+    uncompressed_size: int
+
+
+def check_chunks(path: Path, chunks: Iterable[Chunk]) -> None:
+    """
+    Check the index of an MCAP file: those of one time are unpacked together.
+
+    :raises InputError: where chunks are too large, alone, in all, or those of one time.
+    """
+    total = together = 0
+    most = max(MAX_MESSAGE_BYTES, MAX_UNPACKING * path.stat().st_size)
+    ends = list[tuple[int, int]]()  # of the chunks at a time, with their sizes
+    for chunk in sorted(chunks, key=attrgetter('message_start_time')):
+        while ends and ends[0][0] < chunk.message_start_time:
+            together -= heapq.heappop(ends)[1]
+        heapq.heappush(ends, (chunk.message_end_time, chunk.uncompressed_size))
+        together += chunk.uncompressed_size
+        total += chunk.uncompressed_size
+        if max(together, chunk.compressed_size) > MAX_MESSAGE_BYTES:
+            raise InputError(f'{path} has chunks of more than {MAX_MESSAGE_BYTES} bytes for one '
+                             'time: record it again, with smaller chunks')
+        if total > most:
+            raise InputError(f'{path} unpacks to more than {MAX_UNPACKING} times its size: record '
+                             'it again')
 
 
 def _check_storage(path: Path) -> None:

@@ -50,14 +50,14 @@ def _too_large(path: Path, what: str, limit: int) -> InputError:
 
 def read_text(path: Path, what: str, limit: int) -> str:
     """
-    Return the text of a regular file in UTF-8.
+    Return the text of a regular file in UTF-8, without the mark that some editors begin it with.
 
     The parameters are those of :func:`read_bytes`.
 
     :raises InputError: also where the file is not text.
     """
     try:
-        return read_bytes(path, what, limit).decode('utf-8')
+        return read_bytes(path, what, limit).decode('utf-8-sig')
     except UnicodeDecodeError as error:
         raise InputError(f'cannot read {what} {path}: byte {error.start} is not UTF-8 text'
                          ) from None

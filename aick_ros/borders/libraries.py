@@ -6,12 +6,15 @@
 from __future__ import annotations
 
 import os
+import re
 import resource
 from importlib import import_module
 
 from aick_ros.errors import InputError
 
 _THEIRS = ('OPENCV_', 'NPY_', 'NUMPY_')
+_THREADS, _MOST_THREADS = 'OPENCV_FOR_THREADS_NUM', 1024
+"""Variable for a number of threads, which OpenCV starts, however many; the largest is chosen."""
 
 
 def check_libraries() -> None:
@@ -25,6 +28,10 @@ def check_libraries() -> None:
     names = [name for name in os.environ if name.startswith(_THEIRS)]
     if not names:
         return
+    if re.fullmatch('[0-9]+', os.environ.get(_THREADS, '')) and (
+            len(os.environ[_THREADS]) > 9 or int(os.environ[_THREADS]) > _MOST_THREADS):
+        raise InputError(f'OpenCV would start {os.environ[_THREADS]} threads ({_THREADS}): at '
+                         f'most {_MOST_THREADS} are supported; correct the variable, or unset it')
     reading, writing = os.pipe()
     child = os.fork()
     if not child:

@@ -23,7 +23,19 @@ MAX_MESSAGE_BYTES = 2 ** 28
 """Bytes of a message, and of an unpacked chunk, of a bag; derived: MAX_PIXELS of 8 bytes."""
 
 MAX_UNPACKING = 100
-"""Bytes of a packed file of a bag per packed byte; chosen: images of a camera do not reach 10."""
+"""Bytes of a packed file of a bag, or of all its chunks, per packed byte; chosen: cameras have 10."""
+
+MAX_PACKED_FRAMES = 1000
+"""Frames of a packed chunk or message, one after the other; chosen: writers make one."""
+
+MAX_DEFINITION_LINES = 2 ** 17
+"""Lines of the definitions of messages in a bag; chosen: 400 types of 300 lines."""
+
+MAX_DEFINED_FIELDS = 2 ** 13
+"""Fields of all types that a bag defines; chosen: 400 types of 20 fields."""
+
+MAX_MESSAGE_FIELDS = 1000
+"""Fields of the messages that are read, those in them included; chosen: Odometry has 30."""
 
 MAX_METADATA_BYTES = 2 ** 20
 """Bytes of metadata.yaml of a bag; chosen: that of a bag of some thousand files."""

@@ -16,7 +16,7 @@ from functools import cache
 from importlib import import_module
 from typing import Any, BinaryIO, Protocol
 
-from aick_ros.borders.limits import MAX_MESSAGE_BYTES, MAX_UNPACKING
+from aick_ros.borders.limits import MAX_MESSAGE_BYTES, MAX_PACKED_FRAMES, MAX_UNPACKING
 from aick_ros.errors import InputError
 
 
@@ -42,10 +42,12 @@ def unpack(make: Callable[[], Decompressor], data: bytes,
 
     :param make: makes a decompressor of one frame.
     :param limit: largest size of the result [byte].
-    :raises InputError: where it is larger, or the data breaks off.
+    :raises InputError: where it is larger, the data breaks off, or it has too many frames.
     """
     content = b''
-    while data:
+    for _ in range(MAX_PACKED_FRAMES):  # all that is left is copied after each
+        if not data:
+            return content
         decompressor = make()
         content += decompressor.decompress(data, limit + 1 - len(content))
         if len(content) > limit:
@@ -53,6 +55,8 @@ def unpack(make: Callable[[], Decompressor], data: bytes,
         if not decompressor.eof:
             raise InputError('its packed data breaks off')
         data = decompressor.unused_data or b''
+    if data:
+        raise InputError(f'its packed data has more than {MAX_PACKED_FRAMES} frames')
     return content
 
 

@@ -11,11 +11,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rosbags.highlevel import AnyReader
-from rosbags.interfaces import TopicInfo
+from rosbags.interfaces import Connection, TopicInfo
 from rosbags.typesys import Stores, get_typestore
 
-from aick_ros.borders.bag_limits import check_bag
+from aick_ros.borders.bag_limits import check_bag, check_chunks
+from aick_ros.borders.bag_metadata import limit_metadata
 from aick_ros.borders.bag_names import escape_names
+from aick_ros.borders.definitions import check_fields, definitions_counted, limit_definitions
 from aick_ros.borders.unpacking import limit_unpacking
 from aick_ros.errors import InputError
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -46,6 +48,8 @@ class BagFile:
         self._path = _storage(path)
         check_bag(self._path)
         limit_unpacking()
+        limit_metadata()
+        limit_definitions()
         escape_names()
 
     def topics(self) -> dict[str, TopicInfo]:
@@ -76,6 +80,7 @@ class BagFile:
         with self._open() as reader:
             connections = [connection for connection in reader.connections
                            if connection.topic in topics]
+            self._check_fields(reader, connections)
             messages = reader.messages(connections)
             while connections:  # of none, the reader would yield all messages
                 try:
@@ -98,13 +103,22 @@ class BagFile:
     def _open(self) -> Iterator[AnyReader]:
         try:
             reader = AnyReader([self._path], default_typestore=get_typestore(Stores.ROS2_JAZZY))
-            reader.open()
+            with definitions_counted():
+                reader.open()
         except Exception as error:  # rosbags raises nearly anything on a damaged bag
             raise self._unreadable(error) from None
         try:
+            for storage in _storages(reader):
+                check_chunks(Path(storage.path), getattr(storage, 'chunks', ()))
             yield reader
         finally:
             reader.close()
+
+    def _check_fields(self, reader: AnyReader, connections: list[Connection]) -> None:
+        try:
+            check_fields(reader.typestore.fielddefs, {each.msgtype for each in connections})
+        except InputError as error:
+            raise self._unreadable(error) from None
 
     def _unreadable(self, error: Exception) -> InputError:
         return InputError(f'{self._path} cannot be read as a bag ({_reason(error)}): {_REPAIR}')
@@ -124,6 +138,13 @@ def fields_required(bag: object, topic: str) -> Iterator[None]:
 def stamp_of(message: Any) -> int:
     """Return the stamp in the header of a message [ns]."""
     return int(message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec)
+
+
+def _storages(reader: AnyReader) -> Iterator[Any]:
+    """Yield the open files of a ROS 2 bag, none of a ROS 1 bag."""
+    for each in reader.readers:
+        storage = getattr(each, 'storage', None)
+        yield from getattr(storage, 'storages', [storage] if storage else [])
 
 
 def _storage(path: Path) -> Path:

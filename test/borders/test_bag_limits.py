@@ -6,12 +6,13 @@
 import sqlite3
 import struct
 from contextlib import closing
+from types import SimpleNamespace
 
 import pytest
 
 from aick_ros.borders import bag_limits
-from aick_ros.borders.bag_limits import check_bag
-from aick_ros.borders.limits import MAX_MESSAGE_BYTES, MAX_METADATA_BYTES
+from aick_ros.borders.bag_limits import check_bag, check_chunks
+from aick_ros.borders.limits import MAX_MESSAGE_BYTES, MAX_METADATA_BYTES, MAX_UNPACKING
 from aick_ros.errors import InputError
 
 MAGIC = b'\x89MCAP0\r\n'
@@ -117,8 +118,8 @@ def test_the_largest_row_of_a_database_counts(tmp_path, monkeypatch, sizes, is_l
         return
     with pytest.raises(InputError) as raised:
         check_bag(tmp_path)
-    assert str(raised.value) == (f'{tmp_path}/a#1.db3 has a message or chunk of 1001 bytes: at most '
-                                 '1000 are supported')
+    assert str(raised.value) == (
+        f'{tmp_path}/a#1.db3 has a message or chunk of 1001 bytes: at most 1000 are supported')
 
 
 @pytest.mark.parametrize('index', range(3))
@@ -156,3 +157,34 @@ def test_metadata_up_to_the_limit_is_read(tmp_path):
     write(tmp_path / 'metadata.yaml', bytes(MAX_METADATA_BYTES + 1))
     with pytest.raises(InputError, match='cannot read the metadata'):
         check_bag(tmp_path)
+
+
+def indexed(*chunks):
+    return [SimpleNamespace(message_start_time=start, message_end_time=end, compressed_size=packed,
+                            uncompressed_size=size) for start, end, packed, size in chunks]
+
+
+@pytest.mark.parametrize('chunks, is_accepted', [
+    ([(0, 9, 1, MAX_MESSAGE_BYTES)], True), ([(0, 9, 1, MAX_MESSAGE_BYTES + 1)], False),
+    ([(0, 9, MAX_MESSAGE_BYTES + 1, 1)], False),
+    ([(3, 4, 1, MAX_MESSAGE_BYTES), (0, 2, 1, 0)], True),
+    ([(2, 4, 1, MAX_MESSAGE_BYTES), (0, 2, 1, 1)], False),
+    ([(0, 9, 1, MAX_MESSAGE_BYTES // 2), (1, 2, 1, MAX_MESSAGE_BYTES // 2), (4, 5, 1, 0)], True),
+    ([(0, 9, 1, MAX_MESSAGE_BYTES // 3 + 1)] * 3, False),
+    ([(0, 2 ** 64 - 1, 1, 0)] * 100_000, True)])
+def test_chunks_of_one_time_are_limited_together(tmp_path, chunks, is_accepted):
+    path = write(tmp_path / 'a.mcap', size=MAX_MESSAGE_BYTES)  # of which the disk has none
+    if is_accepted:
+        check_chunks(path, indexed(*chunks))
+    else:
+        with pytest.raises(InputError, match=f'of more than {MAX_MESSAGE_BYTES} bytes for one'):
+            check_chunks(path, indexed(*chunks))
+
+
+@pytest.mark.parametrize('size', [0, 4 * MAX_MESSAGE_BYTES // MAX_UNPACKING])
+def test_all_chunks_are_limited_by_the_size_of_the_file(tmp_path, size):
+    path = write(tmp_path / 'a.mcap', size=size)
+    chunks = [(2 * number, 2 * number + 1, 1, MAX_MESSAGE_BYTES) for number in range(4)]
+    check_chunks(path, indexed(*chunks[:3 if size else 1]))
+    with pytest.raises(InputError, match=f'to more than {MAX_UNPACKING} times its size'):
+        check_chunks(path, indexed(*chunks, (9, 9, 1, 99)))

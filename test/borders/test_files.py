@@ -44,6 +44,8 @@ def test_names_that_cannot_be_opened_are_reported(tmp_path, name, reason):
 def test_text_is_utf_8(tmp_path):
     (tmp_path / 'file').write_bytes('größe'.encode())
     assert read_text(tmp_path / 'file', 'the file', 8) == 'größe'
+    (tmp_path / 'file').write_bytes(b'\xef\xbb\xbf# gr')  # with the mark of Windows' editors
+    assert read_text(tmp_path / 'file', 'the file', 8) == '# gr'
     (tmp_path / 'file').write_bytes(b'gr\xf6')
     with pytest.raises(InputError, match='file: byte 2 is not UTF-8 text'):
         read_text(tmp_path / 'file', 'the file', 8)

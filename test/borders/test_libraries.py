@@ -38,8 +38,15 @@ def test_what_the_libraries_reject_is_named(name):
     assert said.count('\n') == 1
 
 
+@pytest.mark.parametrize('value', ['1025', '99999', '9' * 5000])
+def test_threads_without_number_are_rejected(value):
+    assert checked('OPENCV_FOR_THREADS_NUM', value).startswith(
+        f'OpenCV would start {value} threads (OPENCV_FOR_THREADS_NUM): at most 1024')
+
+
 @pytest.mark.parametrize('name, value', [
-    ('OPENCV_FOR_THREADS_NUM', '2'), ('OPENCV_LOG_LEVEL', 'DEBUG'), ('OPENCV_LOG_LEVEL', 'x'),
+    ('OPENCV_FOR_THREADS_NUM', '1024'), ('OPENCV_FOR_THREADS_NUM', '2'),
+    ('OPENCV_LOG_LEVEL', 'DEBUG'), ('OPENCV_LOG_LEVEL', 'x'),
     ('OPENCV_IO_MAX_IMAGE_PIXELS', str(2 ** 20)), ('NPY_DISABLE_CPU_FEATURES', 'AVX512F')])
 def test_what_they_take_is_no_error(name, value):
     assert checked(name, value) == ''

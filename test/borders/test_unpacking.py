@@ -15,6 +15,7 @@ from rosbags.rosbag2 import reader as ros2
 from rosbags.rosbag2 import storage_mcap
 
 from aick_ros.borders import unpacking
+from aick_ros.borders.limits import MAX_PACKED_FRAMES
 from aick_ros.borders.unpacking import limit_unpacking, unpack
 from aick_ros.errors import InputError
 
@@ -53,6 +54,12 @@ class TestUnpack:
         for cut in (len(packed) // 2, len(packed) - 1):
             with pytest.raises(InputError, match='breaks off'):
                 unpack(make, packed[:cut], LIMIT)
+
+    def test_frames_are_limited(self, make, pack):
+        """All the data that is left is copied after each."""
+        assert unpack(make, pack(b'a') * MAX_PACKED_FRAMES) == b'a' * MAX_PACKED_FRAMES
+        with pytest.raises(InputError, match=f'more than {MAX_PACKED_FRAMES} frames'):
+            unpack(make, pack(b'') * (MAX_PACKED_FRAMES + 1))
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
+from aick_ros.borders import bag_limits
 from aick_ros.errors import InputError
 from aick_ros.sources import raise_damage
 from aick_ros.sources.bag_file import BagFile, fields_required, stamp_of
@@ -17,13 +18,14 @@ from aick_ros.sources.writers.bag_messages import TYPESTORE
 TEXT = 'std_msgs/msg/String'
 
 
-def write(path, messages, storage=StoragePlugin.MCAP):
+def write(path, messages, storage=StoragePlugin.MCAP, definition='string data\n'):
     """Write texts (topic, log time, text); bytes are written as they are."""
     connections = {}
     with Writer(path, version=9, storage_plugin=storage) as writer:
         for topic, log_time, text in messages:
             if topic not in connections:
-                connections[topic] = writer.add_connection(topic, TEXT, typestore=TYPESTORE)
+                connections[topic] = writer.add_connection(
+                    topic, TEXT, msgdef=definition, rihs01=TYPESTORE.hash_rihs01(TEXT))
             content = text if isinstance(text, bytes) else TYPESTORE.serialize_cdr(
                 TYPESTORE.types[TEXT](text), TEXT)
             writer.write(connections[topic], log_time, content)
@@ -72,6 +74,33 @@ def test_a_damaged_message_is_reported_and_the_next_one_read(tmp_path):
     assert str(errors[0]).startswith(f'{bag}, /a recorded at 2.5')
     with pytest.raises(InputError, match='the message is damaged .*; copy or record it again'):
         list(BagFile(bag).messages(['/a'], raise_damage))
+
+
+@pytest.mark.parametrize('storage', StoragePlugin)
+@pytest.mark.parametrize('definition, reason', [
+    ('string[1000000000] data\n', 'more than 1000 fields, elements of arrays included'),
+    ('#\n' * 1_000_000 + 'string data\n', 'more than 131072 lines')])
+def test_definitions_are_limited(tmp_path, storage, definition, reason):
+    bag = write(tmp_path / 'bag', [('/a', 1, 'one')], storage, definition)
+    text = (bag / 'metadata.yaml').read_text()
+    (bag / 'metadata.yaml').write_text(text.replace('type_description_hash', 'unused'))
+    with pytest.raises(InputError, match=f'{reason}.*: copy or record it again'):
+        list(BagFile(bag).messages(['/a'], raise_damage))
+
+
+def test_metadata_is_limited(bag):
+    with open(bag / 'metadata.yaml', 'a') as file:
+        file.write('a: &a [x, x]\nb: *a\n')
+    with pytest.raises(InputError, match='its YAML has aliases, which no bag has'):
+        BagFile(bag).topics()
+
+
+def test_chunks_of_one_time_are_limited(bag, monkeypatch):
+    monkeypatch.setattr(bag_limits, 'MAX_MESSAGE_BYTES', 50)
+    file = BagFile.__new__(BagFile)
+    file._path = bag
+    with pytest.raises(InputError, match='bag.mcap has chunks of more than 50 bytes for one time'):
+        file.topics()
 
 
 @pytest.mark.parametrize('storage, suffix', [(StoragePlugin.MCAP, 'mcap'),

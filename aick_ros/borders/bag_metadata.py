@@ -1,0 +1,49 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The YAML in bags, of limited size; it is parsed once, rosbags would do so at every reading."""
+
+from __future__ import annotations
+
+from functools import cache, lru_cache
+from importlib import import_module
+from typing import Any
+
+from aick_ros.borders.limits import MAX_YAML_DEPTH, MAX_YAML_VALUES
+from aick_ros.errors import InputError
+
+_KEPT = 8  # texts whose content is kept; chosen: metadata.yaml, and the QoS of some topics
+
+
+class _Yaml:
+    """The part of ruamel.yaml.YAML that rosbags uses."""
+
+    def __init__(self, typ: str) -> None:
+        self._typ = typ
+
+    def load(self, text: str) -> Any:
+        return _content(text, self._typ)
+
+
+@cache
+def limit_metadata() -> None:
+    """Let rosbags, which parses any YAML, use the limits of this module."""
+    for name in ('reader', 'metadata'):
+        setattr(import_module(f'rosbags.rosbag2.{name}'), 'YAML', _Yaml)
+
+
+@lru_cache(_KEPT)
+def _content(text: str, kind: str) -> Any:
+    from ruamel.yaml import YAML
+    depth, count = -2, 0  # of the stream and the document
+    for event in YAML(typ=kind, pure=True).parse(text):
+        name = type(event).__name__
+        depth += name.endswith('StartEvent') - name.endswith('EndEvent')
+        count += 1
+        if name == 'AliasEvent':  # with them, few lines may stand for any number of values
+            raise InputError('its YAML has aliases, which no bag has')
+        if depth > MAX_YAML_DEPTH:
+            raise InputError(f'its YAML is nested deeper than {MAX_YAML_DEPTH} levels')
+        if count > MAX_YAML_VALUES:
+            raise InputError(f'its YAML has more than {MAX_YAML_VALUES} values')
+    return YAML(typ=kind).load(text)

@@ -1,0 +1,51 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The YAML of bags is parsed as rosbags does it, once, and within limits."""
+
+import pytest
+import ruamel.yaml
+from rosbags.rosbag2 import metadata, reader
+from ruamel.yaml import YAML
+
+from aick_ros.borders.bag_metadata import limit_metadata
+from aick_ros.borders.limits import MAX_YAML_DEPTH, MAX_YAML_VALUES
+from aick_ros.errors import InputError
+
+BOMB = 'a0: &a0 [x, x]\n' + ''.join(
+    f'a{i}: &a{i} [{", ".join([f"*a{i - 1}"] * 9)}]\n' for i in range(1, 12))
+
+
+@pytest.fixture(params=[reader, metadata])
+def load(request):
+    limit_metadata()
+    return request.param.YAML(typ='safe').load
+
+
+@pytest.mark.parametrize('text', [
+    '', 'a: [1, 2.5, yes, 0o17, null, 2001-01-01]', '- history: 1\n  depth: 10\n',
+    '[' * MAX_YAML_DEPTH + ']' * MAX_YAML_DEPTH])
+def test_content_is_that_of_rosbags(load, text):
+    assert load(text) == YAML(typ='safe').load(text)
+
+
+@pytest.mark.parametrize('text', ['a: [', 'a: 1\na: 2', '!!python/object:x {}', '\0'])
+def test_errors_are_those_of_rosbags(load, text):
+    with pytest.raises(ruamel.yaml.YAMLError):
+        load(text)
+
+
+@pytest.mark.parametrize('text, reason', [
+    (BOMB, 'has aliases'), ('&a [*a]', 'has aliases'),
+    ('[' * 900 + ']' * 900, f'deeper than {MAX_YAML_DEPTH} levels'), ('[' * 100_000, 'deeper'),
+    ('- x\n' * MAX_YAML_VALUES, f'more than {MAX_YAML_VALUES} values')])
+def test_what_is_too_large_is_rejected(load, text, reason):
+    with pytest.raises(InputError, match=reason):
+        load(text)
+
+
+def test_a_text_is_parsed_once(load, monkeypatch):
+    text = 'parsed: once'
+    content = load(text)
+    monkeypatch.setattr(YAML, 'parse', lambda *_: pytest.fail('it is parsed again'))
+    assert load(text) == content
