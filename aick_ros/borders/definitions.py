@@ -19,8 +19,7 @@ from typing import Any
 
 from rosbags.interfaces import Nodetype
 
-from aick_ros.borders.limits import (
-    MAX_DEFINED_FIELDS, MAX_DEFINITION_LINES, MAX_MESSAGE_FIELDS)
+from aick_ros.borders.limits import MAX_DEFINED_FIELDS, MAX_DEFINITION_LINES, MAX_MESSAGE_FIELDS
 from aick_ros.errors import InputError
 
 Types = Mapping[str, tuple[Any, Any]]

@@ -9,8 +9,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from aick_ros.borders import definitions
 from aick_ros.borders.definitions import check_fields, definitions_counted, limit_definitions
-from aick_ros.borders.limits import (
-    MAX_DEFINED_FIELDS, MAX_DEFINITION_LINES, MAX_MESSAGE_FIELDS)
+from aick_ros.borders.limits import MAX_DEFINED_FIELDS, MAX_DEFINITION_LINES, MAX_MESSAGE_FIELDS
 from aick_ros.errors import InputError
 
 NEXT = '\n' + '=' * 80 + '\nMSG: a/'
