@@ -23,7 +23,7 @@ MAX_MESSAGE_BYTES = 2 ** 28
 """Bytes of a message, and of an unpacked chunk, of a bag; derived: MAX_PIXELS of 8 bytes."""
 
 MAX_UNPACKING = 100
-"""Bytes of packed data of a bag, or of all its chunks, per packed byte; chosen: cameras have 10."""
+"""Unpacked bytes of a packed file, or of all chunks of one, per byte; chosen: cameras have 10."""
 
 MAX_PACKED_FRAMES = 1000
 """Frames of a packed chunk or message, one after the other; chosen: writers make one."""
