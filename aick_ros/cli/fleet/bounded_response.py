@@ -1,14 +1,23 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Answers of web servers that are read as a whole: lists of files, which may never end."""
+"""Answers of web servers, which may never begin, or never end."""
 
 from __future__ import annotations
+
+import asyncio
+from typing import Any, Self
 
 from aiohttp import ClientResponse
 
 from aick_ros.borders.limits import MAX_LIST_BYTES
-from aick_ros.errors import InputError
+from aick_ros.errors import InputError, TransferError
+
+ANSWER_LIMIT = 20.0
+"""Longest time until an answer begins [s]; chosen. Its first lines may come byte by byte."""
+
+LIST_LIMIT = 60.0
+"""Longest time for a list of files [s]; chosen."""
 
 
 class BoundedResponse(ClientResponse):  # type: ignore[misc, unused-ignore]  # may be missing
@@ -16,20 +25,43 @@ class BoundedResponse(ClientResponse):  # type: ignore[misc, unused-ignore]  # m
 
     _body: bytes | None
 
+    async def start(self, connection: Any) -> Self:
+        """
+        Wait for the first lines.
+
+        :raises TransferError: where they do not come in time.
+        """
+        try:
+            async with asyncio.timeout(ANSWER_LIMIT):
+                await super().start(connection)
+        except TimeoutError:
+            raise TransferError(f'{self.url} does not answer within {ANSWER_LIMIT:g} s') from None
+        return self
+
     async def read(self) -> bytes:
         """
         Return the whole content.
 
         :raises InputError: where it is larger than any list of files.
+        :raises TransferError: where it does not come in time.
         """
         if self._body is None:
-            content = bytearray()
-            async for piece in self.content.iter_any():
-                content += piece
-                if len(content) > MAX_LIST_BYTES:
-                    self.close()
-                    raise InputError(f'{self.url} sends more than {MAX_LIST_BYTES} bytes as its '
-                                     'list of files: name a recording')
-            self._body = bytes(content)
+            try:
+                async with asyncio.timeout(LIST_LIMIT):
+                    self._body = await self._content()
+            except TimeoutError:
+                self.close()
+                raise TransferError(f'{self.url} does not send its list of files in time'
+                                    ) from None
         body: bytes = await super().read()
         return body
+
+    async def _content(self) -> bytes:
+        content = bytearray()
+        async for piece in self.content.iter_any():
+            content += piece
+            if len(content) > MAX_LIST_BYTES:
+                self.close()
+                raise InputError(f'{self.url} sends more than {MAX_LIST_BYTES} bytes as its '
+                                 'list of files: name a recording')
+        return bytes(content)

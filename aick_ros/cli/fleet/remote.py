@@ -53,7 +53,7 @@ def recordings_at(url: str) -> Iterator[str]:
 
     :raises InputError: where there is none.
     """
-    if _PATTERN.search(url):
+    if _PATTERN.search(_after_server(url)):
         with errors_of(url):
             system, path = open_url(url)
             found = sorted(system.unstrip_protocol(match)
@@ -94,11 +94,17 @@ def files_of(url: str) -> list[RemoteFile]:
                     for (name, entry), info in zip(found.items(), known)]
 
 
+def _after_server(url: str) -> str:
+    """Return a URL without its server, which has brackets where it is a number of IPv6."""
+    return url.partition('://')[2].partition('/')[2] if is_web(url) else url
+
+
 def _single_file(system: FileSystem, url: str, path: str) -> dict[str, Mapping[str, object]]:
     """Return name and facts of a recording that is a file; nothing of one that is a folder."""
     if not is_one_file(url):
         return {}
     info = system.info(path)
+    _require_regular(url, info)
     return {} if _is_folder(info) else {name_of(url): info}
 
 
@@ -122,6 +128,7 @@ def _walk(system: FileSystem, url: str, folder: str, prefix: str, depth: int
             yield from _walk(system, url, f'{entry["name"]}'.rstrip('/'), f'{prefix}{name}/',
                              depth - 1)
         elif name:
+            _require_regular(url, entry)
             yield f'{prefix}{name}', entry
 
 
@@ -129,6 +136,11 @@ def _check_depth(url: str, left: int) -> None:
     if left < 0:
         raise InputError(f'{url} has folders in each other deeper than {MAX_REMOTE_DEPTH}: name a '
                          'recording')
+
+
+def _require_regular(url: str, entry: Mapping[str, object]) -> None:
+    if entry['type'] not in ('file', 'directory'):
+        raise InputError(f'{url} cannot be copied: {entry["name"]} is not a regular file')
 
 
 def _is_folder(entry: Mapping[str, object]) -> bool:

@@ -15,7 +15,8 @@ from aick_ros.errors import InputError, TransferError, installation, package_of
 
 _NOT_FOUND = 404  # by definition, of HTTP
 _URL = re.compile(r'[a-z][a-z0-9+.-]+://')
-_CONNECTION_LIMIT, _SILENCE_LIMIT = 30.0, 60.0  # [s] until a server answers, and goes on; chosen
+_CONNECTION_LIMIT, _SILENCE_LIMIT = 10.0, 20.0  # [s] until a server accepts, and goes on; chosen
+_CHAIN = '::'  # by which fsspec reads one URL through another
 
 
 class FileSystem(Protocol):
@@ -47,7 +48,7 @@ def is_url(source: str) -> bool:
 
 def is_web(url: str) -> bool:
     """Return whether a URL is one of a web server: with escapes, and perhaps a query."""
-    return urlsplit(url).scheme in ('http', 'https')
+    return url.startswith(('http://', 'https://'))
 
 
 def name_of(url: str) -> str:
@@ -61,21 +62,38 @@ def open_url(url: str) -> tuple[FileSystem, str]:
     """
     Return the file system of a URL, and its path there.
 
-    :raises InputError: where its kind is not known, or a package for it is missing.
+    :raises InputError: where its kind is not known, a package for it is missing, or it has no
+        server.
     """
     try:
-        from fsspec.core import url_to_fs
+        from fsspec.core import filesystem, url_to_fs
     except ModuleNotFoundError as error:
         raise InputError(f"no URLs without {package_of(error)}: {installation('fleet')}") from None
     system: FileSystem
     try:
-        system, path = url_to_fs(url, **(_web_options() if is_web(url) else {}))
+        if not url.partition('://')[2].strip('/'):
+            raise ValueError('it names no server and no file')
+        if is_web(url):
+            _check_server(url)
+            system, path = filesystem('http', **_web_options()), url
+        elif _CHAIN in url:
+            raise ValueError(f'archives are not unpacked, nor URLs with {_CHAIN} read')
+        else:
+            system, path = url_to_fs(url)
     except ImportError as error:
         raise InputError(f'{url} needs another package: {_line(error)}') from None
-    except ValueError as error:
+    except (ValueError, TypeError, AttributeError) as error:  # of kinds that need more than a URL
         raise InputError(f'{url} cannot be read: {_line(error)}') from None
     system.invalidate_cache()  # of lists: they may have changed, and systems are shared
     return system, path.rstrip('/')
+
+
+def _check_server(url: str) -> None:
+    """Raise ValueError where a URL of a web server names none, or none that there can be."""
+    parts = urlsplit(url)
+    if not parts.hostname or parts.port == 0:  # which raises for what is no port
+        raise ValueError('it names no server: write https://SERVER/PATH')
+    parts.hostname.encode('idna')
 
 
 @contextmanager

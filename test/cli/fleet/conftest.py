@@ -5,6 +5,7 @@
 
 import functools
 import threading
+import time
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
@@ -15,8 +16,8 @@ class Handler(SimpleHTTPRequestHandler):
     Serves a folder, but for names with another beginning.
 
     ``cut`` ends too early, ``endless`` never, ``short`` is smaller than announced, ``broken`` an
-    error of the server, and ``nested`` a folder with one like itself in it. The first
-    ``overloads`` requests are refused.
+    error of the server, ``silent`` never answered, ``slow`` comes byte by byte, and ``nested`` a
+    folder with one like itself in it. The first ``overloads`` requests are refused.
     """
 
     protocol_version = 'HTTP/1.1'
@@ -29,6 +30,11 @@ class Handler(SimpleHTTPRequestHandler):
             self.send_error(503)
         elif name.startswith('broken'):
             self.send_error(503)
+        elif 'silent' in self.path:
+            self._drip(b'')
+        elif 'slow' in self.path:
+            self._send('Content-Length', '1000')
+            self._drip(b'<')
         elif 'nested' in self.path:
             page = b'<a href="nested/">nested</a>'
             self._send('Content-Length', str(len(page)))
@@ -52,11 +58,20 @@ class Handler(SimpleHTTPRequestHandler):
         else:
             super().do_GET()
 
+    def _drip(self, byte):
+        self.close_connection = True
+        try:
+            while not self.server.is_closed:
+                self.wfile.write(byte)
+                time.sleep(0.01)
+        except OSError:
+            pass  # the client has waited enough
+
     def do_HEAD(self):
         name = self.path.rpartition('/')[2]
         if name.startswith('broken'):
             self.send_error(503)
-        elif name.startswith('cut'):
+        elif name.startswith(('cut', 'slow')):
             self._send('Content-Length', '1000')
         elif name.startswith(('endless', 'short')):
             self._send('Content-Length', '10')

@@ -3,6 +3,8 @@
 
 """Files and folders of a file system in memory, as a server lists them."""
 
+import os
+
 import pytest
 
 fsspec = pytest.importorskip('fsspec', reason="no URLs: pip install '.[fleet]'")
@@ -71,6 +73,25 @@ def test_recordings_are_found_by_folder_and_by_pattern(server):
     assert [each.rpartition('/')[2] for each in recordings_at(f'{url}/*/*.[bd]*')] == [
         'y.bag', 'z.db3']
     assert list(recordings_at(f'{url}/a/x.mcap')) == [f'{url}/a/x.mcap']
+
+
+def test_brackets_of_a_server_are_no_pattern():
+    pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
+    assert list(recordings_at('http://[::1]:1/a.mcap')) == ['http://[::1]:1/a.mcap']
+
+
+@pytest.mark.parametrize('name', ['x.mcap', 'folder/x.mcap'])
+def test_pipes_and_devices_are_not_copied(tmp_path, name):
+    """They may never end."""
+    (tmp_path / 'folder').mkdir()
+    given, reason = tmp_path / name.partition('/')[0], f'{name} is not a regular file'
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(InputError, match=f'cannot be copied: .*{reason}'):
+        files_of(f'file://{given}')
+    (tmp_path / name).unlink()
+    (tmp_path / name).symlink_to('/dev/zero')
+    with pytest.raises(InputError, match=f'cannot be copied: .*{reason}'):
+        files_of(f'file://{given}')
 
 
 def test_nothing_to_read_is_said(server):

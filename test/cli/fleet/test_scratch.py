@@ -251,6 +251,24 @@ def test_an_endless_list_of_files_is_rejected(web, monkeypatch):
         find_recordings([f'{web.url}/endless/'], None)
 
 
+@pytest.mark.parametrize('limit, name, reason', [
+    ('ANSWER_LIMIT', 'silent', 'does not answer within 0.05 s'),
+    ('LIST_LIMIT', 'slow', 'does not send its list of files in time')])
+def test_a_list_of_files_that_never_comes_is_not_waited_for(web, monkeypatch, limit, name, reason):
+    from aick_ros.cli.fleet import bounded_response
+    monkeypatch.setattr(bounded_response, limit, 0.05)
+    with pytest.raises(TransferError, match=f'/{name} {reason}'):
+        find_recordings([f'{web.url}/{name}/'], None)
+
+
+def test_a_recording_that_hardly_comes_is_not_waited_for(web, scratch, monkeypatch):
+    monkeypatch.setattr(transfer, '_OVER', 0.1)
+    with pytest.raises(TransferError, match=r'slow.bag: \d+ bytes arrived in 0 s'):
+        with scratch.copy_of(f'{web.url}/slow.bag'):
+            pytest.fail('it was given')
+    assert web.requests.count('/slow.bag') == 3
+
+
 def test_bytes_are_read():
     assert bytes_from('--scratch-limit', '2.5GB') == 2_500_000_000
     for text in ('much', '-1GB', '1,2', 'inf', 'nan'):

@@ -81,7 +81,23 @@ def test_a_path_has_no_slash_at_its_end(tmp_path):
     assert path == str(tmp_path) and system.unstrip_protocol(path) == f'file://{tmp_path}'
 
 
-def test_a_kind_that_nobody_knows_is_one_sentence():
+@pytest.mark.parametrize('url, reason', [
+    ('nokind://x', ''), ('dir://x', ''), ('reference://x', ''), ('s3://', 'it names no server'),
+    ('file:///', 'it names no server'), ('http:///x.mcap', 'it names no server'),
+    ('http://x:0/', 'it names no server'), ('http://x:65536/', 'Port'), ('http://[::1/', ''),
+    ('http://x:y/', 'Port'), ('http://a..b/', ''), ('zip://a::memory://b', 'archives are not')])
+def test_what_cannot_be_asked_is_one_sentence(url, reason):
     pytest.importorskip('fsspec', reason="no URLs: pip install '.[fleet]'")
-    with pytest.raises(InputError, match='^nokind://x cannot be read: '):
-        open_url('nokind://x')
+    pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
+    with pytest.raises(InputError) as caught:
+        open_url(url)
+    assert str(caught.value).startswith(f'{url} cannot be read: {reason}')
+    assert not isinstance(caught.value, TransferError)
+
+
+@pytest.mark.parametrize('url', ['http://[::1]:1/a::b.mcap', 'https://x/a'])
+def test_urls_of_web_servers_are_read_as_they_are(url):
+    """With two colons fsspec would read the one through the other."""
+    pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
+    system, path = open_url(url)
+    assert path == url and system.unstrip_protocol(path) == url
