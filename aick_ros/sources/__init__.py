@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -26,6 +27,7 @@ BAG_FLAGS = ('--colour-topic', '--depth-topic', '--info-topic', '--ground-truth-
 
 _SEED_DIGITS = 18  # of a rendered recording; derived: below 2^63
 
+_URL = re.compile('[a-z][a-z0-9+.-]+:/')  # as a path, which has single slashes
 _KINDS = ('a ROS 2 bag (a folder with metadata.yaml, a .mcap or .db3 file), a ROS 1 bag (a .bag '
           'file), a TUM folder (with rgb.txt and depth.txt), a folder of frame-000000.color.png, '
           'frame-000000.depth.png and so on, or synthetic:SEED')
@@ -189,6 +191,9 @@ def _names(path: Path) -> set[str]:
         if not path.is_file():
             raise InputError(f'cannot read {path}: it is neither a folder nor a regular file')
     except FileNotFoundError:
+        if _URL.match(str(path)):
+            raise InputError(f'{path} is a URL, which only aick fleet reads: copy the recording '
+                             'to this machine') from None
         raise InputError(f'{quoted_if_blank(path)} does not exist: a source is {_KINDS}') from None
     except OSError as error:
         raise InputError(f'cannot read {path}: {error.strerror}') from None

@@ -91,6 +91,12 @@ def test_another_file_is_rejected(tmp_path):
         open_source(tmp_path / 'a.txt')
 
 
+@pytest.mark.parametrize('url', ['https://x/a.mcap', 's3://b/a', 'file:///a'])
+def test_a_url_is_for_the_fleet(url):
+    with pytest.raises(InputError, match='is a URL, which only aick fleet reads: copy'):
+        open_source(url)
+
+
 @pytest.mark.parametrize('path', ['synthetic:one', 'synthetic:-1', 'synthetic:1.5',
                                   'synthetic:1' + 30 * '0'])
 def test_a_seed_must_be_a_whole_number(path):

@@ -132,4 +132,6 @@ def _web_options() -> dict[str, object]:
 
 
 def _line(error: Exception) -> str:
-    return (str(error).strip() or type(error).__name__).splitlines()[0].rstrip('.')
+    lines = str(error).split('\n') if str(error).strip() else [type(error).__name__]
+    first, second = [' '.join(line.split()) for line in [*lines, '']][:2]
+    return (f'{first} {second}' if first.endswith(':') else first).rstrip('. ')

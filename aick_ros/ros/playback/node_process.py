@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 from aick_ros.borders.parent import supervised
+from aick_ros.ros.process.signals import held
 from aick_ros.settings.parameter import Value
 
 NODE_COMMAND = (sys.executable, '-c',
@@ -35,7 +36,8 @@ def node_process(command: Sequence[str], remappings: Mapping[str, str],
         arguments += ['-r', f'{name}:={topic}']
     for name, value in parameters.items():
         arguments += ['-p', f'{name}:={_yaml(value)}']
-    process = subprocess.Popen([*command, *arguments], env=supervised())
+    with held():  # inherited: until its program handles them, Python itself would end by them
+        process = subprocess.Popen([*command, *arguments], env=supervised())
     try:
         yield process
     finally:

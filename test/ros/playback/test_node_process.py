@@ -4,6 +4,7 @@
 """The command line and the end of a process, by programs that tell of them."""
 
 import json
+import signal
 import sys
 import time
 
@@ -20,6 +21,7 @@ def on_signal(*_):
     if {ends}:
         sys.exit(5)
 signal.signal(signal.SIGINT, on_signal)
+signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT, signal.SIGTERM])
 pathlib.Path({path!r}).write_text('started')
 while True:
     time.sleep(0.01)
@@ -45,6 +47,20 @@ def test_names_and_values_are_written_as_ros_reads_them(tmp_path):
     assert json.loads(path.read_text()) == [
         '--ros-args', '-r', 'rgb/image:=/a', '-r', 'depth/image:=/b', '-p', 'publish_tf:=false',
         '-p', 'x.y:=2.5', '-p', 'name:=abc', '-p', 'pose:=[0.0, 1.0]']
+
+
+def test_signals_wait_until_the_program_handles_them(tmp_path):
+    """Ctrl-C reaches all processes of a terminal, Python's start among them."""
+    path = tmp_path / 'held'
+    tells = f"""
+import signal
+held = signal.pthread_sigmask(signal.SIG_BLOCK, ())
+open({str(path)!r}, 'w').write(' '.join(sorted(each.name for each in held)))
+"""
+    with started(python(tells), {}, {}) as process:
+        assert process.wait(60) == 0
+    assert path.read_text() == 'SIGINT SIGTERM'
+    assert not signal.pthread_sigmask(signal.SIG_BLOCK, ()) & {signal.SIGINT, signal.SIGTERM}
 
 
 def test_it_is_interrupted_after_the_block_and_after_an_error_of_it(tmp_path):
