@@ -24,6 +24,8 @@ _USABLE = {
     'SOURCE_DATE_EPOCH': re.compile('[0-9]{1,11}'),  # seconds, up to the year 5138
     'COLUMNS': re.compile('[1-9][0-9]{1,3}'),  # at 0, rich prints nothing
     'LINES': re.compile('[0-9]{1,4}'),
+    **dict.fromkeys(('OMP_NUM_THREADS', 'NUMEXPR_NUM_THREADS', 'NUMEXPR_MAX_THREADS'),
+                    re.compile('[1-9][0-9]{0,2}')),  # numexpr, behind pandas, raises ValueError
 }
 """Values of variables; with others libraries fail, and do without where there is none."""
 

@@ -45,8 +45,8 @@ def read_camera(path: Path) -> Camera:
     try:
         fields = _as_camera_info(fields)
         return Camera.from_camera_info(
-            int(fields['width']), int(fields['height']), [float(n) for n in fields['k']],
-            [float(n) for n in fields.get('d', ())], str(fields.get('distortion_model', '')))
+            _whole(fields['width']), _whole(fields['height']), [_number(n) for n in fields['k']],
+            [_number(n) for n in fields.get('d', ())], str(fields.get('distortion_model', '')))
     except InputError as error:
         raise InputError(f'{path}: {error}') from None
     except KeyError as error:
@@ -57,6 +57,18 @@ def read_camera(path: Path) -> Camera:
     except (TypeError, ValueError, AttributeError, OverflowError):
         raise InputError(f'{path} is not a calibration: required is an object with the numbers '
                          'width and height and the lists of numbers k and d') from None
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool):
+        raise TypeError
+    return float(value)
+
+
+def _whole(value: Any) -> int:
+    if isinstance(value, bool) or isinstance(value, float) and not value.is_integer():
+        raise TypeError
+    return int(value)
 
 
 def _from_yaml(text: str) -> Any:

@@ -164,6 +164,7 @@ def test_names_that_cannot_be_seen_are_quoted(aick, command):
     ({'MPLCONFIGDIR': '/proc/none'}, 'import matplotlib', ''),
     ({'COLUMNS': '²', 'LINES': '²'}, 'pass', ''),
     ({'OPENCV_CPU_DISABLE': 'x'}, 'pass', ''), ({'NUMPY_MADVISE_HUGEPAGE': 'x'}, 'pass', ''),
+    ({'OMP_NUM_THREADS': '4,3'}, 'import os; int(os.environ.get("OMP_NUM_THREADS", 1))', ''),
     ({'SOURCE_DATE_EPOCH': 'x'}, 'import os; int(os.environ.get("SOURCE_DATE_EPOCH", 0))', ''),
     ({}, 'pass', '2>&-'), ({}, 'pass', '2>/dev/full')])
 def test_odd_environments_are_no_defects(tmp_path, environment, code, redirect):

@@ -251,6 +251,28 @@ def test_an_endless_list_of_files_is_rejected(web, monkeypatch):
         find_recordings([f'{web.url}/endless/'], None)
 
 
+@pytest.mark.parametrize('page', [
+    '', 'text', '<a href="a.bag">a</a> <A HREF=\'b/\'>b</A>', 'see http://x/c.bag or https://y/d',
+    '<a class="x" href="e" title="f">', '<a\n  class=x\n  href="g">', '<a hrefs="h"><b href="i">',
+    '<a href=j>', '<a data-href="k" href="l&amp;m">', '<a href="n"><link href="p">'])
+def test_links_are_those_that_fsspec_finds_in_the_page(page):
+    from fsspec.implementations.http import ex, ex2
+
+    from aick_ros.cli.fleet.bounded_response import links_of
+
+    def found(text):
+        return {*ex2.findall(text), *(groups[2] for groups in ex.findall(text))}
+    assert found(links_of(page)) == found(page)
+
+
+@pytest.mark.parametrize('page', ['<a ' * 100_000, '<a href="' * 100_000, '<a' + ' ' * 100_000])
+def test_tags_without_an_end_are_no_links(page):
+    """For each of them fsspec would read all that follows."""
+    pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
+    from aick_ros.cli.fleet.bounded_response import links_of
+    assert links_of(page).count('<a ') <= 1
+
+
 @pytest.mark.parametrize('limit, name, reason', [
     ('ANSWER_LIMIT', 'silent', 'does not answer within 0.05 s'),
     ('LIST_LIMIT', 'slow', 'does not send its list of files in time')])

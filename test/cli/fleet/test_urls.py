@@ -66,7 +66,8 @@ def test_any_other_error_is_one_line():
         TransferError, f'cannot read {WEB}: first')
     assert raised(WEB, RuntimeError('Invalid:\n\tthe name.\nthird')) == (
         TransferError, f'cannot read {WEB}: Invalid: the name')
-    assert raised(WEB, TimeoutError()) == (TransferError, f'cannot read {WEB}: TimeoutError')
+    assert raised(WEB, TimeoutError()) == (
+        TransferError, f'cannot read {WEB}: nothing arrives any more')
 
 
 def test_input_errors_come_through():
