@@ -107,16 +107,16 @@ class Surface:
             # the plane (a, b, c) . p = 1 has the inverse depth a x + b y + c
             c = mean - a * x - b * y
             distance = 1.0 / np.sqrt(a * a + b * b + c * c)
-            normals = np.stack([a * distance, b * distance, c * distance], axis=-1)
+            normals = _vectors(a * distance, b * distance, c * distance)
             z = 1.0 / mean
-            points = np.stack([x * z, y * z, z], axis=-1)
-            cosine = distance * mean / np.sqrt(x * x + y * y + 1)
+            points = _vectors(x * z, y * z, z)
+            cosine = distance * mean / _ray_lengths(grid)
             roughness_by_noise = roughness / inverse_depth_sigma(z, sensor)
             smooth = roughness_by_noise < (_ROUGHNESS_BOUNDS[1] if keeps_rough
                                            else _largest_roughness(roughness_by_noise))
             usable = smooth & (cosine > _MIN_COSINE)
-        normals, usable = normals.reshape(-1, 3), usable.ravel()
-        return cls(grid, points.reshape(-1, 3), normals, usable, _choose(normals, usable, count),
+        usable = usable.ravel()
+        return cls(grid, points, normals, usable, _choose(normals, usable, count),
                    roughness.ravel())
 
     def cells_at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -176,6 +176,19 @@ def _inverse_depth(depth: np.ndarray, camera: Camera, sensor: SensorSettings,
     if maps is None:
         return inverse
     return np.asarray(cv2.remap(inverse, *maps, cv2.INTER_LINEAR, borderValue=np.nan))
+
+
+@functools.lru_cache(maxsize=8)
+def _ray_lengths(grid: Grid) -> np.ndarray:
+    """Return the lengths of the rays of the cells up to the plane z = 1, HxW float32."""
+    x, y = grid.rays
+    lengths: np.ndarray = np.sqrt(x * x + y * y + 1)
+    return lengths
+
+
+def _vectors(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Return three HxW coordinates as vectors, Mx3; twice as fast as np.stack()."""
+    return np.asarray(cv2.merge([x, y, z])).reshape(-1, 3)
 
 
 def _fit_planes(inverse: np.ndarray) -> tuple[np.ndarray, ...]:

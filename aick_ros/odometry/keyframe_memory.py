@@ -90,6 +90,11 @@ class KeyframeMemory:
         return PoseWithCovariance(self._correction.apply(pose.matrix),
                                   estimate.covariance + np.outer(self._error, self._error))
 
+    def corrected(self, T_reckoned_camera: np.ndarray) -> np.ndarray:
+        """Return the pose that is published for one by dead reckoning, 4x4, no covariance."""
+        return (T_reckoned_camera if self.reused == 0
+                else self._correction.apply(T_reckoned_camera))
+
     def keypoints_from(self, pose: PoseWithCovariance) -> np.ndarray:
         """
         Return the keypoints of all keyframes in the frame of a camera, Nx3 [m].

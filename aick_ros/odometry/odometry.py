@@ -342,7 +342,7 @@ class Odometry:
         self._twist_covariance = increment.pose.covariance / increment.interval ** 2
         memory.track(references.keyframe, self._pose.matrix, detour)
         self._gravity.update(prepared.stamp, reference.pose, registration.pose,
-                             self._corrected.matrix @ se3.inverse(self._pose.matrix))
+                             memory.corrected(self._pose.matrix) @ se3.inverse(self._pose.matrix))
         return dataclasses.replace(
             self._update(prepared, Status.OK, registration.reason), increment=increment,
             recovered=recovered, reference=reference.prepared.keypoints,

@@ -120,15 +120,20 @@ class Displacement:
 
     def of_depth(self, points: np.ndarray) -> np.ndarray:
         """Return where points of the depth image are at the stamp of the frame, Nx3 [m]."""
-        return _moved(points, self.depth, self.rows, rows_of(points, self.height))
+        return self._moved(points, self.depth, self.rows)
 
     def to_depth(self, points: np.ndarray) -> np.ndarray:
         """Return where the depth image has points of the frame, Nx3 [m]: the inverse."""
-        return _moved(points, -self.depth, -self.rows, rows_of(points, self.height))
+        return self._moved(points, -self.depth, -self.rows)
 
     def of_rows(self, points: np.ndarray) -> np.ndarray:
         """Return where points seen by their rows are at the stamp of the frame, Nx3 [m]."""
-        return _moved(points, np.zeros(6), self.rows, rows_of(points, self.height))
+        return self._moved(points, np.zeros(6), self.rows) if self.rows.any() else points
+
+    def _moved(self, points: np.ndarray, constant: np.ndarray, by_row: np.ndarray) -> np.ndarray:
+        """Return points moved by a twist, and by another one in proportion to their rows, Nx3."""
+        rows = rows_of(points, self.height) if by_row.any() else None
+        return _moved(points, constant, by_row, rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,9 +209,17 @@ def rows_of(points: np.ndarray, height: float) -> np.ndarray:
 
 
 def _moved(points: np.ndarray, constant: np.ndarray, by_row: np.ndarray,
-           rows: np.ndarray) -> np.ndarray:
-    """Return points moved by twists that are linear in their rows, to second order, Nx3."""
+           rows: np.ndarray | None) -> np.ndarray:
+    """
+    Return points moved by twists that are linear in their rows, to second order, Nx3.
+
+    :param rows: of the points, N; None where they do not matter.
+    """
     turn, turn_by_row = se3.skew(constant[3:]).T, se3.skew(by_row[3:]).T
+    if rows is None:
+        step = constant[:3] + points @ turn
+        displaced: np.ndarray = points + step + 0.5 * (step @ turn)
+        return displaced
     rows = rows[:, None]
     step = constant[:3] + points @ turn + rows * (by_row[:3] + points @ turn_by_row)
     moved: np.ndarray = points + step + 0.5 * (step @ turn + rows * (step @ turn_by_row))

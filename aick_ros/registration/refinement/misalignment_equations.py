@@ -126,4 +126,7 @@ def _by_readout(directions: np.ndarray, points: np.ndarray, motion: Motion,
 def _by_twist(directions: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return how far points move along directions by each number of a twist, Nx6."""
     (a, b, c), (x, y, z) = directions.T, points.T
-    return np.stack([a, b, c, y * c - z * b, z * a - x * c, x * b - y * a], axis=1)
+    moved = np.empty((len(points), 6))
+    moved[:, :3] = directions
+    moved[:, 3], moved[:, 4], moved[:, 5] = y * c - z * b, z * a - x * c, x * b - y * a
+    return moved
