@@ -24,8 +24,7 @@ _FAST_SURF = {**_ALL_PAPER, 'features.detector': 'surf', 'features.max_keypoints
 _EMBEDDED: Mapping[str, Value] = {
     'features.max_keypoints': 250, 'features.orb.nfeatures': 700,
     'features.orb.scale_factor': 1.44, 'features.orb.levels': 4,
-    'refinement.max_tracks': 250, 'refinement.surface_points': 1000,
-    'odometry.aick_interval': 10, 'odometry.min_overlap': 0.65}
+    'refinement.max_tracks': 250, 'odometry.aick_interval': 10, 'odometry.min_overlap': 0.55}
 
 PRESETS: Mapping[str, Mapping[str, Value]] = {
     'paper-full': {**_FULL, 'features.detector': 'orb'},
@@ -40,7 +39,7 @@ PRESETS: Mapping[str, Mapping[str, Value]] = {
 }
 """
 Preset name -> values that differ from the defaults: the parameters of the paper (IV, V-A), and
-``embedded``, chosen on two excerpts of real recordings and three rendered ones.
+``embedded``, chosen on two excerpts of real recordings and fifteen rendered ones.
 
 One value of those is not the paper's: its R_w of 0.165 for ORB belongs to its own vocabulary. For
 ours 0.26 costs little success (measured on the two TUM excerpts, features/vocabularies/README.md).

@@ -96,6 +96,8 @@ class Walk:
                 self.searched.append(self.registrar.count - before)
                 self.reckoned.append(pose)
                 self.published.append(self.memory.published(pose))
+                np.testing.assert_array_equal(self.memory.corrected(pose.matrix),
+                                              self.published[-1].matrix)
             self.sizes.append(len(self.memory.frames))
 
     def errors(self, poses):
