@@ -159,7 +159,8 @@ def test_one_that_looks_elsewhere_is_not_sought():
 
 
 @pytest.mark.parametrize('position, angle, expected', [
-    ((0.3, 0.0, 0.4), 0.0, 1.0), ((0.0, 0.0, 0.0), 0.2, 1.0), ((0.0, 0.5, 0.0), 0.2, 2 ** 0.5)])
+    ((0.3, 0.0, 0.4), 0.0, 1.0), ((0.0, 0.0, 0.0), 0.2, 1.0), ((0.0, 0.5, 0.0), 0.2, 2 ** 0.5),
+    ((0.0, 0.0, 0.0), 3.0, 15.0)])
 def test_views_are_apart_by_distance_and_angle_each_by_its_own_limit(position, angle, expected):
     pose = se3.exp([1.0, -2.0, 3.0, 0.1, 0.2, 0.3])
     other = pose.copy()

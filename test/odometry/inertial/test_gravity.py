@@ -147,6 +147,7 @@ def test_switched_off_it_changes_nothing(recorded):
 
 def test_without_samples_there_is_nothing_to_say():
     gravity = Gravity(ImuSettings())
+    assert gravity.begin(START) is None
     gravity.add(ImuSamples(np.empty(0, np.int64), np.empty((0, 3)), np.empty((0, 3))), 0.0)
     assert (gravity.description, gravity.complaint) == ('none', '')
     assert gravity.begin(START) is None

@@ -114,3 +114,28 @@ def test_words_of_two_vocabularies_are_not_compared():
     mixed = with_words(views, 5, 0.1)[0], with_words(views, 5, 0.1)[1]
     np.testing.assert_array_equal(Aick(SETTINGS).register(*mixed).matches,
                                   Aick(SETTINGS).register(*views).matches)
+
+
+@pytest.mark.parametrize('lambda_e', [0.5, 3.0])
+def test_by_position_all_pairs_within_the_threshold_are_compared(lambda_e):
+    """Where one word is all, what is nearest is, whatever its descriptor and the unit."""
+    views = with_words([frame(3 * view.positions, view.descriptors)
+                        for view in two_views(4, binary=True)], 1, 1.0)
+    found = WordSearch(*views, AickSettings(lambda_e=lambda_e)).closest(
+        se3.exp([0.8, 0, 0, 0, 0, 0]), 0.0)
+    moved = views[0].positions + np.float32([0.8, 0, 0])
+    distances = np.linalg.norm(moved[:, None] - views[1].positions, axis=2)
+    nearest = np.column_stack([np.arange(len(moved)), distances.argmin(axis=1)])
+    np.testing.assert_array_equal(found, nearest[distances.min(axis=1) < lambda_e])
+    assert distances.min(axis=1).max() > 1.2
+
+
+def test_pairs_within_a_radius_are_listed():
+    """A metre and a half, of which the square is more."""
+    one = [frame([[x, 0.0, 2.0]], np.zeros((1, 32), np.uint8)) for x in (0.0, 1.4)]
+    views = with_words(one, 1, 1.0)
+    moved = np.float32([[0.0, 0.0, 2.0, 1.0]])
+    search = WordSearch(*views, SETTINGS)
+    listed = [len(search._by_position(moved, radius).descriptor_distances)
+              for radius in (1.5, 1.3)]
+    assert listed == [1, 0]
