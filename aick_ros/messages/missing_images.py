@@ -34,8 +34,7 @@ class MissingImages:
     def add(self, stamp: int) -> None:
         """Add the stamp of an image that arrived [ns]; late ones are sorted in."""
         if self._stamps and self._stamps[-1] - stamp > RESTART_AFTER:
-            self._settle(len(self._stamps) - 1)
-            self._stamps.clear()
+            self._settle(len(self._stamps))
         index = bisect_left(self._stamps, stamp)
         if index == len(self._stamps) or self._stamps[index] != stamp:
             self._stamps.insert(index, stamp)

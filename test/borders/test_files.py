@@ -78,3 +78,9 @@ def test_an_empty_file_is_read_and_a_growing_one_up_to_the_limit(tmp_path, monke
     assert read_bytes(tmp_path / 'file', 'the file', 9) == b'123456789'
     with pytest.raises(InputError, match='larger than 8 bytes'):
         read_bytes(tmp_path / 'file', 'the file', 8)
+
+
+def test_a_file_that_is_larger_than_it_says_is_rejected():
+    """Those of /proc say 0 bytes."""
+    with pytest.raises(InputError, match='the status /proc/self/status: it is larger than 10 by'):
+        read_bytes('/proc/self/status', 'the status', 10)

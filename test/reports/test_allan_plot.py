@@ -30,7 +30,9 @@ def test_points_and_model_are_in_the_units_of_the_axes(noise):
     gyroscope, accelerometer = allan_figure(noise).axes
     for axes, unit, scale in ((gyroscope, 'deg/s', np.degrees(0.01)),
                               (accelerometer, 'm/s^2', 0.01 / np.sqrt(3))):
-        assert unit in axes.get_ylabel()
+        assert axes.get_ylabel() == f'Allan deviation [{unit}]'
+        assert axes.get_xlabel() == 'averaging time [s]'
+        assert axes.get_title(loc='left').startswith('office: ')
         times, model = line(axes, 'model').get_data()
         np.testing.assert_allclose(model, scale * np.sqrt(0.02 / times), rtol=0.1)
         drawn = axes.containers[0].lines[0].get_ydata()

@@ -7,8 +7,10 @@ import dataclasses
 import importlib.util
 import json
 import os
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -232,3 +234,14 @@ def test_nothing_is_left_on_a_full_disk(tmp_path, recorded_folder):
     assert len(sentences) == 6
     assert all(text.startswith(f'cannot write {tmp_path}/out: ') for text in sentences)
     assert sorted(os.listdir(tmp_path)) == before
+
+
+@pytest.mark.parametrize('lag', [-70_000_000, 70_000_000])
+def test_messages_are_in_order_where_depth_lags_by_frames(tmp_path, recording, lag):
+    recording.recorded[:] = [dataclasses.replace(frame, depth_stamp=frame.stamp + lag)
+                             for frame in recording.recorded]
+    write_bag(tmp_path / 'out', recording, 'sqlite3')
+    with closing(sqlite3.connect(tmp_path / 'out' / 'out.db3')) as database:
+        times = [time for time, in database.execute('SELECT timestamp FROM messages ORDER BY id')]
+    assert len(times) == 6 * 3 + 40
+    assert times == sorted(times)
