@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from importlib import import_module
 from typing import Any
 
@@ -15,28 +15,28 @@ from aick_ros.errors import InputError
 _KEPT = 8  # texts whose content is kept; chosen: metadata.yaml, and the QoS of some topics
 
 
-class _Yaml:
-    """The part of ruamel.yaml.YAML that rosbags uses."""
-
-    def __init__(self, typ: str) -> None:
-        self._typ = typ
-
-    def load(self, text: str) -> Any:
-        return _content(text, self._typ)
-
-
 @cache
 def limit_metadata() -> None:
     """Let rosbags, which parses any YAML, use the limits of this module."""
     for name in ('reader', 'metadata'):
-        setattr(import_module(f'rosbags.rosbag2.{name}'), 'YAML', _Yaml)
+        module = import_module(f'rosbags.rosbag2.{name}')
+        setattr(module, 'YAML', partial(_Yaml, module.YAML))
+
+
+class _Yaml:
+    """The part of the class YAML of a library that rosbags uses."""
+
+    def __init__(self, library: Any, typ: str) -> None:
+        self._library, self._typ = library, typ
+
+    def load(self, text: str) -> Any:
+        return _content(self._library, text, self._typ)
 
 
 @lru_cache(_KEPT)
-def _content(text: str, kind: str) -> Any:
-    from ruamel.yaml import YAML
+def _content(library: Any, text: str, kind: str) -> Any:
     depth, count = -2, 0  # of the stream and the document
-    for event in YAML(typ=kind, pure=True).parse(text):
+    for event in library(typ=kind, pure=True).parse(text):
         name = type(event).__name__
         depth += name.endswith('StartEvent') - name.endswith('EndEvent')
         count += 1
@@ -46,4 +46,4 @@ def _content(text: str, kind: str) -> Any:
             raise InputError(f'its YAML is nested deeper than {MAX_YAML_DEPTH} levels')
         if count > MAX_YAML_VALUES:
             raise InputError(f'its YAML has more than {MAX_YAML_VALUES} values')
-    return YAML(typ=kind).load(text)
+    return library(typ=kind).load(text)

@@ -17,8 +17,6 @@ from functools import cache, lru_cache
 from importlib import import_module
 from typing import Any
 
-from rosbags.interfaces import Nodetype
-
 from aick_ros.borders.limits import MAX_DEFINED_FIELDS, MAX_DEFINITION_LINES, MAX_MESSAGE_FIELDS
 from aick_ros.errors import InputError
 
@@ -96,6 +94,7 @@ def check_fields(types: Types, names: Collection[str]) -> None:
     :raises InputError: where they are too many, each element of an array of strings or messages
         counted; the message starts with 'its'.
     """
+    kinds = import_module('rosbags.interfaces').Nodetype
     left, known, count = list(names), set[str](), 0
     while left:
         name = left.pop()
@@ -104,17 +103,14 @@ def check_fields(types: Types, names: Collection[str]) -> None:
         known.add(name)
         for _, description in types[name][1]:
             kind, length = description, 1
-            if description[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+            if description[0] in (kinds.ARRAY, kinds.SEQUENCE):
                 kind = description[1][0]
-            if description[0] == Nodetype.ARRAY and not _is_number(kind):
+            is_number = kind[0] == kinds.BASE and kind[1][0] not in ('string', 'wstring')
+            if description[0] == kinds.ARRAY and not is_number:
                 length = description[1][1]
-            if kind[0] == Nodetype.NAME:
+            if kind[0] == kinds.NAME:
                 left.append(kind[1])
             count += length
         if count > MAX_MESSAGE_FIELDS:
             raise InputError(f'its definition of {" or ".join(sorted(names))} has more than '
                              f'{MAX_MESSAGE_FIELDS} fields, elements of arrays included')
-
-
-def _is_number(kind: Any) -> bool:
-    return bool(kind[0] == Nodetype.BASE and kind[1][0] not in ('string', 'wstring'))
