@@ -113,7 +113,7 @@ def _rejected(name: str, value: object, wanted: str) -> InputError:
         what = repr(value) if abs(value) < 10 ** 30 else 'a very large number'
     else:
         what = f'an object of the class {type(value).__name__}'
-    return InputError(f'{name}: {what if len(what) < 80 else what[:80] + "..."}, where {wanted} '
+    return InputError(f'{name}: {what if len(what) <= 80 else what[:80] + "..."}, where {wanted} '
                       'is required')
 
 

@@ -134,3 +134,11 @@ def test_what_is_required_is_returned():
     value = range(3)
     assert required(value, range, 'it') is value
     assert required_method(AssertionError(), 'with_traceback', 'it') is None
+
+
+@pytest.mark.parametrize('length, shown', [
+    (78, "'" + 78 * 'x' + "'"), (79, "'" + 79 * 'x' + '...')])
+def test_more_than_80_characters_are_cut(length, shown):
+    with pytest.raises(InputError) as raised:
+        required(length * 'x', int, 'it')
+    assert str(raised.value) == f'it: {shown}, where an object of the class int is required'

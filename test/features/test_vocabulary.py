@@ -226,3 +226,13 @@ def test_pairs_are_those_under_the_closest_word():
     assert list(zip(*source.pairs(target).tolist())) == expected
     none = words.words_of(BINARY[:0], 0.5)
     assert source.pairs(none).shape == none.pairs(source).shape == (2, 0)
+
+
+def test_an_array_of_another_size_is_described(tmp_path):
+    archive(tmp_path / 'words.npz', b'(20, 33)')
+    size = 128 + 20 * 32  # the header of the format, and the words
+    with pytest.raises(InputError) as raised:
+        load(tmp_path / 'words.npz')
+    assert str(raised.value) == (
+        f'{tmp_path}/words.npz is not a vocabulary, or is truncated (words declares uint8 of shape '
+        f'(20, 33) and has {size} bytes): learn it again with `aick vocabulary`')

@@ -247,11 +247,12 @@ def test_the_descriptors_of_a_pair_are_of_one_kind(changes, kinds):
     def frame(count=2, **fields):
         return KeypointFrame(**{
             'stamp': 0, 'positions': np.ones((count, 3)), 'covariances': np.ones((count, 3, 3)),
-            'descriptors': np.ones((count, 32), np.uint8), 'pixels': np.ones((count, 2)), **fields})
+            'descriptors': np.ones((count, 32), np.uint8), 'pixels': np.ones((count, 2)),
+            **fields})
     with pytest.raises(InputError) as raised:
         required_pair(frame(), frame(**changes))
-    assert str(raised.value) == (f'the descriptors are {kinds} per keypoint: those of one detector '
-                                 'are required')
+    assert str(raised.value) == (
+        f'the descriptors are {kinds} per keypoint: those of one detector are required')
     required_pair(frame(), frame())
     required_pair(KeypointFrame.none(0), frame(**changes))
     required_pair(frame(**changes), KeypointFrame.none(0))

@@ -72,14 +72,14 @@ def test_an_owned_frame_is_a_copy_whose_depth_is_positive_or_nan():
 @pytest.mark.parametrize('changes, sentence', [
     ({'depth': DEPTH[::2]}, 'colour is 640 x 480 and depth 640 x 240 pixels: depth must be '
      'registered to the colour camera'),
-    ({'camera': dataclasses.replace(CAMERA, width=320)}, 'colour is 640 x 480 pixels and the camera '
-     'calibrated for 320 x 480: the calibration must be of the same resolution'),
+    ({'camera': dataclasses.replace(CAMERA, width=320)}, 'colour is 640 x 480 pixels and the '
+     'camera calibrated for 320 x 480: the calibration must be of the same resolution'),
     ({'depth': DEPTH[0]}, 'the depth image is float32 of shape (640,): float32 of shape HxW, in '
      'metres, is required'),
     ({'colour': COLOUR.view(np.int8)}, 'the colour image is int8 of shape (480, 640, 3): uint8 of '
      'shape HxW or HxWx3 is required'),
-    ({'depth_stamp': 0.5}, 'the stamp [ns] of the depth image: 0.5, where a 64-bit whole number is '
-     'required'),
+    ({'depth_stamp': 0.5}, 'the stamp [ns] of the depth image: 0.5, where a 64-bit whole number '
+     'is required'),
     ({'imu': 3}, 'imu: 3, where an object of the class ImuSamples is required')])
 def test_the_sentence_names_the_image_and_both_sizes(changes, sentence):
     fields = {'stamp': 0, 'colour': COLOUR, 'depth': DEPTH, 'camera': CAMERA, **changes}

@@ -380,7 +380,7 @@ def test_normals_point_away_from_the_camera():
 
 @pytest.mark.parametrize('ratio, is_usable', [(3.9, True), (4.1, False)])
 def test_a_plane_may_be_four_times_as_rough_as_the_smoothest_quarter(ratio, is_usable):
-    """Columns of cells lie before and behind a wall in turn, on the right further than elsewhere."""
+    """Columns of cells lie before and behind a wall in turn, on the right further off it."""
     signs = (-1.0) ** np.arange(2 * RADIUS + 1)
     roughness = np.std(signs - signs.mean())
     column = np.arange(PINHOLE.width) // CELL

@@ -154,7 +154,8 @@ def following(number):
     ({'width': MAX_SIDE, 'height': 1}, {'width': MAX_SIDE + 1, 'height': 1}),
     ({'width': 1, 'height': MAX_SIDE}, {'width': 1, 'height': MAX_SIDE + 1}),
     ({'width': 8192, 'height': MAX_PIXELS // 8192}, {'width': 8193, 'height': MAX_PIXELS // 8192}),
-    ({'width': 1}, {'width': 0}), ({'height': 1}, {'height': 0}), ({'height': 1}, {'height': -480}),
+    ({'width': 1}, {'width': 0}), ({'height': 1}, {'height': 0}),
+    ({}, {'height': -480}),
     *(({name: MAX_PIXEL_LENGTH}, {name: following(MAX_PIXEL_LENGTH)})
       for name in ('fx', 'fy', 'cx', 'cy')),
     *(({name: -MAX_PIXEL_LENGTH}, {name: -following(MAX_PIXEL_LENGTH)}) for name in ('cx', 'cy')),

@@ -11,8 +11,8 @@ from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import MAX_STAMP
 from aick_ros.geometry.trajectory import (
-    Trajectory, format_pose, read_trajectory, seconds_to_stamp, stamp_to_seconds,
-    trajectory_text, write_trajectory)
+    Trajectory, format_pose, read_trajectory, seconds_to_stamp, stamp_to_seconds, trajectory_text,
+    write_trajectory)
 
 SECOND = 1_000_000_000
 

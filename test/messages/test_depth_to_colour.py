@@ -149,7 +149,8 @@ def test_one_pixel_becomes_a_footprint_a_tenth_larger_than_it():
     depth = np.full((5, 5), np.nan, np.float32)
     depth[2, 2] = 2.0
     colour = Camera(320, 240, 262, 262, 160.0, 120.0)
-    row, column = np.nonzero(np.isfinite(DepthToColour(coarse, colour, np.eye(4)).reproject(depth)))
+    found = DepthToColour(coarse, colour, np.eye(4)).reproject(depth)
+    row, column = np.nonzero(np.isfinite(found))
     assert (column.min(), column.max()) == (160 - 4, 160 + 4)  # 4.4 on each side
     assert (row.min(), row.max()) == (120 - 2, 120 + 2)  # 2.2
     assert len(row) == 9 * 5

@@ -146,7 +146,8 @@ def segment(marker, content=bytes(30)):
 
 @pytest.mark.parametrize('before', [
     b'', segment(0xc4), segment(0xc8), segment(0xcc), segment(0xdb), segment(0xe0), segment(0xfe),
-    b'\xff\x01', *(bytes([0xff, marker]) for marker in range(0xd0, 0xd8)), b'\xff' + segment(0xc4)],
+    b'\xff\x01', *(bytes([0xff, marker]) for marker in range(0xd0, 0xd8)),
+    b'\xff' + segment(0xc4)],
     ids=lambda before: before[:3].hex())
 @pytest.mark.parametrize('frame', sorted(set(range(0xc0, 0xd0)) - {0xc4, 0xc8, 0xcc}))
 def test_the_size_is_that_of_the_frame_header_whatever_comes_before(before, frame, monkeypatch):
@@ -204,8 +205,8 @@ def test_the_largest_images_are_not_rejected_by_their_size(width, height):
 def test_what_is_no_depth_is_described(image, sentence):
     with pytest.raises(InputError) as raised:
         png_jpeg.decode_units(encoded(image))
-    assert str(raised.value) == (f'{sentence}, a depth image has one of uint16: use the depth image '
-                                 'instead of the colour image')
+    assert str(raised.value) == (f'{sentence}, a depth image has one of uint16: use the depth '
+                                 'image instead of the colour image')
 
 
 def test_16_bits_of_any_order_are_scaled():

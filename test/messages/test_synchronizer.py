@@ -296,3 +296,12 @@ def test_the_stream_that_is_not_far_ahead_keeps_its_images():
     synchronizer.add_colour(990 * MS, 'c')
     assert synchronizer.unpaired == {'colour': 1, 'depth': 0}
     assert synchronizer.flush() == [(990 * MS, 'c', 1_000 * MS, 'd')]
+
+
+@given(st.integers(1, 10_000_000))
+def test_an_interval_in_seconds_is_the_nearest_number_of_nanoseconds(microseconds):
+    """A product of decimal seconds may lie just below a whole number."""
+    for beyond in (0, 1):
+        pairs, _ = run([(7, 'colour'), (7 + 1_000 * microseconds + beyond, 'depth')],
+                       max_interval=microseconds / 1e6)
+        assert len(pairs) == 1 - beyond

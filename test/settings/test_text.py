@@ -86,7 +86,8 @@ def test_vertical_bars_are_escaped_in_the_table():
 
 @pytest.mark.parametrize('value, text', [
     (True, 'true'), (False, 'false'), (3, '3'), (0.5, '0.5'), (1e-5, '1.0e-05'), (1e22, '1.0e+22'),
-    (1.5e-7, '1.5e-07'), (-0.25, '-0.25'), ((), '[]'), ((1, 0.5), '[1.0, 0.5]'), ("it's", "'it''s'"),
+    (1.5e-7, '1.5e-07'), (-0.25, '-0.25'), ((), '[]'), ((1, 0.5), '[1.0, 0.5]'),
+    ("it's", "'it''s'"),
     ('', "''"), ('true', "'true'"), ('3', "'3'")])
 def test_values_are_written_so_that_their_type_is_seen(value, text):
     assert scalar_text(value) == text

@@ -609,7 +609,7 @@ def test_an_image_alone_is_reported_by_the_interval_and_both_topics(tmp_path, re
 
 @pytest.mark.parametrize('names, given, expected', [
     ({}, {}, (COLOUR, DEPTH, INFO)),
-    ({INFO: '/x/calibration'}, {'info_topic': '/x/calibration'}, (COLOUR, DEPTH, '/x/calibration')),
+    ({INFO: '/x/info'}, {'info_topic': '/x/info'}, (COLOUR, DEPTH, '/x/info')),
     ({}, {'info_topic': '/other/camera_info'}, (COLOUR, DEPTH, '/other/camera_info'))])
 def test_raw_topics_are_those_that_are_read(tmp_path, recording, names, given, expected):
     messages = Messages()

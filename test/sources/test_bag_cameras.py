@@ -154,3 +154,13 @@ def test_options_of_depth_require_that_it_is_registered(option, value):
     with pytest.raises(InputError, match=f'{name} has no effect without --register-depth'):
         cameras(**{option: value})
     cameras(**{option: value}, register_depth=True)
+
+
+@pytest.mark.parametrize('images, info, is_rectified', [
+    ('/rgb/image_rect', '/rgb/camera_info', True), ('/rgb/image_raw', '/rgb/camera_info', False),
+    ('/rect/image', '/other/camera_info', True), ('/rgb/image', '/rect/camera_info', False)])
+def test_the_name_of_the_images_says_whether_they_are_rectified(images, info, is_rectified):
+    message = camera_info(1, COLOUR)
+    message.p[0] = 100.0
+    found = cameras({info: [message]}, info_topic=info).colour(images)
+    assert found.fx == (100.0 if is_rectified else COLOUR.fx)

@@ -170,7 +170,8 @@ def test_of_two_colour_topics_the_better_one_is_taken(better, worse):
     ('/c/depth_registered/image', '/c/depth/image'), ('/c/aligned_depth/image', '/c/depth/image'),
     ('/c/depth_to_rgb/image', '/c/depth/image'), ('/c/Depth/image', '/d/depth/image'),
     ('/c/depth/image/compressedDepth', '/c/depth/image/compressed'),
-    ('/c/depth/image_raw', '/c/depth/image_rect'), ('/c/depth/image', '/c/depth/a/compressedDepth')])
+    ('/c/depth/image_raw', '/c/depth/image_rect'),
+    ('/c/depth/image', '/c/depth/a/compressedDepth')])
 def test_of_two_depth_topics_the_better_one_is_taken(better, worse):
     topics = BagTopics({topic: COMPRESSED_IMAGE if 'compressed' in topic else IMAGE
                         for topic in (worse, better)}, 'a bag')
@@ -193,7 +194,7 @@ def test_the_calibration_of_depth_is_that_of_a_depth_camera():
     (lambda topics: topics.ground_truth('/x'), '--ground-truth-topic'),
     (lambda topics: topics.only_imu('/x'), '--imu-topic')])
 def test_the_sentence_names_the_option_of_each_topic(find, option):
-    with pytest.raises(InputError, match=rf'a bag has no .* on /x \({option}\); it has no messages'):
+    with pytest.raises(InputError, match=rf'a bag has no .* on /x \({option}\); it has no mess'):
         find(BagTopics({}, 'a bag'))
 
 

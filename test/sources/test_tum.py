@@ -237,5 +237,5 @@ def test_lists_without_a_pair_are_described_with_their_numbers(recorded_folder):
     with pytest.raises(InputError) as raised:
         TumSource(recorded_folder, SourceOptions(max_interval=0.5))
     assert str(raised.value) == (
-        f'{recorded_folder}: none of the 6 images in rgb.txt and the 2 in depth.txt are within 0.5 '
-        's of each other: check that both lists belong to one recording')
+        f'{recorded_folder}: none of the 6 images in rgb.txt and the 2 in depth.txt are within '
+        '0.5 s of each other: check that both lists belong to one recording')
