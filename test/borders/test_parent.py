@@ -15,7 +15,11 @@ PROGRAM = """
 import os, signal, subprocess, sys, time
 from aick_ros.borders.parent import end_with_parent, supervised
 if len(sys.argv) > 1:
-    end_with_parent(signal.Signals(int(sys.argv[1])))
+    if sys.argv[1] == 'default':
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        end_with_parent()
+    else:
+        end_with_parent(signal.Signals(int(sys.argv[1])))
     print(os.getpid(), flush=True)
     time.sleep(600)
 subprocess.run([sys.executable, '-c', os.environ['PROGRAM'], os.environ['ENDING']],
@@ -24,11 +28,12 @@ subprocess.run([sys.executable, '-c', os.environ['PROGRAM'], os.environ['ENDING'
 PATIENCE = 60.0  # seconds
 
 
-@pytest.mark.parametrize('ending', [signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize('ending', [int(signal.SIGTERM), int(signal.SIGKILL), 'default'])
 def test_the_child_of_a_parent_that_is_killed_ends(ending):
+    """By default whatever signals it ignores."""
     parent = subprocess.Popen(
         [sys.executable, '-c', PROGRAM], stdout=subprocess.PIPE, text=True,
-        env={**os.environ, 'PROGRAM': PROGRAM, 'ENDING': str(int(ending))})
+        env={**os.environ, 'PROGRAM': PROGRAM, 'ENDING': str(ending)})
     child = int(parent.stdout.readline())
     parent.kill()
     parent.wait()

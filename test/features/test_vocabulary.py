@@ -234,5 +234,5 @@ def test_an_array_of_another_size_is_described(tmp_path):
     with pytest.raises(InputError) as raised:
         load(tmp_path / 'words.npz')
     assert str(raised.value) == (
-        f'{tmp_path}/words.npz is not a vocabulary, or is truncated (words declares uint8 of shape '
-        f'(20, 33) and has {size} bytes): learn it again with `aick vocabulary`')
+        f'{tmp_path}/words.npz is not a vocabulary, or is truncated (words declares uint8 of '
+        f'shape (20, 33) and has {size} bytes): learn it again with `aick vocabulary`')
