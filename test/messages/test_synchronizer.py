@@ -305,3 +305,13 @@ def test_an_interval_in_seconds_is_the_nearest_number_of_nanoseconds(microsecond
         pairs, _ = run([(7, 'colour'), (7 + 1_000 * microseconds + beyond, 'depth')],
                        max_interval=microseconds / 1e6)
         assert len(pairs) == 1 - beyond
+
+
+def test_of_pairs_that_come_together_the_stamp_of_colour_increases():
+    """It is that of the frame; a depth image may come twice, with another colour image."""
+    synchronizer = Synchronizer()
+    for colour, depth, is_taken in ((100, 90, True), (133, 90, True), (133, 140, False),
+                                    (120, 150, False), (166, 160, True)):
+        pair = Pair(colour * MS, 'c', depth * MS, 'd')
+        assert synchronizer.add_pair(pair) == ([pair] if is_taken else [])
+    assert synchronizer.late == 2
