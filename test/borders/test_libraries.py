@@ -6,6 +6,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -58,3 +59,11 @@ def test_without_their_variables_nothing_is_tried(monkeypatch):
             monkeypatch.delenv(name)
     monkeypatch.setattr(os, 'fork', lambda: pytest.fail('a process is started'))
     check_libraries()
+
+
+def test_where_the_libraries_are_not_installed_nothing_is_rejected():
+    """Python without the installed packages: that they are missing is said elsewhere."""
+    run = subprocess.run(
+        [sys.executable, '-S', '-c', CHECK], capture_output=True, text=True, check=True,
+        env={'PYTHONPATH': str(Path(__file__).parents[2]), 'OPENCV_FOR_THREADS_NUM': 'nonsense'})
+    assert (run.stdout, run.stderr) == ('', '')

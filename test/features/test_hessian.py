@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros.features.hessian import BoxSums, determinants, filter_sizes, find_blobs
+from aick_ros.features.hessian import BoxSums, _vertex, determinants, filter_sizes, find_blobs
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 
@@ -179,3 +179,14 @@ def test_of_two_equal_neighbours_one_counts():
     near = np.linalg.norm(found.pixels - (100.5, 80.0), axis=1) < 2.0
     assert near.sum() == 1
     np.testing.assert_allclose(found.pixels[near][0], (100.5, 80.0), atol=0.05)
+
+
+def test_the_vertex_of_a_paraboloid_is_exact():
+    """Central differences of a quadratic form have no error, those of its cross terms neither."""
+    rng = np.random.default_rng(8)
+    roots, vertices = rng.normal(size=(50, 3, 3)), rng.uniform(-1, 1, (50, 3))
+    samples = np.stack(np.meshgrid(*3 * [(-1, 0, 1)], indexing='ij'), axis=-1).reshape(-1, 3)
+    ways = samples[:, None] - vertices
+    form = roots @ roots.transpose(0, 2, 1) + 0.1 * np.eye(3)
+    cube = 5.0 - np.einsum('kni,nij,knj->kn', ways, form, ways)
+    np.testing.assert_allclose(_vertex(cube), vertices.T, atol=1e-9)

@@ -3,12 +3,14 @@
 
 """Visual words against simulated clusters, and against the condition of convergence."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.features.descriptors import descriptor_distances
-from aick_ros.features.k_means import _seeds, learn_words
+from aick_ros.features.k_means import _seeds, _squared_distances, learn_words
 
 
 def clusters(binary, count=12, size=60, seed=0):
@@ -125,3 +127,24 @@ def test_seeds_are_drawn_in_proportion_to_their_squared_distances():
     squares = (points - points.T) ** 2
     expected = squares / squares.sum(axis=1, keepdims=True) / 3
     np.testing.assert_allclose(counts / 3000, expected, atol=0.04)
+
+
+def test_the_third_seed_is_drawn_by_the_distance_to_the_nearer_of_two():
+    """Of four points on a line: the odds of each order of three, in closed form."""
+    line = [0.0, 1.0, 10.0, 14.0]
+    drawn = [tuple(_seeds(np.array(line, np.float32)[:, None], 3, np.random.default_rng(seed))
+                   [:, 0].tolist()) for seed in range(3000)]
+    for order in itertools.permutations(line, 3):
+        probability = 0.25
+        for i in (1, 2):
+            weights = {x: min((x - seed) ** 2 for seed in order[:i]) for x in line}
+            probability *= weights[order[i]] / sum(weights.values())
+        assert drawn.count(order) / 3000 == pytest.approx(probability, abs=0.03)
+
+
+def test_distances_from_one_of_the_points_are_squared_and_zero_to_itself():
+    points = np.random.default_rng(2).normal(0, 1, (30, 7)).astype(np.float32)
+    expected = np.square(points - points[11]).sum(axis=1)
+    found = _squared_distances(points, 11)
+    np.testing.assert_allclose(found, expected, atol=1e-5)
+    assert found[11] == 0.0

@@ -130,3 +130,13 @@ def test_homogeneous_points_keep_their_type(rng):
     found = point_fit.homogeneous(points)
     assert found.dtype == np.float32
     np.testing.assert_array_equal(found, np.c_[points, np.ones(5)])
+
+
+def test_points_farther_from_the_origin_than_from_each_other_are_fit_by_their_moments(rng):
+    """A spread of a centimetre at a kilometre is a thousand times the rounding of the moments."""
+    source = np.array([600.0, -500.0, 620.0]) + rng.normal(0, 0.01, (100, 3))
+    T = se3.exp((0.3, -0.2, 0.1, 0.02, -0.01, 0.03))
+    target = se3.transform(T, source)
+    found = fit_moments(source, target)
+    np.testing.assert_allclose(found[:3, :3], T[:3, :3], atol=1e-3)
+    np.testing.assert_allclose(se3.transform(found, source), target, atol=1e-4)

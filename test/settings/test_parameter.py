@@ -11,7 +11,7 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
-from aick_ros.settings.parameter import Parameter, parameters, values, with_values
+from aick_ros.settings.parameter import Parameter, hint, parameters, values, with_values
 
 ALL = [*parameters(Settings), *parameters(NodeSettings)]
 
@@ -133,3 +133,12 @@ def test_the_group_that_was_given_is_unchanged():
     changed = with_values(with_values(before, {'aick.alpha': 0.25}), {'aick.iterations': 7})
     assert (changed.aick.alpha, changed.aick.iterations) == (0.25, 7)
     assert before == Settings()
+
+
+@pytest.mark.parametrize('count', [1, 2, 3, 4])
+def test_a_hint_has_three_names_at_most(count):
+    known = [f'aick.alpha{i}' for i in range(count)]
+    text = hint('aick.alpha', known)
+    assert text.startswith('did you mean ') and text.endswith('?')
+    names = text[len('did you mean '):-1].split(' or ')
+    assert len(names) == min(count, 3) and set(names) <= set(known)

@@ -110,3 +110,15 @@ def test_ours_are_left_alone():
 @pytest.mark.parametrize('name', READ_AS)
 def test_the_page_names_what_is_read(name):
     assert re.search(rf'`{name}`.*`{READ_AS[name].ours}`', PAGE)
+
+
+@pytest.mark.parametrize('name, ours', [
+    ('guess_min_translation', 'max_update_rate'), ('guess_min_rotation', 'max_update_rate'),
+    ('guess_min_time', 'max_update_rate'), ('ground_truth_frame_id', 'initial_pose'),
+    ('ground_truth_base_frame_id', 'initial_pose'), ('Odom/Strategy', 'odometry.reference'),
+    ('Odom/KeyFrameThr', 'odometry.min_overlap'), ('Vis/FeatureType', 'features.detector'),
+    ('Vis/MaxFeatures', 'features.max_keypoints'), ('Vis/MinInliers', 'odometry.min_matches'),
+    ('Vis/MinDepth', 'sensor.min_depth'), ('Vis/MaxDepth', 'sensor.max_depth')])
+def test_the_nearest_of_ours_is_named(name, ours):
+    [warning] = translate({name: 'x'}).warnings
+    assert warning.endswith(f' (see {ours})')

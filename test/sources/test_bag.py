@@ -648,3 +648,12 @@ def test_of_two_poses_of_one_stamp_the_last_one_counts(tmp_path, recording):
             for T in (np.eye(4), moved)]
     path = write(tmp_path / 'bag', [*messages.recording(recording), *rows])
     assert BagSource(path).ground_truth.poses[:, 0, 3].tolist() == [5.0]
+
+
+def test_a_dropped_image_is_named_by_topic_and_stamp_in_seconds(tmp_path, recording):
+    rows = list(stream(recording, (0.0, 0.1)))
+    path = write(tmp_path / 'bag', [*rows, rows[1]])
+    _, damage = read(BagSource(path))
+    assert damage == [
+        f'{path}, {COLOUR} at 1305031102.123456789: the stamp repeats or goes back from '
+        '1305031102.223456789; the image is dropped']
