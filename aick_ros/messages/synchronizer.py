@@ -40,7 +40,7 @@ class _Stream:
 
     def may_bring_nearer(self, interval: int) -> bool:
         """Return whether a later image may be nearer than the head, at ``interval`` [ns]."""
-        return interval > 0 and 2 * interval > _GAP_MARGIN * min(self.gaps, default=0)
+        return 2 * interval > _GAP_MARGIN * min(self.gaps, default=0)
 
     def drop_head(self) -> None:
         self.queue.popleft()

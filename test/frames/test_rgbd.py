@@ -70,6 +70,8 @@ def test_an_owned_frame_is_a_copy_whose_depth_is_positive_or_nan():
 
 
 @pytest.mark.parametrize('changes, sentence', [
+    ({'depth': DEPTH.T}, 'colour is 640 x 480 and depth 480 x 640 pixels: depth must be '
+     'registered to the colour camera'),
     ({'depth': DEPTH[::2]}, 'colour is 640 x 480 and depth 640 x 240 pixels: depth must be '
      'registered to the colour camera'),
     ({'camera': dataclasses.replace(CAMERA, width=320)}, 'colour is 640 x 480 pixels and the '

@@ -108,6 +108,8 @@ def test_pixels_without_a_ray_in_front_of_the_camera_are_nan(camera):
     ((640, 480, None), 'camera_info is not of numbers'),
     ((640, 480, K, 5), 'camera_info is not of numbers'),
     ((None, 480, K), 'camera_info is not of numbers'),
+    ((math.inf, 480, K), 'camera_info is not of numbers'),
+    ((640, 480, [10 ** 400, *K[1:]]), 'camera_info is not of numbers'),
     ((640, 480, K, [0.1] * 4, 'thin_prism'), "unknown distortion model 'thin_prism'"),
 ])
 def test_invalid_calibrations_are_rejected(fields, sentence):

@@ -3,6 +3,8 @@
 
 """Messages of a bag in their order, and one sentence for whatever is wrong."""
 
+import os
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -159,3 +161,22 @@ def test_stamps_lose_no_nanosecond():
     stamp = stamp_of(SimpleNamespace(header=SimpleNamespace(stamp=SimpleNamespace(
         sec=int(time.sec), nanosec=int(time.nanosec)))))
     assert stamp == 2_147_483_647_999_999_999
+
+
+@pytest.mark.parametrize('storage', [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+def test_a_bag_is_closed_when_it_has_been_read_or_is_read_no_further(tmp_path, storage):
+    bag = write(tmp_path / 'bag', [('/a', 1, 'one'), ('/a', 2, 'two')], storage)
+
+    def is_open():
+        links = (os.readlink(entry) for entry in Path('/proc/self/fd').iterdir()
+                 if entry.is_symlink())
+        return any(link.startswith(str(tmp_path)) for link in links)
+
+    messages = BagFile(bag).messages(['/a'], raise_damage)
+    next(messages)
+    assert is_open()
+    messages.close()
+    assert not is_open()
+    assert len(list(BagFile(bag).messages(['/a'], raise_damage))) == 2
+    BagFile(bag).topics()
+    assert not is_open()

@@ -167,3 +167,9 @@ def test_a_folder_of_images_is_read_with_the_options(tmp_path):
     camera.write_text('{"width": 4, "height": 4, "k": [9, 0, 2, 0, 9, 2, 0, 0, 1]}')
     frame, = open_source(tmp_path, SourceOptions(camera=camera)).frames()
     assert frame.camera.fx == 9
+
+
+@pytest.mark.parametrize('name, value', [('colour_topic', ''), ('depth_in_colour', ())])
+def test_an_option_is_given_also_where_it_is_empty(recorded_folder, name, value):
+    with pytest.raises(InputError, match=f'--{name.replace("_", "-")} has no effect on'):
+        open_source(recorded_folder, SourceOptions(**{name: value}))
