@@ -285,7 +285,7 @@ def test_a_list_of_files_that_never_comes_is_not_waited_for(web, monkeypatch, li
 
 def test_a_recording_that_hardly_comes_is_not_waited_for(web, scratch, monkeypatch):
     monkeypatch.setattr(transfer, '_OVER', 0.1)
-    with pytest.raises(TransferError, match=r'slow.bag: \d+ bytes arrived in 0 s'):
+    with pytest.raises(TransferError, match=r'slow.bag: \d+ bytes arrived in \d+ s'):
         with scratch.copy_of(f'{web.url}/slow.bag'):
             pytest.fail('it was given')
     assert web.requests.count('/slow.bag') == 3
