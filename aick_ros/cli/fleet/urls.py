@@ -134,6 +134,6 @@ def _web_options() -> dict[str, object]:
 def _line(error: Exception) -> str:
     if isinstance(error, TimeoutError) and not str(error).strip():
         return 'nothing arrives any more'
-    lines = str(error).split('\n') if str(error).strip() else [type(error).__name__]
+    lines = (str(error).strip() or type(error).__name__).split('\n')
     first, second = [' '.join(line.split()) for line in [*lines, '']][:2]
     return (f'{first} {second}' if first.endswith(':') else first).rstrip('. ')

@@ -64,6 +64,8 @@ def test_an_error_of_a_web_server_is_one_of_the_transfer(status):
 def test_any_other_error_is_one_line():
     assert raised(WEB, RuntimeError('  first.\nsecond')) == (
         TransferError, f'cannot read {WEB}: first')
+    assert raised(WEB, RuntimeError('\nsecond\nthird')) == (
+        TransferError, f'cannot read {WEB}: second')
     assert raised(WEB, RuntimeError('Invalid:\n\tthe name.\nthird')) == (
         TransferError, f'cannot read {WEB}: Invalid: the name')
     assert raised(WEB, TimeoutError()) == (
