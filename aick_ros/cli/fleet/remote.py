@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -104,8 +105,7 @@ def _single_file(system: FileSystem, url: str, path: str) -> dict[str, Mapping[s
     if not is_one_file(url):
         return {}
     info = system.info(path)
-    _require_regular(url, info)
-    return {} if _is_folder(info) else {name_of(url): info}
+    return {} if _is_folder(info) else {name_of(url): _regular_file(system, url, info)}
 
 
 @asked_again
@@ -128,8 +128,7 @@ def _walk(system: FileSystem, url: str, folder: str, prefix: str, depth: int
             yield from _walk(system, url, f'{entry["name"]}'.rstrip('/'), f'{prefix}{name}/',
                              depth - 1)
         elif name:
-            _require_regular(url, entry)
-            yield f'{prefix}{name}', entry
+            yield f'{prefix}{name}', _regular_file(system, url, entry)
 
 
 def _check_depth(url: str, left: int) -> None:
@@ -138,9 +137,16 @@ def _check_depth(url: str, left: int) -> None:
                          'recording')
 
 
-def _require_regular(url: str, entry: Mapping[str, object]) -> None:
-    if entry['type'] not in ('file', 'directory'):
+def _regular_file(system: FileSystem, url: str, entry: Mapping[str, object]
+                  ) -> Mapping[str, object]:
+    """Return the facts of a file, those of its target for a link; InputError of anything else."""
+    info = entry
+    if info['type'] != 'file':  # lists have links as they are
+        with suppress(FileNotFoundError):
+            info = system.info(str(entry['name']))
+    if info['type'] != 'file':
         raise InputError(f'{url} cannot be copied: {entry["name"]} is not a regular file')
+    return info
 
 
 def _is_folder(entry: Mapping[str, object]) -> bool:

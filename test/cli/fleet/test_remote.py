@@ -94,6 +94,22 @@ def test_pipes_and_devices_are_not_copied(tmp_path, name):
         files_of(f'file://{given}')
 
 
+def test_links_to_files_are_copied_with_the_facts_of_the_files(tmp_path):
+    (tmp_path / 'folder').mkdir()
+    (tmp_path / 'there').write_bytes(bytes(5000))
+    os.utime(tmp_path / 'there', (1, 1))
+    link = tmp_path / 'folder/x.mcap'
+    link.symlink_to('../there')
+    for given, name in ((tmp_path / 'folder', 'folder/x.mcap'), (link, 'x.mcap')):
+        assert files_of(f'file://{given}') == [RemoteFile(str(link), name, 5000, '1.0')]
+
+
+def test_links_to_nothing_are_not_copied(tmp_path):
+    (tmp_path / 'x.png').symlink_to('nowhere')
+    with pytest.raises(InputError, match='cannot be copied: .*x.png is not a regular file'):
+        files_of(f'file://{tmp_path}')
+
+
 def test_nothing_to_read_is_said(server):
     url = server(notes=1)
     with pytest.raises(InputError, match='has no recording: at a URL it is a .mcap, .db3, .bag'):
