@@ -24,10 +24,13 @@ def limit_metadata() -> None:
 
 
 class _Yaml:
-    """The part of the class YAML of a library that rosbags uses."""
+    """The class YAML of a library, which loads within the limits."""
 
     def __init__(self, library: Any, typ: str) -> None:
         self._library, self._typ = library, typ
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._library(typ=self._typ), name)
 
     def load(self, text: str) -> Any:
         return _content(self._library, text, self._typ)

@@ -5,13 +5,18 @@
 
 import pytest
 import ruamel.yaml
-from rosbags.rosbag2 import metadata, reader
+from rosbags.interfaces import (
+    Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime)
+from rosbags.rosbag2 import Reader, Writer, metadata, reader
+from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 
 from aick_ros.borders.bag_metadata import limit_metadata
 from aick_ros.borders.limits import MAX_YAML_DEPTH, MAX_YAML_VALUES
 from aick_ros.errors import InputError
 
+QOS = Qos(QosHistory.KEEP_LAST, 3, QosReliability.RELIABLE, QosDurability.VOLATILE, QosTime(1, 2),
+          QosTime(3, 4), QosLiveliness.AUTOMATIC, QosTime(5, 6), False)
 BOMB = 'a0: &a0 [x, x]\n' + ''.join(
     f'a{i}: &a{i} [{", ".join([f"*a{i - 1}"] * 9)}]\n' for i in range(1, 12))
 
@@ -42,6 +47,18 @@ def test_errors_are_those_of_rosbags(load, text):
 def test_what_is_too_large_is_rejected(load, text, reason):
     with pytest.raises(InputError, match=reason):
         load(text)
+
+
+def test_bags_are_written_as_before(tmp_path):
+    """Up to version 8, rosbags writes the QoS by the class that it reads it with."""
+    limit_metadata()
+    types = get_typestore(Stores.ROS2_JAZZY)
+    with Writer(tmp_path / 'bag', version=8) as writer:
+        writer.add_connection('/a', 'std_msgs/msg/String', typestore=types,
+                              offered_qos_profiles=[QOS])
+    with Reader(tmp_path / 'bag') as bag:
+        [connection] = bag.connections
+        assert connection.ext.offered_qos_profiles == [QOS]
 
 
 def test_a_text_is_parsed_once(load, monkeypatch):

@@ -256,6 +256,7 @@ def test_an_endless_list_of_files_is_rejected(web, monkeypatch):
     '<a class="x" href="e" title="f">', '<a\n  class=x\n  href="g">', '<a hrefs="h"><b href="i">',
     '<a href=j>', '<a data-href="k" href="l&amp;m">', '<a href="n"><link href="p">'])
 def test_links_are_those_that_fsspec_finds_in_the_page(page):
+    pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
     from fsspec.implementations.http import ex, ex2
 
     from aick_ros.cli.fleet.bounded_response import links_of
