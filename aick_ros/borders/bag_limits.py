@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from contextlib import closing
 from operator import attrgetter
 from pathlib import Path
-from typing import BinaryIO, Protocol
+from typing import Any, BinaryIO, Protocol
 
 from aick_ros.borders.files import read_bytes
 from aick_ros.borders.limits import MAX_MESSAGE_BYTES, MAX_METADATA_BYTES, MAX_UNPACKING
@@ -70,6 +70,17 @@ def check_chunks(path: Path, chunks: Iterable[Chunk]) -> None:
         if total > most:
             raise InputError(f'{path} unpacks to more than {MAX_UNPACKING} times its size: record '
                              'it again')
+
+
+def check_indexes(storage: Any) -> None:
+    """
+    Check the MCAP files of a bag, which rosbags has opened, as :func:`check_chunks` does each.
+
+    :param storage: that of a reader of ROS 2 bags: of a folder, or of one file.
+    :raises InputError: where the chunks of a file are too large.
+    """
+    for file in getattr(storage, 'storages', [storage]):
+        check_chunks(Path(file.path), getattr(file, 'chunks', ()))
 
 
 def _check_storage(path: Path) -> None:

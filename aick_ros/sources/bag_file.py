@@ -14,7 +14,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection, TopicInfo
 from rosbags.typesys import Stores, get_typestore
 
-from aick_ros.borders.bag_limits import check_bag, check_chunks
+from aick_ros.borders.bag_limits import check_bag, check_indexes
 from aick_ros.borders.bag_metadata import limit_metadata
 from aick_ros.borders.bag_names import escape_names
 from aick_ros.borders.definitions import check_fields, definitions_counted, limit_definitions
@@ -108,8 +108,9 @@ class BagFile:
         except Exception as error:  # rosbags raises nearly anything on a damaged bag
             raise self._unreadable(error) from None
         try:
-            for storage in _storages(reader):
-                check_chunks(Path(storage.path), getattr(storage, 'chunks', ()))
+            for each in reader.readers:
+                if storage := getattr(each, 'storage', None):  # a ROS 1 bag has none
+                    check_indexes(storage)
             yield reader
         finally:
             reader.close()
@@ -138,13 +139,6 @@ def fields_required(bag: object, topic: str) -> Iterator[None]:
 def stamp_of(message: Any) -> int:
     """Return the stamp in the header of a message [ns]."""
     return int(message.header.stamp.sec * NANOSECONDS + message.header.stamp.nanosec)
-
-
-def _storages(reader: AnyReader) -> Iterator[Any]:
-    """Yield the open files of a ROS 2 bag, none of a ROS 1 bag."""
-    for each in reader.readers:
-        storage = getattr(each, 'storage', None)
-        yield from getattr(storage, 'storages', [storage] if storage else [])
 
 
 def _storage(path: Path) -> Path:

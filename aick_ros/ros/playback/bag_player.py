@@ -27,7 +27,8 @@ from rclpy.utilities import remove_ros_args
 from rosbags.rosbag2 import Reader
 from rosgraph_msgs.msg import Clock
 
-from aick_ros.borders.bag_limits import check_bag
+from aick_ros.borders.bag_limits import check_bag, check_indexes
+from aick_ros.borders.bag_metadata import limit_metadata
 from aick_ros.borders.bag_names import escape_names
 from aick_ros.borders.names import one_line
 from aick_ros.borders.unpacking import limit_unpacking
@@ -140,6 +141,7 @@ def _reading(path: Path) -> Iterator[Reader]:
                          'required')
     check_bag(path)
     limit_unpacking()
+    limit_metadata()
     escape_names()
     try:
         reader = Reader(path)
@@ -147,6 +149,7 @@ def _reading(path: Path) -> Iterator[Reader]:
     except Exception as error:  # rosbags raises nearly anything on a damaged bag
         raise _unplayable(path, error) from None
     try:
+        check_indexes(reader.storage)
         for connection in reader.connections:
             for name in (connection.topic, connection.msgtype):
                 if not isinstance(name, str):  # any YAML may be in its metadata

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from rosgraph_msgs.msg import Clock
 
+from aick_ros.borders import bag_limits
 from aick_ros.borders.unpacking import unpack
 from aick_ros.errors import InputError
 from aick_ros.ros.conversions import to_stamp
@@ -193,6 +194,22 @@ def test_a_chunk_that_unpacks_to_too_many_bytes_is_rejected(tmp_path, monkeypatc
         with pytest.raises(InputError, match='unpacks to more than 1000000 bytes'):
             with read(path):
                 pass
+
+
+def test_chunks_and_metadata_are_limited(bag, tmp_path, monkeypatch):
+    (storage,) = bag.glob('*.mcap')
+    aliased = tmp_path / 'aliased'
+    shutil.copytree(bag, aliased)
+    with open(aliased / 'metadata.yaml', 'a') as file:
+        file.write('a: &a [x, x]\nb: *a\n')
+    with pytest.raises(InputError, match='its YAML has aliases'), bag_player._reading(aliased):
+        pass
+    monkeypatch.setattr(bag_limits, 'MAX_MESSAGE_BYTES', 50)
+    monkeypatch.setattr(bag_player, 'check_bag', lambda path: None)  # which comes before
+    for path in (bag, storage):
+        with (pytest.raises(InputError, match='has chunks of more than 50 bytes for one time'),
+              bag_player._reading(path)):
+            pass
 
 
 @pytest.mark.parametrize('name', ['antigravity/x', 'antigravity/msg/fly', 'os/path', '', 'a/b/c/d',
