@@ -77,7 +77,7 @@ def test_presets_of_the_paper_have_no_prior_of_the_motion(name):
 def test_embedded_computes_less_than_the_default():
     small, default = values(preset('embedded')), values(Settings())
     for name in ('features.max_keypoints', 'features.orb.nfeatures', 'features.orb.levels',
-                 'refinement.max_tracks', 'refinement.surface_points', 'odometry.min_overlap'):
+                 'refinement.max_tracks', 'odometry.min_overlap'):
         assert small[name] < default[name]
 
 
