@@ -82,8 +82,11 @@ def open_url(url: str) -> tuple[FileSystem, str]:
             system, path = url_to_fs(url)
     except ImportError as error:
         raise InputError(f'{url} needs another package: {_line(error)}') from None
-    except (ValueError, TypeError, AttributeError) as error:  # of kinds that need more than a URL
+    except ValueError as error:
         raise InputError(f'{url} cannot be read: {_line(error)}') from None
+    except (TypeError, AttributeError) as error:
+        raise InputError(f'{url} cannot be read: its kind needs more than a URL ({_line(error)})'
+                         ) from None
     system.invalidate_cache()  # of lists: they may have changed, and systems are shared
     return system, path.rstrip('/')
 

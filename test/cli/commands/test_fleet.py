@@ -157,8 +157,8 @@ def test_runs_of_a_table_are_compared(fleet, aick):
     (['synthetic:1', '--memory-limit', '1,2'], '--memory-limit 1,2 is no number of bytes'),
     (['synthetic:1', '--memory-limit', '10MB'], '--memory-limit 10MB is too little'),
     (['ftp://127.0.0.1:1/x.bag'], 'cannot read ftp://127.0.0.1:1/x.bag: '),
-    (['zip://x.bag::file:///none.zip'], 'zip://x.bag::file:///none.zip does not exist'),
-    (['reference://x.bag'], 'cannot read reference://x.bag: ')])
+    (['zip://x.bag::file:///none.zip'], 'zip://x.bag::file:///none.zip cannot be read: archives'),
+    (['reference://x.bag'], 'reference://x.bag cannot be read: its kind needs more than a URL')])
 def test_an_impossible_fleet_is_rejected(aick, arguments, sentence):
     outcome = aick('fleet', *arguments)
     assert outcome.code == 2
