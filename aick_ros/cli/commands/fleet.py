@@ -94,7 +94,6 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     chosen = variants(settings, vary or ())
     camera = camera and camera.absolute()
     recordings = find_recordings(sources or (), listed)
-    page = _prepared_page(scheduler)
     check_target(json, *recordings, listed, config, camera, settings.aick.vocabulary)
     source_options = SourceOptions(camera, colour_topic, depth_topic,
                                    info_topic, ground_truth_topic, max_interval)
@@ -104,6 +103,7 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
                                            source_options, numbers, limit, scratch)
             for recording in recordings for variant in chosen}
     cluster = Cluster(min(workers, len(jobs)), _memory(memory_limit), scheduler, dashboard, _TASKS)
+    page = _prepared_page(scheduler)
     with removed_if_empty(out / 'runs'), Interruption() as interruption:
         fleet_run = _Fleet(Results(out), jobs, chosen)
         fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
