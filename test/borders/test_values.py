@@ -69,7 +69,6 @@ def test_an_array_that_is_right_is_not_copied():
     (-10 ** 30, 'a very large number'), (np.float32(1.5), repr(np.float32(1.5))),
     (np.zeros((3, 2), np.int16), 'an array of int16 of the shape 3x2'),
     (np.zeros(()), 'an array of float64 of the shape ()'),
-    (77 * 'x', "'" + 77 * 'x' + "'"), (78 * 'x', "'" + 78 * 'x' + "'..."),
     (90 * 'x', "'" + 79 * 'x' + '...')])
 def test_a_sentence_says_in_a_few_words_what_it_was(value, what):
     with pytest.raises(InputError) as raised:

@@ -81,6 +81,7 @@ class Parts:
         self.answers = {
             ('Plane', 'joined'): lambda pose: pose @ self.joined,
             ('KeyframeMemory', 'published'): lambda pose: self.corrected @ pose,
+            ('KeyframeMemory', 'corrected'): lambda pose: self.corrected @ pose,
             ('Gravity', 'levelled'): lambda pose: self.levelled @ pose,
             ('ExpectedMotion', 'without_images'): self.expected,
             ('ExpectedMotion', 'twist_at'): lambda stamp, twist: np.r_[twist[:3], self.rate],
