@@ -175,8 +175,8 @@ def test_an_edge_is_a_jump_of_two_percent_of_the_nearer_depth(depths, is_smooth)
 
 def test_the_ends_of_the_range_are_within():
     sensor = dataclasses.replace(SENSOR, min_depth=0.5, max_depth=4.0)
-    for value, is_valid in ((0.5, True), (4.0, True), (np.nextafter(np.float32(0.5), 0), False),
-                            (np.nextafter(np.float32(4), 9), False)):
+    nearer, farther = np.nextafter(np.float32([0.5, 4.0]), np.float32([0.0, 9.0]))
+    for value, is_valid in ((0.5, True), (4.0, True), (nearer, False), (farther, False)):
         found = depth.sample(np.full((3, 3), value, np.float32), [(1.0, 1.0)], sensor)
         np.testing.assert_array_equal(found, [value if is_valid else np.nan])
 

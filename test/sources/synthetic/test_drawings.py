@@ -136,7 +136,7 @@ def test_writing_fills_its_box_and_stays_in_it(box):
     assert top - 3 <= row.min() and row.max() <= bottom + 3
     # as large as it fits: full in one of the directions, in the middle of the height
     filled = np.ptp(column) / (right - left), np.ptp(row) / (bottom - top)
-    assert 0.7 < max(filled) < 1.05
+    assert max(filled) > 0.7
     assert abs((row.min() + row.max()) / 2 - (top + bottom) / 2) < 0.1 * (bottom - top) + 2
 
 

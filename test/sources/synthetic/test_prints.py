@@ -197,14 +197,14 @@ def test_a_clock_has_twelve_hours_and_two_hands(drawn):
     v, u = np.mgrid[:200, :200] - centre
     far = np.hypot(u, v) / radius
     assert dark[np.abs(far - 1) < 0.03].mean() > 150
-    ring = (far > 0.55) & (far < 0.9)
+    ring = (far > 0.67) & (far < 0.9)  # beyond the hands
     weights = np.where(ring, dark, 0)
     angles = np.degrees(np.arctan2(u, -v)) % 360
     sums = np.array([weights[np.abs((angles - 30 * hour + 180) % 360 - 180) < 7].sum()
                      for hour in np.arange(0, 12, 0.5)])
-    assert sums[0::2].min() > 2 * sums[1::2].max()
-    # two figures in 10, 11 and 12; 7 and 1 are the thinnest
-    assert np.argsort(sums[0::2])[-3:].min() in (8, 9, 10, 0, 11)
+    # between two hours there is less than at either, in any font of OpenCV
+    hours, between = sums[0::2], sums[1::2]
+    assert (hours > between).all() and (hours > np.roll(between, 1)).all()
     single = drawn('clock').mean(axis=2) < 100
     assert single[(far < 0.4) & (far > 0.3)].sum() >= 2 * 5
 
