@@ -10,8 +10,8 @@ SOURCE is a recording with ground truth; the fleet consists of links to it. It i
 processes and compared with runs one after the other in this process; then again while workers
 are killed with SIGKILL at random moments, and once the command with its scheduler, which is then
 given again; at last on many recordings of two rendered frames. What two processes can gain on
-this machine is shown by two without the engine: one process reads ahead in a second thread, and
-so keeps more than one core busy already.
+this machine is shown by two without the engine: their cores share the memory, and one process
+reads ahead in a second thread.
 
 Python keeps the bytecode that it compiles, as pip does for what it installs.
 """
