@@ -131,9 +131,14 @@ class Displacement:
         return self._moved(points, np.zeros(6), self.rows) if self.rows.any() else points
 
     def _moved(self, points: np.ndarray, constant: np.ndarray, by_row: np.ndarray) -> np.ndarray:
-        """Return points moved by a twist, and by another one in proportion to their rows, Nx3."""
-        rows = rows_of(points, self.height) if by_row.any() else None
-        return _moved(points, constant, by_row, rows)
+        """Return points moved by twists that are linear in their rows, to second order, Nx3."""
+        turn = se3.skew(constant[3:]).T
+        step = constant[:3] + points @ turn
+        if not by_row.any():
+            return np.asarray(points + step + 0.5 * (step @ turn))
+        turn_by_row, rows = se3.skew(by_row[3:]).T, rows_of(points, self.height)[:, None]
+        step = step + rows * (by_row[:3] + points @ turn_by_row)
+        return np.asarray(points + step + 0.5 * (step @ turn + rows * (step @ turn_by_row)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,24 +211,6 @@ def rows_of(points: np.ndarray, height: float) -> np.ndarray:
     """
     rows: np.ndarray = np.clip(points[:, 1] / (points[:, 2] * height), -_MOST_ROWS, _MOST_ROWS)
     return rows
-
-
-def _moved(points: np.ndarray, constant: np.ndarray, by_row: np.ndarray,
-           rows: np.ndarray | None) -> np.ndarray:
-    """
-    Return points moved by twists that are linear in their rows, to second order, Nx3.
-
-    :param rows: of the points, N; None where they do not matter.
-    """
-    turn, turn_by_row = se3.skew(constant[3:]).T, se3.skew(by_row[3:]).T
-    if rows is None:
-        step = constant[:3] + points @ turn
-        displaced: np.ndarray = points + step + 0.5 * (step @ turn)
-        return displaced
-    rows = rows[:, None]
-    step = constant[:3] + points @ turn + rows * (by_row[:3] + points @ turn_by_row)
-    moved: np.ndarray = points + step + 0.5 * (step @ turn + rows * (step @ turn_by_row))
-    return moved
 
 
 def _with_depth(points: np.ndarray, frame: PreparedFrame, displacement: Displacement,
