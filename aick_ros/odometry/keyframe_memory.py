@@ -87,7 +87,7 @@ class KeyframeMemory:
         keyframe = PoseWithCovariance(
             newest.matrix, newest.covariance + self._view_covariances[self._newest])
         estimate = keyframe @ pose.since(self._reckoned)
-        return PoseWithCovariance(self._correction.apply(pose.matrix),
+        return PoseWithCovariance(self.corrected(pose.matrix),
                                   estimate.covariance + np.outer(self._error, self._error))
 
     def corrected(self, T_reckoned_camera: np.ndarray) -> np.ndarray:
