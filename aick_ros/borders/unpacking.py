@@ -44,10 +44,11 @@ def unpack(make: Callable[[], Decompressor], data: bytes,
     :param limit: largest size of the result [byte].
     :raises InputError: where it is larger, the data breaks off, or it has too many frames.
     """
-    content = b''
-    for _ in range(MAX_PACKED_FRAMES):  # all that is left is copied after each
-        if not data:
-            return content
+    content, frames = b'', 0
+    while data:
+        frames += 1
+        if frames > MAX_PACKED_FRAMES:  # all that is left is copied after each
+            raise InputError(f'its packed data has more than {MAX_PACKED_FRAMES} frames')
         decompressor = make()
         content += decompressor.decompress(data, limit + 1 - len(content))
         if len(content) > limit:
@@ -55,8 +56,6 @@ def unpack(make: Callable[[], Decompressor], data: bytes,
         if not decompressor.eof:
             raise InputError('its packed data breaks off')
         data = decompressor.unused_data or b''
-    if data:
-        raise InputError(f'its packed data has more than {MAX_PACKED_FRAMES} frames')
     return content
 
 
