@@ -28,9 +28,9 @@ def check_libraries() -> None:
     names = [name for name in os.environ if name.startswith(_THEIRS)]
     if not names:
         return
-    if re.fullmatch('[0-9]+', os.environ.get(_THREADS, '')) and (
-            len(os.environ[_THREADS]) > 9 or int(os.environ[_THREADS]) > _MOST_THREADS):
-        raise InputError(f'OpenCV would start {os.environ[_THREADS]} threads ({_THREADS}): at '
+    threads = os.environ.get(_THREADS, '')
+    if re.fullmatch('[0-9]+', threads) and (len(threads) > 9 or int(threads) > _MOST_THREADS):
+        raise InputError(f'OpenCV would start {threads} threads ({_THREADS}): at '
                          f'most {_MOST_THREADS} are supported; correct the variable, or unset it')
     reading, writing = os.pipe()
     child = os.fork()
