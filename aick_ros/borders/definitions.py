@@ -27,7 +27,7 @@ _PARSED = 256  # definitions that are kept for the next reading of a bag; chosen
 
 
 class _Read:
-    """What has been read of the definitions of one bag."""
+    """Texts and types of the definitions of one bag, as far as they have been read."""
 
     def __init__(self) -> None:
         self._texts, self._types = set[tuple[str, ...]](), set[str]()
