@@ -14,11 +14,9 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection, TopicInfo
 from rosbags.typesys import Stores, get_typestore
 
-from aick_ros.borders.bag_limits import check_bag, check_indexes
-from aick_ros.borders.bag_metadata import limit_metadata
-from aick_ros.borders.bag_names import escape_names
+from aick_ros.borders.bag_limits import check_indexes
+from aick_ros.borders.bag_reading import prepare_to_read
 from aick_ros.borders.definitions import check_fields, definitions_counted, limit_definitions
-from aick_ros.borders.unpacking import limit_unpacking
 from aick_ros.errors import InputError
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import stamp_to_seconds
@@ -46,11 +44,8 @@ class BagFile:
 
     def __init__(self, path: Path) -> None:
         self._path = _storage(path)
-        check_bag(self._path)
-        limit_unpacking()
-        limit_metadata()
+        prepare_to_read(self._path)
         limit_definitions()
-        escape_names()
 
     def topics(self) -> dict[str, TopicInfo]:
         """

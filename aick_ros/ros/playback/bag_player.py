@@ -27,11 +27,9 @@ from rclpy.utilities import remove_ros_args
 from rosbags.rosbag2 import Reader
 from rosgraph_msgs.msg import Clock
 
-from aick_ros.borders.bag_limits import check_bag, check_indexes
-from aick_ros.borders.bag_metadata import limit_metadata
-from aick_ros.borders.bag_names import escape_names
+from aick_ros.borders.bag_limits import check_indexes
+from aick_ros.borders.bag_reading import prepare_to_read
 from aick_ros.borders.names import one_line
-from aick_ros.borders.unpacking import limit_unpacking
 from aick_ros.errors import InputError
 from aick_ros.geometry.stamps import MAX_STAMP, NANOSECONDS
 from aick_ros.ros.conversions import to_time
@@ -139,10 +137,7 @@ def _reading(path: Path) -> Iterator[Reader]:
     if not os.path.exists(path):  # where the name is too long, Path would raise
         raise InputError(f'cannot play {path}: it does not exist; the folder of a ROS 2 bag is '
                          'required')
-    check_bag(path)
-    limit_unpacking()
-    limit_metadata()
-    escape_names()
+    prepare_to_read(path)
     try:
         reader = Reader(path)
         reader.open()

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 from rosgraph_msgs.msg import Clock
 
-from aick_ros.borders import bag_limits
+from aick_ros.borders import bag_limits, bag_reading
 from aick_ros.borders.unpacking import unpack
 from aick_ros.errors import InputError
 from aick_ros.ros.conversions import to_stamp
@@ -205,7 +205,7 @@ def test_chunks_and_metadata_are_limited(bag, tmp_path, monkeypatch):
     with pytest.raises(InputError, match='its YAML has aliases'), bag_player._reading(aliased):
         pass
     monkeypatch.setattr(bag_limits, 'MAX_MESSAGE_BYTES', 50)
-    monkeypatch.setattr(bag_player, 'check_bag', lambda path: None)  # which comes before
+    monkeypatch.setattr(bag_reading, 'check_bag', lambda path: None)  # which comes before
     for path in (bag, storage):
         with (pytest.raises(InputError, match='has chunks of more than 50 bytes for one time'),
               bag_player._reading(path)):
