@@ -10,6 +10,8 @@ import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.evaluation.noise.depth_noise import DepthNoiseSamples
+from aick_ros.evaluation.noise.noise_law import bins_of
+from aick_ros.evaluation.noise.patch_noise import PatchNoise
 from aick_ros.settings import SensorSettings
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -112,6 +114,17 @@ def test_facts_of_the_recording(room):
     assert found.nearest == pytest.approx(nearest, rel=0.1)
     assert found.farthest == pytest.approx(farthest, rel=0.1)
     assert found.frames == len(FRAMES)
+    assert found.source == 'a room'
+
+
+def test_bins_are_those_of_the_patches_of_all_frames(room):
+    frames = list(Recorded(room, grown(0.01, 0.0)).frames(raise_damage))
+    noises = [PatchNoise.of(frame.depth, frame.camera, SensorSettings()) for frame in frames]
+    bins = bins_of(np.concatenate([noise.depths for noise in noises]),
+                   np.concatenate([noise.sigmas for noise in noises]))
+    found = estimate(Recorded(room, grown(0.01, 0.0)))
+    assert [(bin_.depth, bin_.patches, bin_.sigma) for bin_ in found.bins] == [
+        (bin_.at, bin_.count, bin_.sigma) for bin_ in bins]
 
 
 def test_few_outliers_do_not_widen_the_range_of_depth(room):
@@ -130,10 +143,12 @@ def test_few_outliers_do_not_widen_the_range_of_depth(room):
 def test_recordings_without_usable_data_are_rejected(room):
     with pytest.raises(InputError, match='a room has no usable frame'):
         estimate(Recorded([], None))
-    with pytest.raises(InputError, match='a room: its depth has no noise'):
+    with pytest.raises(InputError, match='a room: its depth has no noise; record with a real '
+                       'camera, or render without --perfect'):
         estimate(Recorded(room, lambda frame, rng: frame.depth))
     with pytest.raises(InputError, match='a room: 0 patches of smooth surface between 0.1 '
-                       'and 10 m, in 12 frames'):
+                       'and 10 m, in 12 frames, are too few to estimate the depth noise .at least 30 '
+                       'at about the same depth are required.: record walls, floors and tables, '):
         estimate(Recorded(room, lambda frame, rng: np.nan * frame.depth))
 
 

@@ -4,6 +4,7 @@
 """The noise of known models of IMUs at rest, and recordings that do not show it."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -58,6 +59,23 @@ def test_rate_mean_and_duration_are_reported():
     assert found.duration == pytest.approx(60.0)
     assert found.gyroscope.rate == pytest.approx(RATE)
     np.testing.assert_allclose(found.accelerometer.mean, samples.accelerations.mean(axis=0))
+
+
+def test_the_json_has_each_figure_under_its_name():
+    found = estimate_imu_noise('a recording', at_rest(BMI085))
+    content = json.loads(json.dumps(found.to_json()))
+    assert (content.pop('source'), content.pop('duration')) == ('a recording', found.duration)
+    assert list(content) == ['gyroscope', 'accelerometer']
+    for name, part in content.items():
+        sensor = found.sensors[name]
+        noise, walk = sensor.densities.noise, sensor.densities.bias_walk
+        assert part == {
+            'rate': sensor.rate, 'mean': list(sensor.mean),
+            'noise': noise.value, 'noise_95': [noise.low, noise.high],
+            'bias_walk': walk.value, 'bias_walk_95': [walk.low, walk.high],
+            'allan': {'time': list(sensor.allan.times),
+                      'deviation': (sensor.allan.variances ** 0.5).tolist(),
+                      'degrees_of_freedom': list(sensor.allan.degrees_of_freedom)}}
 
 
 def test_stamps_given_in_bursts_do_not_matter():

@@ -41,6 +41,15 @@ def test_a_bin_is_the_middle_of_its_samples():
     assert bins_of(x[:MIN_SAMPLES - 1], sigmas[:MIN_SAMPLES - 1]) == []
 
 
+def test_a_bin_is_a_quarter_of_an_octave_with_enough_samples():
+    x = np.repeat(2.0 ** (np.arange(-4, 5) / 4), MIN_SAMPLES)
+    assert [bin_.count for bin_ in bins_of(x, x)] == [MIN_SAMPLES] * 9
+    np.testing.assert_allclose([(bin_.at, bin_.sigma) for bin_ in bins_of(x, 2 * x)],
+                               np.unique(x)[:, None] * [1.0, 2.0])
+    around = np.r_[x * 2.0 ** 0.12, x * 2.0 ** -0.12]
+    assert [bin_.count for bin_ in bins_of(around, around)] == [2 * MIN_SAMPLES] * 9
+
+
 def test_the_exponent_is_kept_where_the_range_is_small():
     law = fit_law(bins_of(*samples(np.geomspace(1.0, 1.6, 4), 0.1, 0.0)), 1.5, EXPONENT)
     assert (law.exponent, law.exponent_estimated) == (1.5, False)
