@@ -5,11 +5,14 @@
 
 from pathlib import Path
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from aick_ros.evaluation.comparison import comparison as comparison_module
-from aick_ros.evaluation.comparison.comparison import Baseline, Verdict
+from aick_ros.evaluation.comparison.block_bootstrap import replicates_of_means
+from aick_ros.evaluation.comparison.comparison import Baseline, Change, Comparison, Verdict
 from aick_ros.evaluation.comparison.metrics import (
     ATE, COVERAGE, LOST, MEMORY, METRICS, RPE_ROTATION, RPE_TRANSLATION, TIME)
 from aick_ros.evaluation.runs.run import Run
@@ -160,3 +163,80 @@ def test_a_baseline_without_ground_truth_takes_that_of_each_candidate():
     baseline = Baseline({name: run(name, truth=False)})
     assert ATE not in baseline.compare({name: run(name, truth=False)}).total
     assert ATE in baseline.compare({name: run(name)}).total
+
+
+def timed(name, milliseconds, rate=1):
+    """Return a run whose frames took so long, at a rate [Hz]."""
+    return Run(Path(name), name, [
+        SimpleNamespace(stamp=i * NANOSECONDS // rate, status=Status.OK, timing={'total': value})
+        for i, value in enumerate(milliseconds)], None, None, {}, {})
+
+
+def test_the_interval_is_one_of_99_percent():
+    """Of the mean of 400 independent times, by the normal distribution."""
+    times = np.random.default_rng(0).normal(10.0, 1.0, 400)
+    change = Baseline({'a': timed('a', 400 * [10.0])}).compare({'a': timed('a', times)}).total[TIME]
+    assert change.change == pytest.approx(times.mean() / 10.0 - 1.0)
+    sigma = times.std() / 10.0 / 400 ** 0.5
+    assert change.low - change.change == pytest.approx(-2.576 * sigma, rel=0.12)
+    assert change.high - change.change == pytest.approx(2.576 * sigma, rel=0.12)
+
+
+def test_over_recordings_ratios_are_averaged_geometrically_and_values_are_means():
+    first = {'a': timed('a', [10.0] * 40), 'b': timed('b', [20.0] * 40)}
+    second = {'a': timed('a', [20.0] * 40), 'b': timed('b', [160.0] * 40)}
+    found = Baseline(first).compare(second)
+    assert found.recordings['a'][TIME].change == pytest.approx(1.0)
+    assert found.recordings['b'][TIME].change == pytest.approx(7.0)
+    total = found.total[TIME]
+    assert (total.baseline, total.candidate, total.change) == pytest.approx((15, 90, 3))
+
+
+@pytest.mark.parametrize('count, rate, block', [(90, 30, 60), (40, 5, 10), (9, 0.2, 1), (1, 1, 1)])
+def test_blocks_are_two_seconds_long(monkeypatch, count, rate, block):
+    blocks = set()
+
+    def spy(series, frames):
+        blocks.add(frames)
+        return replicates_of_means(series, frames)
+
+    monkeypatch.setattr(comparison_module, 'replicates_of_means', spy)
+    one = timed('a', [5.0] * count)
+    one.records[:] = [SimpleNamespace(**{**vars(r), 'stamp': round(i * NANOSECONDS / rate)})
+                      for i, r in enumerate(one.records)]
+    Baseline({'a': one}).compare({'a': one})
+    assert blocks == {block}
+
+
+def test_only_frames_of_both_runs_are_compared():
+    long, short = timed('a', [*range(1, 11)]), timed('a', [4.0] * 4)
+    change = Baseline({'a': long}).compare({'a': short}).total[TIME]
+    assert (change.baseline, change.candidate) == (2.5, 4.0)
+
+
+@pytest.mark.parametrize('change, low, high, verdict', [
+    (0.011, 1e-9, 0.1, Verdict.WORSE), (0.01, 1e-9, 0.1, Verdict.CHANCE),
+    (0.5, 0.0, 0.9, Verdict.CHANCE), (-0.011, -0.1, -1e-9, Verdict.BETTER),
+    (-0.01, -0.1, -1e-9, Verdict.CHANCE), (-0.5, -0.9, 0.0, Verdict.CHANCE)])
+def test_a_verdict_needs_more_than_chance_and_more_than_the_tolerance(change, low, high, verdict):
+    assert comparison_module._verdict(0.01, change, low, high) is verdict
+
+
+def test_the_json_has_each_part_under_its_name():
+    change = Change(1.0, 2.0, 1.0, 0.5, 1.5, Verdict.WORSE)
+    content = {'baseline': 1.0, 'candidate': 2.0, 'change': 1.0, 'low': 0.5, 'high': 1.5,
+               'verdict': 'worse'}
+    comparison = Comparison({'room': {ATE: change}}, {LOST: change, TIME: change}, ['first'],
+                            ['second'], {'a': (1, 2)})
+    assert comparison.to_json() == {
+        'total': {'lost': content, 'frame_ms': content}, 'recordings': {'room': {'ate_m': content}},
+        'only_baseline': ['first'], 'only_candidate': ['second'], 'settings': {'a': [1, 2]},
+        'regressions': ['lost', 'frame_ms']}
+
+
+def test_settings_of_one_run_alone_differ():
+    first, second = timed('a', [1.0]), timed('a', [1.0])
+    first.settings.update(gone=1, same=None)
+    second.settings.update(new=2)
+    assert Baseline({'a': first}).compare({'a': second}).settings == {
+        'gone': (1, None), 'new': (None, 2)}

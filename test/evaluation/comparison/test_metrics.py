@@ -12,6 +12,12 @@ from aick_ros.evaluation.comparison import metrics
 from aick_ros.evaluation.comparison.metrics import (
     COVERAGE, LOST, MEMORY, METRICS, RPE_ROTATION, RPE_TRANSLATION, TIME, values_of)
 from aick_ros.evaluation.scores.consistency import QUANTILE_95
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registration.status import Status
 
 
@@ -77,3 +83,37 @@ def test_an_increment_at_the_quantile_is_inside_and_one_without_nees_is_none(mon
         SimpleNamespace(nees=nees[stamp]) if stamp in nees else None))
     values = values_of(run(*map(record, range(1, 7))), 'truth')
     assert values[COVERAGE] == {1: 1.0, 2: 0.0, 4: 0.0, 5: 1.0}
+
+
+def test_errors_are_those_of_the_score_frame_by_frame():
+    rng = np.random.default_rng(0)
+    stamps = NANOSECONDS // 10 * np.arange(5, 65)
+    true = np.array([se3.exp([0.1 * i, np.sin(0.2 * i), 0, 0, 0.05 * i, 0]) for i in range(60)])
+    records = [FrameRecord(int(stamp), Status.OK, '', PoseWithCovariance(
+        pose @ se3.exp(rng.normal(0, 0.01, 6))), 1, 1, {}) for stamp, pose in zip(stamps, true)]
+    values = values_of(run(*records), Trajectory(stamps, true))
+    score = TrajectoryScore.of(records, Trajectory(stamps, true))
+    for metric, expected in ((RPE_TRANSLATION, score.rpe_1s_translation_rmse_m),
+                             (RPE_ROTATION, score.rpe_1s_rotation_rmse_deg),
+                             (metrics.ATE, score.ate_rmse_m)):
+        assert metric.of_mean(np.mean(list(values[metric].values()))) == pytest.approx(expected)
+    assert list(values[metrics.ATE]) == stamps.tolist()
+    assert list(values[RPE_ROTATION]) == list(values[RPE_TRANSLATION]) == stamps[:50].tolist()
+
+
+def test_keys_and_titles_name_what_is_measured_and_its_unit():
+    for metric in METRICS:
+        unit = metric.key.rpartition('_')[2]
+        assert (metric.unit.lower() or None) == (unit if unit in ('m', 'deg', 'ms', 'mb') else None)
+        # a title has no word of its own but those for people
+        words = {'rpe': 'RPE', 'ate': 'ATE', '1s': '1 s', 'translation': 'translation',
+                 'rotation': 'rotation', 'inside': 'inside', '95': '95 %', 'frame': 'frame',
+                 'peak': 'peak', 'memory': 'memory'}
+        assert all(words[word] in metric.title for word in metric.key.split('_') if word in words)
+
+
+@pytest.mark.parametrize('metric, tolerance', [
+    (RPE_TRANSLATION, 0.01), (COVERAGE, 0.01), (LOST, 0.001)])
+def test_shares_change_by_points_and_sizes_by_ratios(metric, tolerance):
+    assert metric.is_relative == (metric is RPE_TRANSLATION)
+    assert metric.tolerance == tolerance

@@ -7,6 +7,7 @@ import csv
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from aick_ros.errors import InputError
 from aick_ros.evaluation.runs.frames_csv import cells, columns, read_frames
@@ -60,6 +61,37 @@ def test_frames_are_read_as_written(path, records):
                                        written.increment.pose.matrix, atol=2e-9)
             np.testing.assert_allclose(read.increment.pose.covariance,
                                        written.increment.pose.covariance, rtol=1e-11)
+
+
+def test_variances_are_beside_the_motion_for_spreadsheets(path, records):
+    with open(path, newline='') as file:
+        lines = list(csv.DictReader(file))
+    assert list(lines[0])[:6] == ['stamp', 'status', 'reason', 'keypoints', 'matches',
+                                  'increment_interval']
+    motion = records[1].increment.pose
+    rotation = Rotation.from_matrix(motion.rotation).as_rotvec()
+    for axis, (name, value) in enumerate(zip(('x', 'y', 'z', 'rot_x', 'rot_y', 'rot_z'),
+                                             (*motion.translation, *rotation))):
+        assert float(lines[1][f'increment_{name}']) == pytest.approx(value, abs=1e-9)
+        for of, index, covariance_ in (('increment', 1, motion.covariance),
+                                       ('pose', 1, records[1].pose.covariance),
+                                       ('pose', 2, records[2].pose.covariance)):
+            assert float(lines[index][f'{of}_variance_{name}']) == pytest.approx(
+                covariance_[axis, axis], rel=1e-6)
+    for line in (lines[0], lines[2]):
+        assert {value for name, value in line.items() if name.startswith('increment')} == {''}
+    assert (lines[1]['features_ms'], lines[2]['features_ms']) == ('1.250', '')
+
+
+def test_frames_without_a_pose_are_left_out(path, records):
+    found = read_frames(path, trajectory_of(records[1:]))
+    assert [record.stamp for record in found] == [record.stamp for record in records[1:]]
+    np.testing.assert_array_equal(found[0].T_odom_camera, records[1].T_odom_camera)
+
+
+def test_the_largest_number_is_the_square_of_the_largest_distance(path, records):
+    path.write_text(path.read_text().replace('4.500', '1e16'))
+    assert read_frames(path, trajectory_of(records))[1].timing['total'] == 1e16
 
 
 @pytest.mark.parametrize(('old', 'new', 'line'), [
