@@ -3,14 +3,22 @@
 
 """Which folders a path stands for, in folders and tables made by hand."""
 
+import csv
 import json
 
+import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.evaluation.runs import files
+from aick_ros.evaluation.runs.frames_csv import cells, columns
 from aick_ros.evaluation.runs.run import read_run, run_folders
 from aick_ros.evaluation.runs.table import DONE, FAILED, TABLE, read_table, table_bytes
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.geometry.trajectory import Trajectory, trajectory_text
+from aick_ros.registration.status import Status
 
 SUMMARY = {'source': 'a room', 'settings': {}, 'machine': {}}
 
@@ -62,6 +70,57 @@ def test_a_table_of_several_settings_or_of_failures_is_rejected(runs):
     write_table(runs, (FAILED, 'b', '1'))
     with pytest.raises(InputError, match='has no run that was done'):
         run_folders(runs)
+
+
+@pytest.fixture
+def complete(runs):
+    """Return a run of two frames, 1 m apart, with all its files but the truth."""
+    folder, poses = runs / '10', np.tile(np.eye(4), (2, 1, 1))
+    poses[1, 0, 3] = 1.0
+    stamps = np.array([2, 3]) * NANOSECONDS
+    records = [FrameRecord(int(stamp), Status.OK, '', PoseWithCovariance(pose), 5, 3, {})
+               for stamp, pose in zip(stamps, poses)]
+    (folder / files.TRAJECTORY).write_text(trajectory_text(Trajectory(stamps, poses)))
+    with open(folder / files.FRAMES, 'w', newline='') as file:
+        csv.writer(file).writerows([columns([]), *(cells(record, []) for record in records)])
+    (folder / files.SUMMARY).write_text(json.dumps({
+        'source': 'a room', 'settings': {'a': 1}, 'machine': {'cpu': 'x'}, 'peak_memory_mb': 7}))
+    return folder
+
+
+def test_a_run_is_what_its_files_say(complete):
+    run = read_run(complete)
+    assert (run.path, run.source, run.settings, run.machine) == (
+        complete, 'a room', {'a': 1}, {'cpu': 'x'})
+    assert [(record.stamp, record.T_odom_camera[0, 3]) for record in run.records] == [
+        (2 * NANOSECONDS, 0.0), (3 * NANOSECONDS, 1.0)]
+    assert run.peak_memory_mb == 7
+    assert run.ground_truth is None
+
+
+def test_the_ground_truth_of_a_run_is_read_from_its_own_file(complete):
+    moved = (complete / files.TRAJECTORY).read_text().replace('3.000000000 1.0', '3.000000000 5.0')
+    (complete / files.GROUND_TRUTH).write_text(moved)
+    assert read_run(complete).ground_truth.poses[:, 0, 3].tolist() == [0.0, 5.0]
+
+
+def test_a_run_of_an_earlier_version_has_no_peak_memory(complete):
+    (complete / files.SUMMARY).write_text(json.dumps(SUMMARY))
+    assert read_run(complete).peak_memory_mb is None
+
+
+def test_a_run_without_frames_is_rejected(complete):
+    lines = (complete / files.FRAMES).read_text().splitlines()
+    (complete / files.FRAMES).write_text(lines[0])
+    with pytest.raises(InputError, match=f'{complete / files.FRAMES} has no frames'):
+        read_run(complete)
+
+
+@pytest.mark.parametrize('content', ['', '{', 'null', '[]', 100_000 * '['])
+def test_a_summary_that_is_no_json_object_is_named(complete, content):
+    (complete / files.SUMMARY).write_text(content)
+    with pytest.raises(InputError, match=f'{files.SUMMARY} is not .*; use the folder as aick'):
+        read_run(complete)
 
 
 @pytest.mark.parametrize('change', [
