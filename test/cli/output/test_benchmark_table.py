@@ -5,6 +5,9 @@
 
 from types import SimpleNamespace
 
+import pytest
+
+from aick_ros.cli.output import benchmark_table
 from aick_ros.cli.output.benchmark_table import show_results
 
 
@@ -18,12 +21,16 @@ def score(failures=()):
                            failures=dict(failures))
 
 
-def test_rows_and_sentences(capsys):
-    results = SimpleNamespace(
+@pytest.fixture
+def results():
+    return SimpleNamespace(
         recordings={'a room': {'frames': 123, 'pairs': {'1': 40, '5': 30}}},
         methods={'aick': {'a room': score({'too few matches': 4})},
                  'ndt': {'a room': score({'crashed (Aborted)': 7, 'took longer than 2 s': 1})}},
         not_run={'gicp': 'pcl is missing'})
+
+
+def test_rows_and_sentences(capsys, results):
     show_results(results, on_stderr=False)
     shown = capsys.readouterr()
     assert shown.out.splitlines()[0].strip() == 'a room: 123 frames'
@@ -37,3 +44,23 @@ def test_rows_and_sentences(capsys):
         'aick: ndt on a room: 7 pairs failed: crashed (Aborted)',
         'aick: ndt on a room: 1 pairs failed: took longer than 2 s',
         'aick: gicp was not run: pcl is missing']
+
+
+def test_heads_name_what_is_in_a_column_and_its_unit(monkeypatch, results):
+    shown = []
+    monkeypatch.setattr(benchmark_table, 'table', lambda *given: shown.append(
+        (*given[:1], *map(list, given[1:3]), given[3])))
+    show_results(results, on_stderr=True)
+    (title, rows, columns, on_stderr), = shown
+    assert (title, on_stderr) == ('a room: 123 frames', True)
+    heads = [column.replace('\n', ' ') for column in columns]
+    assert dict(zip(heads, rows[0], strict=True)) == {
+        'method': 'aick', 'gap': '1', 'pairs': '40', 'failed': '4', 'within 3.3 mm': '0.250',
+        '10 mm': '0.500', '50 mm': '0.750', 'p50 [ms]': '1.23', 'p99 [ms]': '9.88',
+        'per frame [ms]': '12.3'}
+    assert (rows[1][0], rows[1][-1]) == ('', '')
+
+
+def test_with_json_on_standard_output_the_table_is_on_the_other(capsys, results):
+    show_results(results, on_stderr=True)
+    assert capsys.readouterr().out == ''

@@ -3,13 +3,16 @@
 
 """Where nobody reads what is printed, the results are not lost; tables of any width."""
 
+import io
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
-from aick_ros.cli.output.console import table
+from aick_ros.cli.output import console
+from aick_ros.cli.output.console import decimal, line, progress, say, table
 
 PROGRAM = """
 import os
@@ -63,3 +66,58 @@ def test_a_bar_moves_no_cursor_in_a_file(variable):
     done = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
                           env={**os.environ, variable: '1'}, check=True)
     assert done.stderr == 'aick: a sentence\n'
+
+
+@pytest.mark.parametrize('given, text', [
+    ((None,), '-'), ((None, ' ms', 1), '-'), ((1.23456,), '1.235'), ((0.0,), '0.000'),
+    ((2.55, ' mm'), '2.550 mm'), ((-12.34, ' deg', 1), '-12.3 deg'), ((7.6, '', 0), '8')])
+def test_numbers_have_decimals_and_a_unit_and_none_is_a_dash(given, text):
+    assert decimal(*given) == text
+
+
+def test_a_sentence_is_one_line_after_the_name_of_the_command(capsys):
+    say('first\nsecond [bold]x[/bold] :smile: ' + 50 * 'long ')
+    out, err = capsys.readouterr()
+    assert (out, err.count('\n')) == ('', 1)
+    assert err.startswith('aick: first') and '[bold]x[/bold] :smile: long long' in err
+
+
+@pytest.mark.parametrize('on_stderr', [False, True])
+def test_tables_and_lines_are_on_the_stream_that_is_asked_for(capsys, on_stderr):
+    table('numbers', [['a', '1.5'], ['longer', '22.5']], ['name', 'value'], on_stderr)
+    line('and a line', on_stderr)
+    shown, other = capsys.readouterr()[::-1 if on_stderr else 1]
+    assert other == ''
+    rows = [row.rstrip() for row in shown.splitlines()]
+    assert [row.split() for row in rows] == [['numbers'], ['name', 'value'], ['a', '1.5'],
+                                             ['longer', '22.5'], ['and', 'a', 'line']]
+    # the first column is flush at the left, the other at the right
+    assert rows[2][0] == 'a' and len(rows[2]) == len(rows[3]) == len(rows[1])
+
+
+def test_without_heads_a_table_has_none(capsys):
+    table('', [('a', '1'), ('b', '2')])
+    assert [row.split() for row in capsys.readouterr().out.splitlines() if row.strip()] == [
+        ['a', '1'], ['b', '2']]
+    table('none', [], ['name', 'value'])
+    assert 'name' in capsys.readouterr().out
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+@pytest.mark.parametrize('pause, expected', [(0.5, ['8/20', '16 pairs/s']),
+                                             (0.19, ['0/20', '0 pairs/s'])])
+def test_a_bar_has_the_number_and_the_rate_a_few_times_a_second(monkeypatch, pause, expected):
+    screen = Terminal()
+    monkeypatch.setattr(console, '_ERRORS', console._Console(
+        file=screen, force_terminal=True, width=100, color_system=None))
+    times = iter([100.0, 100.0 + pause, 100.0 + pause])
+    monkeypatch.setattr(console, 'time', SimpleNamespace(monotonic=lambda: next(times)))
+    with progress('registering', 20, 'pairs') as show:
+        show(8)
+        show(9)  # too soon after the first
+    last = screen.getvalue().rpartition('registering')[2]
+    assert [word for word in expected if f' {word}' not in last] == []

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from aick_ros.cli.output import evaluation_tables
 from aick_ros.cli.output.evaluation_tables import show
 from aick_ros.evaluation.scores.consistency import Consistency
 from aick_ros.evaluation.scores.motion_consistency import MotionConsistency
@@ -66,6 +67,43 @@ def test_pairs_have_counts_ratios_medians_and_times(capsys, evaluation):
     assert '1 40 3 0.250 0.750 11.0 0.11 11.5 11.8'.split() in lines
     assert '5 30 2 0.250 0.750 21.0 0.21 21.5 21.8'.split() in lines
     assert any({'3.3', '50'} <= set(line) for line in lines)  # thresholds in mm
+
+
+def headed(monkeypatch, evaluation):
+    """Return title -> rows of each table, as head of the column -> cell."""
+    tables = {}
+
+    def keep(title, rows, columns=('name', 'value'), on_stderr=False):
+        heads = [column.replace('\n', ' ') for column in columns]
+        tables[title] = [dict(zip(heads, row, strict=True)) for row in rows]
+    monkeypatch.setattr(evaluation_tables, 'table', keep)
+    show(evaluation, False)
+    return tables
+
+
+def test_heads_name_what_is_in_a_column_and_its_unit(monkeypatch, evaluation):
+    tables = headed(monkeypatch, evaluation)
+    assert list(tables) == ['a room: 123 frames', 'covariances',
+                            'covariances along the trajectory', '']
+    assert tables['a room: 123 frames'][0] == {
+        'gap': '1', 'pairs': '40', 'failed': '3', 'within 3.3 mm': '0.250',
+        'within 50 mm': '0.750', 'median [mm]': '11.0', 'median [deg]': '0.11', 'p50 [ms]': '11.5',
+        'p99 [ms]': '11.8'}
+    assert tables['covariances'][0] == {
+        '': 'odometry', 'mean NEES (correct: 6)': '31.0', 'inside 95 %': '0.310',
+        'inside 99.7 %': '0.620'}
+    evaluation.pairs[1].translation_median_m = None
+    assert headed(monkeypatch, evaluation)['a room: 123 frames'][0]['median [mm]'] == '-'
+
+
+def test_heads_of_motions_have_the_degrees_of_freedom_of_their_part(monkeypatch, evaluation):
+    shown_ = []
+    monkeypatch.setattr(evaluation_tables, 'table',
+                        lambda title, rows, columns=(), on_stderr=False: shown_.append(columns))
+    show(evaluation, False)
+    assert [head.replace('\n', ' ') for head in shown_[2]] == [
+        '', 'count', 'all six: NEES (6)', 'inside 95 %', 'translation: NEES (3)', 'inside 95 %',
+        'rotation: NEES (3)', 'inside 95 %']
 
 
 def test_covariances_are_those_of_the_odometry_and_of_each_gap(capsys, evaluation):

@@ -38,6 +38,9 @@ def test_the_table_has_each_axis_and_the_model(found, capfd):
     tables = capfd.readouterr().out.split('/**:')[0].split('Allan deviation of the ')[1:]
     assert [table.splitlines()[0].strip() for table in tables] == [
         'gyroscope [rad/s]', 'accelerometer [m/s^2]']
+    for table in tables:
+        assert table.splitlines()[2].split() == ['[s]', 'x', 'y', 'z', 'model']
+        assert table.splitlines()[1].split() == ['time']
     for table, (noise, walk) in zip(tables, [(0.00123456, 0.0), (0.03, 0.006)]):
         rows = [list(map(float, row.split())) for row in table.splitlines()
                 if re.match(r'[0-9]', row)]

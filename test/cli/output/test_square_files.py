@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from aick_ros import __version__
 from aick_ros.cli.output.square_files import write_square
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.motion_consistency import pose_consistency
@@ -64,6 +65,28 @@ def test_the_errors_of_the_files_have_the_nees_of_the_poses(walk, tmp_path):
         nees.append(xi @ np.linalg.solve(covariance, xi))
     assert np.mean(nees) == pytest.approx(6.0, abs=5 * (12 / 300) ** 0.5)
     assert np.mean(nees) == pytest.approx(pose_consistency(*walk).joint.nees_mean, rel=1e-3)
+
+
+def test_the_headers_say_whose_poses_these_are(walk, tmp_path):
+    write_square(tmp_path, *walk)
+    header, _ = square(tmp_path / 'estimate.SQUARE')
+    other, _ = square(tmp_path / 'reference.SQUARE')
+    both = {'FORMAT': 'SQUARE/0.3', 'POSE_FRAME': 'odom', 'BODY_FRAME': 'camera',
+            'GAUGE': 'fixed', 'TIMESTAMP_UNIT': 'seconds', 'ALGORITHM': 'aick_ros',
+            'ALGORITHM_VERSION': __version__}
+    assert other == {**both, 'REPRESENTATION': 'deterministic'}
+    assert header == {**both, 'REPRESENTATION': 'gaussian_se3',
+                      'TANGENT_CONVENTION': 'right_perturbation',
+                      'TANGENT_ORDER': 'translation_rotation', 'ROTATION_PARAM': 'axis_angle'}
+
+
+@pytest.mark.parametrize('variance', [0.0, np.inf])
+def test_a_pose_with_one_axis_that_is_not_known_or_exact_is_omitted(walk, tmp_path, variance):
+    records, truth = walk
+    some = PoseWithCovariance(np.eye(4), np.diag([1.0, 1.0, 1.0, 1.0, 1.0, variance]))
+    odd = FrameRecord(records[1].stamp, Status.OK, '', some, 0, 0, {})
+    write_square(tmp_path, [records[0], odd, records[2]], truth)
+    assert len(square(tmp_path / 'estimate.SQUARE')[1]) == 1
 
 
 def test_poses_that_claim_nothing_or_too_much_are_omitted(walk, tmp_path):
