@@ -63,3 +63,41 @@ def test_runs_without_a_recording_in_common(aick, replay, tmp_path):
     summary = json.loads((other / 'summary.json').read_text())
     (other / 'summary.json').write_text(json.dumps({**summary, 'source': 'another'}))
     assert 'no recording in common' in aick('compare', 'a', 'b').sentence
+
+
+def test_heads_names_and_page_are_beside_a_json_that_stands_alone(aick, replay, tmp_path):
+    replay('a', '--limit', '3')
+    shutil.copytree(tmp_path / 'a', tmp_path / 'b')
+    outcome = aick('compare', 'a', 'b', 'a/latest', '--json', '-', '--out', 'page.html')
+    content = json.loads(outcome.out)
+    assert (content['baseline'], list(content['candidates'])) == ('a', ['b', 'a/latest'])
+    lines = [line.split() for line in outcome.err.splitlines()]
+    assert lines[0] == ['b', 'against', 'a']
+    assert lines[1] == ['baseline', 'candidate', 'change', '99%', 'interval']
+    assert outcome.err.endswith('\naick: details: page.html\n')
+
+
+def test_of_several_runs_of_a_recording_the_last_counts(aick, replay, tmp_path):
+    replay('a', '--limit', '3')
+    shutil.copytree(tmp_path / 'a', tmp_path / 'b')
+    first = (tmp_path / 'a' / 'latest').resolve()
+    shutil.copytree(first, first.with_name('0-earlier'))
+    summary = json.loads((first / 'summary.json').read_text())
+    (first / 'summary.json').write_text(json.dumps({**summary, 'peak_memory_mb': 77.0}))
+    outcome = aick('compare', 'a', 'b', '--json', '-')
+    assert 'aick: a has several runs of a recording: the last by name is compared' in outcome.err
+    [candidate] = json.loads(outcome.out)['candidates'].values()
+    assert candidate['total']['peak_memory_mb']['baseline'] == 77.0
+
+
+def test_page_and_json_are_two_files(aick, replay):
+    replay('a', '--limit', '3')
+    outcome = aick('compare', 'a', 'a', '--json', 'x', '--out', './x')
+    assert (outcome.code, outcome.sentence) == (2, '--json and --out are both x: name two files')
+
+
+def test_no_file_of_a_run_is_replaced(aick, replay):
+    replay('a', '--limit', '3')
+    for option in ('--json', '--out'):
+        outcome = aick('compare', 'a', 'a', option, 'a/latest/frames.csv')
+        assert outcome.code == 2 and 'is a file of the input' in outcome.sentence

@@ -16,8 +16,8 @@ from aick_ros.settings.text import parameter_table
 def test_tables_of_algorithm_and_node(aick):
     outcome = aick('parameters')
     assert outcome.code == 0
-    for group in (Settings(), NodeSettings()):
-        assert parameter_table(group) in outcome.out
+    algorithm, node = (parameter_table(group) for group in (Settings(), NodeSettings()))
+    assert outcome.out == (f'Algorithm (also --set NAME=VALUE):\n\n{algorithm}\nNode:\n\n{node}')
 
 
 def test_yaml_is_a_file_for_node_and_command(aick, tmp_path):
@@ -26,5 +26,6 @@ def test_yaml_is_a_file_for_node_and_command(aick, tmp_path):
     file.write_text(outcome.out)
     given = yaml.safe_load(outcome.out)['/**']['ros__parameters']
     assert given == {name: value for name, value in values(NodeSettings()).items() if value != ()}
+    assert 'aick parameters --format yaml' in ' '.join(outcome.out.split('/**')[0].split())
     # a preset still counts
     assert settings_from('paper-full', file, None) == preset('paper-full')

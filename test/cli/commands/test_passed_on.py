@@ -3,13 +3,19 @@
 
 """What is given to a command reaches what it is for, in each command that takes it."""
 
+from contextlib import nullcontext
 from importlib import import_module
 from pathlib import Path
 
 import pytest
 
+from aick_ros.cli.commands import benchmark as benchmark_module
+from aick_ros.cli.commands import convert as convert_module
 from aick_ros.cli.commands import fleet as fleet_module
+from aick_ros.cli.commands import vocabulary as vocabulary_module
 from aick_ros.errors import InputError
+from aick_ros.evaluation.benchmark.recording import Recording, Request
+from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.settings.parameter import values, with_values
 from aick_ros.settings.presets import preset
 from aick_ros.sources import SourceOptions
@@ -133,6 +139,65 @@ def test_a_fleet_starts_the_cluster_that_is_asked_for(aick, monkeypatch, flags, 
     [(cluster,)] = asked
     assert (cluster.workers, cluster.memory_limit, cluster.scheduler,
             cluster.has_dashboard) == expected
+
+
+@pytest.mark.parametrize('flags, request_, plan, time_limit, workers', [
+    ([], {}, {'gaps': [1, 2, 3, 5, 8, 10, 15], 'most_pairs': None}, 300.0, 1),
+    (['--limit', '9', '--max-interval', '0.07', '--gaps', '2,4', '--pairs', '6', '--time-limit',
+      '2.5', '--jobs', '2'], {'limit': 9, 'max_interval': 0.07},
+     {'gaps': [2, 4], 'most_pairs': 6}, 2.5, 2)])
+def test_a_benchmark_registers_what_is_asked_for(
+        aick, monkeypatch, recording, flags, request_, plan, time_limit, workers):
+    def scan(request, on_progress, on_damaged):
+        requests.append(request)
+        return Recording(request.path, request, tuple(range(14)), recording.ground_truth)
+
+    requests, clusters, asked = [], [], []
+    monkeypatch.setattr(benchmark_module.Recording, 'scan', scan)
+    monkeypatch.setattr(benchmark_module.Request, 'open', lambda self: recording)
+    monkeypatch.setattr(benchmark_module, 'connected', lambda cluster: (
+        clusters.append(cluster), nullcontext('client'))[1])
+    monkeypatch.setattr(benchmark_module, 'run_plan', stop(asked))
+    assert aick('benchmark', 'desk.bag', 'hall.bag', '--methods', 'aick,aick-orb', *flags
+                ).sentence == 'enough is known'
+    assert requests == [Request(name, **request_) for name in ('desk.bag', 'hall.bag')]
+    [(given, journal, scratch, client, limit, *_)] = asked
+    assert [method.name for method in given.methods] == ['aick', 'aick-orb']
+    assert [each.name for each in given.recordings] == ['desk.bag', 'hall.bag']
+    assert {'gaps': list(given.gaps), 'most_pairs': given.most_pairs} == plan
+    assert (given.variants, client, limit) == ([], 'client', time_limit)
+    assert journal.path.parent == scratch
+    assert [cluster.workers for cluster in clusters] == [workers]
+
+
+def test_a_vocabulary_is_learned_as_it_is_asked_for(aick, monkeypatch, recording, config):
+    learned, kept = [], []
+    monkeypatch.setattr(vocabulary_module, 'open_source', lambda path: recording)
+    monkeypatch.setattr(vocabulary_module, 'KeypointExtractor', lambda *settings: (
+        kept.append(settings), KeypointExtractor(*settings))[1])
+    monkeypatch.setattr(vocabulary_module, 'learn_words', stop(learned))
+    aick('vocabulary', 'desk.bag', '--out', 'w', '--words', '12', '--every', '3', '--seed', '4',
+         '--limit', '7', *SETTINGS)
+    [(descriptors, words, seed, *_)] = learned
+    [(features, sensor)] = kept
+    settings = with_values(preset('paper-fast'), EXPECTED)
+    assert (features, sensor) == (settings.features, settings.sensor)
+    extractor = KeypointExtractor(features, sensor)
+    frames = list(recording.frames(None))[:7:3]
+    assert (words, seed) == (12, 4)
+    assert len(descriptors) == sum(len(extractor.extract(frame)) for frame in frames)
+
+
+@pytest.mark.parametrize('flags, storage, encoding', [
+    ([], 'mcap', '32FC1'), (['--storage', 'sqlite3', '--depth-encoding', '16UC1'], 'sqlite3',
+                            '16UC1')])
+def test_a_bag_is_written_as_it_is_asked_for(aick, monkeypatch, recording, flags, storage,
+                                             encoding):
+    asked = []
+    monkeypatch.setattr(convert_module, 'open_source', lambda *_: recording)
+    monkeypatch.setattr(convert_module, 'write_bag', stop(asked))
+    aick('convert', 'desk.bag', 'out', *flags)
+    assert (asked[0][0], *asked[0][2:4]) == (Path('out'), storage, encoding)
 
 
 @pytest.mark.parametrize('flags, seconds', [([], float('inf')), (['--time-limit', '2.5'], 2.5)])

@@ -97,8 +97,10 @@ def test_tables_and_lines_are_on_the_stream_that_is_asked_for(capsys, on_stderr)
 
 def test_without_heads_a_table_has_none(capsys):
     table('', [('a', '1'), ('b', '2')])
-    assert [row.split() for row in capsys.readouterr().out.splitlines() if row.strip()] == [
+    assert [row.split() for row in capsys.readouterr().out.splitlines()][-2:] == [
         ['a', '1'], ['b', '2']]
+    table('title', [('a', '1')])
+    assert [row.split() for row in capsys.readouterr().out.splitlines()] == [['title'], ['a', '1']]
     table('none', [], ['name', 'value'])
     assert 'name' in capsys.readouterr().out
 
@@ -121,3 +123,13 @@ def test_a_bar_has_the_number_and_the_rate_a_few_times_a_second(monkeypatch, pau
         show(9)  # too soon after the first
     last = screen.getvalue().rpartition('registering')[2]
     assert [word for word in expected if f' {word}' not in last] == []
+
+
+@pytest.mark.parametrize('error', [BrokenPipeError, OSError])
+def test_a_line_that_nobody_reads_ends_the_command_on_standard_output_alone(monkeypatch, error):
+    def fail(text, err):
+        raise error
+    monkeypatch.setattr(console.typer, 'echo', fail)
+    line('a line', on_stderr=True)
+    with pytest.raises(error):
+        line('a line')

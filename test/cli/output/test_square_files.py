@@ -71,6 +71,8 @@ def test_the_headers_say_whose_poses_these_are(walk, tmp_path):
     write_square(tmp_path, *walk)
     header, _ = square(tmp_path / 'estimate.SQUARE')
     other, _ = square(tmp_path / 'reference.SQUARE')
+    for name in ('estimate', 'reference'):
+        assert (tmp_path / f'{name}.SQUARE').read_text().startswith('#%FORMAT SQUARE/0.3\n#%')
     both = {'FORMAT': 'SQUARE/0.3', 'POSE_FRAME': 'odom', 'BODY_FRAME': 'camera',
             'GAUGE': 'fixed', 'TIMESTAMP_UNIT': 'seconds', 'ALGORITHM': 'aick_ros',
             'ALGORITHM_VERSION': __version__}
