@@ -53,6 +53,31 @@ def test_settings_have_means_over_their_own_runs():
     assert columns['ATE [mm]'] == ('500.0', '', '')
 
 
+@pytest.mark.parametrize('column, value, head, text', [
+    ('trajectory.rpe_1s_translation_rmse_m', 0.012345, 'RPE over 1 s [mm]', '12.35'),
+    ('trajectory.rpe_1s_rotation_rmse_deg', 0.45678, 'RPE over 1 s [deg]', '0.457'),
+    ('trajectory.ate_rmse_m', 0.12345, 'ATE [mm]', '123.5'),
+    ('trajectory.tracked_fraction', 0.98765, 'tracked [%]', '98.8'),
+    ('consistency.inside_95', 0.91234, 'inside 95 % [%]', '91.2'),
+    ('timing_ms.total.p50', 23.456, 'median time [ms]', '23.5'),
+    ('peak_memory_mb', 345.6, 'peak memory [MB]', '346')])
+def test_scores_are_in_the_unit_of_their_head(column, value, head, text):
+    for table in tables(fleet_page([done('a', 'fast', 1.0, **{column: value})])):
+        assert dict(zip(table[0], table[1]))[head] == text
+
+
+def test_tables_are_in_sections_and_can_be_sorted():
+    page = fleet_page(ROWS)
+    assert re.findall(r'<h(\d)>(.*?)</h', page) == [
+        ('1', 'Runs of a fleet'), ('2', 'Settings'), ('2', 'Errors of all recordings'),
+        ('2', 'Runs'), ('2', 'Failures')]
+    assert '<title>Runs of a fleet</title>' in page and '<script>' in page
+    assert page.count('<table class="sortable">') == 3 == len(tables(page))
+    assert [table[0][:3] for table in tables(page)] == [
+        ['settings', 'done', 'failed'], ['recording', 'settings', 'frames'],
+        ['source', 'settings', 'cause']]
+
+
 def test_each_run_and_each_failure_has_a_row():
     _, runs, failures = tables(fleet_page(ROWS))
     assert [row[:4] for row in runs[1:]] == [
@@ -77,15 +102,39 @@ def test_without_errors_or_failures_there_are_no_pictures_or_failures():
     assert 'Errors of all recordings' not in page
 
 
-def test_curves_rise_by_a_share_at_each_error(monkeypatch):
-    """From the smallest error on; in the unit of the axis."""
+@pytest.fixture
+def drawn(monkeypatch):
+    """Return a function that makes the page of some runs and returns its figure."""
     figures, make = [], module.canvas.figure
     monkeypatch.setattr(module.canvas, 'figure', lambda *arguments: figures.append(
         make(*arguments)) or figures[-1])
-    fleet_page(ROWS)
-    axes, other = figures[0].axes
+
+    def draw(rows):
+        fleet_page(rows)
+        return figures[-1]
+    return draw
+
+
+def test_curves_rise_by_a_share_at_each_error(drawn):
+    """From the smallest error on; in the unit of the axis."""
+    axes, other = drawn(ROWS).axes
+    assert axes.get_xscale() == 'log'
+    assert (axes.get_ylabel(), axes.get_ylim()) == ('recordings [%]', (0, 100))
     assert (axes.get_xlabel(), other.get_xlabel()) == ('RPE over 1 s [mm]', 'ATE [mm]')
     fast, slow, nothing = (line.get_data() for line in axes.lines)
     np.testing.assert_allclose(fast, [[10, 10, 30], [0, 50, 100]])
     np.testing.assert_allclose(slow, [[5, 5], [0, 100]])
     assert len({line.get_color() for line in axes.lines}) == 3
+
+
+@pytest.mark.parametrize('count, has_legend', [(1, False), (2, True), (10, True), (11, False)])
+def test_a_legend_has_the_beginnings_of_the_settings(drawn, count, has_legend):
+    names = [f'{i}' + 60 * 'x' for i in range(count)]
+    figure = drawn([done('a', name, 0.01 * (i + 1)) for i, name in enumerate(names)])
+    texts = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert texts == [name[:40] for name in names] * has_legend
+
+
+def test_an_error_of_zero_is_drawn_on_a_logarithmic_axis(drawn):
+    line, = drawn([done('a', 'fast', 0.0), done('b', 'fast', 0.01)]).axes[0].lines
+    np.testing.assert_allclose(line.get_xdata(), [1e-6, 1e-6, 10.0])

@@ -12,8 +12,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aick_ros.evaluation.scores.frame_record import trajectory_of
 from aick_ros.evaluation.scores.run_summary import summarize
+from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore
+from aick_ros.registration.status import Status
 from aick_ros.reports import run_report
+from aick_ros.reports.path_plot import path_figure
 from aick_ros.reports.run_plots import timing_figure
 from aick_ros.reports.run_report import report
 from aick_ros.settings import Settings
@@ -124,3 +128,73 @@ def test_times_of_the_stages_are_those_of_the_records(summary, records):
         times = [record.timing[stage] for record in records]
         expected = rf'{stage}\s+{np.median(times):.1f}\s+{np.percentile(times, 99):.1f}\s'
         assert re.search(expected, text), text
+
+
+def sections(text):
+    """Return heading -> text below it, without elements."""
+    parts = re.split(r'<h\d>(.*?)</h\d>', text.partition('<body>')[2])
+    return {head: re.sub(r'<svg.*?</svg>|<[^>]*>', ' ', below, flags=re.DOTALL)
+            for head, below in zip(parts[1::2], parts[2::2])}
+
+
+def test_sections_are_in_order_with_or_without_truth_and_losses(summary, records, ground_truth):
+    found = sections(report(summary, records, ground_truth, STARTED))
+    assert list(found) == [
+        'office &lt;1&gt;', 'Path of the camera', 'Errors', 'Tracking', 'Speed', 'Lost frames',
+        'Settings that differ from the defaults', 'Machine']
+    assert 'In the frame of the ground truth' in found['Path of the camera']
+    tracked = dataclasses.replace(summary, settings=values(Settings()))
+    found = sections(report(tracked, records[:40], None, STARTED))
+    assert list(found) == ['office &lt;1&gt;', 'Path of the camera', 'Tracking', 'Speed',
+                           'Settings that differ from the defaults', 'Machine']
+    assert 'x forward, y to the left, z up' in found['Path of the camera']
+    assert found['Settings that differ from the defaults'].split() == ['None.']
+
+
+def test_a_tile_has_each_figure_in_the_unit_of_its_label(summary):
+    text = ''.join(run_report._head(dataclasses.replace(
+        summary, tracked=87, frames=90, path_length_m=12.345, end_distance_m=0.678,
+        frames_per_second=59.6, trajectory=TrajectoryScore(0.0123, 1.234, 0.0456, 0.9)), STARTED))
+    tiles = [(label, value) for value, label in re.findall(
+        r'<b>(.*?)</b><span>(.*?)</span>', text)]
+    assert tiles == [('frames tracked', '96.67 %'), ('path length', '12.35 m'),
+                     ('start to end', '0.68 m'), ('frames per second', '60'), ('ATE', '4.6 cm'),
+                     ('RPE over 1 s', '1.2 cm'), ('RPE over 1 s', '1.23°')]
+
+
+def test_pictures_are_of_this_run(monkeypatch, summary, records, ground_truth):
+    asked = {}
+    for name in ('path_figure', 'error_figure', 'tracking_figure', 'timing_figure'):
+        monkeypatch.setattr(run_report, name, lambda *given, name=name: asked.update({name: given}))
+    monkeypatch.setattr(run_report.canvas, 'to_svg', lambda figure: '<svg></svg>')
+    report(summary, records, ground_truth, STARTED)
+    estimate, truth, lost = asked['path_figure']
+    np.testing.assert_array_equal(estimate.poses, trajectory_of(records).poses)
+    assert truth is ground_truth
+    assert np.flatnonzero(lost).tolist() == [40, 41, 42]
+    errors, start = asked['error_figure']
+    assert start == records[0].stamp and errors.positions().max() < 1e-6
+    assert asked['tracking_figure'] == asked['timing_figure'] == (records,)
+
+
+def test_without_truth_the_camera_looks_along_x(monkeypatch, summary, records):
+    """Forward is z of the camera, left is against its x, up against its y."""
+    drawn = []
+    monkeypatch.setattr(run_report, 'path_figure', lambda estimate, lost: (
+        drawn.append((estimate, lost)), path_figure(estimate, lost=lost))[1])
+    report(summary, records, None, STARTED)
+    [(estimate, lost)] = drawn
+    x, y, z = trajectory_of(records).poses[:, :3, 3].T
+    np.testing.assert_allclose(estimate.poses[:, :3, 3], np.column_stack([z, -x, -y]))
+    assert lost.sum() == 3
+
+
+@pytest.mark.parametrize('count, more', [(20, None), (21, '1 more are in frames.csv.')])
+def test_of_many_lost_frames_the_first_are_listed(summary, records, count, more):
+    lost = [dataclasses.replace(records[40], stamp=i * 10 ** 9) for i in range(count)]
+    below = ''.join(run_report._losses(dataclasses.replace(
+        summary, frames=99, status={'OK': 5, 'MOTION_GATE': 2, 'TOO_FEW_MATCHES': 7}), lost))
+    assert re.findall(r'<tr><td>(\d+)', below) == [str(i) for i in range(20)]
+    assert f'{count} of 99: 2 x {Status.MOTION_GATE.value}, 7 x too few matches. Their' in below
+    assert '<th>stamp</th><th>reason</th>' in below
+    assert (more in below) if more else 'more are' not in below

@@ -99,8 +99,8 @@ def test_without_heads_a_table_has_none(capsys):
     table('', [('a', '1'), ('b', '2')])
     assert [row.split() for row in capsys.readouterr().out.splitlines()][-2:] == [
         ['a', '1'], ['b', '2']]
-    table('title', [('a', '1')])
-    assert [row.split() for row in capsys.readouterr().out.splitlines()] == [['title'], ['a', '1']]
+    table('a', [('first', '1')])
+    assert [row.split() for row in capsys.readouterr().out.splitlines()] == [['a'], ['first', '1']]
     table('none', [], ['name', 'value'])
     assert 'name' in capsys.readouterr().out
 
