@@ -37,3 +37,25 @@ def test_what_is_short_has_one_line():
 def test_numbers_that_json_does_not_have_are_rejected(number):
     with pytest.raises(ValueError, match='JSON'):
         json_text({'deep': [{'number': number}]})
+
+
+@pytest.mark.parametrize('make', [lambda n: {'key': n * [1], 'b': 2}, lambda n: [n * [1], 2],
+                                  lambda n: {'a': {'b': [n * 'x']}, 'c': 1}])
+def test_no_line_is_longer_than_the_width_with_its_comma(make):
+    contents = [make(n) for n in range(20, 60)] + [make(n) for n in range(75, 83)]
+    texts = list(map(json_text, contents))
+    assert [json.loads(text) for text in texts] == contents
+    longest = max(len(line) for text in texts for line in text.splitlines())
+    assert longest == 99  # with the comma after it
+
+
+def test_rows_of_numbers_are_indented_alike():
+    lines = json_text({'a': {'numbers': list(range(100))}}).splitlines()
+    rows = [line for line in lines if line.strip()[0].isdigit()]
+    assert len(rows) > 3 and {len(row) - len(row.lstrip()) for row in rows} == {6}
+    assert [line for line in lines if line not in rows] == [
+        '{', '  "a": {', '    "numbers": [', '    ]', '  }', '}']
+
+
+def test_texts_are_not_broken_however_long():
+    assert json_text(300 * 'word ') == json.dumps(300 * 'word ')

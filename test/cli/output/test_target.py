@@ -55,5 +55,27 @@ def test_results_may_be_new_in_the_folder_of_an_input_or_replace_older_ones(fold
     check_target('-', folder / 'recording')
 
 
+def test_standard_output_is_no_file_of_that_name(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / '-').mkdir()
+    check_target('-')
+    check_target(None)
+
+
+@pytest.mark.parametrize('target, sentence', [
+    ('none/x', 'cannot write none/x: the folder none does not exist'),
+    ('recording', "cannot write 'recording': it is a folder, a file is required"),
+    ('other.bag', 'cannot write other.bag: it is an input of this command; name another file for '
+                  'the results'),
+    ('recording/rgb.txt', 'cannot write recording/rgb.txt: it is a file of the input recording; '
+                          'name another file for the results'),
+    (300 * 'n', f"cannot write '{300 * 'n'}': File name too long")])
+def test_a_sentence_says_what_is_wrong_and_what_to_do(folder, monkeypatch, target, sentence):
+    monkeypatch.chdir(folder)
+    with pytest.raises(InputError) as raised:
+        check_target(target, 'recording', 'other.bag')
+    assert str(raised.value) == sentence
+
+
 def test_a_device_that_is_an_input_too_is_nothing_to_lose():
     check_target('/dev/null', '/dev/null')
