@@ -10,6 +10,7 @@ import pytest
 
 from aick_ros.evaluation.noise.imu_noise import estimate_imu_noise
 from aick_ros.frames.imu import ImuSamples
+from aick_ros.reports import canvas
 from aick_ros.reports.allan_plot import allan_figure
 
 
@@ -50,3 +51,24 @@ def test_tick_labels_are_plain_numbers(noise):
 
 def test_a_sensor_that_has_not_measured_has_no_panel(noise):
     assert len(allan_figure(dataclasses.replace(noise, gyroscope=None)).axes) == 1
+
+
+def test_each_axis_has_its_colour_and_the_error_of_its_points(noise):
+    gyroscope, accelerometer = allan_figure(noise).axes
+    assert [axes.get_title(loc='left') for axes in (gyroscope, accelerometer)] == [
+        'office: gyroscope', 'office: accelerometer']
+    for axes, sensor, scale in ((gyroscope, noise.gyroscope, 180 / np.pi),
+                                (accelerometer, noise.accelerometer, 1.0)):
+        labels = [text.get_text() for text in axes.get_legend().get_texts()]
+        assert sorted(labels) == ['model', 'x', 'y', 'z']
+        assert [container.get_label() for container in axes.containers] == ['x', 'y', 'z']
+        for container, variances, colour in zip(axes.containers, sensor.allan.variances.T,
+                                                canvas.SERIES):
+            deviations = scale * variances ** 0.5
+            points, _, (bars,) = container.lines
+            assert points.get_color() == colour
+            np.testing.assert_allclose(points.get_data(), [sensor.allan.times, deviations])
+            # half the relative error of a variance is that of its root
+            sizes = [abs(high - low) / 2 for (_, low), (_, high) in bars.get_segments()]
+            np.testing.assert_allclose(
+                sizes, deviations * (0.5 / sensor.allan.degrees_of_freedom) ** 0.5)

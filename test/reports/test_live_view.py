@@ -81,3 +81,38 @@ def test_keypoints_and_the_path_before_are_where_they_are(view, stream):
     [(time, strip)] = stream.values('world/path_before', 'strips')
     assert time is None
     np.testing.assert_allclose(strip, points)
+
+
+def test_turns_and_colours_of_the_base_and_its_path(view, stream):
+    """The path to a lost pose is red, the others blue; keypoints green."""
+    from aick_ros.reports.trail import ESTIMATE, LOST
+    pose = se3.exp([1.0, 2.0, 3.0, 0.1, 0.2, 0.3])
+    for stamp, covariance in enumerate([np.eye(6), np.eye(6), UNKNOWN]):
+        view.add_pose(stamp * SECOND, pose, covariance)
+    columns = [column for _, column in stream.values('world/base', 'mat3x3')]
+    np.testing.assert_allclose(np.reshape(columns[0], (3, 3)).T, pose[:3, :3], rtol=1e-6)
+    colours = [tuple(colour >> shift & 255 for shift in (24, 16, 8))
+               for _, colour in stream.values('world/path', 'colors')]
+    assert colours == [ESTIMATE, LOST]
+    assert ESTIMATE[2] > ESTIMATE[0] and LOST[0] > LOST[2]
+
+
+def test_a_pose_with_a_part_that_is_not_known_is_not_tracked(view, stream):
+    """The position is known, its rotation is not: there is an ellipsoid, and it is lost."""
+    covariance = np.eye(6)
+    covariance[5, 5] = np.inf
+    view.add_pose(0, np.eye(4), covariance)
+    assert stream.values('status/tracked', 'scalars') == [(0.0, 0.0)]
+    assert len(stream.values('world/covariance', 'half_sizes')) == 1
+
+
+def test_the_layout_shows_each_entity_that_is_logged(view, stream):
+    from aick_ros.reports.live_view import _blueprint
+    view.add_pose(0, np.eye(4), np.eye(6))
+    view.add_image(0, np.zeros((4, 4, 3), np.uint8))
+    view.add_health('tracking', {'features [ms]': 4.5, 'lost': 1.0})
+    above, below = _blueprint().root_container.contents
+    views = {part.name: part.origin for part in (*above.contents, *below.contents)}
+    assert views == {'space': 'world', 'image and matches': 'image', 'times [ms]': 'times',
+                     'tracked': 'status', 'status': 'status'}
+    assert {origin for origin in views.values()} <= {name.split('/')[0] for name in stream.logged}

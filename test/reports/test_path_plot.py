@@ -6,12 +6,13 @@
 import cv2
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 
 from aick_ros.evaluation.scores.frame_record import trajectory_of
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.reports import canvas
-from aick_ros.reports.path_plot import path_figure, plot_trajectory
+from aick_ros.reports.path_plot import View, path_figure, plot_trajectory
 
 
 def drawn(figure):
@@ -74,3 +75,38 @@ def test_dollar_signs_in_names_are_drawn_as_they_are(records, ground_truth, tmp_
     content = canvas.figure(2, 2, lambda figure: figure.suptitle(r'a $\frac$ b'))
     canvas.write_png(content, tmp_path / 'plot.png')
     assert 'frac' in canvas.to_svg(content)
+
+
+def test_titles_axes_and_legend_name_what_is_drawn(records, ground_truth):
+    lost = np.arange(90) > 86
+    figure = path_figure(trajectory_of(records), ground_truth, lost, title='office')
+    above, side = figure.axes
+    assert [(axes.get_title(loc='left'), axes.get_xlabel(), axes.get_ylabel())
+            for axes in (above, side)] == [('From above', 'x [m]', 'y [m]'),
+                                           ('From the side', 'x [m]', 'z [m]')]
+    assert figure.get_suptitle() == 'office'
+    [legend] = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == [
+        'ground truth', 'estimate', 'lost, pose held', 'start', 'end']
+    colours = {line.get_label(): line.get_color() for line in above.lines}
+    assert (colours['ground truth'], colours['estimate'], colours['lost, pose held']) == (
+        canvas.TRUTH, canvas.ESTIMATE, canvas.LOST)
+
+
+def test_images_are_beside_each_other_with_their_keypoints(records):
+    views = [View(np.full((4, 6, 3), 40 * i, np.uint8), np.array([[i, 2.0], [3.0, 1.0]]))
+             for i in range(3)]
+    figure = path_figure(trajectory_of(records), views=views)
+    shown = [axes for axes in figure.findobj(Axes) if axes.images]
+    assert [axes.images[0].get_array()[0, 0, 0] for axes in shown] == [0, 40, 80]
+    for i, axes in enumerate(shown):
+        np.testing.assert_array_equal(axes.lines[0].get_data(), [[i, 3.0], [2.0, 1.0]])
+        assert axes.lines[0].get_linestyle() == 'None' and not axes.axison
+
+
+@pytest.mark.parametrize('title, views, height', [('', 0, 4.5), ('a', 0, 4.8), ('', 1, 6.5),
+                                                  ('a', 1, 6.8)])
+def test_a_figure_is_as_high_as_its_parts(records, title, views, height):
+    image = View(np.zeros((4, 6), np.uint8), np.zeros((0, 2)))
+    figure = path_figure(trajectory_of(records), title=title, views=views * [image])
+    np.testing.assert_allclose(figure.get_size_inches(), (10.0, height))

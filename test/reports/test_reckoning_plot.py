@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from aick_ros.evaluation.benchmark.dead_reckoning import EndPoint, Reckoning
-from aick_ros.reports import reckoning_plot
+from aick_ros.reports import canvas, reckoning_plot
 from aick_ros.reports.reckoning_plot import splat, write_reckoning
 
 RED, GREEN, BLUE = np.eye(3, dtype=np.uint8) * 200
@@ -55,6 +55,11 @@ def test_each_panel_has_its_axes_its_points_and_both_paths(monkeypatch, tmp_path
     figure, = kept
     assert figure.get_suptitle() == ('20 frames, 2.8 m by dead reckoning: error at the end 0.12 m '
                                      'and 4.6 deg')
+    assert [axes.get_title(loc='left') for axes in figure.axes] == [
+        'From above', 'From the front', 'Along the shelves']
+    [legend] = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ['true path', 'dead reckoning']
+    assert [line.get_color() for line in figure.axes[0].lines] == [canvas.TRUTH, canvas.ESTIMATE]
     for axes, (i, j) in zip(figure.axes, ((0, 1), (0, 2), (1, 2))):
         assert (axes.get_xlabel(), axes.get_ylabel()) == (f'{"xyz"[i]} [m]', f'{"xyz"[j]} [m]')
         lines = {line.get_label(): line.get_data() for line in axes.lines}
@@ -71,3 +76,17 @@ def test_each_panel_has_its_axes_its_points_and_both_paths(monkeypatch, tmp_path
         shown = picture[row, column].astype(float)
         assert np.corrcoef(column, shown[:, i])[0, 1] > 0.95
         assert np.corrcoef(-row, shown[:, j])[0, 1] > 0.95
+
+
+@pytest.mark.parametrize('panel, seen', [(0, (0.0, 0.0, 1.0)), (1, (0.0, -1.0, 0.0)),
+                                         (2, (-1.0, 0.0, 0.0))])
+def test_the_viewer_stands_above_in_front_and_before_the_shelves(monkeypatch, tmp_path, panel,
+                                                                  seen):
+    """Two points in a line with the viewer: the one that is seen is nearer to him."""
+    kept = []
+    monkeypatch.setattr(reckoning_plot.canvas, 'write_png',
+                        lambda figure, path: kept.append(figure))
+    points, path = np.array([seen, -np.array(seen)]), np.zeros((2, 3))
+    write_reckoning(Reckoning(EndPoint(2, 1.0, 0.1, 1.0, 0), path, path, points,
+                              np.array([RED, BLUE])), tmp_path / 'f.png')
+    assert (np.asarray(kept[0].axes[panel].images[0].get_array()) == RED).all()

@@ -9,13 +9,16 @@ import numpy as np
 import pytest
 
 from aick_ros.evaluation.scores.frame_record import trajectory_of
-from aick_ros.evaluation.scores.trajectory_errors import TrajectoryErrors
+from aick_ros.evaluation.scores.trajectory_errors import TrajectoryErrors, compare
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registration.status import Status
 
 pytest.importorskip('matplotlib')
+from matplotlib.colors import to_hex  # noqa: E402
+
+from aick_ros.reports import canvas  # noqa: E402
 from aick_ros.reports.run_plots import error_figure, timing_figure, tracking_figure  # noqa: E402
 
 
@@ -83,3 +86,41 @@ def test_every_frame_counts_in_the_times_of_each_stage(records):
     last = axes.containers[0][-1]
     assert last.get_height() == 1
     assert axes.get_xlim()[1] == pytest.approx(last.get_x() + last.get_width())
+
+
+def test_texts_and_colours_say_what_is_drawn(records, ground_truth):
+    errors = compare(trajectory_of(records), ground_truth)
+    upper, lower = error_figure(errors, 0).axes
+    tracking, = tracking_figure(records).axes
+    timing, = timing_figure(records).axes
+    assert [(axes.get_title(loc='left'), axes.get_ylabel(), axes.get_xlabel())
+            for axes in (upper, lower, tracking, timing)] == [
+        ('Position error', 'error [cm]', ''), ('Rotation error', 'error [deg]', 'time [s]'),
+        ('Keypoints and matches', 'number', 'time [s]'), ('Time per frame', 'frames', 'time [ms]')]
+    assert [axes.get_ylim()[0] for axes in (upper, lower, tracking, timing)] == [0.0] * 4
+    assert [axes.lines[0].get_color() for axes in (upper, lower)] == [
+        canvas.ESTIMATE, canvas.SECOND]
+    assert [line.get_color() for line in tracking.lines] == [canvas.MUTED, canvas.ESTIMATE]
+    assert to_hex(tracking.patches[0].get_facecolor()) == canvas.LOST
+    colours = [to_hex(container[0].get_facecolor()) for container in timing.containers]
+    assert colours == list(canvas.SERIES[:2])
+
+
+@pytest.mark.parametrize('most, is_rasterised', [(90, False), (89, True)])
+def test_lines_of_many_points_are_rasterised(monkeypatch, records, ground_truth, most,
+                                             is_rasterised):
+    monkeypatch.setattr(canvas, 'MANY', most)
+    figures = (error_figure(compare(trajectory_of(records), ground_truth), 0),
+               tracking_figure(records))
+    lines = [line for figure in figures for axes in figure.axes for line in axes.lines]
+    assert len(lines) == 4
+    assert {bool(line.get_rasterized()) for line in lines} == {is_rasterised}
+
+
+def test_the_axis_of_times_ends_after_nearly_all_of_them(records):
+    times = np.r_[np.linspace(1.0, 10.0, 999), 500.0]
+    timed = [dataclasses.replace(records[0], timing={'features': time, 'total': 0.0})
+             for time in times]
+    axes, = timing_figure(timed).axes
+    assert axes.get_xlim() == (0.0, pytest.approx(1.05 * np.percentile(times, 99.5)))
+    assert len(axes.containers[0]) == 79
