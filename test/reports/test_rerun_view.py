@@ -4,7 +4,9 @@
 """What a view logs of a run, read from a stream that keeps it."""
 
 import dataclasses
+from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -14,6 +16,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registration.status import Status
 
 pytest.importorskip('rerun', reason='no viewer: pip install rerun-sdk')
@@ -131,3 +134,84 @@ def test_depth_is_in_millimetres_and_nothing_is_zero():
     depth[0, 0], depth[0, 4], depth[4, 0], depth[4, 4] = 1.2345, np.nan, np.inf, 70.0
     frame = RgbdFrame(1, np.zeros((9, 10), np.uint8), depth, Camera(10, 9, 9.0, 9.0, 5.0, 4.0))
     np.testing.assert_array_equal(_depth(frame), [[1234, 0], [0, 65535]])
+
+
+class Keypoints:
+    def __init__(self, pixels):
+        self.pixels = np.array(pixels, np.float32)
+
+    def __len__(self):
+        return len(self.pixels)
+
+
+def update(record, keypoints, reference=None, matches=()):
+    """Return an update of the odometry: a record with its image, keypoints and matches."""
+    camera = Camera(8, 8, 10.0, 12.0, 4.0, 3.0)
+    colour = np.full((8, 8, 3), (200, 40, 90), np.uint8)
+    frame = RgbdFrame(record.stamp, colour, np.full((8, 8), 1.5, np.float32), camera)
+    return SimpleNamespace(**{
+        **vars(record), 'T_odom_camera': record.T_odom_camera, 'keypoints': keypoints,
+        'reference': reference, 'matches': np.array(matches, int).reshape(-1, 2),
+        'prepared': SimpleNamespace(frame=frame)})
+
+
+def at(record, x):
+    pose = np.eye(4)
+    pose[0, 3] = x
+    return dataclasses.replace(record, stamp=round(x * 10 ** 9), pose=PoseWithCovariance(pose))
+
+
+def test_matches_lead_to_the_keypoints_of_the_keyframe_and_edges_to_its_place(stream, records):
+    from aick_ros.reports.rerun_view import RerunView
+    view = RerunView(stream, None)
+    first, second = Keypoints([[1, 2], [3, 4]]), Keypoints([[5, 6], [7, 8], [1, 1]])
+    begun, moved = update(at(records[0], 1.0), first), update(
+        at(records[0], 2.0), second, first, [(2, 0), (0, 1)])
+    view.add(begun)
+    begun.T_odom_camera[0, 3] = 99.0  # in place, as its owner may
+    view.add(moved)
+    assert stream.logged['world/camera/image/matches'][0][0] == 0.0
+    lines = [part.strips.as_arrow_array().to_pylist()
+             for _, part in stream.logged['world/camera/image/matches']]
+    assert lines == [[], [[[1, 1], [1, 2]], [[5, 6], [3, 4]]]]
+    points = [part.positions.as_arrow_array().to_pylist()
+              for _, part in stream.logged['world/camera/image/keypoints']]
+    assert points == [first.pixels.tolist(), second.pixels.tolist()]
+    assert stream.values('world/edges', 'strips') == [(1.0, [[1, 0, 0], [2, 0, 0]])]
+    [(_, keyframe)] = stream.logged['world/keyframes']
+    assert keyframe.positions.as_arrow_array().to_pylist() == [[1, 0, 0]]
+
+
+def test_a_keyframe_that_was_not_shown_has_no_edge(stream, records):
+    from aick_ros.reports.rerun_view import RerunView
+    view = RerunView(stream, None)
+    view.add(update(records[0], Keypoints([[1, 2]]), Keypoints([[3, 4]]), [(0, 0)]))
+    assert 'world/edges' not in stream.logged and 'world/keyframes' not in stream.logged
+
+
+def test_images_are_below_the_camera_with_its_calibration(stream, records):
+    from aick_ros.reports.rerun_view import RerunView
+    RerunView(stream, None).add(update(records[5], Keypoints([[1, 2]])))
+    [(_, pinhole, image)] = stream.logged['world/camera/image']
+    blob = np.array(image.blob.as_arrow_array().to_pylist()[0], np.uint8)
+    np.testing.assert_allclose(cv2.imdecode(blob, cv2.IMREAD_COLOR)[4, 4, ::-1], [200, 40, 90],
+                               atol=6)
+    assert pinhole.resolution.as_arrow_array().to_pylist() == [[8, 8]]
+    [(_, pinhole, depth)] = stream.logged['world/camera/depth']
+    assert pinhole.resolution.as_arrow_array().to_pylist() == [[2, 2]]
+    assert depth.meter.as_arrow_array().to_pylist() == [1000.0]
+    [(_, transform)] = stream.logged['world/camera']
+    pose = records[5].T_odom_camera
+    assert transform.translation.as_arrow_array().to_pylist()[0] == pytest.approx(pose[:3, 3])
+    np.testing.assert_allclose(np.reshape(transform.mat3x3.as_arrow_array().to_pylist()[0],
+                                          (3, 3)).T, pose[:3, :3], atol=1e-6)
+
+
+def test_the_world_is_right_down_forward_and_errors_need_truth_at_their_time(
+        shown, records, ground_truth):
+    import rerun as rr
+    later = Trajectory(ground_truth.stamps[10:], ground_truth.poses[10:])
+    stream = shown(records, later)
+    assert stream.logged['world'] == [(None, rr.ViewCoordinates.RDF)]
+    times = [time for time, _ in stream.values('errors/position_mm', 'scalars')]
+    np.testing.assert_allclose(times, np.arange(10, 90) / 30, atol=1e-6)
