@@ -10,7 +10,7 @@ import pytest
 aiohttp = pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
 from aick_ros.cli.fleet import bounded_response  # noqa: E402
 from aick_ros.cli.fleet.bounded_response import BoundedResponse  # noqa: E402
-from aick_ros.errors import InputError  # noqa: E402
+from aick_ros.errors import InputError, TransferError  # noqa: E402
 
 CONTENT = bytes(range(256)) * 20
 
@@ -40,3 +40,32 @@ def test_a_list_that_never_ends_is_rejected(web, monkeypatch):
     monkeypatch.setattr(bounded_response, 'MAX_LIST_BYTES', 2 ** 20)
     with pytest.raises(InputError, match='/endless sends more than 1048576 bytes'):
         text_at(f'{web.url}/endless')
+
+
+@pytest.mark.parametrize('page, links', [
+    ('<a href="x/1.bag">1</a><A class="y" HREF=\'2.bag\'>', '<a href="x/1.bag">\n<a href="2.bag">'),
+    ('see https://h/a.mcap, or <b>http://h:8/b</b>', 'https://h/a.mcap\nhttp://h:8/b'),
+    ('<abbr href="no"><a name="no"><a>', ''), ('', ''),
+    ('<a\nhref="b"> <a data-href="no">', '<a href="b">')])
+def test_of_a_page_its_links_are_left(page, links):
+    assert bounded_response.links_of(page).replace(',', '') == links
+
+
+@pytest.mark.parametrize('limit, path, sentence', [
+    ('ANSWER_LIMIT', 'silent', 'does not answer within 0.05 s'),
+    ('LIST_LIMIT', 'slow', 'does not send its list of files in time')])
+def test_a_server_that_is_too_slow_is_named(web, monkeypatch, limit, path, sentence):
+    monkeypatch.setattr(bounded_response, limit, 0.05)
+    with pytest.raises(TransferError) as caught:
+        text_at(f'{web.url}/{path}')
+    assert str(caught.value) == f'{web.url}/{path} {sentence}'
+
+
+def test_the_text_of_a_page_is_its_links_alone(web):
+    (web.folder / 'page').write_text('<p>words <a href="1.bag">one</a>')
+
+    async def ask():
+        async with aiohttp.ClientSession(response_class=BoundedResponse) as session:
+            async with session.get(f'{web.url}/page') as response:
+                return await response.text()
+    assert asyncio.run(ask()) == '<a href="1.bag">'

@@ -5,6 +5,9 @@
 
 import json
 import time
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -12,8 +15,10 @@ import pytest
 
 from aick_ros.cli.fleet import job as job_module
 from aick_ros.cli.fleet.job import Job, run_job
+from aick_ros.cli.fleet.scratch import ScratchSpace
 from aick_ros.settings import Settings
-from aick_ros.sources import raise_damage
+from aick_ros.settings.parameter import with_values
+from aick_ros.sources import SourceOptions, raise_damage
 from aick_ros.sources.writers.tum_writer import write_tum
 
 
@@ -82,3 +87,42 @@ def test_damaged_images_are_counted(folder):
     ({'a': [1, 2], 'b': {'c': []}, 'd': True}, {'d': True}), ({1: 0.5}, {'1': 0.5}), ({}, {})])
 def test_names_of_columns_are_dotted(content, cells):
     assert dict(job_module._flat(content, '')) == cells
+
+
+def test_what_a_job_asks_for_is_done_with_the_recording(monkeypatch, recording, tmp_path):
+    opened, settings = [], with_values(Settings(), {'aick.iterations': 7})
+    monkeypatch.setattr(job_module, 'open_source', lambda *asked: (
+        opened.append(asked), recording)[1])
+    options = SourceOptions(max_interval=0.07)
+    finished = run_job(Job('desk', 'a', settings, options, [2, 3], 6))
+    assert opened == [('desk', options)]
+    assert (finished.recording, finished.figures['frames']) == ('in memory', 6)
+    pairs = {name: value for name, value in finished.figures.items()
+             if name.startswith('pairs.') and name.endswith('.count')}
+    assert pairs == {'pairs.2.count': 4, 'pairs.3.count': 3}
+    assert b'iterations: 7' in finished.files['settings.yaml']
+    summary = json.loads(finished.files['summary.json'])
+    assert summary['settings']['aick.iterations'] == 7
+    assert sorted(finished.files) == ['frames.csv', 'ground_truth.tum', 'settings.yaml',
+                                      'summary.json', 'trajectory.tum']
+    for name in ('ended', 'duration_s', 'tracked', 'path_length_m', 'peak_memory_mb'):
+        assert finished.figures[name] == summary[name]
+
+
+def test_a_url_is_copied_first_and_its_bytes_are_counted(monkeypatch, recording):
+    class Scratch:
+        def __init__(self, space):
+            self.space = space
+
+        @contextmanager
+        def copy_of(self, url):
+            asked.append((self.space, url))
+            yield SimpleNamespace(path=Path('copy'), bytes_copied=123)
+
+    asked, space = [], ScratchSpace(limit=5)
+    monkeypatch.setattr(job_module, 'scratch_of', Scratch)
+    monkeypatch.setattr(job_module, 'open_source', lambda path, options: (
+        asked.append(path), recording)[1])
+    job = Job('s3://bucket/desk', 'a', Settings(), gaps=[1], limit=2, scratch=space)
+    assert run_job(job).figures['bytes_copied'] == 123
+    assert asked == [(space, 's3://bucket/desk'), Path('copy')]

@@ -7,6 +7,7 @@ import os
 
 import pytest
 
+from aick_ros.cli.fleet import recordings
 from aick_ros.cli.fleet.recordings import find_recordings
 from aick_ros.errors import InputError
 
@@ -47,3 +48,53 @@ def test_a_list_has_comments(tmp_path):
 def test_what_is_no_recording_is_rejected(source):
     with pytest.raises(InputError, match='no recording|does not exist'):
         find_recordings([source], None)
+
+
+@pytest.mark.parametrize(('source', 'sentence'), [
+    ('empty', 'empty has no recording, nor has a folder in it'),
+    ('nowhere', 'nowhere does not exist, nor does a file that it is a pattern of: name a recording, '
+                'or a folder with recordings in it')])
+def test_a_sentence_says_what_is_missing(source, sentence):
+    with pytest.raises(InputError) as caught:
+        find_recordings([source], None)
+    assert str(caught.value) == sentence
+
+
+def test_without_a_source_one_is_asked_for(tmp_path):
+    (tmp_path / 'list').write_text('# none yet\n')
+    for listed in (None, tmp_path / 'list'):
+        with pytest.raises(InputError, match='^no recording is given: .* list them in a file .--list'):
+            find_recordings([], listed)
+
+
+def test_a_pattern_may_lead_through_folders_and_names_are_in_order():
+    assert relative(find_recordings(['**/*.mcap'], None)) == ['a/bag/x.mcap', 'a/loose/1.mcap']
+    assert relative(find_recordings(['a/*/tum', 'a/t*'], None)) == ['a/loose/tum', 'a/tum']
+
+
+def test_a_number_sign_within_a_word_is_part_of_it(tmp_path, monkeypatch):
+    monkeypatch.setattr(recordings, 'recordings_at', lambda url: [url])
+    (tmp_path / 'list').write_text('s3://a/b#c # note\n  synthetic:1\t#note\n#s3://d\n')
+    assert find_recordings([], tmp_path / 'list') == ['s3://a/b#c', 'synthetic:1']
+
+
+@pytest.mark.parametrize('source, is_one', [
+    ('a/tum', True), ('synthetic', True), ('synthetic:1', False), ('s3://a', False)])
+def test_a_path_is_no_url_and_not_rendered(source, is_one):
+    assert recordings.is_path(source) is is_one
+
+
+def test_links_are_followed_where_they_are_named_alone(tmp_path):
+    (tmp_path / 'c').mkdir()
+    (tmp_path / 'c' / 'link').symlink_to(tmp_path / 'a', target_is_directory=True)
+    with pytest.raises(InputError, match='c has no recording'):
+        find_recordings(['c'], None)
+    assert len(find_recordings(['c/link'], None)) == 5
+
+
+def test_a_folder_that_cannot_be_read_is_named(monkeypatch):
+    def fail(folder):
+        raise PermissionError(13, 'Permission denied', folder)
+    monkeypatch.setattr(recordings.os, 'scandir', fail)
+    with pytest.raises(InputError, match='^cannot read a: Permission denied$'):
+        find_recordings(['a'], None)

@@ -84,3 +84,43 @@ def test_a_damaged_table_is_named(tmp_path):
     (tmp_path / 'table.parquet').write_bytes(b'no table')
     with pytest.raises(InputError, match='cannot read the table .*table.parquet'):
         read_table(tmp_path / 'table.parquet')
+
+
+@pytest.mark.parametrize('source, variant, folder', [
+    ('/data/mon/desk.mcap', 'a=1,b=x', 'runs/a=1,b=x/desk.mcap'), ('/data/desk/', 's', 'runs/s/desk'),
+    ('s3://x/a b?c', '.hidden', 'runs/hidden/a_b_c'), ('/', '..', 'runs/_/recording'),
+    (150 * 'n', 's', f'runs/s/{100 * "n"}')])
+def test_a_run_is_in_a_folder_of_its_settings_and_recording(tmp_path, source, variant, folder):
+    results, given = Results(tmp_path), row(source)
+    results.add((source, variant), given)
+    assert results.rows[source, variant]['run'] == folder
+    content = json.loads((tmp_path / folder / 'row.json').read_text())
+    assert content == {**given, 'run': folder} and 'run' not in given
+
+
+def test_done_is_what_ended_well_of_whatever_content(tmp_path):
+    results = Results(tmp_path)
+    results.add(('1', 'a=1'), row('1'))
+    results.add(('2', 'a=1'), row('2', status='failed'))
+    keys = [(name, 'a=1') for name in '123']
+    assert [results.is_done(key) for key in keys] == [True, False, False]
+    assert [results.has(key, 'x') for key in keys] == [True, True, False]
+    assert [each['source'] for each in results.write_table(keys)] == ['1', '2']
+
+
+def test_nothing_of_an_earlier_run_is_left_in_its_folder(tmp_path):
+    results = Results(tmp_path)
+    results.add(('1', 'a=1'), row('1'), {'old.txt': b'', 'both.txt': b'old'})
+    (tmp_path / 'runs/a=1/.1').mkdir()  # of a command that was killed
+    (tmp_path / 'runs/a=1/.1/draft.txt').touch()
+    results.add(('1', 'a=1'), row('1'), {'both.txt': b'new'})
+    assert sorted(os.listdir(tmp_path / 'runs/a=1/1')) == ['both.txt', 'row.json']
+    assert (tmp_path / 'runs/a=1/1/both.txt').read_text() == 'new'
+    assert os.listdir(tmp_path / 'runs/a=1') == ['1']
+
+
+def test_a_place_for_no_folder_is_named(tmp_path):
+    (tmp_path / 'file').touch()
+    with pytest.raises(InputError) as caught:
+        Results(tmp_path / 'file')
+    assert str(caught.value) == f'cannot make the folder {tmp_path}/file: Not a directory'

@@ -3,6 +3,8 @@
 
 """Names in URLs, and which errors of file systems mean that nothing is there."""
 
+import sys
+
 import pytest
 
 from aick_ros.cli.fleet.urls import errors_of, is_url, is_web, name_of, open_url
@@ -106,3 +108,49 @@ def test_urls_of_web_servers_are_read_as_they_are(url):
     pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
     system, path = open_url(url)
     assert path == url and system.unstrip_protocol(path) == url
+
+
+def test_a_web_server_has_time_for_a_file_but_not_to_be_silent():
+    pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
+    from aick_ros.cli.fleet.bounded_response import BoundedResponse
+    system, _ = open_url(f'{WEB}')
+    given = system.client_kwargs
+    assert given['response_class'] is BoundedResponse
+    assert (given['timeout'].total, given['timeout'].sock_connect, given['timeout'].sock_read) == (
+        None, 10.0, 20.0)
+
+
+@pytest.mark.parametrize('error, sentence', [
+    (ImportError('Install s3fs to access S3'), 'needs another package: Install s3fs to access S3'),
+    (ValueError('no such kind'), 'cannot be read: no such kind'),
+    (TypeError('host'), 'cannot be read: its kind needs more than a URL (host)'),
+    (AttributeError('host'), 'cannot be read: its kind needs more than a URL (host)')])
+def test_what_a_kind_of_url_lacks_is_said(monkeypatch, error, sentence):
+    core = pytest.importorskip('fsspec.core', reason="no URLs: pip install '.[fleet]'")
+
+    def fail(url):
+        raise error
+    monkeypatch.setattr(core, 'url_to_fs', fail)
+    with pytest.raises(InputError) as caught:
+        open_url(BUCKET)
+    assert str(caught.value) == f'{BUCKET} {sentence}'
+
+
+def test_without_fsspec_its_installation_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'fsspec.core', None)
+    with pytest.raises(InputError, match=r"no URLs without fsspec.*: pip install '.\[fleet\]'"):
+        open_url(BUCKET)
+
+
+def test_lists_of_files_are_asked_for_again():
+    fsspec = pytest.importorskip('fsspec', reason="no URLs: pip install '.[fleet]'")
+    asked = []
+
+    class Listed(fsspec.AbstractFileSystem):
+        protocol = 'listed'
+
+        def invalidate_cache(self, path=None):
+            asked.append(path)
+    fsspec.register_implementation('listed', Listed, clobber=True)
+    assert open_url('listed://a/b//')[1] == 'a/b'
+    assert asked == [None]
