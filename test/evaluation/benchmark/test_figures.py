@@ -3,6 +3,8 @@
 
 """The data of the paper's figures against the same ratios counted by hand."""
 
+import dataclasses
+
 import pytest
 
 from aick_ros.evaluation.baselines.registry import METHODS, make
@@ -83,3 +85,62 @@ def test_learned_vocabularies_add_two_figures_before_the_last(tmp_path):
     numbers = [figure.number for figure in paper_figures()]
     with_vocabularies = [figure.number for figure in paper_figures(tmp_path)]
     assert with_vocabularies == [*numbers[:-1], '8-words-surf', '8-words-orb', numbers[-1]]
+
+
+def test_curves_and_figures_have_their_names_labels_and_places(data):
+    by_number = {figure.number: figure for figure in paper_figures()}
+    assert list(data) == [number for number in by_number if number in data]
+    for number, content in data.items():
+        figure = by_number[number]
+        assert (content['title'], content['axis']) == (figure.title, figure.axis.value)
+        for name, curve in content['curves'].items():
+            assert curve['label'] == METHODS[name].title
+    assert set(data) == {'3', '3-today', '4', '4-today', '9'}
+
+
+def test_the_papers_methods_and_todays_are_figures_of_their_own():
+    curves = {figure.number: [method.name for method in figure.curves]
+              for figure in paper_figures()}
+    assert curves['3'] == curves['4'] and curves['3-today'] == curves['4-today']
+    assert curves['3'][:3] == ['aick-orb', 'aick-surf', 'ransac3']
+    assert 'aick' in curves['3-today'] and 'aick' not in curves['3']
+    assert {name for name in curves['9'] if 'fast' in name} == {'aick-orb-fast', 'aick-surf-fast'}
+    assert all(name.startswith('aick-surf, ') for name in curves['5'] + curves['6'])
+    assert all(name.startswith('aick-orb, ') for name in curves['6-orb'] + curves['7'])
+
+
+def test_the_last_curve_of_a_series_has_no_limit_and_its_label_says_so():
+    methods = {figure.number: figure.curves for figure in paper_figures()}
+    for number, parameter, value, label in (
+            ('5', 'features.max_keypoints', 0, 'all keypoints'),
+            ('6-orb', 'features.max_keypoints', 0, 'all keypoints'),
+            ('8', 'aick.word_radius', 10.0, 'R_w infinite'),
+            ('8-orb', 'aick.word_radius', 10.0, 'R_w infinite')):
+        last = methods[number][-1]
+        assert (last.options['changes'][parameter], last.title) == (value, label)
+    assert [method.title for method in methods['7']][:2] == ['1 iteration', '2 iterations']
+    assert [method.title for method in methods['6-orb']][:2] == ['50 keypoints', '100 keypoints']
+    assert [method.title for method in methods['8']][0] == 'R_w 0.1'
+
+
+def test_a_variant_keeps_the_other_changes_of_its_method(monkeypatch):
+    base = METHODS['aick-orb']
+    changed = dataclasses.replace(base, options={**base.options, 'changes': {'aick.alpha': 0.3}})
+    monkeypatch.setitem(METHODS, 'aick-orb', changed)
+    for method in {figure.number: figure for figure in paper_figures()}['7'].variants:
+        assert method.options['changes']['aick.alpha'] == 0.3
+        assert len(method.options['changes']) == 2
+    assert changed.options['changes'] == {'aick.alpha': 0.3}
+
+
+def test_pairs_that_are_not_measured_do_not_count(recording, tmp_path):
+    """Of two measured pairs at gap 1 one is at the threshold, which is no success; none at 4."""
+    orb = METHODS['aick-orb']
+    plan = Plan([orb], [recording], (1, 4))
+    journal = begin(tmp_path / 'journal', [recording])
+    for pair, error in zip(plan.pairs['rendered'], (0.01, 0.0099)):
+        journal.add(PairLine(orb.identity, 'rendered', pair, error, error, 1.0, ''))
+    journal.refresh()
+    curves = figure_data(paper_figures(), plan, journal)['4']['curves']
+    assert curves == {'aick-orb': {'label': orb.title, 'recordings': {
+        'rendered': {'x': [1], 'success_ratio': [0.5]}}}}

@@ -3,11 +3,15 @@
 
 """Files of measured lines that cannot be resumed."""
 
+import dataclasses
+import json
 import os
+from dataclasses import asdict
 
 import pytest
 
 from aick_ros.errors import InputError
+from aick_ros.evaluation.benchmark import journal as journal_module
 from aick_ros.evaluation.benchmark.journal import FrameLine, PairLine, begin, reserved
 from aick_ros.evaluation.scores.frame_pairs import FramePair
 
@@ -94,3 +98,33 @@ def test_a_file_that_is_removed_meanwhile_is_named(recording, tmp_path):
     journal.path.unlink()
     with pytest.raises(InputError, match='x.partial is gone: another benchmark'):
         journal.refresh()
+
+
+def test_a_run_on_another_machine_or_other_frames_is_another_run(recording, tmp_path, monkeypatch):
+    path = tmp_path / 'x.partial'
+    begin(path, [recording])
+    sentence = ('x.partial belongs to a run on other recordings, another machine or other '
+                'versions: delete it to start anew, or give another --json file$')
+    for others in ([], [recording, dataclasses.replace(recording, name='again')],
+                   [dataclasses.replace(recording, stamps=recording.stamps[1:])]):
+        with pytest.raises(InputError, match=sentence):
+            begin(path, others)
+    assert begin(path, [recording]).registrations == 0
+    monkeypatch.setattr(journal_module, 'machine_facts', lambda: {'numpy': '0.9'})
+    with pytest.raises(InputError, match=sentence):
+        begin(path, [recording])
+
+
+@pytest.mark.parametrize('field, value', [
+    ('translation', 'x'), ('rotation', True), ('milliseconds', float('nan')), ('failure', None),
+    ('recording', 1), ('pair', [0, 1, 2]), ('pair', [0.0, 1]), ('pair', [-1, 1]),
+    ('pair', [True, 1]), ('other', 1)])
+def test_a_pair_with_a_field_of_another_type_is_no_result(recording, tmp_path, field, value):
+    line = asdict(PairLine('aick', 'r', FramePair(0, 1), 0.5, 0.25, 3.0, ''))
+    path = tmp_path / 'x.partial'
+    begin(path, [recording])
+    with path.open('a') as file:
+        file.write(json.dumps(line) + '\n' + json.dumps({**line, field: value}) + '\n')
+    with pytest.raises(InputError, match='x.partial, line 3 is not a result: delete the file to '
+                       'start anew$'):
+        begin(path, [recording])

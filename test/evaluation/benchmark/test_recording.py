@@ -4,12 +4,18 @@
 """Recordings that a benchmark can use, and the choice of their frame pairs."""
 
 import dataclasses
+import json
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.evaluation.benchmark.recording import Recording
-from aick_ros.sources import raise_damage
+from aick_ros.evaluation.benchmark import recording as module
+from aick_ros.evaluation.benchmark.recording import Recording, Request
+from aick_ros.evaluation.scores.frame_pairs import FramePair
+from aick_ros.geometry import se3
+from aick_ros.sources import SourceOptions, open_source, raise_damage
 
 
 def scan(request, limit, on_progress=lambda done: None):
@@ -28,3 +34,58 @@ def test_a_limited_number_of_pairs_is_evenly_spaced(recording):
     pairs = recording.pairs((1, 3), most=3)
     assert [pair.target for pair in pairs if pair.gap == 1] == [0, 3, 6]
     assert [pair.target for pair in pairs if pair.gap == 3] == [0, 2, 4]
+
+
+def test_a_recording_has_the_stamps_and_the_truth_of_its_source(recording, tum_path):
+    source = open_source(tum_path)
+    stamps = tuple(frame.stamp for frame in source.frames(raise_damage))
+    assert (recording.name, recording.stamps) == (source.name, stamps)
+    assert recording.request == Request(str(tum_path))
+    np.testing.assert_array_equal(recording.ground_truth.poses, source.ground_truth.poses)
+    assert recording.period == np.median(np.diff(stamps))
+
+
+def test_the_error_is_that_of_the_motion_from_source_to_target(recording):
+    """By a transform after the true one: of 30 mm, and of 20 mrad."""
+    pair, off = FramePair(1, 4), se3.exp([0.0, 0.018, 0.024, 0.0, 0.0, 0.02])
+    poses = [recording.ground_truth.at(recording.stamps[i]) for i in pair]
+    motion = np.linalg.inv(poses[0]) @ poses[1]
+    assert recording.error(pair, motion) == pytest.approx((0.0, 0.0), abs=1e-6)
+    translation, rotation = recording.error(pair, motion @ off)
+    assert translation == pytest.approx(np.linalg.norm(off[:3, 3]))
+    assert rotation == pytest.approx(0.02)
+
+
+def test_a_pair_without_truth_has_no_error(recording):
+    blind = dataclasses.replace(recording, stamps=tuple(
+        stamp + 10 ** 12 for stamp in recording.stamps))
+    with pytest.raises(ValueError, match='the ground truth of rendered does not cover FramePair'):
+        blind.error(FramePair(0, 1), np.eye(4))
+
+
+def test_without_truth_there_is_no_recording(monkeypatch):
+    blind = SimpleNamespace(name='desk', ground_truth=None)
+    monkeypatch.setattr(Request, 'open', lambda self: blind)
+    with pytest.raises(InputError, match='^desk has no ground truth, which a benchmark requires: '
+                       'remove it from the command$'):
+        Recording.scan(Request('desk'), print, raise_damage)
+
+
+def test_damage_is_reported_by_the_scan(recording, monkeypatch):
+    def frames(on_damaged):
+        on_damaged(InputError('torn'))
+        yield from (SimpleNamespace(stamp=i) for i in range(3))
+    damaged = []
+    monkeypatch.setattr(Request, 'open', lambda self: SimpleNamespace(
+        name='desk', ground_truth=recording.ground_truth, frames=frames))
+    assert Recording.scan(Request('desk'), lambda done: None, damaged.append).stamps == (0, 1, 2)
+    assert [str(error) for error in damaged] == ['torn']
+
+
+def test_a_request_opens_what_it_was_made_of_and_is_sent_as_json(monkeypatch):
+    opened = []
+    monkeypatch.setattr(module, 'open_source', lambda *asked: opened.append(asked))
+    request = Request(**json.loads(json.dumps(Request('a', 5, 0.07).to_json())))
+    request.open()
+    assert request == Request('a', 5, 0.07)
+    assert opened == [('a', SourceOptions(max_interval=0.07))]
