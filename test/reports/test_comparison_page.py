@@ -118,4 +118,3 @@ def test_bars_have_the_colour_of_their_verdict_and_shares_change_by_points(figur
     assert [axes.lines[2 * i + 1].get_color() for i in range(4)] == list(colours.values())
     assert axes.get_xlabel() == 'change [percentage points], better to the left'
     assert axes.lines[-1].get_xdata()[0] == 0
-

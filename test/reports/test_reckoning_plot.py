@@ -80,8 +80,7 @@ def test_each_panel_has_its_axes_its_points_and_both_paths(monkeypatch, tmp_path
 
 @pytest.mark.parametrize('panel, seen', [(0, (0.0, 0.0, 1.0)), (1, (0.0, -1.0, 0.0)),
                                          (2, (-1.0, 0.0, 0.0))])
-def test_the_viewer_stands_above_in_front_and_before_the_shelves(monkeypatch, tmp_path, panel,
-                                                                  seen):
+def test_the_viewer_is_above_in_front_and_before_the_shelves(monkeypatch, tmp_path, panel, seen):
     """Two points in a line with the viewer: the one that is seen is nearer to him."""
     kept = []
     monkeypatch.setattr(reckoning_plot.canvas, 'write_png',

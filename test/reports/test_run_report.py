@@ -165,7 +165,8 @@ def test_a_tile_has_each_figure_in_the_unit_of_its_label(summary):
 def test_pictures_are_of_this_run(monkeypatch, summary, records, ground_truth):
     asked = {}
     for name in ('path_figure', 'error_figure', 'tracking_figure', 'timing_figure'):
-        monkeypatch.setattr(run_report, name, lambda *given, name=name: asked.update({name: given}))
+        monkeypatch.setattr(run_report, name,
+                            lambda *given, name=name: asked.update({name: given}))
     monkeypatch.setattr(run_report.canvas, 'to_svg', lambda figure: '<svg></svg>')
     report(summary, records, ground_truth, STARTED)
     estimate, truth, lost = asked['path_figure']

@@ -64,7 +64,8 @@ def played(monkeypatch, recording):
     monkeypatch.setattr(demo, 'SyntheticSource',
                         lambda options: (asked.opened.append(options.frames), recording)[1])
     monkeypatch.setattr(demo.bag_writer, 'write_bag', write_bag)
-    monkeypatch.setattr(demo, 'plot_path', lambda *parts: (asked.plotted.append(parts), 'a.png')[1])
+    monkeypatch.setattr(demo, 'plot_path',
+                        lambda *parts: (asked.plotted.append(parts), 'a.png')[1])
     return asked
 
 

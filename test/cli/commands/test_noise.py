@@ -67,9 +67,9 @@ def test_the_table_compares_model_and_measurement(noise, recording, tmp_path):
     figures = json.loads((tmp_path / 'noise.json').read_text())
     table = outcome.out[:outcome.out.index('/**:')]
     words = [line.split() for line in table.splitlines()]
-    for heads in (['depth', 'noise'], ['depth', 'sigma', 'model'], ['[m]', 'patches', '[mm]', '[mm]'],
-                  ['noise', 'of', 'orb', 'keypoints'], ['sigma', 'model'],
-                  ['scale', 'matches', '[px]', '[px]']):
+    for heads in (['depth', 'noise'], ['depth', 'sigma', 'model'],
+                  ['[m]', 'patches', '[mm]', '[mm]'], ['noise', 'of', 'orb', 'keypoints'],
+                  ['sigma', 'model'], ['scale', 'matches', '[px]', '[px]']):
         assert heads in words
     for bin_ in figures['bins']:
         assert [f'{bin_["depth"]:.2f}', str(bin_['patches']), f'{1e3 * bin_["sigma"]:.2f}',

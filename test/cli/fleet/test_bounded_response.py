@@ -43,7 +43,8 @@ def test_a_list_that_never_ends_is_rejected(web, monkeypatch):
 
 
 @pytest.mark.parametrize('page, links', [
-    ('<a href="x/1.bag">1</a><A class="y" HREF=\'2.bag\'>', '<a href="x/1.bag">\n<a href="2.bag">'),
+    ('<a href="x/1.bag">1</a><A class="y" HREF=\'2.bag\'>',
+     '<a href="x/1.bag">\n<a href="2.bag">'),
     ('see https://h/a.mcap, or <b>http://h:8/b</b>', 'https://h/a.mcap\nhttp://h:8/b'),
     ('<abbr href="no"><a name="no"><a>', ''), ('', ''),
     ('<a\nhref="b"> <a data-href="no">', '<a href="b">')])

@@ -52,8 +52,8 @@ def test_what_is_no_recording_is_rejected(source):
 
 @pytest.mark.parametrize(('source', 'sentence'), [
     ('empty', 'empty has no recording, nor has a folder in it'),
-    ('nowhere', 'nowhere does not exist, nor does a file that it is a pattern of: name a recording, '
-                'or a folder with recordings in it')])
+    ('nowhere', 'nowhere does not exist, nor does a file that it is a pattern of: name a '
+                'recording, or a folder with recordings in it')])
 def test_a_sentence_says_what_is_missing(source, sentence):
     with pytest.raises(InputError) as caught:
         find_recordings([source], None)
@@ -63,7 +63,7 @@ def test_a_sentence_says_what_is_missing(source, sentence):
 def test_without_a_source_one_is_asked_for(tmp_path):
     (tmp_path / 'list').write_text('# none yet\n')
     for listed in (None, tmp_path / 'list'):
-        with pytest.raises(InputError, match='^no recording is given: .* list them in a file .--list'):
+        with pytest.raises(InputError, match='^no recording is given: .* in a file .--list.$'):
             find_recordings([], listed)
 
 

@@ -87,7 +87,8 @@ def test_a_damaged_table_is_named(tmp_path):
 
 
 @pytest.mark.parametrize('source, variant, folder', [
-    ('/data/mon/desk.mcap', 'a=1,b=x', 'runs/a=1,b=x/desk.mcap'), ('/data/desk/', 's', 'runs/s/desk'),
+    ('/data/mon/desk.mcap', 'a=1,b=x', 'runs/a=1,b=x/desk.mcap'),
+    ('/data/desk/', 's', 'runs/s/desk'),
     ('s3://x/a b?c', '.hidden', 'runs/hidden/a_b_c'), ('/', '..', 'runs/_/recording'),
     (150 * 'n', 's', f'runs/s/{100 * "n"}')])
 def test_a_run_is_in_a_folder_of_its_settings_and_recording(tmp_path, source, variant, folder):
