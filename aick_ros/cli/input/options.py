@@ -119,7 +119,7 @@ def bytes_from(option: str, text: str) -> int:
     from dask.utils import parse_bytes
     try:
         count = int(parse_bytes(text))
-        if count < 0:
+        if count < 0 or not text.strip():  # which Dask reads as one byte
             raise ValueError
         return count
     except (ValueError, OverflowError):
