@@ -29,7 +29,8 @@ def test_web_servers_are_http_and_https(url, web):
 @pytest.mark.parametrize('url, name', [
     (f'{WEB}/day%201.bag?key=b/c', 'day 1.bag'), (f'{WEB}/x//', 'x'),
     ('s3://bucket/day%201.bag?x', 'day%201.bag?x'), ('https://host', 'recording'),
-    ('https://host/..', 'recording'), ('https://host/.', 'recording'), ('https://host/a%00b', 'recording'), ('s3://b', 'b')])
+    ('https://host/..', 'recording'), ('https://host/.', 'recording'),
+    ('https://host/a%00b', 'recording'), ('s3://b', 'b')])
 def test_escapes_and_queries_are_those_of_web_servers_alone(url, name):
     assert name_of(url) == name
 

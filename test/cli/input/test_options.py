@@ -5,7 +5,7 @@
 
 import pytest
 
-from aick_ros.cli.input.options import settings_from
+from aick_ros.cli.input.options import bytes_from, gaps_from, settings_from
 from aick_ros.cli.input.settings_file import read_settings_file
 from aick_ros.errors import InputError
 from aick_ros.settings import Settings
@@ -116,3 +116,56 @@ def test_an_invalid_assignment_is_rejected(assignment, sentence):
 def test_an_unknown_preset_is_rejected():
     with pytest.raises(InputError, match='unknown preset .*paper-full, paper-fast'):
         settings_from('paper', None, None)
+
+
+@pytest.mark.parametrize('text, gaps', [
+    ('1', [1]), ('5,1,5', [1, 5]), (' 10 , 2', [2, 10]), ('1000000', [1000000]),
+    (','.join(map(str, range(1, 101))), list(range(1, 101)))])
+def test_gaps_are_whole_numbers_in_order_each_once(text, gaps):
+    assert gaps_from(text) == gaps
+
+
+@pytest.mark.parametrize('text', ['', '0', '-1,5', '1.5', '1,', 'x', '1000001',
+                                  ','.join(map(str, range(1, 102)))])
+def test_what_are_no_gaps_is_shown_shortened_with_what_would_be(text):
+    with pytest.raises(InputError) as error:
+        gaps_from(text)
+    assert str(error.value) == (
+        f'--gaps {text[:80]}: at most 100 whole numbers from 1 to 1000000 are required, for '
+        'example --gaps 1,5,10')
+
+
+@pytest.mark.parametrize('text, count', [
+    ('0', 0), ('7', 7), ('1kB', 1000), ('50GB', 50 * 10 ** 9), ('1.5MiB', 3 * 2 ** 19)])
+def test_numbers_of_bytes_have_units(text, count):
+    pytest.importorskip('dask', reason="no processes: pip install '.[fleet]'")
+    assert bytes_from('--memory-limit', text) == count
+
+
+@pytest.mark.parametrize('text', ['', 'much', '-1', '5 parrots', '1e400'])
+def test_what_is_no_number_of_bytes_is_named_with_its_option(text):
+    pytest.importorskip('dask', reason="no processes: pip install '.[fleet]'")
+    with pytest.raises(InputError) as error:
+        bytes_from('--scratch-limit', text)
+    assert str(error.value) == f'--scratch-limit {text} is no number of bytes: try 50GB'
+
+
+@pytest.mark.parametrize('node, is_ours', [
+    ('odom_node', True), ('/odom_node', True), ('/robot/odom_node', True), ('/**', True),
+    ('/robot/*', True), ('my_odom_node', False), ('/odom_node/child', False)])
+def test_sections_are_those_of_the_node_in_any_namespace(config, node, is_ours):
+    file = config(f'"{node}": {{ros__parameters: {{aick.iterations: 7}}}}')
+    if is_ours:
+        assert settings_from(None, file, None).aick.iterations == 7
+    else:
+        with pytest.raises(InputError, match=f'has parameters of .*{node}, but none of odom_node'):
+            settings_from(None, file, None)
+
+
+def test_a_settings_file_says_what_is_in_it(config):
+    file = config('odom_node: {ros__parameters: {preset: paper-fast, use_sim_time: true, '
+                  'aick: {alpha: 0.5}, frame_id: base}}')
+    found = read_settings_file(file)
+    assert (found.path, found.preset, found.changes) == (
+        file, 'paper-fast', {'aick.alpha': 0.5, 'frame_id': 'base'})
+    assert read_settings_file(config('/**: {ros__parameters: {preset: ""}}')).preset is None

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from aick_ros.evaluation.baselines.registry import make
-from aick_ros.evaluation.benchmark.figures import paper_figures, variants
 from aick_ros.evaluation.benchmark import vocabularies
+from aick_ros.evaluation.benchmark.figures import paper_figures, variants
 from aick_ros.evaluation.benchmark.vocabularies import (
     DETECTORS, SIZES, file_name, learn, missing_from, training_frames)
 from aick_ros.features.vocabulary import load

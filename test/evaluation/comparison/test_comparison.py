@@ -4,7 +4,6 @@
 """Comparison of runs whose errors are known."""
 
 from pathlib import Path
-
 from types import SimpleNamespace
 
 import numpy as np
