@@ -4,10 +4,12 @@
 """The noise of colour and depth images in one pass, as JSON."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
 from aick_ros.errors import InputError
+from aick_ros.evaluation.noise import camera_noise
 from aick_ros.evaluation.noise.camera_noise import estimate_noise
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import Settings
@@ -67,3 +69,30 @@ def test_an_empty_recording_is_an_error():
 
     with pytest.raises(InputError, match='an empty bag has no usable frame'):
         estimate_noise(Empty())
+
+
+def test_each_part_has_the_settings_that_are_its_own(monkeypatch):
+    class Part:
+        def __init__(self, given):
+            parts.append((type(self).__name__, given))
+            self.frames, self.pairs = [], 7
+            self.misalignment = SimpleNamespace(settings='misalignment')
+
+        def add(self, frame):
+            self.frames.append(frame)
+
+        register_frame = add
+
+        def model(self, *name):
+            return (*name, *self.frames)
+
+    parts, settings, damage = [], Settings(), []
+    for name in ('DepthNoiseSamples', 'PixelNoiseSamples', 'Odometry'):
+        monkeypatch.setattr(camera_noise, name, type(name, (Part,), {}))
+    source = SimpleNamespace(name='desk', frames=lambda on_damaged: (
+        on_damaged('torn'), iter([1, 2]))[1])
+    found = estimate_noise(source, settings, on_damaged=damage.append)
+    assert parts == [('DepthNoiseSamples', settings.sensor), ('PixelNoiseSamples', settings),
+                     ('Odometry', settings)]
+    assert (found.depth, found.pixels) == (('desk', 1, 2), (1, 2))
+    assert (found.pairs, found.misalignment, damage) == (7, 'misalignment', ['torn'])

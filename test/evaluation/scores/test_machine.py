@@ -7,9 +7,12 @@ import os
 import platform
 import subprocess
 import sys
+from importlib.metadata import PackageNotFoundError
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
+import pytest
 
 from aick_ros.evaluation.scores import machine
 from aick_ros.evaluation.scores.machine import machine_facts, peak_memory_mb
@@ -53,3 +56,43 @@ def test_without_proc_the_peak_is_that_of_the_system(monkeypatch):
         raise OSError
     monkeypatch.setattr(machine.Path, 'read_text', missing)
     assert peak_memory_mb() == 2.048
+
+
+@pytest.mark.parametrize('text, name', [
+    ('processor\t: 0\nmodel name\t: A: CPU @ 3 GHz\nmodel name\t: other\n', 'A: CPU @ 3 GHz'),
+    ('processor\t: 0\nBogoMIPS\t: 48\n', 'by the system'), (None, 'by the system')])
+def test_the_processor_is_named_by_the_kernel_or_else_by_the_system(monkeypatch, text, name):
+    def read(path):
+        assert str(path) == '/proc/cpuinfo'
+        if text is None:
+            raise OSError
+        return text
+    monkeypatch.setattr(machine, 'version', lambda name: '7')  # which reads files, too
+    monkeypatch.setattr(machine.Path, 'read_text', read)
+    monkeypatch.setattr(machine.platform, 'processor', lambda: 'by the system')
+    assert machine._facts.__wrapped__()['cpu'] == name
+
+
+def test_a_package_that_is_not_installed_has_no_version(monkeypatch):
+    monkeypatch.setattr(machine, 'version', lambda name: f'{name} 7')
+    assert machine._facts.__wrapped__()['aick_ros'] == 'aick_ros 7'
+
+    def missing(name):
+        raise PackageNotFoundError
+    monkeypatch.setattr(machine, 'version', missing)
+    assert machine._facts.__wrapped__()['aick_ros'] == 'not installed'
+
+
+@pytest.mark.parametrize('count, cores', [(3, 3), (None, 1)])
+def test_where_no_cores_are_assigned_all_count(monkeypatch, count, cores):
+    monkeypatch.delattr(machine.os, 'sched_getaffinity')
+    monkeypatch.setattr(machine.os, 'cpu_count', lambda: count)
+    assert machine._facts.__wrapped__()['cores'] == cores
+
+
+@pytest.mark.parametrize('status, peak', [
+    ('VmPeak:\t 9 kB\nVmHWM:\t 5000 kB\nVmRSS:\t 4 kB\n', 5.12), ('VmRSS:\t 4 kB\n', 2.048)])
+def test_the_peak_is_that_of_the_resident_memory(monkeypatch, status, peak):
+    monkeypatch.setattr(machine.resource, 'getrusage', lambda _: SimpleNamespace(ru_maxrss=2000))
+    monkeypatch.setattr(machine.Path, 'read_text', lambda *_: status)
+    assert peak_memory_mb() == pytest.approx(peak)

@@ -95,3 +95,42 @@ def test_without_ground_truth_there_is_no_rest():
     records, _ = run(moved, lambda time: np.zeros(6), 3)
     assert RestScore.of(records, None).stretches == 0
     assert RestScore.of([], None).largest_translation_m is None
+
+
+@pytest.mark.parametrize('step, is_rest', [
+    ([0.0019, 0, 0, 0, 0, 0], True), ([0, 0, 0.0021, 0, 0, 0], False),
+    ([0, 0, 0, 0, np.radians(0.19), 0], True), ([0, 0, 0, np.radians(0.21), 0, 0], False)])
+def test_a_rest_is_within_two_millimetres_and_a_fifth_of_a_degree(step, is_rest):
+    """To and fro every half second, so that neither place is held for a second."""
+    score = RestScore.of(*run(lambda time: se3.exp(np.array(step) * (int(2 * time) % 2)),
+                              lambda time: np.zeros(6), 4))
+    assert (score.stretches, score.duration_s) == ((1, 4.0) if is_rest else (0, 0.0))
+
+
+@pytest.mark.parametrize('frames, is_rest', [(10, True), (9, False)])
+def test_a_rest_is_a_second_long_at_least(frames, is_rest):
+    def pausing(time):
+        frame = round(time * RATE)
+        return se3.exp([0.1 * (min(frame, 5) + max(frame - 5 - frames, 0)), 0, 0, 0, 0, 0])
+
+    score = RestScore.of(*run(pausing, lambda time: np.zeros(6), 4))
+    assert (score.stretches, score.duration_s) == ((1, 1.0) if is_rest else (0, 0.0))
+
+
+def test_drift_is_the_sum_of_all_rests_by_their_time():
+    """1 mm and 1 degree in the first two seconds, 3 mm and 2 degrees in the last four."""
+    def stopping(time):
+        return se3.exp([0 if time < 2.05 else 1.0, 0, 0, 0, 0, 0])
+
+    def error(time):
+        share = min(time, 2.0) / 2 if time < 2.05 else (time - 2.1) / 3.9
+        size = (0.001, 1.0) if time < 2.05 else (0.003, 2.0)
+        return [size[0] * share, 0, 0, 0, 0, np.radians(size[1]) * share]
+
+    score = RestScore.of(*run(stopping, error, 6))
+    assert score.stretches == 2
+    assert score.duration_s == pytest.approx(2.0 + 3.9)
+    assert score.translation_mm_per_min == pytest.approx(4 * 60 / 5.9, rel=1e-3)
+    assert score.rotation_deg_per_min == pytest.approx(3 * 60 / 5.9, rel=1e-6)
+    assert score.largest_translation_m == pytest.approx(0.003, rel=1e-3)
+    assert score.largest_rotation_deg == pytest.approx(2.0)

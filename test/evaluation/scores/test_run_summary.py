@@ -9,13 +9,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aick_ros.evaluation.scores import run_summary
 from aick_ros.evaluation.scores.frame_record import FrameRecord, stages_of, trajectory_of
+from aick_ros.evaluation.scores.machine import machine_facts
 from aick_ros.evaluation.scores.run_summary import summarize
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
+from aick_ros.settings.parameter import values, with_values
 
 
 def record(index, position, status=Status.OK, matches=100):
@@ -85,3 +88,24 @@ def densely(trajectory):
     """Return the path with poses 0.02 s apart, as ground truth has them."""
     stamps = np.arange(trajectory.stamps[0], trajectory.stamps[-1] + 1, NANOSECONDS // 50)
     return Trajectory(stamps, np.array([trajectory.at(int(stamp)) for stamp in stamps]))
+
+
+def test_a_summary_says_of_what_how_and_where(records, monkeypatch):
+    monkeypatch.setattr(run_summary, 'peak_memory_mb', lambda: 123.5)
+    settings = with_values(Settings(), {'aick.iterations': 7})
+    source = SimpleNamespace(name='a square', ground_truth=None)
+    content = summarize(source, records, settings, 2.0).to_json()
+    assert (content['source'], content['ended'], content['damaged_images']) == (
+        'a square', 'complete', 0)
+    assert (content['wall_time_s'], content['peak_memory_mb']) == (2.0, 123.5)
+    assert content['settings'] == values(settings)
+    assert content['machine'] == machine_facts()
+    assert summarize(source, records, settings, 2.0, 'it broke').ended == 'it broke'
+
+
+def test_a_stage_that_was_not_timed_in_a_frame_does_not_count_there(records):
+    records = [FrameRecord(**{**vars(record), 'timing': {'total': 1.0} if i else {
+        'features': 4.0, 'total': 9.0}}) for i, record in enumerate(records)]
+    times = run_summary.stage_times(records)
+    assert list(times) == ['features', 'total']
+    assert (times['features'].p50, times['features'].p99, times['total'].p50) == (4.0, 4.0, 1.0)
