@@ -47,7 +47,7 @@ Sources = Annotated[list[str] | None, typer.Argument(
     help='Recordings of any format, patterns of their names, or folders with recordings in them; '
          'also URLs, as s3://BUCKET/FOLDER.')]
 Out = Annotated[Path, typer.Option(
-    '--out', metavar='DIR', show_default=False,
+    '--out', metavar='DIR',
     help='Folder of the table, the runs and the report. The same command resumes there.')]
 Listed = Annotated[Path | None, typer.Option(
     '--list', metavar='FILE', show_default=False, help='File with more sources, one per line.')]
