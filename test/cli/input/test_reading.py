@@ -7,6 +7,7 @@ import signal
 
 import pytest
 
+from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.input.reading import COMPLETE, INTERRUPTED, Reading
 from aick_ros.errors import InputError
@@ -97,3 +98,22 @@ def test_a_source_that_fails_at_once_is_rejected(recording, in_memory):
     frames = list(recording.frames(raise_damage))
     with pytest.raises(InputError, match='index is broken'):
         read(Reading(in_memory(frames, on_frame=broken_at(0)), None))
+
+
+def test_each_reading_ends_for_its_own_reason(recording, in_memory, stamps):
+    breaks = [4]
+
+    def on_frame(index, on_damaged):
+        if index in breaks:
+            breaks.clear()
+            raise InputError('the index is broken')
+    reading = Reading(in_memory(list(recording.frames(raise_damage)), on_frame=on_frame), None)
+    assert (len(read(reading)), reading.ended) == (4, 'the index is broken')
+    assert (read(reading), reading.ended) == (stamps, COMPLETE)
+
+
+def test_damage_is_logged_where_it_is_asked_for(recording):
+    damage = DamageLog()
+    assert Reading(recording, None, damage).damage is damage
+    first, second = Reading(recording, None).damage, Reading(recording, None).damage
+    assert isinstance(first, DamageLog) and first is not second
