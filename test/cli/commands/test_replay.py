@@ -13,6 +13,7 @@ import sys
 import time
 from datetime import datetime
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,9 +27,11 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.runs.frames_csv import columns
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.trajectory_errors import compare
+from aick_ros.evaluation.scores.trajectory_score import TrajectoryScore
 from aick_ros.geometry.trajectory import read_trajectory, stamp_to_seconds
 from aick_ros.odometry import Odometry
 from aick_ros.registration.stage_times import STAGES
+from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import values
 from aick_ros.settings.presets import preset
@@ -325,3 +328,40 @@ def repeat(folder, count):
         files = sorted((folder / part).iterdir())
         (folder / f'{part}.txt').write_text(''.join(
             f'{1000 + i / 12:.6f} {part}/{files[i % len(files)].name}\n' for i in range(count)))
+
+
+def made(**changed):
+    """Return the summary of a run of 200 frames, three of which are lost, with errors."""
+    return SimpleNamespace(**{
+        'source': 'desk', 'frames': 200, 'tracked': 197, 'frames_per_second': 59.94,
+        'path_length_m': 12.3456, 'end_distance_m': 0.5, 'ended': 'complete',
+        'status': {'FIRST_FRAME': 1, 'OK': 196, 'TOO_FEW_MATCHES': 2, 'MOTION_GATE': 1},
+        'trajectory': TrajectoryScore(0.01234, 1.239, 0.0567, 0.985), **changed})
+
+
+def shown(monkeypatch, of, on_stderr=False):
+    tables = []
+    monkeypatch.setattr(replay_module, 'table', lambda title, rows, on_stderr: tables.append(
+        (title, dict(rows), on_stderr)))
+    replay_module._show(of, Path('runs/desk'), on_stderr)
+    return tables.pop()
+
+
+def test_the_table_has_each_figure_with_its_unit(monkeypatch):
+    assert shown(monkeypatch, made()) == ('desk', {
+        'frames': '200', 'tracked': '197 (98.5 %)', 'frames per second': '59.9',
+        'path length': '12.346 m', 'start to end': '0.500 m',
+        'not tracked': f'2 too few matches, 1 {Status.MOTION_GATE.value}',
+        'RPE over 1 s, translation': '0.0123 m', 'RPE over 1 s, rotation': '1.24 deg',
+        'ATE': '0.0567 m', 'files': 'runs/desk'}, False)
+
+
+def test_what_there_is_not_has_no_row(monkeypatch):
+    plain = ['frames', 'tracked', 'frames per second', 'path length', 'start to end', 'files']
+    whole = made(status={'OK': 200}, trajectory=TrajectoryScore(None, None, None, 1.0))
+    assert list(shown(monkeypatch, whole)[1]) == plain
+    # the only pose is the one that is aligned
+    lost = made(tracked=1, status={'FIRST_FRAME': 1})
+    assert list(shown(monkeypatch, lost)[1]) == plain
+    broken = shown(monkeypatch, made(status={}, ended='the bag is torn'), on_stderr=True)
+    assert broken[1]['ended'] == 'the bag is torn' and broken[2] is True

@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 import pytest
 
+from aick_ros.cli.commands import view as view_module
 from aick_ros.cli.output.viewer import _free_port
 from aick_ros.odometry import Odometry
 from aick_ros.sources import raise_damage
@@ -210,3 +211,22 @@ def test_a_port_that_another_program_has_is_not_taken():
         port = other.getsockname()[1]
         assert _free_port(port) != port
     assert _free_port(port) == port
+
+
+@pytest.mark.parametrize('hears_after, hint', [(4.9, False), (5.1, True), (99.0, True)])
+def test_a_node_that_is_not_heard_is_hinted_at_once(monkeypatch, capfd, hears_after, hint):
+    """After five seconds, and that it is there when it is."""
+    clock = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(view_module, 'time', SimpleNamespace(monotonic=lambda: clock.now))
+    watcher = SimpleNamespace(hears=False, topic='/robot/odom')
+    hints, said = view_module._hints(watcher), []
+    for _ in range(100):
+        watcher.hears = clock.now >= 100.0 + hears_after
+        next(hints, None)
+        said += [(clock.now - 100.0, line) for line in capfd.readouterr().err.splitlines()]
+        clock.now += 0.1
+    there = 'aick: odom_node is there: /robot/odom is shown'
+    missing = ('aick: no odom_node publishes /robot/odom yet: does it run, with this '
+               'ROS_DOMAIN_ID and namespace, and are its topics remapped (--remap)?')
+    assert [line for _, line in said] == [missing] * hint + [there] * (hears_after < 99.0)
+    assert all(time == pytest.approx(5.0, abs=0.11) for time, line in said if line == missing)

@@ -148,7 +148,7 @@ def test_recordings_without_usable_data_are_rejected(room):
         estimate(Recorded(room, lambda frame, rng: frame.depth))
     with pytest.raises(InputError, match='a room: 0 patches of smooth surface between 0.1 '
                        'and 10 m, in 12 frames, are too few to estimate the depth noise .at least '
-                       '30 at about the same depth are required.: record walls, floors and tables'):
+                       '30 at about the same depth are required.: record walls, floors and'):
         estimate(Recorded(room, lambda frame, rng: np.nan * frame.depth))
 
 
