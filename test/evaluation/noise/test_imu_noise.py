@@ -143,3 +143,36 @@ def test_a_hundredth_may_be_missing(missing, is_usable):
     else:
         with pytest.raises(InputError, match=r'samples are missing for 0\.7 of 60\.0 s'):
             estimate_imu_noise('a recording', kept)
+
+
+@pytest.mark.parametrize('removed, is_usable', [(9, True), (10, False)])
+def test_a_tenth_of_a_second_is_no_gap(removed, is_usable):
+    """Of each 100 samples at 100 Hz."""
+    samples = at_rest(BMI085)
+    kept = samples[np.arange(len(samples)) % 100 >= removed]
+    if is_usable:
+        assert estimate_imu_noise('a recording', kept).gyroscope is not None
+    else:
+        with pytest.raises(InputError, match='gyroscope: samples are missing for 6.[0-9] of 5'):
+            estimate_imu_noise('a recording', kept)
+
+
+@pytest.mark.parametrize('duration, is_enough', [(30.0, True), (29.99, False)])
+def test_half_a_minute_is_enough(duration, is_enough):
+    if is_enough:
+        assert estimate_imu_noise('desk', at_rest(BMI085, duration)).duration == duration
+    else:
+        with pytest.raises(InputError) as error:
+            estimate_imu_noise('desk', at_rest(BMI085, duration))
+        assert str(error.value) == (
+            'desk has samples of an IMU for 30.0 s: at least 30 s at rest are required for its '
+            'noise, and an hour or more for the walk of its bias')
+
+
+def test_a_sensor_that_misses_half_of_the_time_is_rejected():
+    """The IMU has samples for a minute, and of its gyroscope for less than half of it."""
+    samples = at_rest(BMI085)
+    samples.turn_rates[:len(samples) // 2 + 10] = np.nan
+    with pytest.raises(InputError, match='^a recording, gyroscope: samples are missing for 0.0 of '
+                       '29.9 s: record without gaps$'):
+        estimate_imu_noise('a recording', samples)

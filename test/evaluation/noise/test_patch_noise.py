@@ -130,3 +130,44 @@ def test_surfaces_are_used_up_to_sixty_degrees(axis, sign):
     clear = np.abs(expected - 0.5) > 0.01
     assert used[clear].any() and not used[clear].all()
     assert np.mean((used == (expected > 0.5))[clear]) > 0.9
+
+
+SINGLE = Camera(SIDE, SIDE, 60.0, 60.0, (SIDE - 1) / 2, (SIDE - 1) / 2)
+
+
+def single(change, sensor=SensorSettings()):
+    """Return the patches of an image of one, 2 m away with noise of 5 mm at most."""
+    rng = np.random.default_rng(2)
+    depth = 2.0 + rng.uniform(-0.005, 0.005, (SIDE, SIDE))
+    chosen = rng.permutation(SIDE * SIDE)
+    change(depth.reshape(-1), chosen)
+    return PatchNoise.of(np.float32(depth), SINGLE, sensor)
+
+
+@pytest.mark.parametrize('value', [np.nan, 0.0, -1.0, np.inf, 0.3, 5.0])
+@pytest.mark.parametrize('count, is_used', [(57, True), (58, False)])
+def test_a_tenth_of_a_patch_may_be_missing_or_lie_elsewhere(value, count, is_used):
+    """576 pixels: of these 518.4 are nine tenths."""
+    def change(depth, chosen):
+        depth[chosen[:count]] = value
+    found = single(change, SensorSettings(min_depth=0.5, max_depth=6.0))
+    assert len(found.depths) == is_used
+    if is_used:  # uniform noise, by the definition for normal one
+        assert found.sigmas[0] == pytest.approx(0.01 / 12 ** 0.5 / 0.9866, rel=0.08)
+        assert found.depths[0] == pytest.approx(2.0, abs=0.001)
+
+
+@pytest.mark.parametrize('limits, is_used', [
+    ({'min_depth': 1.99}, True), ({'min_depth': 2.01}, False),
+    ({'max_depth': 2.01}, True), ({'max_depth': 1.99}, False)])
+def test_depth_is_used_in_its_range_alone(limits, is_used):
+    assert len(single(lambda depth, chosen: None, SensorSettings(**limits)).depths) == is_used
+
+
+@pytest.mark.parametrize('bend, is_used', [(0.0, True), (0.5, True), (2.0, False)])
+def test_a_bend_counts_by_the_noise(bend, is_used):
+    """A trough across the patch, as deep as so many standard deviations of the noise."""
+    def change(depth, chosen):
+        across = np.abs(np.arange(SIDE * SIDE) % SIDE - (SIDE - 1) / 2) / (SIDE / 2)
+        depth += bend * 0.01 / 12 ** 0.5 * 2 * across
+    assert len(single(change).depths) == is_used
