@@ -4,11 +4,13 @@
 """Files and folders of a file system in memory, as a server lists them."""
 
 import os
+from types import SimpleNamespace
 
 import pytest
 
 fsspec = pytest.importorskip('fsspec', reason="no URLs: pip install '.[fleet]'")
 from aick_ros.cli.fleet import remote  # noqa: E402
+from aick_ros.cli.fleet.folders import Entry  # noqa: E402
 from aick_ros.cli.fleet.remote import (  # noqa: E402
     RemoteFile, files_of, is_one_file, recordings_at)
 from aick_ros.errors import InputError  # noqa: E402
@@ -138,3 +140,39 @@ def test_the_version_is_all_that_changes_with_the_content():
     info = {'size': 5, 'ETag': 'x', 'mtime': None, 'LastModified': 7, 'other': 1}
     assert remote._file('n', 'p', info) == RemoteFile('p', 'n', 5, 'x 7')
     assert remote._file('n', 'p', {'size': None}) == RemoteFile('p', 'n', None, '')
+
+
+def test_a_sentence_says_what_a_recording_at_a_url_is(server):
+    with pytest.raises(InputError) as caught:
+        list(recordings_at(server(a=1, day__b=2)))
+    assert str(caught.value) == (
+        'memory://top has no recording: at a URL it is a .mcap, .db3, .bag file, or a folder '
+        'whose server lists its files')
+    fsspec.filesystem('memory').mkdir('/top/empty')
+    with pytest.raises(InputError, match='^memory://top/empty has no files$'):
+        files_of('memory://top/empty')
+
+
+def test_names_of_a_web_server_keep_their_escapes_in_urls(web):
+    """Those of other servers have none."""
+    folder = web.folder / 'mon day' / 'a#b'
+    folder.mkdir(parents=True)
+    for name in ('rgb.txt', 'depth.txt'):
+        (folder / name).touch()
+    assert list(recordings_at(f'{web.url}/')) == [f'{web.url}/mon%20day/a%23b']
+    assert sorted(file.name for file in files_of(f'{web.url}/mon%20day/a%23b')) == [
+        'a#b/depth.txt', 'a#b/rgb.txt']
+
+
+def test_slashes_at_the_end_of_names_are_no_part_of_them(monkeypatch):
+    """Some servers end the names of folders with one."""
+    lists = {'/top': [{'name': '/top/day/', 'type': 'directory', 'size': 0}],
+             '/top/day': [{'name': '/top/day/a', 'type': 'file', 'size': 3}]}
+
+    def ls(path, detail):
+        assert detail is True
+        return lists[path]
+    monkeypatch.setattr(remote, 'open_url', lambda url: (SimpleNamespace(ls=ls), '/top'))
+    (found,) = files_of('some://top')
+    assert (found.path, found.name, found.size) == ('/top/day/a', 'top/day/a', 3)
+    assert remote._entries_of('some://top', 9) == [Entry('day', True)]
