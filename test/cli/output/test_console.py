@@ -123,6 +123,7 @@ def test_a_bar_has_the_number_and_the_rate_a_few_times_a_second(monkeypatch, pau
         show(9)  # too soon after the first
     last = screen.getvalue().rpartition('registering')[2]
     assert [word for word in expected if f' {word}' not in last] == []
+    assert '\x1b[2K' in last  # at the end the line is cleared
 
 
 @pytest.mark.parametrize('error', [BrokenPipeError, OSError])
