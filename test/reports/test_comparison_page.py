@@ -118,3 +118,19 @@ def test_bars_have_the_colour_of_their_verdict_and_shares_change_by_points(figur
     assert [axes.lines[2 * i + 1].get_color() for i in range(4)] == list(colours.values())
     assert axes.get_xlabel() == 'change [percentage points], better to the left'
     assert axes.lines[-1].get_xdata()[0] == 0
+
+
+def test_a_metric_has_a_row_for_each_recording_that_has_it(figures):
+    """Its picture grows by the recordings."""
+    change = Change(0.01, 0.012, 0.2, 0.1, 0.3, Verdict.WORSE)
+    names = [f'recording {i}' for i in range(5)]
+    recordings = {name: {ATE: change, **({LOST: change} if i < 2 else {})}
+                  for i, name in enumerate(names)}
+    text = comparison_page('a', {'b': Comparison(recordings, {ATE: change, LOST: change}, [], [],
+                                                 {})})
+    rows = [re.findall('<tr><td>(recording .)', table) for table in text.split('<table')[2:]]
+    assert rows == [names, names[:2]]
+    assert [[label.get_text() for label in figure.axes[0].get_yticklabels()]
+            for figure in figures] == [names, names[:2]]
+    heights = [figure.get_size_inches()[1] for figure in figures]
+    assert heights[0] - heights[1] == pytest.approx(3 * 0.3)

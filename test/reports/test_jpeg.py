@@ -24,3 +24,10 @@ def test_grey_stays_grey_and_small():
     seen = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
     np.testing.assert_allclose(seen, ramp, atol=6)
     assert len(content) < ramp.size / 4
+
+
+def test_the_quality_is_lower_than_that_of_archives():
+    noise = np.random.default_rng(0).integers(0, 255, (64, 64), np.uint8)
+    sizes = [len(cv2.imencode('.jpg', noise, [cv2.IMWRITE_JPEG_QUALITY, quality])[1])
+             for quality in (70, 90)]
+    assert sizes[0] < len(to_jpeg(noise)) < sizes[1]

@@ -59,3 +59,9 @@ def test_rows_of_numbers_are_indented_alike():
 
 def test_texts_are_not_broken_however_long():
     assert json_text(300 * 'word ') == json.dumps(300 * 'word ')
+
+
+def test_sentences_have_a_line_each():
+    reasons = [f'it is too dark to see number {i}, and far' for i in range(8)]
+    lines = json_text({'reasons': reasons}).splitlines()
+    assert [line.strip().rstrip(',') for line in lines[2:-2]] == [f'"{each}"' for each in reasons]
