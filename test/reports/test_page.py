@@ -70,3 +70,26 @@ def test_a_page_has_its_title_its_parts_in_order_and_a_script_only_to_sort():
         tags = [tag for tag, _ in reader.elements]
         assert ('script' in tags) is sorts and 'link' not in tags and 'img' not in tags
         assert tags.index('figure') < tags.index('svg')
+
+
+def test_every_element_is_closed_in_order():
+    class Balance(HTMLParser):
+        def handle_starttag(self, tag, attrs):
+            if tag != 'meta':
+                opened.append(tag)
+
+        def handle_endtag(self, tag):
+            assert opened.pop() == tag
+            closed.append(tag)
+
+    opened, closed = [], []
+    Balance().feed(page.page(
+        ODD, page.heading(ODD), page.paragraph(ODD, 'quiet'), page.tiles([(ODD, ODD), ('a', 'b')]),
+        page.table([ODD, 'x'], [[ODD, 'y'], ['z', 70 * 'w']]), page.picture('<svg></svg>')))
+    assert opened == []
+    assert (closed.count('tr'), closed.count('td'), closed.count('th')) == (3, 4, 2)
+
+
+def test_a_page_has_no_script_unless_it_is_asked_for():
+    assert '<script' not in page.page('x', page.table(['a'], [['1']]))
+    assert 'class="sortable"' not in page.table(['a'], [['1']])
