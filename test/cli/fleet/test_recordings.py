@@ -98,3 +98,8 @@ def test_a_folder_that_cannot_be_read_is_named(monkeypatch):
     monkeypatch.setattr(recordings.os, 'scandir', fail)
     with pytest.raises(InputError, match='^cannot read a: Permission denied$'):
         find_recordings(['a'], None)
+
+
+def test_a_list_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(InputError, match=f'^cannot read the list of recordings {tmp_path}/none: '):
+        find_recordings([], tmp_path / 'none')
