@@ -109,3 +109,12 @@ def test_settings_that_are_varied_have_colours_from_dark_to_light(drawn):
     lightness = [np.dot(to_rgb(line.get_color()), (0.2, 0.7, 0.1)) for line in lines]
     assert lightness[0] > lightness[1] > lightness[2]
     assert len({line.get_marker() for line in lines}) == 3
+
+
+def test_a_curve_without_points_is_a_name_in_the_legend(drawn):
+    """Of a recording without consecutive frames there is none over the threshold."""
+    curve = {'label': 'AICK', 'recordings': {'room': {'x': [], 'success_ratio': []}}}
+    (figure,), _ = drawn({'3': {'title': 'Near', 'axis': 'threshold_m',
+                                'curves': {'aick': curve}}}, {'room': RECORDINGS['room']})
+    assert len(figure.axes[0].lines[0].get_xdata()) == 0
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ['AICK']

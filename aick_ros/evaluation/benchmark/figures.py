@@ -164,7 +164,8 @@ def _curve(axis: Axis, method: Method, recording: Recording, plan: Plan,
             errors[pair.gap].append(np.inf if translation is None else translation)
     if axis is Axis.THRESHOLD:
         nearest = np.array(errors[min(plan.gaps)])
-        points = [(threshold, np.mean(nearest < threshold)) for threshold in THRESHOLDS]
+        points = [(threshold, np.mean(nearest < threshold)) for threshold in THRESHOLDS
+                  if len(nearest)]
     else:
         points = [(gap, np.mean(np.array(errors[gap]) < THRESHOLD))
                   for gap in plan.gaps if errors[gap]]

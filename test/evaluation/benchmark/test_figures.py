@@ -5,12 +5,14 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from aick_ros.evaluation.baselines.registry import METHODS, make
 from aick_ros.evaluation.benchmark.figures import Axis, figure_data, paper_figures, variants
 from aick_ros.evaluation.benchmark.journal import PairLine, begin
 from aick_ros.evaluation.benchmark.plan import Plan
+from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.settings.parameter import values
 from aick_ros.settings.presets import preset
 
@@ -147,3 +149,22 @@ def test_pairs_that_are_not_measured_do_not_count(recording, tmp_path):
     curves = figure_data(paper_figures(), plan, journal)['4']['curves']
     assert curves == {'aick-orb': {'label': orb.title, 'recordings': {
         'rendered': {'x': [1], 'success_ratio': [0.5]}}}}
+
+
+def test_a_recording_without_consecutive_frames_has_no_points_over_the_threshold(
+        recording, tmp_path):
+    """Its frames come in turn after 0.1 and 0.2 s, so that only each second interval counts."""
+    stamps = np.cumsum([10 ** 8, *3 * [10 ** 8, 2 * 10 ** 8]])
+    truth = Trajectory(stamps[0] + 10 ** 7 * np.arange(120), np.tile(np.eye(4), (120, 1, 1)))
+    uneven = dataclasses.replace(recording, stamps=tuple(stamps.tolist()), ground_truth=truth)
+    orb = METHODS['aick-orb']
+    plan = Plan([orb], [uneven], (1, 2))
+    assert {pair.gap for pair in plan.pairs['rendered']} == {2}
+    journal = begin(tmp_path / 'journal', [uneven])
+    for pair in plan.pairs['rendered']:
+        journal.add(PairLine(orb.identity, 'rendered', pair, 0.0, 0.0, 1.0, ''))
+    journal.refresh()
+    data = figure_data(paper_figures(), plan, journal)
+    curves = {number: data[number]['curves']['aick-orb']['recordings']['rendered']
+              for number in ('3', '4')}
+    assert curves == {'3': {'x': [], 'success_ratio': []}, '4': {'x': [2], 'success_ratio': [1.0]}}
