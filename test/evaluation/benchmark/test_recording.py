@@ -34,6 +34,8 @@ def test_a_limited_number_of_pairs_is_evenly_spaced(recording):
     pairs = recording.pairs((1, 3), most=3)
     assert [pair.target for pair in pairs if pair.gap == 1] == [0, 3, 6]
     assert [pair.target for pair in pairs if pair.gap == 3] == [0, 2, 4]
+    every = [FramePair(i, i + gap) for gap in (1, 3) for i in range(8 - gap)]
+    assert recording.pairs((1, 3)) == recording.pairs((1, 3), most=7) == every
 
 
 def test_a_recording_has_the_stamps_and_the_truth_of_its_source(recording, tum_path):
