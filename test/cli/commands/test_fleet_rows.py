@@ -102,7 +102,7 @@ def test_the_table_has_means_over_what_is_known(fleet, monkeypatch):
             return Failure(Cause.TIME, 'x')
         return Finished('r', {'frames': 9, **figures[Path(job.source).name]}, {})
     fleet(ends, 'a.bag', 'b.bag', '--vary', 'aick.alpha=0.6,0.7', '--json', '-')
-    assert shown == [('4 runs', [
+    assert shown == [('runs: 4', [
         {'settings': 'aick.alpha=0.6', 'done': '2', 'failed': '0', 'RPE over 1 s': '0.0150 m',
          'ATE': '0.5000 m', 'tracked': '0.9500'},
         {'settings': 'aick.alpha=0.7', 'done': '0', 'failed': '2', 'RPE over 1 s': '-',
