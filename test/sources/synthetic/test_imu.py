@@ -8,9 +8,10 @@ import dataclasses
 import numpy as np
 import pytest
 
+from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.sources.synthetic.imu import GRAVITY, IMU_MODELS, imu_samples
+from aick_ros.sources.synthetic.imu import GRAVITY, IMU_MODELS, SensorNoise, imu_samples
 
 START, SECONDS = 7 * NANOSECONDS, 2
 SPIN = np.array([0.5, -0.3, 0.8])  # rad/s, in the axes of the camera
@@ -71,3 +72,60 @@ def test_values_beyond_the_range_saturate_and_have_steps():
     step = model.gyroscope.step
     assert rates[0] == pytest.approx([0.5, -0.3, 0.6], abs=step)
     assert np.allclose(rates / step, np.rint(rates / step), atol=1e-6)
+
+
+@pytest.mark.parametrize('name, density, offset, bits', [
+    ('bmi055', 150e-6, 70e-3, 12), ('bmi085', 120e-6, 20e-3, 16), ('icm42688', 70e-6, 20e-3, 16)])
+def test_accelerometers_have_those_of_theirs_too(name, density, offset, bits):
+    """In g; both sensors have a range to either side that their bits divide."""
+    model = IMU_MODELS[name]
+    sensor = model.accelerometer
+    assert np.array([sensor.density, sensor.offset, sensor.largest]) / GRAVITY == pytest.approx(
+        [density, offset, 4.0])
+    assert 2 * sensor.largest / sensor.step == pytest.approx(2 ** bits)
+    assert np.degrees(model.gyroscope.largest) == pytest.approx(2000.0)
+    assert 2 * model.gyroscope.largest / model.gyroscope.step == pytest.approx(2 ** 16)
+    assert model.rate == 200.0
+
+
+def test_the_bias_starts_anywhere_within_its_offset():
+    rng = np.random.default_rng(4)
+    sensor = SensorNoise(0.0, 0.3, np.inf, 0.0)
+    found = np.array([sensor.measure(np.zeros((5, 3)), 0.25, rng) for _ in range(4000)])
+    assert (found == found[:, :1]).all()
+    assert found[:, 0].std(axis=0) == pytest.approx([0.3] * 3, rel=0.05)
+    assert abs(np.corrcoef(found[:, 0].T)[0, 1]) < 0.06
+
+
+def test_the_bias_walks_by_a_tenth_of_the_density_in_a_hundred_seconds():
+    """Means of the halves of a walk of variance s^2 T differ by s^2 T / 3."""
+    rng, interval, seconds = np.random.default_rng(5), 25.0, 10_000.0
+    sensor = SensorNoise(2.0, 0.0, np.inf, 0.0)
+    found = np.array([sensor.measure(np.zeros((400, 3)), interval, rng) for _ in range(1000)])
+    moved = found[:, 200:].mean(axis=1) - found[:, :200].mean(axis=1)
+    white, walk = 2 * 2.0 ** 2 / (seconds / 2), (0.1 * 2.0) ** 2 / 100.0 * seconds / 3
+    assert moved.var() == pytest.approx(white + walk, rel=0.1)
+
+
+def test_offsets_reach_the_samples_of_their_sensor():
+    quiet = IMU_MODELS['perfect']
+    biased = dataclasses.replace(quiet, accelerometer=dataclasses.replace(
+        quiet.accelerometer, offset=0.5))
+    exact, found = samples(quiet), samples(biased)
+    np.testing.assert_array_equal(found.turn_rates, exact.turn_rates)
+    wrong = found.accelerations - exact.accelerations
+    assert np.allclose(wrong, wrong[0]) and 0.05 < np.linalg.norm(wrong[0]) < 3.0
+
+
+@pytest.mark.parametrize('seconds', [0, -1])
+def test_samples_need_time(seconds):
+    with pytest.raises(InputError, match='end after they start'):
+        samples(IMU_MODELS['perfect'], seconds=seconds)
+
+
+def test_the_last_sample_is_the_first_that_is_not_before_the_end():
+    model = dataclasses.replace(IMU_MODELS['perfect'], rate=100.0)
+    for end, count in ((20_000_000, 3), (20_000_001, 4), (29_999_999, 4)):
+        found = imu_samples(thrown, START, START + end, model, np.random.default_rng(0))
+        assert len(found.stamps) == count
+        assert found.stamps[-2] < START + end <= found.stamps[-1]

@@ -6,7 +6,9 @@
 import numpy as np
 import pytest
 
-from aick_ros.sources.synthetic.surfaces import Rectangle
+from aick_ros.sources.synthetic.assembly import Assembly
+from aick_ros.sources.synthetic.room import furnished_room
+from aick_ros.sources.synthetic.surfaces import Rectangle, Round
 
 SEEDS = (0, 1)
 
@@ -89,3 +91,73 @@ def test_large_pieces_stand_beside_each_other(scene):
     for number, block in enumerate(large):
         others = np.delete(middles, number, axis=0)
         assert block.distance(others).min() > -0.03
+
+
+@pytest.fixture
+def unlit(monkeypatch):
+    """Return the function that builds a room without pictures and light, and gives its lamps."""
+    def plain(self, shape, rotation, corner, width, height, material, where):
+        add(self, shape, rotation, corner, width, height, grey, where)
+
+    def grey(rng, width, height):
+        return np.full((1, 1, 3), 100, np.uint8)
+
+    add = Assembly._add
+    monkeypatch.setattr(Assembly, '_add', plain)
+    found = []
+    monkeypatch.setattr('aick_ros.sources.synthetic.scene.illuminate',
+                        lambda surfaces, blocks, lamps, clearance: found.append(lamps) or surfaces)
+
+    def built(seed):
+        return furnished_room(seed), found[-1]
+    return built
+
+
+@pytest.mark.parametrize('seed', [0, 1, 2])
+def test_light_comes_from_where_something_glows(unlit, seed):
+    """From the ceiling, from the window into the room, and from the lamp beside the sofa."""
+    scene, lamps = unlit(seed)
+    assert len(lamps) == 3
+    middles = {(round(s.width, 2), round(s.height, 2)): s.hull.mean(axis=0)
+               for s in scene.surfaces if isinstance(s, Rectangle)}
+    [ceiling] = [lamp for lamp in lamps if len(lamp.points) == 6 and lamp.direction[2] == -1]
+    np.testing.assert_allclose(ceiling.points.mean(axis=0)[:2], 0, atol=1e-12)
+    assert (scene.interior.high[2] - ceiling.points[:, 2] == pytest.approx(0.05))
+    assert np.ptp(ceiling.points, axis=0) == pytest.approx((0.6, 0.4, 0))
+    [window] = [lamp for lamp in lamps if len(lamp.points) == 6 and lamp is not ceiling]
+    inwards = -middles[1.4, 1.2][:2] / np.linalg.norm(middles[1.4, 1.2][:2])
+    np.testing.assert_allclose(window.direction, [*inwards, 0], atol=1e-9)
+    offset = window.points.mean(axis=0) - middles[1.4, 1.2]
+    np.testing.assert_allclose(offset, [*(0.24 * inwards), 0], atol=1e-9)
+    assert np.sort(np.ptp(window.points, axis=0)) == pytest.approx([0, 0.6, 0.9])
+    [bulb] = [lamp for lamp in lamps if len(lamp.points) == 1]
+    shades = [s for s in scene.surfaces if isinstance(s, Round) and s.height == 0.3
+              and s.width == pytest.approx(2 * np.pi * 0.22)]
+    np.testing.assert_allclose(bulb.points[0, :2], shades[0].T_world_surface[:2, 3])
+    assert shades[0].T_world_surface[2, 3] - bulb.points[0, 2] == pytest.approx(0.03)
+    assert bulb.direction.tolist() == [0, 0, -1]
+    assert all((scene.interior.depth(lamp.points) > 0).all() for lamp in lamps)
+    # red is strongest but at the window
+    assert [(np.diff(lamp.power) < 0).all() for lamp in (ceiling, bulb)] == [True, True]
+    assert (np.diff(window.power) > 0).all()
+
+
+@pytest.mark.parametrize('seed', [0, 1, 2])
+def test_what_is_on_a_wall_or_the_floor_is_at_its_height(unlit, seed):
+    scene, _ = unlit(seed)
+    flat = [s for s in scene.surfaces if isinstance(s, Rectangle)]
+    width, depth, _ = scene.interior.high - scene.interior.low
+    skirtings = [s for s in flat if s.height == pytest.approx(0.09)]
+    assert sorted(s.width for s in skirtings) == pytest.approx(sorted([width, width,
+                                                                       depth, depth]))
+    for skirting in skirtings:
+        assert skirting.hull[:, 2] == pytest.approx([0.09, 0.09, 0, 0])
+        assert scene.interior.depth(skirting.hull.mean(axis=0)[None]) == pytest.approx(0.012)
+    [carpet] = [s for s in flat if np.allclose(s.hull[:, 2], 0.004)]
+    assert 1.9 <= carpet.width <= 2.3 and 1.3 <= carpet.height <= 1.6
+    np.testing.assert_allclose(carpet.hull.mean(axis=0), (0, 0, 0.004), atol=1e-12)
+    # the table and a stool stand there: the one in the middle, the other beside it
+    [table] = [b for b in scene.blocks if b.size.tolist() == [1.0, 0.6, 0.04]]
+    assert np.abs(table.T_world_block[:2, 3]).max() <= 0.2
+    stools = [b for b in scene.blocks if b.size == pytest.approx([0.4, 0.4, 0.42])]
+    assert [0.79 < np.linalg.norm(b.T_world_block[:2, 3]) < 0.86 for b in stools] == [True]

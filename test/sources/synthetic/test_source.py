@@ -3,6 +3,7 @@
 
 """The rendered recording: its ground truth, its keypoints, and that it is always the same."""
 
+import dataclasses
 import itertools
 
 import cv2
@@ -15,6 +16,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import FeatureSettings, SensorSettings
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
+from aick_ros.sources.synthetic.imu import IMU_MODELS
 from aick_ros.sources.synthetic.renderer import Renderer
 from aick_ros.sources.synthetic.room import furnished_room
 
@@ -241,3 +243,65 @@ def test_perfect_options_keep_the_others():
     assert (options.seed, options.rate) == (4, 15.0)
     assert options.depth == DepthSensor.perfect()
     assert SyntheticOptions.perfect(depth=DepthSensor()).depth == DepthSensor()
+
+
+def test_each_frame_has_the_samples_that_arrived_since_the_one_before(perfect):
+    """An image takes 20 ms longer; the first has those of half a second before it, too."""
+    options = SyntheticOptions.perfect(seed=1, frames=4, camera=SMALL, imu=IMU_MODELS['perfect'])
+    source = SyntheticSource(options, perfect.scene)
+    assert perfect.imu is None and perfect.frame(0).imu is None
+    assert source.imu.stamps[0] == options.start - 500_000_000
+    stamps = source.ground_truth.stamps
+    received = [source.frame(i).imu.stamps for i in (0, 1, 2, 3)]
+    arrived = source.imu.stamps[source.imu.stamps <= stamps[-1] + 20_000_000]
+    np.testing.assert_array_equal(np.concatenate(received), arrived)
+    for stamp, own in zip(stamps, received):
+        assert stamp + 15_000_000 < own[-1] <= stamp + 20_000_000
+    # in the axes of the camera, which holds still enough: gravity upwards
+    up = perfect.pose(int(stamps[1])).T[:3, :3] @ (0, 0, 1)
+    force = source.frame(1).imu.accelerations.mean(axis=0)
+    assert force @ up / np.linalg.norm(force) > 0.98
+
+
+def test_the_noise_of_each_image_is_its_own(perfect):
+    """Of one frame it is always the same; that of another one, or seed, has nothing of it."""
+    def noise(seed, index):
+        options = SyntheticOptions.perfect(
+            seed=seed, frames=3, camera=SMALL, depth=dataclasses.replace(
+                DepthSensor.perfect(), sigma=0.01))
+        exact = SyntheticSource(dataclasses.replace(options, depth=DepthSensor.perfect()),
+                                perfect.scene)
+        seen = SyntheticSource(options, perfect.scene)
+        return (1 / seen.frame(index).depth - 1 / exact.frame(index).depth).ravel()
+    first = noise(1, 1)
+    np.testing.assert_array_equal(first, noise(1, 1))
+    for other in (noise(1, 2), noise(1, 0), noise(2, 1)):
+        assert abs(np.corrcoef(first, other)[0, 1]) < 0.05
+
+
+def test_depth_may_be_taken_before_colour(perfect):
+    options = SyntheticOptions.perfect(seed=1, frames=2, camera=SMALL, depth_delay=-0.2)
+    source = SyntheticSource(options, perfect.scene)
+    frame = source.frame(1)
+    assert frame.depth_stamp - frame.stamp == -200_000_000
+    earlier = SyntheticSource(dataclasses.replace(options, depth_delay=0.0), perfect.scene,
+                              Later(source, -0.2)).frame(1)
+    np.testing.assert_array_equal(frame.depth, earlier.depth)
+
+
+class Later:
+    """The path of a source, some time later [s]."""
+
+    def __init__(self, source, delay):
+        self.source, self.delay = source, delay
+
+    def pose(self, time):
+        return self.source.pose(1_000_000_000_000 + round(1e9 * (time + self.delay)))
+
+
+@pytest.mark.parametrize('index', [-1, 3])
+def test_a_frame_that_is_not_there_is_named(perfect, index):
+    source = SyntheticSource(SyntheticOptions(seed=1, frames=3, camera=SMALL), perfect.scene)
+    with pytest.raises(IndexError, match=f'frame {index} of 3'):
+        source.frame(index)
+    assert source.name == 'synthetic room, seed 1'
