@@ -21,8 +21,10 @@ def test_every_unit_is_the_nearest_float_and_comes_back(units_per_metre):
 
 
 def test_invalid_depth_becomes_no_unit():
-    depth = np.array([[np.nan, 0.0, -1.0, np.inf, 65.5354, 65.536, 0.0004, 0.0006]], np.float32)
-    assert depth_units.to_units(depth, 1000).tolist() == [[0, 0, 0, 0, 65535, 0, 0, 1]]
+    depth = np.array([[np.nan, 0.0, -1.0, np.inf, 65.5354, 65.536, 70.0, 0.0004, 0.0006]],
+                     np.float32)
+    assert depth_units.MILLIMETRES == 1000
+    assert depth_units.to_units(depth, depth_units.MILLIMETRES).tolist() == [[0, 0, 0, 0, 65535, 0, 0, 0, 1]]
 
 
 @pytest.mark.parametrize('order', ['<', '>'])

@@ -4,12 +4,13 @@
 """Calibration files: what is written is read back, other files are rejected by name."""
 
 import json
+import sys
 
 import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.geometry.camera import Camera
-from aick_ros.sources.calibration import read_camera, write_camera
+from aick_ros.sources.calibration import CAMERA_FILE, HOW_TO_GIVE, read_camera, write_camera
 
 FIELDS = {'width': 640, 'height': 480, 'k': [500, 0, 320, 0, 501, 240, 0, 0, 1]}
 
@@ -128,3 +129,45 @@ def test_distortion_is_optional_in_yaml(tmp_path):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match='cannot read the calibration .*nowhere.json'):
         read_camera(tmp_path / 'nowhere.json')
+
+
+def test_json_is_read_as_json_and_whole_numbers_may_have_a_point(tmp_path):
+    """YAML has no tabs."""
+    path = tmp_path / 'camera.json'
+    path.write_text(json.dumps({**FIELDS, 'width': 640.0}, indent='\t'))
+    assert read_camera(path) == Camera(640, 480, 500, 501, 320, 240)
+
+
+def test_without_pyyaml_it_says_how_to_get_it(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, 'aick_ros.borders.yaml_text', None)
+    (tmp_path / 'head.yaml').write_text(CALIBRATED)
+    with pytest.raises(InputError) as raised:
+        read_camera(tmp_path / 'head.yaml')
+    assert str(raised.value) == (f'cannot read the calibration {tmp_path}/head.yaml: PyYAML is '
+                                 'not installed: pip install pyyaml')
+
+
+@pytest.mark.parametrize('text, sentence', [
+    ('3', ' is not a calibration: required is an object with the numbers width and height and '
+     'the lists of numbers k and d'),
+    ('{"width": 3}', " has no 'height': required are width, height, k (in YAML of "
+     'camera_calibration: image_width, image_height, camera_matrix) and, where the image is '
+     'distorted, distortion_model and d (distortion_coefficients)')])
+def test_what_a_calibration_requires_is_listed(tmp_path, text, sentence):
+    (tmp_path / 'camera.json').write_text(text)
+    with pytest.raises(InputError) as raised:
+        read_camera(tmp_path / 'camera.json')
+    assert str(raised.value) == f'{tmp_path}/camera.json{sentence}'
+
+
+def test_the_example_of_how_to_give_one_is_a_calibration(tmp_path):
+    """With numbers in place of its dots; its names are those that are read."""
+    example = HOW_TO_GIVE[HOW_TO_GIVE.index('{'):HOW_TO_GIVE.index('}') + 1]
+    example = example.replace('nine numbers, row by row', '500, 0, 320, 0, 501, 240, 0, 0, 1')
+    example = example.replace('"width": ...', '"width": 640').replace('...]', ']').replace(
+        '...', '480')
+    (tmp_path / CAMERA_FILE).write_text(example)
+    assert read_camera(tmp_path / CAMERA_FILE) == Camera(640, 480, 500, 501, 320, 240)
+    assert HOW_TO_GIVE.startswith('give one with --camera FILE, or put it into the folder as '
+                                  'camera.json: {')
+    assert HOW_TO_GIVE.endswith('}; --camera reads the YAML of camera_calibration too')
