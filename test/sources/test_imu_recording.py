@@ -8,6 +8,7 @@ import pytest
 from rosbags.rosbag2 import StoragePlugin, Writer
 
 from aick_ros.errors import InputError
+from aick_ros.messages import imu
 from aick_ros.sources import imu_recording
 from aick_ros.sources.imu_recording import read_imu
 from aick_ros.sources.writers import bag_messages
@@ -32,6 +33,7 @@ def write(tmp_path):
 
 def test_samples_of_a_bag_are_in_the_order_of_their_stamps(write, monkeypatch):
     monkeypatch.setattr(imu_recording, '_CHUNK', 2)
+    monkeypatch.setattr(imu, '_MOST', 2)  # of the buffer, which forgets older ones
     path = write([('/imu', stamp, (stamp, 0.0, 0.0), (0.0, number + 1.0, 0.0))
                   for number, stamp in enumerate([20, 10, 40, 40, 30])])
     samples = read_imu(path)
@@ -64,3 +66,25 @@ def test_a_folder_of_images_has_none(tmp_path):
     (tmp_path / 'frame-000000.color.png').write_bytes(b'')
     with pytest.raises(InputError, match='has no samples of an IMU'):
         read_imu(tmp_path)
+
+
+def test_samples_that_cannot_be_read_are_one_sentence(tmp_path, write, monkeypatch):
+    def without_header(message):
+        raise AttributeError('no header')
+
+    path = write([('/imu', 1, (1.0, 0.0, 0.0), (0.0, 0.0, 9.8))])
+    monkeypatch.setattr(imu_recording, 'stamp_of', without_header)
+    with pytest.raises(InputError) as raised:
+        read_imu(path)
+    assert str(raised.value).startswith(f'{path}, /imu: the messages are not of the type ')
+
+
+def test_sentences_name_the_recording_and_what_is_required(tmp_path):
+    (tmp_path / 'rgb.txt').write_text('')
+    for topic, sentence in (
+            (None, f'{tmp_path} has no samples of an IMU: a bag with sensor_msgs/Imu, or a TUM '
+             'folder with accelerometer.txt, is required'),
+            ('/imu', f'--imu-topic has no effect on {tmp_path}, which is not a bag: omit it')):
+        with pytest.raises(InputError) as raised:
+            read_imu(tmp_path, topic)
+        assert str(raised.value) == sentence
