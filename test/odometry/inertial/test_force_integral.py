@@ -64,3 +64,39 @@ def test_memory_is_bounded_and_time_that_goes_back_begins_anew():
     assert len(samples.recent(10_000 * MS, 10_000 * MS)) <= 401
     samples.add(5 * MS, FORCE)
     assert len(samples.recent(10_000 * MS, 10_000 * MS)) == 1
+
+
+def test_recent_forces_include_both_ends():
+    forces = integral(range(0, 100, 10), lambda time: [time, 0.0, 0.0])
+    assert forces.recent(60 * MS, 20 * MS)[:, 0].tolist() == [40.0, 50.0, 60.0]
+    assert forces.recent(60 * MS - 1, 20 * MS - 2)[:, 0].tolist() == [50.0]
+    assert forces.recent(-1, 5).shape == (0, 3)
+    assert forces.last == 90 * MS and ForceIntegral().last is None
+
+
+@pytest.mark.parametrize('times, is_known', [
+    ([50, 60, 70], True), ([50.000001, 60, 70], False),  # the first one is late
+    ([0, 10, 60, 80], True), ([0, 10, 60.000001, 80], False),  # a gap
+    ([-10, 0, 30], True), ([-10, 0, 29.999999], False),  # the last one is early
+    ([-20, 30, 80], True), ([-20.000001, 30, 80], False)])  # from before the start
+def test_nothing_is_known_beyond_50_ms_of_a_sample(times, is_known):
+    found = integral(times).between(0, 80 * MS, np.eye(3), np.eye(3))
+    assert (found is not None) == is_known
+    if is_known:
+        assert np.allclose(found.velocity, 0.08 * FORCE)
+        assert np.allclose(found.position, 0.5 * 0.08 ** 2 * FORCE, rtol=0.3)
+
+
+def test_two_seconds_are_remembered_at_least():
+    samples, smallest = ForceIntegral(), 999
+    for time in range(0, 9000, 10):
+        samples.add(time * MS, FORCE)
+        if time >= 2000:
+            smallest = min(smallest, len(samples.recent(time * MS, 10_000 * MS)))
+    assert smallest == 201
+
+
+def test_a_stamp_that_repeats_begins_anew():
+    samples = integral([0, 10, 20])
+    samples.add(20 * MS, FORCE)
+    assert len(samples.recent(20 * MS, 20 * MS)) == 1

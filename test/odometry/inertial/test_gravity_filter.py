@@ -5,6 +5,7 @@
 
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from aick_ros.geometry import se3
 from aick_ros.odometry.inertial.force_integral import Impulse
@@ -115,3 +116,77 @@ def test_placed_it_forgets_the_velocity_but_not_gravity():
     expected[6:, 6:] = estimate.covariance[6:, 6:]
     np.testing.assert_allclose(estimate.covariance, expected)  # nothing is correlated
     assert np.array_equal(estimate.up.covariance, before.covariance)
+
+
+def covariance_of(rng, size=12):
+    root = rng.normal(0.0, 0.1, (size, size))
+    return root @ root.T
+
+
+def any_filter(settings=SETTINGS, seed=0):
+    """Return a filter in a state in which all is correlated."""
+    rng = np.random.default_rng(seed)
+    estimate = GravityFilter(settings, np.array([1.0, -2.0, 9.5]), np.eye(3), np.zeros(3),
+                             np.eye(3))
+    estimate.values = rng.normal(size=12) + np.repeat([0, 0, 3, 0], 3)
+    estimate.covariance = covariance_of(rng)
+    return estimate
+
+
+def test_a_prediction_is_the_motion_of_each_possible_state():
+    """Of states drawn from the estimate, each moved by the equations of motion."""
+    rng, time = np.random.default_rng(7), 0.2
+    settings = ImuSettings(accelerometer_noise=0.5, accelerometer_bias_walk=0.3)
+    estimate, (once, twice) = any_filter(settings), rng.normal(size=(2, 3, 3))
+    impulse = Impulse(time, rng.normal(size=3), rng.normal(size=3), once, twice)
+    turned = 1e-3 * covariance_of(rng, 3)
+    position, velocity, gravity, bias = (part[:, None] for part in estimate.values.reshape(4, 3))
+    draws = np.linalg.cholesky(estimate.covariance) @ rng.normal(size=(12, 200_000))
+    p, v, g, b = draws.reshape(4, 3, -1) + [position, velocity, gravity, bias]
+    force = settings.accelerometer_noise / np.sqrt(time) * rng.normal(size=p.shape)
+    force += np.cross(np.linalg.cholesky(turned) @ rng.normal(size=p.shape), gravity, axis=0)
+    moved = np.concatenate([
+        p + time * v + impulse.position[:, None] - twice @ b - 0.5 * time ** 2 * g
+        + 0.5 * time ** 2 * force,
+        v + impulse.velocity[:, None] - once @ b - time * g + time * force, g,
+        b + settings.accelerometer_bias_walk * np.sqrt(time) * rng.normal(size=p.shape)])
+    estimate.predict(impulse, turned)
+    np.testing.assert_allclose(estimate.values, moved.mean(axis=1), atol=0.01)
+    np.testing.assert_allclose(estimate.covariance, np.cov(moved), atol=0.012)
+
+
+def test_a_drift_is_that_of_each_axis():
+    """About x it moves what is up along y."""
+    estimate, drift = any_filter(), np.diag([1.0, 2, 3, 4, 5, 6]) * 0.01 ** 2
+    estimate.values[6:9] = 0, 0, 9.8
+    before = estimate.covariance.copy()
+    estimate.drift(drift)
+    added = np.diag(estimate.covariance - before)
+    np.testing.assert_allclose(added[:3], [1e-4, 2e-4, 3e-4])
+    np.testing.assert_allclose(added[6:9], 9.8 ** 2 * np.array([5e-4, 4e-4, 0]), atol=1e-12)
+    assert not added[3:6].any() and not added[9:].any()
+
+
+@pytest.mark.parametrize('factor, agrees', [(0.99, True), (1.01, False)])
+def test_one_position_in_a_thousand_of_noise_disagrees(factor, agrees):
+    estimate, noise = any_filter(), 0.03 ** 2 * np.diag([1.0, 2.0, 3.0])
+    values, covariance = estimate.values.copy(), estimate.covariance.copy()
+    spread = np.linalg.cholesky(covariance[:3, :3] + noise)
+    error = factor * np.sqrt(chi2.ppf(0.999, 3)) * spread @ [0.6, 0.0, 0.8]
+    assert estimate.measure(values[:3] + error, noise) is agrees
+    if not agrees:
+        np.testing.assert_array_equal(estimate.values, values)
+        np.testing.assert_array_equal(estimate.covariance, covariance)
+    else:
+        assert np.trace(estimate.covariance) < np.trace(covariance)
+
+
+def test_a_bias_is_as_uncertain_at_first_as_the_settings_say():
+    estimate = GravityFilter(ImuSettings(accelerometer_bias_sigma=0.3), np.array([0, 0, 9.9]),
+                             np.eye(3), np.array([1.0, 2.0, 3.0]), 4e-4 * np.eye(3))
+    np.testing.assert_allclose(np.diag(estimate.covariance)[[0, 3, 9, 10, 11]],
+                               [4e-4, 1.0, 0.09, 0.09, 0.09])
+    np.testing.assert_allclose(estimate.values[:6], [1, 2, 3, 0, 0, 0])
+    assert estimate.gravity == pytest.approx([0, 0, GRAVITY], abs=1e-3)
+    # its length is known at once
+    assert np.sqrt(estimate.covariance[8, 8]) == pytest.approx(0.02, rel=1e-3)

@@ -78,3 +78,51 @@ def test_roll_and_pitch_are_as_uncertain_as_gravity_and_what_is_left():
     # and by as much is left, along the first error
     assert np.allclose(np.sqrt(np.diag(level.apply(uncertain).covariance)[3:5]),
                        0.001 * np.sqrt([1.8, 1.2]), rtol=0.05)
+
+
+def test_a_direction_and_its_covariance_are_turned_together():
+    """Against the spread of directions that are drawn."""
+    root = np.random.default_rng(0).normal(size=(3, 3))
+    direction = Direction(np.array([0.6, 0.0, 0.8]), root @ root.T).in_axes(CAMERA.rotation)
+    np.testing.assert_allclose(direction.vector, CAMERA.rotation @ [0.6, 0.0, 0.8])
+    draws = root @ np.random.default_rng(1).normal(size=(3, 100_000))
+    np.testing.assert_allclose(direction.covariance, np.cov(CAMERA.rotation @ draws), atol=0.1)
+
+
+@pytest.mark.parametrize('turn', [0.0, 0.5 * np.pi])
+def test_gravity_that_errs_along_x_leaves_the_pitch_uncertain(turn):
+    """A rotation about y moves what is up along x; also where the frame has been turned."""
+    level, rotation = Level(), se3.exp_rotation([0, 0, turn])
+    level._T_level_drifted[:3, :3] = rotation
+    along_x = rotation.T @ np.diag([0.004, 0.001, 0.0]) ** 2 @ rotation
+    level.approach(Direction(UP, along_x), CAMERA, 1 / 30)
+    uncertain = PoseWithCovariance(CAMERA.matrix, np.eye(6))
+    roll, pitch, _ = np.sqrt(np.diag(level.apply(uncertain).covariance)[3:])
+    assert (roll, pitch) == (pytest.approx(0.001, rel=1e-3), pytest.approx(0.004, rel=1e-3))
+
+
+def test_what_is_less_certain_than_gravity_is_kept_and_correlations_with_it():
+    """The estimate is that of a Kalman filter: never less certain than both give."""
+    level = Level()
+    level.approach(Direction(UP, 0.01 ** 2 * np.diag([1.0, 1.0, 0.0])), CAMERA, 1 / 30)
+    root = np.random.default_rng(3).normal(0.0, 0.01, (6, 6))
+    pose = PoseWithCovariance(CAMERA.matrix, root @ root.T)
+    found = level.apply(pose).covariance
+    # rotations by the information of both; positions are not corrected, but stay correlated
+    tilt = np.eye(2, 6, 3)
+    gain = pose.covariance @ tilt.T @ np.linalg.inv(
+        tilt @ pose.covariance @ tilt.T + 0.01 ** 2 * np.eye(2))
+    expected = (np.eye(6) - gain @ tilt) @ pose.covariance
+    np.testing.assert_allclose(found[3:, 3:], expected[3:, 3:], atol=1e-12)
+    np.testing.assert_allclose(found[:3, :3], pose.covariance[:3, :3])
+
+
+def test_a_third_of_the_error_is_corrected_in_a_second_at_most():
+    """Where poses are noisy enough, and from three seconds on all of it, up to a jump."""
+    small = se3.exp_rotation([1e-4, 0.0, 0.0])
+    noisy = PoseWithCovariance(CAMERA.matrix, np.eye(6))
+    for elapsed, share in ((0.3, 0.1), (1.5, 0.5), (3.0, 1.0), (9.0, 1.0)):
+        level = Level()
+        level.approach(Direction(small.T @ UP, 1e-20 * np.eye(3)), noisy, elapsed)
+        turned = se3.log_rotation(level.apply(CAMERA).rotation @ CAMERA.rotation.T)
+        np.testing.assert_allclose(turned, [share * 1e-4, 0, 0], atol=1e-9)

@@ -97,3 +97,42 @@ def test_old_samples_are_forgotten_and_the_rest_stays():
     assert result.between(0, 64_000 * MS, NO_BIAS) is None
     turn = result.between(35_000 * MS, 64_000 * MS, NO_BIAS)
     assert np.allclose(turn.rotation, se3.exp_rotation(29 * w))
+
+
+def test_rates_at_the_ends_are_without_the_bias(moving):
+    for bias in (np.array([1e-3, -1e-3, 5e-4]), np.array([0.3, -0.2, 0.1])):
+        turn = moving.between(501 * MS, 1501 * MS, bias)
+        assert np.allclose(turn.rates, [rate(0.501) - bias, rate(1.501) - bias], atol=1e-4)
+
+
+def test_the_bias_that_was_used_is_not_that_which_the_caller_changes_later(moving):
+    bias = np.array([0.3, -0.2, 0.1])
+    expected = moving.between(240 * MS, 1233 * MS, bias.copy()).rotation
+    moving.between(240 * MS, 1233 * MS, NO_BIAS)
+    moving.between(240 * MS, 1233 * MS, bias)
+    bias[:] = 0.0
+    assert se3.angle(moving.between(240 * MS, 1233 * MS, bias).rotation.T @ expected) > 0.05
+
+
+@pytest.mark.parametrize('late, is_known', [(20, True), (20.000001, False)])
+def test_the_last_rate_holds_for_20_ms(late, is_known):
+    w = np.array([0.3, -2.0, 1.0])
+    turn = integral(50 * [w]).between(0, 98 * MS + round(late * MS), NO_BIAS)
+    assert (turn is not None) == is_known
+    if is_known:
+        assert np.allclose(turn.rotation, se3.exp_rotation(0.118 * w))
+        assert np.allclose(turn.rates, [w, w])
+        assert turn.extrapolated == pytest.approx(0.02)
+
+
+def test_within_the_samples_nothing_is_extrapolated(moving):
+    assert moving.last == 2000 * MS and RotationIntegral().last is None
+    for end in (1000, 1999, 2000):
+        assert moving.between(0, end * MS, NO_BIAS).extrapolated == 0.0
+
+
+@pytest.mark.parametrize('gap, begins_anew', [(50 * MS, False), (50 * MS + 1, True), (0, True)])
+def test_a_gap_is_longer_than_50_ms(gap, begins_anew):
+    result = integral(101 * [np.ones(3)])
+    result.add(200 * MS + gap, np.ones(3))
+    assert (result.between(0, 200 * MS, NO_BIAS) is None) == begins_anew
