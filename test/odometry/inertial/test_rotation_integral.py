@@ -92,11 +92,13 @@ def test_a_gap_or_an_earlier_stamp_begins_anew(stamp):
 
 
 def test_old_samples_are_forgotten_and_the_rest_stays():
-    w = np.array([0.0, 0.1, 0.0])
-    result = integral(1300 * [w], period=50 * MS)
+    axis, seconds = np.array([0.0, 0.1, 0.0]), 0.05 * np.arange(1300)
+    result = integral(np.sin(seconds / 5)[:, None] * axis, period=50 * MS)
     assert result.between(0, 64_000 * MS, NO_BIAS) is None
     turn = result.between(35_000 * MS, 64_000 * MS, NO_BIAS)
-    assert np.allclose(turn.rotation, se3.exp_rotation(29 * w))
+    angle = 5 * (np.cos(35 / 5) - np.cos(64 / 5))
+    assert np.allclose(turn.rotation, se3.exp_rotation(angle * axis), atol=1e-4)
+    assert np.allclose(turn.rates[0], np.sin(35 / 5) * axis)
 
 
 def test_rates_at_the_ends_are_without_the_bias(moving):

@@ -3,13 +3,19 @@
 
 """What a misaligned camera sees, by the exact motion of its two images."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import (
-    Displacement, Misalignment, Prediction, rows_of)
+    Correction, Displacement, Misalignment, Prediction, image_height, rows_of)
+from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.settings import MisalignmentSettings, SensorSettings
 
 CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)
 HEIGHT = 480 / 525
@@ -67,3 +73,124 @@ def test_the_velocity_is_between_the_one_before_and_the_one_measured():
     assert prediction.twist_with(prediction.T_target_source) == pytest.approx(old)
     assert prediction.twist_with(start @ se3.exp(0.04 * TWIST)) == pytest.approx(
         0.25 * old + 0.75 * TWIST)
+
+
+@pytest.mark.parametrize('kind', ['depth', 'rows', 'both'])
+def test_points_are_displaced_to_the_second_order(kind):
+    """What is missing is of the third: with half the displacement an eighth of it is left."""
+    errors, points = [], seen_points()
+    for size in (0.2, 0.1):
+        constant = size * OFFSET / np.linalg.norm(OFFSET) * (kind != 'rows')
+        by_row = size * TWIST / np.linalg.norm(TWIST) * (kind != 'depth')
+        moved = Displacement(constant, by_row, HEIGHT).of_depth(points)
+        exact = [se3.transform(se3.exp(constant + row * by_row), point[None])[0]
+                 for point, row in zip(points, rows_of(points, HEIGHT))]
+        errors.append(np.abs(moved - exact).max())
+    assert errors[0] < 0.01
+    assert errors[0] / errors[1] == pytest.approx(8, rel=0.25)
+
+
+def test_rows_are_shares_of_the_image_from_its_optical_axis():
+    assert image_height(CAMERA) == pytest.approx(HEIGHT)
+    pixels = np.array([[0.0, 239.5], [639, 0], [5, 479], [7, 119.5], [7, 959.5], [7, -719.5]])
+    points = CAMERA.back_project(pixels, np.array([1.0, 2.0, 0.5, 3.0, 1.0, 1.0]))
+    np.testing.assert_allclose(rows_of(points, HEIGHT),
+                               [0, -239.5 / 480, 239.5 / 480, -0.25, 1, -1])
+
+
+SENSOR = SensorSettings()
+STILL, PLANE = np.zeros(6), 2.0
+
+
+def frame_of_a_wall(missing=slice(0)):
+    """Return a frame whose depth image is a wall in front of it."""
+    depth = np.full((480, 640), PLANE, np.float32)
+    depth[:, missing] = np.nan
+    grey = np.zeros((480, 640), np.uint8)
+    return SimpleNamespace(frame=RgbdFrame(0, grey, depth, CAMERA))
+
+
+def tracks_of(points, rays):
+    count = len(points)
+    return Tracks(np.arange(count), points, rays, np.full(count, 3.0), np.full(count, 0.002))
+
+
+def test_a_track_has_the_depth_of_the_displaced_surface_on_its_own_ray():
+    """The depth camera sits 0.1 m ahead: a wall at 2 m from it is 2.1 m from the other one."""
+    points = seen_points(40)
+    ahead = Displacement(np.array([0, 0, 0.1, 0, 0, 0]), STILL, HEIGHT)
+    still = Displacement(STILL, STILL, HEIGHT)
+    tracks = tracks_of(points, points[:, :2] / points[:, 2:])
+    found = Correction(ahead, still).tracks(tracks, frame_of_a_wall(), SENSOR, np.eye(4))
+    np.testing.assert_allclose(found.points[:, 2], 2.1, atol=0.02)
+    np.testing.assert_allclose(found.points[:, :2] / found.points[:, 2:], tracks.rays)
+    np.testing.assert_allclose(found.rays, tracks.rays)
+    for name in ('keypoints', 'depths', 'sigmas'):
+        np.testing.assert_array_equal(getattr(found, name), getattr(tracks, name))
+    # where there is no depth, its own is kept
+    nowhere = frame_of_a_wall(missing=slice(None))
+    kept = Correction(ahead, still).tracks(tracks, nowhere, SENSOR, np.eye(4))
+    np.testing.assert_array_equal(kept.points, points)
+
+
+def test_both_ends_of_a_track_are_corrected_by_the_rows_of_their_own_frame():
+    T_target_source = se3.exp([0.1, -0.05, 0.3, 0.05, 0.1, -0.02])
+    rng = np.random.default_rng(2)
+    points = np.column_stack([rng.uniform(-0.8, 0.8, (40, 2)), np.full(40, PLANE)])
+    rays = rng.uniform(-0.4, 0.4, (40, 2))
+    of_source, of_target = (Displacement(STILL, factor * TWIST, HEIGHT)
+                            for factor in (0.01, -0.02))
+    found = Correction(of_source, of_target).tracks(
+        tracks_of(points, rays), frame_of_a_wall(), SENSOR, T_target_source)
+    np.testing.assert_allclose(found.points, of_source.of_rows(points), atol=1e-6)
+    depths = se3.transform(T_target_source, found.points)[:, 2:]
+    seen = of_target.of_rows(np.column_stack([rays, np.ones(40)]) * depths)
+    np.testing.assert_allclose(found.rays, seen[:, :2] / seen[:, 2:], atol=1e-6)
+    assert np.abs(found.rays - rays).max() > 1e-3 < np.abs(found.points - points).max()
+
+
+def test_the_chosen_points_of_the_source_are_corrected_and_no_others():
+    depth = np.full((480, 640), PLANE, np.float32)
+    surface = Surface.of(depth, CAMERA, SENSOR, 50)
+    before = surface.points.copy()
+    of_source = Displacement(OFFSET, 0.01 * TWIST, HEIGHT)
+    found = Correction(of_source, Displacement(STILL, STILL, HEIGHT)).surface(surface)
+    expected = before.copy()
+    expected[surface.chosen] = of_source.of_depth(before[surface.chosen].astype(float))
+    np.testing.assert_array_equal(found.points, expected)
+    np.testing.assert_array_equal(surface.points, before)
+    assert 0 < len(surface.chosen) < len(before)
+
+
+@pytest.mark.parametrize('values, sentence', [
+    ((0,) * 8, ''),
+    ((0.0123, -0.004, 0, np.radians(0.5), 0, np.radians(-1.25), 0, 0),
+     'depth is registered to colour with an error: T_colour_depth is rotated by '
+     '(0.50, 0.00, -1.25) deg and moved by (12, -4, 0) mm'),
+    ((0,) * 6 + (0.0124, 0), 'depth images are taken 12 ms later than their stamps say'),
+    ((0,) * 6 + (-0.0124, 0.02), 'depth images are taken 12 ms earlier than their stamps say; '
+     'a rolling shutter takes 20 ms from the first row to the last')])
+def test_it_is_described_with_its_numbers(values, sentence):
+    misalignment = Misalignment.of(np.array(values, float))
+    assert misalignment.description == sentence
+    assert type(misalignment.delay) is type(misalignment.readout) is float
+
+
+def test_settings_have_its_numbers_within_their_ranges():
+    values = np.array([*OFFSET, 0.03, -0.02])
+    settings = Misalignment.of(values).settings
+    assert settings == MisalignmentSettings(0.02, -0.01, 0.015, 0.02, -0.03, 0.01, 0.03, -0.02)
+    np.testing.assert_array_equal(Misalignment.by(settings).values, values)
+    assert Misalignment.of(np.full(8, -9.0)).settings == MisalignmentSettings(
+        *[-0.2] * 3, *[-0.3] * 3, -0.1, -0.1)
+
+
+@pytest.mark.parametrize('pose, twist, elapsed, is_one', [
+    (np.eye(4), TWIST, 0.1, True), (None, TWIST, 0.1, False), (np.eye(4), None, 0.1, False),
+    (np.eye(4), TWIST, 0.0, False), (np.eye(4), TWIST, -0.1, False),
+    (np.eye(4), TWIST, np.inf, False), (np.eye(4), TWIST, np.nan, False)])
+def test_without_a_velocity_or_time_there_is_no_prediction(pose, twist, elapsed, is_one):
+    found = Prediction.of(pose, twist, elapsed)
+    assert (found is not None) == is_one
+    if found:
+        assert (found.T_target_source, found.twist, found.elapsed) == (pose, twist, elapsed)

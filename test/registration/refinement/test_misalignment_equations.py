@@ -3,6 +3,7 @@
 
 """Derivatives by the misalignment against differences of the residuals it corrects."""
 
+import dataclasses
 import functools
 
 import numpy as np
@@ -113,3 +114,56 @@ def test_one_registration_of_exact_data_shows_the_misalignment_it_is_corrected_b
     assert np.linalg.norm(sample.gradient) < 0.1 * np.linalg.norm(sample.information @ applied)
     unaware = misalignment_sample(*rows(applied), NO_MISALIGNMENT)
     assert unaware.gradient == pytest.approx(sample.gradient - sample.information @ applied)
+
+
+def test_the_pose_is_eliminated_as_if_it_were_solved_for():
+    """Of the joint least squares the same misalignment, and the same covariance of it."""
+    rng = np.random.default_rng(3)
+    keypoints, depth = ((rng.normal(size=(count, 14)), rng.normal(size=count),
+                         rng.uniform(0.1, 2.0, count)) for count in (30, 50))
+    applied = Misalignment.of(rng.normal(size=8))
+    sample = misalignment_sample(keypoints, depth, applied)
+    jacobian, values, weights = (np.concatenate(both) for both in zip(keypoints, depth))
+    normal = jacobian.T @ (weights[:, None] * jacobian) + np.diag([1.0] * 6 + [0.0] * 8)
+    solution = np.linalg.solve(normal, -jacobian.T @ (weights * values))
+    np.testing.assert_allclose(np.linalg.inv(sample.information), np.linalg.inv(normal)[6:, 6:],
+                               rtol=1e-9)
+    np.testing.assert_allclose(np.linalg.solve(sample.information, sample.gradient),
+                               solution[6:] + applied.values, rtol=1e-9)
+
+
+def test_rows_have_the_pose_values_and_weights_of_their_residuals():
+    """Of depth a quarter, four times as heavy; of keypoints those on a surface."""
+    source, _, tracks = scene()
+    keypoints, depth = residuals(np.zeros(8))
+    rng = np.random.default_rng(4)
+    keypoints, depth = (dataclasses.replace(of, weights=rng.uniform(0.1, 2.0, len(of.values)))
+                        for of in (keypoints, depth))
+    motion = Motion(T_TARGET_SOURCE, TWISTS, (image_height(CAMERA), image_height(CAMERA)))
+    jacobian, values, weights = depth_rows(depth, motion)
+    np.testing.assert_array_equal(jacobian[:, :6], depth.jacobian[::4])
+    np.testing.assert_array_equal(values, depth.values[::4])
+    np.testing.assert_array_equal(weights, 4 * depth.weights[::4])
+    seen = source.surface.cells_at(tracks.points)[0]
+    both = np.concatenate([seen, seen + len(tracks)])
+    jacobian, values, weights = keypoint_rows(keypoints, tracks, source.surface, motion, 3.0)
+    np.testing.assert_array_equal(jacobian[:, :6], keypoints.jacobian[both])
+    np.testing.assert_array_equal(values, keypoints.values[both])
+    np.testing.assert_array_equal(weights, 3.0 * keypoints.weights[both])
+
+
+def test_each_frame_has_its_own_motion_and_height():
+    """Of images of other heights rows count as shares of their own."""
+    _, depth = residuals(np.zeros(8))
+    heights = image_height(CAMERA), image_height(CAMERA)
+
+    def by_readout(twists, heights):
+        return depth_rows(depth, Motion(T_TARGET_SOURCE, twists, heights))[0][:, 13]
+
+    whole = by_readout(TWISTS, heights)
+    of_source = by_readout(TWISTS * [[1], [0]], heights)
+    of_target = by_readout(TWISTS * [[0], [1]], heights)
+    np.testing.assert_allclose(of_source + of_target, whole, atol=1e-12)
+    assert np.abs(of_source).max() > 0.1 < np.abs(of_target).max()
+    taller = by_readout(TWISTS, (2 * heights[0], 3 * heights[1]))
+    np.testing.assert_allclose(of_source / 2 + of_target / 3, taller, atol=1e-12)
