@@ -34,3 +34,18 @@ def test_what_is_sudden_grows_with_the_noise_of_the_motion_model():
 def test_poses_are_the_same_within_both_tolerances(change, same):
     pose = se3.exp([1.0, 2.0, 3.0, 0.4, 0.5, 0.6])
     assert is_same(pose, pose @ se3.exp(change), (0.1, 0.2)) is same
+
+
+def test_each_limit_grows_with_its_own_noise():
+    limits = sudden_accelerations(OdometrySettings(
+        acceleration_sigma=2.0, angular_acceleration_sigma=7.0))
+    np.testing.assert_allclose(limits, [10.0, 14.0])
+
+
+@pytest.mark.parametrize(('change', 'same'), [
+    ([0.0149, 0, 0, 0, 0, 0], True), ([0, 0, 0.0151, 0, 0, 0], False),
+    ([0, 0, 0, np.radians(0.79), 0, 0], True), ([0, 0, 0, 0, 0, np.radians(0.81)], False)])
+def test_poses_are_the_same_within_the_noise_of_a_registration(change, same):
+    pose = se3.exp([1.0, 2.0, 3.0, 0.4, 0.5, 0.6])
+    assert is_same(pose, pose @ se3.exp(change)) is same
+    assert is_same(pose @ se3.exp(change), pose) is same
