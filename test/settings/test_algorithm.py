@@ -3,12 +3,21 @@
 
 """Conditions on several parameters together."""
 
+import re
+from pathlib import Path
+
 import pytest
+import yaml
 
 from aick_ros.errors import InputError
 from aick_ros.settings import (
-    AickSettings, FeatureSettings, NodeSettings, RefinementSettings, Settings)
-from aick_ros.settings.parameter import with_values
+    AickSettings, FeatureSettings, NodeSettings, RefinementSettings, SensorSettings, Settings)
+from aick_ros.settings.parameter import parameters, with_values
+from aick_ros.settings.text import parameter_table
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / 'docs' / 'parameters.md').read_text()
+CONFIG = (ROOT / 'config' / 'odom_node.yaml').read_text()
 
 
 def test_an_empty_depth_range_is_rejected():
@@ -37,3 +46,29 @@ def test_settings_made_in_code_have_their_types():
     assert AickSettings(alpha='0.5').alpha == 0.5
     assert NodeSettings(camera_in_base=[1, 2]).camera_in_base == (1.0, 2.0)
     hash(NodeSettings(camera_in_base=[1, 2]))
+
+
+@pytest.mark.parametrize('group', [Settings, NodeSettings])
+def test_the_documentation_lists_every_parameter_as_it_is_declared(group):
+    """With name, default, range, unit and description; so does the file of the node."""
+    listed = set(PAGE.splitlines())
+    assert set(parameter_table(group).splitlines()) <= listed
+    shipped = yaml.safe_load(re.sub('(?m)^    #([a-z])', r'    \1', CONFIG.replace(': []', ': ""')))
+    written = shipped['/**']['ros__parameters']
+    for parameter in parameters(group):
+        if parameter.default != ():
+            assert written[parameter.name] == parameter.default
+
+
+def test_a_depth_range_has_an_extent():
+    assert SensorSettings(min_depth=1.999, max_depth=2.0)
+    with pytest.raises(InputError) as raised:
+        SensorSettings(min_depth=2.0, max_depth=2.0)
+    assert str(raised.value) == ('sensor.min_depth = 2 m and sensor.max_depth = 2 m: the first '
+                                 'must be less than the second')
+
+
+def test_a_value_of_code_is_no_group_and_says_which_it_must_be():
+    with pytest.raises(InputError) as raised:
+        Settings(sensor=5)
+    assert str(raised.value) == 'sensor = 5 is not of SensorSettings'
