@@ -33,7 +33,8 @@ def test_arrays_that_fit_are_accepted(change):
     ('descriptors', np.zeros((2, 32), np.uint8), 'shape 2x32, .*shape 3xN'),
     ('descriptors', np.zeros(3, np.uint8), 'descriptors of features'),
     ('descriptors', None, 'descriptors of features: None'),
-    *((name, np.full(GOOD[name].shape, value, np.float32), f'{name} of features are not all fin')
+    *((name, np.full(GOOD[name].shape, value, np.float32), f'^{name} of features are not all '
+       'finite: omit such keypoints$')
       for name in ('pixels', 'responses', 'scales') for value in (np.nan, np.inf, -np.inf))])
 def test_arrays_that_do_not_fit_are_named(name, value, sentence):
     with pytest.raises(InputError, match=sentence):

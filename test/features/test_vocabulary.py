@@ -84,10 +84,11 @@ def test_a_plain_array_is_rejected(tmp_path):
     ({'version': 'first'}, 'is not a vocabulary'),
     ({'words': FLOAT}, r'declares 20 words of orb but has float32 of shape \(20, 64\)'),
     ({'words': BINARY[:, :16]}, r'has uint8 of shape \(20, 16\)'),
-    ({'detector': 'surf', 'words': np.full((20, 64), np.nan, np.float32)}, 'not finite'),
+    ({'detector': 'surf', 'words': np.full((20, 64), np.nan, np.float32)},
+     'the vocabulary .* has words that are not finite: learn it again with `aick vocabulary`$'),
     ({'detector': 'magic'}, "unknown detector 'magic'"),
     ({'words': np.zeros((MAX_WORDS + 1, 32), np.uint8), 'count': MAX_WORDS + 1},
-     f'at most {MAX_WORDS} are supported'),
+     f' has {MAX_WORDS + 1} words, but at most {MAX_WORDS} are supported: learn it again'),
     ({'version': np.zeros(3)}, 'is not a vocabulary'),
     ({'learned_from': np.array([{}], object)}, 'is not a vocabulary')])
 def test_inconsistent_files_are_rejected(tmp_path, fields, sentence):
@@ -154,12 +155,15 @@ def test_arrays_are_not_unpacked_beyond_the_limit(tmp_path, large):
             with file.open(f'{name}.npy', 'w') as array:
                 for _ in range(MAX_VOCABULARY_BYTES // len(large) // 2 ** 20 + 1):
                     array.write(bytes(2 ** 20))
-    with pytest.raises(InputError, match=f'more than {MAX_VOCABULARY_BYTES} bytes'):
+    with pytest.raises(InputError, match=fr'truncated \(its arrays have more than '
+                                         fr'{MAX_VOCABULARY_BYTES} bytes\): learn it again with '):
         load(tmp_path / 'words.npz')
 
 
 def test_a_missing_vocabulary_is_reported_with_those_available():
-    with pytest.raises(InputError, match='no vocabulary nowhere: .* orb-1000, surf-1000'):
+    with pytest.raises(InputError, match=(
+            '^there is no vocabulary nowhere: aick.vocabulary must be a '
+            'file or one of orb-1000, surf-1000$')):
         vocabulary_of(settings(aick__vocabulary='nowhere'))
 
 

@@ -53,3 +53,9 @@ def test_another_resolution_is_another_image(frame):
     half = dataclasses.replace(frame, colour=frame.colour[:6], depth=frame.depth[:6],
                                camera=Camera(16, 6, 20.0, 20.0, 8.0, 3.0))
     assert repeat_of(half, frame) is Repeat.NONE
+
+
+def test_repeats_are_described_for_people():
+    assert {repeat.name: repeat.value for repeat in Repeat} == {
+        'NONE': 'no image repeats', 'COLOUR': 'the colour image repeats',
+        'DEPTH': 'the depth image repeats', 'BOTH': 'both images repeat'}

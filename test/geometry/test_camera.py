@@ -179,6 +179,17 @@ def test_limits_are_within(largest, beyond):
     ({'cy': 2e6}, 'the camera has fx 525, fy 525, cx 319.5, cy 2e+06: focal lengths must be from '
      '0.1 to 1e+06 pixels, cx and cy at most 1e+06; calibrate the camera'),
     ({'height': 0}, 'the camera image has 640 x 0 pixels: width and height must be positive'),
+    ({'width': 640, 'height': 40_000}, 'the camera image has 640 x 40000 pixels: at most 32767 on '
+     'a side and 33554432 in all are supported'),
+    ({'width': 8193, 'height': 8192}, 'the camera image has 8193 x 8192 pixels: at most 32767 on '
+     'a side and 33554432 in all are supported'),
+    ({'distortion': (0.5, 0.0, 0.0, 2e6)}, 'the distortion coefficients (0.5, 0.0, 0.0, 2000000.0)'
+     ' are not all finite and at most 1e+06: calibrate the camera'),
+    ({'distortion_model': 'magic'}, "unknown distortion model 'magic': supported are plumb_bob, "
+     'rational_polynomial, equidistant'),
+    ({'height': 4.5}, "the camera is not of numbers ('float' object cannot be interpreted as an "
+     'integer): width and height must be whole numbers, focal lengths, centre and coefficients '
+     'numbers'),
     ({'distortion': (1.0,)}, 'distortion model plumb_bob has 1 coefficients: it must have 0 or 4 '
      'or 5')])
 def test_a_sentence_has_the_numbers_of_the_camera(changes, sentence):
@@ -197,3 +208,27 @@ def test_undistortion_has_converged_at_the_corners(camera):
     np.testing.assert_allclose(
         np.column_stack([camera.fx * x + camera.cx, camera.fy * y + camera.cy]), corners,
         atol=1e-5)
+
+
+@pytest.mark.parametrize('fields, sentence', [
+    ((640, 480, K[:8]), 'k of camera_info has 8 numbers: 9 are required, row by row'),
+    ((640, 480, [0.0] * 9), 'camera_info is not calibrated: k[0] is 0; calibrate the camera or '
+     'start its driver with a calibration file'),
+    ((640, None, K), "camera_info is not of numbers (int() argument must be a string, a bytes-like"
+     " object or a real number, not 'NoneType'): required are width and height, and the lists k "
+     'and d')])
+def test_a_camera_info_that_is_none_says_what_is_required(fields, sentence):
+    with pytest.raises(InputError) as raised:
+        Camera.from_camera_info(*fields)
+    assert str(raised.value) == sentence
+
+
+def test_what_returns_far_from_its_pixel_has_no_ray():
+    """By more than a tenth of a pixel: of a model whose undistortion ends elsewhere."""
+    camera = Camera(640, 480, 525, 525, 320, 240, 'plumb_bob', (0.1, 0.0, 0.0, 0.0))
+    for error, has_ray in ((0.09, True), (0.11, False), (-0.09, True), (-0.11, False)):
+        class Inexact(Camera):
+            def project(self, points, error=error):
+                return super().project(points) + (0.0, error)
+        found = Inexact(**dataclasses.asdict(camera)).normalize([(100.0, 100.0)])
+        assert np.isfinite(found).all() == has_ray

@@ -124,7 +124,8 @@ def test_inverse_depth_compressed_by_rvl_is_that_compressed_by_png():
 
 
 @pytest.mark.parametrize('size, reason', [
-    (0, '0 bytes, fewer than the 20 of its header: it is truncated'), (19, '19 bytes'),
+    (0, 'and 0 bytes, fewer than the 20 of its header: it is truncated; record it again$'),
+    (19, '19 bytes'),
     (20, 'RVL data is truncated'), (200, 'RVL data is truncated')])
 def test_truncated_rvl_is_rejected(size, reason):
     with pytest.raises(InputError, match=reason):

@@ -135,7 +135,8 @@ def test_no_data_is_rejected():
 
 @pytest.mark.parametrize('data', [b'\x00' * 100, b'P5 2 2 255 abcd'])
 def test_other_data_is_rejected(data):
-    with pytest.raises(InputError, match=f'its {len(data)} bytes are neither PNG nor JPEG'):
+    with pytest.raises(InputError, match=f'its {len(data)} bytes are neither PNG nor JPEG data: '
+                                         'store the image in one of these formats$'):
         png_jpeg.decode(data)
 
 

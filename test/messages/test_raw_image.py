@@ -152,7 +152,8 @@ def test_every_known_encoding_has_a_size_here():
 @pytest.mark.parametrize('changes, reason', [
     ({'height': 0}, '8 x 0 pixels'),
     ({'width': 0}, '0 x 6 pixels'),
-    ({'step': 7}, 'step 7, and 8 pixels of .* need (24|16) bytes'),
+    ({'step': 7}, '^rows of the image have step 7, and 8 pixels of .* need (24|16) '
+     'bytes: check the driver$'),
     ({'data': np.zeros(90, np.uint8)}, 'has 90 bytes, and 6 rows of (24|16) need (144|96)'),
     ({'data': b''}, 'has 0 bytes'),
     ({'encoding': 'rgb9'}, "unknown encoding 'rgb9': known are .*(bgr8|32FC1)"),
@@ -175,7 +176,9 @@ def test_a_last_row_without_its_padding_is_rejected(decode, encoding, missing):
 
 def test_yuv_of_odd_width_is_rejected():
     image = raw_image.ImageFields(2, 3, 'yuyv', 0, 6, np.zeros(12, np.uint8))
-    with pytest.raises(InputError, match='3 pixels wide, and yuyv stores them in pairs'):
+    with pytest.raises(InputError, match=(
+            '^the image is 3 pixels wide, and yuyv stores them in pairs: '
+            'check the driver$')):
         raw_image.decode_colour(image)
 
 
@@ -186,12 +189,16 @@ def test_data_after_the_last_row_is_ignored():
 
 
 def test_depth_instead_of_colour_is_rejected():
-    with pytest.raises(InputError, match='colour image has encoding 16UC1, which is depth'):
+    with pytest.raises(InputError, match=(
+            'the colour image has encoding 16UC1, which is depth: use the '
+            'topic of the colour image$')):
         raw_image.decode_colour(message('16UC1'))
 
 
 def test_colour_instead_of_depth_is_rejected():
-    with pytest.raises(InputError, match='depth image has encoding bgr8, which is colour'):
+    with pytest.raises(InputError, match=(
+            'the depth image has encoding bgr8, which is colour: use the '
+            'topic of the depth image$')):
         raw_image.decode_depth(message('bgr8'))
 
 
@@ -222,5 +229,6 @@ def test_encoded_millimetres_come_back_rounded():
 
 
 def test_depth_in_another_encoding_is_rejected():
-    with pytest.raises(InputError, match="encoded as '64FC1': use 32FC1 or 16UC1"):
+    with pytest.raises(InputError, match=(
+            "^depth cannot be encoded as '64FC1': use 32FC1 or 16UC1$")):
         raw_image.encode_depth(np.ones((2, 2), np.float32), '64FC1')

@@ -414,3 +414,12 @@ def test_a_pose_that_is_set_later_is_kept_as_it_is():
     tilted = se3.from_roll_pitch_yaw(0.3, 0.2, 0.1, (1, 2, 3))
     base.put(tilted, CERTAIN)
     np.testing.assert_allclose(base.follow(first, level_start=first)[0], tilted, atol=1e-12)
+
+
+def test_states_are_described_for_people():
+    assert {state.name: state.value for state in (*BaseState, *Mount)} == {
+        'TRACKED': 'measured', 'RECOVERED': 'measured again, from a pose that was not',
+        'PREDICTED': 'predicted by another sensor',
+        'CONTINUED': 'not measured, as the images repeat: continued',
+        'LOST': 'not known: the pose is the last one',
+        'FIXED': 'the extrinsic has been corrected', 'MOVING': 'the camera has been moved'}

@@ -59,6 +59,7 @@ def test_a_failure_knows_nothing_of_the_pose():
     np.testing.assert_array_equal(nothing.T_target_source, np.eye(4))
     assert np.isinf(np.diag(nothing.covariance)).all()
     assert nothing.matches.shape == (0, 2) and nothing.support == 0
+    assert failed(Status.BAD_FRAME, '').iterations == 0
     for part in (nothing.systematic, nothing.timing):
         np.testing.assert_array_equal(part, np.zeros((6, 6)))
 

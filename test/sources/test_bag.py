@@ -461,7 +461,11 @@ def test_a_truncated_file_is_rejected(tmp_path, recording, kind, share):
                  storage)
     file = path if version == 1 else path / f'bag.{kind}'
     file.write_bytes(file.read_bytes()[:int(share * file.stat().st_size)])
-    with pytest.raises(InputError, match='cannot be read as a bag .*: copy or record it again'):
+    with pytest.raises(InputError, match=(
+            r'cannot be read as a bag \(.*\): copy or record it again, '
+            r'or repair it \(`ros2 bag reindex` for a ROS 2 bag, `mcap '
+            r'recover` for an mcap file, `rosbag reindex` for a ROS 1 '
+            r'bag\)$')):
         list(BagSource(path).frames(raise_damage))
 
 
@@ -657,3 +661,18 @@ def test_a_dropped_image_is_named_by_topic_and_stamp_in_seconds(tmp_path, record
     assert damage == [
         f'{path}, {COLOUR} at 1305031102.123456789: the stamp repeats or goes back from '
         '1305031102.223456789; the image is dropped']
+
+
+def test_the_colour_camera_is_that_beside_the_depth_images_that_are_given(tmp_path, recording):
+    """Of two alike."""
+    make, frame = Messages(), recording.recorded[0]
+    path = write(tmp_path / 'bag', [
+        (f'/{side}{topic}', message) for side in ('left', 'right') for topic, message in (
+            (INFO, make.info(frame.camera)),
+            (COLOUR, make.image(frame.stamp, frame.colour, 'rgb8')),
+            (DEPTH, make.image(frame.depth_stamp, frame.depth, '32FC1')))])
+    for side in ('left', 'right'):
+        source = BagSource(path, SourceOptions(depth_topic=f'/{side}{DEPTH}'))
+        assert source.raw_topics == tuple(f'/{side}{topic}' for topic in (COLOUR, DEPTH, INFO))
+    with pytest.raises(InputError, match='has several that may be the colour topic'):
+        BagSource(path)

@@ -125,8 +125,10 @@ def test_a_null_rotation_is_skipped_and_the_next_link_used():
     found = cameras(tree, register_depth=True)
     np.testing.assert_allclose(found.in_colour('rgb', 'other'), T_BASE_COLOUR, atol=1e-9)
     assert found.in_colour('rgb', 'depth') is None
-    with pytest.raises(InputError, match="no transform from 'depth' .* to 'rgb' .*"
-                                         '--depth-in-colour X Y Z QX QY QZ QW'):
+    with pytest.raises(InputError, match=(
+            r"^some.bag has no transform from 'depth' \(the depth images\) "
+            r"to 'rgb' \(the colour images\) on /tf_static: give it with "
+            '--depth-in-colour X Y Z QX QY QZ QW$')):
         found.depth_in_colour('/rgb', '/depth')
 
 
@@ -151,7 +153,7 @@ def test_numbers_that_are_no_pose_are_rejected(numbers):
                                            ('depth_in_colour', NUMBERS)])
 def test_options_of_depth_require_that_it_is_registered(option, value):
     name = '--' + option.replace('_', '-')
-    with pytest.raises(InputError, match=f'{name} has no effect without --register-depth'):
+    with pytest.raises(InputError, match=f'^{name} has no effect without --register-depth$'):
         cameras(**{option: value})
     cameras(**{option: value}, register_depth=True)
 

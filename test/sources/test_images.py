@@ -5,6 +5,7 @@
 
 import shutil
 from fractions import Fraction
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -129,7 +130,10 @@ def test_calibration_may_be_json_above_or_given(folder, tmp_path):
 
 def test_a_missing_calibration_says_how_to_give_one(folder):
     (folder / 'camera-intrinsics.txt').unlink()
-    with pytest.raises(InputError, match='--camera FILE.*camera-intrinsics.txt.*585'):
+    with pytest.raises(InputError, match=(
+            'has no calibration: give one with --camera FILE.*, or as '
+            r'camera-intrinsics.txt with three rows \(7-Scenes: 585 0 320 / '
+            r'0 585 240 / 0 0 1\)$')):
         ImagesSource(folder)
 
 
@@ -147,7 +151,9 @@ def test_damaged_intrinsics_are_named(folder, text, reason):
 def test_a_missing_kind_is_named(folder, kind):
     for path in folder.glob(f'*.{kind}.png'):
         path.unlink()
-    with pytest.raises(InputError, match=f'no frame-000000.{kind}.png'):
+    with pytest.raises(InputError, match=(
+            f'no frame-000000.{kind}.png: a folder of numbered images '
+            'has both colour and depth$')):
         ImagesSource(folder)
 
 
@@ -160,7 +166,7 @@ def test_a_damaged_image_is_reported_and_the_next_one_read(folder):
     assert len(frames) == 1 and np.array_equal(frames[0].colour, COLOURS[3])
     assert len(damage) == 3
     assert str(broken) in damage[0] and 'truncated' in damage[0]
-    assert 'no frame-000001.depth.png' in damage[1]
+    assert damage[1].endswith('has no frame-000001.depth.png beside it')
     assert 'frame-000002' in damage[2] and 'depth 16 x 12 pixels' in damage[2]
 
 
@@ -240,7 +246,8 @@ def test_the_whole_path_of_numbers_is_named(folder):
 @pytest.mark.parametrize('k', ['-30 0 15\n0 30 11\n0 0 1', '30 0 15\n0 0 11\n0 0 1'])
 def test_both_focal_lengths_are_positive(folder, k):
     (folder / 'camera-intrinsics.txt').write_text(k)
-    with pytest.raises(InputError, match='no positive focal lengths: required are fx 0 cx / 0 fy'):
+    with pytest.raises(InputError, match='no positive focal lengths: required are fx 0 cx / 0 fy '
+                                         'cy / 0 0 1$'):
         ImagesSource(folder)
 
 
@@ -250,3 +257,11 @@ def test_both_focal_lengths_are_positive(folder, k):
 def test_other_names_are_no_images(folder, name):
     (folder / name).write_text('something else')
     assert len(list(ImagesSource(folder).frames(raise_damage))) == 4
+
+
+def test_the_folder_above_is_known_by_a_relative_path_too(folder, monkeypatch):
+    shutil.move(folder / 'camera-intrinsics.txt', folder.parent)
+    monkeypatch.chdir(folder)
+    source = ImagesSource(Path('.'))
+    assert source.name == 'seq-01'
+    assert next(source.frames(raise_damage)).camera.fx == 30.5

@@ -12,6 +12,7 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.geometry.trajectory import stamp_to_seconds
 from aick_ros.sources import SourceOptions, raise_damage
+from aick_ros.sources.calibration import HOW_TO_GIVE
 from aick_ros.sources.tum import CAMERAS, TumSource
 
 
@@ -159,7 +160,9 @@ def test_a_missing_list_is_named(recorded_folder, name):
                                   '2147483648 rgb/a.png', '9223372036.86 rgb/a.png'])
 def test_a_malformed_line_is_named(recorded_folder, line):
     edit(recorded_folder / 'depth.txt', lambda text: text.replace('# depth', f'# depth\n{line}'))
-    with pytest.raises(InputError, match='depth.txt, line 2: .*is not an image'):
+    with pytest.raises(InputError, match=(
+            'depth.txt, line 2: .*is not an image: required are a stamp from '
+            '0 to 2147483647.999999999 s and a file name$')):
         TumSource(recorded_folder)
 
 
@@ -171,7 +174,9 @@ def test_a_binary_list_is_rejected(recorded_folder):
 
 def test_an_empty_list_is_rejected(recorded_folder):
     (recorded_folder / 'rgb.txt').write_text('# nothing\n')
-    with pytest.raises(InputError, match='rgb.txt lists no images'):
+    with pytest.raises(InputError, match=(
+            'rgb.txt lists no images: required are lines of stamp and file '
+            'name$')):
         TumSource(recorded_folder)
 
 
@@ -242,3 +247,38 @@ def test_lists_without_a_pair_are_described_with_their_numbers(recorded_folder):
     assert str(raised.value) == (
         f'{recorded_folder}: none of the 6 images in rgb.txt and the 2 in depth.txt are within '
         '0.5 s of each other: check that both lists belong to one recording')
+
+
+def test_depth_lines_that_repeat_are_reported_too(recorded_folder):
+    edit(recorded_folder / 'depth.txt', lambda text: text + text.splitlines()[2] + '\n')
+    _, [damage] = read(TumSource(recorded_folder))
+    stamp = (recorded_folder / 'depth.txt').read_text().splitlines()[2].split()[0]
+    assert damage == (f'{recorded_folder}/depth.txt, line 8: stamp {stamp} repeats; the line is '
+                      'skipped')
+
+
+def test_the_last_pair_waits_for_no_image_after_it(recorded_folder, recording):
+    """Half a period apart another image might be nearer, but there is none."""
+    *lines, last = (recorded_folder / 'depth.txt').read_text().splitlines()
+    late = recording.recorded[-1].stamp + 15_000_000
+    (recorded_folder / 'depth.txt').write_text('\n'.join(
+        [*lines, f'{stamp_to_seconds(late)} {last.split()[1]}']))
+    frames, damage = read(TumSource(recorded_folder))
+    assert len(frames) == 6 and damage == []
+    assert frames[-1].depth_stamp == late
+
+
+def test_the_colour_image_of_a_pair_that_does_not_fit_is_named(recorded_folder):
+    colour, depth = (sorted((recorded_folder / part).iterdir())[0] for part in ('rgb', 'depth'))
+    cv2.imwrite(str(depth), np.ones((12, 16), np.uint16))
+    _, damage = read(TumSource(recorded_folder))
+    assert damage[0].startswith(f'{colour}: colour is 32 x 24 and depth 16 x 12 pixels')
+
+
+def test_a_folder_without_a_calibration_says_where_it_was_sought(recorded_folder, tmp_path):
+    (recorded_folder / 'camera.json').unlink()
+    recorded_folder = recorded_folder.rename(tmp_path / 'desk')
+    with pytest.raises(InputError) as raised:
+        TumSource(recorded_folder)
+    assert str(raised.value) == (f'{recorded_folder} has no calibration, and no freiburg1, 2 or 3 '
+                                 f'in its name: {HOW_TO_GIVE}')

@@ -53,3 +53,11 @@ def test_the_complaint_names_both_turns(error, camera):
     note(agreement, error, 10)
     note(agreement, NONE, 1)
     assert f'turns by 2.0 deg where the camera sees {camera:.1f} deg' in agreement.complaint
+
+
+def test_the_complaint_says_what_to_check():
+    agreement = Agreement()
+    note(agreement, WRONG, 10)
+    assert agreement.complaint == (
+        'the gyroscope turns by 2.0 deg where the camera sees 5.0 deg, or about another axis: '
+        'check the pose of the IMU in the camera, and that its samples are in rad/s')

@@ -194,7 +194,7 @@ def test_nothing_is_written_without_frames(tmp_path, recording):
 def test_an_existing_bag_is_left_alone(tmp_path, recording):
     write_bag(tmp_path / 'out', recording)
     before = (tmp_path / 'out' / 'out.mcap').read_bytes()
-    with pytest.raises(InputError, match='out exists already'):
+    with pytest.raises(InputError, match='out exists already: remove it or choose another name$'):
         write_bag(tmp_path / 'out', recording)
     assert (tmp_path / 'out' / 'out.mcap').read_bytes() == before
 
