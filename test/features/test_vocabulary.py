@@ -173,8 +173,9 @@ def test_a_folder_is_rejected(tmp_path):
 
 
 def test_a_vocabulary_of_another_detector_is_rejected():
-    with pytest.raises(InputError, match='surf-1000 is of surf keypoints and features.detector is '
-                                         'orb: choose another'):
+    with pytest.raises(InputError, match=(
+            'the vocabulary surf-1000 is of surf keypoints and features.detector is orb: choose '
+            'another one in aick.vocabulary, or learn one with `aick vocabulary`$')):
         vocabulary_of(settings(aick__vocabulary='surf-1000'))
 
 

@@ -14,7 +14,7 @@ from aick_ros.frames.sharpness import Sharpness
 
 
 def prepared(keypoint_depths, surface_depths=()):
-    keypoints, points = (np.column_stack([np.zeros((len(depths), 2)), depths])
+    keypoints, points = (np.column_stack([np.full((len(depths), 2), 5.0), depths])
                          for depths in (keypoint_depths, surface_depths))
     surface = SimpleNamespace(points=np.concatenate([np.full((2, 3), 9.0), points]),
                               chosen=np.arange(2, 2 + len(points)))

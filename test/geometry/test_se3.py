@@ -271,3 +271,22 @@ def test_a_pose_that_was_checked_is_a_copy_of_float64():
     for pose in (given, np.eye(4)):
         found = se3.checked(pose, 'it')
         assert found.dtype == np.float64 and not np.shares_memory(found, pose)
+
+
+@pytest.mark.parametrize('matrix, sentence', [
+    (np.eye(3), 'the guess is not a pose: a 4x4 matrix is required'),
+    (np.diag([1.0, 1.0, np.nan, 1.0]), 'the guess is not a pose: its numbers must be finite, the '
+     'translation at most 1e+08 m'),
+    (np.diag([1.0, 1.0, -1.0, 1.0]), 'the guess is not a pose: a rotation matrix, a translation '
+     'and the last row 0 0 0 1 are required')])
+def test_the_sentence_says_what_a_pose_requires(matrix, sentence):
+    with pytest.raises(InputError) as raised:
+        se3.checked(matrix, 'the guess')
+    assert str(raised.value) == sentence
+
+
+def test_a_checked_pose_is_a_copy():
+    given = np.eye(4)
+    found = se3.checked(given, 'the guess')
+    given[0, 3] = 5.0
+    assert found[0, 3] == 0.0

@@ -160,3 +160,12 @@ def test_the_exposure_is_that_of_most_of_the_view():
     np.testing.assert_allclose(misfits[40:], 0.0, atol=1e-12)
     np.testing.assert_allclose(misfits[:40], np.minimum(
         ((255.0 - 1.3 * before[:40]) / 3.0) ** 2, 1.0))
+
+
+@pytest.mark.parametrize('without', [0, 1])
+def test_both_frames_need_surfaces(pair, without):
+    *frames, truth = pair
+    views = look(*frames)
+    views[without] = dataclasses.replace(views[without], surface=None)
+    with pytest.raises(ValueError, match='^a vote on poses requires the surfaces of both frames$'):
+        pose_vote(*views, truth, truth, SENSOR)

@@ -68,3 +68,10 @@ def test_each_registration_has_arrays_of_its_own():
     one, other = failed(Status.BAD_FRAME, ''), failed(Status.BAD_FRAME, '')
     one.systematic[0, 0] = one.timing[0, 0] = one.covariance[1, 1] = 5.0
     assert other.systematic[0, 0] == other.timing[0, 0] == 0.0 and other.covariance[1, 1] > 5.0
+
+
+def test_evidence_is_described_for_people():
+    assert {evidence.name: evidence.value for evidence in Evidence} == {
+        'KEYPOINTS': 'keypoints that agree with the pose',
+        'DEPTH': 'depth and brightness of most of the view, whatever the number of keypoints',
+        'DEPTH_ALONE': 'depth, and the motion expected where the scene has no shape'}

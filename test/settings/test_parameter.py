@@ -142,3 +142,10 @@ def test_a_hint_has_three_names_at_most(count):
     assert text.startswith('did you mean ') and text.endswith('?')
     names = text[len('did you mean '):-1].split(' or ')
     assert len(names) == min(count, 3) and set(names) <= set(known)
+
+
+def test_changes_are_a_dictionary():
+    with pytest.raises(InputError) as raised:
+        with_values(Settings(), [('aick.alpha', 0.5)])
+    assert str(raised.value) == ('the changes are of the type list: a dictionary of names and '
+                                 'values is required')

@@ -40,7 +40,8 @@ def test_presets_with_words_differ_from_the_others_by_the_vocabulary_only():
         assert with_words.aick.vocabulary == f'{detector}-1000'
         assert with_values(with_words, {'aick.vocabulary': '',
                                         'aick.word_radius': without.aick.word_radius}) == without
-    assert preset('paper-fast-surf-words').aick.word_radius == 0.26
+    for name in ('paper-fast-words', 'paper-fast-surf-words'):
+        assert preset(name).aick.word_radius == 0.26
 
 
 @pytest.mark.parametrize('name', [name for name in PRESETS if name.startswith('paper-')])

@@ -122,3 +122,63 @@ def test_the_page_names_what_is_read(name):
 def test_the_nearest_of_ours_is_named(name, ours):
     [warning] = translate({name: 'x'}).warnings
     assert warning.endswith(f' (see {ours})')
+
+
+REASONS = {
+    'camera_info is received with the QoS its publishers offer': ['qos_camera_info'],
+    'after a pause of the camera the odometry continues from the last tracked frame': [
+        'min_update_rate'],
+    'odom_rgbd_image is always in colour': ['keep_color'],
+    'it is a parameter of the SLAM node': ['subscribe_depth', 'subscribe_rgb', 'subscribe_odom',
+                                           'subscribe_odom_info'],
+    'an IMU is used from its first sample on, with the transform at each image and the QoS its '
+    'publisher offers': ['always_check_imu_tf', 'qos_imu', 'imu_queue_size'],
+    'every frame is registered, however little the guess has moved': [
+        'guess_min_translation', 'guess_min_rotation', 'guess_min_time'],
+    'a motion by the guess is published with 9999': ['guess_linear_variance',
+                                                     'guess_angular_variance'],
+    'the odometry does not start at a ground truth: set initial_pose': [
+        'ground_truth_frame_id', 'ground_truth_base_frame_id'],
+    'the INI file of RTAB-Map is not read: give a ROS parameter file': ['config_path'],
+    'set the level by --ros-args --log-level': ['log_to_rosout_level'],
+    'odom_sensor_data is not published': [
+        'sensor_data_compression_format', 'sensor_data_parallel_compression',
+        'publish_compressed_sensor_data'],
+    'a lost odometry needs no reset: it continues as soon as the camera sees enough again': [
+        'Odom/ResetCountdown'],
+    'frames are registered to keyframes or to a local map': ['Odom/Strategy'],
+    'keyframes change by overlap': ['Odom/KeyFrameThr'],
+    'the motion is always predicted': ['Odom/GuessMotion'],
+    'the detectors are others': ['Vis/FeatureType'],
+    'the number of keypoints is limited': ['Vis/MaxFeatures'],
+    'the number of matches is limited': ['Vis/MinInliers'],
+    'the depth is limited': ['Vis/MinDepth', 'Vis/MaxDepth'],
+    'it is a parameter of the algorithm of RTAB-Map, which is not that of this node': [
+        'Vis/CorNNDR', 'Any/Other']}
+
+
+@pytest.mark.parametrize('reason', REASONS)
+def test_a_warning_gives_its_reason(reason):
+    for name in REASONS[reason]:
+        [warning] = translate({name: 'x'}).warnings
+        nearest = WITHOUT_EFFECT[name].ours if name in WITHOUT_EFFECT else ''
+        assert warning == (f'parameter {name!r} of rgbd_odometry changes nothing here: {reason}'
+                           + (f' (see {nearest})' if nearest else ''))
+
+
+def test_every_parameter_without_effect_has_such_a_reason():
+    assert set(WITHOUT_EFFECT) <= {name for names in REASONS.values() for name in names}
+
+
+@pytest.mark.parametrize('name, value, meaning', [
+    ('queue_size', 'x', 'Older name of sync_queue_size.'),
+    ('qos', 3, 'QoS of the images: 0 default of the system, 1 reliable, 2 best effort.'),
+    ('rgb_transport', 3, 'Transport of the colour images.'),
+    ('publish_null_when_lost', 3, 'Whether to publish a null pose while tracking is lost.'),
+    ('always_process_most_recent_frame', 3, 'Whether to register only the newest frame.'),
+    ('expected_update_rate', 'x', 'Rate above which frames are dropped.'),
+    ('Rtabmap/ImagesAlreadyRectified', 3, 'Whether the images are rectified.'),
+    ('Reg/Force3DoF', 3, 'Whether x, y and yaw alone are estimated.')])
+def test_an_error_says_what_their_parameter_means(name, value, meaning):
+    with pytest.raises(InputError, match=f' Meaning: {re.escape(meaning)}$'):
+        translate({name: value})

@@ -572,7 +572,9 @@ def test_metadata_with_impossible_counts_is_rejected(bag, count):
     metadata = bag / 'metadata.yaml'
     text = re.sub(r'message_count: \d+', f'message_count: {count}', metadata.read_text())
     metadata.write_text(text)
-    with pytest.raises(InputError, match='metadata|cannot be read as a bag'):
+    with pytest.raises(InputError, match=(
+            'bag: its metadata counts .* messages on /[a-z_/]+; run `ros2 bag reindex` on it$|cannot '
+            'be read as a bag')):
         BagSource(bag)
 
 
@@ -676,3 +678,14 @@ def test_the_colour_camera_is_that_beside_the_depth_images_that_are_given(tmp_pa
         assert source.raw_topics == tuple(f'/{side}{topic}' for topic in (COLOUR, DEPTH, INFO))
     with pytest.raises(InputError, match='has several that may be the colour topic'):
         BagSource(path)
+
+
+@pytest.mark.parametrize('count', [-5, 2 ** 63])
+def test_an_impossible_count_is_quoted(bag, count):
+    metadata = bag / 'metadata.yaml'
+    metadata.write_text(re.sub(r'message_count: \d+', f'message_count: {count}',
+                               metadata.read_text()))
+    with pytest.raises(InputError) as raised:
+        BagSource(bag)
+    assert re.fullmatch(f'.*bag: its metadata counts {count} messages on /[a-z_/]+; run `ros2 bag '
+                        'reindex` on it', str(raised.value))

@@ -181,3 +181,17 @@ def test_a_bag_is_closed_when_it_has_been_read_or_is_read_no_further(tmp_path, s
     assert len(list(BagFile(bag).messages(['/a'], raise_damage))) == 2
     BagFile(bag).topics()
     assert not is_open()
+
+
+def test_sentences_about_a_bag_are_whole(tmp_path):
+    with pytest.raises(InputError) as raised, fields_required('a.bag', '/topic'):
+        raise AttributeError('no stamp')
+    assert str(raised.value) == (
+        'a.bag, /topic: the messages are not of the type that they are declared as (no stamp): '
+        'choose another topic, or record with the standard definition')
+    (tmp_path / 'folder').mkdir()
+    with pytest.raises(InputError) as raised:
+        BagFile(tmp_path / 'folder')
+    assert str(raised.value) == (
+        f'{tmp_path}/folder has 0 storage files and no metadata.yaml: run `ros2 bag reindex '
+        f'{tmp_path}/folder`, or give one of the files')

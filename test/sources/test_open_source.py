@@ -73,7 +73,9 @@ def test_a_calibration_of_a_rendered_recording_is_rejected(tmp_path):
 
 @pytest.mark.parametrize('content, reason', [
     (None, 'nothing does not exist: a source is a ROS 2 bag'),
-    ((), 'nothing is empty: a source is .*synthetic:SEED'),
+    ((), r'nothing is empty: a source is a ROS 2 bag \(a folder with metadata.yaml, a .mcap or '
+     r'.db3 file\), a ROS 1 bag \(a .bag file\), a TUM folder \(with rgb.txt and depth.txt\), a '
+     'folder of frame-000000.color.png, frame-000000.depth.png and so on, or synthetic:SEED$'),
     (('notes.txt', 'a.bag'), 'nothing is not a known kind of recording: .* TUM folder')])
 def test_other_paths_are_rejected_with_the_known_kinds(tmp_path, content, reason):
     path = tmp_path / 'nothing'

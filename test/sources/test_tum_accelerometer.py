@@ -30,7 +30,10 @@ def test_a_folder_without_has_none(tmp_path):
                                   '1.5 1 2 -inf', '1.5 1e300 2 3'])
 def test_a_line_that_cannot_be_read_is_named(tmp_path, line):
     (tmp_path / 'accelerometer.txt').write_text(f'# t\n{line}\n')
-    with pytest.raises(InputError, match='accelerometer.txt, line 2: .* not an acceleration'):
+    with pytest.raises(InputError, match=(
+            (
+            r'accelerometer.txt, line 2: .* is not an acceleration: required are a stamp \[s\] '
+            r'and three numbers \[m/s\^2\]$'))):
         read_accelerations(tmp_path)
 
 

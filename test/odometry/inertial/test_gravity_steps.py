@@ -277,3 +277,30 @@ def test_switched_off_on_the_way_it_measures_no_more(play):
     played = play()
     played.gravity.configure(ImuSettings(gravity=False))
     assert played.update(0.1) == []
+
+
+def test_what_is_known_is_described_with_its_numbers(play):
+    played = play(0)
+    assert played.gravity.description == 'not compared with the camera yet'
+    played.update(0.0)
+    played.gravity._filter = SimpleNamespace(
+        bias=np.array([0.125, -0.5, 2.0]), up=SimpleNamespace(
+            covariance=np.diag(np.radians([0.5, 2.0, 0.1]) ** 2)))
+    assert played.gravity.description == (
+        'bias (0.12, -0.50, 2.00) m/s^2; the direction of gravity is known to 2.00 deg')
+
+
+def test_the_bias_is_a_copy(play):
+    played = play()
+    played.gravity._filter.bias = np.ones(3)
+    found = played.gravity.bias
+    played.gravity._filter.bias[:] = 2.0
+    assert found.tolist() == [1.0, 1.0, 1.0]
+
+
+def test_the_complaint_says_what_to_check(play):
+    played = play()
+    played.gravity._is_wrong = True
+    assert played.gravity.complaint == (
+        'the accelerometer contradicts the motion of the camera: check the pose of the IMU in the '
+        'camera')

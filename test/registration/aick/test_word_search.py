@@ -139,3 +139,12 @@ def test_pairs_within_a_radius_are_listed():
     listed = [len(search._by_position(moved, radius).descriptor_distances)
               for radius in (1.5, 1.3)]
     assert listed == [1, 0]
+
+
+@pytest.mark.parametrize('without', [0, 1])
+def test_both_frames_need_words(without):
+    views = with_words(two_views(0, binary=True), 5, 0.3)
+    views[without] = dataclasses.replace(views[without], words=None)
+    with pytest.raises(ValueError, match='^a search by words requires the words of both frames$'):
+        WordSearch(*views, SETTINGS)
+    assert Aick(SETTINGS).register(*views).status is Status.OK  # by the full search

@@ -175,3 +175,29 @@ def test_motion_blur_smears_a_dot_along_its_way(axis, pixel):
 def test_negative_imperfections_are_rejected(make):
     with pytest.raises(InputError, match='it must be 0 or more'):
         make()
+
+
+def test_beyond_what_the_noise_can_tell_from_infinity_there_is_no_depth():
+    """At 1 / sigma the disparity is negative for one pixel in six, by a normal distribution."""
+    measured = measure(with_only(sigma=0.02), wall(50.0))
+    assert np.isnan(measured).mean() == pytest.approx(statistics.NormalDist().cdf(-1), abs=0.01)
+    assert np.nanmin(measured) > 0 and np.isfinite(measured[~np.isnan(measured)]).all()
+
+
+def test_the_default_sensor_is_a_kinect():
+    """Of a baseline of 75 mm that measures from 0.5 to 5 m; 1.3 mm of noise at a metre."""
+    sensor = DepthSensor()
+    assert (sensor.baseline, sensor.min_depth, sensor.max_depth) == (0.075, 0.5, 5.0)
+    measured = measure(sensor, wall(1.0))
+    middle = measured[100:380, 100:540]
+    assert np.nanstd(middle) == pytest.approx(math.hypot(0.0013, 0.0029 / math.sqrt(12)), rel=0.2)
+
+
+@pytest.mark.parametrize('make, sentence', [
+    (lambda: DepthSensor(sigma=-0.1), 'depth sensor: sigma is -0.1: it must be 0 or more'),
+    (lambda: ColourSensor(exposure_swing=-2.0),
+     'colour sensor: exposure_swing is -2: it must be 0 or more')])
+def test_the_sentence_names_the_sensor_and_the_number(make, sentence):
+    with pytest.raises(InputError) as raised:
+        make()
+    assert str(raised.value) == sentence

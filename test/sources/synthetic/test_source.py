@@ -305,3 +305,25 @@ def test_a_frame_that_is_not_there_is_named(perfect, index):
     with pytest.raises(IndexError, match=f'frame {index} of 3'):
         source.frame(index)
     assert source.name == 'synthetic room, seed 1'
+
+
+@pytest.mark.parametrize('options, sentence', [
+    ({'frames': 0}, 'seed 0 and 0 frames: the seed must be 0 to 2^63 - 1, the frames 1 to 100000'),
+    ({'seed': 2 ** 63}, 'seed 9223372036854775808 and 150 frames: the seed must be 0 to 2^63 - 1, '
+     'the frames 1 to 100000'),
+    ({'depth_delay': float('-inf')}, 'the depth delay is -inf s: it must be finite'),
+    ({'camera': Camera(64, 48, 50, 50, 32, 24, 'plumb_bob', (0.1, 0, 0, 0))},
+     'the camera has distortion: synthetic sequences are rendered without; leave the coefficients '
+     'out')])
+def test_the_sentence_says_what_an_option_must_be(options, sentence):
+    with pytest.raises(InputError) as raised:
+        SyntheticOptions(**options)
+    assert str(raised.value) == sentence
+
+
+def test_the_ends_of_the_ranges_are_within():
+    for options in ({'frames': 1}, {'frames': 100_000}, {'seed': 2 ** 63 - 1}, {'rate': 0.01},
+                    {'rate': 1000.0}):
+        SyntheticOptions(**options)
+    with pytest.raises(InputError, match='the frames 1 to 100000'):
+        SyntheticOptions(frames=100_001)
