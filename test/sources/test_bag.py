@@ -573,8 +573,8 @@ def test_metadata_with_impossible_counts_is_rejected(bag, count):
     text = re.sub(r'message_count: \d+', f'message_count: {count}', metadata.read_text())
     metadata.write_text(text)
     with pytest.raises(InputError, match=(
-            'bag: its metadata counts .* messages on /[a-z_/]+; run `ros2 bag reindex` on it$|cannot '
-            'be read as a bag')):
+            'bag: its metadata counts .* messages on /[a-z_/]+; run `ros2 bag reindex` on it$|'
+            'cannot be read as a bag')):
         BagSource(bag)
 
 
