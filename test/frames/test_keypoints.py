@@ -259,3 +259,31 @@ def test_the_descriptors_of_a_pair_are_of_one_kind(changes, kinds):
     for pair, name in (((None, frame()), 'source'), ((frame(), None), 'target')):
         with pytest.raises(InputError, match=f'the {name}: None'):
             required_pair(*pair)
+
+
+def test_a_detector_must_return_features():
+    class Nothing:
+        def detect(self, grey):
+            return None
+
+    frame = RgbdFrame(1, np.zeros((48, 64), np.uint8), np.ones((48, 64), np.float32),
+                      Camera(64, 48, 50.0, 50.0, 31.5, 23.5))
+    with pytest.raises(InputError) as raised:
+        KeypointExtractor(FeatureSettings(), SensorSettings(), detector=Nothing()).extract(frame)
+    assert str(raised.value) == ('what the detector has returned: None, where an object of the '
+                                 'class Features is required')
+    with pytest.raises(InputError, match='^the detector: .* an object with the method detect is'):
+        KeypointExtractor(FeatureSettings(), SensorSettings(), detector=object())
+
+
+def test_descriptors_of_two_detectors_are_named():
+    one = KeypointFrame.none(1)
+    two, three = (KeypointFrame(1, np.ones((1, 3)), descriptors, np.ones((1, 3, 3)),
+                                np.ones((1, 2))) for descriptors in (
+        np.zeros((1, 32), np.uint8), np.zeros((1, 64), np.float32)))
+    required_pair(one, three)  # without keypoints there is nothing to compare
+    required_pair(two, two)
+    with pytest.raises(InputError) as raised:
+        required_pair(two, three)
+    assert str(raised.value) == ('the descriptors are 32 uint8 and 64 float32 per keypoint: those '
+                                 'of one detector are required')

@@ -158,3 +158,81 @@ def test_the_bias_walks_with_the_time_between_samples_and_not_back():
         variances.append(gyroscope.bias_sigma ** 2)
     growth = np.diff(variances, axis=0) / 0.01 ** 2
     np.testing.assert_allclose(growth, np.repeat([[2.0], [0.0], [1.0]], 3, axis=1), atol=1e-9)
+
+
+def ready(settings, acceleration=15.0, rate=lambda time: RATE):
+    """Return a gyroscope with two seconds of samples, from 0 to 1995 ms, and nothing learned."""
+    gyroscope = Gyroscope(settings, OdometrySettings(angular_acceleration_sigma=acceleration))
+    gyroscope.add(samples(0, 2000, lambda time: rate(time) + 1e-9 * (time % 2)))
+    return gyroscope
+
+
+@pytest.mark.parametrize('extrapolated', [0, 5, 15])
+def test_the_noise_of_a_rotation_grows_with_its_time_and_with_what_has_not_arrived(extrapolated):
+    """Of a calibration that is exact: n^2 t, and (a e^2 / 2)^2 of an unknown acceleration."""
+    gyroscope = ready(ImuSettings(gyroscope_noise=0.002, gyroscope_bias_sigma=0.0,
+                                  gyroscope_bias_walk=0.0, time_offset_sigma=0.0), 20.0)
+    end = 1995 + extrapolated
+    term = gyroscope.term(1000 * MS, end * MS)
+    variance = 0.002 ** 2 * (end - 1000) / 1000 + (0.5 * 20.0 * (extrapolated / 1000) ** 2) ** 2
+    np.testing.assert_allclose(term.covariance, variance * np.eye(3), rtol=1e-6)
+    np.testing.assert_allclose(term.T_target_source[:3, :3],
+                               se3.exp_rotation((end - 1000) / 1000 * RATE), atol=1e-8)
+    np.testing.assert_array_equal(term.rows, np.eye(3, 6, 3))
+
+
+@pytest.mark.parametrize('duration, factor', [(0.5, 6.0), (1.5, 2.0)])
+def test_in_a_sum_the_bias_counts_as_if_it_stayed_for_three_seconds(duration, factor):
+    gyroscope = ready(ImuSettings(gyroscope_noise=1e-7, gyroscope_bias_sigma=0.01,
+                                  time_offset_sigma=0.0), rate=lambda time: np.zeros(3))
+    end = round((0.2 + duration) * 1000) * MS
+    alone, summed = (gyroscope.term(200 * MS, end, is_summed).covariance
+                     for is_summed in (False, True))
+    np.testing.assert_allclose(alone, (0.01 * duration) ** 2 * np.eye(3), rtol=1e-3, atol=1e-12)
+    np.testing.assert_allclose(summed, factor * alone, rtol=1e-3, atol=1e-12)
+
+
+def test_stamps_of_images_are_moved_by_the_offset_to_those_of_samples():
+    """Of a turn that begins at 1 s of the samples: of the images 40 ms earlier or later."""
+    def late(time):
+        return RATE * (time >= 1000)
+
+    for offset in (0.04, -0.04):
+        gyroscope = ready(ImuSettings(time_offset=offset), rate=late)
+        assert gyroscope.time_offset == offset
+        term = gyroscope.term(500 * MS, 1500 * MS)
+        np.testing.assert_allclose(se3.log_rotation(term.T_target_source[:3, :3]),
+                                   (0.5 + offset) * RATE, atol=2e-3)
+        start = round(1000 - 1000 * offset)
+        np.testing.assert_allclose(gyroscope.rate_at((start + 10) * MS), RATE, atol=1e-6)
+        np.testing.assert_allclose(gyroscope.rate_at((start - 10) * MS), 0.0, atol=1e-6)
+
+
+def test_it_is_described_with_its_numbers():
+    gyroscope = Gyroscope(ImuSettings(gyroscope_bias_sigma=np.radians(0.5), time_offset=0.0123,
+                                      gyroscope_bias_walk=0.0), OdometrySettings())
+    assert gyroscope.description == 'none'
+    gyroscope.add(samples(0, 500))
+    known = 'bias (0.00, 0.00, 0.00) deg/s, known to 0.50; its clock is 12.3 ms ahead of that of '
+    assert gyroscope.description == known + 'the images'
+    gyroscope.add(samples(0, 10))
+    assert gyroscope.dropped == 2
+    assert gyroscope.description == known + 'the images; 2 samples dropped'
+
+
+def test_the_bias_drifts_while_samples_come():
+    """Not by the time before the first one, and not twice for what repeats."""
+    gyroscope = Gyroscope(ImuSettings(gyroscope_bias_sigma=0.001, gyroscope_bias_walk=0.01),
+                          OdometrySettings())
+    gyroscope.add(samples(5000, 5005))
+    np.testing.assert_allclose(gyroscope.bias_sigma, 0.001)
+    for start in (5005, 5005, 6000):
+        gyroscope.add(samples(start, start + 1000, noisy))
+    np.testing.assert_allclose(gyroscope.bias_sigma, np.hypot(0.001, 0.01 * np.sqrt(1.995)),
+                               rtol=1e-6)
+
+
+def test_its_bias_is_a_copy():
+    gyroscope = ready(ImuSettings())
+    gyroscope.bias[:] = 5.0
+    assert gyroscope.bias.tolist() == [0.0, 0.0, 0.0]
