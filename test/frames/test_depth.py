@@ -253,3 +253,12 @@ def test_the_nearer_surface_is_that_at_the_reach():
     image[:, 21:] = 1.0
     found = depth.edges_beside(image, np.array([(17.0, 10.0)]), np.array([3.0]), 3)
     assert found.nearer == pytest.approx([1.5])
+
+
+@pytest.mark.parametrize('far, is_smooth', [
+    (1.5, True), (np.nextafter(np.float32(1.5), np.float32(2)), False)])
+def test_a_step_of_the_jump_itself_is_no_edge(far, is_smooth):
+    """Between 1 m and 1.5 m the inverse depth is interpolated, and beyond it the nearest taken."""
+    image = np.array([[1.0, far], [1.0, far]], np.float32)
+    found, = depth.sample(image, np.array([[0.5, 0.25]]), SensorSettings(depth_jump=0.5))
+    assert found == pytest.approx(1.2 if is_smooth else 1.0, rel=1e-6)

@@ -287,3 +287,17 @@ def test_descriptors_of_two_detectors_are_named():
         required_pair(two, three)
     assert str(raised.value) == ('the descriptors are 32 uint8 and 64 float32 per keypoint: those '
                                  'of one detector are required')
+
+
+def test_of_equally_strong_keypoints_the_first_one_detected_is_kept():
+    pixels = [(40 + 5 * (i % 100), 40 + 5 * (i // 100)) for i in range(2000)]
+
+    class Alike(At):
+        def detect(self, grey):
+            found = super().detect(grey)
+            return dataclasses.replace(found, responses=np.repeat(np.float32([1, 2]), 1000))
+
+    features = FeatureSettings(max_keypoints=1500, cell_size=0.0)
+    found = KeypointExtractor(features, SensorSettings(), detector=Alike(pixels)).extract(
+        RgbdFrame(0, COLOUR, DEPTH, CAMERA))
+    np.testing.assert_array_equal(found.pixels, pixels[1000:] + pixels[:500])
