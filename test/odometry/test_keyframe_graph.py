@@ -155,3 +155,10 @@ def test_a_place_found_again_makes_the_pose_more_certain(walk):
     before, after = solved(start, chain, []), solved(start, chain, loops)
     assert (np.trace(after.pose(6).covariance[:3, :3])
             < 0.5 * np.trace(before.pose(6).covariance[:3, :3]))
+
+
+def test_covariances_stay_symmetric_to_the_last_bit(walk):
+    graph = solved(*measured(walk, np.random.default_rng(3)))
+    for key in graph.keys:
+        covariance = graph.pose(key).covariance
+        np.testing.assert_array_equal(covariance, covariance.T)

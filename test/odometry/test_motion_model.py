@@ -80,7 +80,8 @@ def test_increments_at_a_limit_are_within_it():
 
 
 @pytest.mark.parametrize('twist, seconds', [
-    (None, 0.3), ([0.6, 0, 0, 0, 0, 0], 0.5), ([-0.6, 0, 0, 0, 0, 6.0], 0.7)])
+    (None, 0.3), ([0.6, 0, 0, 0, 0, 0], 0.5), ([-0.6, 0, 0, 0, 0, 6.0], 0.7),
+    ([0, -0.6, 0, 0, 0, 0], 0.5), ([0, 0, 0, 0, -3.0, 0], 0.5)])
 def test_the_time_to_rest_is_that_to_stop_after_the_hold_time(twist, seconds):
     """0.6 m/s at 3 m/s^2 stop in 0.2 s, 6 rad/s at 15 rad/s^2 in 0.4 s."""
     model = MotionModel(OdometrySettings(

@@ -4,15 +4,20 @@
 """Votes on the true pose and a wrong one of rendered frames."""
 
 import dataclasses
+from collections import defaultdict
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
+from aick_ros.frames.depth import inverse_depth_sigma
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.pose_vote import _grey_misfits, _grey_tolerance, pose_vote
+from aick_ros.registration import pose_vote as module
+from aick_ros.registration.pose_vote import (
+    _DEPTH_MISFIT, _depth_misfits, _grey_misfits, _grey_tolerance, pose_vote)
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import ColourSensor, DepthSensor, SyntheticOptions, SyntheticSource
@@ -169,3 +174,54 @@ def test_both_frames_need_surfaces(pair, without):
     views[without] = dataclasses.replace(views[without], surface=None)
     with pytest.raises(ValueError, match='^a vote on poses requires the surfaces of both frames$'):
         pose_vote(*views, truth, truth, SENSOR)
+
+
+@pytest.mark.parametrize('share', [0.5, 0.9, 1.5])
+@pytest.mark.parametrize('z', [1.0, 3.0])
+def test_the_misfit_of_depth_is_by_the_noise_of_a_plane_seen_aslant(z, share):
+    """An error of inverse depth moves a point along its ray by z^2 times it."""
+    normal, point = np.array([0.6, 0.0, 0.8]), np.array([0.2, -0.1, 1.0]) * z
+    target = SimpleNamespace(normals=normal[None], points=point[None] * 1.0)
+    along_ray = share * _DEPTH_MISFIT * float(inverse_depth_sigma(z, SENSOR)) * z
+    moved = point * (1 + along_ray)
+    found = _depth_misfits(moved[None], target, np.array([0]), SENSOR)
+    assert found == pytest.approx(min(share ** 2, 1.0), rel=0.12)
+
+
+def test_blocks_count_their_own_votes(monkeypatch):
+    """By a loop over the cells: every second usable one votes, in blocks of six by six."""
+    rng, width, height = np.random.default_rng(0), 40, 33  # no multiples of six
+    usable = rng.random(width * height) < 0.9
+    row, column = np.divmod(np.arange(width * height), width)
+    usable &= (row >= 12) | (column < 18) | (rng.random(width * height) < 0.3)
+    surface = SimpleNamespace(grid=SimpleNamespace(width=width, height=height), usable=usable)
+    frame = SimpleNamespace(surface=surface, grey=np.zeros((66, 80), np.uint8),
+                            frame=SimpleNamespace(camera=None))
+    cells = np.flatnonzero(usable)[::2]
+    # in each block another share of the votes
+    blocks = list(zip((row[cells] // 6).tolist(), (column[cells] // 6).tolist()))
+    shares = {block: rng.choice([0.0, 0.02, 0.12, 0.3, 0.8], 2) / 1.25 for block in set(blocks)}
+    draws = rng.random(len(cells))
+    lead = np.array([0.51 if draw < shares[block][0] else -0.51 if draw > 1 - shares[block][1]
+                     else 0.49 for draw, block in zip(draws, blocks)])
+    seen = rng.random(len(cells)) < 0.9
+    misfits = iter([np.where(seen, 0.6, np.nan), np.where(rng.random(len(cells)) < 0.95,
+                                                          0.6 + lead, np.nan)])
+    kept = []
+
+    def given(*_):
+        kept.append(next(misfits))
+        return kept[-1]
+
+    monkeypatch.setattr(module, '_misfits', given)
+    vote = pose_vote(frame, frame, np.eye(4), np.eye(4), SENSOR)
+    counts = defaultdict(lambda: np.zeros(3, int))
+    for block, first, second in zip(blocks, *kept):
+        if np.isfinite(first) and np.isfinite(second):
+            counts[block] += 1, second - first > 0.5, first - second > 0.5
+    full = [(one, other, count) for count, one, other in counts.values() if count >= 5.4]
+    first, second = (sum(bool(a > 2 * b and a > 0.1 * n) for a, b, n in votes) for votes in (
+        full, [(b, a, n) for a, b, n in full]))
+    assert (vote.first, vote.second) == (first / len(full), second / len(full))
+    assert min(first, second) > 3 and len(full) < len(counts)
+    assert vote.seen == pytest.approx(np.isfinite(kept[0] + kept[1]).mean())

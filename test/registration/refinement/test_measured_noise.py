@@ -327,3 +327,15 @@ def test_wrong_settings_are_corrected(measured, factor):
     assert before > 0.2
     assert after < 0.02
     np.testing.assert_allclose(by_wrong[1].covariance, by_right.covariance, rtol=0.02, atol=1e-9)
+
+
+def test_what_another_range_lends_counts_as_the_prior_does():
+    """As three registrations: a first one of its own is a quarter of the mean of logarithms."""
+    noise = MeasuredNoise()
+    for _ in range(100):
+        noise.learn(NoiseSample(SLOW, 4.0, 1.0, SQUARES))
+    lent = noise.expected(SLOW).keypoints
+    assert noise.expected(FAST).keypoints == lent
+    noise.learn(NoiseSample(FAST, 64.0, 1.0, SQUARES))
+    assert noise.expected(FAST).keypoints == pytest.approx(lent ** 0.75 * 64.0 ** 0.25)
+    assert noise.expected(SLOW).keypoints == lent
