@@ -334,3 +334,17 @@ def test_gradient_noise_makes_estimates_consistent(parts, most, common):
         covariance = inverse @ gradient_noise([left]) @ inverse
         squares.append(error @ np.linalg.solve(covariance, error))
     assert 5.0 < np.mean(squares) < most
+
+
+@pytest.mark.parametrize('sigmas', [-20.0, -0.5, 3.0])
+def test_depth_at_a_corner_has_ten_times_the_noise_of_a_pixel(sigmas):
+    """A track whose inverse depth is off by so many sigmas, at any depth; larger is positive."""
+    tracks = tracks_of(count=5)
+    z = se3.transform(POSE, tracks.points)[:, 2]
+    off = dataclasses.replace(tracks, depths=1 / (1 / z + sigmas * SENSOR.depth_sigma))
+    found = track_depth(off, POSE, SENSOR, WIDTH)
+    np.testing.assert_allclose(found.values, sigmas / 10.0, rtol=1e-6)
+    # beyond the noise the width grows with the median, here that of all
+    scale = max((sigmas / 10.0) ** 2 / 0.4549, 1.0)
+    np.testing.assert_allclose(found.weights, 1 / (
+        1 + (sigmas / 10.0) ** 2 / (scale * WIDTH ** 2)) ** 2, rtol=1e-3)
