@@ -215,7 +215,7 @@ def test_surfaces_partly_behind_the_camera_are_seen(checkers):
 
 def test_a_camera_with_distortion_is_rejected(checkers):
     camera = Camera(64, 48, 50.0, 50.0, 31.5, 23.5, 'plumb_bob', (0.1, 0.0, 0.0, 0.0))
-    with pytest.raises(InputError, match='without distortion'):
+    with pytest.raises(InputError, match='^the renderer takes a camera without distortion$'):
         Renderer([Rectangle(np.eye(4), 1.0, 1.0, checkers)], camera)
 
 
@@ -238,3 +238,34 @@ def test_fine_texture_neither_flickers_nor_blurs(tilt, distance):
     contrast = np.polyfit(true, rendered, 1)[0]
     assert 0.8 < contrast < 1.15
     assert np.std(rendered - true) < 0.3 * true.std()
+
+
+def test_a_rectangle_is_seen_from_its_front_and_a_ball_from_all_sides(checkers):
+    """What is behind a rectangle is seen through its back."""
+    camera = Camera(64, 48, 60.0, 60.0, 31.5, 23.5)
+    front = pose((-1.0, -1.0, 2.0), (0.0, 0.0, 0.0))
+    wall = Rectangle(front, 2.0, 2.0, checkers)
+    ball = Round(pose((0.0, 0.0, 4.0), (0.0, 0.0, 0.0)), (0.25, 0.0, -1.0), -0.5, 0.5, checkers)
+    renderer = Renderer([wall, ball], camera)
+    assert renderer.render_depth(np.eye(4))[24, 32] == pytest.approx(2.0)
+    from_behind = pose((0.0, 0.0, 6.0), (0.0, np.pi, 0.0))
+    seen = renderer.render_depth(from_behind)
+    assert seen[24, 32] == pytest.approx(1.5, abs=0.01)
+    alone = Renderer([wall], camera).render_depth(from_behind)
+    assert np.isnan(alone).all()
+
+
+@pytest.mark.parametrize('focal', [(60.0, 120.0), (120.0, 60.0)])
+def test_an_edge_is_mixed_by_the_share_of_the_pixel_that_it_covers(focal):
+    """Along either axis, whatever its focal length: a white board before a dark wall."""
+    camera = Camera(64, 48, *focal, 31.5, 23.5)
+    white, dark = (np.full((8, 8, 3), grey, np.uint8) for grey in (240, 0))
+    wall = Rectangle(pose((-4.0, -4.0, 3.0), (0, 0, 0)), 8.0, 8.0, dark)
+    # its lower right corner lies a quarter of a pixel beyond the centre of one
+    right, down = (2.0 * (0.75 / f) for f in focal)
+    board = Rectangle(pose((right - 2.0, down - 2.0, 2.0), (0, 0, 0)), 2.0, 2.0, white)
+    colours = Renderer([wall, board], camera).render(np.eye(4)).colour[..., 0].astype(float)
+    # 31.5 + 0.75 = 32.25 px: three quarters of column 32, and likewise of row 24
+    assert colours[10, 31] == colours[23, 10] == 240 and colours[10, 33] == colours[25, 10] == 0
+    assert colours[10, 32] == pytest.approx(0.75 * 240, abs=30)
+    assert colours[24, 10] == pytest.approx(0.75 * 240, abs=30)

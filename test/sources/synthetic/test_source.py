@@ -327,3 +327,13 @@ def test_the_ends_of_the_ranges_are_within():
         SyntheticOptions(**options)
     with pytest.raises(InputError, match='the frames 1 to 100000'):
         SyntheticOptions(frames=100_001)
+
+
+@pytest.mark.parametrize('delay', [0.25, -0.25])
+def test_colour_does_not_depend_on_when_depth_is_taken(perfect, delay):
+    """Neither its blur, which needs a depth, nor its exposure, nor its noise."""
+    options = SyntheticOptions(seed=1, frames=2, camera=SMALL, colour=ColourSensor(shutter=0.04))
+    now, then = (SyntheticSource(dataclasses.replace(options, depth_delay=seconds), perfect.scene)
+                 for seconds in (0.0, delay))
+    np.testing.assert_array_equal(now.frame(1).colour, then.frame(1).colour)
+    assert (now.frame(1).depth != then.frame(1).depth).mean() > 0.5
