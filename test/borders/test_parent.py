@@ -11,6 +11,8 @@ import time
 
 import pytest
 
+from aick_ros.borders.parent import supervised
+
 PROGRAM = """
 import os, signal, subprocess, sys, time
 from aick_ros.borders.parent import end_with_parent, supervised
@@ -62,3 +64,13 @@ def _runs(pid):
             return file.read().rpartition(')')[2].split()[0] != 'Z'
     except OSError:
         return False
+
+
+def test_the_children_of_a_supervised_process_are_not_supervised_by_it():
+    program = ('import os; from aick_ros.borders.parent import end_with_parent; '
+               'end_with_parent(); print("AICK_PARENT_PROCESS" in os.environ)')
+    run = subprocess.run([sys.executable, '-c', program], capture_output=True, text=True,
+                         env=supervised())
+    assert (run.returncode, run.stdout) == (0, 'False\n')
+    assert supervised()['AICK_PARENT_PROCESS'] == str(os.getpid())
+    assert 'AICK_PARENT_PROCESS' not in os.environ

@@ -166,3 +166,10 @@ def test_the_distance_of_a_block(point, distance):
     T_world_block = se3.exp([3, 1, 2, 0.3, -0.8, 0.5])
     points = se3.transform(T_world_block, np.array([point, point], float))
     np.testing.assert_allclose(Block(T_world_block, SIZE).distance(points), 2 * [distance])
+
+
+def test_what_is_turned_leans_backwards_along_its_own_y(assembly):
+    """Tilted after a turn: the upper end goes where the turned object's back is."""
+    tilted = assembly.at(1.0, 0.0, 0.0, np.pi / 2).tilted(0.3)
+    np.testing.assert_allclose(tilted.to_world(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])),
+                               [[1 - np.sin(0.3), 0, np.cos(0.3)], [1, 1, 0]], atol=1e-12)

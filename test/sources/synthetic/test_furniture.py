@@ -177,3 +177,53 @@ def test_clutter_is_small_enough_for_a_cabinet():
         thing(assembly)
         points = np.concatenate([surface.hull for surface in assembly.surfaces])
         assert np.ptp(points[:, :2], axis=0).max() < 0.36 and points[:, 2].max() < 0.5
+
+
+def boxes(assembly):
+    """Return low and high corners of the blocks that are not turned, Nx3 each."""
+    centres = np.array([b.T_world_block[:3, 3] for b in assembly.blocks])
+    halves = np.array([b.size for b in assembly.blocks]) / 2
+    return centres - halves, centres + halves
+
+
+@pytest.mark.parametrize('name, front', [('bookshelf', -0.3), ('wall shelf', -0.22)])
+def test_books_stand_a_little_behind_the_edge_of_their_board(name, front):
+    """By 2 to 6 cm, and are 0.7 times as deep; a bookshelf has a back behind them."""
+    low, high = boxes(built(name))
+    depth = high[:, 1] - low[:, 1]
+    books = np.isclose(depth, -0.7 * front) & (high[:, 2] - low[:, 2] > 0.05)
+    assert books.sum() >= 2
+    behind = low[books, 1] - front
+    assert (behind >= 0.02 - 1e-9).all() and (behind <= 0.06 + 1e-9).all()
+    flat = [s for s in built(name).surfaces if s.width == 1.0 and s.height == 2.0]
+    assert [s.hull[:, 1].tolist() for s in flat] == [[pytest.approx(-0.01)] * 4] * (
+        name == 'bookshelf')
+
+
+def test_a_screen_stands_on_its_foot():
+    low, high = boxes(built('screen'))
+    assert low[:, 2].tolist() == pytest.approx([0.0, 0.015, 0.11])
+    assert high[:, 2].tolist() == pytest.approx([0.015, 0.165, 0.46])
+    # the neck is behind the panel's front and holds it
+    assert low[2, 1] < low[1, 1] < high[2, 1]
+
+
+def test_a_sofa_has_two_seats_between_its_arms_and_a_back():
+    low, high = boxes(built('sofa'))
+    base, back, *rest = range(len(low))
+    arms = [i for i in rest if np.isclose(high[i, 0] - low[i, 0], 0.2)]
+    seats = [i for i in rest if np.isclose(high[i, 2] - low[i, 2], 0.14)]
+    assert len(arms) == len(seats) == 2
+    assert sorted(low[arms, 0].tolist()) == pytest.approx([-0.95, 0.75])
+    assert sorted(low[seats, 0].tolist()) == pytest.approx([-0.74, 0.01])
+    np.testing.assert_allclose(low[[back, *seats], 2], high[base, 2])
+    assert high[back, 1] == pytest.approx(0.0) and high[back, 2] == pytest.approx(0.78)
+    assert (high[seats, 1] > low[back, 1] - 0.03).all()  # up to the back
+
+
+def test_chairs_and_tables_of_a_desk_do_not_stand_in_each_other():
+    for seed in range(5):
+        blocks = built('desk', seed).blocks
+        seat, = (b for b in blocks if b.size.tolist() == [0.44, 0.44, 0.06])
+        drawers, = (b for b in blocks if b.size[0] == 0.42 and b.size[1] == 0.5)
+        assert drawers.distance(corners(seat)).min() > 0.0
