@@ -56,3 +56,19 @@ def test_what_glows_is_not_lit():
     assert (scene.surfaces[0].image > 150).all()
     np.testing.assert_array_equal(scene.surfaces[-1].image, 100)
     np.testing.assert_array_equal(hall.surfaces[0].image, 100)
+
+
+def test_it_is_darker_beside_a_thing():
+    """Light from all around does not reach corners, of walls and of what stands there."""
+    def picture(rng, width, height):
+        return np.full((40, 40, 3), 100, np.uint8)
+
+    hall = Assembly(np.random.default_rng(0))
+    hall.sheet(1.4, 1.4, picture)
+    open_floor = Scene.assemble(hall, [], ZONE, ZONE).surfaces[0].image.astype(float)
+    hall.at(0.35, 0.0).box((0.3, 0.3, 0.6), grey)
+    floor = Scene.assemble(hall, [], ZONE, ZONE).surfaces[0].image.astype(float)
+    np.testing.assert_allclose(open_floor[:, :30], open_floor[20, 10] * np.ones((40, 30, 3)))
+    # seen from above: x is to the right
+    assert floor[20, 29].max() < 0.6 * open_floor[20, 29].min()
+    np.testing.assert_array_equal(floor[:, :12], open_floor[:, :12])
