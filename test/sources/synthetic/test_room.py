@@ -8,7 +8,7 @@ import pytest
 
 from aick_ros.sources.synthetic.assembly import Assembly
 from aick_ros.sources.synthetic.room import furnished_room
-from aick_ros.sources.synthetic.surfaces import Rectangle, Round
+from aick_ros.sources.synthetic.surfaces import Disc, Rectangle, Round
 
 SEEDS = (0, 1)
 
@@ -158,6 +158,12 @@ def test_what_is_on_a_wall_or_the_floor_is_at_its_height(unlit, seed):
     np.testing.assert_allclose(carpet.hull.mean(axis=0), (0, 0, 0.004), atol=1e-12)
     # the table and a stool stand there: the one in the middle, the other beside it
     [table] = [b for b in scene.blocks if b.size.tolist() == [1.0, 0.6, 0.04]]
-    assert np.abs(table.T_world_block[:2, 3]).max() <= 0.2
-    stools = [b for b in scene.blocks if b.size == pytest.approx([0.4, 0.4, 0.42])]
-    assert [0.79 < np.linalg.norm(b.T_world_block[:2, 3]) < 0.86 for b in stools] == [True]
+    [stool] = [b for b in scene.blocks if b.size == pytest.approx([0.4, 0.4, 0.42])]
+    # along the carpet, which is turned a little
+    places = [block.T_world_block[:3, 3] @ carpet.T_world_surface[:3, :2]
+              for block in (table, stool)]
+    assert np.abs(places[0]).max() <= 0.2
+    assert abs(places[1][0]) == pytest.approx(0.8) and abs(places[1][1]) <= 0.3
+    [clock] = [s for s in scene.surfaces if type(s) is Disc and s.width == 0.3]
+    assert clock.hull[:, 2].min() == pytest.approx(1.6)
+    assert scene.interior.depth(clock.hull + (0, 0, -0.5)) == pytest.approx([0.02] * 4)
