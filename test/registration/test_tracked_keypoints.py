@@ -54,6 +54,10 @@ def test_the_source_gets_the_keypoints_where_it_sees_them(views):
     assert np.median(distances) < 0.003
     np.testing.assert_array_equal(tracked.keypoints.descriptors[rows],
                                   target.keypoints.descriptors[known])
+    np.testing.assert_array_equal(tracked.keypoints.covariances[rows],
+                                  target.keypoints.covariances[known])
+    assert tracked.keypoints.stamp == source.stamp != target.stamp
+    assert len(known) < len(target.keypoints)  # else it could be any of them in order
     np.testing.assert_allclose(CAMERA.project(tracked.keypoints.positions.astype(float)),
                                tracked.keypoints.pixels, atol=1e-2)
 
