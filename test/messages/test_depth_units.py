@@ -24,7 +24,8 @@ def test_invalid_depth_becomes_no_unit():
     depth = np.array([[np.nan, 0.0, -1.0, np.inf, 65.5354, 65.536, 70.0, 0.0004, 0.0006]],
                      np.float32)
     assert depth_units.MILLIMETRES == 1000
-    assert depth_units.to_units(depth, depth_units.MILLIMETRES).tolist() == [[0, 0, 0, 0, 65535, 0, 0, 0, 1]]
+    units = depth_units.to_units(depth, depth_units.MILLIMETRES)
+    assert units.tolist() == [[0, 0, 0, 0, 65535, 0, 0, 0, 1]]
 
 
 @pytest.mark.parametrize('order', ['<', '>'])

@@ -53,7 +53,8 @@ def test_the_documentation_lists_every_parameter_as_it_is_declared(group):
     """With name, default, range, unit and description; so does the file of the node."""
     listed = set(PAGE.splitlines())
     assert set(parameter_table(group).splitlines()) <= listed
-    shipped = yaml.safe_load(re.sub('(?m)^    #([a-z])', r'    \1', CONFIG.replace(': []', ': ""')))
+    text = CONFIG.replace(': []', ': ""')
+    shipped = yaml.safe_load(re.sub('(?m)^    #([a-z])', r'    \1', text))
     written = shipped['/**']['ros__parameters']
     for parameter in parameters(group):
         if parameter.default != ():
