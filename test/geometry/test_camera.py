@@ -187,9 +187,6 @@ def test_limits_are_within(largest, beyond):
      ' are not all finite and at most 1e+06: calibrate the camera'),
     ({'distortion_model': 'magic'}, "unknown distortion model 'magic': supported are plumb_bob, "
      'rational_polynomial, equidistant'),
-    ({'height': 4.5}, "the camera is not of numbers ('float' object cannot be interpreted as an "
-     'integer): width and height must be whole numbers, focal lengths, centre and coefficients '
-     'numbers'),
     ({'distortion': (1.0,)}, 'distortion model plumb_bob has 1 coefficients: it must have 0 or 4 '
      'or 5')])
 def test_a_sentence_has_the_numbers_of_the_camera(changes, sentence):
@@ -213,10 +210,7 @@ def test_undistortion_has_converged_at_the_corners(camera):
 @pytest.mark.parametrize('fields, sentence', [
     ((640, 480, K[:8]), 'k of camera_info has 8 numbers: 9 are required, row by row'),
     ((640, 480, [0.0] * 9), 'camera_info is not calibrated: k[0] is 0; calibrate the camera or '
-     'start its driver with a calibration file'),
-    ((640, None, K), "camera_info is not of numbers (int() argument must be a string, a bytes-like"
-     " object or a real number, not 'NoneType'): required are width and height, and the lists k "
-     'and d')])
+     'start its driver with a calibration file')])
 def test_a_camera_info_that_is_none_says_what_is_required(fields, sentence):
     with pytest.raises(InputError) as raised:
         Camera.from_camera_info(*fields)
@@ -232,3 +226,14 @@ def test_what_returns_far_from_its_pixel_has_no_ray():
                 return super().project(points) + (0.0, error)
         found = Inexact(**dataclasses.asdict(camera)).normalize([(100.0, 100.0)])
         assert np.isfinite(found).all() == has_ray
+
+
+def test_what_is_no_number_is_said_with_the_reason_of_python():
+    with pytest.raises(InputError, match=(
+            r'^the camera is not of numbers \(.+\): width and height must be whole numbers, focal '
+            r'lengths, centre and coefficients numbers$')):
+        dataclasses.replace(PINHOLE, height=4.5)
+    with pytest.raises(InputError, match=(
+            r'^camera_info is not of numbers \(.+\): required are width and height, and the lists '
+            r'k and d$')):
+        Camera.from_camera_info(640, None, K)
