@@ -175,3 +175,12 @@ def test_a_folder_of_images_is_read_with_the_options(tmp_path):
 def test_an_option_is_given_also_where_it_is_empty(recorded_folder, name, value):
     with pytest.raises(InputError, match=f'--{name.replace("_", "-")} has no effect on'):
         open_source(recorded_folder, SourceOptions(**{name: value}))
+
+
+@pytest.mark.parametrize('name', ['colour_topic', 'depth_topic', 'info_topic',
+                                  'ground_truth_topic', 'depth_info_topic'])
+def test_a_topic_is_text(name):
+    assert getattr(SourceOptions(**{name: '/a'}), name) == '/a'
+    with pytest.raises(InputError) as raised:
+        SourceOptions(**{name: 5})
+    assert str(raised.value) == f'{name}: 5, where an object of the class str is required'
