@@ -10,6 +10,7 @@ from pathlib import Path
 from aick_ros.borders.bag_limits import check_bag
 from aick_ros.borders.bag_metadata import limit_metadata
 from aick_ros.borders.bag_names import escape_names
+from aick_ros.borders.chunk_messages import limit_messages
 from aick_ros.borders.unpacking import limit_unpacking
 
 
@@ -22,5 +23,6 @@ def prepare_to_read(path: Path) -> None:
     """
     check_bag(path)
     limit_unpacking()
+    limit_messages()
     limit_metadata()
     escape_names()

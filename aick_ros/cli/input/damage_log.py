@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from aick_ros.borders.limits import MAX_DAMAGED_IMAGES
 from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError
 
@@ -18,8 +19,15 @@ class DamageLog:
         self.count = 0
 
     def __call__(self, error: InputError) -> None:
-        """Log an image that is skipped."""
+        """
+        Log an image that is skipped.
+
+        :raises InputError: where there are too many to go on.
+        """
         self.count += 1
+        if self.count > MAX_DAMAGED_IMAGES:
+            raise InputError(f'more than {MAX_DAMAGED_IMAGES} images are unusable: the rest of '
+                             'the recording is not read')
         if self.count <= _MAX_SHOWN:
             say(f'skipped: {error}')
         elif self.count == _MAX_SHOWN + 1:

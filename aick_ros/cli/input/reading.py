@@ -61,9 +61,18 @@ class Reading:
         return count if self._limit is None else min(count, self._limit)
 
     def frames(self, on_damaged: OnDamaged = raise_damage) -> Iterator[RgbdFrame]:
-        """Yield the frames."""
+        """
+        Yield the frames.
+
+        :raises KeyboardInterrupt: after Ctrl-C where there is no frame yet.
+        """
         self.ended, count = COMPLETE, 0
-        with closing(read_ahead(self._source, on_damaged)) as frames:
+
+        def report(error: InputError) -> None:
+            on_damaged(error)
+            if self._interruption.requested and not count:
+                raise KeyboardInterrupt  # frames may never come
+        with closing(read_ahead(self._source, report)) as frames:
             try:
                 for count, frame in enumerate(frames, 1):
                     yield frame

@@ -5,6 +5,7 @@
 
 import pytest
 
+from aick_ros.cli.input import damage_log
 from aick_ros.cli.input.damage_log import DamageLog
 from aick_ros.errors import InputError
 
@@ -26,3 +27,12 @@ def test_the_first_are_named_and_all_are_counted(capfd, count, shown, more, last
     named = [f'skipped: {number}.png is damaged' for number in range(shown)]
     assert capfd.readouterr().err.splitlines() == [
         f'aick: {line}' for line in [*named, *more, *last]]
+
+
+def test_what_is_damaged_throughout_is_not_read_to_its_end(monkeypatch):
+    monkeypatch.setattr(damage_log, 'MAX_DAMAGED_IMAGES', 9)
+    log = DamageLog()
+    for _ in range(9):
+        log(InputError('damaged'))
+    with pytest.raises(InputError, match='more than 9 images are unusable'):
+        log(InputError('damaged'))

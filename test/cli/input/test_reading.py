@@ -117,3 +117,21 @@ def test_damage_is_logged_where_it_is_asked_for(recording):
     assert Reading(recording, None, damage).damage is damage
     first, second = Reading(recording, None).damage, Reading(recording, None).damage
     assert isinstance(first, DamageLog) and first is not second
+
+
+def test_the_user_may_end_a_source_before_its_first_frame(recording, in_memory):
+    """As one of which all images are damaged, and there are many."""
+    def damaged(index, on_damaged):
+        for _ in range(100):
+            on_damaged(InputError('damaged'))
+    seen = []
+
+    def on_damaged(error):
+        seen.append(error)
+        if len(seen) == 3:
+            signal.raise_signal(signal.SIGINT)
+    frames = list(recording.frames(raise_damage))
+    with Reading(in_memory(frames, on_frame=damaged), None) as reading:
+        with pytest.raises(KeyboardInterrupt):
+            next(reading.frames(on_damaged))
+    assert len(seen) == 3
