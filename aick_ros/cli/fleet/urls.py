@@ -94,8 +94,10 @@ def open_url(url: str) -> tuple[FileSystem, str]:
 def _check_server(url: str) -> None:
     """Raise ValueError where a URL of a web server names none, or none that there can be."""
     parts = urlsplit(url)
-    if not parts.hostname or parts.port == 0:  # which raises for what is no port
+    if not parts.hostname:
         raise ValueError('it names no server: write https://SERVER/PATH')
+    if parts.port == 0:  # which raises for what is no port
+        raise ValueError('its port is 0, at which no server can be: correct it, or leave it out')
     parts.hostname.encode('idna')
 
 

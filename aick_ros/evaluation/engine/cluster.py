@@ -6,12 +6,14 @@
 from __future__ import annotations
 
 import logging
+import re
 import resource
 import signal
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from multiprocessing import active_children
 from typing import TYPE_CHECKING
 
 from aick_ros.errors import InputError
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from distributed import Client, LocalCluster
 
 _CONNECTION_LIMIT = 10.0  # [s] for a scheduler to answer, or to come back; chosen
+_LAST_PORT = 65535  # by definition
 _FILES, _FILES_PER_PROCESS = 48, 16  # measured: 33 to 48 with one process; chosen above that
 
 _SETTINGS = {
@@ -77,13 +80,22 @@ def connected(cluster: Cluster) -> Iterator[Client]:
             with _own_processes(cluster) as client:
                 yield client
             return
+        _check_address(cluster.scheduler)
         try:
             client = Client(cluster.scheduler, timeout=_CONNECTION_LIMIT)
-        except (OSError, TimeoutError, ValueError) as error:
+        except Exception as error:  # also of kinds of addresses that need settings or packages
             raise InputError(f'the scheduler {cluster.scheduler} does not answer ({error}): start '
                              'one with "dask scheduler"') from None
         with client:
             yield client
+
+
+def _check_address(scheduler: str) -> None:
+    """Raise InputError where an address has no host and port; Dask would wait for an answer."""
+    address = re.fullmatch(r'([a-z]+://)?[^/]+:([0-9]{1,5})/?', scheduler)
+    if address is None or not 0 < int(address[2]) <= _LAST_PORT:
+        raise InputError(f'the scheduler {scheduler!r} has no host, or no port from 1 to '
+                         f'{_LAST_PORT}: write tcp://HOST:PORT')
 
 
 @contextmanager
@@ -106,6 +118,7 @@ def _own_processes(cluster: Cluster) -> Iterator[Client]:
 
 def _local_cluster(cluster: Cluster) -> LocalCluster:
     from distributed import LocalCluster
+    before = set(active_children())
     try:
         return LocalCluster(
             n_workers=cluster.workers, threads_per_worker=1, processes=True, host='127.0.0.1',
@@ -113,6 +126,9 @@ def _local_cluster(cluster: Cluster) -> LocalCluster:
             preload=[silence.__name__], dashboard_address='127.0.0.1:0',
             scheduler_kwargs={'dashboard': cluster.has_dashboard})
     except Exception as error:  # nearly anything, also of Dask's settings
+        for child in set(active_children()) - before:  # which Dask leaves, and reports at exit
+            child.kill()
+            child.join()
         raise InputError(f'{cluster.workers} processes cannot be started ({error}): use fewer, '
                          "free memory, raise limits (ulimit -a), or correct Dask's settings "
                          '(DASK_*)') from None

@@ -1,11 +1,12 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Dask and its settings, checked before they are used."""
+"""Dask, its settings, and what it takes of the machine, checked before they are used."""
 
 from __future__ import annotations
 
 import os
+import resource
 from pathlib import Path
 
 from aick_ros.borders.files import read_bytes
@@ -13,14 +14,16 @@ from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.errors import InputError, installation, package_of
 
 _PLACES = ('DASK_CONFIG', 'DASK_ROOT_CONFIG')  # files or folders
+_MEMORY = 1_000_000_000  # [byte] of addresses; measured: with 0.5 libraries abort, with 0.9 none
 
 
 def check_dask() -> None:
     """
     Check that Dask is installed and reads its settings, as each of its processes will.
 
-    :raises InputError: where it does not.
+    :raises InputError: where it does not, or the process may not use the memory that it takes.
     """
+    _check_memory()
     for name in _PLACES:
         place = Path(os.environ.get(name, ''))
         if not place.is_dir() and place.exists():
@@ -35,3 +38,12 @@ def check_dask() -> None:
     except Exception as error:  # nearly anything, of any YAML
         raise InputError(f'Dask cannot be used ({error}): correct its settings, in DASK_* and '
                          '~/.config/dask') from None
+
+
+def _check_memory() -> None:
+    """Raise InputError where memory is limited so far that libraries abort, whenever that is."""
+    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if allowed != resource.RLIM_INFINITY and allowed < _MEMORY:
+        raise InputError(f'the memory of a process is limited to {allowed // 10 ** 6} MB (ulimit '
+                         f'-v), processes that run tasks require {_MEMORY // 10 ** 6} MB: raise '
+                         'the limit')

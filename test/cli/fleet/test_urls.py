@@ -92,7 +92,7 @@ def test_a_path_has_no_slash_at_its_end(tmp_path):
 @pytest.mark.parametrize('url, reason', [
     ('nokind://x', ''), ('dir://x', ''), ('reference://x', ''), ('s3://', 'it names no server'),
     ('file:///', 'it names no server'), ('http:///x.mcap', 'it names no server'),
-    ('http://x:0/', 'it names no server'), ('http://x:65536/', 'Port'), ('http://[::1/', ''),
+    ('http://x:0/', 'its port is 0'), ('http://x:65536/', 'Port'), ('http://[::1/', ''),
     ('http://x:y/', 'Port'), ('http://a..b/', ''), ('zip://a::memory://b', 'archives are not')])
 def test_what_cannot_be_asked_is_one_sentence(url, reason):
     pytest.importorskip('fsspec', reason="no URLs: pip install '.[fleet]'")

@@ -4,9 +4,11 @@
 """Settings and signals around a cluster, which test_tasks has at work."""
 
 import logging
+import multiprocessing
 import resource
 import signal
 import threading
+import time
 
 import dask
 import distributed
@@ -41,6 +43,27 @@ def asked(monkeypatch):
 def start(cluster):
     with pytest.raises(InputError, match='processes cannot be started'), connected(cluster):
         pytest.fail('it goes on')
+
+
+def test_processes_that_do_not_all_start_are_ended(monkeypatch):
+    """Dask leaves them, and prints a line for each at exit."""
+    context = multiprocessing.get_context('fork')
+    mine = context.Process(target=time.sleep, args=(60,))
+    mine.start()
+    started = []
+
+    def start_one(**options):
+        started.append(context.Process(target=time.sleep, args=(60,)))
+        started[0].start()
+        raise OSError('no other')
+    monkeypatch.setattr(distributed, 'LocalCluster', start_one)
+    try:
+        start(Cluster(2))
+        assert started[0].exitcode == -signal.SIGKILL
+        assert mine.is_alive()
+    finally:
+        mine.kill()
+        mine.join()
 
 
 @pytest.mark.parametrize('has_dashboard', [False, True])
@@ -90,7 +113,7 @@ def test_it_may_be_started_from_another_thread(asked):
 def test_each_process_requires_sixteen_files_beside_the_first_48(
         asked, monkeypatch, workers, allowed, is_enough):
     monkeypatch.setattr(cluster_module.resource, 'getrlimit', lambda kind: (
-        (allowed, 10 ** 6) if kind == resource.RLIMIT_NOFILE else None))
+        (allowed if kind == resource.RLIMIT_NOFILE else resource.RLIM_INFINITY, 10 ** 6)))
     if is_enough:
         start(Cluster(workers))
         assert asked['n_workers'] == workers
@@ -119,7 +142,32 @@ def test_dask_is_silent_during_the_block_alone(asked, monkeypatch, propagates, c
     assert capfd.readouterr().err == ''
 
 
-@pytest.mark.parametrize('error', [OSError('refused'), TimeoutError('late'), ValueError('odd')])
+@pytest.mark.parametrize('address', [
+    '', 'tcp://', 'host', 'tcp://host', 'tcp://host:0', 'tcp://:8786', 'tcp://host:65536',
+    'tcp://host:-1', 'tcp://host:x', 'tcp://host:1:', 'inproc://x'])
+def test_an_address_at_which_no_scheduler_can_be_is_not_asked(monkeypatch, address):
+    monkeypatch.setattr(distributed, 'Client', lambda *args, **options: pytest.fail('it is asked'))
+    with pytest.raises(InputError, match=rf"^the scheduler '{address}' has no host, or no port fr"):
+        with connected(Cluster(1, scheduler=address)):
+            pytest.fail('it goes on')
+
+
+@pytest.mark.parametrize('address', ['host:1', 'tls://host:65535', 'tcp://[::1]:8786/'])
+def test_any_kind_of_address_is_asked(monkeypatch, address):
+    asked = []
+
+    def client(address, timeout):
+        asked.append(address)
+        raise OSError('refused')
+    monkeypatch.setattr(distributed, 'Client', client)
+    with pytest.raises(InputError, match='does not answer'):
+        with connected(Cluster(1, scheduler=address)):
+            pytest.fail('it goes on')
+    assert asked == [address]
+
+
+@pytest.mark.parametrize('error', [OSError('refused'), TimeoutError('late'), ValueError('odd'),
+                                   TypeError('without TLS')])
 def test_a_scheduler_that_cannot_be_asked_is_named(monkeypatch, error):
     calls = []
 

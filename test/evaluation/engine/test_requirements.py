@@ -3,6 +3,7 @@
 
 """Dask with settings of its own, with none, and without Dask."""
 
+import resource
 import sys
 
 import dask
@@ -32,3 +33,15 @@ def test_what_dask_says_of_its_settings_is_passed_on(monkeypatch):
     monkeypatch.setattr(dask.config, 'collect', collect)
     with pytest.raises(InputError, match=r'^Dask cannot be used \(unreadable\): correct its'):
         check_dask()
+
+
+@pytest.mark.parametrize('allowed, is_enough', [
+    (999_999_999, False), (10 ** 9, True), (resource.RLIM_INFINITY, True)])
+def test_so_little_memory_that_libraries_abort_is_rejected(monkeypatch, allowed, is_enough):
+    monkeypatch.setattr(resource, 'getrlimit', lambda kind: (
+        (allowed if kind == resource.RLIMIT_AS else 64, resource.RLIM_INFINITY)))
+    if is_enough:
+        check_dask()
+    else:
+        with pytest.raises(InputError, match='limited to 999 MB .*require 1000 MB: raise the li'):
+            check_dask()
