@@ -29,6 +29,9 @@ _USABLE = {
 }
 """Values of variables; with others libraries fail, and do without where there is none."""
 
+_OPENMP, _LEVELS = 'OMP_NUM_THREADS', re.compile(r'\s*([0-9]+)\s*(,\s*[0-9]+\s*)+')
+"""Numbers of threads of levels that are nested; numexpr accepts the first alone."""
+
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """
@@ -78,6 +81,8 @@ def _prepare_environment() -> None:
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     # plots go to files; a backend that does not exist would make matplotlib's import fail
     os.environ['MPLBACKEND'] = 'agg'
+    if levels := _LEVELS.fullmatch(os.environ.get(_OPENMP, '')):
+        os.environ[_OPENMP] = levels[1]
     for name, usable in _USABLE.items():
         if not usable.fullmatch(os.environ.get(name, '')):
             os.environ.pop(name, None)

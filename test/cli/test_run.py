@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-import aick_ros
+import aick_ros.cli
 from aick_ros.cli.commands import replay as replay_module
 
 ROOT = Path(__file__).parents[2]
@@ -176,6 +176,16 @@ def test_odd_environments_are_no_defects(tmp_path, environment, code, redirect):
     assert process.returncode == 2, process.stderr
     assert b'Traceback' not in process.stderr
     assert process.stderr.count(b'\n') <= 1
+
+
+@pytest.mark.parametrize('value, expected', [
+    ('4,2', '4'), (' 3 , 2,1', '3'), ('4', '4'), ('0,2', None), ('4,', None), (',4', None),
+    ('4,x', None)])
+def test_of_threads_of_nested_levels_those_of_the_first_are_used(monkeypatch, value, expected):
+    monkeypatch.setattr(os, 'environ', {**os.environ, 'OMP_NUM_THREADS': value})
+    with pytest.raises(SystemExit):
+        aick_ros.cli.main(['parameters', '--help'])
+    assert os.environ.get('OMP_NUM_THREADS') == expected
 
 
 @pytest.mark.parametrize('number', [errno.ENOSPC, errno.EMFILE, errno.ENOMEM])
