@@ -91,5 +91,11 @@ MAX_PIXEL_LENGTH = 1e6
 MIN_FOCAL_LENGTH = 0.1
 """Focal length of a camera [px]; chosen: less than that of a thumbnail."""
 
+MIN_DEPTH = 1e-5
+"""Depth of a pixel [m]; chosen: nearer than any macro lens; less is none."""
+
+MAX_DEPTH = 1e5
+"""Depth of a pixel [m]; chosen: farther than any lidar; more is none."""
+
 MAX_DISTORTION = 1e6
 """Absolute value of a distortion coefficient; chosen: rational models reach some hundreds."""

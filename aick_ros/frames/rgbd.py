@@ -12,6 +12,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
+from aick_ros.borders.limits import MAX_DEPTH, MIN_DEPTH
 from aick_ros.borders.values import required, whole_number
 from aick_ros.errors import InputError
 from aick_ros.frames.imu import ImuSamples
@@ -75,14 +76,14 @@ class RgbdFrame:
 
     def owned(self) -> RgbdFrame:
         """
-        Return the frame with images that nobody can change, and depth that is positive or NaN.
+        Return the frame with images that nobody can change, and depth that can be, or is NaN.
 
         They are copied: many cameras write the next images over these ones.
         """
         colour, depth = np.array(self.colour), np.array(self.depth)
-        invalid = depth <= 0.0
-        invalid |= depth == np.inf
-        if invalid.any():  # not of sources of this package
+        invalid = depth < np.float32(MIN_DEPTH)
+        invalid |= depth > np.float32(MAX_DEPTH)
+        if invalid.any():
             depth[invalid] = np.nan
         for image in (colour, depth):
             image.flags.writeable = False

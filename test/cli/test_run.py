@@ -89,9 +89,10 @@ def test_sources_that_are_none(aick, tmp_path, command, make, words):
     (['--camera', 'none.json'], 'none.json'),
     (['--json', 'none/figures.json'], 'the folder none does not exist')])
 def test_options_that_do_not_fit(aick, tmp_path, arguments, words):
-    (tmp_path / 'rgb.txt').write_text('1.0 rgb/1.png\n')
-    (tmp_path / 'depth.txt').write_text('1.0 depth/1.png\n')
-    outcome = aick('replay', tmp_path, *arguments)
+    (tmp_path / 'recording').mkdir()
+    (tmp_path / 'recording' / 'rgb.txt').write_text('1.0 rgb/1.png\n')
+    (tmp_path / 'recording' / 'depth.txt').write_text('1.0 depth/1.png\n')
+    outcome = aick('replay', 'recording', *arguments)
     assert outcome.code == 2
     assert words in outcome.sentence
     assert not (tmp_path / 'runs').exists()

@@ -69,6 +69,14 @@ def test_an_owned_frame_is_a_copy_whose_depth_is_positive_or_nan():
             image += 1
 
 
+def test_depth_that_no_camera_measures_is_none():
+    """As of bytes in another order: its inverse, or its square, is no float32."""
+    depth = np.array([[1e-45, 9.9e-6, 1.01e-5, 1.0, 9.9e4, 1.01e5, 3e38, np.nan]], np.float32)
+    frame = RgbdFrame(5, np.zeros((1, 8), np.uint8), depth, Camera(8, 1, 5.0, 5.0, 1.5, 0.5))
+    assert np.isfinite(frame.owned().depth).tolist() == [[
+        False, False, True, True, True, False, False, False]]
+
+
 @pytest.mark.parametrize('changes, sentence', [
     ({'depth': DEPTH.T}, 'colour is 640 x 480 and depth 480 x 640 pixels: depth must be '
      'registered to the colour camera'),
