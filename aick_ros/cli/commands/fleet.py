@@ -104,11 +104,13 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
                                            source_options, numbers, limit, scratch)
             for recording in recordings for variant in chosen}
     cluster = Cluster(min(workers, len(jobs)), _memory(memory_limit), scheduler, dashboard, _TASKS)
-    page = _prepared_page(scheduler)
-    with removed_if_empty(out / 'runs'), Interruption() as interruption:
-        fleet_run = _Fleet(Results(out), jobs, chosen)
-        fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
-        rows = fleet_run.results.write_table(jobs)
+    with removed_if_empty(out / 'runs'):
+        results = Results(out)
+        page = _prepared_page(scheduler)
+        with Interruption() as interruption:
+            fleet_run = _Fleet(results, jobs, chosen)
+            fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
+            rows = fleet_run.results.write_table(jobs)
     _report(rows, page(rows), out, json)
     if interruption.requested:
         return _interrupted(len(jobs) - len(rows))

@@ -177,6 +177,15 @@ def test_a_page_that_cannot_be_made_is_said_before_the_runs(aick, monkeypatch):
     assert os.listdir() == []
 
 
+def test_results_that_cannot_be_written_start_no_process(aick, tmp_path, monkeypatch):
+    (tmp_path / 'file').write_text('')
+    monkeypatch.setattr('aick_ros.cli.commands.fleet.start_fork_server',
+                        lambda modules: pytest.fail('a process is started'))
+    outcome = aick('fleet', 'synthetic:1', '--out', 'file')
+    assert outcome.code == 2
+    assert outcome.sentence == 'cannot make the folder file: Not a directory'
+
+
 def test_no_more_processes_are_started_than_there_are_runs(aick, monkeypatch):
     started = []
 
