@@ -11,6 +11,8 @@ from pathlib import Path
 
 from aick_ros.errors import InputError
 
+_GROWTH = 2 ** 20  # [byte] beyond the size that a file tells, as those of /proc; chosen
+
 
 def read_bytes(path: Path, what: str, limit: int) -> bytes:
     """
@@ -30,7 +32,8 @@ def read_bytes(path: Path, what: str, limit: int) -> bytes:
                 raise InputError(f'cannot read {what} {path}: it is not a regular file')
             if status.st_size > limit:
                 raise _too_large(path, what, limit)
-            content: bytes | None = file.read(limit + 1)  # it may grow
+            most = min(limit, status.st_size + _GROWTH)
+            content: bytes | None = file.read(most + 1)  # which takes as much memory at once
     except OSError as error:
         raise InputError(f'cannot read {what} {path}: {error.strerror}') from None
     except ValueError as error:
@@ -39,8 +42,8 @@ def read_bytes(path: Path, what: str, limit: int) -> bytes:
         raise InputError(f'cannot read {what} {path}: {error}') from None  # NUL in the name
     if content is None:  # as of /proc/kmsg, which calls itself a regular file
         raise InputError(f'cannot read {what} {path}: its content never ends')
-    if len(content) > limit:
-        raise _too_large(path, what, limit)
+    if len(content) > most:
+        raise _too_large(path, what, most)
     return content
 
 

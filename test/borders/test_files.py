@@ -5,6 +5,8 @@
 
 import os
 import stat
+import tracemalloc
+from pathlib import Path
 
 import pytest
 
@@ -18,6 +20,39 @@ def test_a_file_up_to_the_limit_is_read(tmp_path):
     assert read_bytes(tmp_path / 'file', 'the file', 8) == b'12345678'
     with pytest.raises(InputError, match='the file .*: it is larger than 7 bytes'):
         read_bytes(tmp_path / 'file', 'the file', 7)
+
+
+def test_a_small_file_takes_little_memory_whatever_the_limit_is(tmp_path):
+    (tmp_path / 'file').write_bytes(b'12345678')
+    tracemalloc.start()
+    try:
+        assert read_bytes(tmp_path / 'file', 'the file', 2 ** 30) == b'12345678'
+        assert tracemalloc.get_traced_memory()[1] < 2 ** 22
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_file_that_tells_no_size_is_read():
+    assert b'VmPeak' in read_bytes(Path('/proc/self/status'), 'the file', 2 ** 30)
+
+
+def test_a_file_that_grows_while_it_is_read_is_rejected(tmp_path, monkeypatch):
+    path = tmp_path / 'file'
+    path.write_bytes(b'12')
+    monkeypatch.setattr(files, '_GROWTH', 3)
+    stat_of = os.fstat
+
+    def grow(descriptor):
+        status = stat_of(descriptor)
+        with path.open('ab') as file:
+            file.write(growth)
+        return status
+    monkeypatch.setattr(files.os, 'fstat', grow)
+    growth = b'345'
+    assert read_bytes(path, 'the file', 100) == b'12345'
+    growth = b'6789'
+    with pytest.raises(InputError, match='file: it is larger than 8 bytes'):
+        read_bytes(path, 'the file', 100)
 
 
 def test_pipes_are_rejected_without_waiting_for_a_writer(tmp_path):
