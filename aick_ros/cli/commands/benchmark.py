@@ -71,8 +71,7 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
     """
     chosen, numbers = methods_of(methods), options.gaps_from(gaps)
     check_target(json, *sources)
-    check_folder(plots, *sources)
-    folder = None if plots is None else FigureFolder(plots)
+    folder = _figure_folder(plots, sources)
     damage = DamageLog()
     recordings = _scan([Request(source, limit, max_interval) for source in sources], damage)
     installed = _installed(chosen)
@@ -99,6 +98,12 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
         path.unlink(missing_ok=True)
     show_results(results, on_stderr=json == STANDARD_OUTPUT)
     return outcome.of_damage(damage)
+
+
+def _figure_folder(plots: Path | None, sources: Sequence[str]) -> FigureFolder | None:
+    """Make the folder of the figures, which is in no recording."""
+    check_folder(plots, *sources)
+    return None if plots is None else FigureFolder(plots)
 
 
 def _scan(requests: Sequence[Request], damage: DamageLog) -> list[Recording]:

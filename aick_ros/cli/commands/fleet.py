@@ -96,8 +96,8 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     recordings = find_recordings(sources or (), listed)
     check_target(json, *recordings, listed, config, camera, settings.aick.vocabulary)
     check_folder(out, *recordings)
-    source_options = SourceOptions(camera, colour_topic, depth_topic,
-                                   info_topic, ground_truth_topic, max_interval)
+    source_options = SourceOptions(camera, colour_topic, depth_topic, info_topic,
+                                   ground_truth_topic, max_interval)
     numbers = options.gaps_from(gaps)
     scratch = ScratchSpace(limit=options.bytes_from('--scratch-limit', scratch_limit))
     jobs = {(recording, variant.name): Job(recording, variant.name, variant.settings,
@@ -105,16 +105,13 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
             for recording in recordings for variant in chosen}
     cluster = Cluster(min(workers, len(jobs)), _memory(memory_limit), scheduler, dashboard, _TASKS)
     with removed_if_empty(out / 'runs'):
-        results = Results(out)
+        fleet_run = _Fleet(Results(out), jobs, chosen)
         page = _prepared_page(scheduler)
         with Interruption() as interruption:
-            fleet_run = _Fleet(results, jobs, chosen)
             fleet_run.run(cluster, Limits(time_limit or float('inf')), interruption)
             rows = fleet_run.results.write_table(jobs)
     _report(rows, page(rows), out, json)
-    if interruption.requested:
-        return _interrupted(len(jobs) - len(rows))
-    return fleet_run.code(rows)
+    return _interrupted(len(jobs) - len(rows)) if interruption.requested else fleet_run.code(rows)
 
 
 def _memory(limit: str) -> str:

@@ -147,7 +147,7 @@ def test_dask_is_silent_during_the_block_alone(asked, monkeypatch, propagates, c
     'tcp://host:-1', 'tcp://host:x', 'tcp://host:1:', 'inproc://x'])
 def test_an_address_at_which_no_scheduler_can_be_is_not_asked(monkeypatch, address):
     monkeypatch.setattr(distributed, 'Client', lambda *args, **options: pytest.fail('it is asked'))
-    with pytest.raises(InputError, match=rf"^the scheduler '{address}' has no host, or no port fr"):
+    with pytest.raises(InputError, match=rf"^the scheduler '{address}' has no host, or no port"):
         with connected(Cluster(1, scheduler=address)):
             pytest.fail('it goes on')
 
