@@ -139,6 +139,8 @@ def _web_options() -> dict[str, object]:
 def _line(error: Exception) -> str:
     if isinstance(error, TimeoutError) and not str(error).strip():
         return 'nothing arrives any more'
+    if type(error).__name__.endswith('RedirectClientError'):  # of aiohttp; its text is the URL
+        return f'it redirects to {error}, which is no URL of a web server'
     lines = (str(error).strip() or type(error).__name__).split('\n')
     first, second = [' '.join(line.split()) for line in [*lines, '']][:2]
     return (f'{first} {second}' if first.endswith(':') else first).rstrip('. ')

@@ -57,6 +57,19 @@ def test_what_is_not_there_is_the_users_to_correct(url, cause):
     assert raised(url, FileNotFoundError(url), cause) == (InputError, f'{url} does not exist')
 
 
+@pytest.mark.parametrize('name', ['NonHttpUrlRedirectClientError',
+                                  'InvalidUrlRedirectClientError'])
+@pytest.mark.parametrize('is_cause', [False, True])
+def test_a_server_that_leads_elsewhere_is_said_to(name, is_cause):
+    """The text of these errors is the URL alone."""
+    aiohttp = pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
+    error = getattr(aiohttp, name)('file:///etc/x')
+    sentence = (f'cannot read {WEB}: it redirects to file:///etc/x, which is no URL of a web '
+                'server')
+    assert raised(WEB, *[FileNotFoundError(WEB), error] if is_cause else [error, None]) == (
+        TransferError, sentence)
+
+
 @pytest.mark.parametrize('status', [403, 500, 503])
 def test_an_error_of_a_web_server_is_one_of_the_transfer(status):
     """Its library raises FileNotFoundError for all of them."""
