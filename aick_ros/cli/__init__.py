@@ -12,6 +12,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from aick_ros.borders.address_space import check_address_space
 from aick_ros.borders.libraries import check_libraries
 from aick_ros.borders.names import one_line
 from aick_ros.cli import no_memory
@@ -20,6 +21,7 @@ from aick_ros.errors import InputError, installation, package_of
 from aick_ros.ros.process.signals import held
 
 _NEEDED = ('typer', 'rich', 'yaml')
+_MEMORY = 550_000_000  # [byte] of addresses; measured: with 420 OpenBLAS ends the process
 _USABLE = {
     'SOURCE_DATE_EPOCH': re.compile('[0-9]{1,11}'),  # seconds, up to the year 5138
     'COLUMNS': re.compile('[1-9][0-9]{1,3}'),  # at 0, rich prints nothing
@@ -44,6 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     try:
         with endings_interrupt(is_last=arguments is None):
             with held(endings()):  # an interrupted import fails in unexpected ways
+                check_address_space(_MEMORY, 'the libraries of this command')
                 check_libraries()
                 from aick_ros.cli.run import run
             code = run(sys.argv[1:] if arguments is None else arguments)

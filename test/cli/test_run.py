@@ -356,3 +356,17 @@ def test_a_further_signal_during_the_end_is_not_reported():
                  'class Ending:\n def __del__(self):\n  raise KeyboardInterrupt\n'
                  'with endings_interrupt():\n Ending()')
     assert (run.returncode, run.stderr) == (0, '')
+
+
+@pytest.mark.parametrize('arguments, kilobytes', [
+    ('simulate out --frames 1 --size 64x48', 400_000), ('replay none', 300_000),
+    ('replay none', 500_000), ('fleet synthetic:1', 900_000),
+    ('view none --save view.rrd', 2_200_000)])
+def test_a_command_with_too_little_is_one_sentence(tmp_path, arguments, kilobytes):
+    process = subprocess.run(
+        f'ulimit -v {kilobytes}; exec {sys.executable} -m aick_ros {arguments}', shell=True,
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+        env={**os.environ, 'PYTHONPATH': str(ROOT)})
+    assert process.returncode == 2
+    assert process.stderr.startswith('aick: the memory of a process is limited to ')
+    assert process.stderr.count('\n') == 1

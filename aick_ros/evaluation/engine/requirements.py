@@ -6,9 +6,9 @@
 from __future__ import annotations
 
 import os
-import resource
 from pathlib import Path
 
+from aick_ros.borders.address_space import check_address_space
 from aick_ros.borders.files import read_bytes
 from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.errors import InputError, installation, package_of
@@ -23,7 +23,7 @@ def check_dask() -> None:
 
     :raises InputError: where it does not, or the process may not use the memory that it takes.
     """
-    _check_memory()
+    check_address_space(_MEMORY, 'processes that run tasks')
     for name in _PLACES:
         place = Path(os.environ.get(name, ''))
         if not place.is_dir() and place.exists():
@@ -38,12 +38,3 @@ def check_dask() -> None:
     except Exception as error:  # nearly anything, of any YAML
         raise InputError(f'Dask cannot be used ({error}): correct its settings, in DASK_* and '
                          '~/.config/dask') from None
-
-
-def _check_memory() -> None:
-    """Raise InputError where memory is limited so far that libraries abort, whenever that is."""
-    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if allowed != resource.RLIM_INFINITY and allowed < _MEMORY:
-        raise InputError(f'the memory of a process is limited to {allowed // 10 ** 6} MB (ulimit '
-                         f'-v), processes that run tasks require {_MEMORY // 10 ** 6} MB: raise '
-                         'the limit')

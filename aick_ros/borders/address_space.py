@@ -1,0 +1,24 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Limits to the memory of a process (ulimit -v), under which libraries in C end it."""
+
+from __future__ import annotations
+
+import resource
+
+from aick_ros.errors import InputError
+
+
+def check_address_space(required: int, user: str) -> None:
+    """
+    Check, before libraries allocate memory, that they may: they abort where they may not.
+
+    :param required: bytes of addresses, most of which are reserved and never used.
+    :param user: noun phrase for the error message, in the plural.
+    :raises InputError: where fewer are allowed.
+    """
+    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if allowed != resource.RLIM_INFINITY and allowed < required:
+        raise InputError(f'the memory of a process is limited to {allowed // 10 ** 6} MB (ulimit '
+                         f'-v), {user} require {required // 10 ** 6} MB: raise the limit')
