@@ -38,16 +38,22 @@ class FakeSubscription:
 
 
 class FakeLogger:
-    """Keeps what was logged."""
+    """
+    Keeps what was logged.
+
+    :ivar options: those of each text, as how often it may be repeated.
+    """
 
     def __init__(self):
-        self.warnings, self.infos = [], []
+        self.warnings, self.infos, self.options = [], [], {}
 
-    def warning(self, text, **_):
+    def warning(self, text, **options):
         self.warnings.append(text)
+        self.options[text] = options
 
-    def info(self, text, **_):
+    def info(self, text, **options):
         self.infos.append(text)
+        self.options[text] = options
 
 
 class FakeNode:
@@ -72,7 +78,7 @@ class FakeNode:
     def resolve_topic_name(self, name):
         return '/' + name.lstrip('/')
 
-    def create_subscription(self, kind, topic, callback, qos, event_callbacks):
+    def create_subscription(self, kind, topic, callback, qos, event_callbacks=None):
         self.subscriptions.append(FakeSubscription(kind, topic, callback, qos))
         return self.subscriptions[-1]
 

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aick_ros.messages.synchronizer import Pair
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.input.pairing import Pairing, _max_interval
 from aick_ros.settings.node import NodeSettings
@@ -30,6 +31,14 @@ def make(fake_node, steady):
     return make
 
 
+def test_before_the_first_image_there_is_nothing(make, steady):
+    pairing = make()
+    assert (pairing.newest, pairing.newest_stamp, pairing.rejection) == (None, 0, '')
+    assert pairing.paired_at == steady.now
+    assert pairing.rejected_at == -math.inf
+    assert pairing.recent_counts(5.0) == {'rgb/image': 0, 'depth/image': 0}
+
+
 def test_a_pair_is_passed_on(make, stamped, steady):
     pairing, colour, depth = make(), stamped(START), stamped(START)
     assert pairing.newest is None
@@ -46,7 +55,8 @@ def test_a_pair_is_passed_on(make, stamped, steady):
 
 @pytest.mark.parametrize('name', ['rgb/image', 'depth/image'])
 @pytest.mark.parametrize('stamp, reason', [
-    (START, 'repeats or goes back'), (START - PERIOD, 'repeats or goes back'),
+    (START, f'its stamp of {START} ns repeats or goes back; does the driver publish twice, or '
+     'the network change the order?'), (START - PERIOD, 'repeats or goes back'),
     (0, 'must stamp its images'), (START + 3600 * 10 ** 9, 'is far ahead of those before')])
 def test_an_image_that_is_rejected_is_counted_and_named(make, stamped, steady, fake_node, name,
                                                         stamp, reason):
@@ -58,6 +68,7 @@ def test_an_image_that_is_rejected_is_counted_and_named(make, stamped, steady, f
     assert pairing.rejection.startswith(f'image on {name} rejected: ')
     assert reason in pairing.rejection
     assert fake_node.logger.warnings == [pairing.rejection]
+    assert fake_node.logger.options[pairing.rejection]['throttle_duration_sec'] >= 1.0
     assert pairing.rejected_at == steady.now
     assert pairing.counted == {Count.IMAGES_REJECTED: 1}
 
@@ -115,25 +126,81 @@ def test_images_that_do_not_arrive_are_counted_for_each_topic(make, stamped, ste
     assert pairing.missing_shares['depth/image'] == 0
 
 
-@pytest.mark.parametrize('registers, frame_id, warned', [
-    (False, 'infrared', True), (False, 'camera', False), (True, 'infrared', False)])
-def test_depth_of_another_frame_is_warned_of_unless_it_is_registered(
-        make, stamped, fake_node, registers, frame_id, warned):
+def test_depth_of_another_frame_is_warned_of_once(make, stamped, fake_node):
+    pairing = make()
+    pairing.take_colour(stamped(START))
+    pairing.take_depth(stamped(START, 'infrared'))
+    [text] = fake_node.logger.warnings
+    assert text == (
+        "depth images are of frame 'infrared', colour images of 'camera': if the driver does not "
+        'register depth to colour, set register_depth to true')
+    assert fake_node.logger.options[text] == {'once': True}
+
+
+@pytest.mark.parametrize('registers, frame_id', [(False, 'camera'), (True, 'infrared')])
+def test_depth_that_is_or_will_be_registered_is_not_warned_of(make, stamped, fake_node, registers,
+                                                              frame_id):
     pairing = make(register_depth=registers)
     pairing.take_colour(stamped(START))
     pairing.take_depth(stamped(START, frame_id))
-    assert any('set register_depth to true' in text
-               for text in fake_node.logger.warnings) == warned
+    assert len(pairing.pairs) == 1
+    assert fake_node.logger.warnings == []
 
 
-def test_nanoseconds_beyond_a_second_are_rejected(make, stamped):
+@pytest.mark.parametrize('nanosec', [10 ** 9, 2 ** 32 - 1])
+def test_nanoseconds_beyond_a_second_are_rejected(make, stamped, nanosec):
     pairing, image = make(), stamped(START)
-    image.header.stamp.nanosec = 2 ** 32 - 1
+    image.header.stamp.nanosec = nanosec
     pairing.take_colour(image)
-    assert 'its stamp has 4294967295 ns beside the seconds' in pairing.rejection
+    assert pairing.rejection == (
+        f'image on rgb/image rejected: its stamp has {nanosec} ns beside the seconds, at most '
+        '999999999 are a time; the driver must stamp its images')
     pairing.take_colour(stamped(START))
     pairing.take_depth(stamped(START))
     assert len(pairing.pairs) == 1
+
+
+def test_the_last_nanosecond_of_a_second_is_a_time(make, stamped):
+    pairing = make()
+    pairing.take_colour(stamped(START - 1))
+    assert pairing.newest_stamp == START - 1
+
+
+def pair_of(stamped, stamp, depth_stamp=None):
+    depth_stamp = stamp if depth_stamp is None else depth_stamp
+    return Pair(stamp, stamped(stamp), depth_stamp, stamped(depth_stamp, 'depth'))
+
+
+def test_images_that_came_together_are_one_pair_whatever_their_stamps(make, stamped):
+    pairing = make(subscribe_rgbd=True, approx_sync=False)
+    pairs = [pair_of(stamped, START, START + 4_000_000),
+             pair_of(stamped, START + PERIOD, START + PERIOD + 4_000_000)]
+    for pair in pairs:
+        pairing.take_pair(pair)
+    assert pairing.pairs == pairs
+    assert pairing.newest is pairs[-1]
+    assert pairing.newest_stamp == START + PERIOD
+    assert pairing.counted == {Count.RECEIVED: 2}
+    assert pairing.recent_counts(1.0) == {'rgbd_image': 4}
+
+
+@pytest.mark.parametrize('colour, depth', [(0, START + PERIOD), (START + PERIOD, 0)])
+def test_of_images_that_came_together_both_must_have_a_stamp(make, stamped, colour, depth):
+    pairing = make(subscribe_rgbd=True)
+    pairing.take_pair(pair_of(stamped, START))
+    pairing.take_pair(pair_of(stamped, colour, depth))
+    assert len(pairing.pairs) == 1
+    assert pairing.counted == {Count.RECEIVED: 1, Count.IMAGES_REJECTED: 1}
+    assert pairing.rejection.startswith('image on rgbd_image rejected: ')
+
+
+def test_images_that_came_together_twice_are_rejected_once(make, stamped):
+    pairing = make(subscribe_rgbd=True)
+    pairing.take_pair(pair_of(stamped, START))
+    pairing.take_pair(pair_of(stamped, START))
+    assert len(pairing.pairs) == 1
+    assert pairing.rejection.startswith(
+        f'image on rgbd_image rejected: its stamp of {START} ns repeats')
 
 
 def test_images_of_the_last_seconds_are_counted(make, stamped, steady):
@@ -143,6 +210,8 @@ def test_images_of_the_last_seconds_are_counted(make, stamped, steady):
         steady.now += 1.0
     pairing.take_depth(stamped(0))  # is rejected
     assert pairing.recent_counts(4.5) == {'rgb/image': 4, 'depth/image': 0}
+    assert pairing.recent_counts(4.0) == {'rgb/image': 4, 'depth/image': 0}
+    assert pairing.recent_counts(3.9) == {'rgb/image': 3, 'depth/image': 0}
 
 
 @pytest.mark.parametrize('approx, given, expected', [
