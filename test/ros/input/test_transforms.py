@@ -1,17 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Transforms as other nodes publish them: fixed and moving ones, over DDS."""
+"""Transforms as other nodes publish them: fixed and moving ones, without DDS and over it."""
 
 import threading
 import time
-from types import SimpleNamespace
+from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
 import pytest
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
@@ -76,6 +76,163 @@ class Robot:
         self.heard += 1
 
 
+class Heard:
+    """Transforms on a node without DDS; ``changes`` counts the calls of ``on_change``."""
+
+    def __init__(self, node, own=('odom', 'base_link')):
+        self.node, self.changes = node, 0
+        self.transforms = Transforms(node, own, self._count)
+        self.find, self.tend = self.transforms.find, self.transforms.tend
+
+    def topics(self):
+        return [subscription.topic_name for subscription in self.node.subscriptions]
+
+    def hear(self, links, topic='/tf_static', stamp=0):
+        """Take {(parent, child): T_parent_child} from a topic, in one message."""
+        [subscription] = [subscription for subscription in self.node.subscriptions
+                          if subscription.topic_name == topic]
+        subscription.callback(tf2_msgs.TFMessage(transforms=[
+            transform_stamped(stamp, *frames, T) for frames, T in links.items()]))
+
+    def listen(self, *frames):
+        """Have it subscribe to /tf."""
+        assert self.find(*frames, 0) is None
+        self.tend()
+
+    def _count(self):
+        self.changes += 1
+
+
+@pytest.fixture
+def heard(fake_node):
+    return Heard(fake_node)
+
+
+@pytest.mark.parametrize('own', [('odom', 'base_link'), ('/odom', '/base_link')])
+def test_the_link_that_this_node_publishes_is_not_heard(fake_node, own):
+    """Whoever writes a slash: it would follow itself. Others of either frame are heard."""
+    heard = Heard(fake_node, own)
+    heard.listen('odom', 'base_link')
+    for names in (('odom', 'base_link'), ('/odom', '/base_link')):
+        heard.hear({names: pose(1)}, '/tf', SECOND)
+    assert heard.find('odom', 'base_link', SECOND) is None
+    heard.hear({('odom', 'mast'): pose(2), ('torso', 'base_link'): pose(3)}, '/tf', SECOND)
+    np.testing.assert_allclose(heard.find('odom', 'mast', SECOND), pose(2), atol=1e-12)
+    np.testing.assert_allclose(heard.find('torso', 'base_link', SECOND), pose(3), atol=1e-12)
+
+
+def test_fixed_links_are_subscribed_to_also_those_published_before(heard):
+    [subscription] = heard.node.subscriptions
+    assert (subscription.msg_type, subscription.topic_name) == (tf2_msgs.TFMessage, '/tf_static')
+    assert subscription.qos_profile.durability is DurabilityPolicy.TRANSIENT_LOCAL
+    assert subscription.qos_profile.reliability is ReliabilityPolicy.RELIABLE
+    assert subscription.qos_profile.depth >= 100
+
+
+def test_every_message_is_a_change(heard):
+    heard.hear({('base_link', 'camera'): pose(1)})
+    assert heard.changes == 1
+    heard.listen('base_link', 'head')
+    heard.hear({('base_link', 'head'): pose(1)}, '/tf')
+    assert heard.changes == 2
+
+
+def test_tf_is_subscribed_to_only_while_fixed_links_do_not_suffice(heard):
+    heard.tend()
+    assert heard.topics() == ['/tf_static']  # nothing was requested
+    heard.hear({('base_link', 'camera'): pose(1)})
+    assert heard.find('base_link', 'camera', 0) is not None
+    heard.tend()
+    assert heard.topics() == ['/tf_static']
+    heard.listen('base_link', 'head')
+    heard.tend()
+    assert heard.topics() == ['/tf_static', '/tf']
+    assert heard.node.subscriptions[-1].qos_profile.depth >= 100
+    heard.hear({('base_link', 'head'): pose(2)}, '/tf', SECOND)
+    np.testing.assert_allclose(heard.find('base_link', 'head', SECOND), pose(2), atol=1e-12)
+    heard.tend()
+    assert '/tf' in heard.topics()  # it moves
+    heard.hear({('base_link', 'head'): pose(3)})
+    np.testing.assert_allclose(heard.find('base_link', 'head', SECOND), pose(3), atol=1e-12)
+    heard.tend()
+    heard.tend()
+    assert heard.topics() == ['/tf_static']
+
+
+def test_what_moved_before_tf_was_unsubscribed_is_forgotten(heard):
+    """It is too old by the time when /tf is subscribed to again, and may be another one."""
+    heard.listen('base_link', 'head')
+    heard.hear({('base_link', 'head'): pose(1), ('base_link', 'arm'): pose(2)}, '/tf', SECOND)
+    heard.hear({('base_link', 'head'): pose(3)})
+    assert heard.find('base_link', 'head', SECOND) is not None
+    heard.tend()
+    assert heard.find('base_link', 'arm', SECOND) is None
+
+
+def test_only_what_was_found_of_fixed_links_alone_is_fixed(heard):
+    is_fixed = heard.transforms.is_fixed
+    assert not is_fixed('base_link', 'camera')
+    heard.hear({('base_link', 'camera'): pose(1)})
+    assert heard.find('/base_link', '/camera', 0) is not None
+    for names in (('base_link', 'camera'), ('/base_link', '/camera')):
+        assert is_fixed(*names)
+    assert not is_fixed('camera', 'base_link')  # was not looked for
+    heard.hear({('mast', 'head'): pose(1)})  # may be above base_link
+    assert not is_fixed('base_link', 'camera')
+    heard.listen('base_link', 'arm')
+    heard.hear({('base_link', 'arm'): pose(1)}, '/tf', SECOND)
+    assert heard.find('base_link', 'arm', SECOND) is not None
+    assert not is_fixed('base_link', 'arm')
+
+
+@pytest.mark.parametrize('before', [False, True])
+def test_half_a_second_from_the_stamp_a_moving_link_still_counts(heard, before):
+    heard.listen('base_link', 'head')
+    heard.hear({('base_link', 'head'): pose(1)}, '/tf', 100 * SECOND)
+    sign = -1 if before else 1
+    found = heard.find('base_link', 'head', 100 * SECOND + sign * SECOND // 2)
+    np.testing.assert_allclose(found, pose(1), atol=1e-12)
+    with pytest.raises(InputError, match=(
+            "^the transform from 'head' to 'base_link' moves, and the nearest one is 1.5 s from "
+            'the image stamp: check that the clocks agree and that /tf is still published$')):
+        heard.find('base_link', 'head', 100 * SECOND + sign * 3 * SECOND // 2)
+    with pytest.raises(InputError, match='the nearest one is 0.5 s'):
+        heard.find('base_link', 'head', 100 * SECOND + sign * (SECOND // 2 + 1))
+
+
+@pytest.mark.parametrize('topic', ['/tf_static', '/tf'])
+def test_a_damaged_link_does_not_keep_the_others_from_being_heard(heard, topic):
+    heard.listen('base_link', 'camera')
+    nowhere = np.eye(4)
+    nowhere[0, 3] = np.nan
+    heard.hear({('base_link', 'arm'): nowhere, ('base_link', 'camera'): pose(1)}, topic, SECOND)
+    np.testing.assert_allclose(heard.find('base_link', 'camera', SECOND), pose(1), atol=1e-12)
+    [text] = heard.node.logger.warnings
+    assert text.startswith("the transform from 'base_link' to 'arm' is ignored: ")
+    assert text.endswith('; check its publisher')
+    assert heard.node.logger.options[text]['throttle_duration_sec'] >= 1.0
+
+
+def test_images_of_ever_new_frames_do_not_fill_the_memory(heard):
+    for i in range(1000):
+        heard.find('base_link', f'camera_{i}', 0)
+    assert len(heard.transforms._moving) < 100
+
+
+@pytest.mark.parametrize('topic, stamp', [('/tf', 3 * SECOND // 2), ('/tf_static', 0)])
+def test_who_waits_is_woken_by_what_he_waits_for(heard, topic, stamp):
+    """And not by less: a moving link must have reached the stamp."""
+    heard.listen('base_link', 'camera')
+    with ThreadPoolExecutor(1) as thread:
+        found = thread.submit(heard.find, 'base_link', 'camera', 3 * SECOND // 2, 60.0)
+        heard.hear({('base_link', 'camera'): pose(1)}, '/tf', SECOND)
+        assert not wait([found], 0.1).done
+        heard.hear({('base_link', 'camera'): pose(2)}, topic, stamp)
+        np.testing.assert_allclose(found.result(30.0), pose(2), atol=1e-12)
+
+
+# Over DDS.
+
 @pytest.fixture
 def robot(ros_domain):
     rclpy.init(args=[])
@@ -114,17 +271,6 @@ def test_a_leading_slash_of_old_drivers_does_not_matter(robot):
     robot.publish({('base_link', '/camera'): pose(1)})
     for frame in ('camera', '/camera'):
         np.testing.assert_allclose(extrinsics.camera_in_base(frame, 0), pose(1), atol=1e-9)
-
-
-@pytest.mark.parametrize('own', [('odom', 'base_link'), ('/odom', '/base_link')])
-def test_the_link_that_this_node_publishes_is_not_heard(own):
-    """Whoever writes a slash: it would follow itself."""
-    node = SimpleNamespace(create_subscription=lambda *_: None)
-    transforms = Transforms(node, own, lambda: None)
-    for names in (('odom', 'base_link'), ('/odom', '/base_link')):
-        transforms._take_moving(tf2_msgs.TFMessage(transforms=[
-            transform_stamped(SECOND, *names, pose(1))]))
-    assert transforms.find('odom', 'base_link', SECOND) is None
 
 
 def test_the_base_itself_needs_no_transform(robot):
