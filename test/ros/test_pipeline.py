@@ -6,10 +6,13 @@
 import threading
 import time
 from collections import defaultdict
+from contextlib import nullcontext
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from rclpy.clock_type import ClockType
 from rclpy.logging import LoggingSeverity
 from std_srvs.srv import Empty
 
@@ -20,10 +23,12 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.messages.synchronizer import Pair
 from aick_ros.odometry import Odometry, OdometryUpdate
+from aick_ros.odometry.base_odometry import Mount
 from aick_ros.registration.status import Status
-from aick_ros.ros.conversions import from_pose, header, to_stamp, to_time
+from aick_ros.ros.conversions import from_pose, header, to_stamp, to_time, transform_stamped
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import values_of
+from aick_ros.ros.input import rgbd_images
 from aick_ros.ros.pipeline import Pipeline
 from aick_ros.settings import NodeSettings, Settings
 from aick_ros.settings.parameter import with_values
@@ -34,18 +39,30 @@ PATIENCE = 120.0  # seconds that nothing takes, even on a loaded machine
 
 
 class Logger:
-    """Keeps its level and what it is told."""
+    """
+    Keeps its level and what it is told.
+
+    :ivar options: those of each line, as how often it may be repeated.
+    """
 
     def __init__(self):
-        self.lines, self.level = [], None
+        self.lines, self.level, self.options = [], None, {}
 
     def set_level(self, level):
         self.level = level
 
-    def info(self, text, **_):
+    def info(self, text, **options):
         self.lines.append(text)
+        self.options[text] = options
 
     warning = error = info
+
+
+class Nothing(nullcontext):
+    """The queue of a subscription to which nobody publishes."""
+
+    def take_message(self, kind, raw):
+        return None
 
 
 class Node:
@@ -53,6 +70,7 @@ class Node:
 
     def __init__(self):
         self.published, self.services, self.now = defaultdict(list), {}, STAMP
+        self.timers, self.takes = [], {}
         self.logger, self.context = Logger(), SimpleNamespace(ok=lambda: True)
 
     def get_logger(self):
@@ -65,41 +83,67 @@ class Node:
         return SimpleNamespace(now=lambda: SimpleNamespace(
             nanoseconds=self.now, to_msg=lambda: to_time(self.now)))
 
+    def get_name(self):
+        return 'odom_node'
+
     def resolve_topic_name(self, name):
         return f'/{name}'
+
+    resolve_service_name = resolve_topic_name
+
+    def count_subscribers(self, name):
+        return 0
+
+    count_clients = count_services = count_subscribers
 
     def create_publisher(self, kind, topic, qos):
         return SimpleNamespace(publish=self.published[topic].append,
                                get_subscription_count=lambda: 0)
 
     def create_subscription(self, kind, topic, callback, qos, **_):
-        return SimpleNamespace(topic_name=topic, qos_profile=qos)
+        self.takes[topic] = callback
+        return SimpleNamespace(topic_name=topic, qos_profile=qos, handle=Nothing())
 
     def destroy_subscription(self, subscription):
         pass
+
+    def create_timer(self, period, callback, clock):
+        self.timers.append(SimpleNamespace(
+            period=period, tick=callback, kind=clock.clock_type, cancel=lambda: None))
+        return self.timers[-1]
+
+    def destroy_timer(self, timer):
+        self.timers.remove(timer)
 
     def create_service(self, kind, name, callback):
         self.services[name] = callback
 
 
 class Seen:
-    """An odometry that sees the camera at poses which the test sets."""
+    """
+    An odometry that sees the camera at poses which the test sets.
+
+    :ivar imu: what each frame was given of an IMU.
+    :ivar predict: by which the motion of a lost camera is asked for.
+    """
 
     def __init__(self):
-        self.pose, self.status = np.eye(4), Status.OK
+        self.pose, self.status, self.imu, self.resets = np.eye(4), Status.OK, [], 0
         self.misalignment = SimpleNamespace(values=np.zeros(8), description='')
+        self.gyroscope = SimpleNamespace(complaint='', description='gyroscope of a test')
+        self.gravity = SimpleNamespace(complaint='', description='gravity of a test')
 
     def prepare(self, frame):
-        return SimpleNamespace(frame=frame)
+        return SimpleNamespace(frame=frame, add_imu=self.imu.append)
 
     def register(self, preparation, predict=None, T_base_camera=None):
-        self.T_base_camera = T_base_camera
+        self.T_base_camera, self.predict = T_base_camera, predict
         prepared = SimpleNamespace(frame=preparation.frame, keypoints=(), repeat=None)
-        return OdometryUpdate(preparation.frame.stamp, self.status, '',
+        return OdometryUpdate(preparation.frame.stamp, self.status, 'a reason',
                               PoseWithCovariance(self.pose), prepared)
 
     def reset(self):
-        self.pose = np.eye(4)
+        self.pose, self.resets = np.eye(4), self.resets + 1
 
     def change_settings(self, settings):
         self.settings = settings
@@ -109,20 +153,38 @@ def message(stamp):
     return SimpleNamespace(header=header(stamp, 'optical'), data=b'')
 
 
-class Rig:
-    """A pipeline whose jobs the test does."""
+class Stream:
+    """The images of a camera, as far as the pipeline asks for them."""
 
-    def __init__(self, monkeypatch, cores=1, **settings):
-        monkeypatch.setattr('aick_ros.ros.pipeline.warm_up', lambda core: None)
+    def __init__(self, *arguments):
+        self.arguments, self.newest, self.is_closed = arguments, None, False
+        self.counts, self.text = {}, ''
+
+    def complaint(self):
+        return self.text
+
+    def close(self):
+        self.is_closed = True
+
+
+class Rig:
+    """A pipeline whose jobs the test does; ``shown`` are the arguments of what is displayed."""
+
+    def __init__(self, monkeypatch, cores=1, core=Settings(), **settings):
+        self.warmed, self.shown = [], []
+        monkeypatch.setattr('aick_ros.ros.pipeline.warm_up', self.warmed.append)
+        monkeypatch.setattr('aick_ros.ros.pipeline.ImageStream', Stream)
         monkeypatch.setattr('os.sched_getaffinity', lambda process: set(range(cores)))
         self.node = Node()
-        self.pipeline = Pipeline(self.node, NodeSettings(
-            camera_in_base=(0.0,) * 6 + (1.0,), publish_tf=False, **settings), Settings())
+        self.settings = NodeSettings(**{
+            'camera_in_base': (0.0,) * 6 + (1.0,), 'publish_tf': False, **settings})
+        self.pipeline = Pipeline(self.node, self.settings, core)
         self.camera = self.pipeline._odometry = Seen()
         monkeypatch.setattr(self.pipeline._assembler, 'frame', lambda arrival: SimpleNamespace(
             stamp=arrival.pair.colour_stamp))
-        monkeypatch.setattr(self.pipeline._views, 'show', lambda *_: None)
-        monkeypatch.setattr(self.pipeline._rtabmap, 'show', lambda *_: None)
+        monkeypatch.setattr(self.pipeline._views, 'show',
+                            lambda *arguments: self.shown.append(arguments))
+        monkeypatch.setattr(self.pipeline._rtabmap, 'show', self.shown.append)
 
     def work(self):
         """Do what waits."""
@@ -132,11 +194,14 @@ class Rig:
 
     def see(self, *stamps):
         for stamp in stamps:
-            self.pipeline._enqueue(Pair(stamp, message(stamp), stamp, message(stamp)))
+            self.pipeline._enqueue(pair(stamp))
             self.work()
 
-    def call(self, name):
+    def call_now(self, name):
         self.node.services[f'~/{name}'](Empty.Request(), Empty.Response())
+
+    def call(self, name):
+        self.call_now(name)
         self.work()
 
     @property
@@ -151,6 +216,10 @@ class Rig:
 @pytest.fixture
 def make(monkeypatch):
     return lambda **settings: Rig(monkeypatch, **settings)
+
+
+def pair(stamp):
+    return Pair(stamp, message(stamp), stamp, message(stamp))
 
 
 def test_the_age_of_an_answer_is_that_of_its_image(make):
@@ -229,6 +298,320 @@ def test_what_is_skipped_damaged_or_failed_is_counted_as_such(make, monkeypatch)
                            Count.SKIPPED_WHILE_PAUSED: 1, Count.DAMAGED: 1, Count.FAILED: 2}
 
 
+def test_it_is_warm_before_the_first_frame_with_the_settings_of_the_algorithm(make):
+    core = with_values(Settings(), {'features.max_keypoints': 300})
+    made = make(core=core)
+    made.see(STAMP)
+    assert made.warmed == [core]
+
+
+def test_without_the_messages_that_a_setting_needs_it_does_not_begin(make, monkeypatch):
+    monkeypatch.setattr(rgbd_images, 'RGBDImage', None)
+    with pytest.raises(InputError, match='subscribe_rgbd is true, and rtabmap_msgs is not inst'):
+        make(subscribe_rgbd=True)
+
+
+@pytest.mark.parametrize('guess, ours, other', [
+    ('', 'base_link', 'wheels'), ('wheels', 'wheels', 'base_link')])
+def test_the_transform_that_it_publishes_is_not_heard(make, guess, ours, other):
+    """With a guess that is odom -> guess; base_link has its parent from elsewhere then."""
+    tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
+    made = make(guess_frame_id=guess)
+    transforms = made.pipeline._transforms
+    for frame in (ours, other):
+        transforms.find('odom', frame, STAMP)
+    transforms.tend()
+    made.node.takes['/tf'](tf2_msgs.TFMessage(transforms=[
+        transform_stamped(STAMP, 'odom', frame, np.eye(4)) for frame in (ours, other)]))
+    assert transforms.find('odom', ours, STAMP) is None
+    assert transforms.find('odom', other, STAMP) is not None
+
+
+@pytest.mark.parametrize('is_required', [False, True])
+def test_the_first_frame_waits_for_an_imu_where_a_setting_says_so(make, is_required):
+    made = make(wait_imu_to_init=is_required)
+    assert made.pipeline._imu.reaches(STAMP) is not is_required
+    assert bool(made.pipeline._imu.complaint) is is_required
+
+
+@pytest.fixture
+def active(make):
+    """Return a pipeline that takes images and whose thread runs, and its images."""
+    made = make(frame_id='body')
+    made.pipeline.start()
+    made.pipeline._diagnostics.count(Count.LOST)
+    made.pipeline.activate()
+    yield made, made.pipeline._images
+    made.pipeline.deactivate()
+    made.pipeline.close()
+
+
+def test_active_it_takes_images_and_reports_by_a_clock_that_never_stands_still(active):
+    made, images = active
+    pipeline = made.pipeline
+    assert images.arguments == (made.node, made.settings, pipeline._assembler,
+                                pipeline._transforms, pipeline._diagnostics, pipeline._enqueue)
+    assert (1.0, ClockType.STEADY_TIME) in [
+        (timer.period, timer.kind) for timer in made.node.timers]
+    assert made.snapshot.totals[Count.LOST] == 0  # of a life before
+    [report] = [timer for timer in made.node.timers if timer.period == 1.0]
+    images.text = 'no camera_info'
+    report.tick()
+    assert made.node.published['/diagnostics'][-1].status[0].message == 'no camera_info'
+
+
+def test_inactive_it_takes_nothing_and_forgets_what_waits(active, monkeypatch):
+    made, images = active
+    pipeline = made.pipeline
+    monkeypatch.setattr(pipeline._assembler, 'missing_for', lambda pair: 'everything')
+    pipeline._enqueue(pair(STAMP))
+    pipeline._enqueue(pair(STAMP + 33 * MS))
+    assert (pipeline._queue.backlog, pipeline._worker.dropped) == (1, 1)
+    for _ in range(2):
+        pipeline.deactivate()
+        assert images.is_closed
+        assert made.node.timers == []
+        assert (pipeline._queue.backlog, pipeline._worker.dropped) == (0, 0)
+    assert pipeline._imu.reaches(STAMP)  # what does not come is not waited for
+
+
+@pytest.mark.parametrize('unready, is_ready', [
+    ((), True), (('old',), True), (('old', 'new'), False), (('new',), True)])
+@pytest.mark.parametrize('what', ['transform', 'imu'])
+def test_a_pair_waits_until_it_or_the_newest_one_can_be_answered(
+        active, monkeypatch, what, unready, is_ready):
+    made, images = active
+    stamps = {'old': STAMP, 'new': STAMP + 33 * MS}
+    missing = {stamps[name] for name in unready}
+    monkeypatch.setattr(
+        made.pipeline._assembler, 'missing_for',
+        lambda each: 'it' if what == 'transform' and each.colour_stamp in missing else '')
+    monkeypatch.setattr(made.pipeline._imu, 'reaches',
+                        lambda stamp: what == 'transform' or stamp not in missing)
+    images.newest = pair(stamps['new'])
+    arrival = made.pipeline._assembler.arrival(pair(stamps['old']))
+    assert made.pipeline._is_ready(arrival) is is_ready
+    images.newest = None
+    assert made.pipeline._is_ready(arrival) is ('old' not in unready)
+
+
+def test_the_base_moves_as_the_camera_does_where_it_sits(make):
+    """By the change of axes of a rigid body, T_base0_base1 = T_bc T_camera0_camera1 T_bc^-1."""
+    T_base_camera = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
+    made = make(camera_in_base=(0.1, 0.0, 0.3, -0.5, 0.5, -0.5, 0.5), frame_id='body',
+                odom_frame_id='start', initial_pose=(1.0, 2.0, 3.0, 0.0, 0.0, 0.5))
+    made.see(STAMP)
+    made.camera.pose = se3.exp([0.2, -0.1, 0.4, 0.3, 0.2, 0.1])
+    made.see(STAMP + 100 * MS)
+    np.testing.assert_allclose(made.camera.T_base_camera, T_base_camera, atol=1e-12)
+    start = se3.from_roll_pitch_yaw(0.0, 0.0, 0.5, (1.0, 2.0, 3.0))
+    np.testing.assert_allclose(made.poses[0], start, atol=1e-9)
+    expected = start @ T_base_camera @ made.camera.pose @ se3.inverse(T_base_camera)
+    np.testing.assert_allclose(made.poses[1], expected, atol=1e-9)
+    sent = made.node.published['odom'][-1]
+    assert (sent.header.frame_id, sent.child_frame_id) == ('start', 'body')
+    # what is displayed is that frame, too
+    registered, (frame, update, T_odom_base, T_shown, camera_frame) = made.shown[-2:]
+    assert frame.stamp == update.stamp == registered.update.stamp == STAMP + 100 * MS
+    assert camera_frame == registered.camera_frame == 'optical'
+    np.testing.assert_allclose(T_odom_base, expected, atol=1e-9)
+    np.testing.assert_allclose(registered.base.pose.matrix, expected, atol=1e-9)
+    for shown in (T_shown, registered.T_base_camera):
+        np.testing.assert_allclose(shown, T_base_camera, atol=1e-12)
+
+
+def test_extrinsic_and_imu_are_those_of_the_stamp_of_the_frame(make, monkeypatch):
+    made, asked = make(), []
+
+    def known(result, *arguments):
+        asked.append(arguments)
+        return result
+    pipeline = made.pipeline
+    monkeypatch.setattr(pipeline._imu, 'samples', partial(known, 'samples'))
+    monkeypatch.setattr(pipeline._extrinsics, 'camera_in_base', partial(known, np.eye(4)))
+    monkeypatch.setattr(pipeline._extrinsics, 'camera_mount', partial(known, Mount.MOVING))
+    mounts = []
+    update = pipeline._base.update
+    monkeypatch.setattr(pipeline._base, 'update', lambda *arguments: (
+        mounts.append(arguments[2]) or update(*arguments)))
+    made.see(STAMP)
+    assert asked == [('optical', STAMP), ('optical', STAMP), ('optical',)]
+    assert made.camera.imu == ['samples']
+    assert mounts == [Mount.MOVING]
+    monkeypatch.setattr(pipeline._imu, 'samples', lambda *_: None)
+    made.see(STAMP + 33 * MS)
+    assert made.camera.imu == ['samples']
+
+
+def test_without_a_guess_nothing_is_predicted(make):
+    made = make()
+    made.see(STAMP)
+    assert made.camera.predict is None
+
+
+def test_a_guess_predicts_the_motion_of_the_camera(make, monkeypatch):
+    made, asked = make(guess_frame_id='wheels', wait_for_transform=0.0), []
+    monkeypatch.setattr(made.pipeline._guess, 'T_guess_base', lambda stamp: np.eye(4))
+    monkeypatch.setattr(made.pipeline._guess, 'camera_motion',
+                        lambda *arguments: asked.append(arguments))
+    made.see(STAMP)
+    made.camera.predict(1, 2)
+    assert asked == [('optical', 1, 2)]
+    np.testing.assert_array_equal(made.camera.T_base_camera, np.eye(4))
+
+
+def test_with_a_guess_it_starts_there(make, monkeypatch):
+    made = make(guess_frame_id='wheels', wait_for_transform=0.0)
+    T_guess_base = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
+    monkeypatch.setattr(made.pipeline._guess, 'T_guess_base', lambda stamp: T_guess_base)
+    made.see(STAMP)
+    np.testing.assert_allclose(made.poses[-1], T_guess_base, atol=1e-9)
+
+
+def test_a_lost_frame_is_warned_of_with_its_reason_and_a_tracked_one_is_not(make):
+    made = make()
+    made.see(STAMP)
+    assert made.node.logger.lines == []
+    made.camera.status = Status.TOO_FEW_MATCHES
+    made.see(STAMP + 33 * MS)
+    [line] = made.node.logger.lines
+    assert line == f'frame {STAMP + 33 * MS} ns: {Status.TOO_FEW_MATCHES.value}: a reason'
+    assert made.node.logger.options[line]['throttle_duration_sec'] >= 1.0
+    assert made.node.published['odom'][-1].pose.covariance[0] == 9999.0
+    assert made.snapshot.totals[Count.LOST] == 1
+
+
+def test_a_frame_that_cannot_be_used_or_fails_is_named_in_the_log(make, monkeypatch):
+    made = make()
+    for error, stamp in ((InputError('it is damaged'), STAMP), (ZeroDivisionError('of ours'), 5)):
+        def raises(arrival, error=error):
+            raise error
+        monkeypatch.setattr(made.pipeline._assembler, 'frame', raises)
+        made.see(stamp)
+    damaged, failed = made.node.logger.lines
+    assert damaged == f'frame {STAMP} ns skipped: it is damaged'
+    assert failed.startswith('frame 5 ns failed, please report this:\nTraceback')
+    assert 'ZeroDivisionError: of ours' in failed
+    assert all(made.node.logger.options[line]['throttle_duration_sec'] >= 1.0
+               for line in (damaged, failed))
+    assert made.snapshot.reason == 'internal error, see the log'
+
+
+def test_what_fails_because_ros_ends_is_no_defect(make, monkeypatch):
+    made = make()
+    made.node.context = SimpleNamespace(ok=lambda: False)
+    monkeypatch.setattr(made.pipeline._assembler, 'frame', lambda arrival: 1 / 0)
+    made.see(STAMP)
+    assert made.node.logger.lines == []
+    assert made.snapshot.totals[Count.FAILED] == 0
+
+
+def test_a_request_that_fails_does_not_end_the_odometry(make, monkeypatch):
+    made = make()
+    monkeypatch.setattr(made.camera, 'reset', lambda: 1 / 0)
+    made.call('reset_odom')
+    [line] = made.node.logger.lines
+    assert line.startswith('failed between two frames, please report this:\nTraceback')
+    assert 'ZeroDivisionError' in line
+    made.see(STAMP)
+    assert len(made.poses) == 1
+
+
+def test_requests_are_confirmed_in_the_log(make):
+    made = make()
+    made.call('reset_odom')
+    made.call('pause_odom')
+    made.call('resume_odom')
+    made.pipeline._set_pose(PoseWithCovariance.identity(), False)
+    made.work()
+    assert made.node.logger.lines == ['odometry reset', 'paused', 'resumed', 'pose set']
+    assert made.camera.resets == 1
+
+
+def test_a_reset_to_a_pose_begins_there_and_the_views_anew(make, monkeypatch):
+    made, forgotten = make(initial_pose=(9.0,) + (0.0,) * 5), []
+    for part in ('_views', '_rtabmap'):
+        monkeypatch.setattr(getattr(made.pipeline, part), 'reset',
+                            lambda part=part: forgotten.append(part))
+    made.see(STAMP)
+    T_odom_base = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
+    made.pipeline._reset(PoseWithCovariance(T_odom_base, 4.0 * np.eye(6)))
+    made.see(STAMP + 33 * MS)
+    assert (forgotten, made.camera.resets) == (['_views', '_rtabmap'], 1)
+    np.testing.assert_allclose(made.poses[-1], T_odom_base, atol=1e-9)
+
+
+def test_the_report_has_what_is_missing_and_what_waits(active):
+    made, images = active
+    pipeline, odometry = made.pipeline, made.camera
+    images.text, images.counts = 'no depth', {Count.DEPTH_MISSING: 4, Count.COLOUR_UNPAIRED: 5}
+    odometry.gyroscope.complaint, odometry.gravity.complaint = 'turns', 'falls'
+    pipeline._misalignment.update(SimpleNamespace(
+        values=np.zeros(8), description='rotated by 1 degree'))
+    pipeline._report(images)
+    status = made.node.published['/diagnostics'][-1].status[0]
+    assert status.message == 'no depth; turns; falls'
+    assert made.node.logger.lines[-1] == status.message
+    assert made.node.logger.options[status.message]['throttle_duration_sec'] >= 1.0
+    values = {value.key: value.value for value in status.values}
+    assert {key: values[key] for key in (
+        'backlog', 'backlog in MB', 'misalignment of the camera', 'gyroscope', 'accelerometer',
+        'dropped to shed load', 'depth images that did not arrive', 'colour images without depth',
+        'frames dropped under load')} == {
+            'backlog': '0', 'backlog in MB': '0.0',
+            'misalignment of the camera': 'rotated by 1 degree',
+            'gyroscope': 'gyroscope of a test', 'accelerometer': 'gravity of a test',
+            'dropped to shed load': 'nothing', 'depth images that did not arrive': '4',
+            'colour images without depth': '5', 'frames dropped under load': '0'}
+
+
+def test_the_report_has_what_others_expect_of_it_and_of_the_imu(active, monkeypatch):
+    made, images = active
+    differences = []
+    monkeypatch.setattr(made.pipeline, '_expectations', SimpleNamespace(
+        complaint=lambda: 'somebody waits', report_differences=lambda: differences.append(1)))
+    monkeypatch.setattr(made.pipeline, '_imu', SimpleNamespace(
+        complaint='no IMU', deactivate=lambda: None))
+    made.pipeline._report(images)
+    assert made.node.published['/diagnostics'][-1].status[0].message == 'somebody waits; no IMU'
+    assert differences == [1]
+
+
+def test_where_nothing_is_missing_the_report_is_not_logged(active, monkeypatch):
+    made, images = active
+    made.pipeline._report(images)
+    assert made.node.logger.lines == []
+    made.call_now('pause_odom')
+    made.pipeline._report(images)
+    assert made.node.published['/diagnostics'][-1].status[0].message.startswith('paused: ')
+
+
+def test_a_backlog_is_reported_with_its_size(make, monkeypatch):
+    made = make(process_every_frame=True)
+    for i in range(3):
+        each = pair(STAMP + i * 33 * MS)
+        each.colour.data, each.depth.data = bytes(900_000), bytes(600_000)
+        made.pipeline._enqueue(each)
+    made.pipeline._report(Stream())
+    values = {value.key: value.value
+              for value in made.node.published['/diagnostics'][-1].status[0].values}
+    assert (values['backlog'], values['backlog in MB']) == ('3', '4.5')
+
+
+@pytest.mark.parametrize('every, count, size, kept', [
+    (False, 3, 10, 1), (True, 99, 10, 99), (True, 150, 10, 100), (True, 20, 2 ** 25, 8)])
+def test_a_backlog_is_bounded_in_number_and_in_size(make, every, count, size, kept):
+    """A quarter of a GiB holds 8 pairs of 32 MiB."""
+    made, data = make(process_every_frame=every), bytes(size)
+    for i in range(count):
+        each = pair(STAMP + i * 33 * MS)
+        each.colour.data = data
+        made.pipeline._enqueue(each)
+    assert made.pipeline._queue.backlog == kept
+    made.pipeline._report(Stream())
+    assert made.snapshot.totals[Count.DROPPED_UNDER_LOAD] == count - kept
+
+
 @pytest.fixture(scope='module')
 def frames():
     """Return frames of a chequered slope that moves past the camera, by their stamps."""
@@ -251,7 +634,7 @@ def test_frames_prepared_on_another_thread_are_answered_alike(make, monkeypatch,
         made.pipeline.start()
         threads = {thread.name for thread in threading.enumerate()}
         for stamp in frames:
-            made.pipeline._enqueue(Pair(stamp, message(stamp), stamp, message(stamp)))
+            made.pipeline._enqueue(pair(stamp))
         deadline = time.monotonic() + PATIENCE
         while len(made.node.published['odom']) < len(frames) and time.monotonic() < deadline:
             time.sleep(0.005)
@@ -293,7 +676,7 @@ def test_under_a_load_that_stays_every_second_frame_is_skipped(make, monkeypatch
     overload(made, monkeypatch, 6)
     for i in range(6):
         stamp = STAMP + i * 33 * MS
-        made.pipeline._enqueue(Pair(stamp, message(stamp), stamp, message(stamp)))
+        made.pipeline._enqueue(pair(stamp))
     assert made.snapshot.totals[Count.SKIPPED_TO_SHED_LOAD] == 3
 
 
