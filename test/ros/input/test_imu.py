@@ -3,7 +3,6 @@
 
 """The topic of an IMU: which samples go with a frame, what is waited for and what is said."""
 
-import re
 from collections import deque
 from contextlib import nullcontext
 from types import SimpleNamespace
@@ -11,6 +10,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from geometry_msgs.msg import Vector3
+from rclpy.clock import ClockType
+from rclpy.qos import ReliabilityPolicy
 from sensor_msgs.msg import Imu
 
 from aick_ros.errors import InputError
@@ -18,6 +19,7 @@ from aick_ros.geometry import se3
 from aick_ros.ros.conversions import to_time
 from aick_ros.ros.input import imu as imu_module
 from aick_ros.ros.input.imu import ImuInput
+from aick_ros.ros.tf_messages import TF_REMEDY
 
 MS = 10 ** 6
 OPTICAL = 'camera_rgb_optical_frame'
@@ -55,10 +57,11 @@ class Node:
 
     def create_subscription(self, kind, topic, callback, qos, callback_group):
         assert (kind, topic) == (Imu, 'imu')
+        self.qos = qos
         return SimpleNamespace(handle=self.handle)
 
     def create_timer(self, period, poll, clock):
-        self.timer = Timer(poll)
+        self.timer, self.period, self.clock_type = Timer(poll), period, clock.clock_type
         return self.timer
 
     def take(self, message):
@@ -105,6 +108,37 @@ def message(milliseconds, rate=(0.1, 0.2, 0.3)):
     result = Imu(angular_velocity=Vector3(**dict(zip('xyz', rate))))
     result.header.stamp, result.header.frame_id = to_time(milliseconds * MS), 'imu_frame'
     return result
+
+
+def test_it_is_subscribed_to_as_every_driver_offers_it(made):
+    """A reliable subscription would not match a driver that publishes with best effort."""
+    _, node, _ = made()
+    assert node.qos.reliability is ReliabilityPolicy.BEST_EFFORT
+    assert node.qos.depth >= 4000  # seconds without an image, at 1 kHz
+
+
+def test_it_is_looked_for_by_a_clock_that_never_stands_still_and_often(made):
+    _, node, _ = made()
+    assert node.clock_type is ClockType.STEADY_TIME
+    assert node.period <= 0.005  # an image waits this much longer
+    assert not node.timer.runs
+
+
+def test_an_imu_is_not_required_unless_it_is_said(made):
+    node = Node()
+    source = ImuInput(node, Transforms(np.eye(4)), lambda: None)
+    source.activate()
+    assert source.reaches(0)
+    assert source.complaint == ''
+
+
+@pytest.mark.parametrize('after, has_arrived', [
+    (-5 * MS, True), (0, True), (1, False), (50 * MS - 1, False), (50 * MS, True)])
+def test_samples_are_waited_for_as_long_as_they_may_take(made, after, has_arrived):
+    source, node, _ = made()
+    node.take(message(5))
+    assert source.reaches(5 * MS + after) is has_arrived
+    assert node.timer.runs is not has_arrived
 
 
 def test_a_frame_gets_the_samples_since_the_one_before_in_its_axes(made):
@@ -168,23 +202,64 @@ def test_the_first_frame_waits_for_the_transform_too(made):
         source.samples(OPTICAL, 5 * MS)
 
 
-@pytest.mark.parametrize('answer, words', [
-    (None, 'no transform from .imu_frame. .* not used'), (InputError('it moves'), 'it moves')])
-def test_without_a_transform_it_is_not_used_and_said(made, answer, words):
+def test_the_first_frame_waits_for_a_transform_that_moves_too(made):
+    source, node, _ = made(InputError('it moves'), is_required=True)
+    node.take(message(5))
+    with pytest.raises(InputError, match='^it moves$'):
+        source.samples(OPTICAL, 5 * MS)
+
+
+def test_only_the_first_frame_waits_for_the_transform(made):
+    source, node, _ = made(is_required=True)
+    node.take(message(5))
+    assert source.samples(OPTICAL, 5 * MS) is not None
+    source._transforms.answer = None
+    assert source.samples(OPTICAL, 10 * MS) is None
+
+
+NO_TRANSFORM = ("no transform from 'imu_frame' (the IMU) to 'camera_rgb_optical_frame' (the colour "
+                f'image) yet: {TF_REMEDY}; until then the IMU is not used')
+
+
+@pytest.mark.parametrize('answer, sentence', [
+    (None, NO_TRANSFORM), (InputError('it moves'), 'it moves')])
+def test_without_a_transform_it_is_not_used_and_said_until_there_is_one(made, answer, sentence):
     source, node, _ = made(answer)
     assert source.complaint == ''
     node.take(message(5))
     assert source.samples(OPTICAL, 0) is None
-    assert re.match(words, source.complaint)
+    assert source.complaint == sentence
+    source._transforms.answer = np.eye(4)
+    assert len(source.samples(OPTICAL, 0)) == 1
+    assert source.complaint == ''
 
 
-def test_silence_is_said(made, monkeypatch):
+def test_silence_of_more_than_a_second_is_said(made, monkeypatch):
+    now = 1000.0
+    monkeypatch.setattr(imu_module, 'time', SimpleNamespace(monotonic=lambda: now))
     source, node, _ = made()
     node.take(message(5))
     assert source.complaint == ''
-    now = imu_module.time.monotonic()
-    monkeypatch.setattr(imu_module.time, 'monotonic', lambda: now + 3.2)
+    now += 1.0
+    assert source.complaint == ''
+    now += 2.2
     assert source.complaint == 'no sample of the IMU has come on /robot/imu for 3 s'
+    node.take(message(10))
+    assert source.complaint == ''
+
+
+def test_an_image_that_waits_is_no_longer_waited_for_once_it_is_inactive(made):
+    source, node, changes = made()
+    node.take(message(5))
+    assert not source.reaches(12 * MS)
+    poll = node.timer.poll
+    source.deactivate()
+    source.activate()
+    node.take(message(15))
+    poll()
+    assert changes == []
+    assert not node.timer.runs
+    assert not source.reaches(20 * MS)  # but samples are, again
 
 
 def test_inactive_it_is_not_subscribed(made):
