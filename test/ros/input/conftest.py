@@ -80,6 +80,7 @@ class FakeNode:
 
     def create_subscription(self, kind, topic, callback, qos, event_callbacks=None):
         self.subscriptions.append(FakeSubscription(kind, topic, callback, qos))
+        self.subscriptions[-1].events = event_callbacks
         return self.subscriptions[-1]
 
     def destroy_subscription(self, subscription):

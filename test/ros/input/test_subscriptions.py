@@ -8,11 +8,13 @@ import time
 
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from aick_ros.geometry.stamps import RESTART_AFTER
 from aick_ros.ros.conversions import to_stamp
-from aick_ros.ros.input.subscriptions import AdaptiveSubscription
+from aick_ros.ros.input.subscriptions import (
+    AdaptiveSubscription, camera_info_subscription, image_subscription, image_topics)
+from aick_ros.settings.node import NodeSettings
 
 START, PERIOD = 10 ** 18, 33_333_333
 RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT
@@ -214,6 +216,111 @@ def test_another_transport_of_the_topic_is_found(fake_node, published, expected)
     subscription = AdaptiveSubscription(fake_node, Image, 'rgb/image', None, 10)
     fake_node.publish(published)
     assert subscription.published_instead() == expected
+
+
+@pytest.mark.parametrize('published, expected', [
+    ('/rgb/image', ('/rgb/image', 'raw')),
+    ('/rgb/image/compressedDepth', ('/rgb/image/compressedDepth', 'compressedDepth')),
+    ('/rgb/image/compressed', ('', ''))])
+def test_of_a_compressed_topic_the_others_are_found_beside_it(fake_node, published, expected):
+    subscription = AdaptiveSubscription(
+        fake_node, CompressedImage, 'rgb/image', None, 10, suffix='/compressed')
+    assert subscription.topic_name == '/rgb/image/compressed'
+    fake_node.publish(published)
+    assert subscription.published_instead() == expected
+
+
+def test_the_publishers_are_those_of_the_topic_with_its_suffix(fake_node):
+    subscription = AdaptiveSubscription(
+        fake_node, CompressedImage, 'rgb/image', None, 10, suffix='/compressed')
+    fake_node.publish('/rgb/image', node_name='other')
+    fake_node.publish('/rgb/image/compressed', node_name='driver')
+    assert [publisher.node_name for publisher in subscription.publishers()] == ['driver']
+
+
+def test_a_changed_subscription_is_the_same_but_for_its_qos(change):
+    change.adapt()
+    for made in (change.old, change.new):
+        assert (made.msg_type, made.topic_name) == (Image, '/rgb/image')
+        assert made.qos_profile.depth == 10
+        # ROS would log each mismatch, which is resolved or explained here
+        assert not made.events.use_default_callbacks
+    assert (change.old.qos_profile.reliability, change.new.qos_profile.reliability) == (
+        BEST_EFFORT, RELIABLE)
+    change.adapt()
+    assert change.node.subscriptions == [change.old, change.new]  # there is nothing to change
+
+
+def test_either_subscription_ends_the_silence(change, steady):
+    change.subscription.received_at = steady.now
+    change.adapt()
+    for subscription in (change.old, change.new):
+        steady.now += 1.0
+        change.arrive(subscription, 0)
+        subscription.execute()
+        assert change.subscription.received_at == steady.now
+
+
+def test_before_the_first_message_the_silence_counts_from_the_start(fake_node, steady):
+    subscription = AdaptiveSubscription(fake_node, Image, 'rgb/image', None, 10)
+    assert subscription.received_at == steady.now
+    assert not subscription.may_be_silent
+
+
+@pytest.mark.parametrize('back, taken', [
+    (0, 1), (RESTART_AFTER, 1), (RESTART_AFTER + 1, 2)])
+def test_a_recording_starts_again_only_where_stamps_go_back_by_more_than_a_second(
+        fake_node, stamped, back, taken):
+    received = []
+    subscription = AdaptiveSubscription(fake_node, Image, 'rgb/image', received.append, 10)
+    fake_node.subscriptions[0].callback(stamped(START))
+    fake_node.publish('/rgb/image')
+    subscription.adapt()
+    fake_node.subscriptions[-1].callback(stamped(START - back))
+    assert len(received) == taken
+
+
+@pytest.mark.parametrize('settings, names', [
+    ({}, ('rgb/image', 'depth/image')), ({'rgbd_cameras': 1}, ('rgb/image', 'depth/image')),
+    ({'subscribe_rgbd': True, 'rgbd_cameras': 0}, ('rgbd_images',) * 2),
+    ({'subscribe_rgbd': True}, ('rgbd_image',) * 2),
+    ({'subscribe_rgbd': True, 'rgbd_cameras': 2}, ('rgbd_image0',) * 2)])
+def test_the_topics_of_images_are_named_as_rgbd_odometry_does(settings, names):
+    assert image_topics(NodeSettings(**settings)) == names
+
+
+@pytest.mark.parametrize('transport, kind, topic', [
+    ('raw', Image, '/rgb/image'), ('compressed', CompressedImage, '/rgb/image/compressed'),
+    ('compressedDepth', CompressedImage, '/rgb/image/compressedDepth')])
+def test_images_are_subscribed_to_by_their_transport_and_as_the_parameters_say(
+        fake_node, stamped, transport, kind, topic):
+    taken = []
+    subscription = image_subscription(
+        fake_node, 'rgb/image', transport, taken.append,
+        NodeSettings(topic_queue_size=7, qos_reliability='reliable'))
+    [made] = fake_node.subscriptions
+    assert (made.msg_type, made.topic_name, subscription.name) == (kind, topic, 'rgb/image')
+    assert (made.qos_profile.depth, made.qos_profile.reliability) == (7, RELIABLE)
+    fake_node.publish(topic, durability=LATCHED)
+    subscription.adapt()
+    assert fake_node.subscriptions == [made]  # images of the past are not requested
+    made.callback(stamped(START))
+    assert len(taken) == 1
+
+
+def test_a_calibration_is_subscribed_to_so_that_one_sent_once_arrives(fake_node, stamped):
+    taken = []
+    subscription = camera_info_subscription(fake_node, 'rgb/camera_info', taken.append)
+    fake_node.publish('/rgb/camera_info', durability=LATCHED)
+    subscription.adapt()
+    made = fake_node.subscriptions[-1]
+    assert (made.msg_type, made.topic_name, subscription.name) == (
+        CameraInfo, '/rgb/camera_info', 'rgb/camera_info')
+    assert (made.qos_profile.reliability, made.qos_profile.durability) == (RELIABLE, LATCHED)
+    assert made.qos_profile.depth == 10
+    made.callback(stamped(0))
+    made.callback(stamped(0))
+    assert len(taken) == 2
 
 
 # Over DDS.

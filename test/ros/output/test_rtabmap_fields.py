@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from sensor_msgs.msg import PointCloud2
 
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
@@ -15,9 +16,10 @@ from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.odometry import OdometryUpdate
 from aick_ros.odometry.base_odometry import BaseMotion, BaseState, BaseUpdate
 from aick_ros.registration.status import Status
-from aick_ros.ros.conversions import to_stamp
+from aick_ros.ros.conversions import from_transform, to_stamp
 from aick_ros.ros.output import rgbd_image, rtabmap
 from aick_ros.ros.output.rtabmap import Registered, RtabmapTopics
+from aick_ros.ros.output.views import positions_of
 
 CAMERA = Camera(8, 6, 10.0, 11.0, 3.5, 2.5)
 STAMP = 5_250_000_000
@@ -27,21 +29,24 @@ MATCHES = np.array([(3, 0), (1, 2)])
 
 
 class Publisher(list):
-    """Keeps what is published; one subscriber listens."""
+    """Keeps what is published; ``subscribers`` listen."""
 
+    subscribers = 1
     publish = list.append
 
     def get_subscription_count(self):
-        return 1
+        return self.subscribers
 
 
 class Node:
-    """Keeps publishers by their topics."""
+    """Keeps publishers by their topics, and the types of their messages."""
 
     def __init__(self):
-        self.published = {}
+        self.published, self.kinds = {}, {}
 
     def create_publisher(self, kind, topic, qos):
+        assert qos == 10
+        self.kinds[topic] = kind
         return self.published.setdefault(topic, Publisher())
 
 
@@ -59,9 +64,13 @@ FRAME = RgbdFrame(STAMP, np.zeros((6, 8), np.uint8), np.ones((6, 8), np.float32)
                   STAMP + 7)
 
 
+POSITIONS = np.random.default_rng(3).normal(0, 1, (4, 3))
+T_ODOM_BASE = se3.exp([1.0, -2.0, 0.5, 0.3, -0.2, 1.1])
+
+
 def registered(state=BaseState.TRACKED, forward=0.1, seconds=0.2, frame=FRAME, pixels=SOURCE):
     """Return a frame after a motion of the base straight on."""
-    keypoints = SimpleNamespace(pixels=pixels, positions=np.zeros((4, 3)))
+    keypoints = SimpleNamespace(pixels=pixels, positions=POSITIONS)
     prepared = SimpleNamespace(frame=frame, keypoints=keypoints)
     is_tracked = state is BaseState.TRACKED
     increment = Increment(PoseWithCovariance(np.eye(4), COVARIANCE), seconds)
@@ -72,7 +81,7 @@ def registered(state=BaseState.TRACKED, forward=0.1, seconds=0.2, frame=FRAME, p
         matches=MATCHES if is_tracked else MATCHES[:0], support=17 if is_tracked else 0,
         timing={'features': 20.0, 'total': 35.0})
     motion = BaseMotion(np.array([forward / seconds, 0, 0, 0, 0, 0]), COVARIANCE, seconds)
-    base = BaseUpdate(STAMP, state, PoseWithCovariance.identity(), motion if is_tracked else None)
+    base = BaseUpdate(STAMP, state, PoseWithCovariance(T_ODOM_BASE), motion if is_tracked else None)
     return Registered(update, base, se3.exp([0, 0, 1, 0, 0, 0]), 'optical')
 
 
@@ -93,7 +102,9 @@ def test_corners_are_those_of_the_matches(topics):
     info, lite = published['odom_info'][0], published['odom_info_lite'][0]
     np.testing.assert_allclose([(p.x, p.y) for p in info.new_corners], SOURCE[[3, 1]])
     np.testing.assert_allclose([(p.x, p.y) for p in info.ref_corners], TARGET[[0, 2]])
-    assert not hasattr(lite, 'new_corners')
+    assert info.corner_inliers == [0, 1]
+    assert not {'new_corners', 'ref_corners', 'corner_inliers'} & set(vars(lite))
+    assert (lite.local_map_size, lite.matches) == (3, 2)
 
 
 def test_corners_lie_on_the_image_that_is_sent(topics):
@@ -136,6 +147,81 @@ def test_the_distance_is_the_sum_of_the_motions_since_the_reset(topics):
     rtabmap_topics.reset()
     rtabmap_topics.show(registered(forward=0.4))
     assert published['odom_info'][-1].distance_travelled == pytest.approx(0.4)
+
+
+def test_the_motion_is_that_of_the_base_and_what_is_not_known_is_null(topics):
+    rtabmap_topics, published = topics
+    rtabmap_topics.show(registered(forward=0.1))
+    info, = published['odom_info']
+    assert not info.lost
+    assert (info.type, info.local_key_frames) == (1, 1)  # frame to frame, by definition
+    for transform in (info.transform, info.transform_filtered):
+        np.testing.assert_allclose(from_transform(transform), se3.exp([0.1, 0, 0, 0, 0, 0]),
+                                   atol=1e-12)
+    for transform in (info.transform_ground_truth, info.guess):
+        rotation = transform.rotation
+        assert (rotation.x, rotation.y, rotation.z, rotation.w) == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_the_turn_of_the_base_is_not_reversed():
+    T = se3.exp([0.3, -0.1, 0.2, 0.3, 0.2, -0.1])
+    np.testing.assert_allclose(from_transform(rtabmap._transform(T)), T, atol=1e-12)
+
+
+def test_without_a_reference_nothing_is_said_of_it(topics):
+    rtabmap_topics, published = topics
+    rtabmap_topics.show(registered(BaseState.LOST))
+    info, = published['odom_info']
+    assert not {'interval', 'local_map_size', 'local_key_frames', 'new_corners', 'ref_corners',
+                'corner_inliers'} & set(vars(info))
+    assert (info.matches, info.inliers) == (0, 0)
+
+
+def test_keypoints_and_local_map_are_sent_in_the_frame_of_the_odometry(topics):
+    rtabmap_topics, published = topics
+    rtabmap_topics.show(registered())
+    T_odom_camera = T_ODOM_BASE @ se3.exp([0, 0, 1, 0, 0, 0])
+    for topic, points in (('odom_last_frame', POSITIONS), ('odom_local_map', np.ones((2, 3)))):
+        cloud, = published[topic]
+        assert to_stamp(cloud.header.stamp) == STAMP and cloud.header.frame_id == 'odom'
+        np.testing.assert_allclose(positions_of(cloud), se3.transform(T_odom_camera, points),
+                                   atol=1e-5)
+    rtabmap_topics.show(registered(BaseState.LOST))
+    assert len(published['odom_last_frame']) == len(published['odom_local_map']) == 1
+    assert len(published['odom_rgbd_image']) == 2  # it is lost, not blind
+
+
+def test_nothing_is_made_for_nobody(topics, monkeypatch):
+    rtabmap_topics, published = topics
+    for publisher in published.values():
+        publisher.subscribers = 0
+    for name in ('OdomInfo', 'rgbd_image', 'point_cloud'):
+        monkeypatch.setattr(rtabmap, name, None)
+    rtabmap_topics.show(registered(forward=0.1))
+    assert not any(published.values())
+    monkeypatch.setattr(rtabmap, 'OdomInfo', SimpleNamespace)
+    published['odom_info'].subscribers = 1
+    rtabmap_topics.show(registered(forward=0.2))
+    # what was travelled meanwhile counts
+    assert published['odom_info'][0].distance_travelled == pytest.approx(0.3)
+    assert published['odom_info_lite'] == []
+
+
+def test_each_topic_has_its_type_and_without_the_messages_there_are_clouds_alone(monkeypatch):
+    info, image = type('Info', (), {}), type('Image', (), {})
+    monkeypatch.setattr(rtabmap, 'OdomInfo', info)
+    monkeypatch.setattr(rtabmap, 'RGBDImage', image)
+    clouds = {'odom_last_frame': PointCloud2, 'odom_local_map': PointCloud2}
+    node = Node()
+    RtabmapTopics(node, 'odom', None)
+    assert node.kinds == {**clouds, 'odom_info': info, 'odom_info_lite': info,
+                          'odom_rgbd_image': image}
+    monkeypatch.setattr(rtabmap, 'OdomInfo', None)
+    node = Node()
+    topics = RtabmapTopics(node, 'odom', lambda: np.ones((2, 3)))
+    assert node.kinds == clouds
+    topics.show(registered())
+    assert len(node.published['odom_local_map']) == 1
 
 
 def test_each_image_and_its_camera_have_one_header(topics):

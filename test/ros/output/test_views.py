@@ -4,6 +4,7 @@
 """Path, keypoints and debug image: for who subscribes, without a trace in the odometry."""
 
 import dataclasses
+import struct
 
 import cv2
 import numpy as np
@@ -12,13 +13,15 @@ import rclpy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
 from sensor_msgs.msg import Image, PointCloud2, PointField
+from std_msgs.msg import Header
 
 from aick_ros.geometry import se3
+from aick_ros.messages.raw_image import decode_colour
 from aick_ros.odometry import Odometry
 from aick_ros.registration.status import Status
 from aick_ros.ros.conversions import from_pose, to_stamp
 from aick_ros.ros.output.debug_image import draw_matches
-from aick_ros.ros.output.views import Views
+from aick_ros.ros.output.views import Views, colour_image, point_cloud, positions_of
 
 OPTICAL = 'camera_rgb_optical_frame'
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
@@ -124,6 +127,117 @@ def test_a_long_path_is_thinned_and_keeps_its_ends(views):
     assert len(x) <= 1000
     assert (x[0], x[-1]) == (0.0, 9999.0)
     assert x == sorted(x)
+
+
+class Publisher(list):
+    """Keeps what is published; ``subscribers`` listen."""
+
+    subscribers = 1
+    publish = list.append
+
+    def get_subscription_count(self):
+        return self.subscribers
+
+
+class Node:
+    """Keeps publishers, by their topics, and what they are for."""
+
+    def __init__(self):
+        self.published, self.made = {}, {}
+
+    def create_publisher(self, kind, topic, qos):
+        self.made[topic] = kind, qos
+        return self.published.setdefault(topic, Publisher())
+
+
+T_ODOM_BASE = se3.exp([1.0, -2.0, 0.5, 0.3, -0.2, 1.1])
+
+
+def show(views, frame, update):
+    views.show(frame, update, T_ODOM_BASE, T_BASE_CAMERA, OPTICAL)
+
+
+def test_only_the_newest_of_each_view_waits_for_a_slow_subscriber():
+    node = Node()
+    Views(node, 'odom')
+    assert node.made == {'path': (Path, 1), 'keypoints': (PointCloud2, 1),
+                         'debug_image': (Image, 1)}
+
+
+def test_each_view_has_the_stamp_of_the_frame_and_its_own_frame_id(frames, updates):
+    node = Node()
+    views = Views(node, 'start')
+    for i in (1, 2):
+        show(views, frames[i], updates[i])
+        path, cloud, picture = (node.published[topic][-1]
+                                for topic in ('path', 'keypoints', 'debug_image'))
+        assert [to_stamp(view.header.stamp) for view in (path, cloud, picture)] == (
+            [updates[i].stamp] * 3)
+        assert [view.header.frame_id for view in (path, cloud, picture)] == [
+            'start', 'start', OPTICAL]
+        assert [to_stamp(pose.header.stamp) for pose in path.poses] == [
+            update.stamp for update in updates[1:i + 1]]
+        assert path.poses[-1].header.frame_id == 'start'
+        np.testing.assert_allclose(from_pose(path.poses[-1].pose), T_ODOM_BASE, atol=1e-9)
+        np.testing.assert_allclose(positions_of(cloud), se3.transform(
+            T_ODOM_BASE @ T_BASE_CAMERA, updates[i].keypoints.positions), atol=1e-5)
+        np.testing.assert_array_equal(
+            np.reshape(picture.data, (240, 320, 3)), draw_matches(frames[i].colour, updates[i]))
+
+
+def test_a_lost_frame_is_drawn_but_neither_on_the_path_nor_in_the_cloud(frames, updates):
+    node = Node()
+    views = Views(node, 'odom')
+    show(views, frames[1], dataclasses.replace(updates[1], status=Status.TOO_FEW_MATCHES))
+    assert {topic: len(sent) for topic, sent in node.published.items()} == {
+        'path': 0, 'keypoints': 0, 'debug_image': 1}
+    show(views, frames[2], updates[2])
+    assert len(node.published['path'][-1].poses) == 1
+
+
+def test_a_path_grows_while_nobody_looks_and_begins_anew_after_a_reset(frames, updates):
+    node = Node()
+    views = Views(node, 'odom')
+    node.published['path'].subscribers = 0
+    show(views, frames[1], updates[1])
+    assert node.published['path'] == []
+    node.published['path'].subscribers = 1
+    show(views, frames[2], updates[2])
+    assert len(node.published['path'][-1].poses) == 2
+    views.reset()
+    show(views, frames[3], updates[3])
+    assert [to_stamp(pose.header.stamp)
+            for pose in node.published['path'][-1].poses] == [updates[3].stamp]
+
+
+def test_a_path_has_at_most_a_thousand_poses():
+    views, sizes = Views(Node(), 'odom'), []
+    for i in range(1002):
+        views._lengthen(PoseStamped())
+        sizes.append(len(views._poses))
+    assert sizes[998:] == [999, 1000, 501, 502]
+
+
+def test_a_cloud_is_made_of_three_numbers_a_point():
+    points = np.array([[1.0, 2.0, 3.0], [-4.0, 0.5, 6.25]])
+    cloud = point_cloud(Header(frame_id='odom'), points)
+    assert (cloud.height, cloud.width, cloud.point_step, cloud.row_step) == (1, 2, 12, 24)
+    assert (cloud.is_bigendian, cloud.is_dense) == (False, True)
+    assert [(f.name, f.offset, f.datatype, f.count) for f in cloud.fields] == [
+        ('x', 0, PointField.FLOAT32, 1), ('y', 4, PointField.FLOAT32, 1),
+        ('z', 8, PointField.FLOAT32, 1)]
+    assert struct.unpack('<6f', bytes(cloud.data)) == (1.0, 2.0, 3.0, -4.0, 0.5, 6.25)
+    np.testing.assert_array_equal(positions_of(cloud), points)
+    assert positions_of(point_cloud(Header(), np.zeros((0, 3)))).shape == (0, 3)
+
+
+def test_an_image_is_sent_as_it_is():
+    colour = np.arange(2 * 5 * 3, dtype=np.uint8).reshape(2, 5, 3)
+    message = colour_image(Header(frame_id='camera'), colour)
+    assert (message.height, message.width, message.step, message.encoding) == (2, 5, 15, 'rgb8')
+    assert message.header.frame_id == 'camera'
+    assert not message.is_bigendian
+    np.testing.assert_array_equal(decode_colour(message), colour)
 
 
 def test_lines_run_from_where_a_keypoint_was_to_where_it_is(frames, updates):
