@@ -8,6 +8,7 @@ import pytest
 from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.messages.synchronizer import Pair
 from aick_ros.ros.conversions import to_time
@@ -39,7 +40,7 @@ class FakeExtrinsics:
     """
 
     def __init__(self):
-        self.unknown, self.asked = set(), []
+        self.unknown, self.asked, self.T_colour_depth = set(), [], np.eye(4)
 
     def camera_in_base(self, frame, stamp, wait=True):
         return self._find((frame,), stamp, wait)
@@ -51,7 +52,7 @@ class FakeExtrinsics:
         self.asked.append((*frames, stamp, wait))
         if self.unknown & set(frames):
             raise InputError(f'no transform of {frames[-1]}')
-        return np.eye(4)
+        return self.T_colour_depth if len(frames) == 2 else np.eye(4)
 
 
 class Assembly:
@@ -65,9 +66,12 @@ class Assembly:
     def calibrate(self, topic, camera):
         for subscription in self._node.subscriptions:
             if subscription.topic_name == topic:
-                subscription.callback(CameraInfo(
-                    width=camera.width, height=camera.height, k=camera.matrix.ravel(),
-                    d=camera.distortion, distortion_model=camera.distortion_model))
+                subscription.callback(info(camera))
+
+
+def info(camera):
+    return CameraInfo(width=camera.width, height=camera.height, k=camera.matrix.ravel(),
+                      d=camera.distortion, distortion_model=camera.distortion_model)
 
 
 @pytest.fixture
@@ -144,3 +148,66 @@ def test_depth_is_registered_with_the_extrinsic_at_its_stamp(registering):
     assert valid.mean() > 0.5
     np.testing.assert_allclose(frame.depth[valid], DEPTH[valid], atol=0.1)
     np.testing.assert_array_equal(frame.colour, COLOUR)
+
+
+def test_registered_depth_is_moved_by_the_extrinsic_from_depth_to_colour(registering):
+    """A plane at 2 m, seen by a depth camera 0.3 m ahead of the other, is at 2.3 m of that."""
+    plane = image(DEPTH_STAMP, '32FC1', np.full((6, 8), 2.0, np.float32), 'infrared')
+    registering.extrinsics.T_colour_depth = se3.exp([0, 0, 0.3, 0, 0, 0])
+    for name in ('rgb', 'depth'):
+        registering.calibrate(f'/{name}/camera_info', CAMERA)
+    arrival = registering.assembler.arrival(PAIR._replace(depth=plane))
+    depth = registering.assembler.frame(arrival).depth
+    assert np.isfinite(depth).mean() > 0.5
+    np.testing.assert_allclose(depth[np.isfinite(depth)], 2.3, rtol=1e-5)
+
+
+def test_the_cameras_of_depth_and_colour_are_not_exchanged(registering):
+    """Both are 8 x 6; the one of colour has twice the focal length, so it sees half as far."""
+    plane = image(DEPTH_STAMP, '32FC1', np.full((6, 8), 2.0, np.float32), 'infrared')
+    registering.calibrate('/rgb/camera_info', OTHER)
+    registering.calibrate('/depth/camera_info', CAMERA)
+    arrival = registering.assembler.arrival(PAIR._replace(depth=plane))
+    assert (arrival.camera, arrival.depth_camera) == (OTHER, CAMERA)
+    frame = registering.assembler.frame(arrival)
+    assert frame.camera == OTHER
+    assert np.isfinite(frame.depth).all()  # all of colour's view is inside that of depth
+    registering.calibrate('/rgb/camera_info', CAMERA)
+    registering.calibrate('/depth/camera_info', OTHER)
+    frame = registering.assembler.frame(registering.assembler.arrival(PAIR._replace(depth=plane)))
+    assert 0.1 < np.isfinite(frame.depth).mean() < 0.5
+
+
+def test_an_arrival_keeps_the_camera_of_depth_of_its_time(registering):
+    for name in ('rgb', 'depth'):
+        registering.calibrate(f'/{name}/camera_info', CAMERA)
+    arrival = registering.assembler.arrival(PAIR)
+    before = registering.assembler.frame(arrival).depth
+    registering.calibrate('/depth/camera_info', OTHER)
+    np.testing.assert_array_equal(registering.assembler.frame(arrival).depth, before)
+    assert len(registering.changes) == 3
+
+
+def test_without_registration_there_is_no_camera_of_depth(assembly):
+    assembly.calibrate('/rgb/camera_info', CAMERA)
+    assert assembly.assembler.arrival(PAIR).depth_camera is None
+    assembly.assembler.take_camera_infos(info(OTHER), info(CAMERA))
+    arrival = assembly.assembler.arrival(PAIR)
+    assert (arrival.camera, arrival.depth_camera) == (OTHER, None)
+
+
+def test_calibrations_that_came_with_the_images_are_those_of_each(fake_node):
+    registering = Assembly(fake_node, register_depth=True, subscribe_rgbd=True,
+                           image_rectification='raw')
+    assert registering.assembler.subscriptions == []
+    registering.assembler.take_camera_infos(info(OTHER), info(CAMERA))
+    arrival = registering.assembler.arrival(PAIR)
+    assert (arrival.camera, arrival.depth_camera) == (OTHER, CAMERA)
+
+
+def test_what_is_missing_is_a_whole_sentence(registering):
+    missing_for = registering.assembler.missing_for
+    assert missing_for(PAIR) == 'images come but no usable camera_info on rgb/camera_info'
+    registering.calibrate('/rgb/camera_info', CAMERA)
+    assert missing_for(PAIR) == (
+        'register_depth is set but no usable camera_info comes on depth/camera_info')

@@ -3,6 +3,7 @@
 
 """Poses of cameras that are not known: which frames are missing, and what to do."""
 
+import math
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +11,9 @@ import pytest
 
 from aick_ros.borders.limits import MAX_EXTRINSIC
 from aick_ros.errors import InputError
+from aick_ros.odometry.base_odometry import Mount
 from aick_ros.ros.input.extrinsics import Extrinsics
+from aick_ros.ros.tf_messages import TF_REMEDY
 from aick_ros.settings.node import NodeSettings
 
 
@@ -21,6 +24,81 @@ def test_an_unknown_camera_is_explained(frame, remedy):
     extrinsics = Extrinsics(SimpleNamespace(find=lambda *_: None), NodeSettings())
     with pytest.raises(InputError, match=remedy):
         extrinsics.camera_in_base(frame, 0, wait=False)
+
+
+class Asked:
+    """Transforms that are at one place, and keep what they are asked; ``fixed`` are fixed."""
+
+    def __init__(self, found=None, fixed=()):
+        self.found, self.asked, self.fixed = found, [], fixed
+
+    def find(self, *arguments):
+        self.asked.append(arguments)
+        return self.found
+
+    def is_fixed(self, *frames):
+        return frames in self.fixed
+
+
+@pytest.mark.parametrize('wait, seconds', [(True, 0.7), (False, 0.0)])
+def test_transforms_are_asked_for_from_the_camera_to_the_base_and_at_the_stamp(wait, seconds):
+    asked = Asked(at(0.5))
+    extrinsics = Extrinsics(asked, NodeSettings(frame_id='body', wait_for_transform=0.7))
+    np.testing.assert_array_equal(extrinsics.camera_in_base('camera', 5, wait), at(0.5))
+    np.testing.assert_array_equal(extrinsics.depth_in_colour('camera', 'ir', 6, wait), at(0.5))
+    assert asked.asked == [('body', 'camera', 5, seconds), ('camera', 'ir', 6, seconds)]
+
+
+def test_unless_it_must_not_block_it_waits():
+    asked = Asked(at(0.5))
+    extrinsics = Extrinsics(asked, NodeSettings(wait_for_transform=0.7))
+    extrinsics.camera_in_base('camera', 5)
+    extrinsics.depth_in_colour('camera', 'ir', 6)
+    assert [wait for *_, wait in asked.asked] == [0.7, 0.7]
+
+
+def test_a_parameter_is_a_pose_of_metres_and_a_quaternion():
+    """A quarter turn about z, x to y, and the place; TF is not asked."""
+    half = 0.5 ** 0.5
+    extrinsics = Extrinsics(None, NodeSettings(
+        camera_in_base=(1.0, 2.0, 3.0, 0.0, 0.0, half, half),
+        depth_in_colour=(0.0, 0.0, -1.0, half, 0.0, 0.0, half)))
+    np.testing.assert_allclose(extrinsics.camera_in_base('', 0) @ [1, 0, 0, 1], [1, 3, 3, 1],
+                               atol=1e-12)
+    np.testing.assert_allclose(extrinsics.depth_in_colour('', '', 0) @ [0, 1, 0, 1],
+                               [0, 0, 0, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize('parameter, fixed, mount', [
+    ((0.0,) * 6 + (1.0,), (), Mount.FIXED), ((), (('body', 'camera'),), Mount.FIXED),
+    ((), (), Mount.MOVING), ((), (('camera', 'body'),), Mount.MOVING)])
+def test_a_camera_is_fixed_by_a_parameter_or_by_fixed_links(parameter, fixed, mount):
+    extrinsics = Extrinsics(Asked(fixed=fixed), NodeSettings(
+        frame_id='body', camera_in_base=parameter))
+    assert extrinsics.camera_mount('camera') is mount
+
+
+def test_an_unknown_transform_is_explained_in_a_sentence():
+    extrinsics = Extrinsics(Asked(), NodeSettings(frame_id='body'))
+    with pytest.raises(InputError) as caught:
+        extrinsics.camera_in_base('camera', 0)
+    assert str(caught.value) == (
+        "no transform from 'camera' (the colour image) to 'body' (frame_id) yet: "
+        f"{TF_REMEDY}, or set camera_in_base, or set frame_id to 'camera'")
+    with pytest.raises(InputError) as caught:
+        extrinsics.depth_in_colour('camera', 'ir', 0)
+    assert str(caught.value) == (
+        "no transform from 'ir' (the depth image) to 'camera' (the colour image) yet: "
+        f'{TF_REMEDY}, or set depth_in_colour')
+
+
+@pytest.mark.parametrize('numbers', [
+    (1.0, 2.0, 3.0), (0.0,) * 7, (0.0,) * 3 + (1.0,) * 5, (math.nan,) + (0.0,) * 5 + (1.0,)])
+def test_numbers_that_are_no_pose_are_explained(numbers):
+    with pytest.raises(InputError) as caught:
+        Extrinsics(None, NodeSettings(depth_in_colour=numbers))
+    assert str(caught.value) == (f'depth_in_colour = {list(numbers)} is no pose: x y z qx qy qz '
+                                 'qw are required')
 
 
 def at(metres):

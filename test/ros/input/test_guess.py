@@ -176,6 +176,79 @@ def test_the_start_does_not_wait_for_ever():
     assert start.pose(7 * 10 ** 9) is None  # the pose must not jump
 
 
+def test_the_wheels_are_waited_for_five_seconds_of_stamps():
+    start, _ = start_by(None)
+    for stamp in (10 ** 9, 6 * 10 ** 9 - 1):
+        with pytest.raises(InputError):
+            start.pose(stamp)
+    assert start.pose(6 * 10 ** 9) is None
+
+
+def test_a_recording_that_loops_waits_anew():
+    start, wheels = start_by(None)
+    for stamp in (10 ** 9, 5 * 10 ** 9, 10 ** 8, 5 * 10 ** 9):
+        with pytest.raises(InputError):
+            start.pose(stamp)
+    wheels.T = lambda stamp: T_WHEELS_START
+    np.testing.assert_array_equal(start.pose(51 * 10 ** 8).matrix, T_WHEELS_START)
+
+
+def test_after_a_reset_the_start_is_looked_for_and_waited_for_anew():
+    start, wheels = start_by(None)
+    with pytest.raises(InputError):
+        start.pose(10 ** 9)
+    assert start.pose(6 * 10 ** 9) is None
+    start.reset()
+    with pytest.raises(InputError):
+        start.pose(7 * 10 ** 9)
+    wheels.T = drive
+    np.testing.assert_array_equal(start.pose(8).matrix, drive(8))
+    assert start.pose(9) is None
+    start.reset()
+    np.testing.assert_array_equal(start.pose(10).matrix, drive(10))
+
+
+def test_what_is_missing_at_the_start_is_said_in_a_sentence():
+    start, _ = start_by(None)
+    with pytest.raises(InputError, match=(
+            "^the odometry starts at the pose in guess_frame_id = 'wheel_odom', which is not "
+            'known yet: publish it on /tf, or set initial_pose$')):
+        start.pose(1)
+
+
+@pytest.mark.parametrize('guess, initial', [(True, (0.0,) * 6), (False, ())])
+def test_with_an_initial_pose_or_without_a_guess_it_starts_where_it_is(guess, initial):
+    guess, wheels = guess_by(lambda stamp: T_WHEELS_START) if guess else (None, None)
+    start = StartByGuess(guess, NodeSettings(initial_pose=initial))
+    assert start.pose(1) is None
+    start.reset()
+    assert start.pose(2) is None
+
+
+def test_tf_is_listened_to_from_the_start_without_waiting():
+    _, wheels = guess_by(None)
+    assert wheels.waits == [0.0]
+
+
+def test_a_moving_camera_is_not_waited_for_in_the_past():
+    asked = []
+
+    class Recording(Head):
+        def camera_in_base(self, camera_frame, stamp, wait=True):
+            asked.append((stamp, wait))
+            return super().camera_in_base(camera_frame, stamp, wait)
+    guess, _ = guess_by(drive, Recording())
+    assert guess.camera_motion('camera', 3, 5) is not None
+    assert asked == [(3, False), (5, True)]
+
+
+@pytest.mark.parametrize('known', [3, 5])
+def test_a_motion_needs_both_of_its_ends(known):
+    guess, _ = guess_by(lambda stamp: drive(stamp) if stamp == known else None)
+    assert guess.base_motion(3, 5) is None
+    assert guess.camera_motion('camera', 3, 5) is None
+
+
 def test_a_pose_that_was_set_is_the_start():
     start, _ = start_by(lambda stamp: T_WHEELS_START)
     start.cancel()
