@@ -76,3 +76,47 @@ def test_whether_images_are_rectified_is_in_the_parameter_or_their_name(
         fake_node, rectification, image, expected):
     received = Received(fake_node, image, image_rectification=rectification)
     assert received.receive(message()) == expected
+
+
+def test_a_camera_is_named_with_its_images_and_whether_they_are_rectified(fake_node):
+    Received(fake_node).receive(message())
+    Received(fake_node, 'rgb/image_rect').receive(message())
+    assert fake_node.logger.infos == [
+        f'camera of /rgb/image, raw images: {CAMERA}',
+        f'camera of /rgb/image_rect, rectified images: {RECTIFIED}']
+
+
+def test_its_topic_is_its_source(fake_node):
+    calibration = Received(fake_node).calibration
+    assert calibration.source == calibration.subscription.name == 'rgb/camera_info'
+    assert fake_node.subscriptions[-1].topic_name == '/rgb/camera_info'
+
+
+def test_what_is_rejected_is_not_logged_for_each_message(fake_node):
+    received = Received(fake_node)
+    received.receive(message(width=0))
+    [text] = fake_node.logger.warnings
+    assert fake_node.logger.options[text]['throttle_duration_sec'] >= 1.0
+
+
+@pytest.mark.parametrize('settings, source', [
+    ({}, 'rgb_camera_info of rgbd_image'),
+    ({'rgbd_cameras': 0}, 'rgb_camera_info of rgbd_images')])
+def test_in_rgbd_image_it_is_a_part_of_the_message_whose_images_are_rectified(
+        fake_node, settings, source):
+    received = Received(fake_node, subscribe_rgbd=True, **settings)
+    calibration = received.calibration
+    assert fake_node.subscriptions == []
+    assert (calibration.source, calibration.subscription) == (source, None)
+    calibration.take(message())
+    assert calibration.camera == RECTIFIED
+    assert fake_node.logger.infos == [
+        f'camera of /{source.split()[-1]}, rectified images: {RECTIFIED}']
+    calibration.take(message(width=0))
+    assert fake_node.logger.warnings[0].startswith(f'camera_info on {source} rejected: ')
+
+
+def test_images_of_rgbd_image_are_raw_where_a_parameter_says_so(fake_node):
+    calibration = Received(fake_node, subscribe_rgbd=True, image_rectification='raw').calibration
+    calibration.take(message())
+    assert calibration.camera == CAMERA

@@ -185,12 +185,11 @@ def test_the_wheels_are_waited_for_five_seconds_of_stamps():
 
 
 def test_a_recording_that_loops_waits_anew():
-    start, wheels = start_by(None)
-    for stamp in (10 ** 9, 5 * 10 ** 9, 10 ** 8, 5 * 10 ** 9):
+    start, _ = start_by(None)
+    for stamp in (10 ** 9, 5 * 10 ** 9, 10 ** 8, 51 * 10 ** 8 - 1):
         with pytest.raises(InputError):
             start.pose(stamp)
-    wheels.T = lambda stamp: T_WHEELS_START
-    np.testing.assert_array_equal(start.pose(51 * 10 ** 8).matrix, T_WHEELS_START)
+    assert start.pose(51 * 10 ** 8) is None
 
 
 def test_after_a_reset_the_start_is_looked_for_and_waited_for_anew():

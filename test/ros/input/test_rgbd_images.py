@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from rclpy.qos import ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
@@ -162,6 +163,65 @@ def test_what_cannot_be_used_is_rejected_with_the_topic(fake_node, installed, pa
     assert received.pairing.rejection.startswith('image on rgbd_image rejected: ')
     assert reason in received.pairing.rejection
     assert received.counted[Count.IMAGES_REJECTED] == 1
+
+
+def test_depth_is_moved_by_its_own_camera_into_that_of_colour(fake_node, installed):
+    """A plane at 2 m; the depth camera sees half as far to the sides."""
+    plane = image(DEPTH_STAMP, '32FC1', np.full((6, 8), 2.0, np.float32))
+    narrow = Camera(8, 6, 20.0, 20.0, 3.5, 2.5)
+    received = Input(fake_node, register_depth=True, image_rectification='raw')
+    received.receive(message(depth=plane, depth_camera_info=info(narrow),
+                             rgb_camera_info=info(Camera(8, 6, 10.0, 10.0, 3.5, 2.5))))
+    seen = np.isfinite(received.frame().depth)
+    assert 0.1 < seen.mean() < 0.5
+    assert seen[3, 4] and not seen[0, 0]
+
+
+@pytest.mark.parametrize('settings, kind', [({}, 'RGBDImage'), ({'rgbd_cameras': 0}, 'RGBDImages'),
+                                            ({'rgbd_cameras': 2}, 'RGBDImage')])
+def test_it_is_subscribed_to_as_the_parameters_say(fake_node, installed, settings, kind):
+    Input(fake_node, topic_queue_size=7, qos_reliability='reliable', **settings)
+    [subscription] = fake_node.subscriptions
+    assert subscription.msg_type is getattr(rgbd_images, kind)
+    assert subscription.qos_profile.depth == 7
+    assert subscription.qos_profile.reliability is ReliabilityPolicy.RELIABLE
+
+
+def test_one_camera_in_a_list_is_no_warning(fake_node, installed):
+    received = Input(fake_node, rgbd_cameras=0)
+    received.receive(SimpleNamespace(header=header(STAMP), rgbd_images=[message()]))
+    assert len(received.pairs) == 1
+    assert fake_node.logger.warnings == []
+
+
+def test_a_list_is_warned_of_once(fake_node, installed):
+    received = Input(fake_node, rgbd_cameras=0)
+    received.receive(SimpleNamespace(header=header(STAMP), rgbd_images=[message(), message()]))
+    [text] = fake_node.logger.warnings
+    assert fake_node.logger.options[text] == {'once': True}
+
+
+def test_an_image_that_is_missing_is_explained(fake_node, installed):
+    received = Input(fake_node)
+    received.receive(message(depth=Image()))
+    assert received.pairing.rejection == (
+        'image on rgbd_image rejected: it has no depth image; its publisher must send one, raw '
+        'or compressed')
+
+
+def test_of_an_image_sent_both_raw_and_compressed_the_raw_one_is_used(fake_node, installed):
+    received = Input(fake_node)
+    received.receive(message(rgb_compressed=CompressedImage(data=b'no image')))
+    np.testing.assert_array_equal(received.frame().colour, COLOUR)
+
+
+def test_messages_are_required_only_where_they_are_subscribed_to(monkeypatch):
+    monkeypatch.setattr(rgbd_images, 'RGBDImage', None)
+    rgbd_images.require_messages(NodeSettings())
+    with pytest.raises(InputError, match='^subscribe_rgbd is true, and rtabmap_msgs is not'):
+        rgbd_images.require_messages(NodeSettings(subscribe_rgbd=True))
+    monkeypatch.setattr(rgbd_images, 'RGBDImage', object)
+    rgbd_images.require_messages(NodeSettings(subscribe_rgbd=True))
 
 
 def test_a_message_that_comes_twice_is_used_once(fake_node, installed):

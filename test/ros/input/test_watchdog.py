@@ -12,6 +12,7 @@ from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros.ros.input.subscriptions import AdaptiveSubscription
 from aick_ros.ros.input.watchdog import Watchdog
+from aick_ros.ros.process.resources import profiles_variable
 from aick_ros.settings.node import NodeSettings
 
 NAMES = ('rgb/image', 'depth/image', 'rgb/camera_info')
@@ -54,6 +55,98 @@ def test_silence_is_tolerated_for_five_seconds(watched):
     assert watched.dog.silent_for() == pytest.approx(4.9)
     watched.wait(0.2)
     assert watched.complaint != ''
+
+
+def test_at_exactly_five_seconds_it_is_still_tolerated(watched):
+    watched.wait(5.0)
+    assert watched.complaint == ''
+
+
+def test_several_reasons_are_given_together(watched, fake_node, steady):
+    fake_node.publish('/rgb/image', node_name='driver')
+    watched.wait(6.0, ['rgb/camera_info'])
+    watched.pairing.rejected_at, watched.pairing.rejection = steady.now, 'image rejected: why'
+    silent, unpublished, rejected = watched.complaint.split('; ', 1)[0], *[
+        sentence for sentence in watched.complaint.split('; ')
+        if sentence.startswith(('nobody publishes /depth/image:', 'image rejected'))]
+    assert silent == ('nothing on /rgb/image for 5 s, though driver is there: it sends no images, '
+                      'or none arrives')
+    assert unpublished.endswith('start the camera, or remap depth/image to its topics')
+    assert rejected == 'image rejected: why'
+
+
+def test_where_a_topic_is_silent_pairs_are_not_asked_for(watched, fake_node):
+    fake_node.publish('/depth/image')
+    watched.wait(6.0, ['rgb/image', 'rgb/camera_info'])
+    assert 'synchronize' not in watched.complaint
+
+
+def test_images_that_do_pair_need_nothing(watched, steady):
+    watched.wait(6.0, NAMES)
+    watched.pairing.paired_at = steady.now - 5.0
+    assert watched.complaint == ''
+    watched.pairing.paired_at = steady.now - 5.1
+    assert watched.complaint == (
+        'colour and depth images come, but for 5 s no two of them have stamps within '
+        'approx_sync_max_interval = 0.02 s: synchronize the camera, or raise it')
+
+
+def test_the_cure_of_losses_is_a_profile_of_the_driver(watched):
+    watched.pairing.missing_shares = {'rgb/image': 0.5, 'depth/image': 0.0}
+    assert watched.dog.complaint_about_losses() == (
+        '50% of the images on /rgb/image do not arrive: if Fast DDS loses them, start the driver '
+        'with config/fastdds.xml of this package, on another host with '
+        f"config/fastdds_wireless.xml ({profiles_variable()}; on this node's side it changes "
+        'nothing)')
+
+
+def test_the_images_of_the_last_five_seconds_are_counted(watched):
+    asked = []
+    watched.pairing.recent_counts = lambda seconds: (
+        asked.append(seconds) or {'rgb/image': 9, 'depth/image': 10})
+    watched.wait(6.0, NAMES)
+    assert 'in 5 s only few images arrive (9 on /rgb/image), and no two' in watched.complaint
+    assert set(asked) == {5.0}
+
+
+def test_the_clocks_are_explained_in_sentences(watched, fake_node):
+    fake_node.now = 0
+    assert watched.dog.complaint_about_clocks() == (
+        'use_sim_time is true, and nobody publishes /clock: play the bag with --clock, or set '
+        'use_sim_time to false')
+    fake_node.now, watched.pairing.newest_stamp = 10 ** 18, 10 ** 18 + 10 ** 9
+    assert watched.dog.complaint_about_clocks() == ''
+    watched.pairing.newest_stamp += 5 * 10 ** 8
+    assert watched.dog.complaint_about_clocks() == (
+        "images are stamped 1.5 s ahead of this node's clock: let the clocks of both computers be "
+        'synchronized (chrony), or set use_sim_time where a bag is played')
+
+
+def test_one_driver_of_two_that_does_not_match_is_named(fake_node, steady):
+    watched = Watched(fake_node, steady, reliability='reliable')
+    fake_node.publish('/depth/image', ReliabilityPolicy.RELIABLE, node_name='first')
+    fake_node.publish('/depth/image', ReliabilityPolicy.BEST_EFFORT, node_name='second')
+    watched.wait(6.0, ['rgb/image', 'rgb/camera_info'])
+    assert watched.complaint.startswith(
+        'nothing on /depth/image for 5 s: the QoS of second does not match ours (')
+    assert watched.complaint.endswith('); set qos_reliability to auto')
+
+
+def test_a_topic_that_nobody_publishes_any_more_is_not_listed(watched, fake_node):
+    fake_node.publish('/camera', kind='sensor_msgs/msg/Image')
+    fake_node.count_publishers = lambda topic: 0
+    watched.wait(6.0)
+    assert 'there are images' not in watched.complaint
+
+
+def test_of_images_and_rgbd_images_those_of_the_present_input_are_listed(fake_node, steady):
+    fake_node.publish('/camera', kind='sensor_msgs/msg/Image')
+    fake_node.publish('/both', kind='rtabmap_msgs/msg/RGBDImage')
+    for is_rgbd, names, sentence in ((False, NAMES, 'there are images on /camera'),
+                                     (True, ['rgbd_image'], 'there is an rgbd_image on /both')):
+        watched = Watched(fake_node, steady, names=names, subscribe_rgbd=is_rgbd)
+        watched.wait(6.0)
+        assert watched.complaint.endswith(sentence)
 
 
 def test_any_message_ends_the_silence_of_the_camera(watched):
