@@ -1,26 +1,163 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Requests to the node over DDS: reset, pause, set a pose, change parameters."""
+"""Requests to the node: what is rejected, without DDS; reset, pause, set a pose over it."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import yaml
-from geometry_msgs.msg import PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
+from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter, parameter_value_to_python
 from scipy.spatial.transform import Rotation
 from std_srvs.srv import Empty
 
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
+from aick_ros.ros import control
+from aick_ros.ros.control import Control
 from aick_ros.ros.conversions import from_pose, pose_with_covariance
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
 COUNT = 10
+
+
+class Asked:
+    """The requests of a node without DDS, what they lead to, and what is logged."""
+
+    def __init__(self):
+        self.services, self.resets, self.poses, self.log = {}, [], [], []
+        self.control = Control(self, 'odom', self.resets.append,
+                               lambda pose, paused: self.poses.append((pose, paused)))
+
+    def get_logger(self):
+        return SimpleNamespace(info=self.log.append, warning=self.log.append,
+                               set_level=self.log.append)
+
+    def create_service(self, kind, name, callback):
+        self.services[name] = kind, callback
+
+    def create_subscription(self, kind, topic, callback, qos):
+        self.topic, self.set_pose = (kind, topic, qos), callback
+
+    def call(self, name, request=None):
+        """Call a service; it must return the response that it was given."""
+        _, callback = self.services[f'~/{name}']
+        response = object()
+        assert callback(request, response) is response
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    monkeypatch.setattr(control, 'ResetPose', SimpleNamespace)
+    return Asked()
+
+
+def test_services_and_topic_have_the_names_and_types_of_rgbd_odometry(asked):
+    assert {name: kind for name, (kind, _) in asked.services.items()} == {
+        '~/reset_odom': Empty, '~/reset_odom_to_pose': SimpleNamespace, '~/pause_odom': Empty,
+        '~/resume_odom': Empty, '~/log_debug': Empty, '~/log_info': Empty, '~/log_warning': Empty,
+        '~/log_error': Empty}
+    assert asked.topic == (PoseWithCovarianceStamped, 'set_pose', 10)
+
+
+def test_without_its_message_there_is_no_reset_to_a_pose(monkeypatch):
+    monkeypatch.setattr(control, 'ResetPose', None)
+    assert '~/reset_odom_to_pose' not in Asked().services
+
+
+def test_each_request_does_its_own(asked):
+    assert not asked.control.paused
+    asked.call('pause_odom')
+    assert asked.control.paused
+    asked.call('resume_odom')
+    assert not asked.control.paused
+    asked.call('reset_odom')
+    assert (asked.resets, asked.log) == ([None], ['paused', 'resumed'])
+    levels = [LoggingSeverity.DEBUG, LoggingSeverity.INFO, LoggingSeverity.WARN,
+              LoggingSeverity.ERROR]
+    for name in ('debug', 'info', 'warning', 'error'):
+        asked.call(f'log_{name}')
+    assert asked.log[2:] == levels
+
+
+def wanted(**numbers):
+    return SimpleNamespace(**{**dict.fromkeys(('x', 'y', 'z', 'roll', 'pitch', 'yaw'), 0.0),
+                              **numbers})
+
+
+def test_a_reset_to_a_pose_turns_about_the_fixed_axes_x_then_y_then_z(asked):
+    asked.call('reset_odom_to_pose', wanted(x=1.0, y=-2.0, z=3.0, roll=0.1, pitch=-0.2, yaw=2.0))
+    [pose] = asked.resets
+    np.testing.assert_allclose(
+        pose.matrix[:3, :3], Rotation.from_euler('xyz', [0.1, -0.2, 2.0]).as_matrix(), atol=1e-12)
+    np.testing.assert_array_equal(pose.matrix[:3, 3], (1.0, -2.0, 3.0))
+    np.testing.assert_array_equal(pose.covariance, np.zeros((6, 6)))
+
+
+@pytest.mark.parametrize('numbers, reason', [
+    ({'roll': np.nan}, 'its angles are not finite'), ({'yaw': np.inf}, 'its angles are not fin'),
+    ({'x': np.nan}, 'what it asks for'), ({'z': 1e12}, 'what it asks for')])
+def test_a_reset_to_no_pose_is_rejected_with_a_sentence(asked, numbers, reason):
+    asked.call('reset_odom_to_pose', wanted(**numbers))
+    assert asked.resets == []
+    assert asked.log[0].startswith(f'reset_odom_to_pose rejected: {reason}')
+
+
+POSE = se3.exp([3, -1, 2, 0.2, 0.1, 2.0])
+
+
+@pytest.mark.parametrize('frame', ['odom', '', '/odom'])
+@pytest.mark.parametrize('paused', [False, True])
+def test_a_pose_to_set_is_passed_on_with_its_covariance(asked, frame, paused):
+    if paused:
+        asked.call('pause_odom')
+    covariance = np.diag([2, 3, 4, 5, 6, 7.0])
+    covariance[0, 1] = 0.5  # of a sender that fills one half
+    asked.set_pose(pose_with_covariance(0, frame, POSE, covariance))
+    [(pose, was_paused)] = asked.poses
+    assert was_paused is paused
+    np.testing.assert_allclose(pose.matrix, POSE, atol=1e-12)
+    np.testing.assert_array_equal(pose.covariance, pose.covariance.T)
+    np.testing.assert_array_equal(np.diag(pose.covariance), np.diag(covariance))
+    assert pose.covariance[1, 0] == 0.25
+
+
+def test_a_pose_to_set_may_be_certain(asked):
+    message = pose_with_covariance(0, '', POSE, np.eye(6))
+    message.pose.covariance = np.zeros(36)
+    asked.set_pose(message)
+    np.testing.assert_array_equal(asked.poses[0][0].covariance, np.zeros((6, 6)))
+
+
+@pytest.mark.parametrize('place, value', [(0, np.nan), (7, -1.0), (1, 5.0)])
+def test_a_covariance_that_is_none_is_rejected(asked, place, value):
+    """Not finite, of a negative variance, or of a correlation of more than one."""
+    message = pose_with_covariance(0, 'odom', POSE, np.diag([2.0] * 6))
+    message.pose.covariance[place] = value
+    asked.set_pose(message)
+    assert asked.poses == []
+    assert asked.log == ['set_pose rejected: its covariance is not finite or not positive '
+                         'semidefinite']
+
+
+def test_a_pose_in_another_frame_or_of_no_rotation_is_rejected(asked):
+    asked.set_pose(pose_with_covariance(0, 'map', POSE, np.eye(6)))
+    message = pose_with_covariance(0, 'odom', POSE, np.eye(6))
+    message.pose.pose.orientation = Quaternion(w=0.0)
+    asked.set_pose(message)
+    assert asked.poses == []
+    frame, rotation = asked.log
+    assert frame == ("set_pose rejected: its frame is 'map': 'odom' (odom_frame_id) is required")
+    assert rotation.startswith('set_pose rejected: ')
+
+
+# Over DDS.
 
 
 @pytest.fixture(scope='module')

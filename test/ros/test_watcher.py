@@ -12,12 +12,18 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from sensor_msgs.msg import PointCloud2
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import Odometry, Path
+from sensor_msgs.msg import Image, PointCloud2
 
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
+from aick_ros.ros import conversions
 from aick_ros.ros.conversions import from_pose, to_stamp
-from aick_ros.ros.watcher import Watcher, watching
+from aick_ros.ros.output.views import colour_image, point_cloud
+from aick_ros.ros.watcher import Watcher, check_namespace, watching
 
 rerun = pytest.importorskip('rerun', reason='no viewer: pip install rerun-sdk')
 FRAMES = 6
@@ -134,6 +140,131 @@ def test_the_diagnostics_of_other_robots_are_left(prefix, heard):
         for name in names for part in ('odometry', 'images')]))
     assert shown == [heard]
     assert watcher.hears
+
+
+class Observer:
+    """Keeps each report as the name of the method and its arguments."""
+
+    def __init__(self):
+        self.seen = []
+
+    def __getattr__(self, name):
+        return lambda *arguments: self.seen.append((name, *arguments))
+
+
+@pytest.fixture
+def watched(ros_domain):
+    """Return a watcher whose callbacks the test calls, and what its observer has seen."""
+    rclpy.init(args=[])
+    observer = Observer()
+    watcher = Watcher(observer, '/robot')
+    yield watcher, observer.seen
+    watcher.destroy_node()
+    rclpy.shutdown()
+
+
+POSE = se3.exp([1.0, -2.0, 0.5, 0.3, -0.2, 1.1])
+
+
+def odometry(stamp, covariance):
+    return conversions.odometry(conversions.pose_with_covariance(stamp, 'odom', POSE, covariance),
+                                'base', np.zeros(6), np.eye(6))
+
+
+def test_every_frame_is_shown_and_of_views_the_newest(watched):
+    watcher, _ = watched
+    depths = {subscription.topic_name: (subscription.msg_type, subscription.qos_profile.depth)
+              for subscription in watcher.subscriptions}
+    assert depths['/robot/odom'][0] is Odometry and depths['/robot/odom'][1] >= 100
+    assert depths['/diagnostics'][0] is DiagnosticArray
+    assert {topic: depths[f'/robot/{topic}'] for topic in ('debug_image', 'keypoints', 'path')
+            } == {'debug_image': (Image, 1), 'keypoints': (PointCloud2, 1), 'path': (Path, 1)}
+    assert (watcher.topic, watcher.get_name()) == ('/robot/odom', 'aick_view')
+    assert (watcher.frames, watcher.hears) == (0, False)
+
+
+def test_a_pose_is_shown_with_its_covariance_which_is_infinite_where_it_was_lost(watched):
+    watcher, seen = watched
+    covariance = np.diag([1, 2, 3, 4, 5, 6]) + 0.1
+    watcher._take_odom(odometry(5_000_000_007, covariance))
+    watcher._take_odom(odometry(6, conversions.UNKNOWN))
+    (name, stamp, pose, shown), (_, other_stamp, _, unknown) = seen
+    assert (name, stamp, other_stamp) == ('add_pose', 5_000_000_007, 6)
+    np.testing.assert_allclose(pose, POSE, atol=1e-12)
+    np.testing.assert_array_equal(shown, covariance)
+    np.testing.assert_array_equal(unknown, np.full((6, 6), np.inf))
+    assert watcher.frames == 2
+
+
+def test_a_frame_without_a_pose_is_lost(watched):
+    watcher, seen = watched
+    watcher._take_odom(Odometry(header=conversions.header(7, 'odom'),
+                                pose=conversions.null_pose(7, 'odom').pose))
+    assert (seen, watcher.frames) == ([('add_lost', 7)], 1)
+
+
+def test_the_path_is_taken_once_and_no_longer_subscribed_to(watched):
+    watcher, seen = watched
+    path = Path(poses=[PoseStamped(pose=conversions.pose(se3.exp([i, 2, 3, 0, 0, 0])))
+                       for i in range(2)])
+    watcher._take_path(path)
+    watcher._take_path(path)
+    [(name, positions)] = seen
+    assert name == 'add_path'
+    np.testing.assert_array_equal(positions, [[0, 2, 3], [1, 2, 3]])
+    assert '/robot/path' not in [each.topic_name for each in watcher.subscriptions]
+
+
+def test_a_path_without_poses_has_the_shape_of_one(watched):
+    watcher, seen = watched
+    watcher._take_path(Path())
+    assert seen[0][1].shape == (0, 3)
+
+
+def test_pictures_and_keypoints_are_shown_with_their_stamps(watched):
+    watcher, seen = watched
+    colour = np.arange(24, dtype=np.uint8).reshape(2, 4, 3)
+    points = np.array([[1.0, 2.0, 3.0]])
+    watcher._take_image(colour_image(conversions.header(8, 'camera'), colour))
+    watcher._take_image(Image(encoding='of another program'))
+    watcher._take_keypoints(point_cloud(conversions.header(9, 'odom'), points))
+    watcher._take_keypoints(PointCloud2(point_step=16, data=bytes(48)))
+    (name, stamp, shown), (other_name, other_stamp, positions) = seen
+    assert (name, stamp, other_name, other_stamp) == ('add_image', 8, 'add_keypoints', 9)
+    np.testing.assert_array_equal(shown, colour)
+    np.testing.assert_array_equal(positions, points)
+
+
+def test_of_the_diagnostics_the_numbers_are_shown(watched):
+    watcher, seen = watched
+    values = {'rate': '30.1', 'frames': '7', 'below': '-2.', 'status': 'good: 7 matches',
+              'delay': 'unknown', 'nothing': '', 'more': '1e5'}
+    watcher._take_diagnostics(DiagnosticArray(status=[DiagnosticStatus(
+        name='robot/odom_node: odometry', message='the message',
+        values=[KeyValue(key=key, value=value) for key, value in values.items()])]))
+    assert seen == [('add_health', 'the message', {'rate': 30.1, 'frames': 7.0, 'below': -2.0})]
+    assert watcher.hears
+
+
+@pytest.mark.parametrize('name', ['robot/odom_node', 'robot/odom_node: images', 'odom_node: odo'])
+def test_diagnostics_of_others_are_not_shown(watched, name):
+    watcher, seen = watched
+    watcher._take_diagnostics(DiagnosticArray(status=[DiagnosticStatus(name=name)]))
+    assert (seen, watcher.hears) == ([], False)
+
+
+@pytest.mark.parametrize('namespace', ['', 'robot', '/robot', '/a/b_1'])
+def test_a_valid_namespace_is_accepted(namespace):
+    check_namespace(namespace)
+
+
+@pytest.mark.parametrize('namespace, reason', [
+    ('r\xf6bot', 'letters, digits, _ and / are required'), ('a b', ''), ('1a', ''), ('a//b', '')])
+def test_another_namespace_is_rejected_in_one_line(namespace, reason):
+    with pytest.raises(InputError) as caught:
+        check_namespace(namespace)
+    assert str(caught.value).startswith(f'--namespace {namespace}: {reason}')
+    assert '\n' not in str(caught.value)
 
 
 def test_keypoints_of_no_whole_points_are_ignored():

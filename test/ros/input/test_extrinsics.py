@@ -135,3 +135,11 @@ def test_a_parameter_is_too_far_away_along_any_axis(axis):
         numbers[axis] = sign * 1.001 * MAX_EXTRINSIC
         with pytest.raises(InputError, match='camera_in_base = .* more than 1000 m away'):
             Extrinsics(SimpleNamespace(), NodeSettings(camera_in_base=tuple(numbers)))
+
+
+def test_exactly_as_far_as_is_possible_is_possible():
+    numbers = (0.0, -MAX_EXTRINSIC, 0.0, 0.0, 0.0, 0.0, 1.0)
+    known = Extrinsics(None, NodeSettings(camera_in_base=numbers)).camera_in_base('camera', 0)
+    assert known[1, 3] == -MAX_EXTRINSIC
+    np.testing.assert_array_equal(
+        Extrinsics(Asked(known), NodeSettings()).camera_in_base('camera', 0), known)
