@@ -4,6 +4,7 @@
 """The worker's thread: one job after the other, and an end that waits for the job at hand."""
 
 import threading
+from types import SimpleNamespace
 
 import pytest
 
@@ -144,3 +145,55 @@ def test_it_is_drained_once_the_item_at_hand_is_done(gate, start):
 
 def test_a_worker_that_never_started_can_be_stopped(gate):
     Worker(WorkQueue(capacity=1), gate.work).stop()
+
+
+def test_the_time_at_work_is_counted_and_that_of_waiting_is_not(monkeypatch):
+    """By a clock that goes on by three seconds in each item and by nine before it."""
+    clock = SimpleNamespace(now=0.0)
+    clock.monotonic = lambda: clock.now
+    monkeypatch.setattr('aick_ros.ros.worker.time', clock)
+
+    class Slow(WorkQueue):
+        def take(self, *arguments):
+            job = super().take(*arguments)
+            clock.now += 9.0
+            return job
+
+    def work(item):
+        clock.now += 3.0
+
+    queue = Slow(capacity=10)
+    worker = Worker(queue, work)
+    assert worker.busy == (0.0,)
+    queue.put('first')
+    queue.put('second')
+    worker.start()
+    while queue.backlog:
+        wait_for_a_task(queue)
+    worker.stop()
+    assert worker.busy == (6.0,)
+
+
+def test_drained_it_counts_what_is_dropped_anew(gate, start):
+    queue = WorkQueue(capacity=1)
+    worker = start(queue)
+    queue.put('first')
+    assert gate.entered.acquire(timeout=PATIENCE)
+    for item in ('second', 'third', 'fourth'):
+        queue.put(item)
+    assert worker.dropped == queue.dropped == 2
+    gate.open.set()
+    worker.drain()
+    assert (worker.dropped, gate.done) == (0, ['first'])
+
+
+def test_the_thread_has_a_name_and_does_not_keep_the_process_alive(start):
+    worker = start(WorkQueue(capacity=1), name='preparation')
+    assert (worker._thread.name, worker._thread.daemon) == ('preparation', True)
+    assert start(WorkQueue(capacity=1))._thread.name == 'odometry'
+
+
+def test_a_task_is_done_without_any_item(start):
+    worker, done = start(WorkQueue(capacity=1)), threading.Event()
+    worker.put_task(done.set)
+    assert done.wait(PATIENCE)

@@ -3,11 +3,19 @@
 
 """Counts, rates and delays of frames."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from aick_ros.frames.repetition import Repeat
+from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.odometry import OdometryUpdate
+from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.counts import Count
+
+FRAME = SimpleNamespace(keypoints=(), repeat=Repeat.NONE)
 
 
 def test_rates_shares_and_medians_are_those_of_the_window(frames):
@@ -87,3 +95,100 @@ def test_restarted_it_knows_nothing_of_before(frames):
     assert (snapshot.status, snapshot.lost_for) == (Status.NO_FRAME, 0.0)
     assert snapshot.silent_for == pytest.approx(2.0)
     assert len(snapshot.delays) == 0
+
+
+def test_what_is_older_than_the_window_does_not_count(frames):
+    """What is exactly as old does."""
+    frames.count(Count.RECEIVED, 3)
+    frames.answer(1, total=5.0)
+    frames.now = 120.0
+    frames.answer(1, total=9.0)
+    frames.now = 130.0 + 1 / 30
+    snapshot = frames.snapshot()
+    assert (snapshot.recent[Count.RECEIVED], snapshot.recent[Count.ANSWERED]) == (1, 1)
+    assert (len(snapshot.delays), len(snapshot.ages), snapshot.timing) == (1, 1, {'total': 9.0})
+    frames.now += 0.001
+    snapshot = frames.snapshot()
+    assert not any(snapshot.recent.values())
+    assert (len(snapshot.delays), snapshot.timing, snapshot.inliers) == (0, {}, 0.0)
+    assert (snapshot.totals[Count.RECEIVED], snapshot.totals[Count.ANSWERED]) == (5, 2)
+    assert snapshot.rate(Count.ANSWERED) == 0.0
+
+
+@pytest.mark.parametrize('seconds, span', [(0.0, 1e-3), (4.0, 4.0), (10.0, 10.0), (25.0, 10.0)])
+def test_a_rate_is_by_the_time_since_the_start_up_to_the_window(frames, seconds, span):
+    frames.now += seconds
+    frames.count(Count.RECEIVED, 6)
+    snapshot = frames.snapshot()
+    assert snapshot.span == pytest.approx(span)
+    assert snapshot.rate(Count.RECEIVED) == pytest.approx(6 / span)
+
+
+def test_a_share_is_of_the_other_count_and_none_of_nothing(frames):
+    frames.count(Count.LOST, 1)
+    frames.count(Count.RECEIVED, 4)
+    snapshot = frames.snapshot()
+    assert snapshot.share(Count.LOST, Count.RECEIVED) == 0.25
+    assert snapshot.share(Count.FAILED, Count.ANSWERED) == 0.0
+
+
+def test_a_snapshot_stays_as_it_was(frames):
+    frames.answer(3)
+    before = frames.snapshot()
+    frames.answer(4)
+    assert (before.totals[Count.ANSWERED], before.recent[Count.ANSWERED]) == (3, 3)
+
+
+def test_the_status_is_that_of_the_last_frame(frames):
+    assert (frames.snapshot().status, frames.snapshot().reason) == (
+        Status.NO_FRAME, 'waiting for images')
+    frames.answer(1, Status.TOO_FEW_MATCHES, matches=3)
+    assert (frames.snapshot().status, frames.snapshot().reason) == (
+        Status.TOO_FEW_MATCHES, '3 matches')
+    frames.damage(1)
+    snapshot = frames.snapshot()
+    assert (snapshot.status, snapshot.reason) == (Status.BAD_FRAME, 'wrong size')
+    assert (snapshot.totals[Count.DAMAGED], snapshot.totals[Count.FAILED]) == (1, 0)
+    frames.damaged('of ours', Count.FAILED)
+    snapshot = frames.snapshot()
+    assert (snapshot.totals[Count.DAMAGED], snapshot.totals[Count.FAILED]) == (1, 1)
+
+
+def test_a_loss_lasts_from_the_last_tracked_frame(frames):
+    frames.answer(3)
+    frames.now += 2.0
+    frames.answer(1, Status.TOO_FEW_MATCHES)
+    assert frames.snapshot().lost_for == pytest.approx(2.0 + 1 / 30)
+    frames.answer(1)
+    frames.now += 2.0
+    assert frames.snapshot().lost_for == 0.0
+
+
+def test_the_median_of_a_stage_is_of_the_frames_that_have_it(frames):
+    for timing in ({'total': 1.0}, {'total': 3.0, 'depth': 7.0}, {'total': 8.0}):
+        frames.answered(OdometryUpdate(
+            1, Status.OK, '', PoseWithCovariance.identity(), FRAME, timing=timing), 0.0, 0.0)
+    assert frames.snapshot().timing == {'total': 3.0, 'depth': 7.0}
+
+
+def test_delays_and_ages_are_not_exchanged(frames):
+    frames.answer(2)
+    snapshot = frames.snapshot()
+    assert (snapshot.delays.tolist(), snapshot.ages.tolist()) == ([10.0, 11.0], [50.0, 51.0])
+
+
+def test_a_flood_of_events_is_bounded(frames):
+    for _ in range(20_001):
+        frames.count(Count.IMAGES_REJECTED)
+    snapshot = frames.snapshot()
+    assert snapshot.totals[Count.IMAGES_REJECTED] == 20_001
+    assert snapshot.recent[Count.IMAGES_REJECTED] == 10_000
+
+
+def test_frames_by_depth_alone_and_with_an_image_that_repeats_are_counted(frames):
+    frames.answer(2, evidence=Evidence.DEPTH_ALONE)
+    frames.answer(3, frame=SimpleNamespace(keypoints=(), repeat=Repeat.DEPTH))
+    frames.answer(4)
+    totals = frames.snapshot().totals
+    assert (totals[Count.BY_DEPTH_ALONE], totals[Count.REPEATED], totals[Count.ANSWERED]) == (
+        2, 3, 9)
