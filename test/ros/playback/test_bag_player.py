@@ -12,17 +12,23 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import lz4.frame
 import numpy as np
 import pytest
+import rclpy
+from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
+from rosbags.rosbag2 import Reader
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Image
 
 from aick_ros.borders import bag_limits, bag_reading
 from aick_ros.borders.unpacking import unpack
 from aick_ros.errors import InputError
 from aick_ros.ros.conversions import to_stamp
 from aick_ros.ros.playback import bag_player
+from aick_ros.ros.playback.pace import RealTime, StepByStep
 from aick_ros.sources import open_source, raise_damage
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 from aick_ros.sources.writers import bag_writer
@@ -62,7 +68,6 @@ def play(rig):
 
 
 def listen(rig):
-    from sensor_msgs.msg import Image
     images, clocks = [], []
     rig.listen(Image, bag_writer.COLOUR_TOPIC, images.append)
     rig.listen(Image, bag_writer.DEPTH_TOPIC, lambda message: None)
@@ -222,3 +227,154 @@ def test_types_that_are_no_messages_import_nothing(name):
 def test_messages_shorter_than_a_stamp_have_none():
     assert bag_player._header_stamp(bytes(11)) is None
     assert bag_player._header_stamp(b'\0\1\0\0' + struct.pack('<iI', 2, 3)) == 2_000_000_003
+
+
+class Kept(list):
+    """A publisher that keeps what is published, and how long it waited for the subscribers."""
+
+    publish, subscribers = list.append, 1
+
+    def wait_for_all_acked(self, timeout):
+        self.waited = timeout.nanoseconds
+
+    def get_subscription_count(self):
+        return self.subscribers
+
+
+@pytest.fixture
+def player(ros_domain, bag):
+    """Return the player of the bag in this process, whose publishers keep what they are given."""
+    rclpy.init(args=[])
+    player = bag_player.BagPlayer(bag)
+    player.publishers_made = dict(player._publishers_by_topic)
+    player._clock_publisher = Kept()
+    player._publishers_by_topic = {topic: Kept() for topic in player.topics}
+    yield player
+    player.destroy_node()
+    rclpy.shutdown()
+
+
+def recorded(bag):
+    """Return topic, time of recording and bytes of each message, as rosbags reads them."""
+    with Reader(bag) as reader:
+        return [(connection.topic, stamp, message)
+                for connection, stamp, message in reader.messages()]
+
+
+def test_messages_are_published_byte_for_byte_each_after_its_time(player, bag):
+    events, played = [], []
+
+    def pace(stamp):
+        events.append(stamp)
+        assert len(player._clock_publisher) == len(events) - 1  # the clock does not run ahead
+        assert sum(map(len, player._publishers_by_topic.values())) == len(events) - 1
+
+    played.extend(player.play(pace))
+    expected = recorded(bag)
+    assert [each.topic for each in played] == [topic for topic, *_ in expected]
+    assert events == [stamp for _, stamp, _ in expected]
+    assert [to_stamp(message.clock) for message in player._clock_publisher] == events
+    for topic, publisher in player._publishers_by_topic.items():
+        assert publisher == [bytes(message) for name, _, message in expected if name == topic]
+        assert publisher.waited == 2 * 10 ** 9  # so that the last messages arrive
+    times = [each.published_at for each in played]
+    assert times == sorted(times) and abs(times[-1] - time.monotonic()) < PATIENCE
+
+
+def test_only_images_have_a_stamp(player, bag):
+    stamps = {}
+    for each in player.play(lambda stamp: None):
+        stamps.setdefault(each.topic, []).append(each.stamp)
+    frames = list(open_source(bag).frames(raise_damage))
+    assert stamps[bag_writer.COLOUR_TOPIC] == [frame.stamp for frame in frames]
+    others = [stamp for topic, found in stamps.items() if 'image' not in topic for stamp in found]
+    assert others and set(others) == {None}
+
+
+def test_every_subscriber_is_matched_and_tf_static_is_kept_for_late_ones(player):
+    for topic, publisher in player.publishers_made.items():
+        assert publisher.qos_profile.reliability is ReliabilityPolicy.RELIABLE, topic
+        assert publisher.topic_name == topic
+    for topic, durability in (('/tf_static', DurabilityPolicy.TRANSIENT_LOCAL),
+                              ('/tf', DurabilityPolicy.VOLATILE)):
+        qos = bag_player._qos(topic)
+        assert (qos.durability, qos.reliability, qos.depth) == (
+            durability, ReliabilityPolicy.RELIABLE, 10)
+
+
+def test_all_of_the_topics_must_have_a_subscriber(player):
+    topics = [bag_writer.COLOUR_TOPIC, bag_writer.DEPTH_TOPIC]
+    assert player.has_subscribers(topics)
+    player._publishers_by_topic[topics[1]].subscribers = 0
+    assert not player.has_subscribers(topics)
+    assert player.has_subscribers(topics[:1])
+
+
+@pytest.mark.parametrize('stamp', [-1, 2 ** 31 * 10 ** 9])
+def test_a_time_of_recording_that_ros_cannot_have_is_rejected(player, monkeypatch, stamp):
+    def messages(path, items):
+        for connection, _, message in items:
+            yield connection, stamp, message
+    monkeypatch.setattr(bag_player, '_readable', messages)
+    with pytest.raises(InputError, match=f'was recorded at {stamp} ns, which is no time of ROS'):
+        next(player.play(lambda stamp: None))
+    assert not player._clock_publisher
+
+
+def test_the_stamp_of_a_header_is_read_in_either_byte_order():
+    assert bag_player._header_stamp(b'\0\0\0\0' + struct.pack('>iI', 2, 3)) == 2_000_000_003
+    assert bag_player._header_stamp(b'\0\1\0\0' + struct.pack('<iI', -1, 5)) == 5 - 10 ** 9
+
+
+@pytest.mark.parametrize('name, kind', [('sensor_msgs/msg/Image', Image),
+                                        ('rosgraph_msgs/msg/Clock', Clock)])
+def test_types_are_those_of_their_package(name, kind):
+    assert bag_player._message_class(name) is kind
+
+
+def test_without_arguments_it_plays_as_recorded_and_waits_ten_seconds(monkeypatch):
+    monkeypatch.setattr(sys, 'argv', ['bag_player', 'a', '--ros-args', '-r', '/a:=/b'])
+    arguments = bag_player._arguments()
+    assert vars(arguments) == {'bag': Path('a'), 'rate': 1.0, 'step': False, 'wait': 10.0}
+    monkeypatch.setattr(sys, 'argv', ['bag_player', 'a', '--rate', '0.001', '--wait', '0',
+                                      '--step'])
+    arguments = bag_player._arguments()
+    assert (arguments.rate, arguments.wait, arguments.step) == (0.001, 0.0, True)
+
+
+class Playing:
+    """A player whose images get their subscribers after some looks; it keeps its pace and log."""
+
+    topics = ['/rgb/image', '/tf', '/depth/image']
+
+    def __init__(self, looks):
+        self.looks, self.log, self.asked = looks, [], []
+
+    def has_subscribers(self, topics):
+        self.asked.append(topics)
+        return len(self.asked) > self.looks
+
+    def play(self, pace):
+        self.pace = pace
+        return iter('abc')
+
+    def get_logger(self):
+        return SimpleNamespace(info=self.log.append, warning=self.log.append)
+
+
+@pytest.mark.parametrize('step, rate', [(False, 1.0), (False, 2.5), (True, 1.0)])
+def test_it_is_played_once_the_images_have_subscribers_at_the_pace_asked_for(step, rate):
+    playing = Playing(looks=3)
+    bag_player._play(playing, SimpleNamespace(bag='a', rate=rate, step=step, wait=PATIENCE))
+    assert playing.asked == 4 * [['/rgb/image', '/depth/image']]
+    assert playing.log == ['played 3 messages of a']
+    assert isinstance(playing.pace, StepByStep if step else RealTime)
+    assert step or playing.pace._rate == rate
+
+
+def test_after_the_wait_it_is_played_without_subscribers_and_that_is_said():
+    playing = Playing(looks=10 ** 9)
+    bag_player._play(playing, SimpleNamespace(bag='a', rate=1.0, step=False, wait=0.0))
+    assert playing.log == [
+        'not all of /rgb/image, /depth/image have a subscriber: remap them to the topics of the '
+        'node', 'played 3 messages of a']

@@ -6,8 +6,14 @@
 import itertools
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from nav_msgs.msg import Odometry
 
+from aick_ros.geometry import se3
+from aick_ros.ros.conversions import odometry, pose_with_covariance
 from aick_ros.ros.playback import listener
 from aick_ros.ros.playback.listener import Listener
 
@@ -38,3 +44,53 @@ def test_until_all_are_answered_or_the_last_is_or_no_more_come(answer, coming, a
 
 def test_no_image_has_no_answer(answer):
     assert answer([10], []) == []
+
+
+@pytest.fixture
+def heard(ros_domain):
+    """Return a listener whose callbacks the test calls."""
+    rclpy.init(args=[])
+    heard = Listener()
+    yield heard
+    heard.destroy_node()
+    rclpy.shutdown()
+
+
+def test_an_answer_has_the_numbers_of_its_message_and_the_time_it_came(heard, monkeypatch):
+    monkeypatch.setattr(listener, 'time', SimpleNamespace(monotonic=lambda: 7.5))
+    pose, covariance = se3.exp([1, -2, 0.5, 0.3, -0.2, 1.1]), np.diag([2, 3, 4, 5, 6, 7.0])
+    covariance[0, 1] = 0.5
+    heard._take(odometry(pose_with_covariance(5_000_000_007, 'odom', pose, covariance), 'base',
+                         np.arange(1, 7), np.eye(6)))
+    [answer] = heard.answers
+    assert (answer.stamp, answer.received_at) == (5_000_000_007, 7.5)
+    np.testing.assert_allclose(answer.T_odom_base, pose, atol=1e-12)
+    np.testing.assert_array_equal(answer.covariance, covariance)
+    np.testing.assert_array_equal(answer.twist, np.arange(1, 7))
+
+
+def test_the_node_is_there_once_its_own_diagnostics_come(heard):
+    for names, is_heard in (((), False), (('camera: driver', 'odom_node: images'), False),
+                            (('camera: driver', 'odom_node: odometry'), True), ((), True)):
+        heard._hear(DiagnosticArray(status=[DiagnosticStatus(name=name) for name in names]))
+        assert heard.heard is is_heard
+
+
+def test_it_listens_to_odometry_and_diagnostics_of_a_long_recording(heard):
+    found = {each.topic_name: (each.msg_type, each.qos_profile.depth)
+             for each in heard.subscriptions}
+    assert found['/odom'] == (Odometry, 1000)
+    assert found['/diagnostics'][0] is DiagnosticArray
+
+
+def test_a_condition_is_waited_for_until_the_time_is_over(monkeypatch):
+    clock = SimpleNamespace(now=0.0, monotonic=lambda: clock.now)
+
+    def sleep(seconds):
+        clock.now += seconds
+    clock.sleep = sleep
+    monkeypatch.setattr(listener, 'time', clock)
+    assert listener.wait_until(lambda: clock.now >= 1.0, 2.0) is True
+    assert clock.now == pytest.approx(1.0, abs=0.01)
+    assert listener.wait_until(lambda: False, 2.0) is False
+    assert clock.now == pytest.approx(3.0, abs=0.02)
