@@ -21,6 +21,7 @@ from aick_ros.odometry import Odometry
 from aick_ros.ros import odom_lifecycle_node
 from aick_ros.ros.conversions import from_pose
 from aick_ros.ros.odom_lifecycle_node import OdomLifecycleNode
+from aick_ros.settings import Settings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COMMAND = (sys.executable, '-c', 'from aick_ros.ros.process.entry_points import '
@@ -193,3 +194,118 @@ def test_what_was_made_before_a_configuration_fails_is_destroyed(monkeypatch):
     with pytest.raises(InputError, match='no such vocabulary'):
         OdomLifecycleNode._configure(node)
     assert done == ['made', 'destroyed']
+
+
+class Pipeline:
+    """
+    A pipeline that keeps what it is told to do.
+
+    :ivar fails: the error of the next activation, if any.
+    """
+
+    fails = None
+
+    def __init__(self, node, own, core):
+        self.made_of, self.done = (node, own, core), []
+        node.create_timer(1000.0, print)
+
+    def activate(self):
+        self.done.append('activate')
+        if self.fails is not None:
+            raise self.fails
+
+    def change_settings(self, core):
+        self.done.append(core)
+
+    def __getattr__(self, name):
+        return lambda: self.done.append(name)
+
+
+@pytest.fixture
+def alone(ros_domain, monkeypatch):
+    """Return a node whose transitions the test triggers, with a pipeline that does nothing."""
+    monkeypatch.setattr(odom_lifecycle_node, 'Pipeline', Pipeline)
+    rclpy.init(args=[])
+    node = OdomLifecycleNode()
+    yield node
+    node.close()
+    rclpy.try_shutdown()
+
+
+SUCCESS, FAILURE, ERROR = (TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE,
+                           TransitionCallbackReturn.ERROR)
+
+
+def set_one(node, name, value):
+    return node.set_parameters_atomically([Parameter(name, value=value)])
+
+
+def test_each_transition_does_its_part(alone):
+    empty = entities(alone)
+    assert set_one(alone, 'frame_id', 'body').successful
+    assert alone.trigger_configure() is SUCCESS
+    pipeline = alone._pipeline
+    node, own, core = pipeline.made_of
+    assert (node, own.frame_id, core) == (alone, 'body', Settings())
+    for act, done in ((alone.trigger_activate, 'activate'),
+                      (alone.trigger_deactivate, 'deactivate'), (alone.trigger_cleanup, 'close')):
+        assert act() is SUCCESS
+        assert pipeline.done[-1] == done
+    assert pipeline.done == ['start', 'activate', 'deactivate', 'close']
+    assert (alone._pipeline, entities(alone)) == (None, empty)
+    assert alone.trigger_configure() is SUCCESS
+    assert alone._pipeline is not pipeline
+    assert alone.trigger_shutdown() is SUCCESS
+    assert alone._pipeline is None
+
+
+def test_only_what_is_configured_passes_changes_on_and_fixes_the_others(alone):
+    assert set_one(alone, 'aick.alpha', 0.5).successful
+    assert alone.trigger_configure() is SUCCESS
+    pipeline = alone._pipeline
+    assert pipeline.made_of[2].aick.alpha == 0.5
+    rejected = set_one(alone, 'frame_id', 'body')
+    assert rejected.reason == ('frame_id is read by configure only: clean the node up before, and '
+                               'configure it afterwards')
+    assert set_one(alone, 'aick.alpha', 0.7).successful
+    assert pipeline.done[-1].aick.alpha == 0.7
+    alone.trigger_cleanup()
+    done = list(pipeline.done)
+    assert set_one(alone, 'frame_id', 'body').successful
+    assert set_one(alone, 'aick.alpha', 0.4).successful
+    assert pipeline.done == done
+
+
+@pytest.mark.parametrize('error, answer, said', [
+    (InputError('no such topic'), FAILURE, 'no such topic\n'),
+    (ZeroDivisionError('of ours'), ERROR, 'a transition failed, please report this:\nTraceback')])
+def test_why_a_transition_fails_is_in_the_log(alone, capfd, error, answer, said):
+    alone.trigger_configure()
+    alone._pipeline.fails = error
+    before = entities(alone)
+    assert alone.on_activate(None) is answer
+    assert said in capfd.readouterr().err
+    if answer is FAILURE:
+        assert entities(alone) == before
+
+
+def test_what_fails_because_ros_ends_is_not_logged(alone, capfd):
+    alone.trigger_configure()
+    alone._pipeline.fails = ZeroDivisionError()
+    rclpy.shutdown()
+    assert alone.on_activate(None) is ERROR
+    assert capfd.readouterr().err == ''
+
+
+def test_after_a_defect_it_is_cleaned_up(alone):
+    alone.trigger_configure()
+    pipeline = alone._pipeline
+    assert alone.on_error(None) is SUCCESS
+    assert (alone._pipeline, pipeline.done[-1]) == (None, 'close')
+
+
+def test_it_is_closed_with_its_pipeline_or_without_one(alone):
+    alone.trigger_configure()
+    pipeline = alone._pipeline
+    alone.close()
+    assert pipeline.done[-1] == 'close'

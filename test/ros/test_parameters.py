@@ -6,14 +6,15 @@
 import numpy as np
 import pytest
 import rclpy
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.parameter import Parameter as RosParameter
 
 from aick_ros.errors import InputError
 from aick_ros.ros.parameters import LiveSettings, declare_settings, initial_pose
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
-from aick_ros.settings.parameter import parameters, with_values
-from aick_ros.settings.presets import preset
+from aick_ros.settings.parameter import parameters, values, with_values
+from aick_ros.settings.presets import PRESETS, preset
 
 
 @pytest.fixture
@@ -228,3 +229,141 @@ def test_of_many_unknown_names_only_some_are_reported(make_node, capfd):
     assert 0 < log.count('is not one of this node') < 100
     named = log.count('is not one of this node')
     assert f'{1000 - named} more parameters are not of this node' in log
+
+
+def test_what_is_no_range_has_none_and_lists_may_be_given_as_text(make_node):
+    node = make_node()
+    declare_settings(node)
+    preset_ = node.describe_parameter('preset')
+    assert preset_.read_only
+    assert preset_.description.startswith('Start from the parameters of the paper, ')
+    assert all(f'{name}' in preset_.description for name in PRESETS)
+    for group in (NodeSettings, Settings):
+        for parameter in parameters(group):
+            descriptor = node.describe_parameter(parameter.name)
+            assert descriptor.dynamic_typing is (parameter.type is tuple)
+            assert bool(descriptor.additional_constraints) is bool(parameter.choices)
+            assert len(descriptor.floating_point_range) == (parameter.type is float)
+            assert len(descriptor.integer_range) == (parameter.type is int)
+            for limits in (*descriptor.floating_point_range, *descriptor.integer_range):
+                assert (limits.from_value, limits.to_value) == (
+                    parameter.minimum, parameter.maximum)
+            assert all(limits.step == 1 for limits in descriptor.integer_range)
+            assert descriptor.description == parameter.description + (
+                f' [{parameter.unit}]' if parameter.unit else '')
+
+
+def test_where_nothing_is_read_only_everything_may_be_set(make_node):
+    node = make_node()
+    declare_settings(node, read_only=False)
+    for name in ('preset', 'frame_id', 'aick.alpha'):
+        assert not node.describe_parameter(name).read_only
+
+
+def test_choices_are_in_the_description(make_node):
+    node = make_node()
+    declare_settings(node)
+    constraints = node.describe_parameter('lost_policy').additional_constraints
+    assert all(choice in constraints for choice in ('hold', 'null', 'silent'))
+
+
+def test_the_command_line_takes_precedence(make_node):
+    _, core = declare_settings(make_node(**{'Reg/Force3DoF': 'false'}), {'Reg/Force3DoF': 'true'})
+    assert core.odometry.planar
+
+
+def test_of_a_rejected_declaration_nothing_is_declared(make_node):
+    node = make_node(aick__alpha=7.0)
+    with pytest.raises(InputError):
+        declare_settings(node)
+    assert not node.has_parameter('frame_id')
+    assert not node.has_parameter('preset')
+
+
+def test_the_frames_are_named_where_they_cannot_be_connected(make_node):
+    with pytest.raises(InputError) as caught:
+        declare_settings(make_node(frame_id='body', guess_frame_id='body'))
+    assert str(caught.value) == ("frame_id = 'body' and odom_frame_id = 'odom' and guess_frame_id "
+                                 "= 'body': frame_id must differ from the others, and none be "
+                                 'empty')
+    with pytest.raises(InputError) as caught:
+        declare_settings(make_node(odom_frame_id=''))
+    assert str(caught.value).startswith("frame_id = 'base_link' and odom_frame_id = '': frame_id ")
+
+
+@pytest.mark.parametrize('numbers', [(1.0, 2.0), (np.nan,) + (0.0,) * 5, (0.0,) * 5 + (np.inf,)])
+def test_the_numbers_of_a_rejected_initial_pose_are_named(numbers):
+    with pytest.raises(InputError) as caught:
+        initial_pose(NodeSettings(initial_pose=numbers))
+    assert str(caught.value) == (f'initial_pose = {list(numbers)} is no pose: x y z [m] roll pitch '
+                                 'yaw [rad] are required')
+
+
+def test_an_initial_pose_is_certain():
+    pose = initial_pose(NodeSettings(initial_pose=(1.0, 2.0, 3.0, 0.1, 0.2, 0.3)))
+    np.testing.assert_array_equal(pose.covariance, np.zeros((6, 6)))
+
+
+@pytest.mark.parametrize('name', ['aick.alpha', 'frame_id', 'preset'])
+def test_a_parameter_cannot_be_deleted(live, name):
+    live.settings.end()
+    before = live.settings.own, live.settings.core
+    result = live.set(**{name: None})
+    assert not result.successful
+    assert result.reason == f'{name} cannot be deleted: set it to another value'
+    assert (live.settings.own, live.settings.core) == before
+
+
+def test_what_ros_itself_rejects_is_not_taken(live):
+    """As where a parameter is read-only for it."""
+    asked = [RosParameter('aick.alpha', value=0.3)]
+    result = live.settings.set(asked, lambda parameters: SetParametersResult(
+        successful=False, reason='of ROS'))
+    assert (result.successful, result.reason) == (False, 'of ROS')
+    assert live.settings.core == Settings()
+    assert live.changes == []
+
+
+def test_all_that_a_change_changes_is_stored_at_once(live):
+    """The others of a preset, too, and of ROS what is asked for."""
+    live.settings.end()
+    stored = []
+
+    def store(parameters):
+        stored.append({parameter.name: parameter.value for parameter in parameters})
+        return SetParametersResult(successful=True)
+
+    live.settings.set([RosParameter('preset', value='paper-full'),
+                       RosParameter('use_sim_time', value=True)], store)
+    [names] = stored
+    expected, now = preset('paper-full'), values(Settings())
+    changed = {name for name, value in values(expected).items() if value != now[name]}
+    assert set(names) == {'preset', 'use_sim_time', *changed}
+    assert live.settings.core == expected
+
+
+def test_a_value_given_again_is_stored_again(live):
+    """So that ROS reports it as set."""
+    stored = []
+    live.settings.set([RosParameter('aick.alpha', value=0.6)], lambda parameters: (
+        stored.extend(parameters) or SetParametersResult(successful=True)))
+    assert [(parameter.name, parameter.value) for parameter in stored] == [('aick.alpha', 0.6)]
+
+
+def test_an_empty_list_is_stored_as_empty_text(live):
+    live.settings.end()
+    assert live.set(camera_in_base=[0.0] * 6 + [1.0]).successful
+    assert list(live.node.get_parameter('camera_in_base').value) == [0.0] * 6 + [1.0]
+    assert live.set(camera_in_base='').successful
+    assert (live.node.get_parameter('camera_in_base').value, live.settings.own.camera_in_base) == (
+        '', ())
+
+
+def test_only_the_algorithms_settings_that_changed_are_passed_on(live):
+    assert live.set(use_sim_time=True, aick__alpha=0.3).successful
+    assert live.set(aick__alpha=0.3).successful
+    assert len(live.changes) == 1
+    live.settings.end()
+    assert live.set(aick__alpha=0.4).successful
+    assert len(live.changes) == 1
+    assert live.settings.core.aick.alpha == 0.4

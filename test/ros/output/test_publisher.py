@@ -180,6 +180,23 @@ def test_without_a_frame_of_its_own_it_publishes_no_tf(probe):
     assert made.node.count_publishers('/tf') == 0
 
 
+@pytest.mark.parametrize('publish_tf, guess, said', [
+    (True, 'odom', True), (False, 'odom', False), (True, 'wheels', False), (True, '', False)])
+def test_that_it_publishes_no_tf_is_said_where_it_was_asked_to(ros_domain, capfd, publish_tf,
+                                                                guess, said):
+    rclpy.init(args=[])
+    node = rclpy.create_node('probe')
+    OdometryPublisher(node, NodeSettings(publish_tf=publish_tf, guess_frame_id=guess))
+    text = ''.join(capfd.readouterr())
+    assert ('guess_frame_id is odom_frame_id, of which another node publishes TF: this one does '
+            'not (set publish_tf to false to silence this)' in text) is said
+    assert {each.topic_name: (each.msg_type, each.qos_profile.depth) for each in node.publishers
+            if each.topic_name in ('/odom', '/pose')} == {
+                '/odom': (Odometry, 10), '/pose': (PoseWithCovarianceStamped, 10)}
+    node.destroy_node()
+    rclpy.shutdown()
+
+
 def test_tf_to_the_guess_frame_places_the_base_too(probe):
     """TF chains odom -> guess -> base; while the pose is predicted it continues."""
     made = probe(guess=Guess(), publish_tf=True, guess_frame_id='wheels')
