@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The node in its own process, with a camera and a consumer beside it, over DDS."""
+"""The node: alone, then in its own process, with a camera and a consumer beside it, over DDS."""
 
 import dataclasses
 import itertools
@@ -10,12 +10,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import rclpy
+from rclpy.parameter import Parameter
 from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros.geometry import se3
 from aick_ros.odometry import Odometry
 from aick_ros.registration.stage_times import STAGES
+from aick_ros.ros import odom_node
 from aick_ros.ros.conversions import from_pose, from_transform, to_stamp
+from aick_ros.ros.process.arguments import Arguments
+from aick_ros.settings.parameter import with_values
 from aick_ros.settings.presets import preset
 
 OPTICAL = 'camera_rgb_optical_frame'
@@ -53,6 +58,42 @@ def black(frame):
     return dataclasses.replace(frame, colour=np.zeros_like(frame.colour),
                                depth=np.full_like(frame.depth, np.nan))
 
+
+class Pipeline:
+    """A pipeline that keeps what it is told to do."""
+
+    def __init__(self, *arguments):
+        self.made_of, self.done = arguments, []
+
+    def change_settings(self, core):
+        self.done.append(core)
+
+    def __getattr__(self, name):
+        return lambda: self.done.append(name)
+
+
+def test_it_is_active_from_its_start_and_passes_changes_on(ros_domain, monkeypatch):
+    monkeypatch.setattr(odom_node, 'Pipeline', Pipeline)
+    monkeypatch.setattr(rclpy, 'spin', lambda node: node._pipeline.done.append('spin'))
+    rclpy.init(args=['--ros-args', '-p', 'frame_id:=body'])
+    node = odom_node.OdomNode(Arguments({'Reg/Force3DoF': 'true'}))
+    pipeline = node._pipeline
+    made_on, own, core = pipeline.made_of
+    assert (made_on, own.frame_id, core.odometry.planar) == (node, 'body', True)
+    assert pipeline.done == ['activate']
+    assert node.set_parameters_atomically([Parameter('aick.alpha', value=0.5)]).successful
+    assert pipeline.done.pop() == with_values(core, {'aick.alpha': 0.5})
+    rejected = node.set_parameters_atomically([Parameter('frame_id', value='base')])
+    assert rejected.reason == ('frame_id is read at the start only: give it to the node when it '
+                               'is started, in its parameter file or with -p')
+    assert node.describe_parameter('frame_id').read_only
+    node.run()
+    node.close()
+    assert pipeline.done == ['activate', 'start', 'spin', 'close']
+    rclpy.shutdown()
+
+
+# Over DDS.
 
 def test_answers_every_frame_as_offline(rig, start_node, frames):
     start_node()

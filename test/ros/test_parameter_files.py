@@ -49,6 +49,32 @@ def test_a_file_for_this_node_is_not(warnings, content, name):
     assert warnings(content, name) == []
 
 
+def test_all_nodes_of_a_file_are_named_with_the_remedy(warnings, tmp_path):
+    [warning] = warnings('a: {ros__parameters: {x: 1}}\n'
+                         '/b/: {c: {ros__parameters: {x: 1}}, d: {e: {ros__parameters: {}}}}')
+    assert warning == (
+        f'nothing in {tmp_path}/parameters.yaml is read: it is for /a, /b/c, /b/d/e, and this '
+        'node is /odom_node; rename one of them (-r __node:=NAME), or write /** in the file')
+
+
+@pytest.mark.parametrize('pattern', ['/odom_nodes', '/odom.node', '/*', '/a/*', '/odom_node/*'])
+def test_only_the_whole_name_is_that_of_the_node(warnings, pattern):
+    """A dot is no wild card, and * stands for one part, which must be there."""
+    assert len(warnings(f'{pattern}: {{ros__parameters: {{x: 1}}}}', '/a/odom_node')) == (
+        pattern != '/a/*')
+
+
+def test_each_file_is_read_by_itself(tmp_path):
+    for name, node in (('a', 'odom_node'), ('b', 'other'), ('c', 'another')):
+        (tmp_path / name).write_text(f'{node}: {{ros__parameters: {{x: 1}}}}')
+    argv = ['odom_node', '--ros-args']
+    for name in 'abc':
+        argv += ['--params-file', str(tmp_path / name), '-r', 'x:=y']
+    found = list(warnings_of_files(argv, '/odom_node'))
+    assert [warning.split(' is read')[0] for warning in found] == [
+        f'nothing in {tmp_path / name}' for name in 'bc']
+
+
 def test_the_node_warns(rig, start_node, tmp_path):
     file = tmp_path / 'theirs.yaml'
     file.write_text('rgbd_odometry: {ros__parameters: {frame_id: body}}')

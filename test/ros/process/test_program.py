@@ -3,18 +3,24 @@
 
 """Environments and parameters with which ROS cannot start are input errors."""
 
+import signal
 import subprocess
 import sys
 import warnings
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from rclpy.exceptions import InvalidParameterTypeException
+from rclpy.executors import ExternalShutdownException
 from rclpy.parameter import Parameter
+from rclpy.signals import SignalHandlerOptions
 
 from aick_ros.errors import InputError
 from aick_ros.ros.playback import live_run
 from aick_ros.ros.process import program
+from aick_ros.ros.process.signals import ENDINGS
 
 
 def test_ros_does_not_start_where_it_would_end_the_process(monkeypatch):
@@ -76,3 +82,131 @@ except KeyboardInterrupt:
     print(rclpy.ok())
 """], capture_output=True, text=True)
     assert run.stdout.strip() == str(is_up), run.stderr
+
+
+@pytest.fixture
+def ros(monkeypatch):
+    """Return ROS as far as a program starts and ends it; ``done`` is what was done, in order."""
+    ros = SimpleNamespace(done=[], is_up=True)
+
+    def done(what):
+        return lambda *arguments: ros.done.append((what, *arguments) if arguments else what)
+    for name in ('_handle_signals', 'initialise', 'ignore'):
+        monkeypatch.setattr(program, name, done(name.strip('_')))
+    monkeypatch.setattr(program.rclpy, 'try_shutdown', done('shut down'))
+    monkeypatch.setattr(program.rclpy, 'ok', lambda: ros.is_up)
+    return ros
+
+
+STARTED, ENDED = [('handle_signals', False), 'initialise'], ['shut down', 'ignore']
+
+
+def test_a_program_prepares_itself_before_ros_starts_and_ends_it(ros):
+    def prepare():
+        ros.done.append('prepare')
+        return 'prepared'
+    with program.program('x', prepare) as prepared:
+        assert ros.done == ['prepare', *STARTED]
+        assert not signal.pthread_sigmask(signal.SIG_BLOCK, ()) & set(ENDINGS)
+    assert prepared == 'prepared'
+    assert ros.done == ['prepare', *STARTED, *ENDED]
+
+
+def test_a_program_that_blocks_elsewhere_is_interrupted(ros):
+    with program.program('x', lambda: None, interrupt=True):
+        pass
+    assert ros.done[0] == ('handle_signals', True)
+
+
+def test_an_unusable_input_is_one_line_and_exit_code_2(ros, capsys):
+    for where in ('prepare', 'block'):
+        def fail():
+            raise InputError('it is\nno bag')
+        with pytest.raises(SystemExit) as end:
+            with program.program('x', fail if where == 'prepare' else lambda: None):
+                fail()
+        assert end.value.code == 2
+        assert capsys.readouterr() == ('', 'x: it is no bag\n')
+        assert ros.done[-2:] == ENDED
+
+
+@pytest.mark.parametrize('error', [KeyboardInterrupt, ExternalShutdownException])
+def test_an_end_by_a_signal_is_no_error(ros, error, capsys):
+    with pytest.raises(SystemExit) as end:
+        with program.program('x', lambda: None):
+            raise error
+    assert end.value.code in (None, 0)
+    assert capsys.readouterr() == ('', '')
+    assert ros.done[-2:] == ENDED
+
+
+@pytest.mark.parametrize('is_up', [True, False])
+def test_a_failure_is_an_error_unless_it_follows_from_the_shutdown(ros, is_up):
+    ros.is_up = is_up
+    with pytest.raises(ZeroDivisionError) if is_up else nullcontext():
+        with program.program('x', lambda: None):
+            raise ZeroDivisionError
+    assert ros.done[-2:] == ENDED
+
+
+@pytest.mark.parametrize('is_up', [True, False])
+def test_a_shutdown_that_fails_is_an_error_unless_it_has_happened(ros, monkeypatch, is_up):
+    ros.is_up = is_up
+
+    def fail():
+        raise RuntimeError
+    monkeypatch.setattr(program.rclpy, 'try_shutdown', fail)
+    with pytest.raises(RuntimeError) if is_up else nullcontext():
+        with program.program('x', lambda: None):
+            pass
+    assert ('ignore' in ros.done) is not is_up
+
+
+def test_a_signal_during_the_start_ends_it_before_anything_begins(ros, monkeypatch):
+    monkeypatch.setattr(program.signal, 'sigpending', lambda: {signal.SIGTERM})
+    with pytest.raises(SystemExit) as end:
+        with program.program('x', lambda: None):
+            ros.done.append('begun')
+    assert end.value.code in (None, 0)
+    assert ros.done == [*STARTED, 'ignore', *ENDED]
+
+
+@pytest.mark.parametrize('interrupt', [True, False])
+def test_only_the_first_signal_interrupts_and_only_where_it_is_to(monkeypatch, interrupt):
+    handlers = {}
+    monkeypatch.setattr(program.signal, 'signal', handlers.__setitem__)
+    program._handle_signals(interrupt)
+    assert set(handlers) == {signal.SIGINT, signal.SIGTERM}
+    with pytest.raises(KeyboardInterrupt) if interrupt else nullcontext():
+        handlers[signal.SIGTERM](signal.SIGTERM, None)
+    handlers[signal.SIGINT](signal.SIGINT, None)
+
+
+@pytest.mark.parametrize('arguments, ends, what', [
+    ([], True, 'the environment'), (['--ros-args', '-r', 'x'], False, 'these arguments'),
+    (None, True, 'these arguments')])
+def test_what_ros_rejects_is_named(monkeypatch, arguments, ends, what):
+    given = []
+
+    def init(**options):
+        given.append(options)
+        raise RuntimeError('no')
+    monkeypatch.setattr(program.rclpy, 'init', init)
+    monkeypatch.setattr(program, 'remove_ros_args', lambda arguments: None)
+    with pytest.raises(InputError, match=f'^ROS rejects {what}: no$'):
+        program.initialise(arguments, ends)
+    options = SignalHandlerOptions.ALL if ends else SignalHandlerOptions.NO
+    assert given == [{'args': arguments, 'signal_handler_options': options}]
+
+
+def test_a_node_that_fails_because_ros_ends_is_no_input_error(monkeypatch):
+    monkeypatch.setattr(program.rclpy, 'ok', lambda: False)
+
+    def make():
+        raise InvalidParameterTypeException(Parameter('use_sim_time', value='x'), 'BOOL')
+    with pytest.raises(InvalidParameterTypeException):
+        program.make_node(make)
+
+
+def test_a_node_that_can_be_made_is_returned():
+    assert program.make_node(lambda: 'node') == 'node'
