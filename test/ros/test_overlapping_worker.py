@@ -5,6 +5,7 @@
 
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 
@@ -17,11 +18,11 @@ PATIENCE = 120.0  # seconds that nothing takes, even on a loaded machine
 class Rig:
     """A worker whose second half stops at a gate; both halves record what they did."""
 
-    def __init__(self, capacity):
+    def __init__(self, capacity, **options):
         self.queue = WorkQueue(capacity)
         self.prepared, self.entered, self.gate = (threading.Semaphore(0) for _ in range(3))
         self.log, self.done = [], []
-        self.worker = OverlappingWorker(self.queue, self.prepare, self.work)
+        self.worker = OverlappingWorker(self.queue, self.prepare, self.work, **options)
         self.worker.start()
 
     def prepare(self, item):
@@ -65,8 +66,8 @@ class Rig:
 def make():
     made = []
 
-    def make(capacity):
-        made.append(Rig(capacity))
+    def make(capacity, **options):
+        made.append(Rig(capacity, **options))
         return made[-1]
 
     yield make
@@ -150,3 +151,58 @@ def test_stop_waits_for_both_halves(make):
     stopper.join(PATIENCE)
     assert not stopper.is_alive()
     assert rig.done[0] == 'prepared a'
+
+
+@pytest.mark.parametrize('capacity', [1, 100])
+def test_an_item_waits_until_it_is_ready(make, capacity):
+    ready = threading.Event()
+    rig = make(capacity, is_ready=lambda item: item == 'a' and ready.is_set())
+    rig.queue.put('a')
+    rig.settle()
+    assert rig.log == []
+    ready.set()
+    rig.queue.wake()
+    rig.await_preparation()
+    rig.finish(1)
+    assert rig.done == ['prepared a']
+
+
+def test_the_time_of_each_thread_is_given_first_that_of_the_preparation(monkeypatch):
+    """By a clock that goes on by two seconds in the first half, and by three in the second."""
+    clock = threading.local()  # each thread has its own
+    monkeypatch.setattr('aick_ros.ros.worker.time', SimpleNamespace(
+        monotonic=lambda: getattr(clock, 'now', 0.0)))
+    done = threading.Semaphore(0)
+
+    def prepare(item):
+        clock.now = getattr(clock, 'now', 0.0) + 2.0
+        return item
+
+    def work(item):
+        clock.now = getattr(clock, 'now', 0.0) + 3.0
+        done.release()
+
+    queue = WorkQueue(capacity=100)
+    worker = OverlappingWorker(queue, prepare, work)
+    assert worker.busy == (0.0, 0.0)
+    worker.start()
+    assert {'preparation', 'odometry'} <= {thread.name for thread in threading.enumerate()}
+    for item in 'ab':
+        queue.put(item)
+        assert done.acquire(timeout=PATIENCE)
+    worker.stop()
+    assert worker.busy == (4.0, 6.0)
+
+
+def test_what_both_halves_drop_is_counted_until_it_is_drained(make):
+    rig = make(capacity=1)
+    rig.begin('a')
+    rig.await_preparation()
+    for item in 'bc':  # c takes the place of b, which was prepared
+        rig.queue.put(item)
+        rig.await_preparation()
+    rig.worker._first._queue.dropped += 4
+    assert rig.worker.dropped == 5
+    rig.gate.release()
+    rig.worker.drain()
+    assert rig.worker.dropped == 0

@@ -78,9 +78,11 @@ class FakeNode:
     def resolve_topic_name(self, name):
         return '/' + name.lstrip('/')
 
-    def create_subscription(self, kind, topic, callback, qos, event_callbacks=None):
+    def create_subscription(self, kind, topic, callback, qos, event_callbacks=None,
+                            callback_group=None):
         self.subscriptions.append(FakeSubscription(kind, topic, callback, qos))
-        self.subscriptions[-1].events = event_callbacks
+        self.subscriptions[-1].events, self.subscriptions[-1].group = (
+            event_callbacks, callback_group)
         return self.subscriptions[-1]
 
     def destroy_subscription(self, subscription):

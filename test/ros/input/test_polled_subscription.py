@@ -3,10 +3,29 @@
 
 """Messages that are taken together, over DDS."""
 
+from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Int32
 
 from aick_ros.ros.input.polled_subscription import PolledSubscription
+
+
+def test_it_is_left_to_whoever_takes_the_messages(fake_node):
+    """No executor wakes up for it."""
+    qos = QoSProfile(depth=7)
+    polled = PolledSubscription(fake_node, Int32, 'numbers', qos)
+    [made] = fake_node.subscriptions
+    assert (made.msg_type, made.topic_name, made.qos_profile) == (Int32, 'numbers', qos)
+    assert isinstance(made.group, CallbackGroup)
+    assert made.group.can_execute(made) is False
+    assert made.group.beginning_execution(made) is False
+    assert made.group.ending_execution(made) is None
+    assert made.callback(Int32(data=1)) is None
+    made.queue += [Int32(data=2), Int32(data=3)]
+    assert [message.data for message in polled.take()] == [2, 3]
+    assert polled.take() == []
+    polled.destroy()
+    assert fake_node.subscriptions == []
 
 
 def test_messages_wait_in_order_until_they_are_taken(rig):
