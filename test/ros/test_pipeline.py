@@ -25,7 +25,8 @@ from aick_ros.messages.synchronizer import Pair
 from aick_ros.odometry import Odometry, OdometryUpdate
 from aick_ros.odometry.base_odometry import Mount
 from aick_ros.registration.status import Status
-from aick_ros.ros.conversions import from_pose, header, to_stamp, to_time, transform_stamped
+from aick_ros.ros.conversions import (
+    from_pose, header, pose_with_covariance, to_stamp, to_time, transform_stamped)
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import values_of
 from aick_ros.ros.input import rgbd_images
@@ -218,8 +219,9 @@ def make(monkeypatch):
     return lambda **settings: Rig(monkeypatch, **settings)
 
 
-def pair(stamp):
-    return Pair(stamp, message(stamp), stamp, message(stamp))
+def pair(stamp, depth_stamp=None):
+    depth_stamp = stamp + 7 * MS if depth_stamp is None else depth_stamp
+    return Pair(stamp, message(stamp), depth_stamp, message(depth_stamp))
 
 
 def test_the_age_of_an_answer_is_that_of_its_image(make):
@@ -468,6 +470,60 @@ def test_with_a_guess_it_starts_there(make, monkeypatch):
     np.testing.assert_allclose(made.poses[-1], T_guess_base, atol=1e-9)
 
 
+@pytest.mark.parametrize('status', Status)
+def test_each_frame_that_was_not_registered_is_warned_of(make, status):
+    made = make()
+    made.camera.status = status
+    made.see(STAMP)
+    assert bool(made.node.logger.lines) is not status.ok
+
+
+def test_the_rate_is_that_of_the_colour_images(make):
+    made = make(max_update_rate=10.0)
+    for i in range(5):
+        made.pipeline._enqueue(pair(STAMP + i * 50 * MS, STAMP))
+        made.work()
+    assert [to_stamp(sent.header.stamp) for sent in made.node.published['odom']] == [
+        STAMP, STAMP + 100 * MS, STAMP + 200 * MS]
+
+
+def test_a_misalignment_that_is_found_is_logged_and_reported(make):
+    made = make()
+    made.see(STAMP)
+    made.camera.misalignment = SimpleNamespace(values=np.ones(8), description='rotated')
+    made.see(STAMP + 33 * MS)
+    assert made.node.logger.lines[0].startswith('rotated. This is corrected from now on')
+    made.pipeline._report(Stream())
+    assert 'rotated' in [value.value for value in
+                         made.node.published['/diagnostics'][-1].status[0].values]
+
+
+@pytest.mark.parametrize('guess, child', [('', 'base_link'), ('wheels', 'wheels')])
+def test_tf_is_that_of_the_base_or_of_the_guess(make, monkeypatch, guess, child):
+    pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
+    made = make(publish_tf=True, guess_frame_id=guess, wait_for_transform=0.0)
+    if guess:
+        monkeypatch.setattr(made.pipeline._guess, 'T_guess_base', lambda stamp: np.eye(4))
+    made.see(STAMP)
+    [link] = made.node.published['/tf'][-1].transforms
+    assert (link.header.frame_id, link.child_frame_id) == ('odom', child)
+
+
+@pytest.mark.parametrize('paused', [False, True])
+def test_a_pose_that_is_set_knows_whether_the_node_is_paused(make, monkeypatch, paused):
+    made, given = make(), []
+    monkeypatch.setattr(made.pipeline._base, 'set_pose', lambda *arguments: given.append(arguments))
+    if paused:
+        made.call('pause_odom')
+    pose = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])
+    made.node.takes['set_pose'](pose_with_covariance(0, 'odom', pose, 2.0 * np.eye(6)))
+    made.work()
+    [(found, was_paused)] = given
+    np.testing.assert_allclose(found.matrix, pose, atol=1e-12)
+    np.testing.assert_array_equal(found.covariance, 2.0 * np.eye(6))
+    assert was_paused is paused
+
+
 def test_a_lost_frame_is_warned_of_with_its_reason_and_a_tracked_one_is_not(make):
     made = make()
     made.see(STAMP)
@@ -668,6 +724,13 @@ def test_under_load_less_is_computed_and_settings_can_change_all_the_same(make, 
     assert made.camera.settings.features.max_keypoints == 200
     assert 'half of the keypoints are dropped' in made.node.logger.lines[-1]
     made.pipeline.change_settings(with_values(Settings(), {'features.max_keypoints': 300}))
+    assert made.camera.settings.features.max_keypoints == 150
+
+
+def test_what_is_computed_less_is_of_the_settings_as_they_are_now(make, monkeypatch):
+    made = make()
+    made.pipeline.change_settings(with_values(Settings(), {'features.max_keypoints': 300}))
+    overload(made, monkeypatch, 2)
     assert made.camera.settings.features.max_keypoints == 150
 
 

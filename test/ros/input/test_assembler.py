@@ -178,6 +178,13 @@ def test_the_cameras_of_depth_and_colour_are_not_exchanged(registering):
     assert 0.1 < np.isfinite(frame.depth).mean() < 0.5
 
 
+def test_each_calibration_is_named_by_its_own_images(registering, fake_node):
+    for name in ('rgb', 'depth'):
+        registering.calibrate(f'/{name}/camera_info', CAMERA)
+    assert [text.split(',')[0] for text in fake_node.logger.infos] == [
+        'camera of /rgb/image', 'camera of /depth/image']
+
+
 def test_an_arrival_keeps_the_camera_of_depth_of_its_time(registering):
     for name in ('rgb', 'depth'):
         registering.calibrate(f'/{name}/camera_info', CAMERA)

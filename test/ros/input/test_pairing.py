@@ -73,6 +73,16 @@ def test_an_image_that_is_rejected_is_counted_and_named(make, stamped, steady, f
     assert pairing.counted == {Count.IMAGES_REJECTED: 1}
 
 
+def test_after_a_late_image_those_in_order_are_accepted(make, stamped):
+    pairing = make()
+    for stamp in (START, START + PERIOD, START, START + 2 * PERIOD):
+        pairing.take_colour(stamped(stamp))
+        pairing.take_depth(stamped(stamp))
+    assert [pair.colour_stamp for pair in pairing.pairs] == [
+        START, START + PERIOD, START + 2 * PERIOD]
+    assert pairing.counted == {Count.RECEIVED: 3, Count.IMAGES_REJECTED: 2}
+
+
 def test_a_stray_stamp_does_not_pair(make, stamped):
     pairing, stray = make(), START + 3600 * 10 ** 9
     pairing.take_colour(stamped(START))
