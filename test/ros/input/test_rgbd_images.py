@@ -147,10 +147,12 @@ def test_compressed_images_are_decoded(fake_node, installed):
 
 def test_an_image_without_a_header_has_that_of_the_message(fake_node, installed):
     bare = image(0, 'rgb8', COLOUR)
+    bare.header.frame_id = ''
     received = Input(fake_node)
-    received.receive(message(rgb=bare))
-    assert received.pairs[0].colour_stamp == DEPTH_STAMP
-    assert received.pairs[0].colour.header.frame_id == 'colour'
+    received.receive(message(rgb=bare, depth=image(STAMP, '32FC1', DEPTH)))
+    [pair] = received.pairs
+    assert (pair.colour_stamp, pair.depth_stamp) == (DEPTH_STAMP, STAMP)
+    assert pair.colour.header == header(DEPTH_STAMP, 'colour')
 
 
 @pytest.mark.parametrize('parts, reason', [
