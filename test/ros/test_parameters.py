@@ -295,8 +295,8 @@ def test_the_frames_are_named_where_they_cannot_be_connected(make_node):
 def test_the_numbers_of_a_rejected_initial_pose_are_named(numbers):
     with pytest.raises(InputError) as caught:
         initial_pose(NodeSettings(initial_pose=numbers))
-    assert str(caught.value) == (f'initial_pose = {list(numbers)} is no pose: x y z [m] roll pitch '
-                                 'yaw [rad] are required')
+    assert str(caught.value) == (f'initial_pose = {list(numbers)} is no pose: x y z [m] roll '
+                                 'pitch yaw [rad] are required')
 
 
 def test_an_initial_pose_is_certain():

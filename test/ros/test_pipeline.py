@@ -512,7 +512,7 @@ def test_tf_is_that_of_the_base_or_of_the_guess(make, monkeypatch, guess, child)
 @pytest.mark.parametrize('paused', [False, True])
 def test_a_pose_that_is_set_knows_whether_the_node_is_paused(make, monkeypatch, paused):
     made, given = make(), []
-    monkeypatch.setattr(made.pipeline._base, 'set_pose', lambda *arguments: given.append(arguments))
+    monkeypatch.setattr(made.pipeline._base, 'set_pose', lambda *given_: given.append(given_))
     if paused:
         made.call('pause_odom')
     pose = se3.exp([1, 2, 3, 0.1, 0.2, 0.3])

@@ -217,8 +217,8 @@ def test_only_the_first_frame_waits_for_the_transform(made):
     assert source.samples(OPTICAL, 10 * MS) is None
 
 
-NO_TRANSFORM = ("no transform from 'imu_frame' (the IMU) to 'camera_rgb_optical_frame' (the colour "
-                f'image) yet: {TF_REMEDY}; until then the IMU is not used')
+NO_TRANSFORM = ("no transform from 'imu_frame' (the IMU) to 'camera_rgb_optical_frame' (the "
+                f'colour image) yet: {TF_REMEDY}; until then the IMU is not used')
 
 
 @pytest.mark.parametrize('answer, sentence', [

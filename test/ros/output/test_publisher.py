@@ -182,8 +182,8 @@ def test_without_a_frame_of_its_own_it_publishes_no_tf(probe):
 
 @pytest.mark.parametrize('publish_tf, guess, said', [
     (True, 'odom', True), (False, 'odom', False), (True, 'wheels', False), (True, '', False)])
-def test_that_it_publishes_no_tf_is_said_where_it_was_asked_to(ros_domain, capfd, publish_tf,
-                                                                guess, said):
+def test_that_it_publishes_no_tf_is_said_where_it_was_asked_to(
+        ros_domain, capfd, publish_tf, guess, said):
     rclpy.init(args=[])
     node = rclpy.create_node('probe')
     OdometryPublisher(node, NodeSettings(publish_tf=publish_tf, guess_frame_id=guess))

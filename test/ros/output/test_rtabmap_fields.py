@@ -81,7 +81,8 @@ def registered(state=BaseState.TRACKED, forward=0.1, seconds=0.2, frame=FRAME, p
         matches=MATCHES if is_tracked else MATCHES[:0], support=17 if is_tracked else 0,
         timing={'features': 20.0, 'total': 35.0})
     motion = BaseMotion(np.array([forward / seconds, 0, 0, 0, 0, 0]), COVARIANCE, seconds)
-    base = BaseUpdate(STAMP, state, PoseWithCovariance(T_ODOM_BASE), motion if is_tracked else None)
+    base = BaseUpdate(STAMP, state, PoseWithCovariance(T_ODOM_BASE),
+                      motion if is_tracked else None)
     return Registered(update, base, se3.exp([0, 0, 1, 0, 0, 0]), 'optical')
 
 
