@@ -30,6 +30,7 @@ from aick_ros.ros.conversions import (
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import values_of
 from aick_ros.ros.input import rgbd_images
+from aick_ros.ros.load_shedding import Step
 from aick_ros.ros.pipeline import Pipeline
 from aick_ros.settings import NodeSettings, Settings
 from aick_ros.settings.parameter import with_values
@@ -725,6 +726,23 @@ def test_under_load_less_is_computed_and_settings_can_change_all_the_same(make, 
     assert 'half of the keypoints are dropped' in made.node.logger.lines[-1]
     made.pipeline.change_settings(with_values(Settings(), {'features.max_keypoints': 300}))
     assert made.camera.settings.features.max_keypoints == 150
+
+
+def test_what_is_dropped_under_load_is_reported_and_its_end_is_logged(make, monkeypatch):
+    made = make()
+    overload(made, monkeypatch, 2)
+    sentence = made.node.logger.lines[-1]
+    assert sentence.startswith('frames come faster than they can be registered: half of the key')
+    made.pipeline._report(Stream())
+    status = made.node.published['/diagnostics'][-1].status[0]
+    assert status.message.endswith(sentence)
+    assert ('dropped to shed load', 'half of the keypoints') in [
+        (value.key, value.value) for value in status.values]
+    shedding = made.pipeline._shedding
+    shedding.step, shedding.update = Step.ALL, lambda load: True
+    made.pipeline._shed_load()
+    assert made.node.logger.lines[-1] == 'everything is computed again'
+    assert made.camera.settings == Settings()
 
 
 def test_what_is_computed_less_is_of_the_settings_as_they_are_now(make, monkeypatch):

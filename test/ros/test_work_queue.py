@@ -91,6 +91,12 @@ def test_sizes_are_subtracted_for_what_is_taken_and_what_is_dropped():
     assert (queue.backlog_bytes, queue.backlog, queue.dropped) == (4, 1, 1)
 
 
+def test_items_without_a_size_have_none():
+    queue = WorkQueue(capacity=3)
+    queue.put('frame')
+    assert (queue.backlog, queue.backlog_bytes) == (1, 0)
+
+
 def test_only_as_many_are_dropped_as_must_be():
     queue = WorkQueue(capacity=100, size=len, max_bytes=10)
     for item in ('aaa', 'bbb', 'ccc', 'dddd'):

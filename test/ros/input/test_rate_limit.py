@@ -6,6 +6,7 @@
 import numpy as np
 import pytest
 
+from aick_ros.geometry.stamps import RESTART_AFTER
 from aick_ros.ros.input.rate_limit import RateLimit
 
 
@@ -42,3 +43,29 @@ def test_after_a_pause_there_is_no_burst():
 def test_a_recording_that_starts_again_is_not_waited_for():
     stamps = stamps_at(30, 300)
     assert len(admitted(10, stamps + stamps)) == pytest.approx(200, abs=2)
+
+
+SECOND = 10 ** 9
+
+
+@pytest.mark.parametrize('after, is_admitted', [
+    (SECOND * 9 // 10, True), (SECOND * 9 // 10 - 1, False), (SECOND, True)])
+def test_a_frame_may_come_a_tenth_of_a_period_early(after, is_admitted):
+    stamps = [10 * SECOND, 10 * SECOND + after]
+    assert admitted(1, stamps) == stamps[:1 + is_admitted]
+
+
+@pytest.mark.parametrize('back, is_admitted', [
+    (1, False), (SECOND // 2, False), (RESTART_AFTER, False), (RESTART_AFTER + 1, True)])
+def test_only_stamps_that_go_back_by_more_than_a_second_are_of_another_recording(
+        back, is_admitted):
+    """Less is an image that is late; it must not bring the next one forward."""
+    start = 10 * SECOND
+    stamps = [start, start - back, start - back + SECOND]
+    assert admitted(2, stamps)[1:] == ([start - back, start - back + SECOND] if is_admitted else [
+        stamp for stamp in stamps[2:] if stamp >= start + SECOND * 45 // 100])
+
+
+def test_without_a_limit_every_frame_is_admitted_in_any_order():
+    stamps = [10 * SECOND, 10 * SECOND, 9 * SECOND, 0]
+    assert admitted(0, stamps) == stamps
