@@ -605,7 +605,8 @@ def test_the_report_has_what_is_missing_and_what_waits(active):
     odometry.gyroscope.complaint, odometry.gravity.complaint = 'turns', 'falls'
     pipeline._misalignment.update(SimpleNamespace(
         values=np.zeros(8), description='rotated by 1 degree'))
-    pipeline._report(images)
+    for _ in range(2):  # what is counted elsewhere is counted once
+        pipeline._report(images)
     status = made.node.published['/diagnostics'][-1].status[0]
     assert status.message == 'no depth; turns; falls'
     assert made.node.logger.lines[-1] == status.message
