@@ -90,7 +90,7 @@ def test_the_pose_of_a_lost_camera_is_null():
 def test_an_odometry_is_a_pose_and_a_velocity_each_with_its_covariance():
     """RTAB-Map reads it from the message alone, so no field may be left out or exchanged."""
     first = np.diag([1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3])
-    second = 0.1 * first + 1e-6
+    second = 0.1 * first + 1e-6 * np.arange(36.0).reshape(6, 6)
     pose = conversions.pose_with_covariance(5, 'odom', POSE, first)
     message = conversions.odometry(pose, 'base', np.array([1, 2, 3, 4, 5, 6], np.float32), second)
     assert (message.header, message.child_frame_id) == (conversions.header(5, 'odom'), 'base')

@@ -246,7 +246,8 @@ def test_of_the_diagnostics_the_numbers_are_shown(watched):
     assert watcher.hears
 
 
-@pytest.mark.parametrize('name', ['robot/odom_node', 'robot/odom_node: images', 'odom_node: odo'])
+@pytest.mark.parametrize('name', ['robot/odom_node', 'robot/odom_node: images', 'odom_node: odo',
+                                  'robot/visual odometry', 'odom_node: odometry'])
 def test_diagnostics_of_others_are_not_shown(watched, name):
     watcher, seen = watched
     watcher._take_diagnostics(DiagnosticArray(status=[DiagnosticStatus(name=name)]))

@@ -85,7 +85,8 @@ def test_with_the_messages_nobody_waits_in_vain(with_messages, used):
     assert complaint(f'/robot/{used}') == ''
 
 
-@pytest.mark.parametrize('service', ['reset_odom', 'pause_odom', 'reset_odom_to_pose'])
+@pytest.mark.parametrize('service', ['reset_odom', 'pause_odom', 'resume_odom',
+                                     'reset_odom_to_pose'])
 def test_a_service_under_the_name_of_their_node_is_explained(with_messages, service):
     called = f'/robot/rgbd_odometry/{service}'
     assert complaint(called) == (f'somebody calls {called}, but this node is odom_node: start it '
