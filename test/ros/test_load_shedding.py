@@ -7,7 +7,9 @@ import pytest
 
 from aick_ros.ros.load_shedding import Load, LoadShedding, Step
 from aick_ros.settings import Settings
+from aick_ros.settings.node import NodeSettings
 from aick_ros.settings.parameter import values, with_values
+from aick_ros.settings.presets import PRESETS
 
 ORDER = list(Step)
 
@@ -119,7 +121,18 @@ def test_it_says_what_is_left_out():
     second = Second()
     assert second.shedding.sentence == ''
     over(second, 2)
-    assert Step.FEWER_POINTS.value in second.shedding.sentence
+    assert second.shedding.sentence == (
+        'frames come faster than they can be registered: half of the keypoints and of the surface '
+        'points are dropped; limit the rate with max_update_rate, set preset to embedded, or '
+        'shed_load to false')
+    # so the remedies must exist, and each step names what it reduces
+    assert 'embedded' in PRESETS
+    assert {'max_update_rate', 'shed_load'} <= values(NodeSettings()).keys()
+    words = [step.value for step in Step]
+    assert words[0] == 'nothing'
+    assert ['keypoints' in word for word in words] == [False, True, True, True]
+    assert ['surface points' in word for word in words] == [False, False, True, True]
+    assert ['frames' in word for word in words] == [False, False, False, True]
 
 
 def step_after(seconds, busy, dropped, arrived, step=Step.ALL):
