@@ -31,6 +31,7 @@ from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import values_of
 from aick_ros.ros.input import rgbd_images
 from aick_ros.ros.load_shedding import Step
+from aick_ros.ros.output.views import Views
 from aick_ros.ros.pipeline import Pipeline
 from aick_ros.settings import NodeSettings, Settings
 from aick_ros.settings.parameter import with_values
@@ -72,7 +73,7 @@ class Node:
 
     def __init__(self):
         self.published, self.services, self.now = defaultdict(list), {}, STAMP
-        self.timers, self.takes = [], {}
+        self.timers, self.takes, self.listened = [], {}, ()
         self.logger, self.context = Logger(), SimpleNamespace(ok=lambda: True)
 
     def get_logger(self):
@@ -100,7 +101,7 @@ class Node:
 
     def create_publisher(self, kind, topic, qos):
         return SimpleNamespace(publish=self.published[topic].append,
-                               get_subscription_count=lambda: 0)
+                               get_subscription_count=lambda: int(topic in self.listened))
 
     def create_subscription(self, kind, topic, callback, qos, **_):
         self.takes[topic] = callback
@@ -343,6 +344,7 @@ def active(make):
     made = make(frame_id='body')
     made.pipeline.start()
     made.pipeline._diagnostics.count(Count.LOST)
+    assert 'imu' not in made.node.takes
     made.pipeline.activate()
     yield made, made.pipeline._images
     made.pipeline.deactivate()
@@ -357,6 +359,7 @@ def test_active_it_takes_images_and_reports_by_a_clock_that_never_stands_still(a
     assert (1.0, ClockType.STEADY_TIME) in [
         (timer.period, timer.kind) for timer in made.node.timers]
     assert made.snapshot.totals[Count.LOST] == 0  # of a life before
+    assert 'imu' in made.node.takes
     [report] = [timer for timer in made.node.timers if timer.period == 1.0]
     images.text = 'no camera_info'
     report.tick()
@@ -413,7 +416,10 @@ def test_the_base_moves_as_the_camera_does_where_it_sits(make):
     np.testing.assert_allclose(made.poses[1], expected, atol=1e-9)
     sent = made.node.published['odom'][-1]
     assert (sent.header.frame_id, sent.child_frame_id) == ('start', 'body')
-    # what is displayed is that frame, too
+    # what is displayed is that frame, too, in the frame of the odometry
+    made.node.listened = ('path',)
+    Views.show(made.pipeline._views, *made.shown[-1])
+    assert made.node.published['path'][-1].header.frame_id == 'start'
     registered, (frame, update, T_odom_base, T_shown, camera_frame) = made.shown[-2:]
     assert frame.stamp == update.stamp == registered.update.stamp == STAMP + 100 * MS
     assert camera_frame == registered.camera_frame == 'optical'
