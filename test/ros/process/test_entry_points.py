@@ -67,3 +67,13 @@ def test_a_parameter_file_that_is_missing_is_named(name):
     run = outcome(f'e.{name}()', '', '--ros-args', '--params-file', '/none/a.yaml')
     assert run.returncode == 2
     assert run.stderr.startswith(f'{name}: cannot read the parameters /none/a.yaml'.encode())
+
+
+@pytest.mark.parametrize('setup, said', [
+    ("import os; os.environ['ROS_DOMAIN_ID'] = '999'", b'odom_node: ROS_DOMAIN_ID is 999: at mo'),
+    ("import os; os.environ['RMW_IMPLEMENTATION'] = 'x'", b'odom_node: RMW_IMPLEMENTATION is x, '),
+    ("sys.argv[1:] = ['--params-file', '/none/a.yaml']", b'odom_node: cannot read the param')])
+def test_what_would_end_ros_is_rejected_before_it_is_imported(setup, said):
+    run = outcome('e.import_module = lambda name: print("imported")\ne.odom_node()', setup)
+    assert (run.returncode, run.stdout) == (2, b'')
+    assert run.stderr.startswith(said) and run.stderr.count(b'\n') == 1
