@@ -40,8 +40,9 @@ def test_every_part_has_the_stamp_of_its_image_and_the_frame_of_colour(monkeypat
     message = rgbd_image.rgbd_image(
         RgbdFrame(stamp, np.zeros((6, 8, 3), np.uint8), np.full((6, 8), 2.5, np.float32), camera,
                   depth_stamp), 'optical')
-    for part, of_depth in ((message, False), (message.rgb, False), (message.rgb_camera_info, False),
-                           (message.depth, True), (message.depth_camera_info, True)):
+    for part, of_depth in (
+            (message, False), (message.rgb, False), (message.rgb_camera_info, False),
+            (message.depth, True), (message.depth_camera_info, True)):
         assert part.header == header(stamp + (later or 0) * of_depth, 'optical')
     assert (message.rgb.encoding, message.depth.encoding) == ('rgb8', '32FC1')
     for image, size in ((message.rgb, 3), (message.depth, 4)):
