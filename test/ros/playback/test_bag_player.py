@@ -11,6 +11,7 @@ import struct
 import subprocess
 import sys
 import time
+from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -281,7 +282,11 @@ def test_messages_are_published_byte_for_byte_each_after_its_time(player, bag):
     assert times == sorted(times) and abs(times[-1] - time.monotonic()) < PATIENCE
 
 
-def test_only_images_have_a_stamp(player, bag):
+def test_only_images_have_a_stamp_which_is_that_of_their_header(player, bag, monkeypatch):
+    def later(path, items):
+        for connection, stamp, message in items:
+            yield connection, stamp + 5_000_000, message  # as it takes a recorder to receive it
+    monkeypatch.setattr(bag_player, '_readable', later)
     stamps = {}
     for each in player.play(lambda stamp: None):
         stamps.setdefault(each.topic, []).append(each.stamp)
@@ -289,6 +294,25 @@ def test_only_images_have_a_stamp(player, bag):
     assert stamps[bag_writer.COLOUR_TOPIC] == [frame.stamp for frame in frames]
     others = [stamp for topic, found in stamps.items() if 'image' not in topic for stamp in found]
     assert others and set(others) == {None}
+
+
+def test_of_a_bag_all_is_played_but_its_clock_and_what_is_not_installed(
+        ros_domain, monkeypatch, capfd):
+    @contextmanager
+    def reading(path):
+        yield SimpleNamespace(connections=[
+            SimpleNamespace(topic=topic, msgtype=kind) for topic, kind in (
+                ('/clock', 'rosgraph_msgs/msg/Clock'), ('/a', 'std_msgs/msg/Header'),
+                ('/b', 'nothing/msg/Nothing'), ('/a', 'std_msgs/msg/Header'))])
+    monkeypatch.setattr(bag_player, '_reading', reading)
+    rclpy.init(args=[])
+    player = bag_player.BagPlayer(Path('bag'))
+    assert player.topics == ['/a']
+    assert player.get_name() == 'bag_player'
+    assert [each.topic_name for each in player.publishers].count('/clock') == 1
+    assert '/b is not played: nothing/msg/Nothing is not installed' in capfd.readouterr().err
+    player.destroy_node()
+    rclpy.shutdown()
 
 
 def test_every_subscriber_is_matched_and_tf_static_is_kept_for_late_ones(player):
