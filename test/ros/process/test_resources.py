@@ -32,6 +32,7 @@ def test_the_profile_has_the_name_of_the_distribution(rclpy_version):
 @pytest.mark.parametrize('variable', VARIABLES)
 def test_a_profile_of_the_user_stays(monkeypatch, rclpy_version, variable):
     monkeypatch.setenv(variable, '/mine.xml')
+    assert resources.fastdds_profile() == {}
     resources.use_fastdds_profile()
     assert [os.environ.get(name) for name in VARIABLES if name in os.environ] == ['/mine.xml']
 
