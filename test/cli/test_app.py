@@ -3,8 +3,6 @@
 
 """What holds for all commands."""
 
-import os
-
 import pytest
 
 RECORDING = 'recording/rgb.txt'
@@ -32,20 +30,6 @@ def test_results_replace_no_input(aick, tmp_path, arguments, name):
     assert outcome.sentence.startswith(f'cannot write {name}: it is a')
     assert 'input' in outcome.sentence
     assert (tmp_path / name).read_text() == before
-
-
-@pytest.mark.parametrize('arguments', [
-    'replay recording --out', 'convert recording', 'evaluate recording --plots',
-    'evaluate recording --export', 'noise recording --imu --plots', 'demo recording --out',
-    'benchmark other recording --plots', 'fleet recording --out'])
-def test_results_are_not_written_into_a_recording(aick, tmp_path, arguments):
-    for name in (RECORDING, 'recording/depth.txt', 'other/rgb.txt'):
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text('')
-    outcome = aick(*arguments.split(), 'recording/new')
-    assert outcome.code == 2
-    assert outcome.sentence.startswith('cannot write to recording/new: it is in the recording ')
-    assert sorted(os.listdir(tmp_path / 'recording')) == ['depth.txt', 'rgb.txt']
 
 
 def test_two_results_have_two_files(aick, tmp_path):

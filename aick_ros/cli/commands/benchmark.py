@@ -20,7 +20,7 @@ from aick_ros.cli.output.benchmark_plots import FigureFolder
 from aick_ros.cli.output.benchmark_table import show_results
 from aick_ros.cli.output.console import progress, say
 from aick_ros.cli.output.files import write_json, write_whole
-from aick_ros.cli.output.target import STANDARD_OUTPUT, check_folder, check_target
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines.registry import METHODS, Method, make, methods_of
 from aick_ros.evaluation.benchmark.dead_reckoning import Reckoning, reckon, walk
@@ -71,7 +71,7 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
     """
     chosen, numbers = methods_of(methods), options.gaps_from(gaps)
     check_target(json, *sources)
-    folder = _figure_folder(plots, sources)
+    folder = None if plots is None else FigureFolder(plots)
     damage = DamageLog()
     recordings = _scan([Request(source, limit, max_interval) for source in sources], damage)
     installed = _installed(chosen)
@@ -98,12 +98,6 @@ def benchmark(sources: Sources, methods: Methods = 'all', gaps: options.Gaps = '
         path.unlink(missing_ok=True)
     show_results(results, on_stderr=json == STANDARD_OUTPUT)
     return outcome.of_damage(damage)
-
-
-def _figure_folder(plots: Path | None, sources: Sequence[str]) -> FigureFolder | None:
-    """Make the folder of the figures, which is in no recording."""
-    check_folder(plots, *sources)
-    return None if plots is None else FigureFolder(plots)
 
 
 def _scan(requests: Sequence[Request], damage: DamageLog) -> list[Recording]:

@@ -14,7 +14,6 @@ from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.reading import Reading
 from aick_ros.cli.output.console import progress
-from aick_ros.cli.output.target import check_folder
 from aick_ros.sources import SourceOptions, open_source
 from aick_ros.sources.writers.bag_writer import STORAGES, write_bag
 
@@ -42,7 +41,6 @@ def convert(source: options.Source, out: Out, storage: Storage = 'mcap',
 
     The bag appears when it is complete; Ctrl-C leaves no files behind.
     """
-    check_folder(out, source)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
         register_depth, depth_info_topic, depth_in_colour))

@@ -19,7 +19,7 @@ from aick_ros.cli.output.evaluation_tables import show
 from aick_ros.cli.output.files import write_json
 from aick_ros.cli.output.plot_folder import make_folder, make_plot_folder, removed_if_empty
 from aick_ros.cli.output.square_files import write_square
-from aick_ros.cli.output.target import STANDARD_OUTPUT, check_folder, check_target
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.evaluation.scores.evaluation import Evaluation
 from aick_ros.evaluation.scores.evaluation import evaluate as evaluate_source
 from aick_ros.sources import RgbdSource, SourceOptions, open_source
@@ -56,8 +56,6 @@ def evaluate(source: options.Source, gaps: options.Gaps = '1,5,10', json: option
     """
     settings = options.settings_from(preset, config, assignments)
     check_target(json, source, config, camera, settings.aick.vocabulary)
-    check_folder(plots, source)
-    check_folder(export, source)
     numbers = options.gaps_from(gaps)
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,

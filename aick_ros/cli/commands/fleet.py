@@ -26,7 +26,7 @@ from aick_ros.cli.input.interruption import Interruption
 from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.cli.output.plot_folder import removed_if_empty
-from aick_ros.cli.output.target import STANDARD_OUTPUT, check_folder, check_target
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError, TransferError, installation, package_of
 from aick_ros.evaluation.engine.cluster import Cluster, connected
 from aick_ros.evaluation.engine.fork_server import start_fork_server
@@ -95,9 +95,8 @@ def fleet(sources: Sources = None, out: Out = Path('fleet'), listed: Listed = No
     camera = camera and camera.absolute()
     recordings = find_recordings(sources or (), listed)
     check_target(json, *recordings, listed, config, camera, settings.aick.vocabulary)
-    check_folder(out, *recordings)
-    source_options = SourceOptions(camera, colour_topic, depth_topic, info_topic,
-                                   ground_truth_topic, max_interval)
+    source_options = SourceOptions(camera, colour_topic, depth_topic,
+                                   info_topic, ground_truth_topic, max_interval)
     numbers = options.gaps_from(gaps)
     scratch = ScratchSpace(limit=options.bytes_from('--scratch-limit', scratch_limit))
     jobs = {(recording, variant.name): Job(recording, variant.name, variant.settings,

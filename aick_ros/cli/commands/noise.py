@@ -18,7 +18,7 @@ from aick_ros.cli.output.console import decimal, line, progress, say, table
 from aick_ros.cli.output.files import write_json
 from aick_ros.cli.output.imu_noise import show_imu_noise, write_allan_plot
 from aick_ros.cli.output.plot_folder import make_plot_folder, removed_if_empty
-from aick_ros.cli.output.target import STANDARD_OUTPUT, check_folder, check_target
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
 from aick_ros.errors import InputError
 from aick_ros.evaluation.noise.camera_noise import CameraNoise, estimate_noise
 from aick_ros.evaluation.noise.depth_noise import DepthNoise
@@ -65,7 +65,6 @@ def noise(source: options.Source, json: options.JsonFile = None, config: options
     """
     settings = options.settings_from(None, config, assignments)
     check_target(json, source, config, camera, settings.aick.vocabulary)
-    check_folder(plots, source)
     how = SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
         register_depth, depth_info_topic, depth_in_colour)

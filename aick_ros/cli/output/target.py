@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Files and folders that options name for results, checked before a long run."""
+"""Files that options name for results, checked before a long run."""
 
 from __future__ import annotations
 
@@ -41,26 +41,6 @@ def check_target(target: str | None, *inputs: str | Path | None) -> None:
         if isinstance(error, InputError):
             raise
         raise InputError(f'cannot write {target!r}: {reason_of(error)}') from None
-
-
-def check_folder(folder: Path | None, *recordings: str | Path | None) -> None:
-    """
-    Check before a long run that a folder of results is in no recording, which it would change.
-
-    A recording is what is in its folder: with results in it, a fleet runs it again, and what is
-    recorded there is found no more.
-
-    :param folder: it need not exist; None for nothing.
-    :param recordings: files, folders and names of no file, which are skipped.
-    :raises InputError: where the folder is that of a recording, or in it.
-    """
-    if folder is None or '\0' in str(folder):  # which no folder has
-        return
-    path = Path(os.path.realpath(folder))
-    for name in recordings:
-        if name and os.path.isdir(name) and path.is_relative_to(os.path.realpath(name)):
-            raise InputError(f'cannot write to {folder}: it is in the recording {name}, which '
-                             'would be changed; name a folder elsewhere')
 
 
 def _check_inputs(path: Path, inputs: list[Path]) -> None:

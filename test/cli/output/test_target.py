@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-from aick_ros.cli.output.target import check_folder, check_target
+from aick_ros.cli.output.target import check_target
 from aick_ros.errors import InputError
 
 
@@ -79,19 +79,3 @@ def test_a_sentence_says_what_is_wrong_and_what_to_do(folder, monkeypatch, targe
 
 def test_a_device_that_is_an_input_too_is_nothing_to_lose():
     check_target('/dev/null', '/dev/null')
-
-
-@pytest.mark.parametrize('name', [
-    'recording', 'recording/new', 'recording/rgb/new/deep', 'link/new', 'new/../recording/x',
-    'loop/../recording/x'])
-def test_a_recording_gets_no_folder_of_results(folder, name):
-    os.symlink('loop', folder / 'loop')
-    with pytest.raises(InputError, match='is in the recording .* which would be changed'):
-        check_folder(folder / name, 'synthetic:1', None, folder / 'missing', folder / 'link')
-
-
-@pytest.mark.parametrize('name', ['', 'new', 'recording2', 'recording/../new', 'loop/x', 'a\0b'])
-def test_folders_of_results_may_be_beside_a_recording(folder, name):
-    os.symlink('loop', folder / 'loop')
-    check_folder(folder / name, folder / 'recording', folder / 'other.bag', 's3://bucket/x')
-    check_folder(None, folder / 'recording')
