@@ -8,6 +8,7 @@ import pytest
 import rclpy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
+from rclpy.executors import SingleThreadedExecutor
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
@@ -38,6 +39,8 @@ class Probe:
 
     def __init__(self, guess=None, **settings):
         self.node = rclpy.create_node('probe')
+        self.executor = SingleThreadedExecutor()  # that of rclpy outlives its context
+        self.executor.add_node(self.node)
         self.odom, self.poses, self.links = [], [], []
         self.node.create_subscription(Odometry, 'odom', self.odom.append, 10)
         self.node.create_subscription(
@@ -59,7 +62,7 @@ class Probe:
         for _ in range(1200):
             if messages and to_stamp(messages[-1].header.stamp) == stamp:
                 return messages[-1]
-            rclpy.spin_once(self.node, timeout_sec=0.1)
+            self.executor.spin_once(timeout_sec=0.1)
         raise AssertionError('nothing was received')
 
 
@@ -75,6 +78,7 @@ def probe(ros_domain):
 
     yield make
     for made in probes:
+        made.executor.shutdown()
         made.node.destroy_node()
     rclpy.shutdown()
 
