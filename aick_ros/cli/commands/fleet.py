@@ -264,8 +264,9 @@ def _name_dashboard(cluster: Cluster, client: Client) -> None:
 
 def _show(rows: Sequence[Row], out: Path, on_stderr: bool) -> None:
     """Show the mean scores of each variant, and the first failures."""
-    table(f'runs: {len(rows)}', (_scores(name, [row for row in rows if row['variant'] == name])
-                                for name in dict.fromkeys(str(row['variant']) for row in rows)),
+    table(f'runs: {len(rows)}',
+          (_scores(name, [row for row in rows if row['variant'] == name])
+           for name in dict.fromkeys(str(row['variant']) for row in rows)),
           ('settings', 'done', 'failed', 'RPE over 1 s', 'ATE', 'tracked'), on_stderr)
     failed = [row for row in rows if row['status'] == FAILED]
     for row in failed[:5]:
