@@ -14,11 +14,12 @@ BARREL = Camera(640, 480, 517.3, 516.5, 318.6, 255.3, 'plumb_bob', (-0.3, 0.05, 
 KINECT = Camera(640, 480, 517.3, 516.5, 318.6, 255.3, 'plumb_bob',
                 (0.262383, -0.953104, -0.005358, 0.002628, 1.163314))
 PINCUSHION = Camera(640, 480, 517.3, 516.5, 318.6, 255.3, 'plumb_bob', (0.1, 0, 0, 0, 0))
+CROPPED = Camera(640, 480, 517, 516, 90, 70, 'plumb_bob', (-0.1, 0.01, 0, 0, 0))
 FISHEYE = Camera(640, 480, 300, 302, 320, 240, 'equidistant', (0.02, -0.01, 0.003, -0.001))
 
 
-@pytest.mark.parametrize('camera', [PINHOLE, BARREL, KINECT, FISHEYE],
-                         ids=['pinhole', 'barrel', 'kinect', 'fisheye'])
+@pytest.mark.parametrize('camera', [PINHOLE, BARREL, KINECT, CROPPED, FISHEYE],
+                         ids=['pinhole', 'barrel', 'kinect', 'cropped', 'fisheye'])
 def test_pixels_agree_with_the_camera(camera):
     v, u = np.mgrid[1:479:7, 1:639:9]
     seen = camera.normalize(np.column_stack([u.ravel(), v.ravel()]))

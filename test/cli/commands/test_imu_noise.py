@@ -50,6 +50,12 @@ def test_the_output_is_a_parameter_file(noise, tmp_path):
     assert (figures['source'], figures['duration']) == ('desk', 40.0)
 
 
+def test_a_recording_has_the_name_of_its_folder(aick, noise, tmp_path, monkeypatch):
+    (tmp_path / 'desk').mkdir()
+    monkeypatch.chdir(tmp_path / 'desk')
+    assert json.loads(aick('noise', '.', '--imu', '--json', '-').out)['source'] == 'desk'
+
+
 def test_a_walk_that_is_not_determined_is_reported(noise):
     lines = noise().err.splitlines()
     assert len(lines) == 2

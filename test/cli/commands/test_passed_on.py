@@ -90,15 +90,17 @@ def test_no_more_frames_are_read_than_the_limit(aick, monkeypatch, recording, co
     assert len(list(reading.frames())) == 5
 
 
-@pytest.mark.parametrize('command', ['replay', 'evaluate', 'noise', 'fleet'])
+@pytest.mark.parametrize('command, option', [
+    ('replay', '--json'), ('evaluate', '--json'), ('noise', '--json'), ('fleet', '--json'),
+    ('view', '--save')])
 @pytest.mark.parametrize('name, flags', [
     ('camera.json', ['--camera', 'camera.json']), ('node.yaml', ['--config', 'node.yaml']),
     ('words.npz', ['--set', 'aick.vocabulary=words.npz']), ('desk.bag', [])])
-def test_results_replace_no_input(aick, config, tmp_path, command, name, flags):
+def test_results_replace_no_input(aick, config, tmp_path, command, option, name, flags):
     for each in ('camera.json', 'words.npz', 'desk.bag'):
         (tmp_path / each).touch()
     before = (tmp_path / name).read_bytes()
-    outcome = aick(command, 'desk.bag', *flags, '--json', name)
+    outcome = aick(command, 'desk.bag', *flags, option, name)
     assert (outcome.code, outcome.sentence.partition(';')[0]) == (
         2, f'cannot write {name}: it is an input of this command')
     assert (tmp_path / name).read_bytes() == before
