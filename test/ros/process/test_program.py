@@ -57,8 +57,9 @@ def test_a_node_that_cannot_be_made_is_one_sentence(monkeypatch, recwarn):
 
     def make():
         warnings.warn('Failed to fini rosout publisher', RuntimeWarning)
-        raise InvalidParameterTypeException(Parameter('use_sim_time', value='x'), 'BOOL')
-    with pytest.raises(InputError, match='ROS cannot create the node'):
+        raise program.RCLError('error creating node: no keystore\n  at node.cpp:73')
+    with pytest.raises(InputError, match='ROS cannot create the node: error creating node: '
+                                         'no keystore at node.cpp:73$'):
         program.make_node(make)
     assert not recwarn.list
 
