@@ -131,9 +131,17 @@ def test_signals_of_both_kinds_while_it_starts_end_it_cleanly(ros_domain, progra
 
 
 def ending(delay, signals, gap=0.0, program='odom_node', *arguments):
-    """Start a program, signal it after some time [s]; return its exit code and complaints."""
-    begin = (f'from aick_ros.ros.process.entry_points import {program} as run; '
-             'print(flush=True); run()')
+    """
+    Start a program, signal it after some time [s]; return its exit code and complaints.
+
+    The time begins where the program holds signals back, which is the first that it does.
+    """
+    begin = f"""
+from aick_ros.ros.process import entry_points
+hold = entry_points.hold
+entry_points.hold = lambda: (hold(), print(flush=True))
+entry_points.{program}()
+"""
     process = subprocess.Popen([sys.executable, '-c', begin, *arguments], stdout=subprocess.PIPE,
                                stderr=subprocess.PIPE, text=True)
     process.stdout.readline()
