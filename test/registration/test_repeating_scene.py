@@ -337,6 +337,15 @@ def test_the_motion_expected_is_as_uncertain_as_the_frame_before_deviated(made, 
         pytest.approx(second, rel=1e-6))
 
 
+def test_the_acceleration_that_is_noted_is_that_of_the_pose_that_is_chosen(made):
+    beside = np.array([0.05, 0, 0, 0.01, 0, 0])
+    played = Played(made, beside)
+    assert played.check(played.found(), 0.26).T_target_source is played.other.T_target_source
+    _, second = probabilities([AWAY, beside], 0.4, 2 * beside / 0.26 ** 2)
+    assert share_of_second(played, played.found(), 0.4, made.prepared(12 * 10 ** 8)) == (
+        pytest.approx(second, rel=1e-6))
+
+
 @pytest.mark.parametrize('case', ['failed', 'at the same time'])
 def test_what_shows_no_motion_is_not_noted(made, case):
     played = Played(made, [0.1, 0, 0, 0, 0.1, 0])

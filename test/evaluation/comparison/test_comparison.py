@@ -3,6 +3,7 @@
 
 """Comparison of runs whose errors are known."""
 
+import dataclasses
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -131,6 +132,14 @@ def test_one_ground_truth_serves_both_runs():
     name, = NAMES[:1]
     comparison = Baseline({name: run(name, truth=False)}).compare({name: run(name)})
     assert comparison.total[ATE].change == 0
+
+
+def test_of_two_ground_truths_that_of_the_baseline_serves_both_runs():
+    name, = NAMES[:1]
+    one, other = run(name), run(name)
+    other = dataclasses.replace(other, ground_truth=Trajectory(
+        other.ground_truth.stamps, other.ground_truth.poses[::-1].copy()))
+    assert Baseline({name: one}).compare({name: other}).total[ATE].change == 0
 
 
 def test_runs_of_other_recordings_and_settings_are_named():

@@ -138,6 +138,14 @@ def test_a_motion_after_a_lost_frame_goes_on_from_the_last_tracked_one():
     assert found[2].count == 2  # 0-2 and 2-4
 
 
+def test_a_motion_from_a_lost_frame_begins_a_path():
+    """What the camera moved before, since the last tracked frame, is in no increment."""
+    records, truth = walk(6)
+    lost = record(3, records[3].pose, status=Status.TOO_FEW_MATCHES)
+    found = gap_consistency([*records[:3], lost, *records[4:]], truth, [1, 2])
+    assert (found[1].count, found[2].count) == (3, 1)  # 0-1, 1-2 and 4-5; 0-2
+
+
 def test_an_infinite_covariance_ends_a_path():
     records, truth = walk(6)
     step = PoseWithCovariance(records[3].increment.pose.matrix, np.diag([np.inf] * 6))

@@ -3,6 +3,7 @@
 
 """The joint problem on residuals that are told, against sums of marginal informations."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -234,6 +235,18 @@ def test_both_frames_are_corrected_by_their_own_velocity(tell, corrected):
         np.testing.assert_allclose(moved.rows, 0.03 * twist)
         assert moved.height == image_height(camera)
     assert undo == correction.to_depth
+
+
+def test_tracked_are_as_they_were_seen(tell, monkeypatch):
+    """Corrected points would be corrected once more where they are keypoints of a frame."""
+    told = tell()
+    moved = dataclasses.replace(told.tracks, points=told.tracks.points + 0.1)
+    monkeypatch.setattr(refinement.Correction, 'tracks', lambda *_: moved)
+    monkeypatch.setattr(refinement.Correction, 'surface', lambda self, surface: surface)
+    told.problem.correct(LATE, TWISTS[0], POSE)
+    tracked = told.problem.finish(POSE).tracked
+    assert len(tracked)
+    np.testing.assert_array_equal(tracked.points, told.tracks.points[tracked.keypoints - 5])
 
 
 @pytest.mark.parametrize('twist, of_target', [(None, TWISTS[1]), (TWISTS[0], None)])
