@@ -5,6 +5,7 @@
 
 import dataclasses
 import struct
+import time
 
 import cv2
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 import rclpy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
+from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
@@ -26,6 +28,8 @@ from aick_ros.ros.output.views import Views, colour_image, point_cloud, position
 OPTICAL = 'camera_rgb_optical_frame'
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
 COUNT = 10
+KINDS = {'path': Path, 'keypoints': PointCloud2, 'debug_image': Image}
+PATIENCE = 60.0  # s
 
 
 @pytest.fixture(scope='module')
@@ -102,12 +106,44 @@ def check_cloud(cloud, expected, poses):
 
 
 @pytest.fixture
-def views(ros_domain):
+def node(ros_domain):
     rclpy.init(args=[])
-    node = rclpy.create_node('probe')
-    yield Views(node, 'odom')
-    node.destroy_node()
+    made = rclpy.create_node('probe')
+    yield made
+    made.destroy_node()
     rclpy.shutdown()
+
+
+@pytest.fixture
+def views(node):
+    return Views(node, 'odom')
+
+
+class Subscribers:
+    """Subscribers of the views of a node, which have found its publishers."""
+
+    def __init__(self, node):
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(node)
+        self.received = {topic: [] for topic in KINDS}
+        for topic, kind in KINDS.items():
+            node.create_subscription(kind, topic, self.received[topic].append, 10)
+        publishers = [publisher for publisher in node.publishers if publisher.msg_type in
+                      KINDS.values()]
+        assert len(publishers) == 3
+        self._wait(lambda: all(each.get_subscription_count() for each in publishers))
+
+    def newest(self, topic, stamp):
+        """Wait for the message of a topic with a stamp [ns], and return it."""
+        messages = self.received[topic]
+        self._wait(lambda: messages and to_stamp(messages[-1].header.stamp) == stamp)
+        return messages[-1]
+
+    def _wait(self, is_done):
+        deadline = time.monotonic() + PATIENCE
+        while not is_done():
+            assert time.monotonic() < deadline
+            self._executor.spin_once(timeout_sec=0.1)
 
 
 def test_nothing_is_drawn_without_a_subscriber(views, frames, updates, monkeypatch):
@@ -129,27 +165,6 @@ def test_a_long_path_is_thinned_and_keeps_its_ends(views):
     assert x == sorted(x)
 
 
-class Publisher(list):
-    """Keeps what is published; ``subscribers`` listen."""
-
-    subscribers = 1
-    publish = list.append
-
-    def get_subscription_count(self):
-        return self.subscribers
-
-
-class Node:
-    """Keeps publishers, by their topics, and what they are for."""
-
-    def __init__(self):
-        self.published, self.made = {}, {}
-
-    def create_publisher(self, kind, topic, qos):
-        self.made[topic] = kind, qos
-        return self.published.setdefault(topic, Publisher())
-
-
 T_ODOM_BASE = se3.exp([1.0, -2.0, 0.5, 0.3, -0.2, 1.1])
 
 
@@ -157,22 +172,20 @@ def show(views, frame, update):
     views.show(frame, update, T_ODOM_BASE, T_BASE_CAMERA, OPTICAL)
 
 
-def test_only_the_newest_of_each_view_waits_for_a_slow_subscriber():
-    node = Node()
-    Views(node, 'odom')
-    assert node.made == {'path': (Path, 1), 'keypoints': (PointCloud2, 1),
-                         'debug_image': (Image, 1)}
+def test_only_the_newest_of_each_view_waits_for_a_slow_subscriber(node, views):
+    offered = {publisher.topic_name: (publisher.msg_type, publisher.qos_profile.depth)
+               for publisher in node.publishers}
+    assert {topic: offered[f'/{topic}'] for topic in KINDS} == {
+        topic: (kind, 1) for topic, kind in KINDS.items()}
 
 
-def test_each_view_has_the_stamp_of_the_frame_and_its_own_frame_id(frames, updates):
-    node = Node()
+def test_each_view_has_the_stamp_of_the_frame_and_its_own_frame_id(node, frames, updates):
     views = Views(node, 'start')
+    subscribers = Subscribers(node)
     for i in (1, 2):
         show(views, frames[i], updates[i])
-        path, cloud, picture = (node.published[topic][-1]
+        path, cloud, picture = (subscribers.newest(topic, updates[i].stamp)
                                 for topic in ('path', 'keypoints', 'debug_image'))
-        assert [to_stamp(view.header.stamp) for view in (path, cloud, picture)] == (
-            [updates[i].stamp] * 3)
         assert [view.header.frame_id for view in (path, cloud, picture)] == [
             'start', 'start', OPTICAL]
         assert [to_stamp(pose.header.stamp) for pose in path.poses] == [
@@ -185,33 +198,35 @@ def test_each_view_has_the_stamp_of_the_frame_and_its_own_frame_id(frames, updat
             np.reshape(picture.data, (240, 320, 3)), draw_matches(frames[i].colour, updates[i]))
 
 
-def test_a_lost_frame_is_drawn_but_neither_on_the_path_nor_in_the_cloud(frames, updates):
-    node = Node()
-    views = Views(node, 'odom')
+def test_a_lost_frame_is_drawn_but_neither_on_the_path_nor_in_the_cloud(
+        node, views, frames, updates):
+    subscribers = Subscribers(node)
     show(views, frames[1], dataclasses.replace(updates[1], status=Status.TOO_FEW_MATCHES))
-    assert {topic: len(sent) for topic, sent in node.published.items()} == {
-        'path': 0, 'keypoints': 0, 'debug_image': 1}
+    subscribers.newest('debug_image', updates[1].stamp)
     show(views, frames[2], updates[2])
-    assert len(node.published['path'][-1].poses) == 1
+    assert len(subscribers.newest('path', updates[2].stamp).poses) == 1
+    subscribers.newest('keypoints', updates[2].stamp)
+    assert [len(subscribers.received[topic]) for topic in ('path', 'keypoints')] == [1, 1]
 
 
-def test_a_path_grows_while_nobody_looks_and_begins_anew_after_a_reset(frames, updates):
-    node = Node()
-    views = Views(node, 'odom')
-    node.published['path'].subscribers = 0
-    show(views, frames[1], updates[1])
-    assert node.published['path'] == []
-    node.published['path'].subscribers = 1
+def test_a_path_grows_while_nobody_looks_and_begins_anew_after_a_reset(
+        node, views, frames, updates, monkeypatch):
+    sent = []
+    with monkeypatch.context() as patched:
+        patched.setattr(views._path, 'publish', sent.append)
+        show(views, frames[1], updates[1])
+    assert sent == []
+    subscribers = Subscribers(node)
     show(views, frames[2], updates[2])
-    assert len(node.published['path'][-1].poses) == 2
+    assert len(subscribers.newest('path', updates[2].stamp).poses) == 2
     views.reset()
     show(views, frames[3], updates[3])
     assert [to_stamp(pose.header.stamp)
-            for pose in node.published['path'][-1].poses] == [updates[3].stamp]
+            for pose in subscribers.newest('path', updates[3].stamp).poses] == [updates[3].stamp]
 
 
-def test_a_path_has_at_most_a_thousand_poses():
-    views, sizes = Views(Node(), 'odom'), []
+def test_a_path_has_at_most_a_thousand_poses(views):
+    sizes = []
     for i in range(1002):
         views._lengthen(PoseStamped())
         sizes.append(len(views._poses))
