@@ -66,13 +66,18 @@ def test_items_are_done_in_order(gate, start):
     assert queue.dropped == 0
 
 
-def test_with_a_capacity_of_one_the_newest_is_next(gate, start):
-    queue = WorkQueue(capacity=1)
-    worker = start(queue)
+def put_four(queue, gate):
+    """Put an item that is worked on, and three that wait for it."""
     queue.put('first')
     assert gate.entered.acquire(timeout=PATIENCE)
     for item in ('second', 'third', 'fourth'):
         queue.put(item)
+
+
+def test_with_a_capacity_of_one_the_newest_is_next(gate, start):
+    queue = WorkQueue(capacity=1)
+    worker = start(queue)
+    put_four(queue, gate)
     gate.open.set()
     assert gate.entered.acquire(timeout=PATIENCE)
     worker.stop()
@@ -177,10 +182,7 @@ def test_the_time_at_work_is_counted_and_that_of_waiting_is_not(monkeypatch):
 def test_drained_it_counts_what_is_dropped_anew(gate, start):
     queue = WorkQueue(capacity=1)
     worker = start(queue)
-    queue.put('first')
-    assert gate.entered.acquire(timeout=PATIENCE)
-    for item in ('second', 'third', 'fourth'):
-        queue.put(item)
+    put_four(queue, gate)
     assert worker.dropped == queue.dropped == 2
     gate.open.set()
     worker.drain()
