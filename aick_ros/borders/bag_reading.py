@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What precedes the reading of any bag."""
+"""Checks and limits that precede the reading of any bag."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ _MESSAGE, _MESSAGE_HEAD = 5, struct.Struct('<HIQQ')  # channel, number, log time
 
 
 class ChunkPlace(Protocol):
-    """Where a chunk is, by the index of its file."""
+    """Place of a chunk, by the index of its file."""
 
     message_start_time: int
     chunk_start_offset: int

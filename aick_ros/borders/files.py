@@ -11,7 +11,7 @@ from pathlib import Path
 
 from aick_ros.errors import InputError
 
-_GROWTH = 2 ** 20  # [byte] beyond the size that a file tells, as those of /proc; chosen
+_GROWTH = 2 ** 20  # [byte] beyond the size that a file reports, as those of /proc do; chosen
 
 
 def read_bytes(path: Path, what: str, limit: int) -> bytes:

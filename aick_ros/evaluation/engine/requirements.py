@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Dask, its settings, and what it takes of the machine, checked before they are used."""
+"""Dask, its settings, and the memory that it requires, checked before they are used."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def check_dask() -> None:
     """
     Check that Dask is installed and reads its settings, as each of its processes will.
 
-    :raises InputError: where it does not, or the process may not use the memory that it takes.
+    :raises InputError: where it does not, or the process may not use the memory that it requires.
     """
     check_address_space(_MEMORY, 'processes that run tasks')
     for name in _PLACES:
