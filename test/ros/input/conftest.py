@@ -1,12 +1,16 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A node without DDS, whose topics, publishers and clock are those of the test."""
+"""A node under test, other nodes that publish, and what was logged."""
 
+import re
+import time
 from types import SimpleNamespace
 
 import pytest
+import rclpy
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 from aick_ros.ros.conversions import to_time
@@ -110,19 +114,126 @@ def fake_node():
     return FakeNode()
 
 
+PATIENCE = 60.0  # seconds that nothing takes, even on a loaded machine
+
+
+@pytest.fixture
+def node(ros_domain):
+    """Return a node."""
+    rclpy.init(args=[])
+    made = rclpy.create_node('probe')
+    yield made
+    made.destroy_node()
+    rclpy.shutdown()
+
+
+class Neighbours:
+    """Other nodes, whose publishers the node under test has found once they are returned."""
+
+    def __init__(self, node):
+        self._node, self._others = node, {}
+
+    def offer(self, topic, reliability=ReliabilityPolicy.RELIABLE,
+              durability=DurabilityPolicy.VOLATILE, name='camera', kind=Image):
+        """Make a publisher of the node of a name."""
+        if name not in self._others:
+            self._others[name] = rclpy.create_node(name)
+        before = self._node.count_publishers(topic)
+        publisher = self._others[name].create_publisher(kind, topic, QoSProfile(
+            depth=100, reliability=reliability, durability=durability))
+        self.wait_until(lambda: self._node.count_publishers(topic) > before)
+        return publisher
+
+    def withdraw(self, publisher):
+        """Destroy a publisher."""
+        topic = publisher.topic_name
+        before = self._node.count_publishers(topic)
+        [owner] = [other for other in self._others.values() if publisher in other.publishers]
+        owner.destroy_publisher(publisher)
+        self.wait_until(lambda: self._node.count_publishers(topic) < before)
+
+    def send(self, publisher, *messages):
+        """
+        Publish messages; they wait in the queues of the subscriptions when this returns.
+
+        Within a process Fast DDS puts a message into the queues itself while it is published.
+        """
+        self.wait_until(publisher.get_subscription_count)
+        for message in messages:
+            publisher.publish(message)
+
+    @staticmethod
+    def wait_until(condition):
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < deadline
+            time.sleep(0.001)
+
+    def close(self):
+        for other in self._others.values():
+            other.destroy_node()
+
+
+@pytest.fixture
+def neighbours(node):
+    made = Neighbours(node)
+    yield made
+    made.close()
+
+
+class Log:
+    """Lines of the log on stderr."""
+
+    def __init__(self, node, capfd):
+        self._node, self._capfd, self._text = node, capfd, ''
+
+    @property
+    def warnings(self):
+        return self._of('WARN')
+
+    @property
+    def infos(self):
+        return self._of('INFO')
+
+    @property
+    def throttles(self):
+        """Shortest times between two lines of what was logged with a limit [s]."""
+        return [limits['throttle_duration_sec']
+                for limits in self._node.get_logger().contexts.values()
+                if 'throttle_duration_sec' in limits]
+
+    def _of(self, level):
+        self._text += self._capfd.readouterr().err
+        return re.findall(rf'\[{level}\] \[[0-9.]+\] \[probe\]: (.*)', self._text)
+
+
+@pytest.fixture
+def log(node, capfd):
+    """Return what the node logs."""
+    return Log(node, capfd)
+
+
 @pytest.fixture
 def stamped():
-    """Return a function from a stamp [ns] to a message with nothing but a header."""
+    """Return a function from a stamp [ns] to an image with nothing but a header."""
     def message(stamp, frame_id='camera'):
-        return SimpleNamespace(header=Header(stamp=to_time(stamp), frame_id=frame_id), data=b'')
+        return Image(header=Header(stamp=to_time(stamp), frame_id=frame_id))
     return message
+
+
+class Steady:
+    """Python's steady clock, which stands still unless the test sets ``now``."""
+
+    now = 1000.0
+
+    def monotonic(self):
+        return self.now
 
 
 @pytest.fixture
 def steady(monkeypatch):
-    """Return the steady clock of the inputs, which stands still unless the test sets ``now``."""
-    clock = SimpleNamespace(now=1000.0)
-    clock.monotonic = lambda: clock.now
-    for module in ('assembler', 'pairing', 'subscriptions', 'watchdog'):
+    """Return the steady clock of the inputs: no test waits for seconds of silence."""
+    clock = Steady()
+    for module in ('assembler', 'imu', 'pairing', 'subscriptions', 'watchdog'):
         monkeypatch.setattr(f'aick_ros.ros.input.{module}.time', clock)
     return clock
