@@ -13,7 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
-from aick_ros.ros.conversions import to_time
+from aick_ros.ros.conversions import to_time, transform_stamped
 
 
 class FakeSubscription:
@@ -179,6 +179,18 @@ def neighbours(node):
     made = Neighbours(node)
     yield made
     made.close()
+
+
+@pytest.fixture
+def tell_tf(node):
+    """Return a function that has the node take {(parent, child): T_parent_child} from TF."""
+    tf2_msgs = pytest.importorskip('tf2_msgs.msg', reason='tf2_msgs is not installed')
+
+    def tell(links, topic='/tf_static', stamp=0):
+        [subscription] = [each for each in node.subscriptions if each.topic_name == topic]
+        subscription.callback(tf2_msgs.TFMessage(transforms=[
+            transform_stamped(stamp, *frames, T) for frames, T in links.items()]))
+    return tell
 
 
 class Log:

@@ -3,8 +3,8 @@
 
 """Poses of cameras that are not known: which frames are missing, and what to do."""
 
+import dataclasses
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,48 +13,45 @@ from aick_ros.borders.limits import MAX_EXTRINSIC
 from aick_ros.errors import InputError
 from aick_ros.odometry.base_odometry import Mount
 from aick_ros.ros.input.extrinsics import Extrinsics
+from aick_ros.ros.input.transforms import Transforms
 from aick_ros.ros.tf_messages import TF_REMEDY
 from aick_ros.settings.node import NodeSettings
+
+
+class Asked(Transforms):
+    """The transforms of a node, which keep what they are asked."""
+
+    def __init__(self, node):
+        super().__init__(node, ('odom', 'base_link'), lambda: None)
+        self.asked = []
+
+    def find(self, *arguments):
+        self.asked.append(arguments)
+        return super().find(*arguments)
+
+
+@pytest.fixture
+def asked(node):
+    return Asked(node)
 
 
 @pytest.mark.parametrize('frame, remedy', [
     ('camera', "or set frame_id to 'camera'"),
     ('', 'has no frame_id: let the driver set it, or set camera_in_base')])
-def test_an_unknown_camera_is_explained(frame, remedy):
-    extrinsics = Extrinsics(SimpleNamespace(find=lambda *_: None), NodeSettings())
+def test_an_unknown_camera_is_explained(asked, frame, remedy):
+    extrinsics = Extrinsics(asked, NodeSettings())
     with pytest.raises(InputError, match=remedy):
         extrinsics.camera_in_base(frame, 0, wait=False)
 
 
-class Asked:
-    """Transforms that are at one place, and keep what they are asked; ``fixed`` are fixed."""
-
-    def __init__(self, found=None, fixed=()):
-        self.found, self.asked, self.fixed = found, [], fixed
-
-    def find(self, *arguments):
-        self.asked.append(arguments)
-        return self.found
-
-    def is_fixed(self, *frames):
-        return frames in self.fixed
-
-
-@pytest.mark.parametrize('wait, seconds', [(True, 0.7), (False, 0.0)])
-def test_transforms_are_asked_for_from_the_camera_to_the_base_and_at_the_stamp(wait, seconds):
-    asked = Asked(at(0.5))
+def test_transforms_are_asked_for_from_the_camera_to_the_base_and_at_the_stamp(asked, tell_tf):
+    tell_tf({('body', 'camera'): at(0.5), ('camera', 'ir'): at(0.7)})
     extrinsics = Extrinsics(asked, NodeSettings(frame_id='body', wait_for_transform=0.7))
-    np.testing.assert_array_equal(extrinsics.camera_in_base('camera', 5, wait), at(0.5))
-    np.testing.assert_array_equal(extrinsics.depth_in_colour('camera', 'ir', 6, wait), at(0.5))
-    assert asked.asked == [('body', 'camera', 5, seconds), ('camera', 'ir', 6, seconds)]
-
-
-def test_unless_it_must_not_block_it_waits():
-    asked = Asked(at(0.5))
-    extrinsics = Extrinsics(asked, NodeSettings(wait_for_transform=0.7))
-    extrinsics.camera_in_base('camera', 5)
-    extrinsics.depth_in_colour('camera', 'ir', 6)
-    assert [wait for *_, wait in asked.asked] == [0.7, 0.7]
+    for wait, seconds in (((), 0.7), ((True,), 0.7), ((False,), 0.0)):
+        np.testing.assert_array_equal(extrinsics.camera_in_base('camera', 5, *wait), at(0.5))
+        np.testing.assert_array_equal(extrinsics.depth_in_colour('camera', 'ir', 6, *wait),
+                                      at(0.7))
+        assert asked.asked[-2:] == [('body', 'camera', 5, seconds), ('camera', 'ir', 6, seconds)]
 
 
 def test_a_parameter_is_a_pose_of_metres_and_a_quaternion():
@@ -69,17 +66,22 @@ def test_a_parameter_is_a_pose_of_metres_and_a_quaternion():
                                [0, 0, 0, 1], atol=1e-12)
 
 
-@pytest.mark.parametrize('parameter, fixed, mount', [
-    ((0.0,) * 6 + (1.0,), (), Mount.FIXED), ((), (('body', 'camera'),), Mount.FIXED),
-    ((), (), Mount.MOVING), ((), (('camera', 'body'),), Mount.MOVING)])
-def test_a_camera_is_fixed_by_a_parameter_or_by_fixed_links(parameter, fixed, mount):
-    extrinsics = Extrinsics(Asked(fixed=fixed), NodeSettings(
-        frame_id='body', camera_in_base=parameter))
-    assert extrinsics.camera_mount('camera') is mount
+def test_a_camera_is_fixed_by_a_parameter_or_by_fixed_links(asked, tell_tf):
+    settings = NodeSettings(frame_id='body')
+    by_tf = Extrinsics(asked, settings)
+    tell_tf({('body', 'camera'): at(0.5)})
+    assert by_tf.camera_mount('camera') is Mount.MOVING  # was not looked for
+    by_tf.depth_in_colour('camera', 'body', 0)
+    assert by_tf.camera_mount('camera') is Mount.MOVING
+    by_tf.camera_in_base('camera', 0)
+    assert by_tf.camera_mount('camera') is Mount.FIXED
+    assert by_tf.camera_mount('other') is Mount.MOVING
+    by_parameter = dataclasses.replace(settings, camera_in_base=(0.0,) * 6 + (1.0,))
+    assert Extrinsics(asked, by_parameter).camera_mount('other') is Mount.FIXED
 
 
-def test_an_unknown_transform_is_explained_in_a_sentence():
-    extrinsics = Extrinsics(Asked(), NodeSettings(frame_id='body'))
+def test_an_unknown_transform_is_explained_in_a_sentence(asked):
+    extrinsics = Extrinsics(asked, NodeSettings(frame_id='body'))
     with pytest.raises(InputError) as caught:
         extrinsics.camera_in_base('camera', 0)
     assert str(caught.value) == (
@@ -107,14 +109,16 @@ def at(metres):
     return pose
 
 
-def test_a_camera_farther_away_than_any_machine_is_rejected_until_it_is_corrected():
-    found = at(1.001 * MAX_EXTRINSIC)
-    extrinsics = Extrinsics(SimpleNamespace(find=lambda *_: found), NodeSettings())
+def test_a_camera_farther_away_than_any_machine_is_rejected_until_it_is_corrected(
+        asked, tell_tf):
+    tell_tf(dict.fromkeys([('base_link', 'camera'), ('camera', 'ir')], at(1.001 * MAX_EXTRINSIC)))
+    extrinsics = Extrinsics(asked, NodeSettings())
     with pytest.raises(InputError, match="from 'camera' to 'base_link' is 1e.03 m long, at most"):
         extrinsics.camera_in_base('camera', 0)
     with pytest.raises(InputError, match="from 'ir' to 'camera' is .* check its publisher"):
         extrinsics.depth_in_colour('camera', 'ir', 0)
     found = at(0.999 * MAX_EXTRINSIC)
+    tell_tf(dict.fromkeys([('base_link', 'camera'), ('camera', 'ir')], found))
     np.testing.assert_array_equal(extrinsics.camera_in_base('camera', 0), found)
     np.testing.assert_array_equal(extrinsics.depth_in_colour('camera', 'ir', 0), found)
 
@@ -122,7 +126,7 @@ def test_a_camera_farther_away_than_any_machine_is_rejected_until_it_is_correcte
 @pytest.mark.parametrize('name', ['camera_in_base', 'depth_in_colour'])
 def test_a_parameter_in_millimetres_is_rejected(name):
     with pytest.raises(InputError, match=f'{name} = .* more than 1000 m away: its unit is metres'):
-        Extrinsics(SimpleNamespace(), NodeSettings(**{name: [1200.0, 0, 0, 0, 0, 0, 1.0]}))
+        Extrinsics(None, NodeSettings(**{name: [1200.0, 0, 0, 0, 0, 0, 1.0]}))
 
 
 @pytest.mark.parametrize('axis', range(3))
@@ -130,16 +134,17 @@ def test_a_parameter_is_too_far_away_along_any_axis(axis):
     numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
     for sign in (1.0, -1.0):
         numbers[axis] = sign * 0.999 * MAX_EXTRINSIC
-        known = Extrinsics(SimpleNamespace(), NodeSettings(camera_in_base=tuple(numbers)))
+        known = Extrinsics(None, NodeSettings(camera_in_base=tuple(numbers)))
         assert known.camera_in_base('camera', 0)[axis, 3] == numbers[axis]
         numbers[axis] = sign * 1.001 * MAX_EXTRINSIC
         with pytest.raises(InputError, match='camera_in_base = .* more than 1000 m away'):
-            Extrinsics(SimpleNamespace(), NodeSettings(camera_in_base=tuple(numbers)))
+            Extrinsics(None, NodeSettings(camera_in_base=tuple(numbers)))
 
 
-def test_exactly_as_far_as_is_possible_is_possible():
+def test_exactly_as_far_as_is_possible_is_possible(asked, tell_tf):
     numbers = (0.0, -MAX_EXTRINSIC, 0.0, 0.0, 0.0, 0.0, 1.0)
     known = Extrinsics(None, NodeSettings(camera_in_base=numbers)).camera_in_base('camera', 0)
     assert known[1, 3] == -MAX_EXTRINSIC
+    tell_tf({('base_link', 'camera'): known})
     np.testing.assert_array_equal(
-        Extrinsics(Asked(known), NodeSettings()).camera_in_base('camera', 0), known)
+        Extrinsics(asked, NodeSettings()).camera_in_base('camera', 0), known)

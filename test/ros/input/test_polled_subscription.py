@@ -3,29 +3,43 @@
 
 """Messages that are taken together, over DDS."""
 
-from rclpy.callback_groups import CallbackGroup
-from rclpy.qos import QoSProfile
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from std_msgs.msg import Int32
 
 from aick_ros.ros.input.polled_subscription import PolledSubscription
 
 
-def test_it_is_left_to_whoever_takes_the_messages(fake_node):
-    """No executor wakes up for it."""
-    qos = QoSProfile(depth=7)
-    polled = PolledSubscription(fake_node, Int32, 'numbers', qos)
-    [made] = fake_node.subscriptions
-    assert (made.msg_type, made.topic_name, made.qos_profile) == (Int32, 'numbers', qos)
-    assert isinstance(made.group, CallbackGroup)
-    assert made.group.can_execute(made) is False
-    assert made.group.beginning_execution(made) is False
-    assert made.group.ending_execution(made) is None
+def test_it_is_left_to_whoever_takes_the_messages(node, neighbours):
+    """No executor takes them, though it runs what was ready after them."""
+    polled = PolledSubscription(node, Int32, 'numbers', QoSProfile(depth=7))
+    [made] = node.subscriptions
+    assert (made.msg_type, made.topic_name, made.qos_profile.depth) == (Int32, '/numbers', 7)
+    assert made.callback_group.can_execute(made) is False
+    assert made.callback_group.beginning_execution(made) is False
+    assert made.callback_group.ending_execution(made) is None
     assert made.callback(Int32(data=1)) is None
-    made.queue += [Int32(data=2), Int32(data=3)]
+    publisher = neighbours.offer('numbers', kind=Int32)
+    neighbours.send(publisher, Int32(data=2), Int32(data=3))
+    executor, rounds = SingleThreadedExecutor(), []
+    executor.add_node(node)
+    node.create_timer(0.0, lambda: rounds.append(1))
+    neighbours.wait_until(lambda: executor.spin_once(timeout_sec=1.0) or len(rounds) > 9)
+    executor.shutdown()
     assert [message.data for message in polled.take()] == [2, 3]
     assert polled.take() == []
     polled.destroy()
-    assert fake_node.subscriptions == []
+    assert list(node.subscriptions) == []
+
+
+def test_it_keeps_as_many_messages_as_its_qos_says_and_the_newest(node, neighbours):
+    polled = PolledSubscription(node, Int32, 'numbers', QoSProfile(
+        depth=7, reliability=ReliabilityPolicy.BEST_EFFORT))
+    [made] = node.subscriptions
+    assert made.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
+    neighbours.send(neighbours.offer('numbers', kind=Int32),
+                    *(Int32(data=number) for number in range(10)))
+    assert [message.data for message in polled.take()] == list(range(3, 10))
 
 
 def test_messages_wait_in_order_until_they_are_taken(rig):
