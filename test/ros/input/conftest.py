@@ -14,6 +14,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 from aick_ros.ros.conversions import to_time, transform_stamped
+from aick_ros.ros.process.resources import profiles_variable
 
 
 class FakeSubscription:
@@ -118,8 +119,9 @@ PATIENCE = 60.0  # seconds that nothing takes, even on a loaded machine
 
 
 @pytest.fixture
-def node(ros_domain):
+def node(ros_domain, monkeypatch):
     """Return a node."""
+    monkeypatch.delenv(profiles_variable())  # its large segment takes time, and is for images
     rclpy.init(args=[])
     made = rclpy.create_node('probe')
     yield made

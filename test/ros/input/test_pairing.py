@@ -4,14 +4,13 @@
 """Pairing of images as they are received: which are rejected, counted and passed on."""
 
 import math
-from collections import Counter
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from aick_ros.messages.synchronizer import Pair
 from aick_ros.ros.health.counts import Count
+from aick_ros.ros.health.diagnostics import Diagnostics
 from aick_ros.ros.input.pairing import Pairing, _max_interval
 from aick_ros.settings.node import NodeSettings
 
@@ -19,16 +18,19 @@ START, PERIOD = 10 ** 18, 33_333_333
 
 
 @pytest.fixture
-def make(fake_node, steady):
-    """Return a function that makes a pairing; the pairs and the counts are its attributes."""
+def make(node, steady):
+    """Return a function that makes a pairing; the pairs and the report are its attributes."""
     def make(**settings):
-        pairs, counted = [], Counter()
-        pairing = Pairing(
-            fake_node, NodeSettings(**settings),
-            SimpleNamespace(count=lambda count: counted.update([count])), pairs.append)
-        pairing.pairs, pairing.counted = pairs, counted
+        pairs, report = [], Diagnostics(node)
+        pairing = Pairing(node, NodeSettings(**settings), report, pairs.append)
+        pairing.pairs, pairing.report = pairs, report
         return pairing
     return make
+
+
+def counted(pairing):
+    """Return what was counted in the report of a pairing."""
+    return {count: total for count, total in pairing.report.snapshot().totals.items() if total}
 
 
 def test_before_the_first_image_there_is_nothing(make, steady):
@@ -49,7 +51,7 @@ def test_a_pair_is_passed_on(make, stamped, steady):
     assert pairing.newest is pairing.pairs[-1]
     assert pairing.newest_stamp == START
     assert pairing.paired_at == steady.now
-    assert pairing.counted == {Count.RECEIVED: 1}
+    assert counted(pairing) == {Count.RECEIVED: 1}
     assert pairing.rejection == ''
 
 
@@ -58,7 +60,7 @@ def test_a_pair_is_passed_on(make, stamped, steady):
     (START, f'its stamp of {START} ns repeats or goes back; does the driver publish twice, or '
      'the network change the order?'), (START - PERIOD, 'repeats or goes back'),
     (0, 'must stamp its images'), (START + 3600 * 10 ** 9, 'is far ahead of those before')])
-def test_an_image_that_is_rejected_is_counted_and_named(make, stamped, steady, fake_node, name,
+def test_an_image_that_is_rejected_is_counted_and_named(make, stamped, steady, log, name,
                                                         stamp, reason):
     pairing = make()
     take = {'rgb/image': pairing.take_colour, 'depth/image': pairing.take_depth}[name]
@@ -67,10 +69,18 @@ def test_an_image_that_is_rejected_is_counted_and_named(make, stamped, steady, f
     take(stamped(stamp))
     assert pairing.rejection.startswith(f'image on {name} rejected: ')
     assert reason in pairing.rejection
-    assert fake_node.logger.warnings == [pairing.rejection]
-    assert fake_node.logger.options[pairing.rejection]['throttle_duration_sec'] >= 1.0
+    assert log.warnings == [pairing.rejection]
     assert pairing.rejected_at == steady.now
-    assert pairing.counted == {Count.IMAGES_REJECTED: 1}
+    assert counted(pairing) == {Count.IMAGES_REJECTED: 1}
+
+
+def test_rejections_are_not_logged_for_each_image(make, stamped, log):
+    pairing = make()
+    for _ in range(4):
+        pairing.take_colour(stamped(START))
+    assert counted(pairing) == {Count.IMAGES_REJECTED: 3}
+    assert len(log.warnings) == 1
+    assert min(log.throttles) >= 1.0
 
 
 def test_after_a_late_image_those_in_order_are_accepted(make, stamped):
@@ -80,7 +90,7 @@ def test_after_a_late_image_those_in_order_are_accepted(make, stamped):
         pairing.take_depth(stamped(stamp))
     assert [pair.colour_stamp for pair in pairing.pairs] == [
         START, START + PERIOD, START + 2 * PERIOD]
-    assert pairing.counted == {Count.RECEIVED: 3, Count.IMAGES_REJECTED: 2}
+    assert counted(pairing) == {Count.RECEIVED: 3, Count.IMAGES_REJECTED: 2}
 
 
 def test_a_stray_stamp_does_not_pair(make, stamped):
@@ -136,25 +146,26 @@ def test_images_that_do_not_arrive_are_counted_for_each_topic(make, stamped, ste
     assert pairing.missing_shares['depth/image'] == 0
 
 
-def test_depth_of_another_frame_is_warned_of_once(make, stamped, fake_node):
+def test_depth_of_another_frame_is_warned_of_once(make, stamped, log):
     pairing = make()
-    pairing.take_colour(stamped(START))
-    pairing.take_depth(stamped(START, 'infrared'))
-    [text] = fake_node.logger.warnings
-    assert text == (
+    for stamp in (START, START + PERIOD):
+        pairing.take_colour(stamped(stamp))
+        pairing.take_depth(stamped(stamp, 'infrared'))
+    assert len(pairing.pairs) == 2
+    assert log.warnings == [
         "depth images are of frame 'infrared', colour images of 'camera': if the driver does not "
-        'register depth to colour, set register_depth to true')
-    assert fake_node.logger.options[text] == {'once': True}
+        'register depth to colour, set register_depth to true']
+    assert log.throttles == []  # for ever
 
 
 @pytest.mark.parametrize('registers, frame_id', [(False, 'camera'), (True, 'infrared')])
-def test_depth_that_is_or_will_be_registered_is_not_warned_of(make, stamped, fake_node, registers,
+def test_depth_that_is_or_will_be_registered_is_not_warned_of(make, stamped, log, registers,
                                                               frame_id):
     pairing = make(register_depth=registers)
     pairing.take_colour(stamped(START))
     pairing.take_depth(stamped(START, frame_id))
     assert len(pairing.pairs) == 1
-    assert fake_node.logger.warnings == []
+    assert log.warnings == []
 
 
 @pytest.mark.parametrize('nanosec', [10 ** 9, 2 ** 32 - 1])
@@ -190,7 +201,7 @@ def test_images_that_came_together_are_one_pair_whatever_their_stamps(make, stam
     assert pairing.pairs == pairs
     assert pairing.newest is pairs[-1]
     assert pairing.newest_stamp == START + PERIOD
-    assert pairing.counted == {Count.RECEIVED: 2}
+    assert counted(pairing) == {Count.RECEIVED: 2}
     assert pairing.recent_counts(1.0) == {'rgbd_image': 4}
 
 
@@ -200,7 +211,7 @@ def test_of_images_that_came_together_both_must_have_a_stamp(make, stamped, colo
     pairing.take_pair(pair_of(stamped, START))
     pairing.take_pair(pair_of(stamped, colour, depth))
     assert len(pairing.pairs) == 1
-    assert pairing.counted == {Count.RECEIVED: 1, Count.IMAGES_REJECTED: 1}
+    assert counted(pairing) == {Count.RECEIVED: 1, Count.IMAGES_REJECTED: 1}
     assert pairing.rejection.startswith('image on rgbd_image rejected: ')
 
 
