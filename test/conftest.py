@@ -119,12 +119,29 @@ def ros_domain(monkeypatch):
 
     It returns the domain. Nothing leaves this machine, and images are not lost.
     """
-    from aick_ros.ros.process.resources import profiles_variable
     with own_domain() as domain:
-        monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
-        monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-        monkeypatch.setenv(profiles_variable(), str(ROOT / 'config' / 'fastdds.xml'))
+        set_domain(monkeypatch, domain)
         yield domain
+
+
+@pytest.fixture(scope='module')
+def ros_context():
+    """Return a context of ROS in such a domain for all tests of a file: to make one takes time."""
+    import rclpy
+    context = rclpy.Context()
+    with own_domain() as domain, pytest.MonkeyPatch.context() as monkeypatch:
+        set_domain(monkeypatch, domain)
+        rclpy.init(args=[], context=context)
+        yield context
+        rclpy.shutdown(context=context)
+
+
+def set_domain(monkeypatch, domain):
+    """Have ROS use a domain, and the profile for images: Fast DDS reads it once a process."""
+    from aick_ros.ros.process.resources import profiles_variable
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(domain))
+    monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    monkeypatch.setenv(profiles_variable(), str(ROOT / 'config' / 'fastdds.xml'))
 
 
 @contextmanager

@@ -14,7 +14,6 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 from aick_ros.ros.conversions import to_time, transform_stamped
-from aick_ros.ros.process.resources import profiles_variable
 
 
 class FakeSubscription:
@@ -118,19 +117,27 @@ def fake_node():
 PATIENCE = 60.0  # seconds that nothing takes, even on a loaded machine
 
 
+def wait_until(condition):
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.001)
+
+
 @pytest.fixture
-def node(ros_domain, monkeypatch):
-    """Return a node."""
-    monkeypatch.delenv(profiles_variable())  # its large segment takes time, and is for images
-    rclpy.init(args=[])
-    made = rclpy.create_node('probe')
+def node(ros_context):
+    """Return a node, with nobody else."""
+    made = rclpy.create_node('probe', context=ros_context)
+    wait_until(lambda: {topic for topic, _ in made.get_topic_names_and_types()} <= {
+        '/parameter_events', '/rosout'})
     yield made
     made.destroy_node()
-    rclpy.shutdown()
 
 
 class Neighbours:
     """Other nodes, whose publishers the node under test has found once they are returned."""
+
+    wait_until = staticmethod(wait_until)
 
     def __init__(self, node):
         self._node, self._others = node, {}
@@ -139,7 +146,7 @@ class Neighbours:
               durability=DurabilityPolicy.VOLATILE, name='camera', kind=Image):
         """Make a publisher of the node of a name."""
         if name not in self._others:
-            self._others[name] = rclpy.create_node(name)
+            self._others[name] = rclpy.create_node(name, context=self._node.context)
         before = self._node.count_publishers(topic)
         publisher = self._others[name].create_publisher(kind, topic, QoSProfile(
             depth=100, reliability=reliability, durability=durability))
@@ -163,13 +170,6 @@ class Neighbours:
         self.wait_until(publisher.get_subscription_count)
         for message in messages:
             publisher.publish(message)
-
-    @staticmethod
-    def wait_until(condition):
-        deadline = time.monotonic() + PATIENCE
-        while not condition():
-            assert time.monotonic() < deadline
-            time.sleep(0.001)
 
     def close(self):
         for other in self._others.values():

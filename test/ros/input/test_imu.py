@@ -257,7 +257,7 @@ def test_while_an_image_waits_an_executor_takes_the_samples(made, neighbours):
     source, driver = made()
     driver.send(5)
     assert not source.reaches(12 * MS)
-    executor = SingleThreadedExecutor()
+    executor = SingleThreadedExecutor(context=driver.node.context)
     executor.add_node(driver.node)
     driver.publish(15)
     neighbours.wait_until(lambda: executor.spin_once(timeout_sec=0.1) or driver.changes)

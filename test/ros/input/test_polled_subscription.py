@@ -21,7 +21,7 @@ def test_it_is_left_to_whoever_takes_the_messages(node, neighbours):
     assert made.callback(Int32(data=1)) is None
     publisher = neighbours.offer('numbers', kind=Int32)
     neighbours.send(publisher, Int32(data=2), Int32(data=3))
-    executor, rounds = SingleThreadedExecutor(), []
+    executor, rounds = SingleThreadedExecutor(context=node.context), []
     executor.add_node(node)
     node.create_timer(0.0, lambda: rounds.append(1))
     neighbours.wait_until(lambda: executor.spin_once(timeout_sec=1.0) or len(rounds) > 9)
