@@ -5,8 +5,6 @@
 
 import subprocess
 import sys
-from collections import Counter
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -21,12 +19,15 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.odometry import Odometry
 from aick_ros.ros.conversions import from_pose, to_time
 from aick_ros.ros.health.counts import Count
+from aick_ros.ros.health.diagnostics import Diagnostics
 from aick_ros.ros.input import rgbd_images
 from aick_ros.ros.input.assembler import FrameAssembler
+from aick_ros.ros.input.extrinsics import Extrinsics
 from aick_ros.ros.input.pairing import Pairing
 from aick_ros.settings.node import NodeSettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
+IDENTITY = (0.0,) * 6 + (1.0,)
 STAMP, DEPTH_STAMP = 10 ** 18, 10 ** 18 + 4_000_000
 RAW = Camera(8, 6, 10.0, 10.0, 3.5, 2.5, 'plumb_bob', (0.1, 0.0, 0.0, 0.0, 0.0))
 RECTIFIED = Camera(8, 6, 9.0, 9.0, 3.0, 2.0)
@@ -52,48 +53,51 @@ def info(camera=RAW):
 
 def message(**parts):
     """An RGBDImage with raw images, or with the given parts in their place."""
-    return SimpleNamespace(**{
+    return rgbd_images.RGBDImage(**{
         'header': header(DEPTH_STAMP), 'rgb_camera_info': info(), 'depth_camera_info': info(),
         'rgb': image(STAMP, 'rgb8', COLOUR), 'depth': image(DEPTH_STAMP, '32FC1', DEPTH),
         'rgb_compressed': CompressedImage(), 'depth_compressed': CompressedImage(), **parts})
 
 
+def message_of_many(*images):
+    """An RGBDImages."""
+    return rgbd_images.RGBDImages(header=header(STAMP), rgbd_images=images)
+
+
 class Input:
-    """The input of a node that subscribes to rgbd_image; pairs and counts are attributes."""
+    """The input of a node that subscribes to rgbd_image; pairs and report are attributes."""
 
     def __init__(self, node, **settings):
-        settings = NodeSettings(subscribe_rgbd=True, **settings)
-        self.pairs, self.counted = [], Counter()
-        extrinsics = SimpleNamespace(camera_in_base=lambda *_, **__: np.eye(4),
-                                     depth_in_colour=lambda *_, **__: np.eye(4))
-        self.assembler = FrameAssembler(node, settings, extrinsics, lambda: None)
-        self.pairing = Pairing(
-            node, settings, SimpleNamespace(count=lambda count: self.counted.update([count])),
-            self.pairs.append)
+        settings = NodeSettings(subscribe_rgbd=True, camera_in_base=IDENTITY,
+                                depth_in_colour=IDENTITY, **settings)
+        self.pairs, self.report = [], Diagnostics(node)
+        self.assembler = FrameAssembler(node, settings, Extrinsics(None, settings), lambda: None)
+        self.pairing = Pairing(node, settings, self.report, self.pairs.append)
         self.subscription = rgbd_images.rgbd_subscription(
             node, settings, self.assembler, self.pairing)
         self._node = node
 
     def receive(self, *messages):
+        [subscription] = self._node.subscriptions
         for content in messages:
-            self._node.subscriptions[-1].callback(content)
+            subscription.callback(content)
 
     def frame(self):
         return self.assembler.frame(self.assembler.arrival(self.pairs[-1]))
 
 
 @pytest.fixture
-def installed(monkeypatch):
-    """Let rtabmap_msgs be there, as far as the input asks for it."""
-    monkeypatch.setattr(rgbd_images, 'RGBDImage', lambda **fields: message(
-        rgb=Image(), depth=Image(), **fields))
-    monkeypatch.setattr(rgbd_images, 'RGBDImages', SimpleNamespace)
+def installed(rtabmap_msgs, monkeypatch):
+    """Have the messages that were built, though they were not there when ROS was imported."""
+    from rtabmap_msgs.msg import RGBDImage, RGBDImages
+    monkeypatch.setattr(rgbd_images, 'RGBDImage', RGBDImage)
+    monkeypatch.setattr(rgbd_images, 'RGBDImages', RGBDImages)
 
 
-def test_a_message_has_images_and_camera(fake_node, installed):
-    received = Input(fake_node)
+def test_a_message_has_images_and_camera(node, installed):
+    received = Input(node)
     received.receive(message())
-    assert [s.topic_name for s in fake_node.subscriptions] == ['/rgbd_image']
+    assert [each.topic_name for each in node.subscriptions] == ['/rgbd_image']
     assert received.assembler.missing_for(received.pairs[0]) == ''
     frame = received.frame()
     assert (frame.stamp, frame.depth_stamp) == (STAMP, DEPTH_STAMP)
@@ -104,14 +108,14 @@ def test_a_message_has_images_and_camera(fake_node, installed):
 @pytest.mark.parametrize('rectification, camera', [
     ('auto', RECTIFIED), ('rectified', RECTIFIED), ('raw', RAW)])
 def test_its_images_are_rectified_unless_a_parameter_says_otherwise(
-        fake_node, installed, rectification, camera):
-    received = Input(fake_node, image_rectification=rectification)
+        node, installed, rectification, camera):
+    received = Input(node, image_rectification=rectification)
     received.receive(message())
     assert received.frame().camera == camera
 
 
-def test_each_pair_has_the_camera_that_came_with_it(fake_node, installed):
-    received = Input(fake_node, image_rectification='raw')
+def test_each_pair_has_the_camera_that_came_with_it(node, installed):
+    received = Input(node, image_rectification='raw')
     received.receive(message())
     arrival = received.assembler.arrival(received.pairs[0])
     received.receive(message(rgb_camera_info=info(Camera(8, 6, 20.0, 20.0, 3.5, 2.5)),
@@ -121,17 +125,17 @@ def test_each_pair_has_the_camera_that_came_with_it(fake_node, installed):
     assert received.frame().camera.fx == 20.0
 
 
-def test_depth_is_registered_by_the_camera_info_of_depth(fake_node, installed):
-    received = Input(fake_node, register_depth=True, image_rectification='raw')
+def test_depth_is_registered_by_the_camera_info_of_depth(node, installed):
+    received = Input(node, register_depth=True, image_rectification='raw')
     other = info(Camera(4, 3, 5.0, 5.0, 1.5, 1.0))
     received.receive(message(depth_camera_info=other))
     with pytest.raises(InputError, match='calibrated for 4 x 3'):
         received.frame()
 
 
-def test_compressed_images_are_decoded(fake_node, installed):
+def test_compressed_images_are_decoded(node, installed):
     millimetres = np.rint(1000 * DEPTH).astype(np.uint16)
-    received = Input(fake_node)
+    received = Input(node)
     received.receive(message(
         rgb=Image(), depth=Image(),
         rgb_compressed=CompressedImage(
@@ -145,10 +149,10 @@ def test_compressed_images_are_decoded(fake_node, installed):
     np.testing.assert_allclose(frame.depth, millimetres / 1000, rtol=1e-6)
 
 
-def test_an_image_without_a_header_has_that_of_the_message(fake_node, installed):
+def test_an_image_without_a_header_has_that_of_the_message(node, installed):
     bare = image(0, 'rgb8', COLOUR)
     bare.header.frame_id = ''
-    received = Input(fake_node)
+    received = Input(node)
     received.receive(message(rgb=bare, depth=image(STAMP, '32FC1', DEPTH)))
     [pair] = received.pairs
     assert (pair.colour_stamp, pair.depth_stamp) == (DEPTH_STAMP, STAMP)
@@ -158,20 +162,20 @@ def test_an_image_without_a_header_has_that_of_the_message(fake_node, installed)
 @pytest.mark.parametrize('parts, reason', [
     ({'rgb': Image()}, 'it has no colour image'), ({'depth': Image()}, 'it has no depth image'),
     ({'rgb': image(2 * STAMP, 'rgb8', COLOUR)}, 'far ahead of those before')])
-def test_what_cannot_be_used_is_rejected_with_the_topic(fake_node, installed, parts, reason):
-    received = Input(fake_node)
+def test_what_cannot_be_used_is_rejected_with_the_topic(node, installed, parts, reason):
+    received = Input(node)
     received.receive(message(), message(**parts))
     assert len(received.pairs) == 1
     assert received.pairing.rejection.startswith('image on rgbd_image rejected: ')
     assert reason in received.pairing.rejection
-    assert received.counted[Count.IMAGES_REJECTED] == 1
+    assert received.report.snapshot().totals[Count.IMAGES_REJECTED] == 1
 
 
-def test_depth_is_moved_by_its_own_camera_into_that_of_colour(fake_node, installed):
+def test_depth_is_moved_by_its_own_camera_into_that_of_colour(node, installed):
     """A plane at 2 m; the depth camera sees half as far to the sides."""
     plane = image(DEPTH_STAMP, '32FC1', np.full((6, 8), 2.0, np.float32))
     narrow = Camera(8, 6, 20.0, 20.0, 3.5, 2.5)
-    received = Input(fake_node, register_depth=True, image_rectification='raw')
+    received = Input(node, register_depth=True, image_rectification='raw')
     received.receive(message(depth=plane, depth_camera_info=info(narrow),
                              rgb_camera_info=info(Camera(8, 6, 10.0, 10.0, 3.5, 2.5))))
     seen = np.isfinite(received.frame().depth)
@@ -181,38 +185,41 @@ def test_depth_is_moved_by_its_own_camera_into_that_of_colour(fake_node, install
 
 @pytest.mark.parametrize('settings, kind', [({}, 'RGBDImage'), ({'rgbd_cameras': 0}, 'RGBDImages'),
                                             ({'rgbd_cameras': 2}, 'RGBDImage')])
-def test_it_is_subscribed_to_as_the_parameters_say(fake_node, installed, settings, kind):
-    Input(fake_node, topic_queue_size=7, qos_reliability='reliable', **settings)
-    [subscription] = fake_node.subscriptions
+def test_it_is_subscribed_to_as_the_parameters_say(node, installed, settings, kind):
+    Input(node, topic_queue_size=7, qos_reliability='reliable', **settings)
+    [subscription] = node.subscriptions
     assert subscription.msg_type is getattr(rgbd_images, kind)
     assert subscription.qos_profile.depth == 7
     assert subscription.qos_profile.reliability is ReliabilityPolicy.RELIABLE
 
 
-def test_one_camera_in_a_list_is_no_warning(fake_node, installed):
-    received = Input(fake_node, rgbd_cameras=0)
-    received.receive(SimpleNamespace(header=header(STAMP), rgbd_images=[message()]))
+def test_one_camera_in_a_list_is_no_warning(node, installed, log):
+    received = Input(node, rgbd_cameras=0)
+    received.receive(message_of_many(message()))
     assert len(received.pairs) == 1
-    assert fake_node.logger.warnings == []
+    assert log.warnings == []
 
 
-def test_a_list_is_warned_of_once(fake_node, installed):
-    received = Input(fake_node, rgbd_cameras=0)
-    received.receive(SimpleNamespace(header=header(STAMP), rgbd_images=[message(), message()]))
-    [text] = fake_node.logger.warnings
-    assert fake_node.logger.options[text] == {'once': True}
+def test_a_list_is_warned_of_once(node, installed, log):
+    received = Input(node, rgbd_cameras=0)
+    for stamp in (STAMP, STAMP + 33_000_000):
+        one = message(rgb=image(stamp, 'rgb8', COLOUR), depth=image(stamp, '32FC1', DEPTH))
+        received.receive(message_of_many(one, one))
+    assert len(received.pairs) == 2
+    assert log.warnings == ['rgbd_images has 2 images: only the first is used']
+    assert log.throttles == []  # for ever
 
 
-def test_an_image_that_is_missing_is_explained(fake_node, installed):
-    received = Input(fake_node)
+def test_an_image_that_is_missing_is_explained(node, installed):
+    received = Input(node)
     received.receive(message(depth=Image()))
     assert received.pairing.rejection == (
         'image on rgbd_image rejected: it has no depth image; its publisher must send one, raw '
         'or compressed')
 
 
-def test_of_an_image_sent_both_raw_and_compressed_the_raw_one_is_used(fake_node, installed):
-    received = Input(fake_node)
+def test_of_an_image_sent_both_raw_and_compressed_the_raw_one_is_used(node, installed):
+    received = Input(node)
     received.receive(message(rgb_compressed=CompressedImage(data=b'no image')))
     np.testing.assert_array_equal(received.frame().colour, COLOUR)
 
@@ -222,54 +229,56 @@ def test_messages_are_required_only_where_they_are_subscribed_to(monkeypatch):
     rgbd_images.require_messages(NodeSettings())
     with pytest.raises(InputError, match='^subscribe_rgbd is true, and rtabmap_msgs is not'):
         rgbd_images.require_messages(NodeSettings(subscribe_rgbd=True))
-    monkeypatch.setattr(rgbd_images, 'RGBDImage', object)
+
+
+def test_messages_that_are_installed_are_enough(installed):
     rgbd_images.require_messages(NodeSettings(subscribe_rgbd=True))
 
 
-def test_a_message_that_comes_twice_is_used_once(fake_node, installed):
-    received = Input(fake_node)
+def test_a_message_that_comes_twice_is_used_once(node, installed):
+    received = Input(node)
     received.receive(message(), message())
     assert len(received.pairs) == 1
     assert 'repeats or goes back' in received.pairing.rejection
 
 
-def test_a_recording_that_starts_again_is_used_again(fake_node, installed):
-    received = Input(fake_node)
+def test_a_recording_that_starts_again_is_used_again(node, installed):
+    received = Input(node)
     for stamp in (STAMP, STAMP + 10 ** 10, STAMP, STAMP + 10 ** 7):
         received.receive(message(rgb=image(stamp, 'rgb8', COLOUR),
                                  depth=image(stamp, '32FC1', DEPTH)))
     assert len(received.pairs) == 4
 
 
-def test_of_many_cameras_in_one_message_the_first_is_used(fake_node, installed):
-    received = Input(fake_node, rgbd_cameras=0)
+def test_of_many_cameras_in_one_message_the_first_is_used(node, installed, log):
+    received = Input(node, rgbd_cameras=0)
     other = message(rgb=image(STAMP + 1, 'rgb8', COLOUR))
-    received.receive(SimpleNamespace(header=header(STAMP), rgbd_images=[message(), other]))
-    assert fake_node.subscriptions[-1].topic_name == '/rgbd_images'
+    received.receive(message_of_many(message(), other))
+    assert [each.topic_name for each in node.subscriptions] == ['/rgbd_images']
     assert [pair.colour_stamp for pair in received.pairs] == [STAMP]
-    assert fake_node.logger.warnings == ['rgbd_images has 2 images: only the first is used']
+    assert log.warnings == ['rgbd_images has 2 images: only the first is used']
 
 
-def test_a_message_of_no_camera_is_rejected(fake_node, installed):
-    received = Input(fake_node, rgbd_cameras=0)
-    received.receive(SimpleNamespace(header=header(STAMP), rgbd_images=[]))
+def test_a_message_of_no_camera_is_rejected(node, installed):
+    received = Input(node, rgbd_cameras=0)
+    received.receive(message_of_many())
     assert 'it has no colour image' in received.pairing.rejection
 
 
-def test_of_several_topics_the_first_is_used(fake_node, installed):
-    received = Input(fake_node, rgbd_cameras=3)
+def test_of_several_topics_the_first_is_used(node, installed, log):
+    received = Input(node, rgbd_cameras=3)
     received.receive(message())
     assert len(received.pairs) == 1
-    assert [s.topic_name for s in fake_node.subscriptions] == ['/rgbd_image0']
-    assert fake_node.logger.warnings == [
+    assert [each.topic_name for each in node.subscriptions] == ['/rgbd_image0']
+    assert log.warnings == [
         'rgbd_cameras = 3: only the first camera is used, on rgbd_image0']
 
 
-def test_an_unusable_camera_info_is_named(fake_node, installed):
-    received = Input(fake_node)
+def test_an_unusable_camera_info_is_named(node, installed, log):
+    received = Input(node)
     received.receive(message(rgb_camera_info=CameraInfo()))
     assert ('camera_info on rgb_camera_info of rgbd_image rejected: '
-            in fake_node.logger.warnings[0])
+            in log.warnings[0])
     assert (received.assembler.missing_for(received.pairs[0])
             == 'images come but no usable camera_info on rgb_camera_info of rgbd_image')
 
