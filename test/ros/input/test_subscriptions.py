@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Subscriptions that change their QoS: their rules without DDS, then the node over DDS."""
+"""Subscriptions that change their QoS: their rules on a node, then the node in its process."""
 
 import dataclasses
 import time
@@ -21,71 +21,100 @@ RELIABLE, BEST_EFFORT = ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFOR
 LATCHED, VOLATILE = DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE
 
 
+def take(subscription):
+    """Take a message as an executor does; None: there is none."""
+    with subscription.handle:
+        taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
+    return None if taken is None else taken[0]
+
+
 class Change:
     """
-    A subscription that has just changed from best effort to reliable.
+    A subscription that changes from best effort to reliable.
 
     :ivar old: the subscription before the change; it still receives.
     :ivar new: the subscription after the change.
     :ivar taken: numbers of the images taken so far.
     """
 
-    def __init__(self, node, stamped, latched=False, **options):
-        self.node, self.taken, self._stamped = node, [], stamped
+    def __init__(self, node, neighbours, stamped, **options):
+        self.node, self.neighbours = node, neighbours
+        self.taken, self._stamped, self.new = [], stamped, None
         self.subscription = AdaptiveSubscription(
-            node, Image, 'rgb/image', self._take, depth=10, latched=latched, **options)
-        self.old, self.new = node.subscriptions[0], None
-        node.publish('/rgb/image', durability=DurabilityPolicy.TRANSIENT_LOCAL)
+            node, Image, 'rgb/image', self._take, depth=10, **options)
+        [self.old] = node.subscriptions
+        self._driver = neighbours.offer('/rgb/image', durability=LATCHED)
 
     def adapt(self):
         self.subscription.adapt()
-        self.new = self.node.subscriptions[-1]
+        *_, self.new = self.node.subscriptions
 
-    def arrive(self, subscription, *numbers):
-        """Put images into the queue of a subscription."""
-        subscription.queue += [self._stamped(START + number * PERIOD) for number in numbers]
+    def publish(self, *numbers, by=None):
+        """Publish images; those that match have them in their queues."""
+        self.neighbours.send(by or self._driver, *(
+            self._stamped(START + number * PERIOD) for number in numbers))
+
+    def reach_old(self, *numbers):
+        """Put images into the queue of the old subscription alone, which is best effort."""
+        passing = self.neighbours.offer('/rgb/image', BEST_EFFORT)
+        self.publish(*numbers, by=passing)
+        self.neighbours.withdraw(passing)
+
+    def reach_new(self, *numbers):
+        """Put images into the queue of the new subscription; the old one, if it is left, is empty."""
+        assert self.old not in self.node.subscriptions or take(self.old) is None
+        self.publish(*numbers)
+        while self.old in self.node.subscriptions and take(self.old) is not None:
+            pass
+
+    def execute(self, subscription):
+        """Take one message as the executor does, and return whether there is one."""
+        message = take(subscription)
+        if message is not None:
+            subscription.callback(message)
+        return message is not None
 
     def spin(self):
         """Take one message of each subscription in turn, until none is left."""
-        while any(subscription.queue for subscription in self.node.subscriptions):
-            for subscription in list(self.node.subscriptions):
-                subscription.execute()
+        while any([self.execute(subscription) for subscription in list(self.node.subscriptions)]):
+            pass
 
     def _take(self, message):
         self.taken.append((to_stamp(message.header.stamp) - START) // PERIOD)
 
 
 @pytest.fixture
-def change(fake_node, stamped):
-    return Change(fake_node, stamped)
+def change(node, neighbours, stamped):
+    return Change(node, neighbours, stamped)
 
 
 @pytest.mark.parametrize('latched, reliability, requested', [
     (False, 'auto', BEST_EFFORT), (False, 'best_effort', BEST_EFFORT),
     (False, 'reliable', RELIABLE), (True, 'auto', RELIABLE), (True, 'best_effort', RELIABLE)])
 def test_before_there_is_a_publisher_what_is_sent_once_is_requested_reliably(
-        fake_node, latched, reliability, requested):
-    subscription = AdaptiveSubscription(fake_node, Image, 'rgb/camera_info', print, depth=10,
+        node, latched, reliability, requested):
+    subscription = AdaptiveSubscription(node, Image, 'rgb/camera_info', print, depth=10,
                                         reliability=reliability, latched=latched)
-    assert fake_node.subscriptions[0].qos_profile.reliability == requested
+    [made] = node.subscriptions
+    assert made.qos_profile.reliability == requested
     assert subscription.qos_profile.durability == VOLATILE
 
 
 def test_images_of_the_old_queue_come_before_those_of_the_new_one(change):
-    change.arrive(change.old, 0, 1, 2, 3)
+    change.publish(0, 1, 2, 3)
     change.adapt()
-    change.arrive(change.new, 4, 5)
-    change.new.execute()
+    change.publish(4, 5)
+    change.execute(change.new)
     change.spin()
     assert change.taken == [0, 1, 2, 3, 4, 5]
-    assert change.node.subscriptions == [change.new]
+    assert list(change.node.subscriptions) == [change.new]
 
 
 def test_closed_it_takes_nothing_more(change):
-    change.arrive(change.old, 0, 1)
+    change.publish(0, 1)
     change.adapt()
     change.subscription.close()
-    assert change.node.subscriptions == []
+    assert list(change.node.subscriptions) == []
     assert change.taken == []
 
 
@@ -93,19 +122,19 @@ def test_closed_it_takes_nothing_more(change):
 def test_an_image_of_both_queues_is_taken_once(change, taken_first):
     """However many of its messages the old subscription brings before the new one."""
     change.adapt()
-    change.arrive(change.old, 0, 1, 2, 3, 4, 5)
-    change.arrive(change.new, 3, 4, 5, 6, 7)
+    change.reach_new(3, 4, 5, 6, 7)
+    change.reach_old(0, 1, 2, 3, 4, 5)
     for _ in range(taken_first):
-        change.old.execute()
+        assert change.execute(change.old)
     change.spin()
     assert change.taken == list(range(8))
 
 
 def test_an_image_lost_by_the_old_subscription_is_brought_by_the_new_one(change):
     change.adapt()
-    change.arrive(change.old, 0, 1, 2, 4, 5)
-    change.arrive(change.new, 3, 4, 5, 6)
-    change.new.execute()
+    change.reach_new(3, 4, 5, 6)
+    change.reach_old(0, 1, 2, 4, 5)
+    change.execute(change.new)
     change.spin()
     assert change.taken == list(range(7))
 
@@ -113,71 +142,75 @@ def test_an_image_lost_by_the_old_subscription_is_brought_by_the_new_one(change)
 def test_an_image_older_than_those_taken_is_not_taken(change):
     """Downstream it would count as rejected: its stamp goes back."""
     change.adapt()
-    change.arrive(change.old, 0, 1, 2, 4)
+    change.reach_old(0, 1, 2, 4)
     for _ in range(4):
-        change.old.execute()
-    change.arrive(change.new, 3, 4, 5)
+        assert change.execute(change.old)
+    change.reach_new(3, 4, 5)
     change.spin()
     assert change.taken == [0, 1, 2, 4, 5]
 
 
 def test_a_driver_that_repeats_images_after_the_change_is_not_hidden(change):
     change.adapt()
-    change.arrive(change.new, 1, 2, 2, 3)
+    change.reach_new(1, 2, 2, 3)
     change.spin()
     assert change.taken == [1, 2, 2, 3]
 
 
 def test_stamps_that_stand_still_after_the_change_are_not_hidden(change):
     """So that their rejection can be reported downstream."""
-    change.arrive(change.old, 0)
+    change.publish(0)
     change.spin()
     change.adapt()
-    change.arrive(change.new, *30 * [0])
-    change.spin()
+    for _ in range(30):
+        change.reach_new(0)
+        change.spin()
     assert len(change.taken) == 1 + 30 - 20  # at most twice the depth of the queue is dropped
 
 
 def test_a_recording_that_starts_again_at_the_change_is_taken(change):
     back = -2 * RESTART_AFTER // PERIOD
-    change.arrive(change.old, 0, 1)
     change.adapt()
-    change.arrive(change.new, back, back + 1)
-    change.new.execute()
+    change.reach_new(back, back + 1)
+    change.reach_old(0, 1)
+    change.execute(change.new)
     change.spin()
     assert change.taken == [0, 1, back, back + 1]
 
 
 def test_the_old_subscription_goes_on_until_the_new_one_receives(change):
     change.adapt()
-    change.arrive(change.old, 0, 1)
+    change.reach_old(0, 1)
     change.spin()
     change.adapt()
-    change.arrive(change.old, 2)
+    change.reach_old(2)
     change.spin()
     assert change.taken == [0, 1, 2]
 
 
 def test_a_second_change_before_the_first_image_loses_nothing(change):
-    change.arrive(change.old, 0, 1)
+    change.publish(0)
     change.adapt()
     second = change.new
-    change.node.publish('/rgb/image', BEST_EFFORT)
+    change.publish(1)
+    best_effort = change.neighbours.offer('/rgb/image', BEST_EFFORT)
     change.adapt()
-    change.arrive(second, 1, 2)
-    change.arrive(change.new, 2, 3)
+    assert list(change.node.subscriptions) == [second, change.new]
+    change.publish(2)
+    change.publish(3, by=best_effort)  # does not match the second one
     change.spin()
     assert change.taken == [0, 1, 2, 3]
-    assert change.node.subscriptions == [change.new]
+    assert list(change.node.subscriptions) == [change.new]
 
 
-def test_calibrations_are_taken_again(fake_node, stamped):
+def test_calibrations_are_taken_again(node, neighbours, stamped):
     """Many have no stamp, and the one that was published before must not be lost."""
-    change = Change(fake_node, stamped, latched=True)
-    change.arrive(change.old, 0)
+    change = Change(node, neighbours, stamped, latched=True)
+    change.publish(0)
     change.adapt()
-    change.arrive(change.new, 0, 0)
-    change.new.execute()
+    neighbours.wait_until(lambda: change.execute(change.new))  # the one from before
+    assert change.taken == [0, 0]
+    change.publish(0)
     change.spin()
     assert change.taken == [0, 0, 0]
 
@@ -189,22 +222,22 @@ def test_calibrations_are_taken_again(fake_node, stamped):
     ('reliable', [BEST_EFFORT], RELIABLE),
     ('best_effort', [RELIABLE], BEST_EFFORT),
 ], ids=str)
-def test_the_reliability_follows_the_publishers_or_the_parameter(fake_node, wanted, offered,
-                                                                 expected):
-    subscription = AdaptiveSubscription(fake_node, Image, 'rgb/image', None, 10, wanted)
+def test_the_reliability_follows_the_publishers_or_the_parameter(node, neighbours, wanted,
+                                                                 offered, expected):
+    subscription = AdaptiveSubscription(node, Image, 'rgb/image', None, 10, wanted)
     for reliability in offered:
-        fake_node.publish('/rgb/image', reliability)
+        neighbours.offer('/rgb/image', reliability)
     subscription.adapt()
     assert subscription.qos_profile.reliability == expected
 
 
 @pytest.mark.parametrize('offered, expected', [
     ([LATCHED], LATCHED), ([VOLATILE], VOLATILE), ([LATCHED, VOLATILE], VOLATILE)], ids=str)
-def test_earlier_messages_are_requested_where_all_publishers_keep_them(fake_node, offered,
-                                                                       expected):
-    subscription = AdaptiveSubscription(fake_node, Image, 'info', None, 10, latched=True)
+def test_earlier_messages_are_requested_where_all_publishers_keep_them(node, neighbours,
+                                                                       offered, expected):
+    subscription = AdaptiveSubscription(node, Image, 'info', None, 10, latched=True)
     for durability in offered:
-        fake_node.publish('/info', durability=durability)
+        neighbours.offer('/info', durability=durability)
     subscription.adapt()
     assert subscription.qos_profile.durability == expected
 
@@ -212,9 +245,9 @@ def test_earlier_messages_are_requested_where_all_publishers_keep_them(fake_node
 @pytest.mark.parametrize('published, expected', [
     ('/rgb/image/compressed', ('/rgb/image/compressed', 'compressed')),
     ('/rgb/image', ('', '')), ('/elsewhere', ('', ''))])
-def test_another_transport_of_the_topic_is_found(fake_node, published, expected):
-    subscription = AdaptiveSubscription(fake_node, Image, 'rgb/image', None, 10)
-    fake_node.publish(published)
+def test_another_transport_of_the_topic_is_found(node, neighbours, published, expected):
+    subscription = AdaptiveSubscription(node, Image, 'rgb/image', None, 10)
+    neighbours.offer(published)
     assert subscription.published_instead() == expected
 
 
@@ -222,19 +255,19 @@ def test_another_transport_of_the_topic_is_found(fake_node, published, expected)
     ('/rgb/image', ('/rgb/image', 'raw')),
     ('/rgb/image/compressedDepth', ('/rgb/image/compressedDepth', 'compressedDepth')),
     ('/rgb/image/compressed', ('', ''))])
-def test_of_a_compressed_topic_the_others_are_found_beside_it(fake_node, published, expected):
+def test_of_a_compressed_topic_the_others_are_found_beside_it(node, neighbours, published, expected):
     subscription = AdaptiveSubscription(
-        fake_node, CompressedImage, 'rgb/image', None, 10, suffix='/compressed')
+        node, CompressedImage, 'rgb/image', None, 10, suffix='/compressed')
     assert subscription.topic_name == '/rgb/image/compressed'
-    fake_node.publish(published)
+    neighbours.offer(published, kind=Image if published == '/rgb/image' else CompressedImage)
     assert subscription.published_instead() == expected
 
 
-def test_the_publishers_are_those_of_the_topic_with_its_suffix(fake_node):
+def test_the_publishers_are_those_of_the_topic_with_its_suffix(node, neighbours):
     subscription = AdaptiveSubscription(
-        fake_node, CompressedImage, 'rgb/image', None, 10, suffix='/compressed')
-    fake_node.publish('/rgb/image', node_name='other')
-    fake_node.publish('/rgb/image/compressed', node_name='driver')
+        node, CompressedImage, 'rgb/image', None, 10, suffix='/compressed')
+    neighbours.offer('/rgb/image', name='other')
+    neighbours.offer('/rgb/image/compressed', name='driver', kind=CompressedImage)
     assert [publisher.node_name for publisher in subscription.publishers()] == ['driver']
 
 
@@ -244,25 +277,25 @@ def test_a_changed_subscription_is_the_same_but_for_its_qos(change):
         assert (made.msg_type, made.topic_name) == (Image, '/rgb/image')
         assert made.qos_profile.depth == 10
         # ROS would log each mismatch, which is resolved or explained here
-        assert not made.events.use_default_callbacks
+        assert not made.event_handlers
     assert (change.old.qos_profile.reliability, change.new.qos_profile.reliability) == (
         BEST_EFFORT, RELIABLE)
     change.adapt()
-    assert change.node.subscriptions == [change.old, change.new]  # there is nothing to change
+    assert list(change.node.subscriptions) == [change.old, change.new]  # there is nothing to change
 
 
 def test_either_subscription_ends_the_silence(change, steady):
     change.subscription.received_at = steady.now
     change.adapt()
-    for subscription in (change.old, change.new):
+    for subscription, reach in ((change.old, change.reach_old), (change.new, change.reach_new)):
         steady.now += 1.0
-        change.arrive(subscription, 0)
-        subscription.execute()
+        reach(0)
+        assert change.execute(subscription)
         assert change.subscription.received_at == steady.now
 
 
-def test_before_the_first_message_the_silence_counts_from_the_start(fake_node, steady):
-    subscription = AdaptiveSubscription(fake_node, Image, 'rgb/image', None, 10)
+def test_before_the_first_message_the_silence_counts_from_the_start(node, steady):
+    subscription = AdaptiveSubscription(node, Image, 'rgb/image', None, 10)
     assert subscription.received_at == steady.now
     assert not subscription.may_be_silent
 
@@ -270,13 +303,15 @@ def test_before_the_first_message_the_silence_counts_from_the_start(fake_node, s
 @pytest.mark.parametrize('back, taken', [
     (0, 1), (RESTART_AFTER, 1), (RESTART_AFTER + 1, 2)])
 def test_a_recording_starts_again_only_where_stamps_go_back_by_more_than_a_second(
-        fake_node, stamped, back, taken):
+        node, neighbours, stamped, back, taken):
     received = []
-    subscription = AdaptiveSubscription(fake_node, Image, 'rgb/image', received.append, 10)
-    fake_node.subscriptions[0].callback(stamped(START))
-    fake_node.publish('/rgb/image')
+    subscription = AdaptiveSubscription(node, Image, 'rgb/image', received.append, 10)
+    [old] = node.subscriptions
+    old.callback(stamped(START))
+    neighbours.offer('/rgb/image')
     subscription.adapt()
-    fake_node.subscriptions[-1].callback(stamped(START - back))
+    *_, new = node.subscriptions
+    new.callback(stamped(START - back))
     assert len(received) == taken
 
 
@@ -293,33 +328,33 @@ def test_the_topics_of_images_are_named_as_rgbd_odometry_does(settings, names):
     ('raw', Image, '/rgb/image'), ('compressed', CompressedImage, '/rgb/image/compressed'),
     ('compressedDepth', CompressedImage, '/rgb/image/compressedDepth')])
 def test_images_are_subscribed_to_by_their_transport_and_as_the_parameters_say(
-        fake_node, stamped, transport, kind, topic):
+        node, neighbours, stamped, transport, kind, topic):
     taken = []
     subscription = image_subscription(
-        fake_node, 'rgb/image', transport, taken.append,
+        node, 'rgb/image', transport, taken.append,
         NodeSettings(topic_queue_size=7, qos_reliability='reliable'))
-    [made] = fake_node.subscriptions
+    [made] = node.subscriptions
     assert (made.msg_type, made.topic_name, subscription.name) == (kind, topic, 'rgb/image')
     assert (made.qos_profile.depth, made.qos_profile.reliability) == (7, RELIABLE)
-    fake_node.publish(topic, durability=LATCHED)
+    neighbours.offer(topic, durability=LATCHED, kind=kind)
     subscription.adapt()
-    assert fake_node.subscriptions == [made]  # images of the past are not requested
-    made.callback(stamped(START))
+    assert list(node.subscriptions) == [made]  # images of the past are not requested
+    made.callback(kind(header=stamped(START).header))
     assert len(taken) == 1
 
 
-def test_a_calibration_is_subscribed_to_so_that_one_sent_once_arrives(fake_node, stamped):
+def test_a_calibration_is_subscribed_to_so_that_one_sent_once_arrives(node, neighbours):
     taken = []
-    subscription = camera_info_subscription(fake_node, 'rgb/camera_info', taken.append)
-    fake_node.publish('/rgb/camera_info', durability=LATCHED)
+    subscription = camera_info_subscription(node, 'rgb/camera_info', taken.append)
+    neighbours.offer('/rgb/camera_info', durability=LATCHED, kind=CameraInfo)
     subscription.adapt()
-    made = fake_node.subscriptions[-1]
+    *_, made = node.subscriptions
     assert (made.msg_type, made.topic_name, subscription.name) == (
         CameraInfo, '/rgb/camera_info', 'rgb/camera_info')
     assert (made.qos_profile.reliability, made.qos_profile.durability) == (RELIABLE, LATCHED)
     assert made.qos_profile.depth == 10
-    made.callback(stamped(0))
-    made.callback(stamped(0))
+    made.callback(CameraInfo())
+    made.callback(CameraInfo())
     assert len(taken) == 2
 
 
