@@ -429,7 +429,7 @@ def test_where_nobody_publishes_the_topics_that_have_images_are_named(rig, start
     rig.node.create_publisher(Image, '/camera/image_raw', 1)
     node = start_node(wait=False, remappings=['rgb/image:=/nowhere'])
     node.wait_for_log('nobody publishes /nowhere: start the camera, or remap rgb/image to its '
-                      'topics; there are images on /camera/image_raw, /depth/image')
+                      'topics; there are images on /camera/image_raw, /rgb/image')
 
 
 def test_the_parameter_file_of_the_package_is_taken_and_leaves_the_preset_alone(

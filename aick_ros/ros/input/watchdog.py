@@ -127,9 +127,10 @@ class Watchdog:
                          'true for it')
 
     def _topics_of(self, kind: str) -> str:
-        """Return the first topics on which other nodes publish messages of a type."""
+        """Return the first unused topics on which other nodes publish messages of a type."""
+        used = {subscription.topic_name for subscription in self._subscriptions.values()}
         topics = [topic for topic, kinds in self._node.get_topic_names_and_types()
-                  if kind in kinds and self._node.count_publishers(topic)
+                  if kind in kinds and topic not in used and self._node.count_publishers(topic)
                   # of this package
                   and not topic.endswith(('/debug_image', '/odom_rgbd_image'))]
         return ', '.join(sorted(topics)[:_MOST_NAMED])

@@ -4,12 +4,17 @@
 """Complaints of the watchdog about silent topics, losses and clocks."""
 
 import math
-from types import SimpleNamespace
 
 import pytest
+from rclpy.clock import ClockType
+from rclpy.parameter import Parameter
 from rclpy.qos import ReliabilityPolicy
+from rclpy.time import Time
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String
 
+from aick_ros.ros.health.diagnostics import Diagnostics
+from aick_ros.ros.input.pairing import Pairing
 from aick_ros.ros.input.subscriptions import AdaptiveSubscription
 from aick_ros.ros.input.watchdog import Watchdog
 from aick_ros.ros.process.resources import profiles_variable
@@ -18,20 +23,32 @@ from aick_ros.settings.node import NodeSettings
 NAMES = ('rgb/image', 'depth/image', 'rgb/camera_info')
 
 
+class Seen(Pairing):
+    """Pairs of images, whose losses and times the test sets: many images make few losses."""
+
+    missing_shares = {'rgb/image': 0.0, 'depth/image': 0.0}
+
+    def recent_counts(self, seconds):
+        return {'rgb/image': 150, 'depth/image': 150}
+
+
+def set_clock(node, now):
+    """Have the clock of a node be at a time [ns]; 0 as long as nobody publishes /clock."""
+    node.set_parameters([Parameter('use_sim_time', value=True)])
+    node.get_clock().set_ros_time_override(Time(nanoseconds=now, clock_type=ClockType.ROS_TIME))
+
+
 class Watched:
-    """A watchdog, its subscriptions by name, and a pairing that the test sets."""
+    """A watchdog, its subscriptions by name, and pairs whose losses the test sets."""
 
     def __init__(self, node, steady, reliability='auto', names=NAMES, **settings):
         self._node, self._steady = node, steady
         self.subscriptions = {name: AdaptiveSubscription(
             node, CameraInfo if name == 'rgb/camera_info' else Image, name, lambda message: None,
             10, reliability) for name in names}
-        self.pairing = SimpleNamespace(
-            rejected_at=-math.inf, rejection='', paired_at=steady.now, newest_stamp=0,
-            missing_shares={'rgb/image': 0.0, 'depth/image': 0.0},
-            recent_counts=lambda seconds: {'rgb/image': 150, 'depth/image': 150})
-        self.dog = Watchdog(node, NodeSettings(**settings), list(self.subscriptions.values()),
-                            self.pairing)
+        settings = NodeSettings(**settings)
+        self.pairing = Seen(node, settings, Diagnostics(node), lambda pair: None)
+        self.dog = Watchdog(node, settings, list(self.subscriptions.values()), self.pairing)
 
     def wait(self, seconds, receiving=()):
         """Let time pass, at whose end some topics receive a message."""
@@ -45,8 +62,8 @@ class Watched:
 
 
 @pytest.fixture
-def watched(fake_node, steady):
-    return Watched(fake_node, steady)
+def watched(node, steady):
+    return Watched(node, steady)
 
 
 def test_silence_is_tolerated_for_five_seconds(watched):
@@ -62,8 +79,8 @@ def test_at_exactly_five_seconds_it_is_still_tolerated(watched):
     assert watched.complaint == ''
 
 
-def test_several_reasons_are_given_together(watched, fake_node, steady):
-    fake_node.publish('/rgb/image', node_name='driver')
+def test_several_reasons_are_given_together(watched, neighbours, steady):
+    neighbours.offer('/rgb/image', name='driver')
     watched.wait(6.0, ['rgb/camera_info'])
     watched.pairing.rejected_at, watched.pairing.rejection = steady.now, 'image rejected: why'
     silent, unpublished, rejected = watched.complaint.split('; ', 1)[0], *[
@@ -75,8 +92,8 @@ def test_several_reasons_are_given_together(watched, fake_node, steady):
     assert rejected == 'image rejected: why'
 
 
-def test_where_a_topic_is_silent_pairs_are_not_asked_for(watched, fake_node):
-    fake_node.publish('/depth/image')
+def test_where_a_topic_is_silent_pairs_are_not_asked_for(watched, neighbours):
+    neighbours.offer('/depth/image')
     watched.wait(6.0, ['rgb/image', 'rgb/camera_info'])
     assert 'synchronize' not in watched.complaint
 
@@ -110,12 +127,13 @@ def test_the_images_of_the_last_five_seconds_are_counted(watched):
     assert set(asked) == {5.0}
 
 
-def test_the_clocks_are_explained_in_sentences(watched, fake_node):
-    fake_node.now = 0
+def test_the_clocks_are_explained_in_sentences(watched, node):
+    set_clock(node, 0)
     assert watched.dog.complaint_about_clocks() == (
         'use_sim_time is true, and nobody publishes /clock: play the bag with --clock, or set '
         'use_sim_time to false')
-    fake_node.now, watched.pairing.newest_stamp = 10 ** 18, 10 ** 18 + 10 ** 9
+    set_clock(node, 10 ** 18)
+    watched.pairing.newest_stamp = 10 ** 18 + 10 ** 9
     assert watched.dog.complaint_about_clocks() == ''
     watched.pairing.newest_stamp += 5 * 10 ** 8
     assert watched.dog.complaint_about_clocks() == (
@@ -123,29 +141,32 @@ def test_the_clocks_are_explained_in_sentences(watched, fake_node):
         'synchronized (chrony), or set use_sim_time where a bag is played')
 
 
-def test_one_driver_of_two_that_does_not_match_is_named(fake_node, steady):
-    watched = Watched(fake_node, steady, reliability='reliable')
-    fake_node.publish('/depth/image', ReliabilityPolicy.RELIABLE, node_name='first')
-    fake_node.publish('/depth/image', ReliabilityPolicy.BEST_EFFORT, node_name='second')
+def test_one_driver_of_two_that_does_not_match_is_named(node, neighbours, steady):
+    watched = Watched(node, steady, reliability='reliable')
+    neighbours.offer('/depth/image', ReliabilityPolicy.RELIABLE, name='first')
+    neighbours.offer('/depth/image', ReliabilityPolicy.BEST_EFFORT, name='second')
     watched.wait(6.0, ['rgb/image', 'rgb/camera_info'])
     assert watched.complaint.startswith(
         'nothing on /depth/image for 5 s: the QoS of second does not match ours (')
     assert watched.complaint.endswith('); set qos_reliability to auto')
 
 
-def test_a_topic_that_nobody_publishes_any_more_is_not_listed(watched, fake_node):
-    fake_node.publish('/camera', kind='sensor_msgs/msg/Image')
-    fake_node.count_publishers = lambda topic: 0
+def test_a_topic_that_nobody_publishes_any_more_is_not_listed(watched, node, neighbours):
+    node.create_subscription(Image, '/camera', print, 10)
+    neighbours.withdraw(neighbours.offer('/camera'))
+    assert '/camera' in dict(node.get_topic_names_and_types())
     watched.wait(6.0)
     assert 'there are images' not in watched.complaint
 
 
-def test_of_images_and_rgbd_images_those_of_the_present_input_are_listed(fake_node, steady):
-    fake_node.publish('/camera', kind='sensor_msgs/msg/Image')
-    fake_node.publish('/both', kind='rtabmap_msgs/msg/RGBDImage')
+def test_of_images_and_rgbd_images_those_of_the_present_input_are_listed(
+        node, neighbours, steady, rtabmap_msgs):
+    from rtabmap_msgs.msg import RGBDImage
+    neighbours.offer('/camera')
+    neighbours.offer('/both', kind=RGBDImage)
     for is_rgbd, names, sentence in ((False, NAMES, 'there are images on /camera'),
                                      (True, ['rgbd_image'], 'there is an rgbd_image on /both')):
-        watched = Watched(fake_node, steady, names=names, subscribe_rgbd=is_rgbd)
+        watched = Watched(node, steady, names=names, subscribe_rgbd=is_rgbd)
         watched.wait(6.0)
         assert watched.complaint.endswith(sentence)
 
@@ -156,8 +177,8 @@ def test_any_message_ends_the_silence_of_the_camera(watched):
     assert watched.dog.silent_for() == pytest.approx(1.0)
 
 
-def test_unpublished_topics_are_named_together(watched, fake_node):
-    fake_node.publish('/rgb/image')
+def test_unpublished_topics_are_named_together(watched, neighbours):
+    neighbours.offer('/rgb/image')
     watched.wait(6.0, ['rgb/image'])
     assert watched.complaint == (
         'nobody publishes /depth/image, /rgb/camera_info: start the camera, or remap '
@@ -169,10 +190,10 @@ def test_unpublished_topics_are_named_together(watched, fake_node):
 @pytest.mark.parametrize('share, count, losses', [
     (0.9, 40, '90% of the images on /rgb/image do not arrive: if Fast DDS loses them'),
     (0.0, 3, 'in 5 s only few images arrive (3 on /rgb/image): if Fast DDS loses them')])
-def test_where_images_are_lost_a_publisher_may_be_there_unseen(watched, fake_node, share, count,
-                                                               losses):
+def test_where_images_are_lost_a_publisher_may_be_there_unseen(
+        watched, neighbours, share, count, losses):
     """Its announcement travels as the images do."""
-    fake_node.publish('/rgb/image')
+    neighbours.offer('/rgb/image')
     watched.pairing.missing_shares = {'rgb/image': share, 'depth/image': 0.0}
     watched.pairing.recent_counts = lambda seconds: {'rgb/image': count, 'depth/image': 0}
     watched.wait(6.0, ['rgb/image', 'rgb/camera_info'])
@@ -196,17 +217,17 @@ def test_a_topic_that_may_be_silent_is_not_named(watched):
     assert 'camera_info' not in watched.complaint
 
 
-def test_a_publisher_that_sends_nothing_is_named(watched, fake_node):
-    fake_node.publish('/depth/image', node_name='driver')
+def test_a_publisher_that_sends_nothing_is_named(watched, neighbours):
+    neighbours.offer('/depth/image', name='driver')
     watched.wait(6.0, ['rgb/image', 'rgb/camera_info'])
     assert watched.complaint.startswith(
         'nothing on /depth/image for 5 s, though driver is there: it sends no images, or none '
         'arrives; if Fast DDS loses them, start the driver with config/fastdds.xml')
 
 
-def test_a_publisher_that_sends_no_calibration_is_named(watched, fake_node):
+def test_a_publisher_that_sends_no_calibration_is_named(watched, neighbours):
     """It is small: Fast DDS does not lose it."""
-    fake_node.publish('/rgb/camera_info', node_name='driver')
+    neighbours.offer('/rgb/camera_info', name='driver', kind=CameraInfo)
     watched.wait(6.0, ['rgb/image', 'depth/image'])
     watched.pairing.paired_at = math.inf
     assert watched.complaint == ('nothing on /rgb/camera_info for 5 s: driver is there but sends '
@@ -227,9 +248,9 @@ def test_images_that_are_lost_are_no_camera_to_synchronise(watched, shares, coun
     assert 'synchronize' not in watched.complaint
 
 
-def test_a_publisher_whose_qos_does_not_match_is_explained(fake_node, steady):
-    watched = Watched(fake_node, steady, reliability='reliable')
-    fake_node.publish('/depth/image', ReliabilityPolicy.BEST_EFFORT, node_name='driver')
+def test_a_publisher_whose_qos_does_not_match_is_explained(node, neighbours, steady):
+    watched = Watched(node, steady, reliability='reliable')
+    neighbours.offer('/depth/image', ReliabilityPolicy.BEST_EFFORT, name='driver')
     watched.wait(6.0, ['rgb/image', 'rgb/camera_info'])
     assert 'the QoS of driver does not match ours' in watched.complaint
     assert 'set qos_reliability to auto' in watched.complaint
@@ -237,18 +258,25 @@ def test_a_publisher_whose_qos_does_not_match_is_explained(fake_node, steady):
 
 @pytest.mark.parametrize('name, parameter', [
     ('rgb/image', 'image_transport'), ('depth/image', 'depth_transport')])
-def test_another_transport_of_a_silent_topic_is_named(watched, fake_node, name, parameter):
-    fake_node.publish(f'/{name}/compressed')
+def test_another_transport_of_a_silent_topic_is_named(watched, neighbours, name, parameter):
+    neighbours.offer(f'/{name}/compressed')
     watched.wait(6.0, set(NAMES) - {name})
     assert watched.complaint.endswith(
         f'there is /{name}/compressed: set {parameter} to compressed')
 
 
-def test_topics_with_images_are_listed_but_those_of_this_package(watched, fake_node):
+def test_the_topic_of_one_image_is_no_place_to_look_for_the_other(watched, neighbours):
+    for topic in ('/rgb/image', '/camera'):
+        neighbours.offer(topic)
+    watched.wait(6.0, ['rgb/image', 'rgb/camera_info'])
+    assert watched.complaint.endswith('there are images on /camera')
+
+
+def test_topics_with_images_are_listed_but_those_of_this_package(watched, neighbours):
     for i in range(8):
-        fake_node.publish(f'/camera{i}', kind='sensor_msgs/msg/Image')
-    fake_node.publish('/a/debug_image', kind='sensor_msgs/msg/Image')
-    fake_node.publish('/a/text', kind='std_msgs/msg/String')
+        neighbours.offer(f'/camera{i}')
+    neighbours.offer('/a/debug_image')
+    neighbours.offer('/a/text', kind=String)
     watched.wait(6.0)
     listed = ', '.join(f'/camera{i}' for i in range(6))
     assert watched.complaint.endswith(f'there are images on {listed}')
@@ -262,19 +290,19 @@ def test_topics_with_images_are_listed_but_those_of_this_package(watched, fake_n
      'there are images on /camera/image: set subscribe_rgbd to false for them'),
     (True, '/rgbd_image/compressed', 'RGBDImage',
      'there is /rgbd_image/compressed: remap rgbd_image to it')])
-def test_what_another_input_would_receive_is_named(fake_node, steady, subscribed, topic, kind,
-                                                   sentence):
+def test_what_another_input_would_receive_is_named(
+        node, neighbours, steady, rtabmap_msgs, subscribed, topic, kind, sentence):
+    from rtabmap_msgs.msg import RGBDImage
     names = ['rgbd_image'] if subscribed else NAMES
-    watched = Watched(fake_node, steady, names=names, subscribe_rgbd=subscribed)
-    package = 'sensor_msgs' if kind == 'Image' else 'rtabmap_msgs'
-    fake_node.publish(topic, kind=f'{package}/msg/{kind}')
-    fake_node.publish('/a/odom_rgbd_image', kind='rtabmap_msgs/msg/RGBDImage')  # our own
+    watched = Watched(node, steady, names=names, subscribe_rgbd=subscribed)
+    neighbours.offer(topic, kind=Image if kind == 'Image' else RGBDImage)
+    neighbours.offer('/a/odom_rgbd_image', kind=RGBDImage)  # our own
     watched.wait(6.0)
     assert watched.complaint.endswith(sentence)
 
 
-def test_topics_with_images_are_not_listed_for_a_missing_camera_info(watched, fake_node):
-    fake_node.publish('/camera', kind='sensor_msgs/msg/Image')
+def test_topics_with_images_are_not_listed_for_a_missing_camera_info(watched, neighbours):
+    neighbours.offer('/camera')
     watched.wait(6.0, ['rgb/image', 'depth/image'])
     watched.pairing.paired_at = math.inf
     assert 'there are images' not in watched.complaint
@@ -283,8 +311,8 @@ def test_topics_with_images_are_not_listed_for_a_missing_camera_info(watched, fa
 @pytest.mark.parametrize('settings, remedy', [
     ({}, 'within approx_sync_max_interval = 0.02 s: synchronize the camera'),
     ({'approx_sync': False}, 'the same stamp: set approx_sync to true')])
-def test_images_that_do_not_pair_are_explained(fake_node, steady, settings, remedy):
-    watched = Watched(fake_node, steady, **settings)
+def test_images_that_do_not_pair_are_explained(node, steady, settings, remedy):
+    watched = Watched(node, steady, **settings)
     watched.wait(4.9, NAMES)
     assert watched.complaint == ''
     watched.wait(0.2, NAMES)
@@ -314,8 +342,9 @@ def test_losses_beyond_a_fifth_are_named(watched, colour, depth, named):
     (10 ** 18, 10 ** 18 + 900_000_000, ''),
     (10 ** 18, 10 ** 18 + 1_500_000_000, "stamped 1.5 s ahead of this node's clock"),
     (10 ** 18, 10 ** 18 - 10 ** 12, '')])  # of a recording
-def test_clocks_that_differ_are_explained(watched, fake_node, now, newest, sentence):
-    fake_node.now, watched.pairing.newest_stamp = now, newest
+def test_clocks_that_differ_are_explained(watched, node, now, newest, sentence):
+    set_clock(node, now)
+    watched.pairing.newest_stamp = newest
     complaint = watched.dog.complaint_about_clocks()
     assert sentence in complaint
     assert bool(complaint) == bool(sentence)
