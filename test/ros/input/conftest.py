@@ -8,7 +8,8 @@ import time
 
 import pytest
 import rclpy
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import (
+    DurabilityPolicy, QoSCompatibility, QoSProfile, ReliabilityPolicy, qos_check_compatible)
 from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
@@ -65,15 +66,30 @@ class Neighbours:
         """
         Publish messages; they wait in the queues of the subscriptions when this returns.
 
-        Within a process Fast DDS puts a message into the queues itself while it is published.
+        Within a process Fast DDS puts a message into the queues while it is published.
         """
-        self.wait_until(publisher.get_subscription_count)
+        self.wait_until(lambda: self._has_matched(publisher))
         for message in messages:
             publisher.publish(message)
 
     def close(self):
         for other in self._others.values():
             other.destroy_node()
+
+    def _has_matched(self, publisher):
+        """Return whether it and the subscriptions that can receive from it know each other."""
+        receivers = [each for each in self._node.subscriptions
+                     if each.topic_name == publisher.topic_name
+                     and can_receive(each, publisher.qos_profile)]
+        offers = self._node.get_publishers_info_by_topic(publisher.topic_name)
+        return receivers and publisher.get_subscription_count() == len(receivers) and all(
+            each.get_publisher_count() == sum(can_receive(each, offer.qos_profile)
+                                              for offer in offers) for each in receivers)
+
+
+def can_receive(subscription, offered):
+    compatibility, _ = qos_check_compatible(offered, subscription.qos_profile)
+    return compatibility != QoSCompatibility.ERROR
 
 
 @pytest.fixture
@@ -96,7 +112,7 @@ def tell_tf(node):
 
 
 class Log:
-    """Lines of the log on stderr."""
+    """Lines of the log on stderr or, as ROS may be set to, on stdout."""
 
     def __init__(self, node, capfd):
         self._node, self._capfd, self._text = node, capfd, ''
@@ -117,7 +133,7 @@ class Log:
                 if 'throttle_duration_sec' in limits]
 
     def _of(self, level):
-        self._text += self._capfd.readouterr().err
+        self._text += ''.join(self._capfd.readouterr())
         return re.findall(rf'\[{level}\] \[[0-9.]+\] \[probe\]: (.*)', self._text)
 
 

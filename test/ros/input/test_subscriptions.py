@@ -61,7 +61,7 @@ class Change:
         self.neighbours.withdraw(passing)
 
     def reach_new(self, *numbers):
-        """Put images into the queue of the new subscription; the old one, if it is left, is empty."""
+        """Put images into the queue of the new subscription; that of the old one is empty."""
         assert self.old not in self.node.subscriptions or take(self.old) is None
         self.publish(*numbers)
         while self.old in self.node.subscriptions and take(self.old) is not None:
@@ -255,7 +255,8 @@ def test_another_transport_of_the_topic_is_found(node, neighbours, published, ex
     ('/rgb/image', ('/rgb/image', 'raw')),
     ('/rgb/image/compressedDepth', ('/rgb/image/compressedDepth', 'compressedDepth')),
     ('/rgb/image/compressed', ('', ''))])
-def test_of_a_compressed_topic_the_others_are_found_beside_it(node, neighbours, published, expected):
+def test_of_a_compressed_topic_the_others_are_found_beside_it(
+        node, neighbours, published, expected):
     subscription = AdaptiveSubscription(
         node, CompressedImage, 'rgb/image', None, 10, suffix='/compressed')
     assert subscription.topic_name == '/rgb/image/compressed'
@@ -281,7 +282,8 @@ def test_a_changed_subscription_is_the_same_but_for_its_qos(change):
     assert (change.old.qos_profile.reliability, change.new.qos_profile.reliability) == (
         BEST_EFFORT, RELIABLE)
     change.adapt()
-    assert list(change.node.subscriptions) == [change.old, change.new]  # there is nothing to change
+    # there is nothing to change
+    assert list(change.node.subscriptions) == [change.old, change.new]
 
 
 def test_either_subscription_ends_the_silence(change, steady):

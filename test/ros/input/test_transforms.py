@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Transforms as other nodes publish them: fixed and moving ones, as the node takes them and over DDS."""
+"""Transforms as other nodes publish them: fixed and moving ones, also over DDS."""
 
 import threading
 import time
