@@ -21,7 +21,9 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import Log
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.logging import LoggingSeverity
 from rclpy.qos import ReliabilityPolicy
 from sensor_msgs.msg import CameraInfo, Image
 
@@ -175,6 +177,69 @@ class Rig:
             pass
 
 
+class Graph:
+    """
+    Nodes of this process, and a node beside them that hears what they send and log.
+
+    Nodes do their callbacks only while the test waits for something of them.
+    """
+
+    def __init__(self):
+        self.beside = rclpy.create_node('beside')
+        self._executor = SingleThreadedExecutor()  # that of rclpy outlives its context
+        self._executor.add_node(self.beside)
+        self._nodes, self._logged, self._ends = [self.beside], [], 0
+        self.beside.create_subscription(Log, '/rosout', self._logged.append, QUEUE)
+
+    def node(self, name='odom_node', **options):
+        """Make a node, named and with options as rclpy.create_node has them."""
+        self._nodes.append(rclpy.create_node(name, **options))
+        return self._nodes[-1]
+
+    def listen(self, kind, topic):
+        """Return the list of all messages to come on a topic; who is there has found it."""
+        received = []
+        subscription = self.beside.create_subscription(kind, topic, received.append, QUEUE)
+        publishers = [each for node in self._nodes for each in node.publishers
+                      if each.topic_name == subscription.topic_name]
+        wait_until(lambda: all(each.get_subscription_count() for each in publishers),
+                   f'the publishers of {topic} to find its subscriber')
+        return received
+
+    def wait_until(self, condition, what, *nodes):
+        """Do the callbacks of the node beside, and of others, until a condition is met."""
+        for node in nodes:
+            self._executor.add_node(node)
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < deadline, f'waited {PATIENCE:g} s in vain for {what}'
+            self._executor.spin_once(timeout_sec=0.1)
+        for node in nodes:
+            self._executor.remove_node(node)
+
+    def call(self, node, kind, name, request=None):
+        """Call a service of a node and return its response."""
+        client = self.beside.create_client(kind, name)
+        self.wait_until(client.service_is_ready, f'the service {name}')
+        answer = client.call_async(kind.Request() if request is None else request)
+        self.wait_until(answer.done, f'an answer of {name}', node)
+        return answer.result()
+
+    def log(self, node):
+        """Return level and text of each line that a node has logged."""
+        self._ends += 1
+        end = f'end {self._ends}'
+        node.get_logger().fatal(end)  # what comes after it was logged after it
+        self.wait_until(lambda: any(each.msg == end for each in self._logged), 'the log')
+        return [(LoggingSeverity(each.level), each.msg) for each in self._logged
+                if each.name == node.get_logger().name and not each.msg.startswith('end ')]
+
+    def close(self):
+        self._executor.shutdown()
+        for node in self._nodes:
+            node.destroy_node()
+
+
 class NodeProcess:
     """
     odom_node in a process of its own; its log goes to a file.
@@ -287,6 +352,16 @@ def rig(ros_domain):
     yield rig
     rig.close()
     rclpy.shutdown()
+
+
+@pytest.fixture
+def graph(ros_domain):
+    """Return where the test makes nodes of this process, and hears them."""
+    rclpy.init(args=[])
+    graph = Graph()
+    yield graph
+    graph.close()
+    rclpy.try_shutdown()
 
 
 @pytest.fixture
