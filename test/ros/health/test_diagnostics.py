@@ -4,12 +4,13 @@
 """Values of the diagnostics."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.parameter import Parameter
+from rclpy.time import Time
+from std_msgs.msg import Header
 
 from aick_ros.registration.status import Status
 from aick_ros.ros.health.counts import Count
@@ -18,40 +19,28 @@ from aick_ros.ros.health.diagnostics import Diagnostics, values_of
 KEY = 'delay since the stamp [ms]'
 
 
-class Node:
-    """Keeps what is published, and on which topic."""
-
-    def __init__(self):
-        self.published, self.now = [], Time(sec=5, nanosec=7)
-
-    def get_fully_qualified_name(self):
-        return '/robot/odom_node'
-
-    def create_publisher(self, *arguments):
-        self.publisher = arguments
-        return SimpleNamespace(publish=self.published.append)
-
-    def get_clock(self):
-        return SimpleNamespace(now=lambda: SimpleNamespace(to_msg=lambda: self.now))
-
-
 @pytest.fixture
-def published():
+def published(graph):
     """Return a function that publishes and returns the message; what is counted, and the node."""
-    node = Node()
+    node = graph.node(namespace='robot', parameter_overrides=[
+        Parameter('use_sim_time', value=True)])
+    node.get_clock().set_ros_time_override(Time(seconds=5, nanoseconds=7))
     diagnostics = Diagnostics(node)
+    received = graph.listen(DiagnosticArray, '/diagnostics')
 
     def publish(complaint='', paused=False, present={}, concern=''):
         diagnostics.publish(complaint, paused, present, concern)
-        return node.published[-1]
+        graph.wait_until(lambda: received, 'the diagnostics')
+        return received.pop()
     publish.diagnostics, publish.node = diagnostics, node
     return publish
 
 
 def test_it_is_published_where_monitors_look_with_the_name_of_the_node_and_the_time(published):
+    [publisher] = [each for each in published.node.publishers if each.msg_type is DiagnosticArray]
+    assert (publisher.topic_name, publisher.qos_profile.depth) == ('/diagnostics', 10)
     message = published()
-    assert published.node.publisher == (DiagnosticArray, '/diagnostics', 10)
-    assert (message.header.stamp, message.header.frame_id) == (Time(sec=5, nanosec=7), '')
+    assert message.header == Header(stamp=Time(seconds=5, nanoseconds=7).to_msg())
     [status] = message.status
     assert (status.name, status.hardware_id) == ('robot/odom_node: odometry', '')
     assert status.level == DiagnosticStatus.WARN
