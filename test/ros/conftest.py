@@ -13,6 +13,7 @@ import sys
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -304,6 +305,13 @@ def rtabmap_msgs(built_rtabmap_msgs, monkeypatch):
     monkeypatch.syspath_prepend(built_rtabmap_msgs)
     monkeypatch.setenv('PYTHONPATH', os.pathsep.join(
         [str(built_rtabmap_msgs), os.environ.get('PYTHONPATH', '')]))
+
+
+@pytest.fixture
+def rtabmap_types(rtabmap_msgs):
+    """Return the types of rtabmap_msgs, by their names."""
+    from rtabmap_msgs import msg, srv
+    return SimpleNamespace(**{**vars(msg), **vars(srv)})
 
 
 class ForkedProcess:

@@ -3,10 +3,9 @@
 
 """What the nodes of RTAB-Map wait for in vain is said, and nothing where nobody does."""
 
-from types import SimpleNamespace
-
 import pytest
 from nav_msgs.msg import Odometry
+from rclpy.logging import LoggingSeverity
 from std_srvs.srv import Empty
 
 from aick_ros.ros.health import expectations
@@ -16,22 +15,7 @@ from aick_ros.settings.node import NodeSettings
 INSTALL = 'rtabmap_msgs is not installed: install it (apt install ros-jazzy-rtabmap-msgs)'
 
 
-class Graph:
-    """A node among others: who uses which topic or service, and which names are remapped."""
-
-    def __init__(self, used=(), served=(), remapped=(), name='odom_node'):
-        self._used, self._served, self._remapped = used, served, dict(remapped)
-        self.get_name = lambda: name
-        self.warnings = []
-        self.get_logger = lambda: SimpleNamespace(warning=self.warnings.append)
-        self.count_clients = self.count_subscribers = self.count_publishers = used.count
-        self.count_services = served.count
-
-    def resolve_topic_name(self, name, only_expand=False):
-        full = '/robot/' + name.replace('~', self.get_name())
-        return full if only_expand else self._remapped.get(name, full)
-
-    resolve_service_name = resolve_topic_name
+SERVICES = 'reset_odom', 'pause_odom', 'resume_odom', 'reset_odom_to_pose'
 
 
 @pytest.fixture
@@ -42,21 +26,44 @@ def without_messages(monkeypatch):
 
 @pytest.fixture
 def with_messages(monkeypatch):
-    monkeypatch.setattr(expectations, 'OdomInfo', object)
-    monkeypatch.setattr(expectations, 'ResetPose', object)
+    monkeypatch.setattr(expectations, 'OdomInfo', Odometry)  # any: that there is one is asked for
+    monkeypatch.setattr(expectations, 'ResetPose', Empty)
 
 
-def complaint(*used, **graph):
-    return Expectations(Graph(used, **graph), NodeSettings()).complaint()
+@pytest.fixture
+def watched(graph):
+    """Make the expectations of a node by the names that another one subscribes to or calls."""
+    def make(*used, name='odom_node', remap=(), **settings):
+        node = graph.node(name, namespace='robot', cli_args=['--ros-args', *(
+            argument for rule in remap for argument in ('-r', rule))])
+        for topic_or_service in used:
+            if topic_or_service.endswith(SERVICES):
+                graph.beside.create_client(Empty, topic_or_service)
+                graph.wait_until(lambda: node.count_clients(topic_or_service), 'the client')
+            else:
+                graph.beside.create_subscription(Odometry, topic_or_service, print, 1)
+                graph.wait_until(lambda: node.count_subscribers(topic_or_service), 'who listens')
+        return node, Expectations(node, NodeSettings(**settings))
+    return make
 
 
-def differences(*used, twist_covariance='velocity', **graph):
-    """Return what is logged in two seconds."""
-    node = Graph(used, **graph)
-    watched = Expectations(node, NodeSettings(twist_covariance=twist_covariance))
-    watched.report_differences()
-    watched.report_differences()
-    return node.warnings
+@pytest.fixture
+def complaint(watched):
+    """Return a function from what is used in vain to what is said of it."""
+    return lambda *used, **given: watched(*used, **given)[1].complaint()
+
+
+@pytest.fixture
+def differences(graph, watched):
+    """Return a function from what is used to what is logged in two seconds."""
+    def logged(*used, **settings):
+        node, watched_by = watched(*used, **settings)
+        watched_by.report_differences()
+        watched_by.report_differences()
+        lines = graph.log(node)
+        assert {level for level, _ in lines} <= {LoggingSeverity.WARN}
+        return [text for _, text in lines]
+    return logged
 
 
 @pytest.mark.parametrize('used, sentence', [
@@ -70,50 +77,59 @@ def differences(*used, twist_covariance='velocity', **graph):
     ('odom_node/reset_odom_to_pose', 'somebody calls /robot/odom_node/reset_odom_to_pose, but '
      f'{INSTALL}, or publish the pose on set_pose'),
     ('odom', ''), ('odom_node/reset_odom', '')])
-def test_who_waits_in_vain_without_the_messages_is_told(without_messages, used, sentence):
+def test_who_waits_in_vain_without_the_messages_is_told(
+        complaint, without_messages, used, sentence):
     assert complaint(f'/robot/{used}') == sentence
 
 
 @pytest.mark.parametrize('kind', ['raw', 'features', 'compressed'])
-def test_sensor_data_are_published_in_no_form(with_messages, kind):
+def test_sensor_data_are_published_in_no_form(complaint, with_messages, kind):
     assert f'/robot/odom_sensor_data/{kind}, which is not published' in complaint(
         f'/robot/odom_sensor_data/{kind}')
 
 
 @pytest.mark.parametrize('used', ['odom_info', 'odom_rgbd_image', 'odom_node/reset_odom_to_pose'])
-def test_with_the_messages_nobody_waits_in_vain(with_messages, used):
+def test_with_the_messages_nobody_waits_in_vain(complaint, with_messages, used):
     assert complaint(f'/robot/{used}') == ''
 
 
-@pytest.mark.parametrize('service', ['reset_odom', 'pause_odom', 'resume_odom',
-                                     'reset_odom_to_pose'])
-def test_a_service_under_the_name_of_their_node_is_explained(with_messages, service):
+@pytest.mark.parametrize('service', SERVICES)
+def test_a_service_under_the_name_of_their_node_is_explained(
+        graph, complaint, with_messages, service):
     called = f'/robot/rgbd_odometry/{service}'
     assert complaint(called) == (f'somebody calls {called}, but this node is odom_node: start it '
                                  'with -r __node:=rgbd_odometry')
-    assert complaint(called, name='rgbd_odometry') == ''
-    assert complaint(called, served=[called]) == ''  # an rgbd_odometry is there, too
+    assert complaint(name='rgbd_odometry') == ''
+    other = graph.node('theirs')
+    other.create_service(Empty, called, print)
+    graph.wait_until(lambda: other.count_services(called), 'an rgbd_odometry')
+    assert complaint() == ''
 
 
-def test_a_remapped_topic_is_watched_under_its_other_name(without_messages):
-    assert '/info' in complaint('/info', remapped={'odom_info': '/info'})
-    assert complaint('/robot/odom_info', remapped={'odom_info': '/info'}) == ''
+def test_a_remapped_topic_is_watched_under_its_other_name(complaint, without_messages):
+    assert '/info' in complaint('/info', remap=['odom_info:=/info'])
 
 
-def test_a_map_of_scans_stays_empty():
+def test_what_a_remapped_topic_was_called_is_not_watched(complaint, without_messages):
+    assert complaint('/robot/odom_info', remap=['odom_info:=/info']) == ''
+
+
+def test_a_map_of_scans_stays_empty(differences):
     assert differences('/robot/odom_local_scan_map') == [
         'somebody subscribes to /robot/odom_local_scan_map, which stays empty: laser scans are '
         'not used here']
 
 
-def test_the_covariance_that_rtabmap_reads_is_named():
-    used = ['/robot/odom_info', '/robot/odom_info_lite']
-    [sentence] = differences(*used)
+def test_the_covariance_that_rtabmap_reads_is_named(differences):
+    [sentence] = differences('/robot/odom_info', '/robot/odom_info_lite')
     assert sentence.endswith('set twist_covariance to increment')
-    assert differences(*used, twist_covariance='increment') == []
 
 
-def test_where_nobody_expects_anything_nothing_is_said():
+def test_the_covariance_that_rtabmap_reads_is_not_named_where_it_is_sent(differences):
+    assert differences('/robot/odom_info', twist_covariance='increment') == []
+
+
+def test_where_nobody_expects_anything_nothing_is_said(differences):
     assert differences() == []
 
 
