@@ -5,11 +5,13 @@
 
 import shutil
 import types
+from contextlib import ExitStack
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from distributed import Client, LocalCluster
 
 import aick_ros
 from aick_ros.errors import InputError
@@ -19,39 +21,58 @@ from aick_ros.evaluation.engine.versions import other_versions, own_versions, re
 OURS = {'aick_ros': '1+a', 'NumPy': '2.0'}
 
 
-class Client:
-    """Two workers or more, of which some cannot say their versions."""
+@pytest.fixture
+def workers(monkeypatch):
+    """Make Dask's client of workers in this process, each of which has one of the versions."""
+    with ExitStack() as stack:
+        def make(*found):
+            def answer(dask_worker):
+                if isinstance(found[dask_worker.name], Exception):
+                    raise found[dask_worker.name]
+                return found[dask_worker.name]
 
-    def __init__(self, **answers):
-        self.answers, self.retired = answers, []
-
-    def run(self, function, on_error):
-        assert (function, on_error) == (own_versions, 'return')
-        return self.answers
-
-    def retire_workers(self, workers):
-        self.retired.append(workers)
+            # all of them are in this process, and would find its versions
+            monkeypatch.setattr(versions, 'own_versions', answer)
+            cluster = stack.enter_context(LocalCluster(
+                n_workers=len(found), threads_per_worker=1, processes=False,
+                dashboard_address=None))
+            return stack.enter_context(Client(cluster))
+        yield make
 
 
-def test_workers_that_differ_are_retired_and_named():
-    client = Client(one=OURS, two={**OURS, 'NumPy': '1.9'}, three={'NumPy': '2.0'},
-                    four=ValueError('no package'), five={**OURS, 'other': '3'})
-    said = []
+def addresses_by_name(client):
+    """Return the addresses of the workers that are left, by their names 0, 1, ..."""
+    return {name: address for address, name in client.run(
+        lambda dask_worker: dask_worker.name).items()}
+
+
+def test_workers_that_differ_are_retired_and_named(workers):
+    client, said = workers(OURS, {**OURS, 'NumPy': '1.9'}, {'NumPy': '2.0'},
+                           ValueError('no package'), {**OURS, 'other': '3'}), []
+    before = addresses_by_name(client)
     reject_other_versions(client, said.append, OURS)
-    assert client.retired == [['two', 'three', 'four']]
-    assert said == [
-        'the worker two is rejected: it has other versions: NumPy 1.9 instead of 2.0',
-        'the worker three is rejected: it has other versions: aick_ros missing instead of 1+a',
-        'the worker four is rejected: no package']
+    kept = {name: before[name] for name in (0, 4)}
+    assert addresses_by_name(client) == kept
+    assert sorted(said) == sorted([
+        f'the worker {before[1]} is rejected: it has other versions: NumPy 1.9 instead of 2.0',
+        f'the worker {before[2]} is rejected: it has other versions: aick_ros missing instead of '
+        '1+a', f'the worker {before[3]} is rejected: no package'])
 
 
-def test_without_any_worker_there_is_no_fleet():
-    client = Client(one={}, two={})
+def test_without_any_worker_there_is_no_fleet(workers):
+    client = workers({}, {})
     with pytest.raises(InputError, match='none of the workers can be used'):
         reject_other_versions(client, lambda sentence: None, OURS)
-    client, said = Client(one=own_versions()), []
-    reject_other_versions(client, said.append)
-    assert (client.retired, said) == ([], [])
+    assert addresses_by_name(client) == {}
+
+
+def test_workers_with_our_versions_are_kept_and_nothing_is_said():
+    said = []
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=False,
+                      dashboard_address=None) as cluster, Client(cluster) as client:
+        reject_other_versions(client, said.append)
+        assert len(addresses_by_name(client)) == 2
+    assert said == []
 
 
 def test_all_differences_are_named():
