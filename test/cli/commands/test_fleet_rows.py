@@ -3,15 +3,17 @@
 
 """Rows, sentences and means of a fleet whose tasks end as they are told to."""
 
+import re
 from contextlib import nullcontext
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
+from distributed import Client, LocalCluster
 
 from aick_ros.cli.commands import fleet as module
 from aick_ros.cli.fleet.job import Finished
 from aick_ros.errors import InputError
+from aick_ros.evaluation.engine.cluster import Cluster
 from aick_ros.evaluation.engine.tasks import Cause, Failure, Outcome
 from aick_ros.evaluation.runs.table import read_table
 
@@ -19,11 +21,18 @@ RPE, ATE = 'trajectory.rpe_1s_translation_rmse_m', 'trajectory.ate_rmse_m'
 TRACKED = 'trajectory.tracked_fraction'
 
 
-@pytest.fixture
-def fleet(aick, monkeypatch, tmp_path):
-    """Return a function that runs the command, with what becomes of each of its jobs."""
-    client = SimpleNamespace(status='running', dashboard_link='http://127.0.0.1:1/status')
+@pytest.fixture(scope='module')
+def client():
+    """Return Dask's client of a worker in this process."""
+    with LocalCluster(n_workers=1, threads_per_worker=1, processes=False, protocol='tcp://',
+                      host='127.0.0.1', dashboard_address='127.0.0.1:0') as cluster, \
+            Client(cluster) as connection:
+        yield connection
 
+
+@pytest.fixture
+def fleet(aick, client, monkeypatch, tmp_path):
+    """Return a function that runs the command, with what becomes of each of its jobs."""
     def run(ends, *arguments):
         def run_tasks(client, function, jobs, limits, is_stopped, say):
             for job in jobs:
@@ -33,7 +42,6 @@ def fleet(aick, monkeypatch, tmp_path):
         asked.clear()
         monkeypatch.setattr(module, 'run_tasks', run_tasks)
         monkeypatch.setattr(module, 'connected', lambda cluster: nullcontext(client))
-        monkeypatch.setattr(module, 'reject_other_versions', lambda client, say: None)
         monkeypatch.setattr(module, 'start_fork_server', lambda modules: None)
         outcome = aick('fleet', *arguments, '--out', 'out')
         return outcome, read_table(tmp_path / 'out' / 'table.parquet')
@@ -48,7 +56,7 @@ def done(job):
     return Finished(Path(job.source).stem, {ATE: 0.25, 'frames': 9}, {'name.txt': b'content'})
 
 
-def test_a_run_that_is_done_is_a_row_and_a_folder(fleet, tmp_path):
+def test_a_run_that_is_done_is_a_row_and_a_folder(fleet, client, tmp_path):
     outcome, (row, other) = fleet(done, 'a.bag', '--vary', 'refinement.mode=none,joint',
                                   '--vary', 'aick.iterations=5')
     assert outcome.code == 0
@@ -62,7 +70,7 @@ def test_a_run_that_is_done_is_a_row_and_a_folder(fleet, tmp_path):
         'run': 'runs/refinement.mode=none,aick.iterations=5/a.bag'}
     assert (tmp_path / 'out' / row['run'] / 'name.txt').read_text() == 'content'
     assert outcome.err.splitlines() == [
-        'aick: the tasks can be watched at http://127.0.0.1:1/status',
+        f'aick: the tasks can be watched at {client.dashboard_link}',
         'aick: details: out/report.html']
 
 
@@ -122,9 +130,9 @@ def test_a_process_needs_memory_to_start(limit, is_enough):
 
 @pytest.mark.parametrize('scheduler, has_dashboard, is_said', [
     (None, True, True), (None, False, False), ('tcp://x:1', False, True)])
-def test_the_pages_of_dask_are_named_where_there_are_some(capsys, scheduler, has_dashboard,
-                                                          is_said):
-    module._name_dashboard(SimpleNamespace(scheduler=scheduler, has_dashboard=has_dashboard),
-                           SimpleNamespace(dashboard_link='http://here'))
+def test_the_pages_of_dask_are_named_where_there_are_some(
+        client, capsys, scheduler, has_dashboard, is_said):
+    module._name_dashboard(Cluster(1, scheduler=scheduler, has_dashboard=has_dashboard), client)
+    assert re.fullmatch(r'http://127\.0\.0\.1:[1-9]\d*/status', client.dashboard_link)
     assert capsys.readouterr().err == (
-        'aick: the tasks can be watched at http://here\n' if is_said else '')
+        f'aick: the tasks can be watched at {client.dashboard_link}\n' if is_said else '')
