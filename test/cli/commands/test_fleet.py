@@ -9,9 +9,7 @@ import os
 import shutil
 import sys
 import tempfile
-from contextlib import nullcontext
 from pathlib import Path
-from types import SimpleNamespace
 
 import distributed
 import pytest
@@ -21,7 +19,7 @@ from aick_ros.cli.commands import fleet as fleet_module
 from aick_ros.cli.fleet import attempts
 from aick_ros.cli.fleet.job import Job, run_job
 from aick_ros.cli.fleet.results import Results
-from aick_ros.cli.fleet.scratch import remove_scratch
+from aick_ros.cli.fleet.scratch import scratch_of
 from aick_ros.errors import InputError, TransferError
 from aick_ros.evaluation.engine.cluster import Cluster, connected
 from aick_ros.evaluation.runs.run import read_run
@@ -239,31 +237,40 @@ def test_a_server_that_is_away_costs_no_run_that_is_done(aick, tmp_path, monkeyp
     assert aick('fleet', source, '--out', 'out', '--vary', 'aick.alpha=0.6').code == 2
 
 
-def test_a_run_is_written_in_the_folder_of_its_worker(recordings, tmp_path, monkeypatch):
+def test_a_run_is_written_in_the_folder_of_its_worker(scheduler, recordings, tmp_path):
     """The system's folder of temporary files may be small, or in memory."""
-    worker = SimpleNamespace(local_directory=str(tmp_path))
-    monkeypatch.setattr(distributed, 'get_worker', lambda: worker)
-    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path / 'full'))
-    finished = run_job(Job(str(recordings / 'monday' / 'rendered'), 'settings', Settings(),
-                           gaps=[1], limit=2))
+    def run(job):
+        tempfile.tempdir = str(tmp_path / 'full')  # there is no such folder
+        try:
+            folder = distributed.get_worker().local_directory
+            return os.listdir(folder), run_job(job), os.listdir(folder)
+        finally:
+            tempfile.tempdir = None
+
+    with Client(scheduler) as client:
+        before, finished, after = client.submit(run, Job(
+            str(recordings / 'monday' / 'rendered'), 'settings', Settings(), gaps=[1],
+            limit=2)).result()
     assert 'summary.json' in finished.files
-    assert list(tmp_path.iterdir()) == []
+    assert after == before
 
 
-def test_copies_are_removed_after_an_error_too(aick, tmp_path, monkeypatch):
-    (tmp_path / 'a.bag').touch()
-    removed = []
-    client = SimpleNamespace(status='running', run=lambda function, *_, **__:
-                             removed.append(function))
-    monkeypatch.setattr(fleet_module, 'connected', lambda cluster: nullcontext(client))
-    monkeypatch.setattr(fleet_module, 'reject_other_versions', lambda client, say: None)
+def test_copies_are_removed_after_an_error_too(aick, scheduler, tmp_path, monkeypatch):
+    (tmp_path / 'a.bag').write_text('content')
+    copies = []
 
-    def run_tasks(*_):
+    def copy(job):
+        with scratch_of(job.scratch).copy_of(job.source) as copied:
+            return copied.path
+
+    def run_tasks(client, function, jobs, *_):
+        copies.append(client.submit(copy, jobs[0]).result())
+        assert copies[0].read_text() == 'content'
         raise InputError('the disk is full')
     monkeypatch.setattr(fleet_module, 'run_tasks', run_tasks)
-    outcome = aick('fleet', f'file://{tmp_path}/a.bag', '--no-dashboard')
+    outcome = aick('fleet', f'file://{tmp_path}/a.bag', '--scheduler', scheduler)
     assert outcome.err.endswith('the disk is full\n')
-    assert removed == [remove_scratch]
+    assert [path.exists() for path in copies] == [False]
 
 
 def test_recordings_at_urls_are_copied_run_and_removed(aick, scheduler, recordings, tmp_path,
