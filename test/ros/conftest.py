@@ -13,7 +13,6 @@ import sys
 import threading
 import time
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -311,7 +310,7 @@ def rtabmap_msgs(built_rtabmap_msgs, monkeypatch):
 def rtabmap_types(rtabmap_msgs):
     """Return the types of rtabmap_msgs, by their names."""
     from rtabmap_msgs import msg, srv
-    return SimpleNamespace(**{**vars(msg), **vars(srv)})
+    return {**vars(msg), **vars(srv)}
 
 
 class ForkedProcess:

@@ -4,7 +4,6 @@
 """Images for RTAB-Map, which takes them for rectified."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,8 +17,13 @@ from aick_ros.ros.conversions import header
 from aick_ros.ros.output import rgbd_image
 
 
-def test_images_of_a_camera_with_distortion_are_rectified(monkeypatch, source):
-    monkeypatch.setattr(rgbd_image, 'RGBDImage', SimpleNamespace)
+@pytest.fixture
+def images(rtabmap_types, monkeypatch):
+    """Let there be the message of RTAB-Map."""
+    monkeypatch.setattr(rgbd_image, 'RGBDImage', rtabmap_types['RGBDImage'])
+
+
+def test_images_of_a_camera_with_distortion_are_rectified(images, source):
     frame = source.frame(0)
     camera = dataclasses.replace(frame.camera, distortion=(-0.2, 0.05, 0.0, 0.0, 0.0))
     message = rgbd_image.rgbd_image(dataclasses.replace(frame, camera=camera), 'optical')
@@ -33,8 +37,7 @@ def test_images_of_a_camera_with_distortion_are_rectified(monkeypatch, source):
 
 
 @pytest.mark.parametrize('later', [None, 0, 7_000_000])
-def test_every_part_has_the_stamp_of_its_image_and_the_frame_of_colour(monkeypatch, later):
-    monkeypatch.setattr(rgbd_image, 'RGBDImage', SimpleNamespace)
+def test_every_part_has_the_stamp_of_its_image_and_the_frame_of_colour(images, later):
     stamp, camera = 5_000_000_007, Camera(8, 6, 10.0, 11.0, 3.5, 2.5)
     depth_stamp = None if later is None else stamp + later
     message = rgbd_image.rgbd_image(

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The fields of the messages for RTAB-Map, without DDS and without rtabmap_msgs."""
+"""The fields of the messages for RTAB-Map as who subscribes to them receives them."""
 
 from types import SimpleNamespace
 
@@ -28,36 +28,51 @@ SOURCE, TARGET = (np.random.default_rng(seed).uniform(0, 8, (4, 2)) for seed in 
 MATCHES = np.array([(3, 0), (1, 2)])
 
 
-class Publisher(list):
-    """Keeps what is published; ``subscribers`` listen."""
-
-    subscribers = 1
-    publish = list.append
-
-    def get_subscription_count(self):
-        return self.subscribers
+KINDS = {'odom_info': 'OdomInfo', 'odom_info_lite': 'OdomInfo', 'odom_rgbd_image': 'RGBDImage'}
+CLOUDS = {'odom_last_frame': PointCloud2, 'odom_local_map': PointCloud2}
 
 
-class Node:
-    """Keeps publishers by their topics, and the types of their messages."""
+class Topics:
+    """The topics of a node, and subscribers of some."""
 
-    def __init__(self):
-        self.published, self.kinds = {}, {}
+    def __init__(self, graph, types):
+        self._graph, self.node = graph, graph.node()
+        self._kinds = {**CLOUDS, **{topic: types[name] for topic, name in KINDS.items()}}
+        self._topics = RtabmapTopics(self.node, 'odom', lambda: np.ones((2, 3)))
+        self.show, self.reset = self._topics.show, self._topics.reset
+        self._received = {}
 
-    def create_publisher(self, kind, topic, qos):
-        assert qos == 10
-        self.kinds[topic] = kind
-        return self.published.setdefault(topic, Publisher())
+    def listen(self, *topics):
+        for topic in topics or self._kinds:
+            self._received[topic] = self._graph.listen(self._kinds[topic], topic)
+
+    def received(self, topic, count=1):
+        """Wait for as many messages of a topic, and return all that came."""
+        messages = self._received[topic]
+        self._graph.wait_until(lambda: len(messages) >= count, f'{count} of {topic}')
+        return messages
+
+
+def installed(types, monkeypatch):
+    """Let there be rtabmap_msgs, or not."""
+    for module, names in ((rtabmap, ('OdomInfo', 'Point2f', 'RGBDImage')),
+                          (rgbd_image, ('RGBDImage',))):
+        for name in names:
+            monkeypatch.setattr(module, name, types[name] if types else None)
 
 
 @pytest.fixture
-def topics(monkeypatch):
-    """Return the topics on a node, with messages that take any field."""
-    for name in ('OdomInfo', 'Point2f', 'RGBDImage'):
-        monkeypatch.setattr(rtabmap, name, SimpleNamespace)
-    monkeypatch.setattr(rgbd_image, 'RGBDImage', SimpleNamespace)
-    node = Node()
-    return RtabmapTopics(node, 'odom', lambda: np.ones((2, 3))), node.published
+def quiet(graph, rtabmap_types, monkeypatch):
+    """Return the topics of a node, to none of which anybody subscribes."""
+    installed(rtabmap_types, monkeypatch)
+    return Topics(graph, rtabmap_types)
+
+
+@pytest.fixture
+def topics(quiet):
+    """Return the topics of a node, with a subscriber of each."""
+    quiet.listen()
+    return quiet
 
 
 FRAME = RgbdFrame(STAMP, np.zeros((6, 8), np.uint8), np.ones((6, 8), np.float32), CAMERA,
@@ -87,9 +102,8 @@ def registered(state=BaseState.TRACKED, forward=0.1, seconds=0.2, frame=FRAME, p
 
 
 def test_times_are_seconds_and_counts_those_of_the_frame(topics):
-    rtabmap_topics, published = topics
-    rtabmap_topics.show(registered())
-    info, = published['odom_info']
+    topics.show(registered())
+    info, = topics.received('odom_info')
     assert (info.time_estimation, info.interval, info.stamp) == pytest.approx((0.035, 0.2, 5.25))
     assert (info.matches, info.inliers, info.features, info.local_map_size) == (2, 17, 4, 3)
     assert to_stamp(info.header.stamp) == STAMP and info.header.frame_id == 'odom'
@@ -98,27 +112,26 @@ def test_times_are_seconds_and_counts_those_of_the_frame(topics):
 
 
 def test_corners_are_those_of_the_matches(topics):
-    rtabmap_topics, published = topics
-    rtabmap_topics.show(registered())
-    info, lite = published['odom_info'][0], published['odom_info_lite'][0]
+    topics.show(registered())
+    (info,), (lite,) = topics.received('odom_info'), topics.received('odom_info_lite')
     np.testing.assert_allclose([(p.x, p.y) for p in info.new_corners], SOURCE[[3, 1]])
     np.testing.assert_allclose([(p.x, p.y) for p in info.ref_corners], TARGET[[0, 2]])
-    assert info.corner_inliers == [0, 1]
-    assert not {'new_corners', 'ref_corners', 'corner_inliers'} & set(vars(lite))
+    assert list(info.corner_inliers) == [0, 1]
+    assert [len(each) for each in (lite.new_corners, lite.ref_corners, lite.corner_inliers)] == [
+        0, 0, 0]
     assert (lite.local_map_size, lite.matches) == (3, 2)
 
 
 def test_corners_lie_on_the_image_that_is_sent(topics):
     """On the spots of a distorted image, which is rectified: found in it by their brightness."""
-    rtabmap_topics, published = topics
     camera = Camera(120, 90, 90.0, 90.0, 59.5, 44.5, 'plumb_bob', (-0.3, 0.05, 0.01, -0.02))
     pixels = np.array([[20.0, 15.0], [100.0, 20.0], [25.0, 70.0], [90.0, 75.0]])
     v, u = np.mgrid[:90, :120]
     image = sum(200 * np.exp(-((u - x) ** 2 + (v - y) ** 2) / 8) for x, y in pixels)
     frame = RgbdFrame(STAMP, image.astype(np.uint8), np.ones((90, 120), np.float32), camera)
-    rtabmap_topics.show(registered(frame=frame, pixels=pixels))
-    info, = published['odom_info']
-    sent = published['odom_rgbd_image'][0].rgb
+    topics.show(registered(frame=frame, pixels=pixels))
+    info, = topics.received('odom_info')
+    sent = topics.received('odom_rgbd_image')[0].rgb
     sent = np.array(sent.data).reshape(sent.height, sent.width)
     for corner, pixel in zip(info.new_corners, pixels[MATCHES[:, 0]]):
         near = sent * (np.hypot(u - corner.x, v - corner.y) < 8)
@@ -129,9 +142,8 @@ def test_corners_lie_on_the_image_that_is_sent(topics):
 
 @pytest.mark.parametrize('state', [BaseState.LOST, BaseState.PREDICTED])
 def test_without_a_measurement_the_camera_is_lost_and_its_motion_unknown(topics, state):
-    rtabmap_topics, published = topics
-    rtabmap_topics.show(registered(state))
-    info, = published['odom_info']
+    topics.show(registered(state))
+    info, = topics.received('odom_info')
     assert info.lost
     np.testing.assert_array_equal(np.reshape(info.covariance, (6, 6)), 9999.0 * np.eye(6))
     rotation = info.transform.rotation
@@ -139,21 +151,19 @@ def test_without_a_measurement_the_camera_is_lost_and_its_motion_unknown(topics,
 
 
 def test_the_distance_is_the_sum_of_the_motions_since_the_reset(topics):
-    rtabmap_topics, published = topics
     for forward in (0.1, -0.1, 0.3):
-        rtabmap_topics.show(registered(forward=forward))
-    rtabmap_topics.show(registered(BaseState.LOST))
-    assert [info.distance_travelled for info in published['odom_info']] == pytest.approx(
+        topics.show(registered(forward=forward))
+    topics.show(registered(BaseState.LOST))
+    assert [info.distance_travelled for info in topics.received('odom_info', 4)] == pytest.approx(
         [0.1, 0.2, 0.5, 0.5])
-    rtabmap_topics.reset()
-    rtabmap_topics.show(registered(forward=0.4))
-    assert published['odom_info'][-1].distance_travelled == pytest.approx(0.4)
+    topics.reset()
+    topics.show(registered(forward=0.4))
+    assert topics.received('odom_info', 5)[-1].distance_travelled == pytest.approx(0.4)
 
 
 def test_the_motion_is_that_of_the_base_and_what_is_not_known_is_null(topics):
-    rtabmap_topics, published = topics
-    rtabmap_topics.show(registered(forward=0.1))
-    info, = published['odom_info']
+    topics.show(registered(forward=0.1))
+    info, = topics.received('odom_info')
     assert not info.lost
     assert (info.type, info.local_key_frames) == (1, 1)  # frame to frame, by definition
     for transform in (info.transform, info.transform_filtered):
@@ -170,65 +180,69 @@ def test_the_turn_of_the_base_is_not_reversed():
 
 
 def test_without_a_reference_nothing_is_said_of_it(topics):
-    rtabmap_topics, published = topics
-    rtabmap_topics.show(registered(BaseState.LOST))
-    info, = published['odom_info']
-    assert not {'interval', 'local_map_size', 'local_key_frames', 'new_corners', 'ref_corners',
-                'corner_inliers'} & set(vars(info))
-    assert (info.matches, info.inliers) == (0, 0)
+    topics.show(registered(BaseState.LOST))
+    info, = topics.received('odom_info')
+    assert (info.interval, info.local_map_size, info.local_key_frames, info.matches,
+            info.inliers) == (0.0, 0, 0, 0, 0)
+    assert [len(each) for each in (info.new_corners, info.ref_corners, info.corner_inliers)] == [
+        0, 0, 0]
 
 
 def test_keypoints_and_local_map_are_sent_in_the_frame_of_the_odometry(topics):
-    rtabmap_topics, published = topics
-    rtabmap_topics.show(registered())
+    topics.show(registered())
     T_odom_camera = T_ODOM_BASE @ se3.exp([0, 0, 1, 0, 0, 0])
     for topic, points in (('odom_last_frame', POSITIONS), ('odom_local_map', np.ones((2, 3)))):
-        cloud, = published[topic]
+        cloud, = topics.received(topic)
         assert to_stamp(cloud.header.stamp) == STAMP and cloud.header.frame_id == 'odom'
         np.testing.assert_allclose(positions_of(cloud), se3.transform(T_odom_camera, points),
                                    atol=1e-5)
-    rtabmap_topics.show(registered(BaseState.LOST))
-    assert len(published['odom_last_frame']) == len(published['odom_local_map']) == 1
-    assert len(published['odom_rgbd_image']) == 2  # it is lost, not blind
 
 
-def test_nothing_is_made_for_nobody(topics, monkeypatch):
-    rtabmap_topics, published = topics
-    for publisher in published.values():
-        publisher.subscribers = 0
-    for name in ('OdomInfo', 'rgbd_image', 'point_cloud'):
-        monkeypatch.setattr(rtabmap, name, None)
-    rtabmap_topics.show(registered(forward=0.1))
-    assert not any(published.values())
-    monkeypatch.setattr(rtabmap, 'OdomInfo', SimpleNamespace)
-    published['odom_info'].subscribers = 1
-    rtabmap_topics.show(registered(forward=0.2))
-    # what was travelled meanwhile counts
-    assert published['odom_info'][0].distance_travelled == pytest.approx(0.3)
-    assert published['odom_info_lite'] == []
+def test_of_a_lost_camera_there_is_an_image_and_no_cloud(topics):
+    for state in (BaseState.TRACKED, BaseState.LOST, BaseState.TRACKED):
+        topics.show(registered(state))
+    assert len(topics.received('odom_rgbd_image', 3)) == 3  # it is lost, not blind
+    assert [len(topics.received(topic, 2)) for topic in CLOUDS] == [2, 2]
 
 
-def test_each_topic_has_its_type_and_without_the_messages_there_are_clouds_alone(monkeypatch):
-    info, image = type('Info', (), {}), type('Image', (), {})
-    monkeypatch.setattr(rtabmap, 'OdomInfo', info)
-    monkeypatch.setattr(rtabmap, 'RGBDImage', image)
-    clouds = {'odom_last_frame': PointCloud2, 'odom_local_map': PointCloud2}
-    node = Node()
-    RtabmapTopics(node, 'odom', None)
-    assert node.kinds == {**clouds, 'odom_info': info, 'odom_info_lite': info,
-                          'odom_rgbd_image': image}
-    monkeypatch.setattr(rtabmap, 'OdomInfo', None)
-    node = Node()
-    topics = RtabmapTopics(node, 'odom', lambda: np.ones((2, 3)))
-    assert node.kinds == clouds
+def test_nothing_is_made_for_nobody(quiet, rtabmap_types, monkeypatch):
+    with monkeypatch.context() as patched:
+        for name in ('OdomInfo', 'rgbd_image', 'point_cloud'):
+            patched.setattr(rtabmap, name, None)
+        quiet.show(registered(forward=0.1))
+    made = []
+    monkeypatch.setattr(rtabmap, 'OdomInfo', lambda **fields: made.append(
+        rtabmap_types['OdomInfo'](**fields)) or made[-1])
+    quiet.listen('odom_info')
+    quiet.show(registered(forward=0.2))
+    info, = quiet.received('odom_info')
+    assert info.distance_travelled == pytest.approx(0.3)  # what was travelled meanwhile counts
+    assert len(made) == 1
+
+
+def offered(node):
+    """Return type and depth of the queue of the topics that a node publishes for RTAB-Map."""
+    return {each.topic_name[1:]: (each.msg_type, each.qos_profile.depth)
+            for each in node.publishers if each.topic_name.startswith('/odom_')}
+
+
+def test_each_topic_has_its_type(topics, rtabmap_types):
+    expected = {**CLOUDS, **{topic: rtabmap_types[name] for topic, name in KINDS.items()}}
+    assert offered(topics.node) == {topic: (kind, 10) for topic, kind in expected.items()}
+
+
+def test_without_the_messages_there_are_clouds_alone(graph, rtabmap_types, monkeypatch):
+    installed(None, monkeypatch)
+    topics = Topics(graph, rtabmap_types)
+    assert offered(topics.node) == {topic: (kind, 10) for topic, kind in CLOUDS.items()}
+    topics.listen(*CLOUDS)
     topics.show(registered())
-    assert len(node.published['odom_local_map']) == 1
+    assert len(topics.received('odom_local_map')) == 1
 
 
 def test_each_image_and_its_camera_have_one_header(topics):
-    rtabmap_topics, published = topics
-    rtabmap_topics.show(registered())
-    message, = published['odom_rgbd_image']
+    topics.show(registered())
+    message, = topics.received('odom_rgbd_image')
     assert message.rgb.header == message.rgb_camera_info.header == message.header
     assert message.depth.header == message.depth_camera_info.header
     stamps = [to_stamp(part.header.stamp) for part in (message.rgb, message.depth)]
