@@ -237,6 +237,7 @@ class Graph:
     def close(self):
         self._executor.shutdown()
         for node in self._nodes:
+            node.get_logger().set_level(LoggingSeverity.UNSET)  # that of the name, in the process
             node.destroy_node()
 
 

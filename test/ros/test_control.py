@@ -1,10 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Requests to the node: what is rejected, without DDS; reset, pause, set a pose over it."""
+"""Requests to the node: what is rejected; reset, pause and set a pose, of the whole node."""
 
 import dataclasses
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -27,48 +26,73 @@ from aick_ros.settings.parameter import with_values
 COUNT = 10
 
 
+MARK = 12345.0  # m, x of a pose that is sent after another one
+
+
 class Asked:
-    """The requests of a node without DDS, what they lead to, and what is logged."""
+    """A node with its requests, what they lead to, and who makes them."""
 
-    def __init__(self):
-        self.services, self.resets, self.poses, self.log = {}, [], [], []
-        self.control = Control(self, 'odom', self.resets.append,
+    def __init__(self, graph):
+        self._graph, self.node = graph, graph.node()
+        self.resets, self.poses = [], []
+        self.control = Control(self.node, 'odom', self.resets.append,
                                lambda pose, paused: self.poses.append((pose, paused)))
+        self._publisher = graph.beside.create_publisher(PoseWithCovarianceStamped, 'set_pose', 10)
 
-    def get_logger(self):
-        return SimpleNamespace(info=self.log.append, warning=self.log.append,
-                               set_level=self.log.append)
+    @property
+    def log(self):
+        return self._graph.log(self.node)
 
-    def create_service(self, kind, name, callback):
-        self.services[name] = kind, callback
+    def call(self, name, kind=Empty, **request):
+        self._graph.call(self.node, kind, f'odom_node/{name}', kind.Request(**request))
 
-    def create_subscription(self, kind, topic, callback, qos):
-        self.topic, self.set_pose = (kind, topic, qos), callback
-
-    def call(self, name, request=None):
-        """Call a service; it must return the response that it was given."""
-        _, callback = self.services[f'~/{name}']
-        response = object()
-        assert callback(request, response) is response
+    def set_pose(self, message):
+        """Publish a pose, and wait until it has been taken."""
+        self._graph.wait_until(self._publisher.get_subscription_count, 'who takes a pose')
+        self._publisher.publish(message)
+        self._publisher.publish(pose_with_covariance(
+            0, 'odom', se3.exp([MARK, 0, 0, 0, 0, 0]), np.eye(6)))
+        self._graph.wait_until(
+            lambda: any(pose.matrix[0, 3] == MARK for pose, _ in self.poses), 'it', self.node)
+        self.poses.pop()
 
 
 @pytest.fixture
-def asked(monkeypatch):
-    monkeypatch.setattr(control, 'ResetPose', SimpleNamespace)
-    return Asked()
+def asked(graph):
+    return Asked(graph)
+
+
+@pytest.fixture
+def reset_to(graph, rtabmap_types, monkeypatch):
+    """Return a function that asks for a reset to a pose, and returns who is asked."""
+    monkeypatch.setattr(control, 'ResetPose', rtabmap_types['ResetPose'])
+
+    def reset(**numbers):
+        asked = Asked(graph)
+        asked.call('reset_odom_to_pose', rtabmap_types['ResetPose'], **numbers)
+        return asked
+    return reset
+
+
+def own_services(node):
+    """Return the types of a node's services by their names, but for those of parameters."""
+    return {name: service.srv_type for service in node.services
+            if 'parameter' not in (name := service.service_name) and 'type_desc' not in name}
 
 
 def test_services_and_topic_have_the_names_and_types_of_rgbd_odometry(asked):
-    assert {name: kind for name, (kind, _) in asked.services.items()} == {
-        '~/reset_odom': Empty, '~/reset_odom_to_pose': SimpleNamespace, '~/pause_odom': Empty,
-        '~/resume_odom': Empty, '~/log_debug': Empty, '~/log_info': Empty, '~/log_warning': Empty,
-        '~/log_error': Empty}
-    assert asked.topic == (PoseWithCovarianceStamped, 'set_pose', 10)
+    services = own_services(asked.node)
+    services.pop('/odom_node/reset_odom_to_pose', None)  # where its message is installed
+    assert services == {f'/odom_node/{name}': Empty for name in (
+        'reset_odom', 'pause_odom', 'resume_odom', 'log_debug', 'log_info', 'log_warning',
+        'log_error')}
+    [topic] = [each for each in asked.node.subscriptions if each.topic_name == '/set_pose']
+    assert (topic.msg_type, topic.qos_profile.depth) == (PoseWithCovarianceStamped, 10)
 
 
-def test_without_its_message_there_is_no_reset_to_a_pose(monkeypatch):
+def test_without_its_message_there_is_no_reset_to_a_pose(graph, monkeypatch):
     monkeypatch.setattr(control, 'ResetPose', None)
-    assert '~/reset_odom_to_pose' not in Asked().services
+    assert '/odom_node/reset_odom_to_pose' not in own_services(Asked(graph).node)
 
 
 def test_each_request_does_its_own(asked):
@@ -78,24 +102,23 @@ def test_each_request_does_its_own(asked):
     asked.call('resume_odom')
     assert not asked.control.paused
     asked.call('reset_odom')
-    assert (asked.resets, asked.log) == ([None], ['paused', 'resumed'])
-    levels = [LoggingSeverity.DEBUG, LoggingSeverity.INFO, LoggingSeverity.WARN,
-              LoggingSeverity.ERROR]
-    for name in ('debug', 'info', 'warning', 'error'):
-        asked.call(f'log_{name}')
-    assert asked.log[2:] == levels
+    assert asked.resets == [None]
+    assert asked.log == [(LoggingSeverity.INFO, 'paused'), (LoggingSeverity.INFO, 'resumed')]
 
 
-def wanted(**numbers):
-    return SimpleNamespace(**{**dict.fromkeys(('x', 'y', 'z', 'roll', 'pitch', 'yaw'), 0.0),
-                              **numbers})
+@pytest.mark.parametrize('name, level', [
+    ('debug', LoggingSeverity.DEBUG), ('info', LoggingSeverity.INFO),
+    ('warning', LoggingSeverity.WARN), ('error', LoggingSeverity.ERROR)])
+def test_the_log_has_the_level_that_is_asked_for(asked, name, level):
+    asked.call(f'log_{name}')
+    assert asked.node.get_logger().get_effective_level() == level
 
 
-def test_a_reset_to_a_pose_turns_about_the_fixed_axes_x_then_y_then_z(asked):
-    asked.call('reset_odom_to_pose', wanted(x=1.0, y=-2.0, z=3.0, roll=0.1, pitch=-0.2, yaw=2.0))
-    [pose] = asked.resets
+def test_a_reset_to_a_pose_turns_about_the_fixed_axes_x_then_y_then_z(reset_to):
+    [pose] = reset_to(x=1.0, y=-2.0, z=3.0, roll=0.1, pitch=-0.2, yaw=2.0).resets
+    angles = np.array([0.1, -0.2, 2.0], np.float32)  # as the message has them
     np.testing.assert_allclose(
-        pose.matrix[:3, :3], Rotation.from_euler('xyz', [0.1, -0.2, 2.0]).as_matrix(), atol=1e-12)
+        pose.matrix[:3, :3], Rotation.from_euler('xyz', angles).as_matrix(), atol=1e-12)
     np.testing.assert_array_equal(pose.matrix[:3, 3], (1.0, -2.0, 3.0))
     np.testing.assert_array_equal(pose.covariance, np.zeros((6, 6)))
 
@@ -103,10 +126,12 @@ def test_a_reset_to_a_pose_turns_about_the_fixed_axes_x_then_y_then_z(asked):
 @pytest.mark.parametrize('numbers, reason', [
     ({'roll': np.nan}, 'its angles are not finite'), ({'yaw': np.inf}, 'its angles are not fin'),
     ({'x': np.nan}, 'what it asks for'), ({'z': 1e12}, 'what it asks for')])
-def test_a_reset_to_no_pose_is_rejected_with_a_sentence(asked, numbers, reason):
-    asked.call('reset_odom_to_pose', wanted(**numbers))
+def test_a_reset_to_no_pose_is_rejected_with_a_sentence(reset_to, numbers, reason):
+    asked = reset_to(**numbers)
     assert asked.resets == []
-    assert asked.log[0].startswith(f'reset_odom_to_pose rejected: {reason}')
+    [(level, sentence)] = asked.log
+    assert level is LoggingSeverity.WARN
+    assert sentence.startswith(f'reset_odom_to_pose rejected: {reason}')
 
 
 POSE = se3.exp([3, -1, 2, 0.2, 0.1, 2.0])
@@ -142,8 +167,8 @@ def test_a_covariance_that_is_none_is_rejected(asked, place, value):
     message.pose.covariance[place] = value
     asked.set_pose(message)
     assert asked.poses == []
-    assert asked.log == ['set_pose rejected: its covariance is not finite or not positive '
-                         'semidefinite']
+    assert asked.log == [(LoggingSeverity.WARN, 'set_pose rejected: its covariance is not finite '
+                          'or not positive semidefinite')]
 
 
 def test_a_pose_in_another_frame_or_of_no_rotation_is_rejected(asked):
@@ -152,12 +177,12 @@ def test_a_pose_in_another_frame_or_of_no_rotation_is_rejected(asked):
     message.pose.pose.orientation = Quaternion(w=0.0)
     asked.set_pose(message)
     assert asked.poses == []
-    frame, rotation = asked.log
+    (_, frame), (_, rotation) = asked.log
     assert frame == ("set_pose rejected: its frame is 'map': 'odom' (odom_frame_id) is required")
     assert rotation.startswith('set_pose rejected: ')
 
 
-# Over DDS.
+# Of the whole node.
 
 
 @pytest.fixture(scope='module')
