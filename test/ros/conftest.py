@@ -189,6 +189,7 @@ class Graph:
         self._executor = SingleThreadedExecutor()  # that of rclpy outlives its context
         self._executor.add_node(self.beside)
         self._nodes, self._logged, self._ends = [self.beside], [], 0
+        self._received = {}
         self.beside.create_subscription(Log, '/rosout', self._logged.append, QUEUE)
 
     def node(self, name='odom_node', **options):
@@ -200,10 +201,21 @@ class Graph:
         """Return the list of all messages to come on a topic; who is there has found it."""
         received = []
         subscription = self.beside.create_subscription(kind, topic, received.append, QUEUE)
+        self._received[subscription.topic_name] = received
         publishers = [each for node in self._nodes for each in node.publishers
                       if each.topic_name == subscription.topic_name]
         wait_until(lambda: all(each.get_subscription_count() for each in publishers),
                    f'the publishers of {topic} to find its subscriber')
+        return received
+
+    def sent(self, node, topic):
+        """Return all that a node has sent on a topic that is listened to, and sends no longer."""
+        topic = node.resolve_topic_name(topic)
+        [publisher] = [each for each in node.publishers if each.topic_name == topic]
+        received, last = self._received[topic], publisher.msg_type()
+        publisher.publish(last)  # what is sent before it comes before it
+        self.wait_until(lambda: received and received[-1] == last, f'the last of {topic}')
+        received.pop()
         return received
 
     def wait_until(self, condition, what, *nodes):
