@@ -656,7 +656,7 @@ def test_a_backlog_is_reported_with_its_size(make, monkeypatch):
 
 
 @pytest.mark.parametrize('every, count, size, kept', [
-    (False, 3, 10, 1), (True, 99, 10, 99), (True, 150, 10, 100), (True, 20, 2 ** 25, 8)])
+    (False, 3, 10, 1), (True, 99, 10, 99), (True, 150, 10, 100), (True, 10, 2 ** 25, 8)])
 def test_a_backlog_is_bounded_in_number_and_in_size(make, every, count, size, kept):
     """A quarter of a GiB holds 8 pairs of 32 MiB."""
     made = make(process_every_frame=every)
