@@ -25,6 +25,7 @@ from rcl_interfaces.msg import Log
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import LoggingSeverity
 from rclpy.qos import ReliabilityPolicy
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros.geometry.camera import Camera
@@ -194,13 +195,22 @@ class Graph:
 
     def node(self, name='odom_node', **options):
         """Make a node, named and with options as rclpy.create_node has them."""
-        self._nodes.append(rclpy.create_node(name, **options))
-        return self._nodes[-1]
+        return self.add(rclpy.create_node(name, **options))
 
-    def listen(self, kind, topic):
-        """Return the list of all messages to come on a topic; who is there has found it."""
+    def add(self, node):
+        """Take a node that was made elsewhere; it is destroyed with the others."""
+        self._nodes.append(node)
+        return node
+
+    def listen(self, kind, topic, raw=False):
+        """
+        Return the list of all messages to come on a topic; who is there has found it.
+
+        :param raw: take them as they are serialized.
+        """
         received = []
-        subscription = self.beside.create_subscription(kind, topic, received.append, QUEUE)
+        subscription = self.beside.create_subscription(
+            kind, topic, received.append, QUEUE, raw=raw)
         self._received[subscription.topic_name] = received
         publishers = [each for node in self._nodes for each in node.publishers
                       if each.topic_name == subscription.topic_name]
@@ -213,8 +223,14 @@ class Graph:
         topic = node.resolve_topic_name(topic)
         [publisher] = [each for each in node.publishers if each.topic_name == topic]
         received, last = self._received[topic], publisher.msg_type()
+
+        def is_last(message):
+            if isinstance(message, bytes):
+                message = deserialize_message(message, publisher.msg_type)
+            return message == last
+
         publisher.publish(last)  # what is sent before it comes before it
-        self.wait_until(lambda: received and received[-1] == last, f'the last of {topic}')
+        self.wait_until(lambda: received and is_last(received[-1]), f'the last of {topic}')
         received.pop()
         return received
 

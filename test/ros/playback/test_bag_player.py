@@ -11,16 +11,18 @@ import struct
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 
 import lz4.frame
 import numpy as np
 import pytest
-import rclpy
+from rclpy.logging import LoggingSeverity
+from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
-from rosbags.rosbag2 import Reader
+from rosbags.interfaces import (
+    Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime)
+from rosbags.rosbag2 import Reader, Writer
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
@@ -38,6 +40,8 @@ PLAYER_COMMAND = (sys.executable, '-c',
                   'from aick_ros.ros.process.entry_points import bag_player; bag_player()')
 COUNT = 6
 PATIENCE = 120.0  # seconds that nothing takes, even on a loaded machine
+QOS = Qos(QosHistory.KEEP_LAST, 1, QosReliability.BEST_EFFORT, QosDurability.VOLATILE,
+          QosTime(0, 0), QosTime(0, 0), QosLiveliness.AUTOMATIC, QosTime(0, 0), False)
 
 
 @pytest.fixture(scope='module')
@@ -230,29 +234,10 @@ def test_messages_shorter_than_a_stamp_have_none():
     assert bag_player._header_stamp(b'\0\1\0\0' + struct.pack('<iI', 2, 3)) == 2_000_000_003
 
 
-class Kept(list):
-    """A publisher that keeps what is published, and how long it waited for the subscribers."""
-
-    publish, subscribers = list.append, 1
-
-    def wait_for_all_acked(self, timeout):
-        self.waited = timeout.nanoseconds
-
-    def get_subscription_count(self):
-        return self.subscribers
-
-
 @pytest.fixture
-def player(ros_domain, bag):
-    """Return the player of the bag in this process, whose publishers keep what they are given."""
-    rclpy.init(args=[])
-    player = bag_player.BagPlayer(bag)
-    player.publishers_made = dict(player._publishers_by_topic)
-    player._clock_publisher = Kept()
-    player._publishers_by_topic = {topic: Kept() for topic in player.topics}
-    yield player
-    player.destroy_node()
-    rclpy.shutdown()
+def player(graph, bag):
+    """Return the player of the bag in this process."""
+    return graph.add(bag_player.BagPlayer(bag))
 
 
 def recorded(bag):
@@ -262,22 +247,35 @@ def recorded(bag):
                 for connection, stamp, message in reader.messages()]
 
 
-def test_messages_are_published_byte_for_byte_each_after_its_time(player, bag):
-    events, played = [], []
+def test_messages_are_published_byte_for_byte_each_after_its_time(
+        graph, player, bag, monkeypatch):
+    events, acknowledged = [], {}
+    received = {each.topic_name: graph.listen(each.msg_type, each.topic_name, raw=True)
+                for each in player.publishers if each.topic_name in player.topics}
+    clocks = graph.listen(Clock, '/clock')
+    wait = Publisher.wait_for_all_acked
+
+    def watched(publisher, timeout):
+        acknowledged[publisher.topic_name] = timeout.nanoseconds
+        return wait(publisher, timeout)
 
     def pace(stamp):
         events.append(stamp)
-        assert len(player._clock_publisher) == len(events) - 1  # the clock does not run ahead
-        assert sum(map(len, player._publishers_by_topic.values())) == len(events) - 1
+        for topic in (*player.topics, '/clock'):
+            graph.sent(player, topic)
+        assert len(clocks) == len(events) - 1  # the clock does not run ahead
+        assert sum(map(len, received.values())) == len(events) - 1
 
-    played.extend(player.play(pace))
+    monkeypatch.setattr(Publisher, 'wait_for_all_acked', watched)
+    played = list(player.play(pace))
     expected = recorded(bag)
     assert [each.topic for each in played] == [topic for topic, *_ in expected]
     assert events == [stamp for _, stamp, _ in expected]
-    assert [to_stamp(message.clock) for message in player._clock_publisher] == events
-    for topic, publisher in player._publishers_by_topic.items():
-        assert publisher == [bytes(message) for name, _, message in expected if name == topic]
-        assert publisher.waited == 2 * 10 ** 9  # so that the last messages arrive
+    assert [to_stamp(message.clock) for message in graph.sent(player, '/clock')] == events
+    for topic in player.topics:
+        assert graph.sent(player, topic) == [
+            bytes(message) for name, _, message in expected if name == topic]
+        assert acknowledged[topic] == 2 * 10 ** 9  # so that the last messages arrive
     times = [each.published_at for each in played]
     assert times == sorted(times) and abs(times[-1] - time.monotonic()) < PATIENCE
 
@@ -296,27 +294,24 @@ def test_only_images_have_a_stamp_which_is_that_of_their_header(player, bag, mon
     assert others and set(others) == {None}
 
 
-def test_of_a_bag_all_is_played_but_its_clock_and_what_is_not_installed(
-        ros_domain, monkeypatch, capfd):
-    @contextmanager
-    def reading(path):
-        yield SimpleNamespace(connections=[
-            SimpleNamespace(topic=topic, msgtype=kind) for topic, kind in (
-                ('/clock', 'rosgraph_msgs/msg/Clock'), ('/a', 'std_msgs/msg/Header'),
-                ('/b', 'nothing/msg/Nothing'), ('/a', 'std_msgs/msg/Header'))])
-    monkeypatch.setattr(bag_player, '_reading', reading)
-    rclpy.init(args=[])
-    player = bag_player.BagPlayer(Path('bag'))
+def test_of_a_bag_all_is_played_but_its_clock_and_what_is_not_installed(graph, tmp_path):
+    with Writer(tmp_path / 'bag', version=9) as writer:
+        for topic, kind, qos in (
+                ('/clock', 'rosgraph_msgs/msg/Clock', ()), ('/a', 'std_msgs/msg/Header', ()),
+                ('/b', 'nothing/msg/Nothing', ()), ('/a', 'std_msgs/msg/Header', (QOS,))):
+            writer.add_connection(topic, kind, msgdef='int32 x\n', rihs01='RIHS01_0',
+                                  offered_qos_profiles=qos)
+    player = graph.add(bag_player.BagPlayer(tmp_path / 'bag'))
     assert player.topics == ['/a']
     assert player.get_name() == 'bag_player'
     assert [each.topic_name for each in player.publishers].count('/clock') == 1
-    assert '/b is not played: nothing/msg/Nothing is not installed' in capfd.readouterr().err
-    player.destroy_node()
-    rclpy.shutdown()
+    assert [each.topic_name for each in player.publishers].count('/a') == 1
+    assert graph.log(player) == [
+        (LoggingSeverity.WARN, '/b is not played: nothing/msg/Nothing is not installed')]
 
 
 def test_every_subscriber_is_matched_and_tf_static_is_kept_for_late_ones(player):
-    for topic, publisher in player.publishers_made.items():
+    for topic, publisher in player._publishers_by_topic.items():
         assert publisher.qos_profile.reliability is ReliabilityPolicy.RELIABLE, topic
         assert publisher.topic_name == topic
     for topic, durability in (('/tf_static', DurabilityPolicy.TRANSIENT_LOCAL),
@@ -326,23 +321,27 @@ def test_every_subscriber_is_matched_and_tf_static_is_kept_for_late_ones(player)
             durability, ReliabilityPolicy.RELIABLE, 10)
 
 
-def test_all_of_the_topics_must_have_a_subscriber(player):
+def test_all_of_the_topics_must_have_a_subscriber(graph, player):
     topics = [bag_writer.COLOUR_TOPIC, bag_writer.DEPTH_TOPIC]
-    assert player.has_subscribers(topics)
-    player._publishers_by_topic[topics[1]].subscribers = 0
+    graph.listen(Image, topics[0])
     assert not player.has_subscribers(topics)
     assert player.has_subscribers(topics[:1])
+    graph.listen(Image, topics[1])
+    assert player.has_subscribers(topics)
 
 
 @pytest.mark.parametrize('stamp', [-1, 2 ** 31 * 10 ** 9])
-def test_a_time_of_recording_that_ros_cannot_have_is_rejected(player, monkeypatch, stamp):
+def test_a_time_of_recording_that_ros_cannot_have_is_rejected(
+        graph, player, monkeypatch, stamp):
+    graph.listen(Clock, '/clock')
+
     def messages(path, items):
         for connection, _, message in items:
             yield connection, stamp, message
     monkeypatch.setattr(bag_player, '_readable', messages)
     with pytest.raises(InputError, match=f'was recorded at {stamp} ns, which is no time of ROS'):
         next(player.play(lambda stamp: None))
-    assert not player._clock_publisher
+    assert graph.sent(player, '/clock') == []
 
 
 def test_the_stamp_of_a_header_is_read_in_either_byte_order():
@@ -366,39 +365,38 @@ def test_without_arguments_it_plays_as_recorded_and_waits_ten_seconds(monkeypatc
     assert (arguments.rate, arguments.wait, arguments.step) == (0.001, 0.0, True)
 
 
-class Playing:
-    """A player whose images get their subscribers after some looks; it keeps its pace and log."""
+@pytest.fixture
+def playing(player, monkeypatch):
+    """Return a player whose images get their subscribers after some looks, and which is asked."""
+    def make(looks):
+        asked = SimpleNamespace(topics=[], paces=[])
+        monkeypatch.setattr(player, 'has_subscribers', lambda topics: (
+            asked.topics.append(topics) or len(asked.topics) > looks))
+        monkeypatch.setattr(player, 'play', lambda pace: asked.paces.append(pace) or iter('abc'))
+        return asked
+    return make
 
-    topics = ['/rgb/image', '/tf', '/depth/image']
 
-    def __init__(self, looks):
-        self.looks, self.log, self.asked = looks, [], []
-
-    def has_subscribers(self, topics):
-        self.asked.append(topics)
-        return len(self.asked) > self.looks
-
-    def play(self, pace):
-        self.pace = pace
-        return iter('abc')
-
-    def get_logger(self):
-        return SimpleNamespace(info=self.log.append, warning=self.log.append)
+IMAGES = [bag_writer.COLOUR_TOPIC, bag_writer.DEPTH_TOPIC]
 
 
 @pytest.mark.parametrize('step, rate', [(False, 1.0), (False, 2.5), (True, 1.0)])
-def test_it_is_played_once_the_images_have_subscribers_at_the_pace_asked_for(step, rate):
-    playing = Playing(looks=3)
-    bag_player._play(playing, SimpleNamespace(bag='a', rate=rate, step=step, wait=PATIENCE))
-    assert playing.asked == 4 * [['/rgb/image', '/depth/image']]
-    assert playing.log == ['played 3 messages of a']
-    assert isinstance(playing.pace, StepByStep if step else RealTime)
-    assert step or playing.pace._rate == rate
+def test_it_is_played_once_the_images_have_subscribers_at_the_pace_asked_for(
+        graph, player, playing, step, rate):
+    asked = playing(looks=3)
+    bag_player._play(player, SimpleNamespace(bag='a', rate=rate, step=step, wait=PATIENCE))
+    assert [sorted(topics) for topics in asked.topics] == 4 * [sorted(IMAGES)]
+    assert graph.log(player) == [(LoggingSeverity.INFO, 'played 3 messages of a')]
+    [pace] = asked.paces
+    assert isinstance(pace, StepByStep if step else RealTime)
+    assert step or pace._rate == rate
 
 
-def test_after_the_wait_it_is_played_without_subscribers_and_that_is_said():
-    playing = Playing(looks=10 ** 9)
-    bag_player._play(playing, SimpleNamespace(bag='a', rate=1.0, step=False, wait=0.0))
-    assert playing.log == [
-        'not all of /rgb/image, /depth/image have a subscriber: remap them to the topics of the '
-        'node', 'played 3 messages of a']
+def test_after_the_wait_it_is_played_without_subscribers_and_that_is_said(
+        graph, player, playing):
+    playing(looks=10 ** 9)
+    bag_player._play(player, SimpleNamespace(bag='a', rate=1.0, step=False, wait=0.0))
+    images = ', '.join(topic for topic in player.topics if topic in IMAGES)
+    assert graph.log(player) == [
+        (LoggingSeverity.WARN, f'not all of {images} have a subscriber: remap them to the topics '
+         'of the node'), (LoggingSeverity.INFO, 'played 3 messages of a')]
