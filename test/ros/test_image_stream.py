@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What is tended, said and closed, by inputs that keep what is asked of them."""
+"""What is tended, said and closed on a node, by inputs that keep what is asked of them."""
 
 from types import SimpleNamespace
 
@@ -29,22 +29,18 @@ class Input:
 
 
 class World(SimpleNamespace):
-    """The node, the pairing and the watchdog of a stream, and what the assembler misses."""
+    """The pairing and the watchdog of a stream on a node, and what the assembler misses."""
 
-    def __init__(self):
+    def __init__(self, node):
         super().__init__(
-            newest=None, counts={}, flushed=0, silence=0.0, topics='', missing='', clocks='',
-            losses='', images=[], timers=[], info=Input('info'), transforms=Input('tf'),
+            node=node, newest=None, counts={}, flushed=0, silence=0.0, topics='', missing='',
+            clocks='', losses='', images=[], info=Input('info'), transforms=Input('tf'),
             subscriptions=[])
         self.subscriptions = [self.info]
 
-    def create_timer(self, period, callback, clock):
-        self.timers.append((period, clock.clock_type))
-        self.tick = callback
-        return self.timers[-1]
-
-    def destroy_timer(self, timer):
-        self.timers.remove(timer)
+    def tick(self):
+        [timer] = self.node.timers
+        timer.callback()
 
     def flush(self):
         self.flushed += 1
@@ -72,25 +68,25 @@ class World(SimpleNamespace):
         return self.losses
 
     def subscribe(self, node, name, transport, take, settings):
-        assert node is self
+        assert node is self.node
         self.images.append(Input(name))
         self.images[-1].made_of = transport, take
         return self.images[-1]
 
     def subscribe_rgbd(self, node, settings, assembler, pairing):
-        assert assembler is pairing is node is self
+        assert node is self.node and assembler is pairing is self
         self.images.append(Input('rgbd'))
         return self.images[-1]
 
     def watch(self, node, settings, subscriptions, pairing):
-        assert node is pairing is self
+        assert node is self.node and pairing is self
         self.watched = subscriptions
         return self
 
 
 @pytest.fixture
-def world(monkeypatch):
-    world = World()
+def world(graph, monkeypatch):
+    world = World(graph.node())
     monkeypatch.setattr(image_stream, 'Pairing', lambda *arguments: (
         setattr(world, 'pairs_with', arguments) or world))
     monkeypatch.setattr(image_stream, 'Watchdog', world.watch)
@@ -100,8 +96,8 @@ def world(monkeypatch):
 
 
 def stream_in(world, **settings):
-    return ImageStream(world, NodeSettings(**settings), world, world.transforms, 'diagnostics',
-                       'on_pair')
+    return ImageStream(world.node, NodeSettings(**settings), world, world.transforms,
+                       'diagnostics', 'on_pair')
 
 
 def test_each_image_has_its_topic_transport_and_way(world):
@@ -124,7 +120,9 @@ def test_all_subscriptions_are_watched_and_tended(world, is_rgbd, names):
 
 def test_they_are_tended_twice_in_the_silence_by_a_clock_that_never_stands_still(world):
     stream_in(world)
-    assert world.timers == [(0.25, ClockType.STEADY_TIME)]
+    [timer] = world.node.timers
+    assert (timer.timer_period_ns, timer.clock.clock_type) == (
+        250_000_000, ClockType.STEADY_TIME)
 
 
 @pytest.mark.parametrize('silence, flushed', [(0.0, 0), (0.5, 0), (0.51, 1), (7.0, 1)])
@@ -159,4 +157,4 @@ def test_pairs_and_counts_are_those_of_the_pairing(world):
 def test_what_is_the_assemblers_stays_open(world):
     stream_in(world).close()
     assert [each.is_closed for each in (*world.images, world.info)] == [True, True, False]
-    assert world.timers == []
+    assert list(world.node.timers) == []

@@ -5,7 +5,6 @@
 
 import signal
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -179,21 +178,25 @@ def test_ends_cleanly_in_the_middle_of_work(rig, start_node, frames):
     assert 'Traceback' not in node.log
 
 
-def test_what_was_made_before_a_configuration_fails_is_destroyed(monkeypatch):
+def test_what_was_made_before_a_configuration_fails_is_destroyed(
+        ros_domain, monkeypatch, capfd):
     """So that a second attempt does not subscribe twice."""
-    done = []
-
-    def pipeline(*_):
-        done.append('made')
+    def pipeline(node, *_):
+        node.create_timer(1000.0, print)
+        node.create_subscription(Transition, 'rgb/image', print, 1)
+        node.create_service(ChangeState, '~/reset_odom', print)
         raise InputError('no such vocabulary')
 
     monkeypatch.setattr(odom_lifecycle_node, 'Pipeline', pipeline)
-    monkeypatch.setattr(odom_lifecycle_node, 'Entities', lambda node: SimpleNamespace(
-        destroy=lambda: done.append('destroyed')))
-    node = SimpleNamespace(declare=lambda read_only: SimpleNamespace(own=None, core=None))
-    with pytest.raises(InputError, match='no such vocabulary'):
-        OdomLifecycleNode._configure(node)
-    assert done == ['made', 'destroyed']
+    rclpy.init(args=[])
+    node = OdomLifecycleNode()
+    before = entities(node)
+    for _ in range(2):
+        assert node.trigger_configure() is TransitionCallbackReturn.FAILURE
+        assert entities(node) == before
+    assert 'no such vocabulary' in capfd.readouterr().err
+    node.close()
+    rclpy.shutdown()
 
 
 class Pipeline:

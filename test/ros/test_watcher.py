@@ -12,7 +12,6 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
@@ -130,15 +129,14 @@ def test_a_rule_that_is_none_is_rejected(ros_domain, rule):
 
 @pytest.mark.parametrize('prefix, heard', [
     ('', 'odom_node'), ('robot1', 'robot1/odom_node'), ('a/b', 'a/b/odom_node')])
-def test_the_diagnostics_of_other_robots_are_left(prefix, heard):
-    shown = []
-    watcher = SimpleNamespace(_prefix=prefix, hears=False, _observer=SimpleNamespace(
-        add_health=lambda message, numbers: shown.append(message)))
+def test_the_diagnostics_of_other_robots_are_left(graph, prefix, heard):
+    observer = Observer()
+    watcher = graph.add(Watcher(observer, f'/{prefix}'))
     names = 'odom_node', 'robot1/odom_node', 'robot10/odom_node', 'a/b/odom_node', 'b/odom_node'
-    Watcher._take_diagnostics(watcher, DiagnosticArray(status=[
+    watcher._take_diagnostics(DiagnosticArray(status=[
         DiagnosticStatus(name=f'{name}: {part}', message=name)
         for name in names for part in ('odometry', 'images')]))
-    assert shown == [heard]
+    assert observer.seen == [('add_health', heard, {})]
     assert watcher.hears
 
 
@@ -153,14 +151,10 @@ class Observer:
 
 
 @pytest.fixture
-def watched(ros_domain):
+def watched(graph):
     """Return a watcher whose callbacks the test calls, and what its observer has seen."""
-    rclpy.init(args=[])
     observer = Observer()
-    watcher = Watcher(observer, '/robot')
-    yield watcher, observer.seen
-    watcher.destroy_node()
-    rclpy.shutdown()
+    return graph.add(Watcher(observer, '/robot')), observer.seen
 
 
 POSE = se3.exp([1.0, -2.0, 0.5, 0.3, -0.2, 1.1])
@@ -268,13 +262,12 @@ def test_another_namespace_is_rejected_in_one_line(namespace, reason):
     assert '\n' not in str(caught.value)
 
 
-def test_keypoints_of_no_whole_points_are_ignored():
-    shown = []
-    watcher = SimpleNamespace(_observer=SimpleNamespace(
-        add_keypoints=lambda stamp, positions: shown.append(positions.shape)))
+def test_keypoints_of_no_whole_points_are_ignored(watched):
+    watcher, seen = watched
     for size in (5, 13, 24):
-        Watcher._take_keypoints(watcher, PointCloud2(point_step=12, data=bytes(size)))
-    assert shown == [(2, 3)]
+        watcher._take_keypoints(PointCloud2(point_step=12, data=bytes(size)))
+    [(name, _, positions)] = seen
+    assert (name, positions.shape) == ('add_keypoints', (2, 3))
 
 
 def test_an_error_of_the_observer_ends_the_watching(ros_domain):
