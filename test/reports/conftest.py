@@ -3,6 +3,7 @@
 
 """A run over a made-up path, with and without losses."""
 
+from functools import cached_property
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,32 +21,54 @@ from aick_ros.settings.presets import preset
 T_WORLD_ODOM = se3.exp([0.5, 2.0, -1.0, 0.4, 1.0, -0.3])
 
 
-class Stream:
-    """Keeps the values that are logged, by entity, with their times [s]."""
-
-    def __init__(self):
-        self.logged = {}
-        self._time = None
-
-    def send_blueprint(self, blueprint):
-        pass
-
-    def set_time(self, timeline, duration):
-        self._time = duration
-
-    def log(self, entity, *parts, static=False):
-        name = entity if isinstance(entity, str) else '/'.join(entity)
-        self.logged.setdefault(name, []).append((None if static else self._time, *parts))
-
-    def values(self, entity, field):
-        """Return the times and the values of a field."""
-        return [(time, getattr(part, field).as_arrow_array().to_pylist()[0])
-                for time, part in self.logged.get(entity, []) if hasattr(part, field)]
+def rows_of(path):
+    """Return (entity, component) -> time [s], None for ever, and value of each row of a file."""
+    from rerun.chunk import RrdReader
+    found = []
+    for chunk in RrdReader(str(path)).stream().to_chunks():
+        columns = {field.name: (field.type, column) for field, column in zip(
+            chunk.to_record_batch().schema, chunk.to_record_batch().columns)}
+        order = columns['rerun.controls.RowId'][1].to_pylist()
+        [times] = [column.cast('int64').to_pylist() for kind, column in columns.values()
+                   if str(kind) == 'duration[ns]'] or [[None] * len(order)]
+        entity = str(chunk.entity_path).lstrip('/').replace('\\', '')
+        found += [(row, (entity, name.partition(':')[2]),
+                   None if time is None else time / NANOSECONDS, value)
+                  for name, (_, column) in columns.items() if ':' in name
+                  for row, time, value in zip(order, times, column.to_pylist())
+                  if value is not None]
+    rows = {}
+    for _, key, time, value in sorted(found, key=lambda each: each[0]):
+        rows.setdefault(key, []).append((time, value))
+    return rows
 
 
 @pytest.fixture
-def stream():
-    return Stream()
+def stream(tmp_path):
+    """Return a stream of Rerun to a file, which is read with its ``rows`` once it has all."""
+    import rerun
+
+    class Stream(rerun.RecordingStream):
+        @cached_property
+        def _rows(self):
+            self.disconnect()
+            return rows_of(tmp_path / 'view.rrd')
+
+        @property
+        def entities(self):
+            return {entity for entity, _ in self._rows if not entity.startswith('__')}
+
+        def rows(self, entity, component):
+            """Return times [s], None for ever, and the values of a component, a list each."""
+            return self._rows.get((entity, component), [])
+
+        def values(self, entity, component):
+            """Return times [s], None for ever, and the first value of each list."""
+            return [(time, values[0]) for time, values in self.rows(entity, component)]
+
+    made = Stream('test')
+    made.save(tmp_path / 'view.rrd')
+    return made
 
 
 @pytest.fixture

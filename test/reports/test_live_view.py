@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a view of a node logs, read from a stream that keeps it."""
+"""What a view of a node logs, read from the file that Rerun makes of it."""
 
 import cv2
 import numpy as np
@@ -63,11 +63,10 @@ def test_diagnostics_are_shown_by_kind_and_their_message_once(view, stream):
 
 def test_the_world_is_forward_left_up_and_the_base_has_axes(view, stream):
     import rerun as rr
-    [(time, coordinates)] = stream.logged['world']
-    assert time is None
-    assert coordinates == rr.ViewCoordinates.FLU
-    (time, axes), *_ = stream.logged['world/base']
-    assert time is None and isinstance(axes, rr.TransformAxes3D)
+    assert stream.rows('world', 'xyz') == [
+        (None, rr.ViewCoordinates.FLU.as_arrow_array().to_pylist())]
+    [(time, length)] = stream.values('world/base', 'axis_length')
+    assert time is None and length > 0
 
 
 def test_keypoints_and_the_path_before_are_where_they_are(view, stream):
@@ -75,9 +74,9 @@ def test_keypoints_and_the_path_before_are_where_they_are(view, stream):
     view.add_lost(0)
     view.add_keypoints(2 * SECOND, points)
     view.add_path(points)
-    part = stream.logged['world/keypoints'][0][1]
-    assert stream.logged['world/keypoints'][0][0] == 2.0
-    np.testing.assert_allclose(part.positions.as_arrow_array().to_pylist(), points)
+    [(time, positions)] = stream.rows('world/keypoints', 'positions')
+    assert time == 2.0
+    np.testing.assert_allclose(positions, points)
     [(time, strip)] = stream.values('world/path_before', 'strips')
     assert time is None
     np.testing.assert_allclose(strip, points)
@@ -115,4 +114,4 @@ def test_the_layout_shows_each_entity_that_is_logged(view, stream):
     views = {part.name: part.origin for part in (*above.contents, *below.contents)}
     assert views == {'space': 'world', 'image and matches': 'image', 'times [ms]': 'times',
                      'tracked': 'status', 'status': 'status'}
-    assert {origin for origin in views.values()} <= {name.split('/')[0] for name in stream.logged}
+    assert {origin for origin in views.values()} <= {name.split('/')[0] for name in stream.entities}

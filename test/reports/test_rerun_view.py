@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""What a view logs of a run, read from a stream that keeps it."""
+"""What a view logs of a run, read from the file that Rerun makes of it."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -67,7 +67,7 @@ def test_the_ellipsoid_holds_95_percent_of_the_positions(shown, records):
 
 def test_an_unknown_pose_has_no_ellipsoid(shown, records):
     pose = PoseWithCovariance(np.eye(4), np.full((6, 6), np.inf))
-    assert 'world/covariance' not in shown([dataclasses.replace(records[0], pose=pose)]).logged
+    assert 'world/covariance' not in shown([dataclasses.replace(records[0], pose=pose)]).entities
 
 
 def test_errors_are_those_since_the_first_frame(shown, records, ground_truth):
@@ -89,12 +89,13 @@ def views(container):
             yield view, share
 
 
-def test_each_view_shows_what_is_logged(stream, records, ground_truth):
+def test_each_view_shows_what_is_logged(stream, records, ground_truth, monkeypatch):
     from rerun.blueprint import TextLogView
 
     from aick_ros.reports.rerun_view import RerunView
     sent = []
-    stream.send_blueprint = sent.append
+    send = stream.send_blueprint
+    monkeypatch.setattr(stream, 'send_blueprint', lambda layout: sent.append(layout) or send(layout))
     view = RerunView(stream, ground_truth)
     for record in records:
         view.add_record(record)
@@ -103,7 +104,7 @@ def test_each_view_shows_what_is_logged(stream, records, ground_truth):
     origins = {each.origin for each in shown}
     assert origins == {'world', 'world/camera/image', 'errors', 'times', 'status'}
     for origin in origins - {'world/camera/image'}:  # these records have no images
-        assert any(entity.startswith(origin) for entity in stream.logged)
+        assert any(entity.startswith(origin) for entity in stream.entities)
     [space] = [each for each in shown if each.origin == 'world']
     assert shown[space] == max(shown.values()) > min(shown.values())
     assert {each.origin for each in shown if isinstance(each, TextLogView)} == {'status'}
@@ -115,7 +116,6 @@ def test_the_truth_is_drawn_once_from_the_first_pose(shown, records, ground_trut
     assert time is None
     np.testing.assert_allclose(strips, [record.T_odom_camera[:3, 3] for record in records],
                                atol=1e-5)
-    assert len(stream.logged['world/truth']) == 1
 
 
 @pytest.mark.parametrize('step', [1, 4])
@@ -170,41 +170,37 @@ def test_matches_lead_to_the_keypoints_of_the_keyframe_and_edges_to_its_place(st
     view.add(begun)
     begun.T_odom_camera[0, 3] = 99.0  # in place, as its owner may
     view.add(moved)
-    assert stream.logged['world/camera/image/matches'][0][0] == 0.0
-    lines = [part.strips.as_arrow_array().to_pylist()
-             for _, part in stream.logged['world/camera/image/matches']]
-    assert lines == [[], [[[1, 1], [1, 2]], [[5, 6], [3, 4]]]]
-    points = [part.positions.as_arrow_array().to_pylist()
-              for _, part in stream.logged['world/camera/image/keypoints']]
-    assert points == [first.pixels.tolist(), second.pixels.tolist()]
+    assert stream.rows('world/camera/image/matches', 'strips') == [
+        (0.0, []), (1.0, [[[1, 1], [1, 2]], [[5, 6], [3, 4]]])]
+    assert stream.rows('world/camera/image/keypoints', 'positions') == [
+        (0.0, first.pixels.tolist()), (1.0, second.pixels.tolist())]
     assert stream.values('world/edges', 'strips') == [(1.0, [[1, 0, 0], [2, 0, 0]])]
-    [(_, keyframe)] = stream.logged['world/keyframes']
-    assert keyframe.positions.as_arrow_array().to_pylist() == [[1, 0, 0]]
+    [(_, keyframe)] = stream.rows('world/keyframes', 'positions')
+    assert keyframe == [[1, 0, 0]]
 
 
 def test_a_keyframe_that_was_not_shown_has_no_edge(stream, records):
     from aick_ros.reports.rerun_view import RerunView
     view = RerunView(stream, None)
     view.add(update(records[0], Keypoints([[1, 2]]), Keypoints([[3, 4]]), [(0, 0)]))
-    assert 'world/edges' not in stream.logged and 'world/keyframes' not in stream.logged
+    assert not {'world/edges', 'world/keyframes'} & stream.entities
 
 
 def test_images_are_below_the_camera_with_its_calibration(stream, records):
     from aick_ros.reports.rerun_view import RerunView
     RerunView(stream, None).add(update(records[5], Keypoints([[1, 2]])))
-    [(_, pinhole, image)] = stream.logged['world/camera/image']
-    blob = np.array(image.blob.as_arrow_array().to_pylist()[0], np.uint8)
+    [(_, blob)] = stream.values('world/camera/image', 'blob')
+    blob = np.array(blob, np.uint8)
     np.testing.assert_allclose(cv2.imdecode(blob, cv2.IMREAD_COLOR)[4, 4, ::-1], [200, 40, 90],
                                atol=6)
-    assert pinhole.resolution.as_arrow_array().to_pylist() == [[8, 8]]
-    [(_, pinhole, depth)] = stream.logged['world/camera/depth']
-    assert pinhole.resolution.as_arrow_array().to_pylist() == [[2, 2]]
-    assert depth.meter.as_arrow_array().to_pylist() == [1000.0]
-    [(_, transform)] = stream.logged['world/camera']
+    assert stream.values('world/camera/image', 'resolution') == [(0.0, [8, 8])]
+    assert stream.values('world/camera/depth', 'resolution') == [(0.0, [2, 2])]
+    assert stream.values('world/camera/depth', 'meter') == [(0.0, 1000.0)]
     pose = records[5].T_odom_camera
-    assert transform.translation.as_arrow_array().to_pylist()[0] == pytest.approx(pose[:3, 3])
-    np.testing.assert_allclose(np.reshape(transform.mat3x3.as_arrow_array().to_pylist()[0],
-                                          (3, 3)).T, pose[:3, :3], atol=1e-6)
+    [(_, translation)] = stream.values('world/camera', 'translation')
+    [(_, columns)] = stream.values('world/camera', 'mat3x3')
+    np.testing.assert_allclose(translation, pose[:3, 3], rtol=1e-6)
+    np.testing.assert_allclose(np.reshape(columns, (3, 3)).T, pose[:3, :3], atol=1e-6)
 
 
 def test_the_world_is_right_down_forward_and_errors_need_truth_at_their_time(
@@ -212,6 +208,7 @@ def test_the_world_is_right_down_forward_and_errors_need_truth_at_their_time(
     import rerun as rr
     later = Trajectory(ground_truth.stamps[10:], ground_truth.poses[10:])
     stream = shown(records, later)
-    assert stream.logged['world'] == [(None, rr.ViewCoordinates.RDF)]
+    assert stream.rows('world', 'xyz') == [
+        (None, rr.ViewCoordinates.RDF.as_arrow_array().to_pylist())]
     times = [time for time, _ in stream.values('errors/position_mm', 'scalars')]
     np.testing.assert_allclose(times, np.arange(10, 90) / 30, atol=1e-6)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Paths, ellipsoids and times that are logged, read from a stream that keeps them."""
+"""Paths, ellipsoids and times that are logged, read from the file that Rerun makes."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def test_times_are_since_the_first_stamp(trail, stream):
     for stamp in (5_000_000_000, 5_250_000_000, 7_000_000_000):
         trail.set_time(stamp)
         trail.add(np.zeros(3), np.eye(3), False)
-    assert [time for time, _ in stream.logged['world/covariance']] == [0.0, 0.25, 2.0]
+    assert [time for time, _ in stream.values('world/covariance', 'centers')] == [0.0, 0.25, 2.0]
 
 
 def test_each_part_of_the_path_begins_where_the_one_before_ended(trail, stream):
@@ -54,8 +54,8 @@ def test_the_ellipsoid_has_the_axes_of_the_covariance(trail, stream, turn):
 def test_without_information_there_is_a_path_and_no_ellipsoid(trail, stream):
     for _ in range(2):
         trail.add(np.zeros(3), np.diag([1.0, 1.0, np.inf]), False)
-    assert len(stream.logged['world/path']) == 1
-    assert 'world/covariance' not in stream.logged
+    assert len(stream.values('world/path', 'strips')) == 1
+    assert 'world/covariance' not in stream.entities
 
 
 def test_rounding_below_zero_is_no_axis(trail, stream):
