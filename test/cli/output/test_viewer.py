@@ -18,35 +18,42 @@ rerun = pytest.importorskip('rerun', reason='no viewer: pip install rerun-sdk')
 
 
 @pytest.fixture
-def stream(monkeypatch):
-    """Record what is asked of Rerun, which would open windows."""
-    asked = []
+def windows(monkeypatch, tmp_path):
+    """Return the files that streams of Rerun write in place of opening a window."""
+    files = []
 
-    class Stream:
-        def __init__(self, application, recording_id):
-            asked.append(('new', application, recording_id))
+    def spawn(stream):
+        files.append(tmp_path / f'{len(files)}.rrd')
+        stream.save(files[-1])
 
-        def __enter__(self):
-            return self
+    monkeypatch.setattr(rerun.RecordingStream, 'spawn', spawn)
+    return files
 
-        def __exit__(self, *_):
-            asked.append(('end',))
 
-        def __getattr__(self, name):
-            return lambda *arguments: asked.append((name, *arguments))
-    monkeypatch.setattr(rerun, 'RecordingStream', Stream)
-    return asked
+def recording(path):
+    """Return application and identity of the recording in a file, and its values by their names."""
+    from rerun.chunk import RrdReader
+    reader = RrdReader(str(path))
+    [entry] = reader.recordings()
+    batches = [chunk.to_record_batch() for chunk in reader.stream().to_chunks()]
+    return entry.application_id, entry.recording_id, {
+        name: column.to_pylist() for batch in batches
+        for name, column in zip(batch.schema.names, batch.columns)}
 
 
 @pytest.mark.parametrize('display', ['DISPLAY', 'WAYLAND_DISPLAY'])
-def test_a_window_is_opened_on_either_kind_of_display(stream, monkeypatch, display):
+def test_a_window_is_opened_on_either_kind_of_display(windows, monkeypatch, display):
     for name in ('DISPLAY', 'WAYLAND_DISPLAY'):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv(display, ':7')
-    with viewer('a\x1bb', None, web=False):
-        stream.append('block')
-    assert stream == [('new', 'aick_ros', None), ('spawn',), ('send_recording_name', r'a\x1bb'),
-                      'block', ('flush',), ('end',)]
+    for count in (1, 2):
+        with viewer('a\x1bb', None, web=False) as stream:
+            assert len(windows) == count
+            stream.log('number', rerun.Scalars(7.0))
+    (application, first, values), (_, second, _) = map(recording, windows)
+    assert application == 'aick_ros' and first != second
+    assert values['RecordingInfo:name'] == [[r'a\x1bb']]
+    assert values['Scalars:scalars'] == [[7.0]]
 
 
 def test_a_file_appears_whole_and_rerun_logs_nothing(monkeypatch, tmp_path):
