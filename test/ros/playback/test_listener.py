@@ -8,7 +8,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from nav_msgs.msg import Odometry
 
@@ -19,18 +18,25 @@ from aick_ros.ros.playback.listener import Listener
 
 
 @pytest.fixture
-def answer(monkeypatch):
+def heard(graph):
+    """Return a listener whose callbacks the test calls."""
+    return graph.add(Listener())
+
+
+@pytest.fixture
+def answer(heard, monkeypatch):
     """Return a function that answers stamps one by one, and returns those that were awaited."""
     def run(coming, stamps):
-        heard = SimpleNamespace(answers=[])
         rest = iter(coming)
 
         def wait_until(condition, timeout):
-            heard.answers += [SimpleNamespace(stamp=stamp) for stamp in itertools.islice(rest, 1)]
+            for stamp in itertools.islice(rest, 1):
+                heard._take(odometry(pose_with_covariance(stamp, 'odom', np.eye(4), np.eye(6)),
+                                     'base', np.zeros(6), np.eye(6)))
             return condition()
 
         monkeypatch.setattr(listener, 'wait_until', wait_until)
-        Listener.wait_for_answers(heard, stamps)
+        heard.wait_for_answers(stamps)
         return [answer.stamp for answer in heard.answers]
     return run
 
@@ -44,16 +50,6 @@ def test_until_all_are_answered_or_the_last_is_or_no_more_come(answer, coming, a
 
 def test_no_image_has_no_answer(answer):
     assert answer([10], []) == []
-
-
-@pytest.fixture
-def heard(ros_domain):
-    """Return a listener whose callbacks the test calls."""
-    rclpy.init(args=[])
-    heard = Listener()
-    yield heard
-    heard.destroy_node()
-    rclpy.shutdown()
 
 
 def test_an_answer_has_the_numbers_of_its_message_and_the_time_it_came(heard, monkeypatch):

@@ -9,9 +9,9 @@ import sys
 import warnings
 from contextlib import nullcontext
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
+import rclpy
 from rclpy.exceptions import InvalidParameterTypeException
 from rclpy.executors import ExternalShutdownException
 from rclpy.parameter import Parameter
@@ -23,16 +23,15 @@ from aick_ros.ros.process import program
 from aick_ros.ros.process.signals import ENDINGS
 
 
-def test_ros_does_not_start_where_it_would_end_the_process(monkeypatch):
-    started = []
-    monkeypatch.setattr(program.rclpy, 'init', lambda args, **_: started.append(args))
-    monkeypatch.setenv('ROS_DOMAIN_ID', '233')
-    with pytest.raises(InputError, match='ROS_DOMAIN_ID'):
-        program.initialise()
-    assert not started
-    monkeypatch.delenv('ROS_DOMAIN_ID')
+def test_ros_does_not_start_where_it_would_end_the_process(ros_domain, monkeypatch):
+    with monkeypatch.context() as patched:
+        patched.setenv('ROS_DOMAIN_ID', '233')
+        with pytest.raises(InputError, match='ROS_DOMAIN_ID'):
+            program.initialise()
+        assert not rclpy.ok()
     program.initialise()
-    assert started == [None]
+    assert rclpy.ok()
+    rclpy.shutdown()
 
 
 def test_a_log_that_cannot_be_written_is_an_input_error(monkeypatch):
@@ -43,18 +42,14 @@ def test_a_log_that_cannot_be_written_is_an_input_error(monkeypatch):
         live_run.run_live(Path('bag'), {}, {}, lambda stamp: None)
 
 
-def test_parameters_of_the_wrong_type_are_input_errors(monkeypatch):
-    monkeypatch.setattr(program.rclpy, 'ok', lambda: True)
-
+def test_parameters_of_the_wrong_type_are_input_errors(graph):
     def make():
         raise InvalidParameterTypeException(Parameter('use_sim_time', value='x'), 'BOOL')
     with pytest.raises(InputError, match='ROS cannot create the node: .*use_sim_time'):
         program.make_node(make)
 
 
-def test_a_node_that_cannot_be_made_is_one_sentence(monkeypatch, recwarn):
-    monkeypatch.setattr(program.rclpy, 'ok', lambda: True)
-
+def test_a_node_that_cannot_be_made_is_one_sentence(graph, recwarn):
     def make():
         warnings.warn('Failed to fini rosout publisher', RuntimeWarning)
         raise program.RCLError('error creating node: no keystore\n  at node.cpp:73')
@@ -86,40 +81,43 @@ except KeyboardInterrupt:
 
 
 @pytest.fixture
-def ros(monkeypatch):
-    """Return ROS as far as a program starts and ends it; ``done`` is what was done, in order."""
-    ros = SimpleNamespace(done=[], is_up=True)
-
-    def done(what):
-        return lambda *arguments: ros.done.append((what, *arguments) if arguments else what)
-    for name in ('_handle_signals', 'initialise', 'ignore'):
-        monkeypatch.setattr(program, name, done(name.strip('_')))
-    monkeypatch.setattr(program.rclpy, 'try_shutdown', done('shut down'))
-    monkeypatch.setattr(program.rclpy, 'ok', lambda: ros.is_up)
-    return ros
+def done(ros_domain, monkeypatch):
+    """Return what a program does with ROS and with signals, which stay as the tests have them."""
+    done, shut_down = [], rclpy.try_shutdown
+    monkeypatch.setattr(program, '_handle_signals', lambda interrupt: done.append(
+        ('handle_signals', interrupt)))
+    monkeypatch.setattr(program, 'ignore', lambda: done.append('ignore'))
+    monkeypatch.setattr(program, 'initialise', lambda: (
+        done.append('initialise'), rclpy.init(args=[])))
+    monkeypatch.setattr(program.rclpy, 'try_shutdown', lambda: (
+        done.append('shut down'), shut_down()))
+    yield done
+    shut_down()
 
 
 STARTED, ENDED = [('handle_signals', False), 'initialise'], ['shut down', 'ignore']
 
 
-def test_a_program_prepares_itself_before_ros_starts_and_ends_it(ros):
+def test_a_program_prepares_itself_before_ros_starts_and_ends_it(done):
     def prepare():
-        ros.done.append('prepare')
+        done.append('prepare')
         return 'prepared'
     with program.program('x', prepare) as prepared:
-        assert ros.done == ['prepare', *STARTED]
+        assert done == ['prepare', *STARTED]
+        assert rclpy.ok()
         assert not signal.pthread_sigmask(signal.SIG_BLOCK, ()) & set(ENDINGS)
     assert prepared == 'prepared'
-    assert ros.done == ['prepare', *STARTED, *ENDED]
+    assert done == ['prepare', *STARTED, *ENDED]
+    assert not rclpy.ok()
 
 
-def test_a_program_that_blocks_elsewhere_is_interrupted(ros):
+def test_a_program_that_blocks_elsewhere_is_interrupted(done):
     with program.program('x', lambda: None, interrupt=True):
         pass
-    assert ros.done[0] == ('handle_signals', True)
+    assert done[0] == ('handle_signals', True)
 
 
-def test_an_unusable_input_is_one_line_and_exit_code_2(ros, capsys):
+def test_an_unusable_input_is_one_line_and_exit_code_2(done, capsys):
     for where in ('prepare', 'block'):
         def fail():
             raise InputError('it is\nno bag')
@@ -128,48 +126,48 @@ def test_an_unusable_input_is_one_line_and_exit_code_2(ros, capsys):
                 fail()
         assert end.value.code == 2
         assert capsys.readouterr() == ('', 'x: it is no bag\n')
-        assert ros.done[-2:] == ENDED
+        assert done[-2:] == ENDED
 
 
 @pytest.mark.parametrize('error', [KeyboardInterrupt, ExternalShutdownException])
-def test_an_end_by_a_signal_is_no_error(ros, error, capsys):
+def test_an_end_by_a_signal_is_no_error(done, error, capsys):
     with pytest.raises(SystemExit) as end:
         with program.program('x', lambda: None):
             raise error
     assert end.value.code in (None, 0)
     assert capsys.readouterr() == ('', '')
-    assert ros.done[-2:] == ENDED
+    assert done[-2:] == ENDED
 
 
 @pytest.mark.parametrize('is_up', [True, False])
-def test_a_failure_is_an_error_unless_it_follows_from_the_shutdown(ros, is_up):
-    ros.is_up = is_up
+def test_a_failure_is_an_error_unless_it_follows_from_the_shutdown(done, is_up):
     with pytest.raises(ZeroDivisionError) if is_up else nullcontext():
         with program.program('x', lambda: None):
+            if not is_up:
+                rclpy.shutdown()
             raise ZeroDivisionError
-    assert ros.done[-2:] == ENDED
+    assert done[-2:] == ENDED
 
 
 @pytest.mark.parametrize('is_up', [True, False])
-def test_a_shutdown_that_fails_is_an_error_unless_it_has_happened(ros, monkeypatch, is_up):
-    ros.is_up = is_up
-
+def test_a_shutdown_that_fails_is_an_error_unless_it_has_happened(done, monkeypatch, is_up):
     def fail():
         raise RuntimeError
     monkeypatch.setattr(program.rclpy, 'try_shutdown', fail)
     with pytest.raises(RuntimeError) if is_up else nullcontext():
         with program.program('x', lambda: None):
-            pass
-    assert ('ignore' in ros.done) is not is_up
+            if not is_up:
+                rclpy.shutdown()
+    assert ('ignore' in done) is not is_up
 
 
-def test_a_signal_during_the_start_ends_it_before_anything_begins(ros, monkeypatch):
+def test_a_signal_during_the_start_ends_it_before_anything_begins(done, monkeypatch):
     monkeypatch.setattr(program.signal, 'sigpending', lambda: {signal.SIGTERM})
     with pytest.raises(SystemExit) as end:
         with program.program('x', lambda: None):
-            ros.done.append('begun')
+            done.append('begun')
     assert end.value.code in (None, 0)
-    assert ros.done == [*STARTED, 'ignore', *ENDED]
+    assert done == [*STARTED, 'ignore', *ENDED]
 
 
 @pytest.mark.parametrize('interrupt', [True, False])
@@ -200,10 +198,9 @@ def test_what_ros_rejects_is_named(monkeypatch, arguments, ends, what):
     assert given == [{'args': arguments, 'signal_handler_options': options}]
 
 
-def test_a_node_that_fails_because_ros_ends_is_no_input_error(monkeypatch):
-    monkeypatch.setattr(program.rclpy, 'ok', lambda: False)
-
+def test_a_node_that_fails_because_ros_ends_is_no_input_error(graph):
     def make():
+        rclpy.shutdown()
         raise InvalidParameterTypeException(Parameter('use_sim_time', value='x'), 'BOOL')
     with pytest.raises(InvalidParameterTypeException):
         program.make_node(make)
