@@ -114,4 +114,4 @@ def test_the_layout_shows_each_entity_that_is_logged(view, stream):
     views = {part.name: part.origin for part in (*above.contents, *below.contents)}
     assert views == {'space': 'world', 'image and matches': 'image', 'times [ms]': 'times',
                      'tracked': 'status', 'status': 'status'}
-    assert {origin for origin in views.values()} <= {name.split('/')[0] for name in stream.entities}
+    assert set(views.values()) <= {name.split('/')[0] for name in stream.entities}

@@ -95,7 +95,8 @@ def test_each_view_shows_what_is_logged(stream, records, ground_truth, monkeypat
     from aick_ros.reports.rerun_view import RerunView
     sent = []
     send = stream.send_blueprint
-    monkeypatch.setattr(stream, 'send_blueprint', lambda layout: sent.append(layout) or send(layout))
+    monkeypatch.setattr(stream, 'send_blueprint', lambda layout: (
+        sent.append(layout), send(layout)))
     view = RerunView(stream, ground_truth)
     for record in records:
         view.add_record(record)

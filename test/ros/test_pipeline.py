@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The way of a frame through the node, and requests between frames, on a node of the test's process."""
+"""The way of a frame through the node, and requests between frames, on a node of rclpy."""
 
 import threading
 from array import array

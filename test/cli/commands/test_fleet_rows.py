@@ -56,10 +56,13 @@ def done(job):
     return Finished(Path(job.source).stem, {ATE: 0.25, 'frames': 9}, {'name.txt': b'content'})
 
 
-def test_a_run_that_is_done_is_a_row_and_a_folder(fleet, client, tmp_path):
+def test_a_run_that_is_done_is_a_row_and_a_folder(fleet, client, monkeypatch, tmp_path):
+    counts = []
+    monkeypatch.setattr(module, 'progress', lambda what, total, unit: (
+        counts.append(total) or nullcontext(counts.append)))
     outcome, (row, other) = fleet(done, 'a.bag', '--vary', 'refinement.mode=none,joint',
                                   '--vary', 'aick.iterations=5')
-    assert outcome.code == 0
+    assert (outcome.code, counts) == (0, [2, 1, 2])
     identity = row.pop('identity')
     assert len(identity) == 32 and identity != other['identity']
     assert row == {

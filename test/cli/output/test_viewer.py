@@ -31,7 +31,7 @@ def windows(monkeypatch, tmp_path):
 
 
 def recording(path):
-    """Return application and identity of the recording in a file, and its values by their names."""
+    """Return application and identity of the recording in a file, and its values by name."""
     from rerun.chunk import RrdReader
     reader = RrdReader(str(path))
     [entry] = reader.recordings()
