@@ -104,7 +104,7 @@ def test_any_change_of_the_source_code_is_another_version(monkeypatch, tmp_path)
     file = folder / 'evaluation' / 'engine' / 'tasks.py'
     file.write_text(file.read_text() + '\n')
     changed = digest_of(monkeypatch, folder)
-    renamed = file.rename(file.with_name('renamed.py'))
-    other_name = digest_of(monkeypatch, folder)
-    renamed.rename(folder / 'evaluation' / 'renamed.py')
-    assert len({before, changed, other_name, digest_of(monkeypatch, folder)}) == 4
+    file.rename(file.with_name('renamed.py'))
+    renamed = digest_of(monkeypatch, folder)
+    (folder / 'evaluation').rename(folder / 'elsewhere')
+    assert len({before, changed, renamed, digest_of(monkeypatch, folder)}) == 4
