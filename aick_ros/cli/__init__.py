@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import logging
 import os
-import re
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -15,6 +14,7 @@ from typing import NoReturn
 from aick_ros.borders.address_space import check_address_space
 from aick_ros.borders.libraries import check_libraries
 from aick_ros.borders.names import one_line
+from aick_ros.borders.variables import remove_unusable
 from aick_ros.cli import no_memory
 from aick_ros.cli.input.interruption import endings, endings_interrupt
 from aick_ros.errors import InputError, installation, package_of
@@ -22,17 +22,6 @@ from aick_ros.ros.process.signals import held
 
 _NEEDED = ('typer', 'rich', 'yaml')
 _MEMORY = 550_000_000  # [byte] of addresses; measured: with 420 OpenBLAS ends the process
-_USABLE = {
-    'SOURCE_DATE_EPOCH': re.compile('[0-9]{1,11}'),  # seconds, up to the year 5138
-    'COLUMNS': re.compile('[1-9][0-9]{1,3}'),  # at 0, rich prints nothing
-    'LINES': re.compile('[0-9]{1,4}'),
-    **dict.fromkeys(('OMP_NUM_THREADS', 'NUMEXPR_NUM_THREADS', 'NUMEXPR_MAX_THREADS'),
-                    re.compile('[1-9][0-9]{0,2}')),  # numexpr, behind pandas, raises ValueError
-}
-"""Values of variables; with others libraries fail, and do without where there is none."""
-
-_OPENMP, _LEVELS = 'OMP_NUM_THREADS', re.compile(r'\s*([0-9]+)\s*(,\s*[0-9]+\s*)+')
-"""Numbers of threads of levels that are nested; numexpr accepts the first alone."""
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -84,10 +73,6 @@ def _prepare_environment() -> None:
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     # plots go to files; a backend that does not exist would make matplotlib's import fail
     os.environ['MPLBACKEND'] = 'agg'
-    if levels := _LEVELS.fullmatch(os.environ.get(_OPENMP, '')):
-        os.environ[_OPENMP] = levels[1]
-    for name, usable in _USABLE.items():
-        if not usable.fullmatch(os.environ.get(name, '')):
-            os.environ.pop(name, None)
+    remove_unusable()
     # of a folder for its cache that cannot be written, without which it only starts later
     logging.getLogger('matplotlib').setLevel(logging.ERROR)
