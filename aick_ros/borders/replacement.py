@@ -23,7 +23,7 @@ def replaced(path: Path) -> Iterator[Path]:
     So no reader finds a part of the file, and an earlier one stays where the block fails. Links
     are followed. A pipe or a device is written to directly.
 
-    :raises InputError: where the file cannot be replaced.
+    :raises InputError: where the file cannot be replaced, or is a pipe that no program reads.
     """
     try:
         is_direct = path.exists() and not path.is_file()
@@ -31,7 +31,8 @@ def replaced(path: Path) -> Iterator[Path]:
     except (OSError, RuntimeError) as error:  # RuntimeError: a link to itself
         raise unwritable(path, error) from None
     if is_direct:
-        yield path
+        with _read_by_a_program(path):
+            yield path
         return
     # not the whole name: with more characters it could be too long
     draft = target.parent / f'.{path.name[:_DRAFT_NAME]}.{os.getpid()}'
@@ -45,6 +46,22 @@ def replaced(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             draft.unlink()
+
+
+@contextmanager
+def _read_by_a_program(path: Path) -> Iterator[None]:
+    """Raise InputError for a pipe that nobody reads; who opens it would wait, perhaps for ever."""
+    if not path.is_fifo():
+        yield
+        return
+    try:
+        opened = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
+    except OSError:
+        raise InputError(f'cannot write {path}: it is a pipe that no program reads') from None
+    try:
+        yield  # open until the block has it open, or the reader would find its end
+    finally:
+        os.close(opened)
 
 
 def unwritable(path: Path, error: Exception) -> InputError:

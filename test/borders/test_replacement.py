@@ -61,8 +61,22 @@ def test_the_longest_name_has_a_draft(tmp_path):
 
 def test_a_pipe_is_written_to_directly(tmp_path):
     os.mkfifo(tmp_path / 'pipe')
+    reader = os.open(tmp_path / 'pipe', os.O_RDONLY | os.O_NONBLOCK)
     with replaced(tmp_path / 'pipe') as draft:
         assert draft == tmp_path / 'pipe'
+        with pytest.raises(BlockingIOError):  # it has a writer, though none has written
+            os.read(reader, 1)
+        draft.write_text('content')
+    assert os.read(reader, 99) == b'content'
+    assert os.read(reader, 99) == b''
+    os.close(reader)
+
+
+def test_a_pipe_that_no_program_reads_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / 'pipe')
+    with pytest.raises(InputError, match='cannot write .*pipe: it is a pipe that no program '):
+        with replaced(tmp_path / 'pipe'):
+            pytest.fail('the block begins')
 
 
 def test_a_link_to_itself_cannot_be_written(tmp_path):

@@ -44,8 +44,7 @@ def viewer(name: str, save: Path | None, web: bool) -> Iterator[RecordingStream]
           rr.RecordingStream('aick_ros', recording_id=None) as stream):
         if save is not None and draft is not None:
             _check_file(save)
-            with _read_by_a_program(save):
-                stream.save(draft)
+            stream.save(draft)
         elif web:
             _serve(stream)
         else:
@@ -64,22 +63,6 @@ def _check_file(save: Path) -> None:
                          ) from None
     if _is_full(save):
         raise InputError(f'cannot write {save}: the disk is full')
-
-
-@contextmanager
-def _read_by_a_program(save: Path) -> Iterator[None]:
-    """Raise InputError for a pipe that nobody reads; Rerun would wait, deaf to Ctrl-C."""
-    if not save.is_fifo():
-        yield
-        return
-    try:
-        opened = os.open(save, os.O_WRONLY | os.O_NONBLOCK)
-    except OSError:
-        raise InputError(f'cannot write {save}: it is a pipe that no program reads') from None
-    try:
-        yield  # open until Rerun has it open, or the reader would find its end
-    finally:
-        os.close(opened)
 
 
 def _is_full(save: Path) -> bool:

@@ -28,7 +28,8 @@ def test_a_pipe_is_written_to(tmp_path):
     os.mkfifo(pipe)
     reader = threading.Thread(target=lambda: read.append(pipe.read_text()))
     reader.start()
-    write_whole(pipe, 'content')
+    with open(pipe, 'w'):  # waits for the reader
+        write_whole(pipe, 'content')
     reader.join(60)
     assert read == ['content']
     assert pipe.is_fifo()
