@@ -12,14 +12,19 @@ import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path, PurePosixPath
 
+from aick_ros.borders.bounded_json import bounded_json
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.cli.output.files import write_whole
 from aick_ros.errors import InputError
-from aick_ros.evaluation.runs.table import DONE, TABLE, Row, table_bytes
+from aick_ros.evaluation.runs.table import DONE, TABLE, VARIED, Cell, Row, table_bytes
 
 ROW = 'row.json'
 """File in the folder of a run with its row of the table; a run without it has not ended."""
+
+_REQUIRED = {'source', 'variant', 'run', 'identity', 'status'}
+_TEXTS = _REQUIRED | {'recording', 'cause', 'reason', 'worker', 'ended'}
+"""Columns of text; the others are of numbers, or of settings."""
 
 _LONGEST = 100  # characters of a folder's name; chosen
 
@@ -106,10 +111,18 @@ def _file_name(text: str) -> str:
 def _read(path: Path) -> Row:
     text = read_text(path, 'the row of a run', MAX_CONFIGURATION_BYTES)
     try:
-        row = json.loads(text)
-        if not {'source', 'variant', 'run', 'identity', 'status'} <= row.keys():
+        row = bounded_json(text)
+        if not _REQUIRED <= row.keys() or not all(map(_is_cell, row, row.values())):
             raise ValueError
-    except (ValueError, AttributeError, RecursionError):
+    except (ValueError, AttributeError):
         raise InputError(f'{path} is not the row of a run: remove its folder') from None
     result: Row = row
     return result
+
+
+def _is_cell(column: str, value: Cell) -> bool:
+    """Return whether a value is one of a column."""
+    if column in _TEXTS:
+        return isinstance(value, str)
+    kinds = (int, float, str) if column.startswith(VARIED) else (int, float)
+    return value is None or isinstance(value, kinds)

@@ -5,12 +5,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from aick_ros.borders.bounded_json import bounded_json
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.borders.names import quoted_if_blank
@@ -99,9 +99,10 @@ def _summary(path: Path) -> dict[str, Any]:
     """Return the content of summary.json, with the keys and types that a run needs."""
     text = read_text(path, 'the summary of the run', MAX_CONFIGURATION_BYTES)
     try:
-        content = json.loads(text)
-    except (ValueError, RecursionError):
-        raise InputError(f'{path} is not JSON; use the folder as aick replay wrote it') from None
+        content = bounded_json(text)
+    except ValueError as error:
+        raise InputError(f'{path} is not JSON ({error}); use the folder as aick replay wrote it'
+                         ) from None
     kinds = {'source': str, 'settings': dict, 'machine': dict}
     is_run = isinstance(content, dict) and all(
         isinstance(content.get(key), kind) for key, kind in kinds.items()) and isinstance(

@@ -80,6 +80,20 @@ def test_a_row_without_what_identifies_its_run_is_named(tmp_path, missing):
         Results(tmp_path)
 
 
+@pytest.mark.parametrize('cells', [
+    {'frames': 'many'}, {'frames': 1e308}, {'frames': 10 ** 400}, {'frames': float('nan')},
+    {'frames': [1]}, {'frames': {'a': 1}}, {'source': 5}, {'status': None}, {'set.a': [1]}])
+def test_a_row_with_other_cells_than_a_run_has_is_named(tmp_path, cells):
+    (tmp_path / 'runs' / 'a' / 'b').mkdir(parents=True)
+    file = tmp_path / 'runs' / 'a' / 'b' / 'row.json'
+    content = {**row('bag'), 'run': 'runs/a/b', 'frames': 5, 'set.a': 'x', 'ate': None}
+    file.write_text(json.dumps(content))
+    assert Results(tmp_path).rows
+    file.write_text(json.dumps({**content, **cells}))
+    with pytest.raises(InputError, match='row.json is not the row of a run: remove its folder'):
+        Results(tmp_path)
+
+
 def test_a_damaged_table_is_named(tmp_path):
     (tmp_path / 'table.parquet').write_bytes(b'no table')
     with pytest.raises(InputError, match='cannot read the table .*table.parquet'):

@@ -124,6 +124,15 @@ def test_a_summary_that_is_no_json_object_is_named(complete, content):
 
 
 @pytest.mark.parametrize('change', [
+    {'peak_memory_mb': 1e308}, {'peak_memory_mb': 10 ** 400}, {'settings': {'a': float('nan')}},
+    {'settings': {'a': [float('inf')]}}])
+def test_numbers_that_no_run_writes_are_named(complete, change):
+    (complete / files.SUMMARY).write_text(json.dumps({**SUMMARY, **change}))
+    with pytest.raises(InputError, match=f'{files.SUMMARY} is not JSON .*; use the folder as'):
+        read_run(complete)
+
+
+@pytest.mark.parametrize('change', [
     {'source': 5}, {'settings': []}, {'machine': None}, {'peak_memory_mb': 'much'}])
 def test_a_summary_of_other_types_is_none_of_a_run(runs, change):
     path = runs / '10' / files.SUMMARY
