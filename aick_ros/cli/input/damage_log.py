@@ -26,8 +26,9 @@ class DamageLog:
         """
         self.count += 1
         if self.count > MAX_DAMAGED_IMAGES:
-            raise InputError(f'more than {MAX_DAMAGED_IMAGES} images are unusable: the rest of '
-                             'the recording is not read')
+            raise InputError(f'more than {MAX_DAMAGED_IMAGES} images are unusable, the rest of '
+                             'the recording is not read: correct what the first ones say, or '
+                             'record it again')
         if self.count <= _MAX_SHOWN:
             say(f'skipped: {error}')
         elif self.count == _MAX_SHOWN + 1:

@@ -129,9 +129,17 @@ def _local_cluster(cluster: Cluster) -> LocalCluster:
         for child in set(active_children()) - before:  # which Dask leaves, and reports at exit
             child.kill()
             child.join()
-        raise InputError(f'{cluster.workers} processes cannot be started ({error}): use fewer, '
-                         "free memory, raise limits (ulimit -a), or correct Dask's settings "
-                         '(DASK_*)') from None
+        count = f'{cluster.workers} process{"es" if cluster.workers > 1 else ""}'
+        raise InputError(f'{count} cannot be started ({error}): {_remedy()}') from None
+
+
+def _remedy() -> str:
+    """Return what to do where processes do not start; Dask does not know why."""
+    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if allowed != resource.RLIM_INFINITY:
+        return (f'raise the limit to the memory of each, now {allowed // 10 ** 6} MB (ulimit -v), '
+                'or use fewer')
+    return "use fewer, free memory, raise limits (ulimit -a), or correct Dask's settings (DASK_*)"
 
 
 def _check_files(workers: int) -> None:

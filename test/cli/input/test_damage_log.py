@@ -34,5 +34,6 @@ def test_what_is_damaged_throughout_is_not_read_to_its_end(monkeypatch):
     log = DamageLog()
     for _ in range(9):
         log(InputError('damaged'))
-    with pytest.raises(InputError, match='more than 9 images are unusable'):
+    with pytest.raises(InputError, match='^more than 9 images are unusable, .* not read: '
+                       'correct what the first ones say, or record it again$'):
         log(InputError('damaged'))

@@ -41,7 +41,7 @@ def asked(monkeypatch):
 
 
 def start(cluster):
-    with pytest.raises(InputError, match='processes cannot be started'), connected(cluster):
+    with pytest.raises(InputError, match='cannot be started'), connected(cluster):
         pytest.fail('it goes on')
 
 
@@ -124,6 +124,21 @@ def test_each_process_requires_sixteen_files_beside_the_first_48(
             with connected(Cluster(workers)):
                 pytest.fail('it goes on')
         assert asked == {}
+
+
+@pytest.mark.parametrize('workers, count', [(1, '1 process'), (6, '6 processes')])
+@pytest.mark.parametrize('allowed, remedy', [
+    (1_500_000_000,
+     'raise the limit to the memory of each, now 1500 MB (ulimit -v), or use fewer'),
+    (resource.RLIM_INFINITY, "use fewer, free memory, raise limits (ulimit -a), or correct Dask's "
+                             'settings (DASK_*)')])
+def test_a_limit_to_the_memory_is_named_where_processes_do_not_start(
+        asked, monkeypatch, workers, count, allowed, remedy):
+    monkeypatch.setattr(cluster_module.resource, 'getrlimit', lambda kind: (
+        (allowed if kind == resource.RLIMIT_AS else 10 ** 6, resource.RLIM_INFINITY)))
+    with pytest.raises(InputError) as raised, connected(Cluster(workers)):
+        pytest.fail('it goes on')
+    assert str(raised.value) == f'{count} cannot be started ({Enough()}): {remedy}'
 
 
 @pytest.mark.parametrize('propagates', [False, True])
