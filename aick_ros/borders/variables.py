@@ -34,7 +34,8 @@ _USABLE: dict[str, Callable[[str], object]] = {
     'ARROW_USER_SIMD_LEVEL': _is('(?i:|NONE|SSE4_2|AVX|AVX2|AVX512|MAX)'),
     'ARROW_REGISTER_ATFORK': _is('|0|1'),
     'ARROW_IO_THREADS': _is('[1-9][0-9]{0,3}'),
-    # Rerun raises NameError, ends the process, or prints lines
+    # Rerun is disabled, raises NameError, ends the process, or prints lines
+    'RERUN': _is('(?i:1|on|true|yes)'),
     'RERUN_STRICT': _is('(?i:0|1|false|true|off|on|no|yes)'),
     'TOKIO_WORKER_THREADS': _is('[1-9][0-9]{0,2}'),
     'RUST_LOG': _is(f'|{_DIRECTIVE}(,{_DIRECTIVE})*'),

@@ -73,6 +73,7 @@ def _prepare_environment() -> None:
     os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
     # plots go to files; a backend that does not exist would make matplotlib's import fail
     os.environ['MPLBACKEND'] = 'agg'
+    os.environ.pop('MATPLOTLIBRC', None)  # the style is ours, and the file may never end
     remove_unusable()
     # of a folder for its cache that cannot be written, without which it only starts later
     logging.getLogger('matplotlib').setLevel(logging.ERROR)

@@ -56,7 +56,7 @@ def figure(width: float, height: float, draw: Drawing) -> Figure:
     :param height: [inch].
     :param draw: draws the content into the figure.
     """
-    with matplotlib.rc_context(_STYLE):
+    with _style():
         canvas = Figure(figsize=(width, height), layout='constrained')
         FigureCanvasAgg(canvas)
         draw(canvas)
@@ -87,8 +87,17 @@ def write_png(content: Figure, path: Path) -> None:
 @contextmanager
 def _drawing() -> Iterator[None]:
     """Draw in the common style; of characters that no font has a box is enough."""
-    with matplotlib.rc_context(_STYLE), warnings.catch_warnings():
+    with _style(), warnings.catch_warnings():
         warnings.filterwarnings('ignore', 'Glyph .* missing from')
+        yield
+
+
+@contextmanager
+def _style() -> Iterator[None]:
+    """Use the common style, without that of the user, which may need programs or fail."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_STYLE)
         yield
 
 

@@ -163,12 +163,12 @@ def test_names_that_cannot_be_seen_are_quoted(aick, command):
     ({'PYTHONIOENCODING': 'ascii'}, 'print("größe")', ''),
     ({'MPLBACKEND': 'nonsense'}, 'import matplotlib', ''),
     ({'MPLCONFIGDIR': '/proc/none'}, 'import matplotlib', ''),
+    ({'MATPLOTLIBRC': '/dev/null'}, 'import os; assert "MATPLOTLIBRC" not in os.environ', ''),
     ({'COLUMNS': '²', 'LINES': '²'}, 'pass', ''),
     ({'OPENCV_CPU_DISABLE': 'x'}, 'pass', ''), ({'NUMPY_MADVISE_HUGEPAGE': 'x'}, 'pass', ''),
     ({'OMP_NUM_THREADS': '4,3'}, 'import os; int(os.environ.get("OMP_NUM_THREADS", 1))', ''),
     ({'SOURCE_DATE_EPOCH': 'x'}, 'import os; int(os.environ.get("SOURCE_DATE_EPOCH", 0))', ''),
     ({'ARROW_DEFAULT_MEMORY_POOL': '\x1b'}, 'import pyarrow; pyarrow.array([1])', ''),
-    ({'ARROW_IO_THREADS': 'x'}, 'import pyarrow; pyarrow.array([1])', ''),
     ({'RERUN_STRICT': 'x', 'TOKIO_WORKER_THREADS': '0'}, 'import rerun', ''),
     ({'LC_ALL': '\x1b[31m', 'MPLCONFIGDIR': '.'}, 'import matplotlib.font_manager', ''),
     ({}, 'pass', '2>&-'), ({}, 'pass', '2>/dev/full')])

@@ -76,3 +76,14 @@ def test_the_style_is_not_left_behind():
     before = dict(matplotlib.rcParams)
     canvas.to_svg(canvas.figure(2.0, 2.0, one_line))
     assert dict(matplotlib.rcParams) == before
+
+
+def test_the_style_of_the_user_changes_nothing(tmp_path):
+    def pictures():
+        figure = canvas.figure(3.0, 2.0, lambda figure: figure.subplots().plot([1, 2], label='a'))
+        canvas.write_png(figure, tmp_path / 'a.png')
+        return canvas.to_svg(figure), (tmp_path / 'a.png').read_bytes()
+    expected = pictures()
+    with matplotlib.rc_context({'text.usetex': True, 'lines.linewidth': 9, 'savefig.pad_inches': 2,
+                                'savefig.bbox': 'tight', 'font.family': 'none'}):
+        assert pictures() == expected
