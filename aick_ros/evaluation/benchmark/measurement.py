@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -97,9 +97,8 @@ class _Registration:
         for pair in sorted(pairs, key=lambda pair: pair.source):
             by_source.setdefault(pair.source, []).append(pair)
             last_use[pair.target] = last_use[pair.source] = pair.source
-        request = self._job.recording.request
         prepared: dict[int, Any] = {}
-        for index, frame in enumerate(islice(request.open().frames(_skip), request.limit)):
+        for index, frame in enumerate(self._frames()):
             if index not in last_use:
                 continue
             prepared[index] = self._prepare(index, frame)
@@ -107,6 +106,16 @@ class _Registration:
                 self._journal.add(self._register(pair, prepared[pair.source],
                                                  prepared[pair.target]))
             prepared = {i: content for i, content in prepared.items() if last_use[i] > index}
+
+    def _frames(self) -> Iterator[RgbdFrame]:
+        """Yield the frames whose stamps the pairs are of; others would be other pairs."""
+        recording = self._job.recording
+        frames = islice(recording.request.open().frames(_skip), recording.request.limit)
+        for frame, stamp in zip_longest(frames, recording.stamps):
+            if frame is None or frame.stamp != stamp:
+                raise InputError(f'the frames of {recording.name} have changed since the start of '
+                                 'the benchmark: restore them, and run it again')
+            yield frame
 
     def _prepare(self, index: int, frame: RgbdFrame) -> Any:
         job = self._job

@@ -11,6 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from aick_ros.errors import InputError
 from aick_ros.evaluation.baselines.registry import Method
 from aick_ros.evaluation.benchmark.journal import Journal
 from aick_ros.evaluation.benchmark.measurement import Job, measure
@@ -84,6 +85,7 @@ def run_plan(plan: Plan, journal: Journal, folder: Path, client: Client, time_li
     :param on_progress: called with the number of pairs done.
     :param is_stopped: called several times a second; the rest is left for the next run.
     :returns: name of each method that did not start -> the reason.
+    :raises InputError: where a recording cannot be read any more.
     """
     def is_stopping() -> bool:
         journal.refresh()
@@ -95,6 +97,8 @@ def run_plan(plan: Plan, journal: Journal, folder: Path, client: Client, time_li
     for ended in run_tasks(client, measure, jobs, Limits(attempts=_MAX_LOSSES), is_stopping):
         job = ended.argument
         if isinstance(ended.value, Failure):
+            if ended.value.cause.is_of_the_input:
+                raise InputError(ended.value.reason)
             journal.refresh()
             done = journal.pairs.get((job.identity, job.recording.name), {})
             for pair in job.pairs:

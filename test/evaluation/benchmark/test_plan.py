@@ -8,6 +8,7 @@ import json
 
 import pytest
 
+from aick_ros.errors import InputError
 from aick_ros.evaluation.benchmark.journal import begin
 from aick_ros.evaluation.benchmark.plan import Plan, run_plan
 from aick_ros.evaluation.benchmark.results import Results
@@ -82,6 +83,17 @@ def test_a_lost_process_fails_its_step_only(recording, aick, method, execute):
     assert reasons == {'still': 'crashed (Aborted) while it was loaded'}
     assert not any(line.failure for line in journal.pairs[aick.identity, 'rendered'].values())
     assert journal.registrations == 5 * 7
+
+
+@pytest.mark.parametrize('change', [
+    lambda stamps: (*stamps[:-1], stamps[-1] + 1), lambda stamps: stamps[1:],
+    lambda stamps: stamps[:-1], lambda stamps: (*stamps, stamps[-1] + 1)],
+    ids=['other', 'first', 'last', 'more'])
+def test_of_a_recording_that_has_changed_no_pair_counts_as_failed(
+        recording, method, execute, change):
+    before = dataclasses.replace(recording, stamps=change(recording.stamps))
+    with pytest.raises(InputError, match='the frames of rendered have changed since the start'):
+        execute(Plan([method()], [before], (1,)))
 
 
 def test_an_interrupted_run_resumes(recording, aick, method, execute, tmp_path):
