@@ -11,11 +11,11 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
+from aick_ros.borders import no_memory
 from aick_ros.borders.address_space import check_address_space
 from aick_ros.borders.libraries import check_libraries
 from aick_ros.borders.names import one_line
 from aick_ros.borders.variables import remove_unusable
-from aick_ros.cli import no_memory
 from aick_ros.cli.input.interruption import endings, endings_interrupt
 from aick_ros.errors import InputError, installation, package_of
 from aick_ros.ros.process.signals import held

@@ -18,7 +18,8 @@ from typing import Any
 import typer
 
 import aick_ros
-from aick_ros.cli import no_memory, outcome
+from aick_ros.borders import no_memory
+from aick_ros.cli import outcome
 from aick_ros.cli.app import app
 from aick_ros.cli.output.console import say
 from aick_ros.errors import InputError

@@ -16,6 +16,7 @@ from enum import Enum
 from functools import partial
 from typing import TYPE_CHECKING, Generic, TypeVar
 
+from aick_ros.borders.no_memory import is_of_memory
 from aick_ros.errors import InputError, TransferError
 from aick_ros.evaluation.engine.time_limit import time_limit
 from aick_ros.evaluation.engine.versions import (
@@ -237,6 +238,6 @@ def failure_of(error: BaseException) -> Failure:
         return Failure(Cause.TRANSFER, str(error)[:_LONGEST])
     if isinstance(error, InputError):
         return Failure(Cause.INPUT, str(error)[:_LONGEST])
-    if isinstance(error, MemoryError):
-        return Failure(Cause.MEMORY, 'used more memory than there is')
+    if is_of_memory(error):
+        return Failure(Cause.MEMORY, 'used more memory than there is, or is allowed (ulimit -v)')
     return Failure(Cause.DEFECT, f'{type(error).__name__}: {error}'[:_LONGEST])

@@ -19,7 +19,7 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.engine import cluster as cluster_module
 from aick_ros.evaluation.engine.cluster import Cluster, connected
 from aick_ros.evaluation.engine.requirements import check_dask
-from aick_ros.evaluation.engine.tasks import Cause, Failure, Limits, run_tasks
+from aick_ros.evaluation.engine.tasks import Cause, Failure, Limits, failure_of, run_tasks
 from aick_ros.evaluation.engine.versions import own_versions, reject_other_versions
 
 
@@ -30,6 +30,14 @@ def run(client, function, arguments, **options):
                               is_stopped=lambda: time.monotonic() > end, **options))
     assert len({outcome.argument for outcome in outcomes}) == len(outcomes) == len(arguments)
     return {outcome.argument: outcome for outcome in outcomes}
+
+
+@pytest.mark.parametrize('error, cause', [
+    (MemoryError(), Cause.MEMORY), (RuntimeError("can't start new thread"), Cause.MEMORY),
+    (ImportError('x.so: failed to map segment from shared object'), Cause.MEMORY),
+    (RuntimeError('odd'), Cause.DEFECT), (InputError('Insufficient memory'), Cause.INPUT)])
+def test_a_limit_to_the_memory_is_no_defect(error, cause):
+    assert failure_of(error).cause is cause
 
 
 def test_each_task_has_one_outcome_whatever_the_others_do(client, deeds):

@@ -12,6 +12,6 @@ SENTENCE = 'the memory is full, or limited (ulimit): free some, or use fewer or 
 _REASON = re.compile("map segment|allocate memory|Insufficient memory|can't start new thread")
 
 
-def is_of_memory(error: Exception) -> bool:
+def is_of_memory(error: BaseException) -> bool:
     """Return whether an operation failed for want of memory."""
     return isinstance(error, MemoryError) or bool(_REASON.search(str(error)))

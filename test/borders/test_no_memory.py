@@ -5,7 +5,7 @@
 
 import pytest
 
-from aick_ros.cli.no_memory import is_of_memory
+from aick_ros.borders.no_memory import is_of_memory
 
 
 @pytest.mark.parametrize('error, is_one', [
