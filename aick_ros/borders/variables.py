@@ -42,6 +42,7 @@ _USABLE: dict[str, Callable[[str], object]] = {
     # Fontconfig, asked for fonts by matplotlib, prints lines, or reads without end
     **dict.fromkeys(('LC_ALL', 'LC_CTYPE', 'LANG', 'FC_LANG'), _LOCALE),
     'FONTCONFIG_FILE': os.path.isfile, 'FONTCONFIG_SYSROOT': os.path.isdir,
+    'OPENSSL_CONF': os.path.isfile,  # read to its end
 }
 """Whether a library can use the value of a variable."""
 

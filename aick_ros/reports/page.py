@@ -9,6 +9,8 @@ from collections.abc import Iterable
 from html import escape
 from string import Template
 
+from aick_ros.borders.names import printable
+
 _LONG = 60  # characters of a cell that is kept from becoming narrow; chosen
 
 _PAGE = Template('''<!DOCTYPE html>
@@ -97,22 +99,22 @@ def page(title: str, *parts: str, sorts_tables: bool = False) -> str:
     :param sorts_tables: a click on the head of a column sorts a sortable table.
     """
     body = '\n'.join((*parts, _SORT_SCRIPT) if sorts_tables else parts)
-    return _PAGE.substitute(title=escape(title), body=body)
+    return _PAGE.substitute(title=_shown(title), body=body)
 
 
 def heading(text: str, level: int = 2) -> str:
     """Return a heading."""
-    return f'<h{level}>{escape(text)}</h{level}>'
+    return f'<h{level}>{_shown(text)}</h{level}>'
 
 
 def paragraph(text: str, kind: str = '') -> str:
     """Return a paragraph; its kind is ``quiet``, ``notice`` or ''."""
-    return f'<p class="{kind}">{escape(text)}</p>' if kind else f'<p>{escape(text)}</p>'
+    return f'<p class="{kind}">{_shown(text)}</p>' if kind else f'<p>{_shown(text)}</p>'
 
 
 def tiles(facts: Iterable[tuple[str, str]]) -> str:
     """Return a row of large numbers, from pairs of label and value."""
-    inner = ''.join(f'<div class="tile"><b>{escape(value)}</b><span>{escape(label)}</span></div>'
+    inner = ''.join(f'<div class="tile"><b>{_shown(value)}</b><span>{_shown(label)}</span></div>'
                     for label, value in facts)
     return f'<div class="tiles">{inner}</div>'
 
@@ -120,7 +122,7 @@ def tiles(facts: Iterable[tuple[str, str]]) -> str:
 def table(head: Iterable[str], rows: Iterable[Iterable[str]], is_sortable: bool = False) -> str:
     """Return a table of plain text."""
     body = ''.join('<tr>' + ''.join(map(_cell, row)) + '</tr>' for row in rows)
-    top = ''.join(f'<th>{escape(cell)}</th>' for cell in head)
+    top = ''.join(f'<th>{_shown(cell)}</th>' for cell in head)
     kind = ' class="sortable"' if is_sortable else ''
     return (f'<div class="wide"><table{kind}><thead><tr>{top}</tr></thead>'
             f'<tbody>{body}</tbody></table></div>')
@@ -128,9 +130,14 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]], is_sortable: bool 
 
 def _cell(text: str) -> str:
     kind = ' class="long"' if len(text) > _LONG else ''
-    return f'<td{kind}>{escape(text)}</td>'
+    return f'<td{kind}>{_shown(text)}</td>'
 
 
 def picture(svg: str) -> str:
     """Return an SVG image as wide as the page."""
     return f'<figure>{svg}</figure>'
+
+
+def _shown(text: str) -> str:
+    """Return text as HTML, with invisible characters and bytes that are not UTF-8 escaped."""
+    return escape(printable(text))

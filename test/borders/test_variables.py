@@ -46,7 +46,8 @@ def test_what_libraries_can_use_stays(monkeypatch, name, value):
     ('ARROW_IO_THREADS', '-5'), ('ARROW_IO_THREADS', '0'), ('ARROW_DEFAULT_MEMORY_POOL', 'x'),
     ('ARROW_DEBUG_MEMORY_POOL', 'x'), ('ARROW_USER_SIMD_LEVEL', '\x1b'), ('RERUN_STRICT', 'x'),
     ('TOKIO_WORKER_THREADS', '0'), ('RERUN', 'off'), ('RUST_LOG', '\x1b'), ('RUST_LOG', 'x=y'),
-    ('FONTCONFIG_FILE', '/dev/zero'), ('FONTCONFIG_FILE', '/'), ('FONTCONFIG_SYSROOT', '/none')])
+    ('FONTCONFIG_FILE', '/dev/zero'), ('FONTCONFIG_FILE', '/'), ('OPENSSL_CONF', '/dev/zero'),
+    ('FONTCONFIG_SYSROOT', '/none')])
 def test_what_they_cannot_use_is_removed(monkeypatch, name, value):
     assert left_of(monkeypatch, name, value) is None
 

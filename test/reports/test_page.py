@@ -35,6 +35,13 @@ def test_texts_are_texts(part):
     assert set(Reader(part).texts) == {ODD}
 
 
+def test_what_cannot_be_seen_or_is_not_utf_8_is_escaped():
+    text = page.page('a\udcffb', page.heading('\x1b[31m'), page.table(['\u202e'], [['größe']]))
+    text.encode()
+    for shown in (r'<title>a\xffb</title>', r'\x1b[31m', r'\u202e', 'größe'):
+        assert shown in text
+
+
 def test_headings_have_levels_and_paragraphs_kinds():
     assert Reader(page.heading('x', 1)).elements == [('h1', {})]
     assert Reader(page.heading('x')).elements == [('h2', {})]

@@ -18,11 +18,15 @@ def write_whole(path: Path, content: str | bytes) -> None:
     """
     Write a file atomically, as :func:`replaced` does.
 
+    Text is written as UTF-8; bytes of names in it that are not UTF-8 are escaped.
+
     :raises InputError: where it cannot be written.
     """
+    if isinstance(content, str):
+        content = content.encode('utf-8', 'backslashreplace')
     with replaced(path) as draft:
         try:
-            draft.write_bytes(content.encode('utf-8') if isinstance(content, str) else content)
+            draft.write_bytes(content)
         except OSError as error:
             raise unwritable(path, error) from None
 

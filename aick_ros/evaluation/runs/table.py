@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from aick_ros.errors import InputError, installation, package_of
 
@@ -34,7 +35,7 @@ def table_bytes(rows: Sequence[Row]) -> bytes:
         import pyarrow.parquet as pq
     except ModuleNotFoundError as error:
         raise _missing(error) from None
-    columns = {name: [row.get(name) for row in rows]
+    columns = {_utf8(name): [_utf8(row.get(name)) for row in rows]
                for name in dict.fromkeys(name for row in rows for name in row)}
     content = io.BytesIO()
     pq.write_table(pa.table({name: pa.array(_of_one_type(values))
@@ -58,6 +59,11 @@ def read_table(path: Path) -> list[Row]:
     except (OSError, pa.ArrowException) as error:
         raise InputError(f'cannot read the table {path}: {str(error).splitlines()[0]}') from None
     return rows
+
+
+def _utf8(cell: Any) -> Any:
+    """Return a cell; of text the bytes that are not UTF-8, as of names of files, are escaped."""
+    return cell.encode(errors='backslashreplace').decode() if isinstance(cell, str) else cell
 
 
 def _of_one_type(values: Sequence[Cell]) -> Sequence[Cell]:

@@ -35,6 +35,11 @@ def test_a_pipe_is_written_to(tmp_path):
     assert pipe.is_fifo()
 
 
+def test_of_names_bytes_that_are_not_utf_8_are_escaped(tmp_path):
+    write_whole(tmp_path / 'file', 'größe a\udcffb')
+    assert (tmp_path / 'file').read_text(encoding='utf-8') == r'größe a\udcffb'
+
+
 def test_standard_output_may_be_named_by_its_device():
     reader, writer = os.pipe()
     write_whole(Path(f'/dev/fd/{writer}'), 'content')

@@ -32,6 +32,11 @@ def test_a_column_has_one_type(tmp_path, values, expected):
     assert found == expected and list(map(type, found)) == list(map(type, expected))
 
 
+def test_text_that_is_not_utf_8_is_escaped(tmp_path):
+    assert again(tmp_path, [{'\udcff': 'größe'}, {'\udcff': 'a\udcfe'}]) == [
+        {r'\udcff': 'größe'}, {r'\udcff': r'a\udcfe'}]
+
+
 @pytest.mark.parametrize('content', [None, b'', b'no table'])
 def test_a_file_that_is_no_table_is_named(tmp_path, content):
     path = tmp_path / 'table'
