@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from aick_ros.frames.depth_distortion import NO_DISTORTION, DepthDistortion
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.frames.rgbd import RgbdFrame
@@ -33,6 +34,8 @@ class PreparedFrame:
         unknown.
     :param is_tracked: whether the keypoints are not its own, but those of another frame that were
         tracked into it.
+    :param undistorted: the frame with its depth image free of the distortion; None: it has none.
+    :param distortion: of the depth image.
     """
 
     frame: RgbdFrame
@@ -44,6 +47,13 @@ class PreparedFrame:
     repeat: Repeat = Repeat.NONE
     twist: np.ndarray | None = None
     is_tracked: bool = False
+    undistorted: RgbdFrame | None = None
+    distortion: DepthDistortion = NO_DISTORTION
+
+    @property
+    def corrected(self) -> RgbdFrame:
+        """The frame as registrations see it: free of the distortion."""
+        return self.frame if self.undistorted is None else self.undistorted
 
     @cached_property
     def scene_depth(self) -> float:

@@ -169,9 +169,9 @@ class KeyframeMemory:
 
 
 def _compact(prepared: PreparedFrame) -> PreparedFrame:
-    """Return a frame without its colours, which no registration needs."""
-    return dataclasses.replace(prepared, frame=dataclasses.replace(
-        prepared.frame, colour=prepared.grey))
+    """Return a frame with the images that registrations need alone: grey, and depth corrected."""
+    return dataclasses.replace(prepared, undistorted=None, frame=dataclasses.replace(
+        prepared.corrected, colour=prepared.grey))
 
 
 def _size(prepared: PreparedFrame) -> int:

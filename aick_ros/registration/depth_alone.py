@@ -67,7 +67,7 @@ class DepthAlone:
         if source.surface is None or target.surface is None:
             return failed(Status.TOO_FEW_KEYPOINTS, '0 points with depth')
         (surface, of_source), (other, of_target) = map(
-            self._surfaces, (source.frame, target.frame))
+            self._surfaces, (source.corrected, target.corrected))
         count = len(surface.chosen)
         if count < _FEWEST_POINTS:
             return failed(Status.TOO_FEW_KEYPOINTS, f'{count} points with depth')

@@ -10,6 +10,7 @@ import dataclasses
 from aick_ros.borders.values import required
 from aick_ros.features.detector import Detector
 from aick_ros.features.vocabulary import vocabulary_of
+from aick_ros.frames.depth_distortion import NO_DISTORTION, DepthDistortion
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
 from aick_ros.frames.rgbd import RgbdFrame
@@ -22,9 +23,9 @@ class Preparer:
     """
     Makes keypoints and surfaces of frames.
 
-    It does not change, so that frames can be prepared on one thread while another one registers
-    those before. Then the detector must be able to work for both at once, as those named by
-    ``features.detector`` are.
+    Nothing but the distortion that it corrects changes, so that frames can be prepared on one
+    thread while another one registers those before. Then the detector must be able to work for
+    both at once, as those named by ``features.detector`` are.
 
     :param detector: used instead of the one that ``features.detector`` names.
     :raises InputError: if the vocabulary of the settings cannot be read.
@@ -35,6 +36,8 @@ class Preparer:
         self._extractor = KeypointExtractor(settings.features, settings.sensor,
                                             vocabulary_of(settings), settings.aick.word_radius,
                                             detector)
+        self.distortion = NO_DISTORTION
+        """That of the depth images of the camera, as far as it is known."""
 
     def begin(self, frame: RgbdFrame) -> Preparation:
         """
@@ -44,7 +47,7 @@ class Preparer:
 
         :raises InputError: where that is no frame.
         """
-        return Preparation(required(frame, RgbdFrame, 'the frame').owned(), self)
+        return Preparation(required(frame, RgbdFrame, 'the frame').owned(), self, self.distortion)
 
     def prepare(self, frame: RgbdFrame) -> Preparation:
         """
@@ -76,16 +79,43 @@ class Preparation:
 
     :param frame: the frame that is prepared.
     :param preparer: makes the parts.
+    :param distortion: of the depth image; the parts are made without it.
     :raises InputError: where that is no frame.
     """
 
-    def __init__(self, frame: RgbdFrame, preparer: Preparer) -> None:
+    def __init__(self, frame: RgbdFrame, preparer: Preparer,
+                 distortion: DepthDistortion = NO_DISTORTION) -> None:
         self.frame = required(frame, RgbdFrame, 'the frame')
         self.preparer = required(preparer, Preparer, 'the preparer')
+        self.distortion = distortion
         self.times = StageTimes()
         """The time that each part took."""
         self._keypoints: KeypointFrame | None = None
         self._surface: Surface | None = None
+        self._undistorted: RgbdFrame | None = None
+
+    def up_to_date(self) -> Preparation:
+        """
+        Return this one, or another of the frame where another distortion is known by now.
+
+        While a frame is prepared on another thread those before it may show the distortion. So
+        that results do not depend on which comes first, its parts are made again.
+        """
+        if self.distortion is self.preparer.distortion:
+            return self
+        again = Preparation(self.frame, self.preparer, self.preparer.distortion)
+        again.times = self.times
+        return again
+
+    def undistorted(self) -> RgbdFrame | None:
+        """Return the frame with its depth image free of the distortion; None if it has none."""
+        if self._undistorted is None and not self.distortion.is_none:
+            self._undistorted = dataclasses.replace(
+                self.frame, depth=self.distortion.undistorted(self.frame.depth))
+        return self._undistorted
+
+    def _corrected(self) -> RgbdFrame:
+        return self.undistorted() or self.frame
 
     def add_imu(self, samples: ImuSamples) -> None:
         """
@@ -99,12 +129,12 @@ class Preparation:
         """Return the keypoints."""
         if self._keypoints is None:
             with self.times.stage('features'):
-                self._keypoints = self.preparer.keypoints(self.frame)
+                self._keypoints = self.preparer.keypoints(self._corrected())
         return self._keypoints
 
     def surface(self) -> Surface | None:
         """Return the surface; None if the refinement does not use it."""
         if self._surface is None:
             with self.times.stage('surface'):
-                self._surface = self.preparer.surface(self.frame)
+                self._surface = self.preparer.surface(self._corrected())
         return self._surface

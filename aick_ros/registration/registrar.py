@@ -24,6 +24,7 @@ from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.preparation import Preparation, Preparer
+from aick_ros.registration.refinement.distortion_estimate import DistortionEstimate
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
@@ -44,6 +45,7 @@ class Learned:
     depth_clock: CameraClock = field(default_factory=CameraClock)
     noise: MeasuredNoise = field(default_factory=MeasuredNoise)
     misalignment: MisalignmentEstimate = field(default_factory=MisalignmentEstimate)
+    distortion: DistortionEstimate = field(default_factory=DistortionEstimate)
     systematic_error: SystematicError = field(default_factory=SystematicError)
 
 
@@ -69,6 +71,7 @@ class Registrar:
             settings, self._aick, self._learned.noise, self._learned.misalignment, self._times,
             detector)
         self._learned.misalignment.assume(Misalignment.by(settings.misalignment))
+        self._preparer.distortion = self._learned.distortion.distortion
 
     @property
     def preparer(self) -> Preparer:
@@ -93,27 +96,30 @@ class Registrar:
         :param repeat: images that are those of the frame before; a depth image that repeats is
             not used: it shows another moment than the colour image.
         """
-        keypoints = required(preparation, Preparation, 'the preparation').keypoints()
+        preparation = required(preparation, Preparation, 'the preparation').up_to_date()
+        keypoints = preparation.keypoints()
         surface = None if repeat is Repeat.DEPTH else preparation.surface()
-        return self._prepared(preparation.frame, keypoints, surface, repeat)
+        return self._prepared(preparation, keypoints, surface, repeat)
 
     def prepared_for_tracking(self, preparation: Preparation) -> PreparedFrame:
         """Return what tracking needs of a frame, as :meth:`prepared` does: without keypoints."""
-        frame = required(preparation, Preparation, 'the preparation').frame
-        return self._prepared(frame, KeypointFrame.none(frame.stamp), preparation.surface(),
-                              Repeat.NONE)
+        preparation = required(preparation, Preparation, 'the preparation').up_to_date()
+        none = KeypointFrame.none(preparation.frame.stamp)
+        return self._prepared(preparation, none, preparation.surface(), Repeat.NONE)
 
     def with_own_keypoints(self, prepared: PreparedFrame) -> PreparedFrame:
         """Return a frame that was prepared for tracking as :meth:`prepared` would."""
         required(prepared, PreparedFrame, 'the frame')
         with self._times.stage('features'):
-            keypoints = self._preparer.keypoints(prepared.frame)
+            keypoints = self._preparer.keypoints(prepared.corrected)
         return dataclasses.replace(prepared, keypoints=keypoints, is_tracked=False)
 
-    def _prepared(self, frame: RgbdFrame, keypoints: KeypointFrame, surface: Surface | None,
-                  repeat: Repeat) -> PreparedFrame:
-        return PreparedFrame(frame, keypoints, frame.grey, surface, self._depth_lag(frame),
-                             self._learned.colour_clock.jitter, repeat)
+    def _prepared(self, preparation: Preparation, keypoints: KeypointFrame,
+                  surface: Surface | None, repeat: Repeat) -> PreparedFrame:
+        frame, undistorted = preparation.frame, preparation.undistorted()
+        return PreparedFrame(frame, keypoints, (undistorted or frame).grey, surface,
+                             self._depth_lag(frame), self._learned.colour_clock.jitter, repeat,
+                             undistorted=undistorted, distortion=preparation.distortion)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
@@ -160,6 +166,8 @@ class Registrar:
             self._learned.noise.learn(found.noise)
         if found.misalignment is not None:
             self._learned.misalignment.learn(found.misalignment)
+            self._learned.distortion.learn(found.misalignment.with_distortion)
+            self._preparer.distortion = self._learned.distortion.distortion
         delay = self._learned.misalignment.misalignment.delay + mean_depth_lag(source, target)
         return self._learned.systematic_error.add_to(
             found, source, target, expected, elapsed, delay,

@@ -219,7 +219,7 @@ def _with_depth(points: np.ndarray, frame: PreparedFrame, displacement: Displace
     T_depth_colour = se3.exp(-displacement.depth)
     for _ in range(_DEPTH_STEPS):
         seen = se3.transform(T_depth_colour, points)
-        measured = depth.sample(frame.frame.depth, frame.frame.camera.project(seen), sensor)
+        measured = depth.sample(frame.corrected.depth, frame.frame.camera.project(seen), sensor)
         scale = measured / seen[:, 2]
         points = np.where(np.isfinite(scale), scale, 1.0)[:, None] * points
     return points

@@ -7,6 +7,8 @@ Normal equations of a camera's misalignment, by the residuals of one registratio
 The derivative of a residual by the point that it is of, times how the misalignment moves this
 point, is its derivative by the misalignment. Points of the depth image move anyhow. A keypoint
 keeps its ray: a surface that moves changes its depth alone; during the readout it moves anyhow.
+A distortion of the depth image moves its points along their rays; what it does to keypoints is
+far less, and left out.
 """
 
 from __future__ import annotations
@@ -15,6 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros.frames.depth_distortion import NO_DISTORTION, weights_of_nodes
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.registration.refinement.misalignment import Misalignment, rows_of
 from aick_ros.registration.refinement.residuals import Residuals
@@ -26,16 +30,39 @@ _PRIOR = np.eye(6)  # chosen, as in the refinement: 1 m and 1 rad
 
 
 @dataclass(frozen=True, eq=False)
+class Equations:
+    """
+    Normal equations of N unknowns.
+
+    :param information: NxN.
+    :param gradient: N, information times the values that explain the residuals best.
+    """
+
+    information: np.ndarray
+    gradient: np.ndarray
+
+    def without_pose(self) -> Equations:
+        """Return those of the others, where the first six unknowns are the error of a pose."""
+        information, gradient = self.information, self.gradient
+        gains = np.linalg.solve(information[:6, :6] + _PRIOR, information[:6, 6:]).T
+        return Equations(information[6:, 6:] - gains @ information[:6, 6:],
+                         gradient[6:] - gains @ gradient[:6])
+
+
+@dataclass(frozen=True, eq=False)
 class MisalignmentSample:
     """
     Normal equations of the misalignment by one registration, its pose eliminated.
 
     :param information: 8x8, in the order of :attr:`Misalignment.values`.
     :param gradient: 8, information times the values that explain the residuals best.
+    :param with_distortion: of the misalignment, and behind it the distortion of the depth image
+        at its nodes; None: not made.
     """
 
     information: np.ndarray
     gradient: np.ndarray
+    with_distortion: Equations | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,27 +80,58 @@ class Motion:
     heights: tuple[float, float]
 
 
+@dataclass(frozen=True, eq=False)
+class DistortionRows:
+    """
+    How the distortion of the depth images changes residuals of depth.
+
+    :param jacobian: NxM, by the distortion at the nodes.
+    :param applied: N, how far the residuals are changed by what is corrected already.
+    """
+
+    jacobian: np.ndarray
+    applied: np.ndarray
+
+
 _Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def misalignment_sample(keypoints: _Rows, depth: _Rows,
-                        applied: Misalignment) -> MisalignmentSample:
+def misalignment_sample(keypoints: _Rows, depth: _Rows, applied: Misalignment,
+                        distortion: DistortionRows | None = None) -> MisalignmentSample:
     """
     Return the normal equations of the misalignment, with the pose eliminated.
 
     :param keypoints: Jacobian by pose and misalignment, Nx14, values and weights, N each.
     :param depth: the same of depth.
     :param applied: misalignment that the residuals are already corrected by.
+    :param distortion: rows of the residuals of depth; None: it is not sought.
     """
     information, gradient = np.zeros((14, 14)), np.zeros(14)
     for jacobian, values, weights in (keypoints, depth):
         weighted = jacobian * weights[:, None]
         information += weighted.T @ jacobian
         gradient -= weighted.T @ values
-    gains = np.linalg.solve(information[:6, :6] + _PRIOR, information[:6, 6:]).T
-    reduced = information[6:, 6:] - gains @ information[:6, 6:]
+    alone = Equations(information, gradient)
+    reduced = alone.without_pose()
+    joint = None if distortion is None else _with_distortion(alone, depth, distortion, applied)
     return MisalignmentSample(
-        reduced, gradient[6:] - gains @ gradient[:6] + reduced @ applied.values)
+        reduced.information, reduced.gradient + reduced.information @ applied.values, joint)
+
+
+def _with_distortion(alone: Equations, depth: _Rows, distortion: DistortionRows,
+                     applied: Misalignment) -> Equations:
+    """Return equations of pose and misalignment with the distortion as well, without the pose."""
+    jacobian, values, weights = depth
+    by_nodes = distortion.jacobian
+    weighted = by_nodes * weights[:, None]
+    between = jacobian.T @ weighted
+    undone = weights * distortion.applied
+    reduced = Equations(
+        np.block([[alone.information, between], [between.T, by_nodes.T @ weighted]]),
+        np.concatenate([alone.gradient + jacobian.T @ undone,
+                        weighted.T @ (distortion.applied - values)])).without_pose()
+    known = reduced.information[:, :len(applied.values)] @ applied.values
+    return Equations(reduced.information, reduced.gradient + known)
 
 
 def keypoint_rows(residuals: Residuals, tracks: Tracks, surface: Surface, motion: Motion,
@@ -113,6 +171,23 @@ def depth_rows(residuals: Residuals, motion: Motion) -> _Rows:
     return (np.column_stack([residuals.jacobian[::_EVERY], of_source - of_target, by_delay,
                              by_readout]),
             residuals.values[::_EVERY], _EVERY * residuals.weights[::_EVERY])
+
+
+def distortion_rows(residuals: Residuals, source: PreparedFrame, target: PreparedFrame,
+                    T_target_source: np.ndarray) -> DistortionRows:
+    """Return the rows of the distortion, of the residuals that :func:`depth_rows` is of."""
+    moved, in_target = residuals.points[::_EVERY], residuals.directions[::_EVERY]
+    rotation, position = T_target_source[:3, :3], T_target_source[:3, 3]
+    points, in_source = (moved - position) @ rotation, in_target @ rotation
+    jacobian, applied = np.zeros((len(moved), len(NO_DISTORTION.nodes.ravel()))), 0.0
+    for sign, seen, directions, frame in ((-1.0, points, in_source, source),
+                                          (1.0, moved, in_target, target)):
+        # an error of the inverse depth moves a point p by -z p
+        along = sign * seen[:, 2] * np.einsum('ij,ij->i', directions, seen)
+        rows = along[:, None] * weights_of_nodes(seen, frame.frame.camera)
+        jacobian += rows
+        applied = applied + rows @ frame.distortion.nodes.ravel()
+    return DistortionRows(jacobian, np.asarray(applied))
 
 
 def _by_readout(directions: np.ndarray, points: np.ndarray, motion: Motion,

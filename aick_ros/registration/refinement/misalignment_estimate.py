@@ -5,9 +5,8 @@
 Misalignment of a camera's images, estimated over its registrations.
 
 One pair of frames hardly distinguishes a misalignment from other errors, but all pairs have the
-same one. So their normal equations are added up, the poses eliminated. A delete-a-group jackknife
-(Shao and Tu 1995) shows how far parts of the registrations contradict each other; what is not
-significant against that changes nothing. What is estimated is the deviation from a misalignment
+same one. So their normal equations are added up, the poses eliminated. What is not significant against how
+far parts of the registrations contradict each other changes nothing. What is estimated is the deviation from a misalignment
 that is known: by the settings, zero unless the camera was measured before.
 
 The scale of depth is none of the unknowns: it would scale the whole trajectory, and nothing
@@ -18,6 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros.registration.refinement.grouped_equations import MEMORY, GroupedEquations
 from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misalignment
 from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
 
@@ -27,13 +27,13 @@ _PARTS: tuple[slice, ...] = slice(0, 6), slice(6, 8)
 worse than none."""
 
 # All chosen on two excerpts of real recordings and on rendered rooms with nine kinds of cameras.
-_GROUPS = 8  # of the jackknife
-_JACKKNIFE = (_GROUPS - 1) / _GROUPS  # by definition: variance by the squares that it sums up
-_RUN = 5  # successive registrations of one group: their errors are alike
 _KEPT = 0.8  # weight of a group's earlier registrations, each time that it is added to
 _FEWEST = 30  # registrations before anything is estimated
 _PRIOR_SIGMAS = np.array([0.02, 0.02, 0.02, 0.035, 0.035, 0.035, 0.02, 0.02])
 _PRIOR_WEIGHT = 100.0  # information by residuals with common errors, as a ratio to what it is
+PRIOR = np.diag(_PRIOR_WEIGHT / _PRIOR_SIGMAS ** 2)
+"""Information about the eight numbers before any registration, 8x8."""
+
 _SIGNIFICANT = {6: 15.0, 2: 22.0}
 """Square of an estimate by its variance, both weighted by the information, from which on it is
 applied, by the number of unknowns. Derived: chance exceeds F(6, 7) and F(2, 7) so far in one of a
@@ -62,9 +62,7 @@ class MisalignmentEstimate:
 
     def __init__(self, known: Misalignment = NO_MISALIGNMENT) -> None:
         self._known = self._misalignment = known
-        self._information = np.zeros((_GROUPS, _SIZE, _SIZE))
-        self._gradient = np.zeros((_GROUPS, _SIZE))
-        self._count = 0
+        self._equations = GroupedEquations(PRIOR, _KEPT)
         self._mean_gain = 0.0
         self._applied: tuple[slice, ...] = ()
         self._delay_sigma = _LARGEST_DELAY_SIGMA
@@ -87,34 +85,29 @@ class MisalignmentEstimate:
 
     def learn(self, sample: MisalignmentSample) -> None:
         """Add one registration."""
-        group = self._count // _RUN % _GROUPS
-        if self._count % _RUN == 0:
-            self._information[group] *= _KEPT
-            self._gradient[group] *= _KEPT
-        self._count += 1
         weight = self._weight(sample)
-        self._information[group] += weight * sample.information
-        self._gradient[group] += weight * sample.gradient
-        if self._count % _RUN == 0:
+        self._equations.add(weight * sample.information, weight * sample.gradient)
+        if self._equations.is_between_runs:
             self._estimate()
 
     def _weight(self, sample: MisalignmentSample) -> float:
         """Return the weight of a registration: less than one where its estimate stands out."""
         error = sample.gradient - sample.information @ self._misalignment.values
-        gain = float(error @ np.linalg.solve(sample.information + _prior(np.arange(_SIZE)), error))
-        limit = gain if self._count == 1 else _OUTLYING * self._mean_gain
-        count = min(self._count, _GROUPS * _RUN)
+        gain = float(error @ np.linalg.solve(sample.information + PRIOR, error))
+        limit = _OUTLYING * self._mean_gain if self._equations.count else gain
+        count = min(self._equations.count + 1, MEMORY)
         self._mean_gain += (min(gain, limit) - self._mean_gain) / count
         return min(limit / gain, 1.0) if gain > 0.0 else 1.0
 
     def _estimate(self) -> None:
         """Estimate the significant deviations: the least significant part is dropped first."""
-        parts, values = _PARTS if self._count >= _FEWEST else (), np.zeros(_SIZE)
+        parts, values = _PARTS if self._equations.count >= _FEWEST else (), np.zeros(_SIZE)
         while parts:
             chosen = np.r_[parts]
-            estimate, scatter = self._solve(chosen)
-            margins = np.array([self._significance(part, estimate, scatter) / self._required(part)
-                                for part in parts])
+            estimate, scatter = self._equations.solve(chosen, self._known.values)
+            margins = np.array([
+                self._equations.significance(part, estimate, scatter) / self._required(part)
+                for part in parts])
             if margins.min() >= 1.0:
                 values = estimate
                 break
@@ -133,10 +126,8 @@ class MisalignmentEstimate:
 
         :param applied: deviations that are; an estimate that is not is an error of its size.
         """
-        estimate, scatter = self._solve(np.arange(_SIZE))
-        information = self._information.sum(axis=0) + _prior(np.arange(_SIZE))
-        variance = (_DELAY_DESIGN_EFFECT * np.linalg.inv(information)[_DELAY, _DELAY]
-                    + _JACKKNIFE * np.sum(scatter[:, _DELAY] ** 2)
+        estimate, scatter = self._equations.solve(np.arange(_SIZE), self._known.values)
+        variance = (self._equations.variance(_DELAY, scatter, _DELAY_DESIGN_EFFECT)
                     + (estimate - applied)[_DELAY] ** 2)
         return min(float(np.sqrt(variance)), _LARGEST_DELAY_SIGMA)
 
@@ -144,32 +135,3 @@ class MisalignmentEstimate:
         """Return the significance that a part requires to be applied."""
         required = _SIGNIFICANT[part.stop - part.start]
         return _STILL_SIGNIFICANT * required if part in self._applied else required
-
-    def _significance(self, part: slice, estimate: np.ndarray, scatter: np.ndarray) -> float:
-        """Return the square of a part of an estimate by its variance."""
-        metric = self._information.sum(axis=0)[part, part]
-        variance = _JACKKNIFE * np.einsum(
-            'gi,ij,gj->', scatter[:, part], metric, scatter[:, part])
-        square = float(estimate[part] @ metric @ estimate[part])
-        return square / variance if variance > 0.0 else 0.0
-
-    def _solve(self, chosen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """
-        Return the deviations from the known misalignment, and by how much each group changes them.
-
-        :param chosen: the unknowns that are estimated; the others are zero.
-        :returns: 8, and 8 for each group.
-        """
-        information = self._information[:, chosen[:, None], chosen]
-        gradient = (self._gradient - self._information @ self._known.values)[:, chosen]
-        total, prior = information.sum(axis=0), _prior(chosen)
-        estimate, scatter = np.zeros(_SIZE), np.zeros((_GROUPS, _SIZE))
-        estimate[chosen] = np.linalg.solve(total + prior, gradient.sum(axis=0))
-        without = np.linalg.solve(total - information + prior,
-                                  (gradient.sum(axis=0) - gradient)[:, :, None])[:, :, 0]
-        scatter[:, chosen] = without - estimate[chosen]
-        return estimate, scatter
-
-
-def _prior(chosen: np.ndarray) -> np.ndarray:
-    return np.diag(_PRIOR_WEIGHT / _PRIOR_SIGMAS[chosen] ** 2)

@@ -21,7 +21,7 @@ from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise
 from aick_ros.registration.refinement.misalignment import (
     NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction, image_height)
 from aick_ros.registration.refinement.misalignment_equations import (
-    MisalignmentSample, Motion, depth_rows, keypoint_rows, misalignment_sample)
+    MisalignmentSample, Motion, depth_rows, distortion_rows, keypoint_rows, misalignment_sample)
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.residuals import (
@@ -221,7 +221,8 @@ class _Problem:
         return misalignment_sample(
             keypoint_rows(keypoints, self._tracks, self._source.surface, motion,
                           1 / self._noise.keypoints),
-            depth_rows(depth, motion), self._misalignment)
+            depth_rows(depth, motion), self._misalignment,
+            distortion_rows(depth, self._source, self._target, pose))
 
     def _with_bias(self, refined: Refined, pose: np.ndarray, keypoints: _Estimate,
                    depth: _Estimate) -> Refined:

@@ -1,0 +1,118 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Distortion of depth images: an error of the inverse depth that differs over the image.
+
+What a depth camera with triangulation measures is a disparity. An error of it that stays where it
+is in the image, as the optics and the pattern of structured light cause it, is one of the inverse
+depth, the same at all distances (Teichman, Miller and Thrun 2013 measured such maps).
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from aick_ros.geometry.camera import Camera
+
+import os
+ROWS, COLUMNS = 5, 6
+"""Nodes of the grid; chosen on two excerpts of real recordings: more have more noise."""
+
+_SMALLEST_SCALE = 1e-3  # chosen: depths that would be enlarged by more are beyond all ranges
+
+
+@dataclass(frozen=True, eq=False)
+class DepthDistortion:
+    """
+    What is missing in the inverse depth, linear between nodes that cover the image.
+
+    :param nodes: ROWSxCOLUMNS, at the nodes: the first and last ones lie on the borders of the
+        image [1/m].
+    """
+
+    nodes: np.ndarray = field(default_factory=lambda: np.zeros((ROWS, COLUMNS)))
+
+    @functools.cached_property
+    def is_none(self) -> bool:
+        """Whether there is no distortion."""
+        return not self.nodes.any()
+
+    @property
+    def rms(self) -> float:
+        """Root mean square over the nodes [1/m]."""
+        return float(np.sqrt(np.mean(np.square(self.nodes))))
+
+    @property
+    def description(self) -> str:
+        """The distortion in words, with its size; '' where there is none."""
+        if self.is_none:
+            return ''
+        return ('depth images are distorted: over the image their error differs by '
+                f'{1e3 * self.rms:.1f} mm (root mean square) at 1 m, and grows with the square '
+                'of the depth')
+
+    def undistorted(self, depth: np.ndarray) -> np.ndarray:
+        """Return a depth image without the distortion, HxW float32 [m]; that one if it is none."""
+        if self.is_none:
+            return depth
+        scale = depth * self._image(*depth.shape)
+        scale += np.float32(1.0)
+        np.maximum(scale, np.float32(_SMALLEST_SCALE), out=scale)
+        np.divide(depth, scale, out=scale)
+        scale.flags.writeable = False
+        return scale
+
+    def at(self, points: np.ndarray, camera: Camera) -> np.ndarray:
+        """Return the distortion where points project to, N [1/m]."""
+        values: np.ndarray = weights_of_nodes(points, camera) @ self.nodes.ravel()
+        return values
+
+    def _image(self, height: int, width: int) -> np.ndarray:
+        """Return the distortion of each pixel, HxW float32 [1/m]."""
+        if (height, width) not in self._images:
+            self._images[height, width] = np.asarray(cv2.remap(
+                self.nodes.astype(np.float32), *_node_coordinates(height, width),
+                cv2.INTER_LINEAR))
+        return self._images[height, width]
+
+    @functools.cached_property
+    def _images(self) -> dict[tuple[int, int], np.ndarray]:
+        return {}
+
+
+NO_DISTORTION = DepthDistortion()
+
+
+def weights_of_nodes(points: np.ndarray, camera: Camera) -> np.ndarray:
+    """
+    Return the weights of the nodes where points project to, NxM, of a bilinear interpolation.
+
+    :param points: Nx3 in the optical frame, in front of the camera [m]; outside of the image the
+        nearest pixel counts.
+    """
+    pixels = camera.project(points)
+    last = COLUMNS - 1, ROWS - 1
+    nodes = np.clip(pixels * last / (camera.width - 1, camera.height - 1), 0, last)
+    first = np.minimum(nodes.astype(np.intp), (COLUMNS - 2, ROWS - 2))
+    (right, down), (column, row) = (nodes - first).T, first.T
+    weights = np.zeros((len(points), ROWS * COLUMNS))
+    place = np.arange(len(points)), row * COLUMNS + column
+    weights[place] = (1 - right) * (1 - down)
+    weights[place[0], place[1] + 1] = right * (1 - down)
+    weights[place[0], place[1] + COLUMNS] = (1 - right) * down
+    weights[place[0], place[1] + COLUMNS + 1] = right * down
+    return weights
+
+
+@functools.lru_cache(maxsize=8)
+def _node_coordinates(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return where each pixel lies among the nodes: columns and rows, HxW float32."""
+    u = np.linspace(0, COLUMNS - 1, width, dtype=np.float32)
+    v = np.linspace(0, ROWS - 1, height, dtype=np.float32)
+    columns, rows = np.meshgrid(u, v)
+    return columns, rows

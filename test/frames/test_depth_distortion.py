@@ -1,0 +1,131 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.depth_distortion import (
+    COLUMNS, NO_DISTORTION, ROWS, DepthDistortion, weights_of_nodes)
+from aick_ros.geometry.camera import Camera
+
+CAMERA = Camera(60, 48, 50.0, 52.0, 29.0, 24.5)
+LENS = Camera(60, 48, 50.0, 52.0, 29.0, 24.5, 'plumb_bob', (-0.3, 0.1, 0.01, -0.02, 0.0))
+
+
+def pixels():
+    """Return the coordinates of all pixels, HxW each."""
+    return np.meshgrid(np.arange(CAMERA.width, dtype=float), np.arange(CAMERA.height, dtype=float))
+
+
+def seen_at(u, v, camera=CAMERA, z=1.7):
+    """Return points at a depth that project to pixels, Nx3."""
+    return camera.back_project(np.column_stack([u, v]), np.full(len(u), z))
+
+
+def inclined(a, b, c):
+    """Return the distortion that is linear over the image: a at its first pixel, b by u, c by v."""
+    rows, columns = np.mgrid[:ROWS, :COLUMNS]
+    return DepthDistortion(a + b * columns * (CAMERA.width - 1) / (COLUMNS - 1)
+                           + c * rows * (CAMERA.height - 1) / (ROWS - 1))
+
+
+def random_one(seed=0, sigma=0.01):
+    """Return a distortion without any order."""
+    return DepthDistortion(np.random.default_rng(seed).normal(0, sigma, (ROWS, COLUMNS)))
+
+
+class TestDepthImage:
+    """A depth image without its distortion."""
+
+    def test_inverse_depth_gains_what_is_missing(self):
+        u, v = pixels()
+        depth = np.random.default_rng(1).uniform(0.4, 6.0, u.shape).astype(np.float32)
+        corrected = inclined(0.01, 2e-4, -3e-4).undistorted(depth)
+        expected = 1.0 / (1.0 / depth.astype(float) + 0.01 + 2e-4 * u - 3e-4 * v)
+        np.testing.assert_allclose(corrected, expected, rtol=2e-6)
+        assert corrected.dtype == np.float32
+
+    def test_is_bilinear_between_the_nodes(self):
+        random = random_one()
+        corrected = random.undistorted(np.ones((CAMERA.height, CAMERA.width), np.float32))
+        found = 1.0 / corrected.astype(float) - 1.0
+        u = np.linspace(0, CAMERA.width - 1, COLUMNS)
+        v = np.linspace(0, CAMERA.height - 1, ROWS)
+        rows = np.stack([np.interp(np.arange(CAMERA.width), u, row) for row in random.nodes])
+        expected = np.stack([np.interp(np.arange(CAMERA.height), v, column) for column in rows.T])
+        np.testing.assert_allclose(found, expected.T, atol=2e-6)
+
+    def test_what_is_no_depth_stays_none(self):
+        depth = np.full((48, 60), 1.5, np.float32)
+        depth[3, 4], depth[5, 6] = np.nan, 0.0
+        corrected = random_one().undistorted(depth)
+        assert np.isnan(corrected[3, 4])
+        assert corrected[5, 6] == 0.0
+        assert np.count_nonzero(np.isfinite(corrected)) == depth.size - 1
+
+    def test_far_depth_does_not_end_up_behind_the_camera(self):
+        depth = np.full((48, 60), 1000.0, np.float32)
+        corrected = DepthDistortion(np.full((ROWS, COLUMNS), -0.01)).undistorted(depth)
+        assert (corrected > 1000.0).all()
+
+    def test_nothing_changes_without_distortion(self):
+        depth = np.ones((48, 60), np.float32)
+        assert NO_DISTORTION.undistorted(depth) is depth
+
+    def test_the_image_given_stays_and_the_one_returned_cannot_be_changed(self):
+        depth = np.full((48, 60), 1.5, np.float32)
+        corrected = random_one().undistorted(depth)
+        assert (depth == 1.5).all()
+        with pytest.raises(ValueError, match='read-only'):
+            corrected[0, 0] = 1.0
+
+    def test_images_of_two_sizes_are_corrected_alike(self):
+        """As they are by a camera that changes its resolution."""
+        random = random_one(2)
+        small, large = (random.undistorted(np.ones(shape, np.float32))
+                        for shape in ((48, 60), (95, 119)))
+        np.testing.assert_allclose(large[::2, ::2], small, rtol=1e-6)
+        np.testing.assert_array_equal(random.undistorted(np.ones((48, 60), np.float32)), small)
+
+
+class TestNodeWeights:
+    """The weights of the nodes where points are seen."""
+
+    @pytest.mark.parametrize('camera', [CAMERA, LENS])
+    def test_they_interpolate_what_the_image_has(self, camera):
+        random = random_one(3)
+        rng = np.random.default_rng(4)
+        u, v = rng.integers(0, CAMERA.width, 200), rng.integers(0, CAMERA.height, 200)
+        image = 1.0 / random.undistorted(np.ones((48, 60), np.float32)).astype(float) - 1.0
+        weights = weights_of_nodes(seen_at(u, v, camera), camera)
+        np.testing.assert_allclose(weights @ random.nodes.ravel(), image[v, u], atol=1e-5)
+        np.testing.assert_allclose(random.at(seen_at(u, v, camera), camera), image[v, u],
+                                   atol=1e-5)
+
+    def test_they_are_those_of_four_nodes_and_sum_up_to_one(self):
+        rng = np.random.default_rng(5)
+        weights = weights_of_nodes(seen_at(rng.uniform(0, 59, 100), rng.uniform(0, 47, 100)),
+                                   CAMERA)
+        assert weights.shape == (100, ROWS * COLUMNS)
+        np.testing.assert_allclose(weights.sum(axis=1), 1.0)
+        assert (weights >= 0).all()
+        assert (np.count_nonzero(weights, axis=1) <= 4).all()
+
+    def test_beside_the_image_its_border_counts(self):
+        outside = seen_at(np.array([-20.0, 90.0]), np.array([-9.0, 70.0]))
+        corners = random_one(6)
+        np.testing.assert_allclose(corners.at(outside, CAMERA),
+                                   [corners.nodes[0, 0], corners.nodes[-1, -1]])
+
+
+class TestDescription:
+    """What users read."""
+
+    def test_it_has_the_size_at_one_metre(self):
+        even = DepthDistortion(np.full((ROWS, COLUMNS), 0.0021))
+        assert '2.1 mm' in even.description
+
+    def test_no_distortion_needs_no_words(self):
+        assert NO_DISTORTION.description == ''
+        assert NO_DISTORTION.is_none
+        assert not random_one().is_none
