@@ -72,6 +72,12 @@ class DepthDistortion:
         values: np.ndarray = weights_of_nodes(points, camera) @ self.nodes.ravel()
         return values
 
+    def moved(self, points: np.ndarray, camera: Camera) -> np.ndarray:
+        """Return points of the depth image where they are without it, Nx3 of the same type [m]."""
+        scale = 1.0 + points[:, 2].astype(np.float64) * self.at(points, camera)
+        scale = np.maximum(scale, _SMALLEST_SCALE)
+        return np.asarray(points / scale[:, None], points.dtype)
+
     def _image(self, height: int, width: int) -> np.ndarray:
         """Return the distortion of each pixel, HxW float32 [1/m]."""
         if (height, width) not in self._images:

@@ -11,6 +11,7 @@ import numpy as np
 
 from aick_ros.borders.values import required, required_method
 from aick_ros.features.detector import Detector
+from aick_ros.frames.depth_distortion import DepthDistortion
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat, repeat_of
 from aick_ros.frames.rgbd import RgbdFrame
@@ -154,6 +155,11 @@ class Odometry:
     def misalignment(self) -> Misalignment:
         """Misalignment of the camera's images, where registrations show a significant one."""
         return self._learned.misalignment.misalignment
+
+    @property
+    def distortion(self) -> DepthDistortion:
+        """Distortion of the depth images, where registrations show a significant one."""
+        return self._learned.distortion.distortion
 
     @property
     def _published(self) -> PoseWithCovariance:

@@ -22,6 +22,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.common_distortion import CommonDistortion
 from aick_ros.registration.depth_alone import DepthAlone
 from aick_ros.registration.preparation import Preparation, Preparer
 from aick_ros.registration.refinement.distortion_estimate import DistortionEstimate
@@ -72,6 +73,7 @@ class Registrar:
             detector)
         self._learned.misalignment.assume(Misalignment.by(settings.misalignment))
         self._preparer.distortion = self._learned.distortion.distortion
+        self._alike = CommonDistortion(self._preparer)
 
     @property
     def preparer(self) -> Preparer:
@@ -137,6 +139,7 @@ class Registrar:
         if self._verified is None:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
+        target = self._alike(target, source)
         found = self._verified.register(source, target, expected, elapsed)
         return self._learned_from(found, source, target, expected, elapsed)
 
@@ -153,6 +156,7 @@ class Registrar:
         elapsed = number(elapsed, 'elapsed')
         if self._verified is None:
             return source, failed(Status.TOO_FEW_MATCHES, 'no refinement')
+        target = self._alike(target, source)
         source, found = self._verified.track(source, target, expected, elapsed)
         return source, self._learned_from(found, source, target, expected, elapsed)
 
@@ -166,8 +170,9 @@ class Registrar:
             self._learned.noise.learn(found.noise)
         if found.misalignment is not None:
             self._learned.misalignment.learn(found.misalignment)
-            self._learned.distortion.learn(found.misalignment.with_distortion)
-            self._preparer.distortion = self._learned.distortion.distortion
+            if found.misalignment.with_distortion is not None:
+                self._learned.distortion.learn(found.misalignment.with_distortion)
+                self._preparer.distortion = self._learned.distortion.distortion
         delay = self._learned.misalignment.misalignment.delay + mean_depth_lag(source, target)
         return self._learned.systematic_error.add_to(
             found, source, target, expected, elapsed, delay,
@@ -184,6 +189,7 @@ class Registrar:
         if self._verified is None:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
+        target = self._alike(target, source)
         found = self._verified.recognize(source, target)
         without_bias = dataclasses.replace(found, bias=None)
         return self._learned.systematic_error.add_to(without_bias, source, target)
@@ -201,6 +207,7 @@ class Registrar:
         _require_frames(source, target)
         required(expected, PoseWithCovariance, 'the pose expected')
         unobserved = numbers(unobserved, (6, 6), 'the covariance unobserved')
+        target = self._alike(target, source)
         with self._times.stage('refinement'):
             return self._depth_alone.register(source, target, expected, unobserved)
 

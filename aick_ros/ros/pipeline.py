@@ -27,6 +27,7 @@ from aick_ros.ros.control import Control
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
 from aick_ros.ros.health.expectations import Expectations
+from aick_ros.ros.health.distortion_report import DistortionReport
 from aick_ros.ros.health.misalignment_report import MisalignmentReport
 from aick_ros.ros.image_stream import ImageStream
 from aick_ros.ros.input.assembler import Arrival, FrameAssembler
@@ -99,6 +100,7 @@ class Pipeline:
         self._rtabmap = RtabmapTopics(
             node, settings.odom_frame_id, self._odometry.local_map)
         self._misalignment = MisalignmentReport(self._logger.info)
+        self._distortion = DistortionReport(self._logger.info)
         self._expectations = Expectations(node, settings)
         self._control = Control(node, settings.odom_frame_id, self._reset, self._set_pose)
         # from images to the queue
@@ -220,6 +222,7 @@ class Pipeline:
             update = self._odometry.register(
                 preparation, partial(self._guess.camera_motion, camera_frame), T_base_camera)
         self._misalignment.update(self._odometry.misalignment)
+        self._distortion.update(self._odometry.distortion)
         base = self._base.update(update, T_base_camera, mount)
         if base is not None:
             self._publisher.publish(base)
@@ -293,6 +296,7 @@ class Pipeline:
             {'backlog': str(self._queue.backlog),
              'backlog in MB': f'{self._queue.backlog_bytes / 1e6:.1f}',
              'misalignment of the camera': self._misalignment.description,
+             'distortion of depth images': self._distortion.description,
              'gyroscope': self._odometry.gyroscope.description,
              'accelerometer': self._odometry.gravity.description,
              'dropped to shed load': self._shedding.step.value},

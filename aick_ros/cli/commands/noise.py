@@ -140,6 +140,8 @@ def _lines(found: CameraNoise) -> Iterator[str]:
     for known in parameters(found.misalignment):
         if known.default:
             yield f'    misalignment.{known.name}: {known.default:.4f}'
+    if not found.distortion.is_none:
+        yield f'    # {found.distortion.description}'
 
 
 def _kept(found: DepthNoise | PixelNoise) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 
 from aick_ros.evaluation.noise.depth_noise import DepthNoise, DepthNoiseSamples
 from aick_ros.evaluation.noise.pixel_noise import PixelNoise, PixelNoiseSamples
+from aick_ros.frames.depth_distortion import NO_DISTORTION, DepthDistortion
 from aick_ros.odometry import Odometry
 from aick_ros.settings import MisalignmentSettings, Settings
 from aick_ros.sources import OnDamaged, RgbdSource, raise_damage
@@ -25,18 +26,21 @@ class CameraNoise:
     :param pairs: number of pairs of colour images in which keypoints were compared.
     :param pixels: noise of the keypoints; None where there is too little data.
     :param misalignment: that of the settings, with each deviation that is significant.
+    :param distortion: of the depth images, where it is significant.
     """
 
     depth: DepthNoise
     pairs: int
     pixels: PixelNoise | None
     misalignment: MisalignmentSettings
+    distortion: DepthDistortion = NO_DISTORTION
 
     def to_json(self) -> dict[str, Any]:
-        """Return the content of the JSON: fields of ``depth``, ``pixels``, ``misalignment``."""
+        """Return the content of the JSON: of depth, keypoints and both images."""
         pixels = None if self.pixels is None else dataclasses.asdict(self.pixels)
         return {**dataclasses.asdict(self.depth), 'pixels': pixels,
-                'misalignment': dataclasses.asdict(self.misalignment)}
+                'misalignment': dataclasses.asdict(self.misalignment),
+                'distortion': self.distortion.nodes.tolist()}
 
 
 def estimate_noise(source: RgbdSource, settings: Settings = Settings(),
@@ -58,4 +62,4 @@ def estimate_noise(source: RgbdSource, settings: Settings = Settings(),
         odometry.register_frame(frame)
         on_progress(count)
     return CameraNoise(depth.model(source.name), pixels.pairs, pixels.model(),
-                       odometry.misalignment.settings)
+                       odometry.misalignment.settings, odometry.distortion)

@@ -13,6 +13,8 @@ A distortion that is alike all over the image is hardly observed: it changes lit
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
@@ -24,7 +26,10 @@ from aick_ros.registration.refinement.misalignment_estimate import PRIOR
 # rendered rooms with and without a distortion.
 _KEPT = 0.95  # weight of a group's earlier registrations, each time that it is added to
 _FEWEST = 40  # registrations before anything is estimated
-_EVERY = 20  # registrations from one estimate to the next: after a change a frame is made again
+_GROWTH = 1.25
+"""Registrations of an estimate, as a ratio to those of the one before: with each change, frames
+are prepared again."""
+
 _PRIOR_SIGMA = 0.002  # 1/m, of a node
 _PRIOR_WEIGHT = 100.0  # information by residuals with common errors, as a ratio to what it is
 _SIGNIFICANT = 10.0
@@ -45,6 +50,7 @@ class DistortionEstimate:
         prior[:_NODES.start, :_NODES.start] = PRIOR
         self._equations = GroupedEquations(prior, _KEPT)
         self._distortion = NO_DISTORTION
+        self._next = _FEWEST
 
     @property
     def distortion(self) -> DepthDistortion:
@@ -54,7 +60,8 @@ class DistortionEstimate:
     def learn(self, equations: Equations) -> None:
         """Add one registration: equations of misalignment and distortion."""
         self._equations.add(equations.information, equations.gradient)
-        if self._equations.count >= _FEWEST and self._equations.count % _EVERY == 0:
+        if self._equations.count >= self._next:
+            self._next = math.ceil(_GROWTH * self._next)
             self._distortion = self._estimate()
 
     def _estimate(self) -> DepthDistortion:

@@ -1,0 +1,52 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""
+Two frames free of one and the same distortion.
+
+What is known of a distortion changes, also between two frames that are registered to each other.
+Then what is left of it differs in the two, and would be taken for a motion.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+from aick_ros.frames.depth_distortion import NO_DISTORTION, DepthDistortion
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.registration.last_results import LastResults
+from aick_ros.registration.preparation import Preparer
+
+_CACHED_FRAMES = 4  # chosen: those that a frame is registered to
+
+
+class CommonDistortion:
+    """
+    Brings frames to the distortion that others are free of.
+
+    :param preparer: makes their surfaces.
+    """
+
+    def __init__(self, preparer: Preparer) -> None:
+        self._preparer = preparer
+        self._distortion = NO_DISTORTION
+        self._brought = LastResults(self._bring, _CACHED_FRAMES)
+
+    def __call__(self, frame: PreparedFrame, other: PreparedFrame) -> PreparedFrame:
+        """Return a frame free of the distortion that another one is free of."""
+        if frame.distortion is other.distortion:
+            return frame
+        if other.distortion is not self._distortion:
+            self._distortion = other.distortion
+            self._brought = LastResults(self._bring, _CACHED_FRAMES)
+        return self._brought(frame)
+
+    def _bring(self, prepared: PreparedFrame) -> PreparedFrame:
+        change = DepthDistortion(self._distortion.nodes - prepared.distortion.nodes)
+        before, keypoints = prepared.corrected, prepared.keypoints
+        frame = dataclasses.replace(before, depth=change.undistorted(before.depth))
+        positions = change.moved(keypoints.positions, frame.camera)
+        return dataclasses.replace(
+            prepared, undistorted=frame, distortion=self._distortion,
+            keypoints=dataclasses.replace(keypoints, positions=positions),
+            surface=None if prepared.surface is None else self._preparer.surface(frame))
