@@ -19,7 +19,6 @@ import numpy as np
 
 from aick_ros.geometry.camera import Camera
 
-import os
 ROWS, COLUMNS = 5, 6
 """Nodes of the grid; chosen on two excerpts of real recordings: more have more noise."""
 

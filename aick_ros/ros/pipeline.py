@@ -26,8 +26,8 @@ from aick_ros.registration.preparation import Preparation
 from aick_ros.ros.control import Control
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
-from aick_ros.ros.health.expectations import Expectations
 from aick_ros.ros.health.distortion_report import DistortionReport
+from aick_ros.ros.health.expectations import Expectations
 from aick_ros.ros.health.misalignment_report import MisalignmentReport
 from aick_ros.ros.image_stream import ImageStream
 from aick_ros.ros.input.assembler import Arrival, FrameAssembler

@@ -23,7 +23,7 @@ def seen_at(u, v, camera=CAMERA, z=1.7):
 
 
 def inclined(a, b, c):
-    """Return the distortion that is linear over the image: a at its first pixel, b by u, c by v."""
+    """Return the distortion linear over the image: a at its first pixel, b by u, c by v."""
     rows, columns = np.mgrid[:ROWS, :COLUMNS]
     return DepthDistortion(a + b * columns * (CAMERA.width - 1) / (COLUMNS - 1)
                            + c * rows * (CAMERA.height - 1) / (ROWS - 1))

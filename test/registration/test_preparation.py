@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
+from aick_ros.frames.depth_distortion import COLUMNS, ROWS, DepthDistortion
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
@@ -126,3 +127,31 @@ def test_images_are_copied_before_anything_is_made_of_them(frames):
 def test_arguments_of_another_kind_are_rejected(frames, make):
     with pytest.raises(InputError):
         make(frames[0], Preparer(Settings()))
+
+
+def test_what_is_prepared_is_made_again_only_where_another_distortion_is_known(frames):
+    preparer = Preparer(Settings())
+    before = preparer.prepare(frames[0])
+    assert before.up_to_date() is before
+    preparer.distortion = DepthDistortion(np.full((ROWS, COLUMNS), 0.1))
+    preparation = before.up_to_date()
+    assert preparation is not before and preparation.up_to_date() is preparation
+    assert preparation.times is before.times
+    assert preparation.frame is before.frame and preparation.distortion is preparer.distortion
+    kept = preparation.keypoints().pixels
+    np.testing.assert_array_equal(kept, before.keypoints().pixels)
+    for one, other in ((preparation.keypoints().positions, before.keypoints().positions),
+                       (preparation.surface().points, before.surface().points)):
+        inverse, usual = 1 / one[:, 2].astype(float), 1 / other[:, 2].astype(float)
+        valid = np.isfinite(usual)
+        np.testing.assert_allclose(inverse[valid], usual[valid] + 0.1, rtol=1e-5)
+
+
+def test_a_frame_that_begins_has_the_distortion_known_by_then(frames):
+    preparer = Preparer(Settings())
+    preparer.distortion = DepthDistortion(np.full((ROWS, COLUMNS), 0.1))
+    preparation = preparer.begin(frames[0])
+    undistorted = preparation.undistorted()
+    assert undistorted is preparation.undistorted()
+    np.testing.assert_allclose(1 / undistorted.depth, 1 / frames[0].depth + 0.1, rtol=1e-5)
+    assert Preparer(Settings()).begin(frames[0]).undistorted() is None

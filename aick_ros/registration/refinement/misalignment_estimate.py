@@ -4,10 +4,10 @@
 """
 Misalignment of a camera's images, estimated over its registrations.
 
-One pair of frames hardly distinguishes a misalignment from other errors, but all pairs have the
-same one. So their normal equations are added up, the poses eliminated. What is not significant against how
-far parts of the registrations contradict each other changes nothing. What is estimated is the deviation from a misalignment
-that is known: by the settings, zero unless the camera was measured before.
+The normal equations of all pairs of frames are added up, their poses eliminated. What is not
+significant against how far parts of the registrations contradict each other changes nothing. What
+is estimated is the deviation from a misalignment that is known: by the settings, zero unless the
+camera was measured before.
 
 The scale of depth is none of the unknowns: it would scale the whole trajectory, and nothing
 contradicts it.

@@ -17,6 +17,7 @@ from aick_ros.errors import InputError
 from aick_ros.evaluation.noise.camera_noise import CameraNoise
 from aick_ros.evaluation.noise.depth_noise import DepthBin, DepthNoise
 from aick_ros.evaluation.noise.pixel_noise import PixelNoise, ScaleBin
+from aick_ros.frames.depth_distortion import COLUMNS, ROWS, DepthDistortion
 from aick_ros.settings import MisalignmentSettings, Settings
 from aick_ros.sources import raise_damage
 
@@ -60,6 +61,14 @@ def test_the_parameter_file_has_the_misalignment_too(noise, recording, tmp_path)
         **dataclasses.asdict(Settings().misalignment), **known}
     assert json.loads((tmp_path / 'noise.json').read_text())['misalignment'] == dataclasses.asdict(
         settings.misalignment)
+
+
+def test_a_distortion_of_depth_is_said_in_the_parameter_file(recording):
+    nodes = np.full((ROWS, COLUMNS), 0.0031)
+    found = CameraNoise(DEPTH, 3, PIXELS, MisalignmentSettings(), DepthDistortion(nodes))
+    line, = (line for line in noise_module._lines(found) if 'distorted' in line)
+    assert line.startswith('    # depth images are distorted') and '3.1 mm' in line
+    assert found.to_json()['distortion'] == nodes.tolist()
 
 
 def test_the_table_compares_model_and_measurement(noise, recording, tmp_path):

@@ -6,6 +6,7 @@
 import json
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
@@ -45,6 +46,8 @@ def test_a_known_misalignment_is_kept_where_the_recording_shows_nothing_else():
     assert found.to_json()['misalignment'] == {
         'x': 0.0, 'y': 0.0, 'z': 0.0, 'rot_x': 0.0, 'rot_y': 0.01, 'rot_z': 0.0, 'delay': -0.02,
         'readout': 0.0}
+    assert found.distortion.is_none
+    assert not np.any(found.to_json()['distortion'])
 
 
 def test_a_camera_at_rest_has_depth_noise_only():
@@ -96,3 +99,4 @@ def test_each_part_has_the_settings_that_are_its_own(monkeypatch):
                      ('Odometry', settings)]
     assert (found.depth, found.pixels) == (('desk', 1, 2), (1, 2))
     assert (found.pairs, found.misalignment, damage) == (7, 'misalignment', ['torn'])
+    assert found.distortion == 'distortion'

@@ -3,11 +3,12 @@
 
 """What a misaligned camera sees, by the exact motion of its two images."""
 
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
@@ -107,7 +108,7 @@ def frame_of_a_wall(missing=slice(0)):
     depth = np.full((480, 640), PLANE, np.float32)
     depth[:, missing] = np.nan
     grey = np.zeros((480, 640), np.uint8)
-    return SimpleNamespace(frame=RgbdFrame(0, grey, depth, CAMERA))
+    return PreparedFrame(RgbdFrame(0, grey, depth, CAMERA), KeypointFrame.none(0), grey)
 
 
 def tracks_of(points, rays):

@@ -9,6 +9,7 @@ import functools
 import numpy as np
 import pytest
 
+from aick_ros.frames.depth_distortion import COLUMNS, ROWS, DepthDistortion
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
@@ -17,7 +18,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import (
     NO_MISALIGNMENT, Correction, Displacement, Misalignment, image_height)
 from aick_ros.registration.refinement.misalignment_equations import (
-    Motion, depth_rows, keypoint_rows, misalignment_sample)
+    DistortionRows, Motion, depth_rows, distortion_rows, keypoint_rows, misalignment_sample)
 from aick_ros.registration.refinement.residuals import point_to_plane, reprojection
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import Settings
@@ -30,6 +31,7 @@ T_WORLD_TARGET = se3.exp(np.array([0.3, -0.1, 0.25, 0.05, 0.25, -0.1]))
 T_TARGET_SOURCE = se3.inverse(T_WORLD_TARGET) @ T_WORLD_SOURCE
 STEPS = np.array([1e-3] * 6 + [1e-4] * 2)  # m, rad, s
 NO_KEYPOINTS = None
+NODES = ROWS, COLUMNS
 
 
 def on_sphere(pose, rays):
@@ -130,6 +132,68 @@ def test_the_pose_is_eliminated_as_if_it_were_solved_for():
                                rtol=1e-9)
     np.testing.assert_allclose(np.linalg.solve(sample.information, sample.gradient),
                                solution[6:] + applied.values, rtol=1e-9)
+
+
+def distorted(surface, nodes):
+    """Return a surface whose points are where a camera with a distortion has them."""
+    moved = DepthDistortion(-nodes).moved(surface.points, CAMERA)
+    return dataclasses.replace(surface, points=moved)
+
+
+@pytest.mark.parametrize('distorts', [(1, 0), (0, 1), (1, 1)])
+def test_the_jacobian_by_the_distortion_is_that_of_distorted_surfaces(distorts):
+    """Of either surface, and of both."""
+    source, target, _ = scene()
+    nodes = np.random.default_rng(7).normal(0, 1e-4, NODES)
+    before, after = (point_to_plane(
+        *(distorted(frame.surface, sign * is_distorted * nodes)
+          for frame, is_distorted in zip((source, target), distorts)),
+        T_TARGET_SOURCE, SETTINGS.sensor, 2.0, 0.3) for sign in (1, -1))
+    expected = (after.values - before.values)[::4] / 2
+    assert len(expected) > 500
+    of_both = distortion_rows(residuals(np.zeros(8))[1], source, target, T_TARGET_SOURCE)
+    if distorts != (1, 1):  # what a corrected frame has been changed by is of that frame alone
+        corrected = [dataclasses.replace(frame, distortion=DepthDistortion(is_distorted * nodes))
+                     for frame, is_distorted in zip((source, target), distorts)]
+        found = distortion_rows(residuals(np.zeros(8))[1], *corrected, T_TARGET_SOURCE).applied
+    else:
+        found = of_both.jacobian @ nodes.ravel()
+    assert of_both.jacobian.shape == (len(expected), nodes.size)
+    assert not of_both.applied.any()
+    assert np.median(np.abs(found - expected)) < 0.02 * np.abs(expected).max()
+
+
+def test_the_distortion_is_solved_for_with_the_misalignment_and_the_pose():
+    """As in the joint least squares, of what the residuals would be without any correction."""
+    rng = np.random.default_rng(8)
+    keypoints, depth = ((rng.normal(size=(count, 14)), rng.normal(size=count),
+                         rng.uniform(0.1, 2.0, count)) for count in (40, 80))
+    by_nodes, undone = rng.normal(size=(80, 30)), rng.normal(size=80)
+    applied = Misalignment.of(rng.normal(size=8))
+    sample = misalignment_sample(keypoints, depth, applied, DistortionRows(by_nodes, undone))
+    joint = sample.with_distortion
+    jacobian = np.block([[keypoints[0], np.zeros((40, 30))], [depth[0], by_nodes]])
+    values = np.concatenate([keypoints[1] - keypoints[0][:, 6:] @ applied.values,
+                             depth[1] - depth[0][:, 6:] @ applied.values - undone])
+    weights = np.concatenate([keypoints[2], depth[2]])
+    normal = jacobian.T @ (weights[:, None] * jacobian) + np.diag([1.0] * 6 + [0.0] * 38)
+    solution = np.linalg.solve(normal, -jacobian.T @ (weights * values))
+    np.testing.assert_allclose(np.linalg.inv(joint.information), np.linalg.inv(normal)[6:, 6:],
+                               rtol=1e-8)
+    np.testing.assert_allclose(np.linalg.solve(joint.information, joint.gradient), solution[6:],
+                               rtol=1e-8)
+
+
+def test_the_misalignment_alone_is_that_with_the_distortion_as_it_is_corrected():
+    keypoints, depth = rows()
+    source, target, _ = scene()
+    by_nodes = distortion_rows(residuals(np.zeros(8))[1], source, target, T_TARGET_SOURCE)
+    alone = misalignment_sample(keypoints, depth, NO_MISALIGNMENT)
+    both = misalignment_sample(keypoints, depth, NO_MISALIGNMENT, by_nodes)
+    np.testing.assert_array_equal(both.information, alone.information)
+    np.testing.assert_array_equal(both.gradient, alone.gradient)
+    assert alone.with_distortion is None
+    np.testing.assert_allclose(both.with_distortion.information[:8, :8], alone.information)
 
 
 def test_rows_have_the_pose_values_and_weights_of_their_residuals():

@@ -44,7 +44,7 @@ class Told:
                      'point_to_plane': residuals(rng, 200, 20.0)}
         for name in self.told:
             monkeypatch.setattr(refinement, name, lambda *of, name=name: self._tell(name, of))
-        for name in ('keypoint_rows', 'depth_rows', 'misalignment_sample'):
+        for name in ('keypoint_rows', 'depth_rows', 'distortion_rows', 'misalignment_sample'):
             monkeypatch.setattr(refinement, name, lambda *of, name=name: self.given.setdefault(
                 name, of) and name)
         roots = 0.002 * rng.standard_normal((3, 6, 6))
@@ -288,4 +288,6 @@ def test_the_misalignment_is_shown_by_both_kinds_as_they_were_corrected(tell, co
     assert same is motion and motion.T_target_source is POSE
     np.testing.assert_array_equal(motion.twists, TWISTS)
     assert motion.heights == (image_height(CAMERA), image_height(OTHER))
-    assert told.given['misalignment_sample'] == ('keypoint_rows', 'depth_rows', LATE)
+    assert told.given['distortion_rows'] == (depth, told.source, told.target, POSE)
+    assert told.given['misalignment_sample'] == (
+        'keypoint_rows', 'depth_rows', LATE, 'distortion_rows')

@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A distortion of depth learned from registrations: recovered, contradicted, absent, gone."""
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.depth_distortion import COLUMNS, ROWS
+from aick_ros.registration.refinement.distortion_estimate import DistortionEstimate
+from aick_ros.registration.refinement.misalignment_equations import Equations
+
+SIGMA = 1e-3  # 1/m, of a node by one registration
+MISALIGNMENT = np.array([0.02, -0.01, 0.015, 0.02, -0.03, 0.01, -0.02, 0.02])
+TRUE = np.random.default_rng(0).normal(0, 0.002, (ROWS, COLUMNS))
+
+
+def series(nodes, count, seed=1, common=0.0, noise=0.3):
+    """
+    Yield registrations that observe ten random combinations of the unknowns each.
+
+    :param common: standard deviation of what some registrations in a row have in common.
+    """
+    rng = np.random.default_rng(seed)
+    for i in range(count):
+        scales = np.concatenate([np.full(8, 0.02), np.full(nodes.size, SIGMA)])
+        jacobian = 30 * rng.standard_normal((10, len(scales))) / scales
+        in_a_row = np.random.default_rng([seed, i // 5]).standard_normal(nodes.size)
+        values = np.concatenate([MISALIGNMENT, nodes.ravel() + common * in_a_row])
+        values = values + noise * scales * rng.standard_normal(len(scales))
+        information = jacobian.T @ jacobian
+        yield Equations(information, information @ values)
+
+
+def learned(*of):
+    estimate = DistortionEstimate()
+    for one in of:
+        for equations in one:
+            estimate.learn(equations)
+    return estimate.distortion
+
+
+def test_a_distortion_is_recovered_whatever_the_misalignment():
+    found = learned(series(TRUE, 100)).nodes
+    assert np.corrcoef(found.ravel(), TRUE.ravel())[0, 1] > 0.98
+    assert np.abs(found - TRUE).max() < 0.3 * np.abs(TRUE).max()
+
+
+def test_a_few_registrations_show_nothing():
+    assert learned(series(TRUE, 39)).is_none
+    assert not learned(series(TRUE, 40)).is_none
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_a_camera_without_distortion_is_left_alone(seed):
+    """However much some registrations in a row have in common."""
+    assert learned(series(np.zeros((ROWS, COLUMNS)), 100, seed, common=0.002)).is_none
+
+
+def test_what_registrations_contradict_is_not_applied():
+    assert not learned(series(TRUE, 100, common=0.0005)).is_none
+    assert learned(series(TRUE, 100, common=0.02)).is_none
+
+
+def test_the_less_certain_it_is_the_less_is_applied():
+    certain, uncertain = (learned(series(TRUE, 100, common=common)).rms
+                          for common in (0.0, 0.0007))
+    assert 0.0 < uncertain < certain
+
+
+def test_it_stays_applied_while_it_is_still_likely_and_goes_when_it_is_gone():
+    estimate = DistortionEstimate()
+    for equations in series(TRUE, 60):
+        estimate.learn(equations)
+    before = estimate.distortion
+    assert not before.is_none
+    for equations in series(np.zeros((ROWS, COLUMNS)), 2500, seed=2, common=0.004):
+        estimate.learn(equations)
+    assert estimate.distortion.rms < 0.1 * before.rms
+
+
+def test_it_changes_less_and_less_often():
+    """As frames are prepared again with each change."""
+    estimate, changes = DistortionEstimate(), []
+    for count, equations in enumerate(series(TRUE, 600), 1):
+        before = estimate.distortion
+        estimate.learn(equations)
+        if estimate.distortion is not before:
+            changes.append(count)
+    assert changes[0] == 40
+    intervals = np.diff(changes)
+    assert (np.diff(intervals) > 0).all()
+    assert len(changes) < 15
+    assert intervals.max() < 0.3 * 600

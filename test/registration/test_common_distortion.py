@@ -1,0 +1,94 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Frames brought to the distortion that others are free of, against frames prepared with it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry.camera import Camera
+from aick_ros.registration.common_distortion import CommonDistortion
+from aick_ros.registration.registrar import Registrar
+from aick_ros.settings import Settings
+from aick_ros.settings.parameter import with_values
+
+CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+
+
+def distortion(seed):
+    return DepthDistortion(np.random.default_rng(seed).normal(0, 0.01, (ROWS, COLUMNS)))
+
+
+@pytest.fixture(scope='module')
+def frame():
+    """Return a chequered slope."""
+    chequers = np.random.default_rng(1).integers(0, 256, (24, 32), np.uint8)
+    depth = np.broadcast_to(np.linspace(1.0, 2.0, 320, dtype=np.float32), (240, 320)).copy()
+    return RgbdFrame(5, np.kron(chequers, np.ones((10, 10), np.uint8)), depth, CAMERA)
+
+
+def prepared(frame, known, changes=None):
+    """Return a frame prepared where a distortion is known, and the preparer."""
+    registrar = Registrar(with_values(Settings(), changes or {}))
+    registrar.preparer.distortion = known
+    return registrar.prepare(frame), registrar.preparer
+
+
+@pytest.mark.parametrize('before', [NO_DISTORTION, distortion(2)])
+def test_a_frame_is_as_if_it_had_been_prepared_with_the_other_distortion(frame, before):
+    now = distortion(3)
+    (old, preparer), (new, _) = prepared(frame, before), prepared(frame, now)
+    found = CommonDistortion(preparer)(old, new)
+    assert found.distortion is now
+    assert found.frame is old.frame
+    np.testing.assert_allclose(found.corrected.depth, new.corrected.depth, rtol=1e-6)
+    np.testing.assert_array_equal(found.keypoints.pixels, new.keypoints.pixels)
+    np.testing.assert_array_equal(found.keypoints.descriptors, new.keypoints.descriptors)
+    np.testing.assert_allclose(found.keypoints.positions, new.keypoints.positions, rtol=5e-4)
+    assert found.keypoints.positions.dtype == np.float32
+    np.testing.assert_allclose(found.surface.points[found.surface.usable],
+                               new.surface.points[found.surface.usable], rtol=1e-5)
+    difference = np.abs(old.keypoints.positions - new.keypoints.positions).max()
+    assert difference > 20 * np.abs(found.keypoints.positions - new.keypoints.positions).max()
+
+
+def test_a_frame_with_the_same_distortion_stays(frame):
+    known = distortion(2)
+    (one, preparer), (other, _) = prepared(frame, known), prepared(frame, known)
+    assert CommonDistortion(preparer)(one, other) is one
+
+
+def test_a_frame_is_brought_once_until_the_distortion_changes_again(frame):
+    one, preparer = prepared(frame, NO_DISTORTION)
+    alike = CommonDistortion(preparer)
+    second, third = (prepared(frame, distortion(seed))[0] for seed in (3, 4))
+    found = alike(one, second)
+    assert alike(one, second) is found
+    again = alike(one, third)
+    assert again is not found and again.distortion is third.distortion
+
+
+def test_a_frame_without_a_surface_gets_none(frame):
+    one, preparer = prepared(frame, NO_DISTORTION)
+    other, _ = prepared(frame, distortion(3))
+    without = dataclasses.replace(one, surface=None)
+    assert CommonDistortion(preparer)(without, other).surface is None
+
+
+@pytest.mark.parametrize('how', ['register', 'recognize', 'track'])
+def test_registrations_compare_frames_with_the_same_distortion(frame, how):
+    """The same image twice: what is left of a distortion would show as a motion along the ray."""
+    registrar = Registrar()
+    target = registrar.prepare(frame)
+    even = DepthDistortion(np.full((ROWS, COLUMNS), 0.02))  # 3 cm at 1.2 m
+    registrar.preparer.distortion = even
+    source = registrar.prepare(dataclasses.replace(frame, stamp=6))
+    arguments = (np.eye(4), 0.03) if how == 'track' else ()
+    found = getattr(registrar, how)(source, target, *arguments)
+    found = found[1] if how == 'track' else found
+    assert found.status.ok
+    np.testing.assert_allclose(found.T_target_source, np.eye(4), atol=1e-3)
