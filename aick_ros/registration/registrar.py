@@ -46,8 +46,8 @@ class Learned:
     depth_clock: CameraClock = field(default_factory=CameraClock)
     noise: MeasuredNoise = field(default_factory=MeasuredNoise)
     misalignment: MisalignmentEstimate = field(default_factory=MisalignmentEstimate)
-    distortion: DistortionEstimate = field(default_factory=DistortionEstimate)
     systematic_error: SystematicError = field(default_factory=SystematicError)
+    distortion: DistortionEstimate = field(default_factory=DistortionEstimate)
 
 
 class Registrar:

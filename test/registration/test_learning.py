@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
+from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
 from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration import stage_times
 from aick_ros.registration.refinement.misalignment import Misalignment
+from aick_ros.registration.refinement.misalignment_equations import Equations, MisalignmentSample
 from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.result import failed
 from aick_ros.registration.stage_times import StageTimes
@@ -25,6 +27,10 @@ EXPECTED, ELAPSED = se3.exp([0.1, 0.2, 0.3, 0.1, -0.2, 0.1]), 0.2
 MISALIGNED = with_values(Settings(), {'misalignment.delay': 0.02, 'misalignment.x': 0.01})
 UNREFINED = with_values(Settings(), {'refinement.mode': 'none'})
 DELAY_SIGMA, LEARNED_DELAY = 0.004, 0.013
+LEARNED_DISTORTION = DepthDistortion(np.full((ROWS, COLUMNS), 0.001))
+EQUATIONS = Equations(np.eye(38), np.zeros(38))
+SAMPLE = MisalignmentSample(np.eye(8), np.zeros(8), EQUATIONS)
+ALONE = MisalignmentSample(np.eye(8), np.zeros(8))
 
 
 class Clock:
@@ -41,17 +47,20 @@ class Clock:
 
 
 class Sensed:
-    """What is learned of a camera: notes what it is given, and has a misalignment after that."""
+    """What is learned of a camera: notes what it is given, and has what that teaches after it."""
 
     def __init__(self, log):
         self._log, self.misalignment, self.delay_sigma = log, Misalignment(np.zeros(6), 0, 0), 0.0
+        self.distortion = NO_DISTORTION
 
     def assume(self, misalignment):
         self._log.append(('assume', misalignment.settings))
 
     def learn(self, sample):
         self._log.append(('learn', sample))
-        if sample == 'a misalignment':
+        if sample is EQUATIONS:
+            self.distortion = LEARNED_DISTORTION
+        if sample is SAMPLE:
             self.misalignment = Misalignment(np.zeros(6), LEARNED_DELAY, 0.0)
             self.delay_sigma = DELAY_SIGMA
 
@@ -67,13 +76,13 @@ class Steps:
         parts.replace('registrar', 'Preparer', 'Aick', 'DepthAlone', 'VerifiedAick')
         self.log, self.times, self.settings = [], StageTimes(), settings
         self.colour, self.depth = Clock(0.003, 0.001), Clock(0.005, 0.004)
-        self.learned = Learned(self.colour, self.depth, *(Sensed(self.log) for _ in range(3)))
+        self.learned = Learned(self.colour, self.depth, *(Sensed(self.log) for _ in range(4)))
         self.detector = object()
         self.registrar = Registrar(settings, self.times, self.learned, self.detector)
         self.target = made.prepared(1_000_000_000, depth_lag=0.002)
         self.source = made.prepared(1_100_000_000, depth_lag=0.004)
         self.found = made.registration(bias='a bias', noise='a noise',
-                                       misalignment='a misalignment')
+                                       misalignment=SAMPLE)
         for method in ('register', 'recognize'):
             parts.answers['VerifiedAick', method] = lambda *_: self.found
         parts.answers['VerifiedAick', 'track'] = lambda source, *_: (
@@ -138,7 +147,14 @@ class Preparation:
 
     def __init__(self, frame, keypoints):
         self.frame, self.times, self._keypoints = frame, StageTimes(), keypoints
-        self.asked = []
+        self.distortion, self.asked = LEARNED_DISTORTION, []
+
+    def up_to_date(self):
+        self.asked.append('up to date')
+        return self
+
+    def undistorted(self):
+        return dataclasses.replace(self.frame, depth=self.frame.depth + np.float32(1.0))
 
     def keypoints(self):
         self.asked.append('keypoints')
@@ -162,7 +178,10 @@ def test_a_prepared_frame_has_what_its_preparation_has(steps, preparation, repea
     """But no surface of another moment; its lag is that of the acquisitions."""
     prepared = steps.registrar.prepared(preparation, repeat)
     frame = preparation.frame
-    assert prepared.frame is frame and prepared.grey is frame.grey
+    assert prepared.frame is frame and preparation.asked[0] == 'up to date'
+    np.testing.assert_array_equal(prepared.grey, frame.grey)
+    np.testing.assert_array_equal(prepared.corrected.depth, frame.depth + 1.0)
+    assert prepared.distortion is LEARNED_DISTORTION
     assert prepared.keypoints is preparation._keypoints
     assert prepared.surface == (None if repeat is Repeat.DEPTH else 'a surface')
     assert ('surface' in preparation.asked) == (repeat is not Repeat.DEPTH)
@@ -173,7 +192,7 @@ def test_a_prepared_frame_has_what_its_preparation_has(steps, preparation, repea
 
 def test_prepared_for_tracking_a_frame_has_no_keypoints(steps, preparation):
     prepared = steps.registrar.prepared_for_tracking(preparation)
-    assert preparation.asked == ['surface'] and prepared.surface == 'a surface'
+    assert preparation.asked == ['up to date', 'surface'] and prepared.surface == 'a surface'
     assert len(prepared.keypoints) == 0 and prepared.keypoints.stamp == preparation.frame.stamp
     assert prepared.frame is preparation.frame and prepared.repeat is Repeat.NONE
     assert prepared.depth_lag == pytest.approx(0.003) and prepared.stamp_jitter == 0.003
@@ -193,8 +212,9 @@ def test_keypoints_of_its_own_are_found_in_its_image(steps, parts, made, clock):
     own = made.keypoints(1, 20)
     parts.answers['Preparer', 'keypoints'] = own
     tracked = made.prepared(2, is_tracked=True, depth_lag=0.001, surface='a surface')
+    tracked = dataclasses.replace(tracked, undistorted=dataclasses.replace(tracked.frame))
     prepared = steps.registrar.with_own_keypoints(tracked)
-    assert parts.asked('Preparer', 'keypoints') == [(tracked.frame,)]
+    assert parts.asked('Preparer', 'keypoints') == [(tracked.undistorted,)]
     assert prepared.keypoints is own and not prepared.is_tracked
     assert prepared.depth_lag == 0.001 and prepared.surface == 'a surface'
     assert steps.times.take() == {'features': 1000.0, 'surface': 0.0, 'registration': 0.0,
@@ -219,7 +239,8 @@ def test_a_registration_teaches_noise_and_misalignment_and_gets_systematic_error
     assert found == 'with systematic errors'
     given, = parts.asked('VerifiedAick', 'register')
     assert_given(given, steps)
-    assert steps.log[1:3] == [('learn', 'a noise'), ('learn', 'a misalignment')]
+    assert steps.log[1:4] == [('learn', 'a noise'), ('learn', SAMPLE), ('learn', EQUATIONS)]
+    assert steps.registrar.preparer.distortion is LEARNED_DISTORTION
     completed, (*given, delay, sigma) = steps.added()
     assert completed is steps.found
     assert_given(given, steps)
@@ -240,7 +261,7 @@ def test_what_is_tracked_teaches_the_same(steps, parts):
     (source, target, expected, elapsed, *_) = steps.added()[1]
     assert source is tracked and target is steps.target and elapsed == ELAPSED
     np.testing.assert_array_equal(expected, EXPECTED)
-    assert steps.samples() == ['a noise', 'a misalignment']
+    assert steps.samples() == ['a noise', SAMPLE, EQUATIONS]
 
 
 @pytest.mark.parametrize('case', ['the same image', Repeat.COLOUR, Repeat.DEPTH])
@@ -259,11 +280,15 @@ def test_a_repeated_image_teaches_nothing(steps, made, case):
     assert delay == pytest.approx(0.003) and sigma == 0.0
 
 
-@pytest.mark.parametrize('known', ['noise', 'misalignment'])
-def test_what_was_not_measured_teaches_nothing(steps, made, known):
-    steps.found = made.registration(**{known: f'a {known}'})
+@pytest.mark.parametrize('known, taught', [
+    ({'noise': 'a noise'}, ['a noise']),
+    ({'misalignment': SAMPLE}, [SAMPLE, EQUATIONS]),
+    ({'misalignment': ALONE}, [ALONE])])
+def test_what_was_not_measured_teaches_nothing(steps, made, known, taught):
+    steps.found = made.registration(**known)
     steps.registrar.register(steps.source, steps.target)
-    assert steps.samples() == [f'a {known}']
+    assert steps.samples() == taught
+    assert (steps.registrar.preparer.distortion is NO_DISTORTION) == (EQUATIONS not in taught)
 
 
 def test_from_places_that_look_alike_nothing_is_learned(steps, parts):
