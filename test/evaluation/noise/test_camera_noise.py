@@ -80,6 +80,7 @@ def test_each_part_has_the_settings_that_are_its_own(monkeypatch):
             parts.append((type(self).__name__, given))
             self.frames, self.pairs = [], 7
             self.misalignment = SimpleNamespace(settings='misalignment')
+            self.distortion = 'distortion'
 
         def add(self, frame):
             self.frames.append(frame)
