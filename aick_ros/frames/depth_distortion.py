@@ -68,7 +68,8 @@ class DepthDistortion:
 
     def at(self, points: np.ndarray, camera: Camera) -> np.ndarray:
         """Return the distortion where points project to, N [1/m]."""
-        values: np.ndarray = weights_of_nodes(points, camera) @ self.nodes.ravel()
+        nodes, weights = nodes_around(points, camera)
+        values: np.ndarray = np.einsum('ij,ij->i', self.nodes.ravel()[nodes], weights)
         return values
 
     def moved(self, points: np.ndarray, camera: Camera) -> np.ndarray:
@@ -93,25 +94,26 @@ class DepthDistortion:
 NO_DISTORTION = DepthDistortion()
 
 
-def weights_of_nodes(points: np.ndarray, camera: Camera) -> np.ndarray:
+def nodes_around(points: np.ndarray, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return the weights of the nodes where points project to, NxM, of a bilinear interpolation.
+    Return the nodes around where points project to, and their weights, Nx4 each.
+
+    The weights are those of a bilinear interpolation.
 
     :param points: Nx3 in the optical frame, in front of the camera [m]; outside of the image the
         nearest pixel counts.
     """
-    pixels = camera.project(points)
     last = COLUMNS - 1, ROWS - 1
-    nodes = np.clip(pixels * last / (camera.width - 1, camera.height - 1), 0, last)
-    first = np.minimum(nodes.astype(np.intp), (COLUMNS - 2, ROWS - 2))
-    (right, down), (column, row) = (nodes - first).T, first.T
-    weights = np.zeros((len(points), ROWS * COLUMNS))
-    place = np.arange(len(points)), row * COLUMNS + column
-    weights[place] = (1 - right) * (1 - down)
-    weights[place[0], place[1] + 1] = right * (1 - down)
-    weights[place[0], place[1] + COLUMNS] = (1 - right) * down
-    weights[place[0], place[1] + COLUMNS + 1] = right * down
-    return weights
+    places = camera.project(points) * (last[0] / (camera.width - 1), last[1] / (camera.height - 1))
+    column, row = np.clip(places, 0, last).T
+    left, top = (np.minimum(place.astype(np.intp), most - 1)
+                 for place, most in zip((column, row), last))
+    right, down = column - left, row - top
+    first = top * COLUMNS + left
+    nodes = np.stack([first, first + 1, first + COLUMNS, first + COLUMNS + 1], axis=1)
+    weights = np.stack([(1 - right) * (1 - down), right * (1 - down), (1 - right) * down,
+                        right * down], axis=1)
+    return nodes, weights
 
 
 @functools.lru_cache(maxsize=8)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from aick_ros.frames.depth_distortion import (
-    COLUMNS, NO_DISTORTION, ROWS, DepthDistortion, weights_of_nodes)
+    COLUMNS, NO_DISTORTION, ROWS, DepthDistortion, nodes_around)
 from aick_ros.geometry.camera import Camera
 
 CAMERA = Camera(60, 48, 50.0, 52.0, 29.0, 24.5)
@@ -97,19 +97,19 @@ class TestNodeWeights:
         rng = np.random.default_rng(4)
         u, v = rng.integers(0, CAMERA.width, 200), rng.integers(0, CAMERA.height, 200)
         image = 1.0 / random.undistorted(np.ones((48, 60), np.float32)).astype(float) - 1.0
-        weights = weights_of_nodes(seen_at(u, v, camera), camera)
-        np.testing.assert_allclose(weights @ random.nodes.ravel(), image[v, u], atol=1e-5)
         np.testing.assert_allclose(random.at(seen_at(u, v, camera), camera), image[v, u],
                                    atol=1e-5)
 
-    def test_they_are_those_of_four_nodes_and_sum_up_to_one(self):
+    def test_they_are_those_of_the_four_nodes_around_and_sum_up_to_one(self):
         rng = np.random.default_rng(5)
-        weights = weights_of_nodes(seen_at(rng.uniform(0, 59, 100), rng.uniform(0, 47, 100)),
-                                   CAMERA)
-        assert weights.shape == (100, ROWS * COLUMNS)
+        u, v = rng.uniform(0, 59, 100), rng.uniform(0, 47, 100)
+        nodes, weights = nodes_around(seen_at(u, v), CAMERA)
         np.testing.assert_allclose(weights.sum(axis=1), 1.0)
         assert (weights >= 0).all()
-        assert (np.count_nonzero(weights, axis=1) <= 4).all()
+        rows, columns = np.divmod(nodes, COLUMNS)
+        np.testing.assert_allclose((weights * columns).sum(axis=1) * 59 / (COLUMNS - 1), u)
+        np.testing.assert_allclose((weights * rows).sum(axis=1) * 47 / (ROWS - 1), v)
+        assert (np.ptp(rows, axis=1) == 1).all() and (np.ptp(columns, axis=1) == 1).all()
 
     def test_beside_the_image_its_border_counts(self):
         outside = seen_at(np.array([-20.0, 90.0]), np.array([-9.0, 70.0]))

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.frames.depth_distortion import NO_DISTORTION, weights_of_nodes
+from aick_ros.frames.depth_distortion import COLUMNS, ROWS, nodes_around
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.registration.refinement.misalignment import Misalignment, rows_of
@@ -179,15 +179,18 @@ def distortion_rows(residuals: Residuals, source: PreparedFrame, target: Prepare
     moved, in_target = residuals.points[::_EVERY], residuals.directions[::_EVERY]
     rotation, position = T_target_source[:3, :3], T_target_source[:3, 3]
     points, in_source = (moved - position) @ rotation, in_target @ rotation
-    jacobian, applied = np.zeros((len(moved), len(NO_DISTORTION.nodes.ravel()))), 0.0
+    jacobian, applied = np.zeros((len(moved), ROWS * COLUMNS)), np.zeros(len(moved))
+    each = np.arange(len(moved))[:, None]
     for sign, seen, directions, frame in ((-1.0, points, in_source, source),
                                           (1.0, moved, in_target, target)):
         # an error of the inverse depth moves a point p by -z p
         along = sign * seen[:, 2] * np.einsum('ij,ij->i', directions, seen)
-        rows = along[:, None] * weights_of_nodes(seen, frame.frame.camera)
-        jacobian += rows
-        applied = applied + rows @ frame.distortion.nodes.ravel()
-    return DistortionRows(jacobian, np.asarray(applied))
+        nodes, weights = nodes_around(seen, frame.frame.camera)
+        jacobian[each, nodes] += along[:, None] * weights
+        if not frame.distortion.is_none:
+            applied += along * np.einsum(
+                'ij,ij->i', frame.distortion.nodes.ravel()[nodes], weights)
+    return DistortionRows(jacobian, applied)
 
 
 def _by_readout(directions: np.ndarray, points: np.ndarray, motion: Motion,
