@@ -23,6 +23,7 @@ from sensor_msgs.msg import Image
 from std_srvs.srv import Empty
 
 from aick_ros.errors import InputError
+from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
@@ -57,6 +58,7 @@ class Seen:
     def __init__(self):
         self.pose, self.status, self.imu, self.resets = np.eye(4), Status.OK, [], 0
         self.misalignment = SimpleNamespace(values=np.zeros(8), description='')
+        self.distortion = NO_DISTORTION
         self.gyroscope = SimpleNamespace(complaint='', description='gyroscope of a test')
         self.gravity = SimpleNamespace(complaint='', description='gravity of a test')
 
@@ -455,6 +457,18 @@ def test_the_rate_is_that_of_the_colour_images(make):
         made.work()
     assert [to_stamp(sent.header.stamp) for sent in made.odom] == [
         STAMP, STAMP + 100 * MS, STAMP + 200 * MS]
+
+
+def test_a_distortion_that_is_found_is_logged_and_reported(make):
+    made = make()
+    made.see(STAMP)
+    made.camera.distortion = DepthDistortion(np.full((ROWS, COLUMNS), 0.0031))
+    made.see(STAMP + 33 * MS)
+    [(level, line)] = made.log
+    assert level is LoggingSeverity.INFO
+    assert line.startswith('depth images are distorted') and '3.1 mm' in line
+    made.pipeline._report(Stream())
+    assert '3.1 mm' in made.values['distortion of depth images']
 
 
 def test_a_misalignment_that_is_found_is_logged_and_reported(make):
