@@ -59,7 +59,7 @@ class DepthDistortion:
         """Return a depth image without the distortion, HxW float32 [m]; that one if it is none."""
         if self.is_none:
             return depth
-        scale = depth * self._image(*depth.shape)
+        scale: np.ndarray = depth * self._image(*depth.shape)
         scale += np.float32(1.0)
         np.maximum(scale, np.float32(_SMALLEST_SCALE), out=scale)
         np.divide(depth, scale, out=scale)

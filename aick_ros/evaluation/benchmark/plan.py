@@ -93,7 +93,8 @@ def run_plan(plan: Plan, journal: Journal, folder: Path, client: Client, time_li
         return is_stopped()
 
     reasons: dict[str, str] = {}
-    jobs = plan.jobs(journal.path, folder, time_limit)
+    # a worker may have another working directory
+    jobs = plan.jobs(journal.path.absolute(), folder, time_limit)
     for ended in run_tasks(client, measure, jobs, Limits(attempts=_MAX_LOSSES), is_stopping):
         job = ended.argument
         if isinstance(ended.value, Failure):

@@ -72,7 +72,7 @@ def test_json_has_the_promised_names(aick, folder, tmp_path):
     assert outcome.code == 0
     assert list(figures['methods']) == ['aick', 'aick-orb-350']
     pair = figures['methods']['aick']['rendered']['pairs']['1']
-    assert pair['count'] == 3
+    assert pair['count'] == 3 and pair['failed'] == 0
     assert set(pair) == {'count', 'failed', 'success_ratio', 'translation_median_m',
                          'rotation_median_deg', 'registration_ms', 'consistency'}
     assert figures['methods']['aick']['rendered']['pairs']['20']['count'] == 0
