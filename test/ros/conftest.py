@@ -24,6 +24,7 @@ from nav_msgs.msg import Odometry
 from rcl_interfaces.msg import Log
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import LoggingSeverity
+from rclpy.publisher import Publisher
 from rclpy.qos import ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CameraInfo, Image
@@ -117,6 +118,14 @@ class Rig:
 
     def listen(self, kind, topic, take):
         self.node.create_subscription(kind, topic, take, QUEUE)
+
+    def withdraw(self, entity):
+        """Destroy a publisher or subscription of the rig between two waits; one may be using it."""
+        is_publisher = isinstance(entity, Publisher)
+        task = self._executor.create_task(
+            self.node.destroy_publisher if is_publisher else self.node.destroy_subscription,
+            entity)
+        self.wait_until(task.done, f'{entity.topic_name} to be withdrawn')
 
     def listen_to_tf(self):
         from tf2_msgs.msg import TFMessage

@@ -311,7 +311,7 @@ def test_diagnostics_report_the_status(rig, start_node, frames):
 def test_a_publisher_whose_qos_does_not_match_is_explained(rig, start_node, frames):
     from rclpy.qos import QoSProfile, ReliabilityPolicy
     from sensor_msgs.msg import Image
-    rig.node.destroy_publisher(rig.colour)
+    rig.withdraw(rig.colour)
     rig.colour = rig.node.create_publisher(Image, 'rgb/image', QoSProfile(
         depth=1, reliability=ReliabilityPolicy.BEST_EFFORT))
     node = start_node(wait=False)

@@ -238,7 +238,7 @@ def test_binning_and_roi(rig, start_node, frames):
 
 def test_a_latched_camera_info_is_received(rig, start_node, frames):
     """Published once, before the node was there."""
-    rig.node.destroy_publisher(rig.info)
+    rig.withdraw(rig.info)
     rig.info = rig.node.create_publisher(CameraInfo, 'rgb/camera_info', QoSProfile(
         depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL))
     rig.send_camera_info(frames[0].camera)
@@ -401,7 +401,7 @@ def test_a_bag_that_loops_goes_on_with_its_clock(rig, start_node, frames):
 
 
 def test_a_topic_of_another_transport_is_named(rig, start_node, frames):
-    rig.node.destroy_publisher(rig.colour)
+    rig.withdraw(rig.colour)
     rig.node.create_publisher(CompressedImage, 'rgb/image/compressed', 10)
     node = start_node(wait=False)
     node.wait_for_log('there is /rgb/image/compressed: set image_transport to compressed')

@@ -374,7 +374,7 @@ def subscriptions(rig, topic):
 @pytest.mark.parametrize('reliability', [RELIABLE, BEST_EFFORT], ids=lambda r: r.name)
 def test_subscriptions_request_what_is_offered(rig, start_node, reliability):
     """Of a camera that starts after the node, and of another one that offers the contrary."""
-    rig.node.destroy_publisher(rig.colour)
+    rig.withdraw(rig.colour)
     start_node(wait=False, qos_reliability='auto', topic_queue_size=10)
     rig.wait_until(lambda: subscriptions(rig, 'rgb/image'), 'the node')
     other = {RELIABLE: BEST_EFFORT, BEST_EFFORT: RELIABLE}[reliability]
@@ -383,7 +383,7 @@ def test_subscriptions_request_what_is_offered(rig, start_node, reliability):
             Image, 'rgb/image', QoSProfile(depth=10, reliability=offered))
         rig.wait_until(lambda: [s.qos_profile.reliability for s in subscriptions(
             rig, 'rgb/image')][-1:] == [offered], f'a subscription {offered.name}')
-        rig.node.destroy_publisher(rig.colour)
+        rig.withdraw(rig.colour)
 
 
 def test_no_frame_is_missed_or_taken_twice_when_the_subscription_changes(rig, start_node, frames):
@@ -411,7 +411,7 @@ def test_no_frame_is_missed_or_taken_twice_when_the_subscription_changes(rig, st
     second = rig.node.create_publisher(Image, 'rgb/image', QoSProfile(
         depth=1, reliability=BEST_EFFORT))
     send_until(BEST_EFFORT)
-    rig.node.destroy_publisher(second)
+    rig.withdraw(second)
     send_until(RELIABLE)
     send()
     rig.answer(sent[-1])

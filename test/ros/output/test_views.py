@@ -66,7 +66,7 @@ def test_views_are_published_to_subscribers_and_change_nothing(rig, start_node, 
         rig.answer(frame.stamp)
     rig.wait_until(lambda: paths and clouds and pictures, 'the views')
     for subscription in looking:
-        rig.node.destroy_subscription(subscription)
+        rig.withdraw(subscription)
     odometry = Odometry()
     expected = {frame.stamp: odometry.register_frame(frame) for frame in [*frames, *again]}
     poses = {stamp: T_BASE_CAMERA @ update.T_odom_camera @ se3.inverse(T_BASE_CAMERA)
