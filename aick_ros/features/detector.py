@@ -47,10 +47,12 @@ def required_descriptors(descriptors: object, count: int) -> None:
     """
     Check the descriptors of some keypoints.
 
-    :raises InputError: where they are no NxD array of uint8 or float32.
+    :raises InputError: where they are no NxD array of uint8 or float32, or have no column.
     """
     kind = np.uint8 if getattr(descriptors, 'dtype', None) == np.uint8 else np.float32
     required_array(descriptors, kind, (count, None), 'descriptors of features')
+    if not np.shape(descriptors)[1]:
+        raise InputError('descriptors of features have no columns: give each at least a number')
 
 
 class Detector(Protocol):

@@ -54,6 +54,10 @@ class Vocabulary:
         """Return the number of words."""
         return len(self.words)
 
+    def __deepcopy__(self, memo: dict[int, object]) -> Vocabulary:
+        """Return itself: it does not change, and words are those of the same vocabulary or not."""
+        return self
+
     def words_of(self, descriptors: np.ndarray, radius: float) -> FrameWords:
         """
         Return the inverted index of the keypoints of a frame.

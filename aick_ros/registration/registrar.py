@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from aick_ros.borders.values import number, numbers, required
+from aick_ros.errors import InputError
 from aick_ros.features.detector import Detector
 from aick_ros.frames.camera_clock import CameraClock
 from aick_ros.frames.keypoints import KeypointFrame
@@ -20,7 +21,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
-from aick_ros.geometry.stamps import seconds
+from aick_ros.geometry.stamps import MAX_STAMP, seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.common_distortion import CommonDistortion
 from aick_ros.registration.depth_alone import DepthAlone
@@ -130,10 +131,11 @@ class Registrar:
 
         :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
         :param elapsed: time since that velocity was measured [s].
-        :raises InputError: where the frames are not prepared, or the pose expected is not rigid.
+        :raises InputError: where the frames are not prepared, the pose expected is not rigid, or
+            the time is less than 1 ns.
         """
         _require_frames(source, target)
-        elapsed = number(elapsed, 'elapsed')
+        elapsed = _duration(elapsed)
         if expected is not None:
             expected = se3.checked(expected, 'the pose expected')
         if self._verified is None:
@@ -153,7 +155,7 @@ class Registrar:
         """
         _require_frames(source, target)
         expected = se3.checked(expected, 'the pose expected')
-        elapsed = number(elapsed, 'elapsed')
+        elapsed = _duration(elapsed)
         if self._verified is None:
             return source, failed(Status.TOO_FEW_MATCHES, 'no refinement')
         target = self._alike(target, source)
@@ -224,3 +226,11 @@ class Registrar:
 def _require_frames(source: PreparedFrame, target: PreparedFrame) -> None:
     required(source, PreparedFrame, 'the source')
     required(target, PreparedFrame, 'the target')
+
+
+def _duration(elapsed: object) -> float:
+    """Return a time [s], infinite where no stamps are so far apart."""
+    duration = number(elapsed, 'elapsed')
+    if duration < seconds(0, 1):
+        raise InputError(f'elapsed is {duration:g} s: it must be 1 ns at least')
+    return duration if duration <= 2 * seconds(0, MAX_STAMP) else np.inf

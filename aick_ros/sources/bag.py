@@ -101,18 +101,23 @@ class BagSource:
         found, imu = False, BagImu(self._topics.imu(self._colour), self._cameras.in_colour)
         for pair in self._pairs(imu, on_damaged):
             found = True
-            decode = self._decoder_of(pair)
-            try:
-                frame = decode(pair)
-            except InputError as error:
-                on_damaged(InputError(f'{self._path}, {error}'))
-            else:
+            if frame := self._decoded(pair, on_damaged):
                 yield imu.with_samples(frame, pair.colour.header.frame_id)
         if not found:
             raise InputError(
                 f'{self._path}: no image on {self._colour} is within '
                 f'{self._options.max_interval:g} s of one on {self._depth}: check the stamps of '
                 'the two drivers')
+
+    def _decoded(self, pair: Pair, on_damaged: OnDamaged) -> RgbdFrame | None:
+        """Return the frame of a pair, None where it is damaged."""
+        decode = self._decoder_of(pair)
+        with fields_required(self._path, f'{self._colour} or {self._depth}'):
+            try:
+                return decode(pair)
+            except InputError as error:
+                on_damaged(InputError(f'{self._path}, {error}'))
+        return None
 
     def _decoder_of(self, pair: Pair) -> Callable[[Pair], RgbdFrame]:
         """Return the function that decodes a pair; InputError where its extrinsic is missing."""

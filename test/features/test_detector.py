@@ -32,6 +32,8 @@ def test_arrays_that_fit_are_accepted(change):
     ('descriptors', np.zeros((3, 32), np.int8), 'descriptors of features: an array of int8'),
     ('descriptors', np.zeros((2, 32), np.uint8), 'shape 2x32, .*shape 3xN'),
     ('descriptors', np.zeros(3, np.uint8), 'descriptors of features'),
+    ('descriptors', np.zeros((3, 0), np.uint8), 'descriptors of features have no columns'),
+    ('descriptors', np.zeros((3, 0), np.float32), 'descriptors of features have no columns'),
     ('descriptors', None, 'descriptors of features: None'),
     *((name, np.full(GOOD[name].shape, value, np.float32), f'^{name} of features are not all '
        'finite: omit such keypoints$')

@@ -232,12 +232,14 @@ def test_who_changes_a_result_does_not_change_the_odometry(rendered):
         np.testing.assert_array_equal(pose, expected.T_odom_camera)
 
 
-@pytest.mark.parametrize('detector', ['orb', 'surf', 'sift'])
+@pytest.mark.parametrize('detector, vocabulary', [
+    ('orb', ''), ('orb', 'orb-1000'), ('surf', ''), ('sift', '')])
 @pytest.mark.parametrize('copied', [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))],
                          ids=['copy', 'pickle'])
-def test_a_copy_continues_on_its_own(rendered, detector, copied):
+def test_a_copy_continues_on_its_own(rendered, detector, vocabulary, copied):
     frames, _ = rendered
-    odometry = Odometry(with_values(Settings(), {'features.detector': detector}))
+    odometry = Odometry(with_values(Settings(), {
+        'features.detector': detector, 'aick.vocabulary': vocabulary}))
     track(odometry, frames[:3])
     other = copied(odometry)
     ends = [track(each, frames[3:6])[-1] for each in (odometry, other)]

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from aick_ros.errors import InputError
 from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
@@ -199,6 +200,27 @@ def test_few_matches_and_too_few_tracks_are_rejected(frames):
     assert alone.status is Status.OK
     assert found.status is Status.TOO_FEW_MATCHES
     assert found.reason.endswith('0 keypoints tracked')
+
+
+@pytest.mark.parametrize('elapsed', [0.0, -1.0, -1e300, 1e-200, 0.9e-9, -np.inf])
+@pytest.mark.parametrize('method', ['register', 'track'])
+def test_no_velocity_is_measured_now_or_later(frames, method, elapsed):
+    registrar = Registrar(Settings())
+    views = [registrar.prepare(frame) for frame in frames[:2]]
+    with pytest.raises(InputError) as raised:
+        getattr(registrar, method)(*views[::-1], np.eye(4), elapsed)
+    assert str(raised.value) == f'elapsed is {elapsed:g} s: it must be 1 ns at least'
+
+
+def test_a_velocity_of_a_time_beyond_all_stamps_is_not_known(frames):
+    poses = []
+    for elapsed in (1e300, np.inf):
+        registrar = Registrar(Settings())
+        views = [registrar.prepare(frame) for frame in frames[:2]]
+        poses.append(registrar.register(*views[::-1], np.eye(4), elapsed))
+    np.testing.assert_array_equal(poses[0].T_target_source, poses[1].T_target_source)
+    np.testing.assert_array_equal(poses[0].covariance, poses[1].covariance)
+    assert poses[0].status is Status.OK
 
 
 def test_stages_are_timed(frames):

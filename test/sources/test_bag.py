@@ -586,6 +586,20 @@ def test_messages_that_lack_fields_are_rejected(tmp_path, recording, monkeypatch
         BagSource(folder)
 
 
+@pytest.mark.parametrize('standard, other', [
+    (b'string encoding', b'string encodin '), (b'uint32 step', b'uint32 ste '),
+    (b'uint8[] data', b'uint8[] dat ')])
+def test_images_that_their_bag_defines_otherwise_are_rejected(tmp_path, recording, standard,
+                                                              other):
+    folder = write(tmp_path / 'bag', Messages().recording(recording))
+    file, = folder.glob('*.mcap')  # the metadata of a folder have the hash of the definitions
+    content = file.read_bytes()
+    assert standard in content
+    file.write_bytes(content.replace(standard, other.ljust(len(standard))))
+    with pytest.raises(InputError, match=f'{COLOUR} or {DEPTH}: the messages are not of the type'):
+        list(BagSource(file).frames(raise_damage))
+
+
 def test_a_pair_that_waits_for_a_later_image_comes_at_the_end(tmp_path, recording):
     """Its stamps are so far apart that a later image could be nearer, but there is none."""
     messages, frame = Messages(), recording.recorded[0]
