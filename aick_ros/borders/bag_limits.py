@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any, BinaryIO, Protocol
 
 from aick_ros.borders.files import read_bytes
-from aick_ros.borders.limits import MAX_MESSAGE_BYTES, MAX_METADATA_BYTES, MAX_UNPACKING
+from aick_ros.borders.limits import (MAX_CHUNKS, MAX_MESSAGE_BYTES, MAX_METADATA_BYTES,
+                                     MAX_UNPACKING)
 from aick_ros.errors import InputError
 
 _MCAP_MAGIC = b'\x89MCAP0\r\n'
@@ -31,7 +32,8 @@ def check_bag(path: Path) -> None:
     Check the files of a bag; damage of other kinds is left to the reader.
 
     :param path: folder of a ROS 2 bag, one of its .mcap or .db3 files, or a .bag file.
-    :raises InputError: where a file is not a regular file, or a message or a chunk is too large.
+    :raises InputError: where a file is not a regular file, a message or a chunk is too large, or
+        there are too many chunks.
     """
     for file in [path] if not path.is_dir() else sorted(path.iterdir()):
         if file.suffix in _LARGEST:
@@ -110,8 +112,9 @@ def _largest_row(path: Path) -> int:
 
 
 def _largest_record(path: Path) -> int:
-    """Return the bytes of the largest record or unpacked chunk of an MCAP file."""
-    largest, size = 0, path.stat().st_size
+    """Return the bytes of the largest record or unpacked chunk of an MCAP file of few chunks."""
+    largest = chunks = 0
+    size = path.stat().st_size
     with open(path, 'rb') as file:
         if file.read(len(_MCAP_MAGIC)) != _MCAP_MAGIC:
             return 0
@@ -122,6 +125,10 @@ def _largest_record(path: Path) -> int:
             if opcode == _CHUNK:
                 *_, unpacked = _CHUNK_HEAD.unpack(file.read(_CHUNK_HEAD.size))
                 largest = max(largest, unpacked)
+                chunks += 1
+                if chunks > MAX_CHUNKS:  # each of which rosbags reads, though it be empty
+                    raise InputError(f'{path} has more than {MAX_CHUNKS} chunks: record it again, '
+                                     'with larger chunks')
             if not opcode or length > size:  # damaged, or zeros without end
                 break
             file.seek(start + _RECORD.size + length)

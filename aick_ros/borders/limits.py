@@ -28,6 +28,9 @@ MAX_UNPACKING = 100
 MAX_PACKED_FRAMES = 1000
 """Frames of a packed chunk or message, one after the other; chosen: writers make one."""
 
+MAX_CHUNKS = 2 ** 18
+"""Chunks of an MCAP file; chosen: 200 GB of 768 KiB each, as ROS 2 records them."""
+
 MAX_CHUNK_MESSAGES = 2 ** 20
 """Messages of a chunk of a bag, of topics that are read; chosen: it is full at 256 bytes each."""
 

@@ -12,7 +12,8 @@ import pytest
 
 from aick_ros.borders import bag_limits
 from aick_ros.borders.bag_limits import check_bag, check_chunks
-from aick_ros.borders.limits import MAX_MESSAGE_BYTES, MAX_METADATA_BYTES, MAX_UNPACKING
+from aick_ros.borders.limits import (MAX_CHUNKS, MAX_MESSAGE_BYTES, MAX_METADATA_BYTES,
+                                     MAX_UNPACKING)
 from aick_ros.errors import InputError
 
 MAGIC = b'\x89MCAP0\r\n'
@@ -52,6 +53,18 @@ def test_large_parts_are_rejected(tmp_path, make, size):
             continue
         with pytest.raises(InputError, match=f'has a message or chunk of {size} bytes: at most'):
             check_bag(given)
+
+
+@pytest.mark.parametrize('count', [MAX_CHUNKS, MAX_CHUNKS + 1])
+def test_chunks_are_counted_though_they_are_empty(tmp_path, count):
+    path = write(tmp_path / 'a.mcap', MAGIC, chunk(0) * count)
+    if count <= MAX_CHUNKS:
+        check_bag(path)
+        return
+    with pytest.raises(InputError) as raised:
+        check_bag(path)
+    assert str(raised.value) == (
+        f'{path} has more than 262144 chunks: record it again, with larger chunks')
 
 
 @pytest.mark.parametrize('name, magic', [('a.mcap', MAGIC), ('a.bag', b'#ROSBAG V2.0\n')])
