@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import asyncio
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, Self
 
 from aiohttp import ClientResponse
@@ -16,6 +18,9 @@ from aick_ros.errors import InputError, TransferError
 
 ANSWER_LIMIT = 20.0
 """Longest time until an answer begins [s]; chosen. Its first lines may come byte by byte."""
+
+MOST_INTERIM = 100
+"""Interim answers (status 1xx) before an answer; chosen: one each 0.2 s of its time."""
 
 LIST_LIMIT = 60.0
 """Longest time for a list of files [s]; chosen."""
@@ -32,6 +37,25 @@ def links_of(page: str) -> str:
     return '\n'.join([*_BARE.findall(page), *(f'<a href="{each}">' for each in addresses)])
 
 
+@contextmanager
+def _interim_counted(protocol: Any, url: object) -> Iterator[None]:
+    """Raise TransferError where a protocol of aiohttp, which has no limit, reads more of them."""
+    read, count = protocol.read, 0
+
+    async def counted() -> Any:
+        nonlocal count
+        if count > MOST_INTERIM:
+            raise TransferError(f'{url} has sent {count} interim answers and none that is final')
+        count += 1
+        return await read()
+
+    protocol.read = counted
+    try:
+        yield
+    finally:
+        del protocol.read
+
+
 class BoundedResponse(ClientResponse):  # type: ignore[misc, unused-ignore]  # may be missing
     """An answer of a web server; files, which are read piece by piece, have no limit here."""
 
@@ -41,11 +65,12 @@ class BoundedResponse(ClientResponse):  # type: ignore[misc, unused-ignore]  # m
         """
         Wait for the first lines.
 
-        :raises TransferError: where they do not come in time.
+        :raises TransferError: where they do not come in time, or after too many interim answers.
         """
         try:
             async with asyncio.timeout(ANSWER_LIMIT):
-                await super().start(connection)
+                with _interim_counted(connection.protocol, self.url):
+                    await super().start(connection)
         except TimeoutError:
             raise TransferError(f'{self.url} does not answer within {ANSWER_LIMIT:g} s') from None
         return self

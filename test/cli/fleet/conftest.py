@@ -16,8 +16,9 @@ class Handler(SimpleHTTPRequestHandler):
     Serves a folder, but for names with another beginning.
 
     ``cut`` ends too early, ``endless`` never, ``short`` is smaller than announced, ``broken`` an
-    error of the server, ``silent`` never answered, ``slow`` comes byte by byte, and ``nested`` a
-    folder with one like itself in it. The first ``overloads`` requests are refused.
+    error of the server, ``silent`` never answered, ``slow`` comes byte by byte, ``interim-N`` is
+    empty after N interim answers, and ``nested`` a folder with one like itself in it. The first
+    ``overloads`` requests are refused.
     """
 
     protocol_version = 'HTTP/1.1'
@@ -30,6 +31,9 @@ class Handler(SimpleHTTPRequestHandler):
             self.send_error(503)
         elif name.startswith('broken'):
             self.send_error(503)
+        elif name.startswith('interim-'):
+            self.wfile.write(b'HTTP/1.1 102 Processing\r\n\r\n' * int(name.partition('-')[2]))
+            self._send('Content-Length', '0')
         elif 'silent' in self.path:
             self._drip(b'')
         elif 'slow' in self.path:

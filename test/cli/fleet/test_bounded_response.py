@@ -62,6 +62,30 @@ def test_a_server_that_is_too_slow_is_named(web, monkeypatch, limit, path, sente
     assert str(caught.value) == f'{web.url}/{path} {sentence}'
 
 
+@pytest.mark.parametrize('count', [0, 1, 100])
+def test_some_interim_answers_come_before_an_answer(web, count):
+    assert text_at(f'{web.url}/interim-{count}') == [b'']
+
+
+@pytest.mark.parametrize('count', [101, 5000])
+def test_many_interim_answers_are_none(web, count):
+    with pytest.raises(TransferError) as caught:
+        text_at(f'{web.url}/interim-{count}')
+    assert str(caught.value) == (f'{web.url}/interim-{count} has sent 101 interim answers and '
+                                 'none that is final')
+
+
+def test_interim_answers_are_counted_for_each_answer(web):
+    async def ask():
+        connector = aiohttp.TCPConnector(limit=1)  # the connection is used again
+        async with aiohttp.ClientSession(response_class=BoundedResponse,
+                                         connector=connector) as session:
+            for _ in range(3):
+                async with session.get(f'{web.url}/interim-60') as response:
+                    assert await response.read() == b''
+    asyncio.run(ask())
+
+
 def test_the_text_of_a_page_is_its_links_alone(web):
     (web.folder / 'page').write_text('<p>words <a href="1.bag">one</a>')
 
