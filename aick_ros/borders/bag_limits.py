@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any, BinaryIO, Protocol
 
 from aick_ros.borders.files import read_bytes
-from aick_ros.borders.limits import (MAX_CHUNKS, MAX_MESSAGE_BYTES, MAX_METADATA_BYTES,
-                                     MAX_UNPACKING)
+from aick_ros.borders.limits import (
+    MAX_CHUNKS, MAX_MESSAGE_BYTES, MAX_METADATA_BYTES, MAX_UNPACKING)
 from aick_ros.errors import InputError
 
 _MCAP_MAGIC = b'\x89MCAP0\r\n'

@@ -12,8 +12,8 @@ import pytest
 
 from aick_ros.borders import bag_limits
 from aick_ros.borders.bag_limits import check_bag, check_chunks
-from aick_ros.borders.limits import (MAX_CHUNKS, MAX_MESSAGE_BYTES, MAX_METADATA_BYTES,
-                                     MAX_UNPACKING)
+from aick_ros.borders.limits import (
+    MAX_CHUNKS, MAX_MESSAGE_BYTES, MAX_METADATA_BYTES, MAX_UNPACKING)
 from aick_ros.errors import InputError
 
 MAGIC = b'\x89MCAP0\r\n'
