@@ -120,7 +120,7 @@ class Rig:
         self.node.create_subscription(kind, topic, take, QUEUE)
 
     def withdraw(self, entity):
-        """Destroy a publisher or subscription of the rig between two waits; one may be using it."""
+        """Destroy a publisher or subscription between two waits, of which one may be using it."""
         is_publisher = isinstance(entity, Publisher)
         task = self._executor.create_task(
             self.node.destroy_publisher if is_publisher else self.node.destroy_subscription,
