@@ -84,6 +84,9 @@ class BagFile:
                     return
                 except Exception as error:
                     raise self._unreadable(error) from None
+                if connection.topic not in topics:  # as the message says, not the index
+                    raise self._unreadable(ValueError(
+                        f'its index has a message of {connection.topic} as one of another topic'))
                 try:
                     message = reader.deserialize(content, connection.msgtype)
                 except Exception as error:

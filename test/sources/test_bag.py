@@ -195,6 +195,21 @@ def test_images_that_arrive_late_find_their_partners(tmp_path, recording, assert
     assert_same_frames(list(source.frames(raise_damage)), recording.recorded)
 
 
+def test_a_message_of_another_topic_than_its_index_says_is_named(tmp_path, recording):
+    """In a ROS 1 bag both the index and the message itself name the connection."""
+    messages = Messages(1)
+    pose = messages.pose('geometry_msgs/msg/PoseStamped', 1, np.eye(4))
+    path = write(tmp_path / 'one.bag', [*messages.recording(recording), ('/path', pose)], 1)
+    content, before = path.read_bytes(), rb'\t\x00\x00\x00conn='
+    colour, other = (re.search(rb'op=\x07' + before + rb'(....)....topic=' + topic, content,
+                               re.DOTALL)[1] for topic in (COLOUR.encode(), b'/path'))
+    path.write_bytes(re.sub(rb'(op=\x02' + before + b')' + re.escape(colour), rb'\1' + other,
+                            content, count=1))
+    with pytest.raises(InputError, match=r'one.bag cannot be read as a bag \(its index has a '
+                                         r'message of /path as one of another topic\): copy or'):
+        read(BagSource(path))
+
+
 @pytest.mark.parametrize('version', [1, 2])
 def test_compressed_images_come_back(tmp_path, recording, assert_same_frames, version):
     messages = Messages(version)
