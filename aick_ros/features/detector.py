@@ -51,7 +51,7 @@ def required_descriptors(descriptors: object, count: int) -> None:
     """
     kind = np.uint8 if getattr(descriptors, 'dtype', None) == np.uint8 else np.float32
     required_array(descriptors, kind, (count, None), 'descriptors of features')
-    if not np.shape(descriptors)[1]:
+    if isinstance(descriptors, np.ndarray) and not descriptors.shape[1]:
         raise InputError('descriptors of features have no columns: give each at least a number')
 
 
