@@ -55,7 +55,7 @@ class Camera:
         """Reject invalid values; the coefficients become a tuple."""
         self._check_types()
         intrinsics = (self.fx, self.fy, self.cx, self.cy)
-        if not np.all(np.isfinite(intrinsics)) or self.fx <= 0 or self.fy <= 0:
+        if not all(map(math.isfinite, intrinsics)) or self.fx <= 0 or self.fy <= 0:
             raise InputError(
                 f'the camera has fx {self.fx:g}, fy {self.fy:g}, cx {self.cx:g}, cy {self.cy:g}: '
                 'focal lengths must be positive; calibrate the camera')

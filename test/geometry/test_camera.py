@@ -165,6 +165,7 @@ def following(number):
       for name in ('fx', 'fy')),
     *(({'distortion': (0.0, sign * MAX_DISTORTION, 0.0, 0.0)},
        {'distortion': (0.0, sign * following(MAX_DISTORTION), 0.0, 0.0)}) for sign in (1, -1)),
+    ({}, {'cy': 2 ** 64}), ({}, {'fx': 10 ** 300}),
     ({}, {'cx': math.inf}), ({}, {'cy': math.nan}), ({}, {'fy': math.inf}),
     ({}, {'distortion': (0.0, 0.0, math.nan, 0.0)})])
 def test_limits_are_within(largest, beyond):
