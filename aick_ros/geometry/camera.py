@@ -52,7 +52,7 @@ class Camera:
     distortion: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Reject invalid values; the coefficients become a tuple."""
+        """Reject invalid values; sizes become int, the coefficients a tuple."""
         self._check_types()
         intrinsics = (self.fx, self.fy, self.cx, self.cy)
         if not all(map(math.isfinite, intrinsics)) or self.fx <= 0 or self.fy <= 0:
@@ -75,8 +75,7 @@ class Camera:
 
     def _check_types(self) -> None:
         try:
-            for size in (self.width, self.height):
-                operator.index(size)
+            width, height = operator.index(self.width), operator.index(self.height)
             for number in (self.fx, self.fy, self.cx, self.cy):
                 math.isfinite(number)
             distortion = tuple(float(coefficient) for coefficient in self.distortion)
@@ -84,7 +83,8 @@ class Camera:
             raise InputError(f'the camera is not of numbers ({error}): width and height must be '
                              'whole numbers, focal lengths, centre and coefficients numbers'
                              ) from None
-        object.__setattr__(self, 'distortion', distortion)
+        for name, value in (('width', width), ('height', height), ('distortion', distortion)):
+            object.__setattr__(self, name, value)
 
     def _check_distortion(self) -> None:
         if str(self.distortion_model) not in DISTORTION_MODELS:

@@ -238,3 +238,10 @@ def test_what_is_no_number_is_said_with_the_reason_of_python():
             r'^camera_info is not of numbers \(.+\): required are width and height, and the lists '
             r'k and d$')):
         Camera.from_camera_info(640, None, K)
+
+
+@pytest.mark.parametrize('size', [np.uint8(255), np.int64(255), np.array(255)])
+def test_sizes_of_any_whole_number_are_those_of_int(size):
+    assert dataclasses.replace(PINHOLE, width=size) == dataclasses.replace(PINHOLE, width=255)
+    assert dataclasses.replace(PINHOLE, height=size) == dataclasses.replace(PINHOLE, height=255)
+    hash(dataclasses.replace(PINHOLE, width=size, height=size))
