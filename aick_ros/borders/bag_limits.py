@@ -16,7 +16,7 @@ from typing import Any, BinaryIO, Protocol
 
 from aick_ros.borders.files import read_bytes
 from aick_ros.borders.limits import (
-    MAX_CHUNKS, MAX_MESSAGE_BYTES, MAX_METADATA_BYTES, MAX_UNPACKING)
+    MAX_CHUNKS, MAX_MESSAGE_BYTES, MAX_METADATA_BYTES, MAX_UNPACKING, SMALL_CHUNK_BYTES)
 from aick_ros.errors import InputError
 
 _MCAP_MAGIC = b'\x89MCAP0\r\n'
@@ -112,7 +112,7 @@ def _largest_row(path: Path) -> int:
 
 
 def _largest_record(path: Path) -> int:
-    """Return the bytes of the largest record or unpacked chunk of an MCAP file of few chunks."""
+    """Return the bytes of the largest record or unpacked chunk of an MCAP file."""
     largest = chunks = 0
     size = path.stat().st_size
     with open(path, 'rb') as file:
@@ -125,10 +125,11 @@ def _largest_record(path: Path) -> int:
             if opcode == _CHUNK:
                 *_, unpacked = _CHUNK_HEAD.unpack(file.read(_CHUNK_HEAD.size))
                 largest = max(largest, unpacked)
+                # rosbags reads each of them, though it be empty
+                if chunks >= MAX_CHUNKS and start < chunks * SMALL_CHUNK_BYTES:
+                    raise InputError(f'{path} has more than {MAX_CHUNKS} small chunks: record it '
+                                     'again, with larger ones')
                 chunks += 1
-                if chunks > MAX_CHUNKS:  # each of which rosbags reads, though it be empty
-                    raise InputError(f'{path} has more than {MAX_CHUNKS} chunks: record it again, '
-                                     'with larger chunks')
             if not opcode or length > size:  # damaged, or zeros without end
                 break
             file.seek(start + _RECORD.size + length)

@@ -29,7 +29,11 @@ MAX_PACKED_FRAMES = 1000
 """Frames of a packed chunk or message, one after the other; chosen: writers make one."""
 
 MAX_CHUNKS = 2 ** 18
-"""Chunks of an MCAP file; chosen: 200 GB of 768 KiB each, as ROS 2 records them."""
+"""Chunks of an MCAP file that are small in the mean; chosen: as many take 8 s to find."""
+
+SMALL_CHUNK_BYTES = 2 ** 12
+"""Mean size of the chunks of an MCAP file below which they are small; chosen: ROS 2 records chunks
+of 768 KiB, and whoever records hours has many."""
 
 MAX_CHUNK_MESSAGES = 2 ** 20
 """Messages of a chunk of a bag, of topics that are read; chosen: it is full at 256 bytes each."""

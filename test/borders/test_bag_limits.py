@@ -13,7 +13,7 @@ import pytest
 from aick_ros.borders import bag_limits
 from aick_ros.borders.bag_limits import check_bag, check_chunks
 from aick_ros.borders.limits import (
-    MAX_CHUNKS, MAX_MESSAGE_BYTES, MAX_METADATA_BYTES, MAX_UNPACKING)
+    MAX_CHUNKS, MAX_MESSAGE_BYTES, MAX_METADATA_BYTES, MAX_UNPACKING, SMALL_CHUNK_BYTES)
 from aick_ros.errors import InputError
 
 MAGIC = b'\x89MCAP0\r\n'
@@ -24,8 +24,8 @@ def record(opcode, content=b'', length=None):
     return struct.pack('<BQ', opcode, len(content) if length is None else length) + content
 
 
-def chunk(unpacked):
-    return record(6, struct.pack('<QQQII', 0, 0, unpacked, 0, 0) + bytes(8))
+def chunk(unpacked, packed=0):
+    return record(6, struct.pack('<QQQII', 0, 0, unpacked, 0, 0) + bytes(8 + packed))
 
 
 def write(path, *parts, size=None):
@@ -64,7 +64,18 @@ def test_chunks_are_counted_though_they_are_empty(tmp_path, count):
     with pytest.raises(InputError) as raised:
         check_bag(path)
     assert str(raised.value) == (
-        f'{path} has more than 262144 chunks: record it again, with larger chunks')
+        f'{path} has more than 262144 small chunks: record it again, with larger ones')
+
+
+def test_a_long_recording_has_as_many_chunks_as_it_needs(tmp_path, monkeypatch):
+    monkeypatch.setattr(bag_limits, 'MAX_CHUNKS', 50)
+    for size, is_small in ((SMALL_CHUNK_BYTES, False), (SMALL_CHUNK_BYTES // 2, True)):
+        path = write(tmp_path / f'{size}.mcap', MAGIC, chunk(size, size) * 60)
+        if not is_small:
+            check_bag(path)
+            continue
+        with pytest.raises(InputError, match='more than 50 small chunks'):
+            check_bag(path)
 
 
 @pytest.mark.parametrize('name, magic', [('a.mcap', MAGIC), ('a.bag', b'#ROSBAG V2.0\n')])
