@@ -72,6 +72,14 @@ def test_a_frame_is_brought_once_until_the_distortion_changes_again(frame):
     assert again is not found and again.distortion is third.distortion
 
 
+def test_a_frame_can_be_brought_back_to_how_it_was_measured(frame):
+    corrected, preparer = prepared(frame, distortion(2))
+    other, _ = prepared(frame, NO_DISTORTION)
+    found = CommonDistortion(preparer)(corrected, other)
+    assert found.distortion is NO_DISTORTION
+    np.testing.assert_allclose(found.corrected.depth, frame.depth, rtol=1e-6)
+
+
 def test_a_frame_without_a_surface_gets_none(frame):
     one, preparer = prepared(frame, NO_DISTORTION)
     other, _ = prepared(frame, distortion(3))

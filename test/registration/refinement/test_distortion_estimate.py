@@ -3,11 +3,15 @@
 
 """A distortion of depth learned from registrations: recovered, contradicted, absent, gone."""
 
+import itertools
+import math
+
 import numpy as np
 import pytest
 
 from aick_ros.frames.depth_distortion import COLUMNS, ROWS
 from aick_ros.registration.refinement.distortion_estimate import DistortionEstimate
+from aick_ros.registration.refinement.grouped_equations import GroupedEquations
 from aick_ros.registration.refinement.misalignment_equations import Equations
 
 SIGMA = 1e-3  # 1/m, of a node by one registration
@@ -92,3 +96,27 @@ def test_it_changes_less_and_less_often():
     assert (np.diff(intervals) > 0).all()
     assert len(changes) < 15
     assert intervals.max() < 0.3 * 600
+
+
+def test_it_is_the_shrunk_estimate_while_that_is_significant():
+    """Less significance is required of one that is applied; twice as much to begin with."""
+    prior = np.diag(np.concatenate([100 / np.array([0.02] * 3 + [0.035] * 3 + [0.02] * 2) ** 2,
+                                    np.full(ROWS * COLUMNS, 100 / 0.002 ** 2)]))
+    sums, estimate = GroupedEquations(prior, 0.95), DistortionEstimate()
+    nodes, applied, states, following = slice(8, 8 + ROWS * COLUMNS), False, set(), 40
+    stages = (series(TRUE, 60, common=0.002), series(TRUE, 240, seed=2, common=0.0005),
+              series(0.0 * TRUE, 900, seed=3, common=0.003))
+    for count, equations in enumerate(itertools.chain(*stages), 1):
+        sums.add(equations.information, equations.gradient)
+        estimate.learn(equations)
+        if count != following:
+            continue
+        following = math.ceil(1.25 * following)
+        values, scatter = sums.solve(np.arange(nodes.stop))
+        significance = sums.significance(nodes, values, scatter)
+        states.add((applied, significance > 5.0, significance > 10.0))
+        applied = significance > (5.0 if applied else 10.0)
+        expected = applied * (1 - 1 / significance) * values[nodes]
+        np.testing.assert_allclose(estimate.distortion.nodes.ravel(), expected, atol=1e-12)
+    assert states >= {(False, False, False), (False, True, False), (False, True, True),
+                      (True, True, False), (True, False, False)}
