@@ -79,7 +79,7 @@ class Constant:
     def __init__(self, distortion: DepthDistortion) -> None:
         self.distortion = distortion
 
-    def learn(self, equations: object) -> None:
+    def learn(self, *of: object) -> None:
         """Learn nothing."""
 
 

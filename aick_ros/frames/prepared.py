@@ -35,7 +35,7 @@ class PreparedFrame:
     :param is_tracked: whether the keypoints are not its own, but those of another frame that were
         tracked into it.
     :param undistorted: the frame with its depth image free of the distortion; None: it has none.
-    :param distortion: of the depth image.
+    :param distortion: that ``corrected`` is free of.
     """
 
     frame: RgbdFrame

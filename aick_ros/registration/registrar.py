@@ -173,7 +173,8 @@ class Registrar:
         if found.misalignment is not None:
             self._learned.misalignment.learn(found.misalignment)
             if found.misalignment.with_distortion is not None:
-                self._learned.distortion.learn(found.misalignment.with_distortion)
+                self._learned.distortion.learn(found.misalignment.with_distortion, target.stamp,
+                                               found.T_target_source)
                 self._preparer.distortion = self._learned.distortion.distortion
         delay = self._learned.misalignment.misalignment.delay + mean_depth_lag(source, target)
         return self._learned.systematic_error.add_to(

@@ -77,7 +77,8 @@ class GroupedEquations:
         """
         Return the square of a part of an estimate by its variance, weighted by the information.
 
-        Where the unknowns are zero it has the distribution F(n, 7), n being their number.
+        Where the n unknowns are zero and the groups independent, its distribution is between
+        F(n, 7 n), if all directions have the same noise, and F(1, 7), if one has nearly all.
         """
         metric = self._information.sum(axis=0)[part, part]
         variance = _JACKKNIFE * np.einsum(
