@@ -14,7 +14,6 @@ from __future__ import annotations
 import functools
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 
 from aick_ros.geometry.camera import Camera
@@ -81,9 +80,8 @@ class DepthDistortion:
     def _image(self, height: int, width: int) -> np.ndarray:
         """Return the distortion of each pixel, HxW float32 [1/m]."""
         if (height, width) not in self._images:
-            self._images[height, width] = np.asarray(cv2.remap(
-                self.nodes.astype(np.float32), *_node_coordinates(height, width),
-                cv2.INTER_LINEAR))
+            rows, columns = _interpolation(height, ROWS), _interpolation(width, COLUMNS)
+            self._images[height, width] = (rows @ self.nodes @ columns.T).astype(np.float32)
         return self._images[height, width]
 
     @functools.cached_property
@@ -117,9 +115,8 @@ def nodes_around(points: np.ndarray, camera: Camera) -> tuple[np.ndarray, np.nda
 
 
 @functools.lru_cache(maxsize=8)
-def _node_coordinates(height: int, width: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return where each pixel lies among the nodes: columns and rows, HxW float32."""
-    u = np.linspace(0, COLUMNS - 1, width, dtype=np.float32)
-    v = np.linspace(0, ROWS - 1, height, dtype=np.float32)
-    columns, rows = np.meshgrid(u, v)
-    return columns, rows
+def _interpolation(length: int, nodes: int) -> np.ndarray:
+    """Return the weights of nodes at the pixels of a side of the image, linear between them."""
+    places = np.linspace(0, nodes - 1, length)[:, None]
+    weights: np.ndarray = np.maximum(1.0 - np.abs(places - np.arange(nodes)), 0.0)
+    return weights
