@@ -26,7 +26,7 @@ from aick_ros.messages.frame_decoder import FrameDecoder
 from aick_ros.messages.synchronizer import Pair, Synchronizer
 from aick_ros.sources import OnDamaged, SourceOptions, raise_damage
 from aick_ros.sources.bag_cameras import BagCameras
-from aick_ros.sources.bag_file import BagFile, fields_required, stamp_of
+from aick_ros.sources.bag_file import BagFile, stamp_of
 from aick_ros.sources.bag_imu import BagImu
 from aick_ros.sources.bag_stream import BagStream, StampedMessage
 from aick_ros.sources.bag_topics import IMAGE, BagTopics
@@ -79,7 +79,7 @@ class BagSource:
             return None
         poses = {}
         for _, _, message in self._bag.messages([topic], raise_damage):
-            with fields_required(self._path, topic), suppress(ValueError):
+            with suppress(ValueError):
                 poses[stamp_of(message)] = _pose(message)
         stamps = sorted(poses)
         if not stamps:
@@ -101,23 +101,18 @@ class BagSource:
         found, imu = False, BagImu(self._topics.imu(self._colour), self._cameras.in_colour)
         for pair in self._pairs(imu, on_damaged):
             found = True
-            if frame := self._decoded(pair, on_damaged):
+            decode = self._decoder_of(pair)
+            try:
+                frame = decode(pair)
+            except InputError as error:
+                on_damaged(InputError(f'{self._path}, {error}'))
+            else:
                 yield imu.with_samples(frame, pair.colour.header.frame_id)
         if not found:
             raise InputError(
                 f'{self._path}: no image on {self._colour} is within '
                 f'{self._options.max_interval:g} s of one on {self._depth}: check the stamps of '
                 'the two drivers')
-
-    def _decoded(self, pair: Pair, on_damaged: OnDamaged) -> RgbdFrame | None:
-        """Return the frame of a pair, None where it is damaged."""
-        decode = self._decoder_of(pair)
-        with fields_required(self._path, f'{self._colour} or {self._depth}'):
-            try:
-                return decode(pair)
-            except InputError as error:
-                on_damaged(InputError(f'{self._path}, {error}'))
-        return None
 
     def _decoder_of(self, pair: Pair) -> Callable[[Pair], RgbdFrame]:
         """Return the function that decodes a pair; InputError where its extrinsic is missing."""
@@ -133,11 +128,9 @@ class BagSource:
         add = {self._colour: synchronizer.add_colour, self._depth: synchronizer.add_depth}
         streams = {topic: BagStream(partial(self._report, on_damaged, topic)) for topic in add}
         for topic, log_time, message in self._bag.messages([*add, *imu.topics], on_damaged):
-            with fields_required(self._path, topic):
-                stamp = stamp_of(message)
-                ready = list(imu.add(stamp, message)) if topic in imu.topics else None
-            if ready is not None:
-                yield from ready
+            stamp = stamp_of(message)
+            if topic in imu.topics:
+                yield from imu.add(stamp, message)
                 continue
             for image in streams[topic].add(StampedMessage(stamp, message), log_time):
                 yield from imu.wait(add[topic](*image))

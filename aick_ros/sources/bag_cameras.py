@@ -17,7 +17,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.frame_tree import FrameTree
 from aick_ros.messages.camera_info import is_rectified, to_camera
 from aick_ros.sources import SourceOptions, raise_damage
-from aick_ros.sources.bag_file import BagFile, fields_required
+from aick_ros.sources.bag_file import BagFile
 from aick_ros.sources.bag_topics import BagTopics
 from aick_ros.sources.calibration import read_camera
 
@@ -92,8 +92,7 @@ class BagCameras:
     def _camera(self, topic: str, images: str, remedy: str) -> Camera:
         for message in self._bag.messages([topic], raise_damage):
             try:
-                with fields_required(self._topics.bag, topic):
-                    return to_camera(_as_in_ros2(message.content), is_rectified(images))
+                return to_camera(_as_in_ros2(message.content), is_rectified(images))
             except InputError as error:
                 raise InputError(f'{self._topics.bag}, {topic}: {error}; {remedy}') from None
         raise InputError(f'{self._topics.bag} has no message on {topic}: record it again, '

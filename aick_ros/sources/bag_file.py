@@ -21,6 +21,7 @@ from aick_ros.errors import InputError
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import stamp_to_seconds
 from aick_ros.sources import OnDamaged
+from aick_ros.sources.standard_definitions import difference
 
 _REPAIR = ('copy or record it again, or repair it (`ros2 bag reindex` for a ROS 2 bag, `mcap '
            'recover` for an mcap file, `rosbag reindex` for a ROS 1 bag)')
@@ -70,12 +71,13 @@ class BagFile:
         Yield the messages in the order in which they were recorded.
 
         :param on_damaged: called with the error of each message that cannot be deserialised.
-        :raises InputError: where the bag cannot be read to its end.
+        :raises InputError: where the bag cannot be read to its end, or defines messages of ROS
+            otherwise than ROS does.
         """
         with self._open() as reader:
             connections = [connection for connection in reader.connections
                            if connection.topic in topics]
-            self._check_fields(reader, connections)
+            self._check_definitions(reader, connections)
             messages = reader.messages(connections)
             while connections:  # of none, the reader would yield all messages
                 try:
@@ -113,25 +115,21 @@ class BagFile:
         finally:
             reader.close()
 
-    def _check_fields(self, reader: AnyReader, connections: list[Connection]) -> None:
+    def _check_definitions(self, reader: AnyReader, connections: list[Connection]) -> None:
+        types = reader.typestore.fielddefs
         try:
-            check_fields(reader.typestore.fielddefs, {each.msgtype for each in connections})
+            check_fields(types, {each.msgtype for each in connections})
         except InputError as error:
             raise self._unreadable(error) from None
+        for each in connections:
+            if reason := difference(types, each.msgtype, reader.is2):
+                raise InputError(
+                    f'{self._path}, {each.topic}: the messages are not of the type that they are '
+                    f'declared as ({reason}): choose another topic, or record with the standard '
+                    'definition')
 
     def _unreadable(self, error: Exception) -> InputError:
         return InputError(f'{self._path} cannot be read as a bag ({_reason(error)}): {_REPAIR}')
-
-
-@contextmanager
-def fields_required(bag: object, topic: str) -> Iterator[None]:
-    """Raise InputError where the block needs a field that the messages of a topic do not have."""
-    try:
-        yield
-    except (AttributeError, TypeError, IndexError) as error:
-        raise InputError(f'{bag}, {topic}: the messages are not of the type that they are '
-                         f'declared as ({_reason(error)}): choose another topic, or record with '
-                         'the standard definition') from None
 
 
 def stamp_of(message: Any) -> int:

@@ -23,7 +23,6 @@ from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.sources import SourceOptions, bag_file, open_source, raise_damage
 from aick_ros.sources.bag import BagSource
-from aick_ros.sources.bag_file import BagMessage
 
 STORES = {1: get_typestore(Stores.ROS1_NOETIC), 2: get_typestore(Stores.ROS2_JAZZY)}
 COLOUR, DEPTH, INFO, TRUTH = '/rgb/image_raw', '/depth/image_raw', '/rgb/camera_info', (
@@ -593,26 +592,38 @@ def test_metadata_with_impossible_counts_is_rejected(bag, count):
         BagSource(bag)
 
 
-def test_messages_that_lack_fields_are_rejected(tmp_path, recording, monkeypatch):
-    folder = write(tmp_path / 'bag', Messages().recording(recording))
-    other = [BagMessage(INFO, 1, SimpleNamespace(width=32, k=[1.0] * 9))]
-    monkeypatch.setattr(bag_file.BagFile, 'messages', lambda *_: iter(other))
-    with pytest.raises(InputError, match='camera_info: the messages are not of the type that'):
-        BagSource(folder)
-
-
-@pytest.mark.parametrize('standard, other', [
-    (b'string encoding', b'string encodin '), (b'uint32 step', b'uint32 ste '),
-    (b'uint8[] data', b'uint8[] dat ')])
-def test_images_that_their_bag_defines_otherwise_are_rejected(tmp_path, recording, standard,
-                                                              other):
-    folder = write(tmp_path / 'bag', Messages().recording(recording))
+def defined(path, recording, standard, other):
+    """Write a bag that defines its messages otherwise, and return its file."""
+    folder = write(path, Messages().recording(recording))
     file, = folder.glob('*.mcap')  # the metadata of a folder have the hash of the definitions
     content = file.read_bytes()
     assert standard in content
     file.write_bytes(content.replace(standard, other.ljust(len(standard))))
-    with pytest.raises(InputError, match=f'{COLOUR} or {DEPTH}: the messages are not of the type'):
+    return file
+
+
+def test_a_calibration_that_its_bag_defines_otherwise_is_rejected(tmp_path, recording):
+    file = defined(tmp_path / 'bag', recording, b'float64[12] p', b'float64[12] q')
+    with pytest.raises(InputError, match=f'{INFO}: the messages are not of the type that they are '
+                       r'declared as \(sensor_msgs/msg/CameraInfo has no p\)'):
+        BagSource(file)
+
+
+@pytest.mark.parametrize('standard, other', [
+    (b'string encoding', b'string encodin'), (b'uint32 step', b'uint32 ste'),
+    (b'uint8[] data', b'uint8[] dat'), (b'uint32 step', b'string step')])
+def test_images_that_their_bag_defines_otherwise_are_rejected(tmp_path, recording, standard,
+                                                              other):
+    file = defined(tmp_path / 'bag', recording, standard, other)
+    with pytest.raises(InputError, match=f'({COLOUR}|{DEPTH}): the messages are not of the type'):
         list(BagSource(file).frames(raise_damage))
+
+
+def test_a_defect_of_ours_is_not_taken_for_one_of_the_bag(tmp_path, recording, monkeypatch):
+    source = BagSource(write(tmp_path / 'bag', Messages().recording(recording)))
+    monkeypatch.setattr(source._decoder, 'decode', lambda pair, camera: pair.no_such_field)
+    with pytest.raises(AttributeError):
+        list(source.frames(raise_damage))
 
 
 def test_a_pair_that_waits_for_a_later_image_comes_at_the_end(tmp_path, recording):

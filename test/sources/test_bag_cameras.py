@@ -4,6 +4,7 @@
 """Cameras and extrinsic of a bag whose messages are given."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -92,7 +93,8 @@ def test_capital_letters_of_ros_1_are_read():
     ({}, 'has no camera_info topic .*; or give a calibration with --camera FILE'),
     ({INFO: []}, 'some.bag has no message on /rgb/camera_info: record it again, or give a '
                  'calibration with --camera FILE'),
-    ({INFO: [SimpleNamespace(K=1, D=2, P=3)]}, 'some.bag, /rgb/camera_info: .*; or give')])
+    ({INFO: [replace(camera_info(1, COLOUR), width=0)]},
+     'some.bag, /rgb/camera_info: .*; or give')])
 def test_a_camera_that_is_not_described_is_one_sentence(messages, remedy):
     with pytest.raises(InputError, match=remedy):
         cameras(messages).colour(RGB)

@@ -14,7 +14,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from aick_ros.borders import bag_limits
 from aick_ros.errors import InputError
 from aick_ros.sources import raise_damage
-from aick_ros.sources.bag_file import BagFile, fields_required, stamp_of
+from aick_ros.sources.bag_file import BagFile, stamp_of
 from aick_ros.sources.writers.bag_messages import TYPESTORE
 
 TEXT = 'std_msgs/msg/String'
@@ -139,24 +139,6 @@ def test_other_folders_say_what_to_do(tmp_path, name, count, sentence):
     assert str(caught.value).startswith(f'{folder} {sentence}')
 
 
-@pytest.mark.parametrize('error, reason', [
-    (AttributeError("no 'k'"), "no 'k'"), (TypeError('two\n  lines.'), 'two lines'),
-    (IndexError(), 'IndexError')])
-def test_missing_fields_are_one_sentence_with_the_reason_in_a_line(error, reason):
-    with pytest.raises(InputError) as caught:
-        with fields_required('some.bag', '/a'):
-            raise error
-    assert str(caught.value).startswith('some.bag, /a: the messages are not of the type')
-    assert f'({reason})' in str(caught.value)
-
-
-@pytest.mark.parametrize('error', [InputError('own'), ValueError('value'), KeyError('key')])
-def test_other_errors_of_the_block_come_through(error):
-    with pytest.raises(type(error), match=str(error)):
-        with fields_required('some.bag', '/a'):
-            raise error
-
-
 def test_stamps_lose_no_nanosecond():
     time = SimpleNamespace(sec=np.int32(2_147_483_647), nanosec=np.uint32(999_999_999))
     stamp = stamp_of(SimpleNamespace(header=SimpleNamespace(stamp=SimpleNamespace(
@@ -184,11 +166,13 @@ def test_a_bag_is_closed_when_it_has_been_read_or_is_read_no_further(tmp_path, s
 
 
 def test_sentences_about_a_bag_are_whole(tmp_path):
-    with pytest.raises(InputError) as raised, fields_required('a.bag', '/topic'):
-        raise AttributeError('no stamp')
+    bag = write(tmp_path / 'bag', [('/a', 1, 'one')], definition='string text\n')
+    file, = bag.glob('*.mcap')
+    with pytest.raises(InputError) as raised:
+        list(BagFile(file).messages(['/a'], raise_damage))
     assert str(raised.value) == (
-        'a.bag, /topic: the messages are not of the type that they are declared as (no stamp): '
-        'choose another topic, or record with the standard definition')
+        f'{file}, /a: the messages are not of the type that they are declared as ({TEXT} has no '
+        'data): choose another topic, or record with the standard definition')
     (tmp_path / 'folder').mkdir()
     with pytest.raises(InputError) as raised:
         BagFile(tmp_path / 'folder')

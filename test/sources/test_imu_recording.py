@@ -68,15 +68,13 @@ def test_a_folder_of_images_has_none(tmp_path):
         read_imu(tmp_path)
 
 
-def test_samples_that_cannot_be_read_are_one_sentence(tmp_path, write, monkeypatch):
-    def without_header(message):
-        raise AttributeError('no header')
-
-    path = write([('/imu', 1, (1.0, 0.0, 0.0), (0.0, 0.0, 9.8))])
-    monkeypatch.setattr(imu_recording, 'stamp_of', without_header)
+def test_samples_that_cannot_be_read_are_one_sentence(write):
+    file, = write([('/imu', 1, (1.0, 0.0, 0.0), (0.0, 0.0, 9.8))]).glob('*.mcap')
+    content = file.read_bytes()
+    file.write_bytes(content.replace(b'Vector3 angular_velocity', b'Vector3 angular_velocitx'))
     with pytest.raises(InputError) as raised:
-        read_imu(path)
-    assert str(raised.value).startswith(f'{path}, /imu: the messages are not of the type ')
+        read_imu(file)
+    assert str(raised.value).startswith(f'{file}, /imu: the messages are not of the type ')
 
 
 def test_sentences_name_the_recording_and_what_is_required(tmp_path):
