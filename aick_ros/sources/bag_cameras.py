@@ -18,7 +18,7 @@ from aick_ros.geometry.frame_tree import FrameTree
 from aick_ros.messages.camera_info import is_rectified, to_camera
 from aick_ros.sources import SourceOptions, raise_damage
 from aick_ros.sources.bag_file import BagFile
-from aick_ros.sources.bag_topics import BagTopics
+from aick_ros.sources.bag_topics import TRANSFORMS, BagTopics
 from aick_ros.sources.calibration import read_camera
 
 _STATIC_TRANSFORMS = '/tf_static'
@@ -102,7 +102,9 @@ class BagCameras:
     def _frames(self) -> FrameTree:
         """The fixed transforms of the bag; null quaternions are skipped."""
         tree = FrameTree()
-        for message in self._bag.messages([_STATIC_TRANSFORMS], raise_damage):
+        has_some = self._topics.types.get(_STATIC_TRANSFORMS) == TRANSFORMS
+        topics = [_STATIC_TRANSFORMS] if has_some else []
+        for message in self._bag.messages(topics, raise_damage):
             for link in message.content.transforms:
                 position, rotation = link.transform.translation, link.transform.rotation
                 try:

@@ -21,6 +21,8 @@ POSES = ('geometry_msgs/msg/PoseStamped', 'geometry_msgs/msg/PoseWithCovarianceS
          'geometry_msgs/msg/TransformStamped', 'nav_msgs/msg/Odometry')
 """Types of messages that can be ground truth."""
 
+TRANSFORMS = 'tf2_msgs/msg/TFMessage'
+
 _IMAGES = (IMAGE, COMPRESSED_IMAGE)
 _DEPTH = re.compile(r'depth', re.IGNORECASE)
 _REGISTERED = re.compile(r'registered|aligned|depth_to_', re.IGNORECASE)

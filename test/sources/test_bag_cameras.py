@@ -16,7 +16,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.sources import SourceOptions
 from aick_ros.sources.bag_cameras import BagCameras
 from aick_ros.sources.bag_file import BagMessage
-from aick_ros.sources.bag_topics import BagTopics
+from aick_ros.sources.bag_topics import CAMERA_INFO, TRANSFORMS, BagTopics
 from aick_ros.sources.writers.bag_messages import camera_info
 
 COLOUR, DEPTH = Camera(320, 240, 262, 263, 159.5, 119.5), Camera(256, 212, 182, 183, 127, 106)
@@ -53,7 +53,7 @@ class Bag:
 
 
 def cameras(messages=INFOS, **options):
-    types = {topic: 'sensor_msgs/msg/CameraInfo' for topic in messages if 'info' in topic}
+    types = {topic: CAMERA_INFO if 'info' in topic else TRANSFORMS for topic in messages}
     return BagCameras(Bag(messages), BagTopics(types, 'some.bag'), SourceOptions(**options))
 
 

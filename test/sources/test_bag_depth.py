@@ -97,6 +97,13 @@ def test_depth_is_registered_to_colour(tmp_path, views, given):
     assert_registered(frame, truth)
 
 
+def test_a_topic_of_that_name_with_other_messages_has_no_transforms(tmp_path, views):
+    text = '/tf_static', TYPESTORE.types['std_msgs/msg/String']('none')
+    bag = write(tmp_path / 'bag', text, INFO, DEPTH_INFO, COLOUR, depth(views[1]))
+    with pytest.raises(InputError, match="has no transform from 'depth' .* on /tf_static: give"):
+        list(open_source(bag, SourceOptions(register_depth=True)).frames(raise_damage))
+
+
 def test_the_given_extrinsic_comes_before_tf_static(tmp_path, views):
     wrong = '/tf_static', tf_static(('rgb', 'depth', np.eye(4)))
     bag = write(tmp_path / 'bag', wrong, INFO, DEPTH_INFO, COLOUR, depth(views[1]))
