@@ -24,11 +24,10 @@ from aick_ros.odometry import Odometry
 from aick_ros.odometry.base_odometry import BaseOdometry
 from aick_ros.registration.preparation import Preparation
 from aick_ros.ros.control import Control
+from aick_ros.ros.health.camera_report import CameraReport
 from aick_ros.ros.health.counts import Count
 from aick_ros.ros.health.diagnostics import Diagnostics
-from aick_ros.ros.health.distortion_report import DistortionReport
 from aick_ros.ros.health.expectations import Expectations
-from aick_ros.ros.health.misalignment_report import MisalignmentReport
 from aick_ros.ros.image_stream import ImageStream
 from aick_ros.ros.input.assembler import Arrival, FrameAssembler
 from aick_ros.ros.input.extrinsics import Extrinsics
@@ -99,8 +98,7 @@ class Pipeline:
         self._views = Views(node, settings.odom_frame_id)
         self._rtabmap = RtabmapTopics(
             node, settings.odom_frame_id, self._odometry.local_map)
-        self._misalignment = MisalignmentReport(self._logger.info)
-        self._distortion = DistortionReport(self._logger.info)
+        self._camera_report = CameraReport(self._logger.info)
         self._expectations = Expectations(node, settings)
         self._control = Control(node, settings.odom_frame_id, self._reset, self._set_pose)
         # from images to the queue
@@ -221,8 +219,7 @@ class Pipeline:
         else:
             update = self._odometry.register(
                 preparation, partial(self._guess.camera_motion, camera_frame), T_base_camera)
-        self._misalignment.update(self._odometry.misalignment)
-        self._distortion.update(self._odometry.distortion)
+        self._camera_report.update(self._odometry.misalignment, self._odometry.distortion)
         base = self._base.update(update, T_base_camera, mount)
         if base is not None:
             self._publisher.publish(base)
@@ -295,8 +292,8 @@ class Pipeline:
             complaint, self._control.paused,
             {'backlog': str(self._queue.backlog),
              'backlog in MB': f'{self._queue.backlog_bytes / 1e6:.1f}',
-             'misalignment of the camera': self._misalignment.description,
-             'distortion of depth images': self._distortion.description,
+             'misalignment of the camera': self._camera_report.misalignment,
+             'distortion of depth images': self._camera_report.distortion,
              'gyroscope': self._odometry.gyroscope.description,
              'accelerometer': self._odometry.gravity.description,
              'dropped to shed load': self._shedding.step.value},

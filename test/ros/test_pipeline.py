@@ -622,8 +622,8 @@ def test_the_report_has_what_is_missing_and_what_waits(active):
     pipeline, odometry = made.pipeline, made.camera
     images.text, images.counts = 'no depth', {Count.DEPTH_MISSING: 4, Count.COLOUR_UNPAIRED: 5}
     odometry.gyroscope.complaint, odometry.gravity.complaint = 'turns', 'falls'
-    pipeline._misalignment.update(SimpleNamespace(
-        values=np.zeros(8), description='rotated by 1 degree'))
+    pipeline._camera_report.update(SimpleNamespace(
+        values=np.zeros(8), description='rotated by 1 degree'), NO_DISTORTION)
     for _ in range(2):  # what is counted elsewhere is counted once
         pipeline._report(images)
     assert made.status.message == 'no depth; turns; falls'
