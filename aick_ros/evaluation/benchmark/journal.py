@@ -13,7 +13,6 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import json
-import math
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -21,6 +20,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from aick_ros.borders.bounded_json import bounded_json
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_LIST_BYTES
 from aick_ros.borders.replacement import unwritable
@@ -163,11 +163,11 @@ def _header(recordings: Sequence[Recording]) -> dict[str, Any]:
 
 def _parse(path: Path, number: int, text: bytes) -> Line:
     try:
-        content = json.loads(text)
+        content = bounded_json(text.decode())
         line = (PairLine(**{**content, 'pair': FramePair(*content['pair'])}) if 'pair' in content
                 else FrameLine(**content))
         _require_types(line)
-    except (ValueError, TypeError, RecursionError, OverflowError):
+    except (ValueError, TypeError):
         raise InputError(f'{path}, line {number} is not a result: delete the file to start '
                          'anew') from None
     return line
@@ -185,5 +185,5 @@ def _require_types(line: Line) -> None:
     # type() is for bool, which is an int
     if not (all(isinstance(name, str) for name in names)
             and all(type(frame) is int and frame >= 0 for frame in frames)
-            and all(type(number) is not bool and math.isfinite(number) for number in numbers)):
+            and all(type(number) in (int, float) for number in numbers)):
         raise ValueError
