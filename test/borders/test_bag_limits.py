@@ -55,12 +55,9 @@ def test_large_parts_are_rejected(tmp_path, make, size):
             check_bag(given)
 
 
-@pytest.mark.parametrize('count', [MAX_CHUNKS, MAX_CHUNKS + 1])
-def test_chunks_are_counted_though_they_are_empty(tmp_path, count):
-    path = write(tmp_path / 'a.mcap', MAGIC, chunk(0) * count)
-    if count <= MAX_CHUNKS:
-        check_bag(path)
-        return
+def test_chunks_are_counted_though_they_are_empty(tmp_path):
+    check_bag(write(tmp_path / 'few.mcap', MAGIC, chunk(0) * MAX_CHUNKS))
+    path = write(tmp_path / 'many.mcap', MAGIC, chunk(0) * (MAX_CHUNKS + 1))
     with pytest.raises(InputError) as raised:
         check_bag(path)
     assert str(raised.value) == (
@@ -69,13 +66,11 @@ def test_chunks_are_counted_though_they_are_empty(tmp_path, count):
 
 def test_a_long_recording_has_as_many_chunks_as_it_needs(tmp_path, monkeypatch):
     monkeypatch.setattr(bag_limits, 'MAX_CHUNKS', 50)
-    for size, is_small in ((SMALL_CHUNK_BYTES, False), (SMALL_CHUNK_BYTES // 2, True)):
-        path = write(tmp_path / f'{size}.mcap', MAGIC, chunk(size, size) * 60)
-        if not is_small:
-            check_bag(path)
-            continue
-        with pytest.raises(InputError, match='more than 50 small chunks'):
-            check_bag(path)
+    large, small = (write(tmp_path / f'{size}.mcap', MAGIC, chunk(size, size) * 60)
+                    for size in (SMALL_CHUNK_BYTES, SMALL_CHUNK_BYTES // 2))
+    check_bag(large)
+    with pytest.raises(InputError, match='more than 50 small chunks'):
+        check_bag(small)
 
 
 @pytest.mark.parametrize('name, magic', [('a.mcap', MAGIC), ('a.bag', b'#ROSBAG V2.0\n')])
