@@ -58,12 +58,13 @@ odom_node()
 '''
 
 
-def wait_until(condition, what):
+def wait_until(condition, what, pause=lambda: time.sleep(0.005)):
+    """Wait for a condition; what it is about is said, or given by a function, where it fails."""
     deadline = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < deadline, (
             f'waited {PATIENCE:g} s in vain for {what() if callable(what) else what}')
-        time.sleep(0.005)
+        pause()
 
 
 def info_message(camera):
@@ -247,10 +248,7 @@ class Graph:
         """Do the callbacks of the node beside, and of others, until a condition is met."""
         for node in nodes:
             self._executor.add_node(node)
-        deadline = time.monotonic() + PATIENCE
-        while not condition():
-            assert time.monotonic() < deadline, f'waited {PATIENCE:g} s in vain for {what}'
-            self._executor.spin_once(timeout_sec=0.1)
+        wait_until(condition, what, lambda: self._executor.spin_once(timeout_sec=0.1))
         for node in nodes:
             self._executor.remove_node(node)
 
@@ -390,23 +388,32 @@ def darken():
     return in_the_dark
 
 
+@pytest.fixture(scope='session', name='wait_until')
+def waiting():
+    return wait_until
+
+
 @pytest.fixture
-def rig(ros_domain):
+def ros(ros_domain):
+    """Start ROS in this process, in a domain of the test's own."""
     rclpy.init(args=[])
+    yield
+    rclpy.try_shutdown()
+
+
+@pytest.fixture
+def rig(ros):
     rig = Rig()
     yield rig
     rig.close()
-    rclpy.shutdown()
 
 
 @pytest.fixture
-def graph(ros_domain):
+def graph(ros):
     """Return where the test makes nodes of this process, and hears them."""
-    rclpy.init(args=[])
     graph = Graph()
     yield graph
     graph.close()
-    rclpy.try_shutdown()
 
 
 @pytest.fixture

@@ -4,7 +4,6 @@
 """What a node got since some moment is destroyed, and nothing else."""
 
 import pytest
-import rclpy
 from rclpy.parameter import Parameter
 from std_msgs.msg import Header
 from std_srvs.srv import Empty
@@ -13,12 +12,8 @@ from aick_ros.ros.entities import Entities
 
 
 @pytest.fixture
-def node(ros_domain):
-    rclpy.init(args=[])
-    node = rclpy.create_node('probe')
-    yield node
-    node.destroy_node()
-    rclpy.shutdown()
+def node(graph):
+    return graph.node()
 
 
 def furnish(node, suffix):

@@ -29,6 +29,8 @@ OPTICAL = 'camera_rgb_optical_frame'
 SUITABLE = {'process_every_frame': True, 'qos_reliability': 'reliable', 'topic_queue_size': 100,
             'sync_queue_size': 100, 'frame_id': OPTICAL}
 COUNT = 9
+SUCCESS, FAILURE, ERROR = (TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE,
+                           TransitionCallbackReturn.ERROR)
 
 
 @pytest.fixture(scope='module')
@@ -78,6 +80,30 @@ def offline(frames):
 def entities(node):
     return [len(list(kind)) for kind in (
         node.publishers, node.subscriptions, node.services, node.timers)]
+
+
+def fails_twice(node, trigger):
+    """Check that a transition fails twice in the same way, as the first time leaves nothing."""
+    before = entities(node)
+    for _ in range(2):
+        assert trigger() is FAILURE
+        assert entities(node) == before
+
+
+@pytest.fixture
+def make(ros_domain):
+    """Return a function that makes the node alone, with arguments of ROS."""
+    made = []
+
+    def make(*arguments):
+        rclpy.init(args=list(arguments))
+        made.append(OdomLifecycleNode())
+        return made[-1]
+
+    yield make
+    for node in made:
+        node.close()
+    rclpy.try_shutdown()
 
 
 @pytest.fixture
@@ -137,17 +163,11 @@ def test_what_does_not_fit_its_state_is_rejected(rig, node):
 
 
 @pytest.mark.parametrize('rule', ['odom:=rgb/image', 'depth/image:=rgb/camera_info'])
-def test_an_activation_that_fails_leaves_nothing(ros_domain, capfd, rule):
-    rclpy.init(args=['--ros-args', '-r', rule])
-    node = OdomLifecycleNode()
+def test_an_activation_that_fails_leaves_nothing(make, capfd, rule):
+    node = make('--ros-args', '-r', rule)
     node.trigger_configure()
-    inactive = entities(node)
-    for _ in range(2):
-        assert node.trigger_activate() is TransitionCallbackReturn.FAILURE
-        assert entities(node) == inactive
+    fails_twice(node, node.trigger_activate)
     assert 'messages of two types' in capfd.readouterr().err
-    node.close()
-    rclpy.shutdown()
 
 
 def test_what_cannot_be_configured_says_why_and_stays_unconfigured(rig, start_node):
@@ -179,8 +199,7 @@ def test_ends_cleanly_in_the_middle_of_work(rig, start_node, frames):
 
 
 def test_what_was_made_before_a_configuration_fails_is_destroyed(
-        ros_domain, monkeypatch, capfd):
-    """So that a second attempt does not subscribe twice."""
+        make, monkeypatch, capfd):
     def pipeline(node, *_):
         node.create_timer(1000.0, print)
         node.create_subscription(Transition, 'rgb/image', print, 1)
@@ -188,15 +207,9 @@ def test_what_was_made_before_a_configuration_fails_is_destroyed(
         raise InputError('no such vocabulary')
 
     monkeypatch.setattr(odom_lifecycle_node, 'Pipeline', pipeline)
-    rclpy.init(args=[])
-    node = OdomLifecycleNode()
-    before = entities(node)
-    for _ in range(2):
-        assert node.trigger_configure() is TransitionCallbackReturn.FAILURE
-        assert entities(node) == before
+    node = make()
+    fails_twice(node, node.trigger_configure)
     assert 'no such vocabulary' in capfd.readouterr().err
-    node.close()
-    rclpy.shutdown()
 
 
 class Pipeline:
@@ -225,18 +238,10 @@ class Pipeline:
 
 
 @pytest.fixture
-def alone(ros_domain, monkeypatch):
+def alone(make, monkeypatch):
     """Return a node whose transitions the test triggers, with a pipeline that does nothing."""
     monkeypatch.setattr(odom_lifecycle_node, 'Pipeline', Pipeline)
-    rclpy.init(args=[])
-    node = OdomLifecycleNode()
-    yield node
-    node.close()
-    rclpy.try_shutdown()
-
-
-SUCCESS, FAILURE, ERROR = (TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE,
-                           TransitionCallbackReturn.ERROR)
+    return make()
 
 
 def set_one(node, name, value):

@@ -5,7 +5,6 @@
 
 import numpy as np
 import pytest
-import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.parameter import Parameter as RosParameter
 
@@ -18,21 +17,12 @@ from aick_ros.settings.presets import PRESETS, preset
 
 
 @pytest.fixture
-def make_node(ros_domain):
-    rclpy.init(args=[])
-    nodes = []
-
-    def make(**overrides):
-        nodes.append(rclpy.create_node(
-            'probe', automatically_declare_parameters_from_overrides=True, parameter_overrides=[
-                RosParameter(name.replace('__', '.'), value=value)
-                for name, value in overrides.items()]))
-        return nodes[-1]
-
-    yield make
-    for node in nodes:
-        node.destroy_node()
-    rclpy.shutdown()
+def make_node(graph):
+    """Return a function that makes a node with parameters."""
+    return lambda **overrides: graph.node(
+        automatically_declare_parameters_from_overrides=True, parameter_overrides=[
+            RosParameter(name.replace('__', '.'), value=value)
+            for name, value in overrides.items()])
 
 
 def test_every_parameter_is_declared_with_description_range_and_unit(make_node):

@@ -12,13 +12,6 @@ from std_msgs.msg import Empty
 from aick_ros.ros.spinning import spinning
 
 
-@pytest.fixture
-def ros(ros_domain):
-    rclpy.init(args=[])
-    yield
-    rclpy.try_shutdown()
-
-
 def trigger(node, callback):
     """Have a callback done as soon as the node spins."""
     node.create_guard_condition(callback).trigger()

@@ -6,7 +6,6 @@
 import subprocess
 
 import pytest
-import rclpy
 from sensor_msgs.msg import CameraInfo, Image
 
 from aick_ros.errors import InputError
@@ -15,13 +14,9 @@ from aick_ros.ros.typed_topics import TypedTopics
 
 
 @pytest.fixture
-def node(ros_domain):
-    rclpy.init(args=[])
-    node = TypedTopics('probe', namespace='robot', cli_args=[
-        '--ros-args', '-r', 'depth:=colour', '-r', 'info:=/robot/colour'])
-    yield node
-    node.destroy_node()
-    rclpy.shutdown()
+def node(graph):
+    return graph.add(TypedTopics('probe', namespace='robot', cli_args=[
+        '--ros-args', '-r', 'depth:=colour', '-r', 'info:=/robot/colour']))
 
 
 def test_a_topic_may_be_published_and_received_more_than_once(node, capfd):

@@ -4,7 +4,6 @@
 """A node under test, other nodes that publish, and what was logged."""
 
 import re
-import time
 
 import pytest
 import rclpy
@@ -15,22 +14,13 @@ from std_msgs.msg import Header
 
 from aick_ros.ros.conversions import to_time, transform_stamped
 
-PATIENCE = 60.0  # seconds that nothing takes, even on a loaded machine
-
-
-def wait_until(condition):
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
-
 
 @pytest.fixture
-def node(ros_context):
+def node(ros_context, wait_until):
     """Return a node, with nobody else."""
     made = rclpy.create_node('probe', context=ros_context)
     wait_until(lambda: {topic for topic, _ in made.get_topic_names_and_types()} <= {
-        '/parameter_events', '/rosout'})
+        '/parameter_events', '/rosout'}, 'the nodes of another test to be gone')
     yield made
     made.destroy_node()
 
@@ -38,10 +28,8 @@ def node(ros_context):
 class Neighbours:
     """Other nodes, whose publishers the node under test has found once they are returned."""
 
-    wait_until = staticmethod(wait_until)
-
-    def __init__(self, node):
-        self._node, self._others = node, {}
+    def __init__(self, node, wait_until):
+        self._node, self._others, self.wait_until = node, {}, wait_until
 
     def offer(self, topic, reliability=ReliabilityPolicy.RELIABLE,
               durability=DurabilityPolicy.VOLATILE, name='camera', kind=Image):
@@ -51,7 +39,7 @@ class Neighbours:
         before = self._node.count_publishers(topic)
         publisher = self._others[name].create_publisher(kind, topic, QoSProfile(
             depth=100, reliability=reliability, durability=durability))
-        self.wait_until(lambda: self._node.count_publishers(topic) > before)
+        self.wait_until(lambda: self._node.count_publishers(topic) > before, topic)
         return publisher
 
     def withdraw(self, publisher):
@@ -60,7 +48,7 @@ class Neighbours:
         before = self._node.count_publishers(topic)
         [owner] = [other for other in self._others.values() if publisher in other.publishers]
         owner.destroy_publisher(publisher)
-        self.wait_until(lambda: self._node.count_publishers(topic) < before)
+        self.wait_until(lambda: self._node.count_publishers(topic) < before, f'{topic} to end')
 
     def send(self, publisher, *messages):
         """
@@ -68,7 +56,7 @@ class Neighbours:
 
         Within a process Fast DDS puts a message into the queues while it is published.
         """
-        self.wait_until(lambda: self._has_matched(publisher))
+        self.wait_until(lambda: self._has_matched(publisher), publisher.topic_name)
         for message in messages:
             publisher.publish(message)
 
@@ -93,8 +81,8 @@ def can_receive(subscription, offered):
 
 
 @pytest.fixture
-def neighbours(node):
-    made = Neighbours(node)
+def neighbours(node, wait_until):
+    made = Neighbours(node, wait_until)
     yield made
     made.close()
 

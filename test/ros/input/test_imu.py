@@ -52,7 +52,7 @@ class Driver:
 
     def publish(self, milliseconds):
         """Have a sample arrive."""
-        self._neighbours.wait_until(self.subscription.get_publisher_count)
+        self._neighbours.wait_until(self.subscription.get_publisher_count, 'the driver')
         self._neighbours.send(self._publisher, message(milliseconds))
 
     def send(self, milliseconds):
@@ -260,7 +260,8 @@ def test_while_an_image_waits_an_executor_takes_the_samples(made, neighbours):
     executor = SingleThreadedExecutor(context=driver.node.context)
     executor.add_node(driver.node)
     driver.publish(15)
-    neighbours.wait_until(lambda: executor.spin_once(timeout_sec=0.1) or driver.changes)
+    neighbours.wait_until(lambda: driver.changes, 'the sample',
+                          lambda: executor.spin_once(timeout_sec=0.1))
     executor.shutdown()
     assert not driver.is_polled
     assert source.reaches(12 * MS)

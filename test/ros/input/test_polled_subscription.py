@@ -24,7 +24,8 @@ def test_it_is_left_to_whoever_takes_the_messages(node, neighbours):
     executor, rounds = SingleThreadedExecutor(context=node.context), []
     executor.add_node(node)
     node.create_timer(0.0, lambda: rounds.append(1))
-    neighbours.wait_until(lambda: executor.spin_once(timeout_sec=1.0) or len(rounds) > 9)
+    neighbours.wait_until(lambda: len(rounds) > 9, 'the timer',
+                          lambda: executor.spin_once(timeout_sec=1.0))
     executor.shutdown()
     assert [message.data for message in polled.take()] == [2, 3]
     assert polled.take() == []

@@ -208,7 +208,7 @@ def test_calibrations_are_taken_again(node, neighbours, stamped):
     change = Change(node, neighbours, stamped, latched=True)
     change.publish(0)
     change.adapt()
-    neighbours.wait_until(lambda: change.execute(change.new))  # the one from before
+    neighbours.wait_until(lambda: change.execute(change.new), 'the one from before')
     assert change.taken == [0, 0]
     change.publish(0)
     change.spin()

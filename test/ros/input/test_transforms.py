@@ -4,7 +4,6 @@
 """Transforms as other nodes publish them: fixed and moving ones, also over DDS."""
 
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor, wait
 
 import numpy as np
@@ -33,7 +32,8 @@ def pose(seed):
 class Robot:
     """A node with extrinsics, and another one that publishes the frames of the robot."""
 
-    def __init__(self):
+    def __init__(self, wait_until):
+        self.wait_until = wait_until
         self.node, self.other = rclpy.create_node('probe'), rclpy.create_node('robot')
         self._publishers = {
             '/tf_static': self.other.create_publisher(tf2_msgs.TFMessage, '/tf_static', LATCHED),
@@ -54,17 +54,10 @@ class Robot:
         before = self.heard
         self._publishers[topic].publish(tf2_msgs.TFMessage(transforms=[
             transform_stamped(stamp, *frames, T) for frames, T in links.items()]))
-        self.wait_until(lambda: self.heard > before)
+        self.wait_until(lambda: self.heard > before, f'{topic} to be heard')
 
     def listeners(self, topic='/tf'):
         return self._publishers[topic].get_subscription_count()
-
-    @staticmethod
-    def wait_until(condition):
-        deadline = time.monotonic() + 120
-        while not condition():
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
 
     def close(self):
         self._executor.shutdown()
@@ -230,12 +223,10 @@ def test_who_waits_is_woken_by_what_he_waits_for(heard, topic, stamp):
 # Over DDS.
 
 @pytest.fixture
-def robot(ros_domain):
-    rclpy.init(args=[])
-    robot = Robot()
+def robot(ros, wait_until):
+    robot = Robot(wait_until)
     yield robot
     robot.close()
-    rclpy.shutdown()
 
 
 def test_down_a_chain_and_up_another(robot):
@@ -309,7 +300,7 @@ def ask_for_the_camera(robot, extrinsics):
     """Request what fixed links do not give, so that the node subscribes to /tf."""
     with pytest.raises(InputError):
         extrinsics.camera_in_base('camera', 0, wait=False)
-    robot.wait_until(robot.listeners)
+    robot.wait_until(robot.listeners, 'who listens')
 
 
 def test_a_moving_transform_is_taken_at_the_stamp(robot):
@@ -362,4 +353,4 @@ def test_tf_is_unsubscribed_once_fixed_transforms_suffice(robot):
     ask_for_the_camera(robot, extrinsics)
     robot.publish({('base_link', 'camera'): pose(1)})
     extrinsics.camera_in_base('camera', 0)
-    robot.wait_until(lambda: not robot.listeners())
+    robot.wait_until(lambda: not robot.listeners(), 'nobody to listen')

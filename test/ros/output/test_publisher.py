@@ -67,9 +67,8 @@ class Probe:
 
 
 @pytest.fixture
-def probe(ros_domain):
+def probe(ros):
     """Make a publisher by its settings."""
-    rclpy.init(args=[])
     probes = []
 
     def make(**options):
@@ -80,7 +79,6 @@ def probe(ros_domain):
     for made in probes:
         made.executor.shutdown()
         made.node.destroy_node()
-    rclpy.shutdown()
 
 
 def matrix(block):
@@ -187,18 +185,15 @@ def test_without_a_frame_of_its_own_it_publishes_no_tf(probe):
 @pytest.mark.parametrize('publish_tf, guess, said', [
     (True, 'odom', True), (False, 'odom', False), (True, 'wheels', False), (True, '', False)])
 def test_that_it_publishes_no_tf_is_said_where_it_was_asked_to(
-        ros_domain, capfd, publish_tf, guess, said):
-    rclpy.init(args=[])
-    node = rclpy.create_node('probe')
+        graph, publish_tf, guess, said):
+    node = graph.node()
     OdometryPublisher(node, NodeSettings(publish_tf=publish_tf, guess_frame_id=guess))
-    text = ''.join(capfd.readouterr())
-    assert ('guess_frame_id is odom_frame_id, of which another node publishes TF: this one does '
-            'not (set publish_tf to false to silence this)' in text) is said
+    assert [text for _, text in graph.log(node)] == said * [
+        'guess_frame_id is odom_frame_id, of which another node publishes TF: this one does not '
+        '(set publish_tf to false to silence this)']
     assert {each.topic_name: (each.msg_type, each.qos_profile.depth) for each in node.publishers
             if each.topic_name in ('/odom', '/pose')} == {
                 '/odom': (Odometry, 10), '/pose': (PoseWithCovarianceStamped, 10)}
-    node.destroy_node()
-    rclpy.shutdown()
 
 
 def test_tf_to_the_guess_frame_places_the_base_too(probe):

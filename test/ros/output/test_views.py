@@ -5,15 +5,12 @@
 
 import dataclasses
 import struct
-import time
 
 import cv2
 import numpy as np
 import pytest
-import rclpy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path
-from rclpy.executors import SingleThreadedExecutor
 from sensor_msgs.msg import Image, PointCloud2, PointField
 from std_msgs.msg import Header
 
@@ -29,7 +26,6 @@ OPTICAL = 'camera_rgb_optical_frame'
 T_BASE_CAMERA = se3.from_quaternion((-0.5, 0.5, -0.5, 0.5), (0.1, 0.0, 0.3))
 COUNT = 10
 KINDS = {'path': Path, 'keypoints': PointCloud2, 'debug_image': Image}
-PATIENCE = 60.0  # s
 
 
 @pytest.fixture(scope='module')
@@ -106,12 +102,8 @@ def check_cloud(cloud, expected, poses):
 
 
 @pytest.fixture
-def node(ros_domain):
-    rclpy.init(args=[])
-    made = rclpy.create_node('probe')
-    yield made
-    made.destroy_node()
-    rclpy.shutdown()
+def node(graph):
+    return graph.node()
 
 
 @pytest.fixture
@@ -122,28 +114,16 @@ def views(node):
 class Subscribers:
     """Subscribers of the views of a node, which have found its publishers."""
 
-    def __init__(self, node):
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(node)
-        self.received = {topic: [] for topic in KINDS}
-        for topic, kind in KINDS.items():
-            node.create_subscription(kind, topic, self.received[topic].append, 10)
-        publishers = [publisher for publisher in node.publishers if publisher.msg_type in
-                      KINDS.values()]
-        assert len(publishers) == 3
-        self._wait(lambda: all(each.get_subscription_count() for each in publishers))
+    def __init__(self, graph):
+        self._graph = graph
+        self.received = {topic: graph.listen(kind, topic) for topic, kind in KINDS.items()}
 
     def newest(self, topic, stamp):
         """Wait for the message of a topic with a stamp [ns], and return it."""
         messages = self.received[topic]
-        self._wait(lambda: messages and to_stamp(messages[-1].header.stamp) == stamp)
+        self._graph.wait_until(
+            lambda: messages and to_stamp(messages[-1].header.stamp) == stamp, topic)
         return messages[-1]
-
-    def _wait(self, is_done):
-        deadline = time.monotonic() + PATIENCE
-        while not is_done():
-            assert time.monotonic() < deadline
-            self._executor.spin_once(timeout_sec=0.1)
 
 
 def test_nothing_is_drawn_without_a_subscriber(views, frames, updates, monkeypatch):
@@ -179,9 +159,10 @@ def test_only_the_newest_of_each_view_waits_for_a_slow_subscriber(node, views):
         topic: (kind, 1) for topic, kind in KINDS.items()}
 
 
-def test_each_view_has_the_stamp_of_the_frame_and_its_own_frame_id(node, frames, updates):
+def test_each_view_has_the_stamp_of_the_frame_and_its_own_frame_id(
+        graph, node, frames, updates):
     views = Views(node, 'start')
-    subscribers = Subscribers(node)
+    subscribers = Subscribers(graph)
     for i in (1, 2):
         show(views, frames[i], updates[i])
         path, cloud, picture = (subscribers.newest(topic, updates[i].stamp)
@@ -199,8 +180,8 @@ def test_each_view_has_the_stamp_of_the_frame_and_its_own_frame_id(node, frames,
 
 
 def test_a_lost_frame_is_drawn_but_neither_on_the_path_nor_in_the_cloud(
-        node, views, frames, updates):
-    subscribers = Subscribers(node)
+        graph, views, frames, updates):
+    subscribers = Subscribers(graph)
     show(views, frames[1], dataclasses.replace(updates[1], status=Status.TOO_FEW_MATCHES))
     subscribers.newest('debug_image', updates[1].stamp)
     show(views, frames[2], updates[2])
@@ -210,13 +191,13 @@ def test_a_lost_frame_is_drawn_but_neither_on_the_path_nor_in_the_cloud(
 
 
 def test_a_path_grows_while_nobody_looks_and_begins_anew_after_a_reset(
-        node, views, frames, updates, monkeypatch):
+        graph, views, frames, updates, monkeypatch):
     sent = []
     with monkeypatch.context() as patched:
         patched.setattr(views._path, 'publish', sent.append)
         show(views, frames[1], updates[1])
     assert sent == []
-    subscribers = Subscribers(node)
+    subscribers = Subscribers(graph)
     show(views, frames[2], updates[2])
     assert len(subscribers.newest('path', updates[2].stamp).poses) == 2
     views.reset()
