@@ -96,7 +96,7 @@ def _check_storage(path: Path) -> None:
         return
     if largest > MAX_MESSAGE_BYTES:
         raise InputError(f'{path} has a message or chunk of {largest} bytes: at most '
-                         f'{MAX_MESSAGE_BYTES} are supported')
+                         f'{MAX_MESSAGE_BYTES} are supported: copy or record it again')
 
 
 def _largest_row(path: Path) -> int:

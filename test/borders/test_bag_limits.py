@@ -139,7 +139,8 @@ def test_the_largest_row_of_a_database_counts(tmp_path, monkeypatch, sizes, is_l
     with pytest.raises(InputError) as raised:
         check_bag(tmp_path)
     assert str(raised.value) == (
-        f'{tmp_path}/a#1.db3 has a message or chunk of 1001 bytes: at most 1000 are supported')
+        f'{tmp_path}/a#1.db3 has a message or chunk of 1001 bytes: at most 1000 are supported: '
+        'copy or record it again')
 
 
 @pytest.mark.parametrize('index', range(3))
