@@ -30,6 +30,7 @@ from aick_ros.registration.refinement.distortion_estimate import DistortionEstim
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
+from aick_ros.registration.refinement.new_views import NewViews
 from aick_ros.registration.refinement.refinement import mean_depth_lag
 from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.stage_times import StageTimes
@@ -49,6 +50,7 @@ class Learned:
     misalignment: MisalignmentEstimate = field(default_factory=MisalignmentEstimate)
     systematic_error: SystematicError = field(default_factory=SystematicError)
     distortion: DistortionEstimate = field(default_factory=DistortionEstimate)
+    views: NewViews = field(default_factory=NewViews)
 
 
 class Registrar:
@@ -170,11 +172,11 @@ class Registrar:
             found = dataclasses.replace(found, bias=None, noise=None, misalignment=None)
         if found.noise is not None:
             self._learned.noise.learn(found.noise)
-        if found.misalignment is not None:
+        if (found.misalignment is not None
+                and self._learned.views.add(target.stamp, found.T_target_source)):
             self._learned.misalignment.learn(found.misalignment)
             if found.misalignment.with_distortion is not None:
-                self._learned.distortion.learn(found.misalignment.with_distortion, target.stamp,
-                                               found.T_target_source)
+                self._learned.distortion.learn(found.misalignment.with_distortion)
                 self._preparer.distortion = self._learned.distortion.distortion
         delay = self._learned.misalignment.misalignment.delay + mean_depth_lag(source, target)
         return self._learned.systematic_error.add_to(

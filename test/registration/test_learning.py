@@ -56,8 +56,7 @@ class Sensed:
     def assume(self, misalignment):
         self._log.append(('assume', misalignment.settings))
 
-    def learn(self, sample, *of):
-        assert not of or (of[0] == 1_000_000_000 and of[1].shape == (4, 4))
+    def learn(self, sample):
         self._log.append(('learn', sample))
         if sample is EQUATIONS:
             self.distortion = LEARNED_DISTORTION
@@ -246,6 +245,19 @@ def test_a_registration_teaches_noise_and_misalignment_and_gets_systematic_error
     assert completed is steps.found
     assert_given(given, steps)
     assert delay == pytest.approx(LEARNED_DELAY + 0.003) and sigma == DELAY_SIGMA
+
+
+def test_a_camera_at_rest_off_its_keyframe_teaches_its_noise_alone(steps, made):
+    """Its errors are those of one pair of views, however often it is registered."""
+    for _ in range(3):
+        steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+    assert steps.samples() == ['a noise', SAMPLE, EQUATIONS, 'a noise', 'a noise']
+    steps.target = made.prepared(1_050_000_000)
+    steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+    assert steps.samples()[5:] == ['a noise', SAMPLE, EQUATIONS]
+    steps.found = dataclasses.replace(steps.found, T_target_source=EXPECTED)
+    steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+    assert steps.samples()[8:] == ['a noise', SAMPLE, EQUATIONS]
 
 
 def test_where_no_motion_is_expected_none_is_handed_on(steps, parts):

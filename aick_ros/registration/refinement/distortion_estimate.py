@@ -18,7 +18,6 @@ import math
 import numpy as np
 
 from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
-from aick_ros.geometry import se3
 from aick_ros.registration.refinement.grouped_equations import GroupedEquations
 from aick_ros.registration.refinement.misalignment_equations import Equations
 from aick_ros.registration.refinement.misalignment_estimate import PRIOR
@@ -30,10 +29,6 @@ _FEWEST = 40  # registrations before anything is estimated
 _GROWTH, _LONGEST = 1.25, 400
 """Registrations of an estimate, as a ratio to those of the one before, and how many come between
 two estimates at most: with each change, frames are prepared again."""
-
-_MOVED = 0.005, 0.0044
-"""Least motion between two registrations to one keyframe that teach, 5 mm or 0.25 deg: what
-a camera at rest sees again and again is no new evidence."""
 
 _PRIOR_SIGMA = 0.002  # 1/m, of a node
 _PRIOR_WEIGHT = 100.0  # information by residuals with common errors, as a ratio to what it is
@@ -56,33 +51,18 @@ class DistortionEstimate:
         self._equations = GroupedEquations(prior, _KEPT)
         self._distortion = NO_DISTORTION
         self._next = _FEWEST
-        self._target, self._T_target_source = -1, np.eye(4)
 
     @property
     def distortion(self) -> DepthDistortion:
         """Distortion to be corrected; another object only where it is another one."""
         return self._distortion
 
-    def learn(self, equations: Equations, target: int, T_target_source: np.ndarray) -> None:
-        """
-        Add one registration, unless it is of about the same view as the one before.
-
-        :param equations: of misalignment and distortion.
-        :param target: stamp of the target [ns].
-        :param T_target_source: pose of the source in the target, 4x4.
-        """
-        if target == self._target and not self._has_moved(T_target_source):
-            return
-        self._target, self._T_target_source = target, T_target_source
+    def learn(self, equations: Equations) -> None:
+        """Add one registration: equations of misalignment and distortion."""
         self._equations.add(equations.information, equations.gradient)
         if self._equations.count >= self._next:
             self._next = min(math.ceil(_GROWTH * self._next), self._next + _LONGEST)
             self._distortion = self._estimate()
-
-    def _has_moved(self, T_target_source: np.ndarray) -> bool:
-        motion = se3.inverse(self._T_target_source) @ T_target_source
-        shift, angle = _MOVED
-        return bool(np.linalg.norm(motion[:3, 3]) >= shift or se3.angle(motion[:3, :3]) >= angle)
 
     def _estimate(self) -> DepthDistortion:
         estimate, scatter = self._equations.solve(np.arange(_NODES.stop))
