@@ -197,9 +197,10 @@ class Odometry:
 
     def prepare(self, frame: RgbdFrame) -> Preparation:
         """
-        Return a frame with keypoints and surface, which are made of it alone.
+        Return a frame with keypoints and surface, free of the distortion of depth known so far.
 
-        It may run on another thread than :meth:`register`, with the next frame meanwhile.
+        It may run on another thread than :meth:`register`, with the next frame meanwhile; that
+        makes them again where another distortion is known by then.
 
         :raises InputError: where the image is too small.
         """

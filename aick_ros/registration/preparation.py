@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Preparation of a frame for registrations, as far as it is made of the frame alone."""
+"""Preparation of a frame for registrations, by the frame and the distortion of its camera."""
 
 from __future__ import annotations
 

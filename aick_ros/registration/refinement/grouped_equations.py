@@ -40,7 +40,7 @@ class GroupedEquations:
 
     @property
     def is_between_runs(self) -> bool:
-        """Whether the last run of registrations is complete."""
+        """Completeness of the last run of registrations."""
         return self.count % _RUN == 0
 
     def add(self, information: np.ndarray, gradient: np.ndarray) -> None:
