@@ -29,11 +29,22 @@ class DepthDistortion:
     """
     What is missing in the inverse depth, linear between nodes that cover the image.
 
+    It equals another one with the same nodes: copies and pickles of it are the same distortion.
+
     :param nodes: ROWSxCOLUMNS, at the nodes: the first and last ones lie on the borders of the
         image [1/m].
     """
 
     nodes: np.ndarray = field(default_factory=lambda: np.zeros((ROWS, COLUMNS)))
+
+    def __eq__(self, other: object) -> bool:
+        """Return whether another one has the same nodes."""
+        return self is other or (isinstance(other, DepthDistortion)
+                                 and np.array_equal(self.nodes, other.nodes))
+
+    def __hash__(self) -> int:
+        """Return a number that equal ones have in common."""
+        return hash(tuple(self.nodes.ravel().tolist()))
 
     @functools.cached_property
     def is_none(self) -> bool:

@@ -34,9 +34,9 @@ class CommonDistortion:
 
     def __call__(self, frame: PreparedFrame, other: PreparedFrame) -> PreparedFrame:
         """Return a frame free of the distortion that another one is free of."""
-        if frame.distortion is other.distortion:
+        if frame.distortion == other.distortion:
             return frame
-        if other.distortion is not self._distortion:
+        if other.distortion != self._distortion:
             self._distortion = other.distortion
             self._brought = LastResults(self._bring, _CACHED_FRAMES)
         return self._brought(frame)

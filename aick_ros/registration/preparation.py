@@ -101,7 +101,7 @@ class Preparation:
         While a frame is prepared on another thread those before it may show the distortion. So
         that results do not depend on which comes first, its parts are made again.
         """
-        if self.distortion is self.preparer.distortion:
+        if self.distortion == self.preparer.distortion:
             return self
         again = Preparation(self.frame, self.preparer, self.preparer.distortion)
         again.times = self.times

@@ -140,10 +140,10 @@ class Registrar:
         elapsed = _duration(elapsed)
         if expected is not None:
             expected = se3.checked(expected, 'the pose expected')
+        target = self._alike(target, source)
         if self._verified is None:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
-        target = self._alike(target, source)
         found = self._verified.register(source, target, expected, elapsed)
         return self._learned_from(found, source, target, expected, elapsed)
 
@@ -191,10 +191,10 @@ class Registrar:
         may as well show places that look alike.
         """
         _require_frames(source, target)
+        target = self._alike(target, source)
         if self._verified is None:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
-        target = self._alike(target, source)
         found = self._verified.recognize(source, target)
         without_bias = dataclasses.replace(found, bias=None)
         return self._learned.systematic_error.add_to(without_bias, source, target)

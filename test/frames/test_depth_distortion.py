@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -116,6 +119,28 @@ class TestNodeWeights:
         corners = random_one(6)
         np.testing.assert_allclose(corners.at(outside, CAMERA),
                                    [corners.nodes[0, 0], corners.nodes[-1, -1]])
+
+
+class TestEquality:
+    """Distortions are compared by their nodes."""
+
+    @pytest.mark.parametrize('copied', [
+        copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one)),
+        lambda one: DepthDistortion(one.nodes - 0.0)])
+    @pytest.mark.parametrize('one', [NO_DISTORTION, random_one(7)])
+    def test_a_copy_is_the_same(self, one, copied):
+        other = copied(one)
+        assert other is not one and other == one and hash(other) == hash(one)
+
+    def test_another_one_is_not(self):
+        nodes = random_one(7).nodes.copy()
+        nodes[2, 3] += 1e-9
+        assert random_one(7) != DepthDistortion(nodes)
+        assert random_one(7) != NO_DISTORTION and random_one(7) != 'a distortion'
+
+    def test_a_zero_has_no_sign(self):
+        negative = DepthDistortion(-NO_DISTORTION.nodes)
+        assert negative == NO_DISTORTION and hash(negative) == hash(NO_DISTORTION)
 
 
 class TestDescription:

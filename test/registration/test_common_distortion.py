@@ -3,7 +3,9 @@
 
 """Frames brought to the distortion that others are free of, against frames prepared with it."""
 
+import copy
 import dataclasses
+import pickle
 
 import numpy as np
 import pytest
@@ -87,10 +89,26 @@ def test_a_frame_without_a_surface_gets_none(frame):
     assert CommonDistortion(preparer)(without, other).surface is None
 
 
-@pytest.mark.parametrize('how', ['register', 'recognize', 'track'])
-def test_registrations_compare_frames_with_the_same_distortion(frame, how):
+@pytest.mark.parametrize('known', [NO_DISTORTION, distortion(2)])
+@pytest.mark.parametrize('copied', [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_a_frame_with_a_copy_of_the_distortion_stays(frame, known, copied):
+    """As one that was prepared before its registrar was copied, or sent to another process."""
+    one, preparer = prepared(frame, known)
+    preparer = copied(preparer)
+    ahead = preparer.prepare(frame)
+    other = dataclasses.replace(one, distortion=preparer.distortion)
+    assert other.distortion is not one.distortion
+    assert CommonDistortion(preparer)(one, other) is one
+    preparer.distortion = copied(preparer.distortion)
+    assert ahead.up_to_date() is ahead
+
+
+@pytest.mark.parametrize('how, mode', [('register', 'none'), ('recognize', 'none'),
+                                       ('register', 'joint'), ('recognize', 'joint'),
+                                       ('track', 'joint')])
+def test_registrations_compare_frames_with_the_same_distortion(frame, how, mode):
     """The same image twice: what is left of a distortion would show as a motion along the ray."""
-    registrar = Registrar()
+    registrar = Registrar(with_values(Settings(), {'refinement.mode': mode}))
     target = registrar.prepare(frame)
     even = DepthDistortion(np.full((ROWS, COLUMNS), 0.02))  # 3 cm at 1.2 m
     registrar.preparer.distortion = even
