@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable
 from typing import Generic, TypeVar
 
@@ -16,22 +17,32 @@ class LastResults(Generic[_Object, _Result]):
     """
     Remembers what a function has returned for the last objects, which must not change.
 
-    Other than by ``functools.lru_cache``, whoever has one can be pickled.
+    A result is forgotten with its object, as those of frames before a reset are. Other than by
+    ``functools.lru_cache``, whoever has one can be pickled; the copy remembers nothing.
 
-    :param make: the function, pure.
+    :param make: the function, pure, of objects that are equal to themselves alone.
     :param count: number of objects whose results are remembered.
     """
 
     def __init__(self, make: Callable[[_Object], _Result], count: int) -> None:
         self._make, self._count = make, count
-        self._known: list[tuple[_Object, _Result]] = []
+        self._known: weakref.WeakKeyDictionary[_Object, _Result] = weakref.WeakKeyDictionary()
 
     def __call__(self, item: _Object) -> _Result:
         """Return what the function returns for an object."""
-        for i, (known, result) in enumerate(self._known):
-            if known is item:
-                self._known.append(self._known.pop(i))
-                return result
-        result = self._make(item)
-        self._known = [*self._known, (item, result)][-self._count:]
+        if item in self._known:
+            result = self._known.pop(item)
+        else:
+            result = self._make(item)
+        self._known[item] = result
+        for oldest in list(self._known)[:-self._count]:
+            self._known.pop(oldest, None)
         return result
+
+    def __getstate__(self) -> tuple[Callable[[_Object], _Result], int]:
+        """Return what a copy has."""
+        return self._make, self._count
+
+    def __setstate__(self, state: tuple[Callable[[_Object], _Result], int]) -> None:
+        """Become a copy."""
+        LastResults.__init__(self, *state)

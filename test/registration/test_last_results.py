@@ -3,21 +3,18 @@
 
 """What is remembered of frames, against a list of those seen last."""
 
+import copy
 import pickle
+import weakref
 
 import numpy as np
+import pytest
 
 from aick_ros.registration.last_results import LastResults
 
 
 class Frame:
-    """Equal to any other, as frames of the same images are."""
-
-    def __eq__(self, other):
-        return True
-
-    def __hash__(self):
-        return 0
+    """Something that a result is made of."""
 
 
 def test_the_results_of_the_frames_seen_last_are_remembered():
@@ -35,6 +32,34 @@ def test_the_results_of_the_frames_seen_last_are_remembered():
         seen = [one for one in seen if one is not frame] + [frame]
 
 
-def test_it_can_be_pickled():
-    results = LastResults(id, 2)
-    assert isinstance(pickle.loads(pickle.dumps(results)), LastResults)
+def test_a_result_that_is_none_is_remembered():
+    made, frame = [], Frame()
+    results = LastResults(made.append, 3)
+    assert results(frame) is results(frame) is None
+    assert made == [frame]
+
+
+@pytest.mark.parametrize('gone', ['frame', 'results', 'count'])
+def test_a_result_is_forgotten_with_its_frame(gone):
+    """And with whoever remembers it, and where others have come since."""
+    frame, results = Frame(), LastResults(lambda frame: Frame(), 2)
+    known, other = weakref.ref(results(frame)), Frame()
+    results(other)
+    assert known() is results(frame)
+    if gone == 'frame':
+        del frame
+    elif gone == 'results':
+        del results
+    else:
+        later = [Frame() for _ in range(2)]
+        list(map(results, later))
+    assert known() is None
+
+
+@pytest.mark.parametrize('copied', [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_a_copy_makes_the_same_and_remembers_nothing(copied):
+    results, frame = LastResults(str, 2), Frame()
+    before = results(frame)
+    other = copied(results)
+    assert isinstance(other, LastResults)
+    assert other(frame) == before and other(frame) is not before
