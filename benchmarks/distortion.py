@@ -27,6 +27,7 @@ from aick_ros.evaluation.scores.statistics import root_mean_square
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.frames.depth_distortion import NO_DISTORTION, DepthDistortion
 from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
 from aick_ros.sources import OnDamaged, RgbdSource, open_source, raise_damage
@@ -79,7 +80,10 @@ class Constant:
     def __init__(self, distortion: DepthDistortion) -> None:
         self.distortion = distortion
 
-    def learn(self, *of: object) -> None:
+    def follow(self, camera: Camera) -> None:
+        """Stay, whatever the camera sees."""
+
+    def learn(self, equations: object) -> None:
         """Learn nothing."""
 
 

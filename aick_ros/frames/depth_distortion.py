@@ -21,6 +21,7 @@ from aick_ros.geometry.camera import Camera
 ROWS, COLUMNS = 5, 6
 """Nodes of the grid; chosen on two excerpts of real recordings: more have more noise."""
 
+_SAME_PLACE = 0.1  # of the distance between nodes; chosen: more than focusing moves them
 _SMALLEST_SCALE = 1e-3  # chosen: depths that would be enlarged by more are beyond all ranges
 
 
@@ -103,6 +104,28 @@ class DepthDistortion:
 NO_DISTORTION = DepthDistortion()
 
 
+def have_same_nodes(camera: Camera, other: Camera) -> bool:
+    """
+    Return whether the nodes of two cameras lie on the same rays, to a fraction of their distance.
+
+    They do after a change of the resolution alone; not after one of the field of view, as by
+    another crop, or of the lens distortion, as by a rectification.
+    """
+    if camera == other:
+        return True
+    rows, columns = np.indices((ROWS, COLUMNS)).reshape(2, -1)
+    places = np.column_stack([columns, rows])
+    rays = camera.normalize(places * _node_distances(camera))
+    seen = other.project(np.column_stack([rays, np.ones(len(rays))])) / _node_distances(other)
+    return bool((np.abs(seen - places) < _SAME_PLACE).all())
+
+
+def _node_distances(camera: Camera) -> np.ndarray:
+    """Return the distances between nodes in the image, 2 [px]."""
+    width, height = max(camera.width - 1, 1), max(camera.height - 1, 1)
+    return np.array([width / (COLUMNS - 1), height / (ROWS - 1)])
+
+
 def nodes_around(points: np.ndarray, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the nodes around where points project to, and their weights, Nx4 each.
@@ -113,8 +136,7 @@ def nodes_around(points: np.ndarray, camera: Camera) -> tuple[np.ndarray, np.nda
         nearest pixel counts.
     """
     last = COLUMNS - 1, ROWS - 1
-    places = camera.project(points) * (last[0] / (camera.width - 1), last[1] / (camera.height - 1))
-    column, row = np.clip(places, 0, last).T
+    column, row = np.clip(camera.project(points) / _node_distances(camera), 0, last).T
     left, top = (np.minimum(place.astype(np.intp), most - 1)
                  for place, most in zip((column, row), last))
     right, down = column - left, row - top

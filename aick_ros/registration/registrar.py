@@ -14,6 +14,7 @@ from aick_ros.borders.values import number, numbers, required
 from aick_ros.errors import InputError
 from aick_ros.features.detector import Detector
 from aick_ros.frames.camera_clock import CameraClock
+from aick_ros.frames.depth_distortion import have_same_nodes
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
@@ -101,16 +102,23 @@ class Registrar:
         :param repeat: images that are those of the frame before; a depth image that repeats is
             not used: it shows another moment than the colour image.
         """
-        preparation = required(preparation, Preparation, 'the preparation').up_to_date()
+        preparation = self._up_to_date(preparation)
         keypoints = preparation.keypoints()
         surface = None if repeat is Repeat.DEPTH else preparation.surface()
         return self._prepared(preparation, keypoints, surface, repeat)
 
     def prepared_for_tracking(self, preparation: Preparation) -> PreparedFrame:
         """Return what tracking needs of a frame, as :meth:`prepared` does: without keypoints."""
-        preparation = required(preparation, Preparation, 'the preparation').up_to_date()
+        preparation = self._up_to_date(preparation)
         none = KeypointFrame.none(preparation.frame.stamp)
         return self._prepared(preparation, none, preparation.surface(), Repeat.NONE)
+
+    def _up_to_date(self, preparation: Preparation) -> Preparation:
+        """Return a preparation by what is known of the distortion of the image of its camera."""
+        required(preparation, Preparation, 'the preparation')
+        self._learned.distortion.follow(preparation.frame.camera)
+        self._preparer.distortion = self._learned.distortion.distortion
+        return preparation.up_to_date()
 
     def with_own_keypoints(self, prepared: PreparedFrame) -> PreparedFrame:
         """Return a frame that was prepared for tracking as :meth:`prepared` would."""
@@ -175,7 +183,8 @@ class Registrar:
         if (found.misalignment is not None
                 and self._learned.views.add(target.stamp, found.T_target_source)):
             self._learned.misalignment.learn(found.misalignment)
-            if found.misalignment.with_distortion is not None:
+            if (found.misalignment.with_distortion is not None
+                    and have_same_nodes(source.frame.camera, target.frame.camera)):
                 self._learned.distortion.learn(found.misalignment.with_distortion)
                 self._preparer.distortion = self._learned.distortion.distortion
         delay = self._learned.misalignment.misalignment.delay + mean_depth_lag(source, target)

@@ -2,13 +2,14 @@
 # SPDX-License-Identifier: Apache-2.0
 
 import copy
+import dataclasses
 import pickle
 
 import numpy as np
 import pytest
 
 from aick_ros.frames.depth_distortion import (
-    COLUMNS, NO_DISTORTION, ROWS, DepthDistortion, nodes_around)
+    COLUMNS, NO_DISTORTION, ROWS, DepthDistortion, have_same_nodes, nodes_around)
 from aick_ros.geometry.camera import Camera
 
 CAMERA = Camera(60, 48, 50.0, 52.0, 29.0, 24.5)
@@ -119,6 +120,34 @@ class TestNodeWeights:
         corners = random_one(6)
         np.testing.assert_allclose(corners.at(outside, CAMERA),
                                    [corners.nodes[0, 0], corners.nodes[-1, -1]])
+
+
+class TestSameNodes:
+    """Whether the nodes of two cameras lie on the same rays."""
+
+    @pytest.mark.parametrize('other, are_same', [
+        (CAMERA, True), (Camera(60, 48, 50.4, 52.4, 29.2, 24.6), True),
+        (Camera(120, 96, 100.0, 104.0, 58.5, 49.5), True),
+        (Camera(50, 40, 50.0, 52.0, 24.0, 20.5), False),
+        (Camera(60, 48, 53.5, 55.6, 29.0, 24.5), False),
+        (Camera(60, 48, 50.0, 52.0, 31.0, 24.5), False), (LENS, False)])
+    def test_they_do_unless_crop_zoom_or_lens_differ(self, other, are_same):
+        assert have_same_nodes(CAMERA, other) == are_same
+        assert have_same_nodes(other, CAMERA) == are_same
+
+    def test_a_lens_is_like_itself_at_another_resolution(self):
+        """Its calibration is the same but for the pixels."""
+        half = dataclasses.replace(LENS, width=30, height=24, fx=25.0, fy=26.0, cx=14.25, cy=12.0)
+        assert have_same_nodes(LENS, half)
+
+    def test_where_a_lens_shows_no_rays_nothing_is_the_same(self):
+        folded = dataclasses.replace(LENS, distortion=(-9.0, 30.0, 0.0, 0.0, -40.0))
+        assert not have_same_nodes(folded, CAMERA)
+        assert have_same_nodes(folded, dataclasses.replace(folded))
+
+    def test_an_image_of_one_pixel_has_them_all_there(self):
+        point = Camera(1, 1, 50.0, 50.0, 0.0, 0.0)
+        assert not have_same_nodes(point, CAMERA) and have_same_nodes(point, point)
 
 
 class TestEquality:

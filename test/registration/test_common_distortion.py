@@ -14,7 +14,8 @@ from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, Depth
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.common_distortion import CommonDistortion
-from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.refinement.misalignment_equations import Equations
+from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
@@ -33,10 +34,22 @@ def frame():
     return RgbdFrame(5, np.kron(chequers, np.ones((10, 10), np.uint8)), depth, CAMERA)
 
 
-def prepared(frame, known, changes=None):
+class Known:
+    """A distortion that is known, and never learned."""
+
+    def __init__(self, distortion):
+        self.distortion = distortion
+
+    def follow(self, camera):
+        pass
+
+    def learn(self, equations):
+        pass
+
+
+def prepared(frame, known):
     """Return a frame prepared where a distortion is known, and the preparer."""
-    registrar = Registrar(with_values(Settings(), changes or {}))
-    registrar.preparer.distortion = known
+    registrar = Registrar(learned=Learned(distortion=Known(known)))
     return registrar.prepare(frame), registrar.preparer
 
 
@@ -89,6 +102,29 @@ def test_a_frame_without_a_surface_gets_none(frame):
     assert CommonDistortion(preparer)(without, other).surface is None
 
 
+@pytest.mark.parametrize('is_ahead', [False, True])
+def test_another_image_of_the_camera_has_no_distortion_that_was_learned(frame, is_ahead):
+    """Also of a frame that was prepared on another thread, with what was known before."""
+    learned, true = Learned(), distortion(2).nodes.ravel()
+    registrar = Registrar(learned=learned)
+    registrar.prepare(frame)
+    information = 1e9 * np.eye(8 + len(true))
+    for _ in range(40):
+        learned.distortion.learn(Equations(information, information @ [*np.zeros(8), *true]))
+    one = registrar.prepare(frame)
+    assert one.distortion is learned.distortion.distortion is not NO_DISTORTION
+    cropped = RgbdFrame(6, frame.colour[30:-30, 40:-40], frame.depth[30:-30, 40:-40],
+                        Camera(240, 180, 262.5, 262.5, 119.5, 89.5))
+    other = (registrar.prepared(registrar.preparer.prepare(cropped)) if is_ahead
+             else registrar.prepare(cropped))
+    assert other.distortion is learned.distortion.distortion is NO_DISTORTION
+    assert registrar.preparer.distortion is NO_DISTORTION
+    np.testing.assert_array_equal(other.corrected.depth, cropped.depth)
+    measured = cropped.camera.back_project(other.keypoints.pixels.astype(float),
+                                           other.keypoints.positions[:, 2].astype(float))
+    np.testing.assert_allclose(other.keypoints.positions, measured, atol=1e-3)
+
+
 @pytest.mark.parametrize('known', [NO_DISTORTION, distortion(2)])
 @pytest.mark.parametrize('copied', [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
 def test_a_frame_with_a_copy_of_the_distortion_stays(frame, known, copied):
@@ -108,10 +144,11 @@ def test_a_frame_with_a_copy_of_the_distortion_stays(frame, known, copied):
                                        ('track', 'joint')])
 def test_registrations_compare_frames_with_the_same_distortion(frame, how, mode):
     """The same image twice: what is left of a distortion would show as a motion along the ray."""
-    registrar = Registrar(with_values(Settings(), {'refinement.mode': mode}))
+    known = Known(NO_DISTORTION)
+    registrar = Registrar(with_values(Settings(), {'refinement.mode': mode}),
+                          learned=Learned(distortion=known))
     target = registrar.prepare(frame)
-    even = DepthDistortion(np.full((ROWS, COLUMNS), 0.02))  # 3 cm at 1.2 m
-    registrar.preparer.distortion = even
+    known.distortion = DepthDistortion(np.full((ROWS, COLUMNS), 0.02))  # 3 cm at 1.2 m
     source = registrar.prepare(dataclasses.replace(frame, stamp=6))
     arguments = (np.eye(4), 0.03) if how == 'track' else ()
     found = getattr(registrar, how)(source, target, *arguments)

@@ -56,6 +56,9 @@ class Sensed:
     def assume(self, misalignment):
         self._log.append(('assume', misalignment.settings))
 
+    def follow(self, camera):
+        self._log.append(('follow', camera))
+
     def learn(self, sample):
         self._log.append(('learn', sample))
         if sample is EQUATIONS:
@@ -179,6 +182,7 @@ def test_a_prepared_frame_has_what_its_preparation_has(steps, preparation, repea
     prepared = steps.registrar.prepared(preparation, repeat)
     frame = preparation.frame
     assert prepared.frame is frame and preparation.asked[0] == 'up to date'
+    assert steps.log[1:] == [('follow', frame.camera)]
     np.testing.assert_array_equal(prepared.grey, frame.grey)
     np.testing.assert_array_equal(prepared.corrected.depth, frame.depth + 1.0)
     assert prepared.distortion is LEARNED_DISTORTION
@@ -193,6 +197,7 @@ def test_a_prepared_frame_has_what_its_preparation_has(steps, preparation, repea
 def test_prepared_for_tracking_a_frame_has_no_keypoints(steps, preparation):
     prepared = steps.registrar.prepared_for_tracking(preparation)
     assert preparation.asked == ['up to date', 'surface'] and prepared.surface == 'a surface'
+    assert steps.log[1:] == [('follow', preparation.frame.camera)]
     assert len(prepared.keypoints) == 0 and prepared.keypoints.stamp == preparation.frame.stamp
     assert prepared.frame is preparation.frame and prepared.repeat is Repeat.NONE
     assert prepared.depth_lag == pytest.approx(0.003) and prepared.stamp_jitter == 0.003
@@ -258,6 +263,15 @@ def test_a_camera_at_rest_off_its_keyframe_teaches_its_noise_alone(steps, made):
     steps.found = dataclasses.replace(steps.found, T_target_source=EXPECTED)
     steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
     assert steps.samples()[8:] == ['a noise', SAMPLE, EQUATIONS]
+
+
+@pytest.mark.parametrize('size, taught', [
+    ((10, 12), ['a noise', SAMPLE, EQUATIONS]), ((10, 24), ['a noise', SAMPLE])])
+def test_frames_of_two_images_teach_no_distortion(steps, made, size, taught):
+    """As before and after the camera has changed its crop."""
+    steps.target = made.prepared(1_000_000_000, size=size)
+    steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+    assert steps.samples() == taught
 
 
 def test_where_no_motion_is_expected_none_is_handed_on(steps, parts):

@@ -17,7 +17,9 @@ import math
 
 import numpy as np
 
-from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
+from aick_ros.frames.depth_distortion import (
+    COLUMNS, NO_DISTORTION, ROWS, DepthDistortion, have_same_nodes)
+from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.grouped_equations import GroupedEquations
 from aick_ros.registration.refinement.misalignment_equations import Equations
 from aick_ros.registration.refinement.misalignment_estimate import PRIOR
@@ -46,6 +48,10 @@ class DistortionEstimate:
     """Distortion of the depth images of one camera, learned over its registrations."""
 
     def __init__(self) -> None:
+        self._camera: Camera | None = None
+        self._forget()
+
+    def _forget(self) -> None:
         prior = _PRIOR_WEIGHT / _PRIOR_SIGMA ** 2 * np.eye(_NODES.stop)
         prior[:_NODES.start, :_NODES.start] = PRIOR
         self._equations = GroupedEquations(prior, _KEPT)
@@ -56,6 +62,16 @@ class DistortionEstimate:
     def distortion(self) -> DepthDistortion:
         """Distortion to be corrected; another object only where it is another one."""
         return self._distortion
+
+    def follow(self, camera: Camera) -> None:
+        """
+        Start anew where a camera comes to see another image, in which the nodes lie elsewhere.
+
+        :param camera: of the present frame.
+        """
+        if self._camera is None or not have_same_nodes(self._camera, camera):
+            self._forget()
+            self._camera = camera
 
     def learn(self, equations: Equations) -> None:
         """Add one registration: equations of misalignment and distortion."""

@@ -9,7 +9,8 @@ import math
 import numpy as np
 import pytest
 
-from aick_ros.frames.depth_distortion import COLUMNS, ROWS
+from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS
+from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.distortion_estimate import DistortionEstimate
 from aick_ros.registration.refinement.grouped_equations import GroupedEquations
 from aick_ros.registration.refinement.misalignment_equations import Equations
@@ -132,3 +133,35 @@ def test_estimates_come_at_least_every_400_registrations():
         if estimate.distortion is not before:
             changes.append(count)
     assert np.diff(changes).max() == 400
+
+
+def test_it_is_of_the_image_that_the_camera_sees():
+    """Another resolution has the same nodes; another crop has nodes of which nothing is known."""
+    camera = Camera(640, 480, 525.0, 525.0, 319.5, 239.5)
+    binned = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+    cropped = Camera(480, 360, 525.0, 525.0, 239.5, 179.5)
+    estimate = DistortionEstimate()
+    estimate.follow(camera)
+    teach(estimate, series(TRUE, 60))
+    known = estimate.distortion
+    assert not known.is_none
+    for same in (camera, binned, camera):
+        estimate.follow(same)
+        assert estimate.distortion is known
+    estimate.follow(cropped)
+    assert estimate.distortion is NO_DISTORTION
+    teach(estimate, series(-TRUE, 39))
+    estimate.follow(cropped)
+    assert estimate.distortion is NO_DISTORTION
+    teach(estimate, series(-TRUE, 1, seed=2))
+    assert np.corrcoef(estimate.distortion.nodes.ravel(), -TRUE.ravel())[0, 1] > 0.95
+
+
+def test_it_stays_while_a_camera_focuses_and_goes_once_that_has_moved_its_nodes():
+    """Compared with the image that it was first of, not with the last one."""
+    estimate, known = DistortionEstimate(), []
+    for zoom in np.linspace(1.0, 1.1, 60):
+        estimate.follow(Camera(640, 480, 525.0 * zoom, 525.0 * zoom, 319.5, 239.5))
+        teach(estimate, series(TRUE, 60) if zoom == 1.0 else ())
+        known.append(not estimate.distortion.is_none)
+    assert 10 < known.index(False) < 40 and not any(known[known.index(False):])
