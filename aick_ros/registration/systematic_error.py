@@ -70,60 +70,59 @@ class SystematicError:
         if not registration.status.ok:
             return registration
         motion, interval = registration.T_target_source, seconds(target.stamp, source.stamp)
-        speeds, changes = np.zeros(2), np.zeros(2)
-        if interval != 0.0:  # else no speed is known
-            speeds = _squared_rates(motion, interval)
+        velocity, change = np.zeros(6), np.zeros(6)
+        if interval != 0.0:  # else no velocity is known
+            velocity = se3.difference(motion, np.eye(4)) / interval
             if expected is not None:
-                changes = _squared_rates(se3.inverse(expected) @ motion,
-                                         min(elapsed, abs(interval)))
-        timing = _timing(max(source.stamp_jitter, target.stamp_jitter), speeds, changes)
-        covariance = registration.covariance + timing + _delayed(delay, delay_sigma, changes)
+                change = se3.difference(motion, expected) / min(elapsed, abs(interval))
+        timing = _timing(max(source.stamp_jitter, target.stamp_jitter), velocity, change)
+        covariance = registration.covariance + timing + _delayed(delay, delay_sigma, change)
         if registration.bias is not None:
             covariance += self._unusual(registration.bias)
             self._learn(registration.bias)
         return dataclasses.replace(registration, covariance=covariance, timing=timing)
 
     def _unusual(self, bias: SensorBias) -> np.ndarray:
-        """Return the covariance of the share of a bias that is not usual, 6x6."""
+        """Return the covariance by the share of a bias that is not usual, 6x6."""
         noise, systematic = _UNUSUAL_BOUNDS
         ratio = bias.normalised / max(self._normalised, 1.0)
-        share = np.clip((ratio - noise) / (systematic - noise), 0.0, 1.0)
-        return np.diag(np.repeat(share * bias.squares, 3))
+        share = float(np.clip((ratio - noise) / (systematic - noise), 0.0, 1.0))
+        return share * bias.effect
 
     def _learn(self, bias: SensorBias) -> None:
         self._count = min(self._count + 1, _MEMORY)
         self._normalised += (bias.normalised - self._normalised) / self._count
 
 
-def _timing(jitter: float, speeds: np.ndarray, changes: np.ndarray) -> np.ndarray:
+def _timing(jitter: float, velocity: np.ndarray, change: np.ndarray) -> np.ndarray:
     """
     Return the covariance of a motion due to errors of the two stamps, 6x6.
 
     :param jitter: of the stamps [s].
-    :param speeds: squared, as :func:`_squared_rates` returns them.
-    :param changes: squared, of the speeds since the frame before.
+    :param velocity: 6 [m/s, rad/s].
+    :param change: of the velocity since the frame before, 6.
     """
     stamp_sigma = max(jitter, min(_STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER * jitter))
     latency_sigma = min(_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER * jitter)
     # a common delay shifts the motion by the change of the velocity, in a third per axis
-    variances = 2 * stamp_sigma ** 2 * speeds + latency_sigma ** 2 * changes / 3
-    return np.diag(np.repeat(variances, 3))
+    return 2 * stamp_sigma ** 2 * _along_any_axis(velocity) + (
+        latency_sigma ** 2 * _along_any_axis(change) / 3)
 
 
-def _delayed(delay: float, sigma: float, changes: np.ndarray) -> np.ndarray:
+def _delayed(delay: float, sigma: float, change: np.ndarray) -> np.ndarray:
     """
     Return the covariance due to the velocities that a delay is corrected by, and to its own, 6x6.
 
-    Both frames are off by the lag of their velocities. An error of the delay shifts the motion by
-    the change of the velocity, in a third per axis.
+    Both frames are off by the lag of their velocities, in a third per axis. An error of the delay
+    shifts the motion by the change of the velocity, and in no other direction.
 
-    :param changes: as for :func:`_timing`.
+    :param change: as for :func:`_timing`.
     """
-    variances = (2 * (_VELOCITY_LAG * delay) ** 2 + sigma ** 2) * changes / 3
-    return np.diag(np.repeat(variances, 3))
+    lag = 2 * (_VELOCITY_LAG * delay) ** 2 * _along_any_axis(change) / 3
+    return lag + sigma ** 2 * np.outer(change, change)
 
 
-def _squared_rates(motion: np.ndarray, interval: float) -> np.ndarray:
-    """Return the squared speed [m^2/s^2] and the squared turn rate [rad^2/s^2], 2."""
-    twist = se3.log(motion) / interval
-    return np.array([twist[:3] @ twist[:3], twist[3:] @ twist[3:]])
+def _along_any_axis(rates: np.ndarray) -> np.ndarray:
+    """Return the squared speed [m^2/s^2] and turn rate [rad^2/s^2], each for three axes, 6x6."""
+    squares = np.sum(rates.reshape(2, 3) ** 2, axis=1)
+    return np.diag(np.repeat(squares, 3))

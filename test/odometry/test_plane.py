@@ -183,7 +183,7 @@ def test_each_pose_of_the_odometry_is_drawn_into_the_plane(carried):
         heights[planar] = np.array([above(base.matrix) for base in bases])
     assert np.abs(heights[False]).max(axis=0).min() > 5e-3
     # the position filter may leave the plane by what it holds back
-    assert np.abs(heights[True]).max() < 2e-3
+    assert np.abs(heights[True]).max() < 3e-3
     axes = START[:3, :3]
     assert axes[:, 2] @ bases[-1].covariance[:3, :3] @ axes[:, 2] < 1e-3 ** 2
     assert axes[:, 0] @ bases[-1].covariance[:3, :3] @ axes[:, 0] > 1e-2 ** 2
