@@ -24,13 +24,10 @@ class SensorBias:
 
     :param difference: 6 (x, y, z, rot x, rot y, rot z), to first order [m, rad].
     :param covariance: 6x6, of the difference if it is caused by noise alone.
-    :param gains: 2x6x6, of the pose by both: how much it errs where the one by keypoints, or the
-        one by depth, does.
     """
 
     difference: np.ndarray
     covariance: np.ndarray
-    gains: np.ndarray
 
     @property
     def normalised(self) -> float:
@@ -42,13 +39,6 @@ class SensorBias:
         """Mean squares of the difference along an axis and about an axis [m^2, rad^2], 2."""
         squares: np.ndarray = np.mean(self.difference.reshape(2, 3) ** 2, axis=1)
         return squares
-
-    @property
-    def effect(self) -> np.ndarray:
-        """Mean square of the error of the pose if either of the two has all of the bias, 6x6."""
-        errors = self.gains @ self.difference
-        effect: np.ndarray = errors.T @ errors / len(errors)
-        return effect
 
 
 class Evidence(Enum):

@@ -83,11 +83,11 @@ class SystematicError:
         return dataclasses.replace(registration, covariance=covariance, timing=timing)
 
     def _unusual(self, bias: SensorBias) -> np.ndarray:
-        """Return the covariance by the share of a bias that is not usual, 6x6."""
+        """Return the covariance of the share of a bias that is not usual, 6x6."""
         noise, systematic = _UNUSUAL_BOUNDS
         ratio = bias.normalised / max(self._normalised, 1.0)
-        share = float(np.clip((ratio - noise) / (systematic - noise), 0.0, 1.0))
-        return share * bias.effect
+        share = np.clip((ratio - noise) / (systematic - noise), 0.0, 1.0)
+        return np.diag(np.repeat(share * bias.squares, 3))
 
     def _learn(self, bias: SensorBias) -> None:
         self._count = min(self._count + 1, _MEMORY)

@@ -14,33 +14,20 @@ from aick_ros.registration.status import Status
 
 ROOT = np.random.default_rng(5).standard_normal((6, 6))
 COVARIANCE = ROOT @ ROOT.T
-GAINS = np.stack([0.1 * ROOT, np.eye(6) - 0.1 * ROOT])
 
 
 def test_a_bias_by_noise_has_a_normalised_square_of_one():
     """The sum of six squares follows chi squared."""
     rng = np.random.default_rng(1)
-    squares = [6 * SensorBias(difference, COVARIANCE, GAINS).normalised
+    squares = [6 * SensorBias(difference, COVARIANCE).normalised
                for difference in rng.multivariate_normal(np.zeros(6), COVARIANCE, 4000)]
     assert np.mean(squares) == pytest.approx(6, rel=0.05)
     assert np.mean(np.array(squares) < chi2.ppf(0.95, 6)) == pytest.approx(0.95, abs=0.015)
 
 
 def test_the_squares_of_a_bias_are_means_of_three_axes():
-    bias = SensorBias(np.array([1.0, 2.0, -3.0, 0.1, 0.0, -0.2]), np.eye(6), GAINS)
+    bias = SensorBias(np.array([1.0, 2.0, -3.0, 0.1, 0.0, -0.2]), np.eye(6))
     np.testing.assert_allclose(bias.squares, [14 / 3, 0.05 / 3])
-
-
-def test_the_effect_of_a_bias_is_the_error_of_a_weighted_mean_of_two_measurements():
-    """One of them is right and the other one is not, nobody knows which."""
-    right, bias, squares = np.arange(6.0), np.array([3.0, -2.0, 1.0, 0.5, -0.2, 0.1]), []
-    for wrong in (0, 1):
-        measured = np.stack([right, right])
-        measured[wrong] += (-bias, bias)[wrong]  # the difference is the same
-        error = GAINS[0] @ measured[0] + GAINS[1] @ measured[1] - right
-        squares.append(np.outer(error, error))
-    np.testing.assert_allclose(SensorBias(bias, COVARIANCE, GAINS).effect,
-                               np.mean(squares, axis=0))
 
 
 @pytest.fixture

@@ -196,7 +196,6 @@ class _Problem:
         (equations, scatter), (of_depth, scatter_of_depth) = (
             keypoints.contribution(1 / noise.keypoints, noise.keypoint_jitter),
             depth.contribution(1.0, noise.depth_bias))
-        by_kind = np.stack([equations.information, of_depth.information])
         equations += of_depth
         scatter += scatter_of_depth + _SMALLEST_FACTOR * equations.information
         inverse = np.linalg.inv(equations.information + _PRIOR)
@@ -207,7 +206,7 @@ class _Problem:
             self._seen[inliers])
         if not by_depth:
             return refined
-        refined = self._with_bias(refined, pose, keypoints, depth, inverse @ by_kind)
+        refined = self._with_bias(refined, pose, keypoints, depth)
         if len(self._tracks) < FEWEST_TO_CONFIRM:
             return refined
         return replace(refined, misalignment=self._misalignment_shown_by(
@@ -226,14 +225,9 @@ class _Problem:
             distortion_rows(depth, self._source, self._target, pose))
 
     def _with_bias(self, refined: Refined, pose: np.ndarray, keypoints: _Estimate,
-                   depth: _Estimate, gains: np.ndarray) -> Refined:
-        """
-        Return a refined pose with the bias and noise by two estimates, made at a pose.
-
-        :param gains: of the refined pose, by the errors of the two, 2x6x6.
-        """
-        bias = SensorBias(depth.error - keypoints.error, keypoints.covariance + depth.covariance,
-                          gains)
+                   depth: _Estimate) -> Refined:
+        """Return a refined pose with the bias and noise by two estimates, made at a pose."""
+        bias = SensorBias(depth.error - keypoints.error, keypoints.covariance + depth.covariance)
         noise = None
         if len(self._tracks) >= FEWEST_TO_CONFIRM:
             poses = PosesByKind((self._source.stamp, self._target.stamp),

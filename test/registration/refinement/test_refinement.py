@@ -410,27 +410,6 @@ def test_where_few_keypoints_are_found_they_are_sought_again_from_the_better_pos
     assert np.linalg.norm(error_of(refined.T_target_source, truth)[:3]) < 0.002
 
 
-def test_the_pose_follows_both_kinds_by_their_gains():
-    """Where depth is displaced, the pose is by the gain of depth times that."""
-    source, target, truth = rendered(2, 0, 2)
-    source, target = look(SETTINGS, (source, target))
-
-    def displaced(shift):
-        points = np.float32(source.surface.points + np.asarray(shift))
-        surface = dataclasses.replace(source.surface, points=points)
-        return refine(SETTINGS, dataclasses.replace(source, surface=surface), target, truth)
-
-    before = displaced((0, 0, 0))
-    by_keypoints, by_depth = before.bias.gains
-    np.testing.assert_allclose(by_keypoints + by_depth, np.eye(6), atol=1e-3)
-    for shift in 1e-3 * np.eye(3):
-        after = displaced(shift)
-        moved = se3.difference(after.T_target_source, before.T_target_source)
-        expected = by_depth @ (before.bias.difference - after.bias.difference)
-        np.testing.assert_allclose(moved[:3], expected[:3], atol=1e-4)
-        assert np.linalg.norm(expected[:3]) > 4e-4
-
-
 def test_the_bias_is_the_pose_by_keypoints_less_the_one_by_depth():
     """The surface of the source is displaced by one centimetre, its keypoints are not."""
     source, target, truth = rendered(2, 0, 2)
