@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Answers of web servers, which may never begin, or never end."""
+"""Answers of web servers, which may never begin, never end, or unpack without an end."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ MOST_INTERIM = 100
 LIST_LIMIT = 60.0
 """Longest time for a list of files [s]; chosen."""
 
+AS_IT_IS = {'Accept-Encoding': 'identity'}
+"""Header of requests for content that is not packed."""
 
+_SUCCESS = range(200, 300)  # by definition, of HTTP
 _TAG = re.compile(r'<[aA](\s[^<>]*)')
 _ADDRESS = re.compile(r"""\s(?:href|HREF)=["']([^"']+)""")
 _BARE = re.compile(r'https?://[-a-zA-Z0-9@:%_+.~#?&/=]+')
@@ -66,6 +69,7 @@ class BoundedResponse(ClientResponse):  # type: ignore[misc, unused-ignore]  # m
         Wait for the first lines.
 
         :raises TransferError: where they do not come in time, or after too many interim answers.
+        :raises InputError: where the content is packed, which :data:`AS_IT_IS` asks not to do.
         """
         try:
             async with asyncio.timeout(ANSWER_LIMIT):
@@ -73,6 +77,7 @@ class BoundedResponse(ClientResponse):  # type: ignore[misc, unused-ignore]  # m
                     await super().start(connection)
         except TimeoutError:
             raise TransferError(f'{self.url} does not answer within {ANSWER_LIMIT:g} s') from None
+        self._reject_packed()
         return self
 
     async def read(self) -> bytes:
@@ -96,6 +101,13 @@ class BoundedResponse(ClientResponse):  # type: ignore[misc, unused-ignore]  # m
     async def text(self, *arguments: Any, **options: Any) -> str:
         """Return the links of a page."""
         return links_of(await super().text(*arguments, **options))
+
+    def _reject_packed(self) -> None:
+        """Raise InputError where the content is packed: a few bytes may unpack to any number."""
+        packed_by = self.headers.get('Content-Encoding', '').strip().lower()
+        if packed_by not in ('', 'identity') and self.status in _SUCCESS:
+            raise InputError(f'{self.url} is sent packed ({packed_by}), which was not asked for: '
+                             'have the server send it as it is, or copy the recording yourself')
 
     async def _content(self) -> bytes:
         content = bytearray()

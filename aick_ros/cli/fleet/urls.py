@@ -115,6 +115,8 @@ def errors_of(url: str) -> Iterator[None]:
         raise
     except FileNotFoundError as error:
         cause = error.__cause__
+        if isinstance(cause, InputError) and not isinstance(cause, TransferError):
+            raise cause from None
         if is_web(url) and isinstance(cause, Exception) and not _is_missing(cause):
             raise TransferError(f'cannot read {url}: {_line(cause)}') from None
         raise InputError(f'{url} does not exist') from None
@@ -131,9 +133,11 @@ def _web_options() -> dict[str, object]:
     """Return options without a limit to the time of a whole file, which is five minutes else."""
     from aiohttp import ClientTimeout
 
-    from aick_ros.cli.fleet.bounded_response import BoundedResponse
-    return {'client_kwargs': {'response_class': BoundedResponse, 'timeout': ClientTimeout(
-        total=None, sock_connect=_CONNECTION_LIMIT, sock_read=_SILENCE_LIMIT)}}
+    from aick_ros.cli.fleet.bounded_response import AS_IT_IS, BoundedResponse
+    return {'client_kwargs': {
+        'response_class': BoundedResponse, 'headers': AS_IT_IS, 'auto_decompress': False,
+        'timeout': ClientTimeout(total=None, sock_connect=_CONNECTION_LIMIT,
+                                 sock_read=_SILENCE_LIMIT)}}
 
 
 def _line(error: Exception) -> str:

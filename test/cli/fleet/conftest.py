@@ -4,11 +4,14 @@
 """A web server on this machine, some of whose files are not what they should be."""
 
 import functools
+import gzip
 import threading
 import time
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
+
+PACKED = gzip.compress(b'<a href="rgb.txt">x</a>' + bytes(2 ** 20))
 
 
 class Handler(SimpleHTTPRequestHandler):
@@ -17,14 +20,15 @@ class Handler(SimpleHTTPRequestHandler):
 
     ``cut`` ends too early, ``endless`` never, ``short`` is smaller than announced, ``broken`` an
     error of the server, ``silent`` never answered, ``slow`` comes byte by byte, ``interim-N`` is
-    empty after N interim answers, and ``nested`` a folder with one like itself in it. The first
-    ``overloads`` requests are refused.
+    empty after N interim answers, ``packed`` is sent as gzip, and ``nested`` a folder with one
+    like itself in it. The first ``overloads`` requests are refused.
     """
 
     protocol_version = 'HTTP/1.1'
 
     def do_GET(self):
         self.server.requests.append(self.path)
+        self.server.encodings.add(self.headers['Accept-Encoding'])
         name = self.path.rpartition('/')[2]
         if self.server.overloads > 0:
             self.server.overloads -= 1
@@ -39,6 +43,9 @@ class Handler(SimpleHTTPRequestHandler):
         elif 'slow' in self.path:
             self._send('Content-Length', '1000')
             self._drip(b'<')
+        elif 'packed' in self.path:
+            self._send_packed()
+            self.wfile.write(PACKED)
         elif 'nested' in self.path:
             page = b'<a href="nested/">nested</a>'
             self._send('Content-Length', str(len(page)))
@@ -73,18 +80,28 @@ class Handler(SimpleHTTPRequestHandler):
 
     def do_HEAD(self):
         name = self.path.rpartition('/')[2]
+        self.server.encodings.add(self.headers['Accept-Encoding'])
         if name.startswith('broken'):
             self.send_error(503)
         elif name.startswith(('cut', 'slow')):
             self._send('Content-Length', '1000')
+        elif 'packed' in self.path:
+            self._send_packed()
         elif name.startswith(('endless', 'short')):
             self._send('Content-Length', '10')
         else:
             super().do_HEAD()
 
     def _send(self, *header):
+        self._send_all(header)
+
+    def _send_packed(self):
+        self._send_all(('Content-Encoding', 'gzip'), ('Content-Length', str(len(PACKED))))
+
+    def _send_all(self, *headers):
         self.send_response(200)
-        self.send_header(*header)
+        for header in headers:
+            self.send_header(*header)
         self.end_headers()
 
     def log_message(self, *_):
@@ -100,7 +117,7 @@ def web(tmp_path):
     server = ThreadingHTTPServer(('127.0.0.1', 0),
                                  functools.partial(Handler, directory=str(folder)))
     server.daemon_threads, server.requests, server.is_closed = True, [], False
-    server.overloads = 0
+    server.overloads, server.encodings = 0, set()
     server.folder, server.url = folder, f'http://127.0.0.1:{server.server_port}'
     thread = threading.Thread(target=server.serve_forever, args=(0.02,))
     thread.start()

@@ -292,6 +292,30 @@ def test_a_recording_that_hardly_comes_is_not_waited_for(web, scratch, monkeypat
     assert web.requests.count('/slow.bag') == 3
 
 
+@pytest.mark.parametrize('name', ['packed.bag', 'packed', 'of/packed.bag'])
+def test_what_is_sent_packed_is_rejected(web, scratch, name):
+    """Some megabytes may unpack to terabytes."""
+    with pytest.raises(InputError) as caught:
+        with scratch.copy_of(f'{web.url}/{name}'):
+            pytest.fail('it was given')
+    assert type(caught.value) is InputError  # asked for again it would be the same
+    assert str(caught.value) == (
+        f'{web.url}/{name} is sent packed (gzip), which was not asked for: have the server send '
+        'it as it is, or copy the recording yourself')
+
+
+def test_a_list_of_files_that_is_sent_packed_is_rejected(web):
+    with pytest.raises(InputError, match=r'/packed is sent packed \(gzip\), which was not'):
+        find_recordings([f'{web.url}/packed/'], None)
+
+
+def test_content_is_asked_for_as_it_is(web, scratch):
+    write(web.folder, {'tum/rgb.txt': b'', 'tum/depth.txt': b''})
+    [found] = find_recordings([f'{web.url}/'], None)
+    with scratch.copy_of(found):
+        assert web.encodings == {'identity'}
+
+
 def test_bytes_are_read():
     assert bytes_from('--scratch-limit', '2.5GB') == 2_500_000_000
     for text in ('much', '-1GB', '1,2', 'inf', 'nan'):
