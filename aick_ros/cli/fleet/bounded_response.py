@@ -14,13 +14,11 @@ from typing import Any, Self
 from aiohttp import ClientResponse
 
 from aick_ros.borders.limits import MAX_LIST_BYTES
+from aick_ros.cli.fleet.pace import SILENCE_LIMIT, Pace, SilentServerError
 from aick_ros.errors import InputError, TransferError
 
-ANSWER_LIMIT = 20.0
-"""Longest time until an answer begins [s]; chosen. Its first lines may come byte by byte."""
-
 MOST_INTERIM = 100
-"""Interim answers (status 1xx) before an answer; chosen: one each 0.2 s of its time."""
+"""Interim answers (status 1xx) before an answer; chosen: one each 0.1 s of its time."""
 
 LIST_LIMIT = 60.0
 """Longest time for a list of files [s]; chosen."""
@@ -38,6 +36,12 @@ def links_of(page: str) -> str:
     """Return the links of a page alone: fsspec seeks them in a time that grows as the square."""
     addresses = [found[1] for tag in _TAG.finditer(page) if (found := _ADDRESS.search(tag[1]))]
     return '\n'.join([*_BARE.findall(page), *(f'<a href="{each}">' for each in addresses)])
+
+
+def unanswered(url: str) -> SilentServerError:
+    """Return the error of a server that does not begin to answer."""
+    return SilentServerError(f'{url} does not answer within {SILENCE_LIMIT:g} s: try later, or '
+                             'copy the recording yourself')
 
 
 @contextmanager
@@ -66,17 +70,18 @@ class BoundedResponse(ClientResponse):  # type: ignore[misc, unused-ignore]  # m
 
     async def start(self, connection: Any) -> Self:
         """
-        Wait for the first lines.
+        Wait for the first lines, which may come byte by byte.
 
-        :raises TransferError: where they do not come in time, or after too many interim answers.
+        :raises SilentServerError: where they do not come in time.
+        :raises TransferError: after too many interim answers.
         :raises InputError: where the content is packed, which :data:`AS_IT_IS` asks not to do.
         """
         try:
-            async with asyncio.timeout(ANSWER_LIMIT):
+            async with asyncio.timeout(SILENCE_LIMIT):
                 with _interim_counted(connection.protocol, self.url):
                     await super().start(connection)
         except TimeoutError:
-            raise TransferError(f'{self.url} does not answer within {ANSWER_LIMIT:g} s') from None
+            raise unanswered(str(self.url)) from None
         self._reject_packed()
         return self
 
@@ -85,7 +90,7 @@ class BoundedResponse(ClientResponse):  # type: ignore[misc, unused-ignore]  # m
         Return the whole content.
 
         :raises InputError: where it is larger than any list of files.
-        :raises TransferError: where it does not come in time.
+        :raises SilentServerError: where it does not come in time.
         """
         if self._body is None:
             try:
@@ -93,8 +98,8 @@ class BoundedResponse(ClientResponse):  # type: ignore[misc, unused-ignore]  # m
                     self._body = await self._content()
             except TimeoutError:
                 self.close()
-                raise TransferError(f'{self.url} does not send its list of files in time'
-                                    ) from None
+                raise SilentServerError(f'{self.url} does not send its list of files in time: '
+                                        'name a recording') from None
         body: bytes = await super().read()
         return body
 
@@ -110,9 +115,10 @@ class BoundedResponse(ClientResponse):  # type: ignore[misc, unused-ignore]  # m
                              'have the server send it as it is, or copy the recording yourself')
 
     async def _content(self) -> bytes:
-        content = bytearray()
+        content, pace = bytearray(), Pace(str(self.url))
         async for piece in self.content.iter_any():
             content += piece
+            pace.add(len(piece))
             if len(content) > MAX_LIST_BYTES:
                 self.close()
                 raise InputError(f'{self.url} sends more than {MAX_LIST_BYTES} bytes as its '

@@ -11,11 +11,11 @@ from contextlib import contextmanager
 from typing import Protocol
 from urllib.parse import unquote, urlsplit
 
+from aick_ros.cli.fleet.pace import SilentServerError
 from aick_ros.errors import InputError, TransferError, installation, package_of
 
 _NOT_FOUND = 404  # by definition, of HTTP
 _URL = re.compile(r'[a-z][a-z0-9+.-]+://')
-_CONNECTION_LIMIT, _SILENCE_LIMIT = 10.0, 20.0  # [s] until a server accepts, and goes on; chosen
 _CHAIN = '::'  # by which fsspec reads one URL through another
 
 
@@ -66,7 +66,7 @@ def open_url(url: str) -> tuple[FileSystem, str]:
         server.
     """
     try:
-        from fsspec.core import filesystem, url_to_fs
+        from fsspec.core import url_to_fs
     except ModuleNotFoundError as error:
         raise InputError(f"no URLs without {package_of(error)}: {installation('fleet')}") from None
     system: FileSystem
@@ -75,7 +75,8 @@ def open_url(url: str) -> tuple[FileSystem, str]:
             raise ValueError('it names no server and no file')
         if is_web(url):
             _check_server(url)
-            system, path = filesystem('http', **_web_options()), url
+            from aick_ros.cli.fleet.web_files import WebFiles
+            system, path = WebFiles(), url
         elif _CHAIN in url:
             raise ValueError(f'archives are not unpacked, nor URLs with {_CHAIN} read')
         else:
@@ -107,7 +108,7 @@ def errors_of(url: str) -> Iterator[None]:
     Raise the errors of all file systems as one kind.
 
     :raises InputError: where there is nothing at the URL.
-    :raises TransferError: for any other.
+    :raises TransferError: for any other; SilentServerError where time ran out.
     """
     try:
         yield
@@ -115,13 +116,18 @@ def errors_of(url: str) -> Iterator[None]:
         raise
     except FileNotFoundError as error:
         cause = error.__cause__
-        if isinstance(cause, InputError) and not isinstance(cause, TransferError):
+        if isinstance(cause, InputError):
             raise cause from None
         if is_web(url) and isinstance(cause, Exception) and not _is_missing(cause):
-            raise TransferError(f'cannot read {url}: {_line(cause)}') from None
+            raise _transfer_error(url, cause) from None
         raise InputError(f'{url} does not exist') from None
     except Exception as error:  # each file system has its own
-        raise TransferError(f'cannot read {url}: {_line(error)}') from None
+        raise _transfer_error(url, error) from None
+
+
+def _transfer_error(url: str, error: Exception) -> TransferError:
+    kind = SilentServerError if isinstance(error, TimeoutError) else TransferError
+    return kind(f'cannot read {url}: {_line(error)}')
 
 
 def _is_missing(cause: Exception) -> bool:
@@ -129,20 +135,10 @@ def _is_missing(cause: Exception) -> bool:
     return isinstance(cause, FileNotFoundError) or getattr(cause, 'status', None) == _NOT_FOUND
 
 
-def _web_options() -> dict[str, object]:
-    """Return options without a limit to the time of a whole file, which is five minutes else."""
-    from aiohttp import ClientTimeout
-
-    from aick_ros.cli.fleet.bounded_response import AS_IT_IS, BoundedResponse
-    return {'client_kwargs': {
-        'response_class': BoundedResponse, 'headers': AS_IT_IS, 'auto_decompress': False,
-        'timeout': ClientTimeout(total=None, sock_connect=_CONNECTION_LIMIT,
-                                 sock_read=_SILENCE_LIMIT)}}
-
-
 def _line(error: Exception) -> str:
-    if isinstance(error, TimeoutError) and not str(error).strip():
-        return 'nothing arrives any more'
+    if isinstance(error, TimeoutError):
+        return (f"{str(error).strip() or 'nothing arrives any more'}; try later, or copy the "
+                'recording yourself')
     if type(error).__name__.endswith('RedirectClientError'):  # of aiohttp; its text is the URL
         return f'it redirects to {error}, which is no URL of a web server'
     lines = (str(error).strip() or type(error).__name__).split('\n')

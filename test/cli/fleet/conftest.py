@@ -19,7 +19,8 @@ class Handler(SimpleHTTPRequestHandler):
     Serves a folder, but for names with another beginning.
 
     ``cut`` ends too early, ``endless`` never, ``short`` is smaller than announced, ``broken`` an
-    error of the server, ``silent`` never answered, ``slow`` comes byte by byte, ``interim-N`` is
+    error of the server, ``silent`` never answered, ``slow`` comes byte by byte,
+    ``stops`` after 100 bytes, ``interim-N`` is
     empty after N interim answers, ``packed`` is sent as gzip, and ``nested`` a folder with one
     like itself in it. The first ``overloads`` requests are refused.
     """
@@ -54,6 +55,10 @@ class Handler(SimpleHTTPRequestHandler):
             self._send('Content-Length', '1000')
             self.wfile.write(bytes(100))
             self.close_connection = True
+        elif name.startswith('stops'):
+            self._send('Content-Length', '1000')
+            self.wfile.write(bytes(100))
+            self._drip(b'')
         elif name.startswith('short'):
             self._send('Content-Length', '4')
             self.wfile.write(bytes(4))
@@ -81,9 +86,14 @@ class Handler(SimpleHTTPRequestHandler):
     def do_HEAD(self):
         name = self.path.rpartition('/')[2]
         self.server.encodings.add(self.headers['Accept-Encoding'])
-        if name.startswith('broken'):
+        self.server.heads.append(self.path)
+        if not self.server.knows_head:
+            self.send_error(501)
+        elif 'silent' in self.path:
+            self._drip(b'')
+        elif name.startswith('broken'):
             self.send_error(503)
-        elif name.startswith(('cut', 'slow')):
+        elif name.startswith(('cut', 'slow', 'stops')):
             self._send('Content-Length', '1000')
         elif 'packed' in self.path:
             self._send_packed()
@@ -117,7 +127,8 @@ def web(tmp_path):
     server = ThreadingHTTPServer(('127.0.0.1', 0),
                                  functools.partial(Handler, directory=str(folder)))
     server.daemon_threads, server.requests, server.is_closed = True, [], False
-    server.overloads, server.encodings = 0, set()
+    server.knows_head = True
+    server.overloads, server.heads, server.encodings = 0, [], set()
     server.folder, server.url = folder, f'http://127.0.0.1:{server.server_port}'
     thread = threading.Thread(target=server.serve_forever, args=(0.02,))
     thread.start()

@@ -7,6 +7,7 @@ import pytest
 
 from aick_ros.cli.fleet import attempts
 from aick_ros.cli.fleet.attempts import asked_again
+from aick_ros.cli.fleet.pace import SilentServerError
 from aick_ros.errors import InputError, TransferError
 
 
@@ -44,4 +45,10 @@ def test_the_third_error_is_raised(pauses):
 def test_what_is_wrong_for_good_is_not_asked_again(pauses):
     with pytest.raises(InputError, match='wrong'):
         failing(TransferError('x'), InputError('wrong'))()
+    assert pauses == [1.0]
+
+
+def test_a_server_that_was_waited_for_is_not_asked_again(pauses):
+    with pytest.raises(SilentServerError, match='second'):
+        failing(TransferError('first'), SilentServerError('second'), TransferError('third'))()
     assert pauses == [1.0]

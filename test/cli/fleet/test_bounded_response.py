@@ -8,8 +8,9 @@ import asyncio
 import pytest
 
 aiohttp = pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
-from aick_ros.cli.fleet import bounded_response  # noqa: E402
+from aick_ros.cli.fleet import bounded_response, pace  # noqa: E402
 from aick_ros.cli.fleet.bounded_response import BoundedResponse  # noqa: E402
+from aick_ros.cli.fleet.pace import SilentServerError  # noqa: E402
 from aick_ros.errors import InputError, TransferError  # noqa: E402
 
 CONTENT = bytes(range(256)) * 20
@@ -53,13 +54,21 @@ def test_of_a_page_its_links_are_left(page, links):
 
 
 @pytest.mark.parametrize('limit, path, sentence', [
-    ('ANSWER_LIMIT', 'silent', 'does not answer within 0.05 s'),
-    ('LIST_LIMIT', 'slow', 'does not send its list of files in time')])
+    ('SILENCE_LIMIT', 'silent',
+     'does not answer within 0.05 s: try later, or copy the recording yourself'),
+    ('LIST_LIMIT', 'slow', 'does not send its list of files in time: name a recording')])
 def test_a_server_that_is_too_slow_is_named(web, monkeypatch, limit, path, sentence):
     monkeypatch.setattr(bounded_response, limit, 0.05)
-    with pytest.raises(TransferError) as caught:
+    with pytest.raises(SilentServerError) as caught:
         text_at(f'{web.url}/{path}')
     assert str(caught.value) == f'{web.url}/{path} {sentence}'
+
+
+def test_a_list_that_hardly_comes_is_rejected(web, monkeypatch):
+    monkeypatch.setattr(pace, 'SILENCE_LIMIT', 0.1)
+    monkeypatch.setattr(pace, 'SLOWEST', 10_000)
+    with pytest.raises(SilentServerError, match=r'/slow hardly sends: \d+ bytes arrived in 0 s;'):
+        text_at(f'{web.url}/slow')
 
 
 @pytest.mark.parametrize('count', [0, 1, 100])

@@ -9,8 +9,9 @@ import fsspec
 import pytest
 from fsspec.implementations.memory import MemoryFileSystem
 
-from aick_ros.cli.fleet import attempts, transfer
+from aick_ros.cli.fleet import attempts, pace, transfer
 from aick_ros.cli.fleet.content import state_of
+from aick_ros.cli.fleet.pace import SilentServerError
 from aick_ros.cli.fleet.recordings import find_recordings
 from aick_ros.cli.fleet.scratch import Scratch
 from aick_ros.cli.fleet.urls import name_of
@@ -275,21 +276,49 @@ def test_tags_without_an_end_are_no_links(page):
 
 
 @pytest.mark.parametrize('limit, name, reason', [
-    ('ANSWER_LIMIT', 'silent', 'does not answer within 0.05 s'),
+    ('SILENCE_LIMIT', 'silent', 'does not answer within 0.05 s'),
     ('LIST_LIMIT', 'slow', 'does not send its list of files in time')])
 def test_a_list_of_files_that_never_comes_is_not_waited_for(web, monkeypatch, limit, name, reason):
     from aick_ros.cli.fleet import bounded_response
     monkeypatch.setattr(bounded_response, limit, 0.05)
-    with pytest.raises(TransferError, match=f'/{name} {reason}'):
+    with pytest.raises(SilentServerError, match=f'/{name} {reason}'):
         find_recordings([f'{web.url}/{name}/'], None)
+    assert len(web.requests) == 1
 
 
 def test_a_recording_that_hardly_comes_is_not_waited_for(web, scratch, monkeypatch):
-    monkeypatch.setattr(transfer, '_OVER', 0.1)
-    with pytest.raises(TransferError, match=r'slow.bag: \d+ bytes arrived in \d+ s'):
+    monkeypatch.setattr(pace, 'SILENCE_LIMIT', 0.1)
+    with pytest.raises(SilentServerError, match=r'slow.bag hardly sends: \d+ bytes arrived'):
         with scratch.copy_of(f'{web.url}/slow.bag'):
             pytest.fail('it was given')
-    assert web.requests.count('/slow.bag') == 3
+    assert web.requests == ['/slow.bag']
+
+
+def test_a_server_that_is_silent_is_waited_for_once(web, scratch, monkeypatch):
+    """It is asked for the facts of a file in two ways."""
+    from aick_ros.cli.fleet import web_files
+    monkeypatch.setattr(web_files, 'SILENCE_LIMIT', 0.3)
+    with pytest.raises(SilentServerError, match='silent.bag does not answer within'):
+        with scratch.copy_of(f'{web.url}/silent.bag'):
+            pytest.fail('it was given')
+    assert web.heads == ['/silent.bag'] and web.requests == []
+
+
+@pytest.mark.parametrize('kept, requests', [(99, 3), (101, 1)])
+def test_a_server_that_falls_silent_later_is_asked_again(web, scratch, monkeypatch, kept,
+                                                         requests):
+    """It sends 100 bytes before."""
+    monkeypatch.setattr(pace, 'SLOWEST', kept)
+    monkeypatch.setattr(pace, 'SILENCE_LIMIT', 1.0)
+    from aick_ros.cli.fleet import web_files
+    web_files.WebFiles.clear_instance_cache()
+    monkeypatch.setattr(web_files, 'SILENCE_LIMIT', 0.3)
+    with pytest.raises(TransferError, match='stops.bag: .*; try later, or copy') as caught:
+        with scratch.copy_of(f'{web.url}/stops.bag'):
+            pytest.fail('it was given')
+    web_files.WebFiles.clear_instance_cache()
+    assert isinstance(caught.value, SilentServerError) is (requests == 1)
+    assert web.requests == requests * ['/stops.bag']
 
 
 @pytest.mark.parametrize('name', ['packed.bag', 'packed', 'of/packed.bag'])

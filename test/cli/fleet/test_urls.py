@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from aick_ros.cli.fleet.pace import SilentServerError
 from aick_ros.cli.fleet.urls import errors_of, is_url, is_web, name_of, open_url
 from aick_ros.errors import InputError, TransferError
 
@@ -84,8 +85,15 @@ def test_any_other_error_is_one_line():
         TransferError, f'cannot read {WEB}: second')
     assert raised(WEB, RuntimeError('Invalid:\n\tthe name.\nthird')) == (
         TransferError, f'cannot read {WEB}: Invalid: the name')
-    assert raised(WEB, TimeoutError()) == (
-        TransferError, f'cannot read {WEB}: nothing arrives any more')
+
+
+@pytest.mark.parametrize('is_cause', [False, True])
+@pytest.mark.parametrize('text, reason', [('', 'nothing arrives any more'), ('a wire', 'a wire')])
+def test_time_that_ran_out_is_that_of_a_silent_server(is_cause, text, reason):
+    error = TimeoutError(text) if text else TimeoutError()
+    assert raised(WEB, *[FileNotFoundError(WEB), error] if is_cause else [error]) == (
+        SilentServerError,
+        f'cannot read {WEB}: {reason}; try later, or copy the recording yourself')
 
 
 def test_input_errors_come_through():
@@ -122,16 +130,6 @@ def test_urls_of_web_servers_are_read_as_they_are(url):
     pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
     system, path = open_url(url)
     assert path == url and system.unstrip_protocol(path) == url
-
-
-def test_a_web_server_has_time_for_a_file_but_not_to_be_silent():
-    pytest.importorskip('aiohttp', reason="no URLs: pip install '.[fleet]'")
-    from aick_ros.cli.fleet.bounded_response import BoundedResponse
-    system, _ = open_url(f'{WEB}')
-    given = system.client_kwargs
-    assert given['response_class'] is BoundedResponse
-    assert (given['timeout'].total, given['timeout'].sock_connect, given['timeout'].sock_read) == (
-        None, 10.0, 20.0)
 
 
 @pytest.mark.parametrize('error, sentence', [
