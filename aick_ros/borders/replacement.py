@@ -13,6 +13,7 @@ from pathlib import Path
 from aick_ros.errors import InputError
 
 _DRAFT_NAME = 60  # characters of the name of a file in that of its draft; chosen
+_SMALL = 4096  # bytes, a block of most disks; chosen
 
 
 @contextmanager
@@ -34,8 +35,7 @@ def replaced(path: Path) -> Iterator[Path]:
         with _read_by_a_program(path):
             yield path
         return
-    # not the whole name: with more characters it could be too long
-    draft = target.parent / f'.{path.name[:_DRAFT_NAME]}.{os.getpid()}'
+    draft = _draft_of(target, path.name)
     try:
         yield draft
         draft.replace(target)
@@ -46,6 +46,26 @@ def replaced(path: Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             draft.unlink()
+
+
+def try_to_write(path: Path) -> None:
+    """
+    Write and remove a small draft of a file, to find before a long run that it cannot be written.
+
+    :param path: of nothing, or of a file, which stays as it is.
+    :raises OSError: where its folder is read-only, or the disk full.
+    """
+    draft = _draft_of(path.resolve(), path.name)
+    try:
+        draft.write_bytes(bytes(_SMALL))
+    finally:
+        with suppress(OSError):
+            draft.unlink()
+
+
+def _draft_of(target: Path, name: str) -> Path:
+    # not the whole name: with more characters it could be too long
+    return target.parent / f'.{name[:_DRAFT_NAME]}.{os.getpid()}'
 
 
 @contextmanager

@@ -8,7 +8,7 @@ import os
 
 import pytest
 
-from aick_ros.borders.replacement import reason_of, replaced, unwritable
+from aick_ros.borders.replacement import reason_of, replaced, try_to_write, unwritable
 from aick_ros.errors import InputError
 
 
@@ -57,6 +57,22 @@ def test_the_longest_name_has_a_draft(tmp_path):
     with replaced(path) as draft:
         draft.write_text('new')
     assert path.read_text() == 'new'
+
+
+@pytest.mark.parametrize('name', ['new', 'earlier', 'link', 'a' * 255])
+def test_a_trial_leaves_all_as_it_is(tmp_path, name):
+    (tmp_path / 'earlier').write_text('content')
+    (tmp_path / 'link').symlink_to('target')
+    before = sorted(os.listdir(tmp_path))
+    try_to_write(tmp_path / name)
+    assert sorted(os.listdir(tmp_path)) == before
+    assert (tmp_path / 'earlier').read_text() == 'content'
+
+
+def test_a_trial_is_made_where_the_file_would_be(tmp_path):
+    (tmp_path / 'link').symlink_to('/proc/file')
+    with pytest.raises(OSError, match='No such file'):
+        try_to_write(tmp_path / 'link')
 
 
 def test_a_pipe_is_written_to_directly(tmp_path):

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from aick_ros.borders.replacement import try_to_write
 from aick_ros.errors import InputError, installation
 
 
@@ -30,7 +31,7 @@ def make_folder(path: Path, option: str) -> None:
     """
     Make the folder that an option names.
 
-    :raises InputError: where it cannot be made.
+    :raises InputError: where it cannot be made, or a file in it.
     """
     try:
         path.mkdir(parents=True, exist_ok=True)
@@ -38,6 +39,11 @@ def make_folder(path: Path, option: str) -> None:
         raise InputError(f'{option} {path}: cannot make the folder: {error.strerror}') from None
     except RecursionError:  # of Path.mkdir
         raise InputError(f'{option} {path}: it has too many folders') from None
+    try:
+        try_to_write(path / 'file')
+    except OSError as error:
+        raise InputError(f'{option} {path}: cannot write into the folder: {error.strerror}'
+                         ) from None
 
 
 @contextmanager

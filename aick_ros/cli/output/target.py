@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import os
 import stat
+from contextlib import suppress
 from pathlib import Path
 
-from aick_ros.borders.replacement import reason_of
+from aick_ros.borders.replacement import reason_of, try_to_write
 from aick_ros.errors import InputError
 
 STANDARD_OUTPUT = '-'
@@ -21,8 +22,8 @@ def check_target(target: str | None, *inputs: str | Path | None) -> None:
 
     :param target: a file, ``-`` for standard output, None for nothing.
     :param inputs: files and folders that the command reads; None and names of no file are skipped.
-    :raises InputError: where the file cannot be made: its folder does not exist, its name is too
-        long, it is a folder, or it is an input or a file of one.
+    :raises InputError: where the file cannot be made: its folder does not exist or is read-only,
+        the disk is full, its name is too long, it is a folder, or it is an input or a file of one.
     """
     if target is None or target == STANDARD_OUTPUT:
         return
@@ -30,13 +31,14 @@ def check_target(target: str | None, *inputs: str | Path | None) -> None:
     if not os.path.isdir(path.parent):
         raise InputError(f'cannot write {target}: the folder {path.parent} does not exist')
     try:
-        status = path.stat()
-        if stat.S_ISDIR(status.st_mode):
-            raise InputError(f'cannot write {target!r}: it is a folder, a file is required')
-        if stat.S_ISREG(status.st_mode):
+        with suppress(FileNotFoundError):
+            mode = path.stat().st_mode
+            if stat.S_ISDIR(mode):
+                raise InputError(f'cannot write {target!r}: it is a folder, a file is required')
+            if not stat.S_ISREG(mode):
+                return  # what a pipe or a device is given cannot be taken back
             _check_inputs(path, [Path(name) for name in inputs if name])
-    except FileNotFoundError:
-        pass
+        try_to_write(path)
     except (OSError, ValueError) as error:  # ValueError: NUL in the name
         if isinstance(error, InputError):
             raise

@@ -6,6 +6,7 @@
 import pytest
 
 from aick_ros.cli.output.plot_folder import make_folder, removed_if_empty
+from aick_ros.errors import InputError
 from aick_ros.evaluation.engine import cluster
 
 
@@ -37,6 +38,15 @@ def test_folders_that_were_there_stay(tmp_path, fail):
     fail('there')
     fail('there', 'new')
     assert [path.name for path in tmp_path.rglob('*')] == ['there']
+
+
+def test_a_full_disk_is_found_before_the_work(tmp_path, full_disk):
+    path = tmp_path / 'plots'
+    with pytest.raises(InputError) as raised, removed_if_empty(path):
+        make_folder(path, '--plots')
+    assert str(raised.value) == (f'--plots {path}: cannot write into the folder: No space left '
+                                 'on device')
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize('arguments', [

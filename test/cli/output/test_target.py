@@ -13,7 +13,7 @@ from aick_ros.errors import InputError
 
 @pytest.mark.parametrize('name, reason', [
     ('n' * 300, 'File name too long'), ('', 'it is a folder'), ('none/file', 'does not exist'),
-    ('nu\0l', 'null'), ('n' * 300 + '/file', 'does not exist')])
+    ('nu\0l', 'null'), ('/proc/file', 'No such file'), ('n' * 300 + '/file', 'does not exist')])
 def test_what_cannot_be_written_is_found_before_the_work(tmp_path, name, reason):
     with pytest.raises(InputError, match=f'cannot write (.|\n)*{reason}'):
         check_target(os.path.join(tmp_path, name))
@@ -79,3 +79,25 @@ def test_a_sentence_says_what_is_wrong_and_what_to_do(folder, monkeypatch, targe
 
 def test_a_device_that_is_an_input_too_is_nothing_to_lose():
     check_target('/dev/null', '/dev/null')
+
+
+def test_a_full_disk_is_found_before_the_work(tmp_path, monkeypatch, full_disk):
+    (tmp_path / 'earlier').write_text('content')
+    monkeypatch.chdir(tmp_path)
+    for name in ('earlier', 'new'):
+        with pytest.raises(InputError) as raised:
+            check_target(name)
+        assert str(raised.value) == f"cannot write '{name}': No space left on device"
+    assert os.listdir() == ['earlier'] and (tmp_path / 'earlier').read_text() == 'content'
+
+
+def test_a_pipe_and_a_device_are_given_nothing(tmp_path):
+    """Also a pipe that no program reads yet."""
+    os.mkfifo(tmp_path / 'pipe')
+    reader = os.open(tmp_path / 'pipe', os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        check_target(str(tmp_path / 'pipe'))
+        check_target('/dev/full')
+        assert os.read(reader, 1) == b''
+    finally:
+        os.close(reader)
