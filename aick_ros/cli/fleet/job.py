@@ -71,7 +71,10 @@ def run_job(job: Job) -> Finished:
     if not is_url(job.source):
         return _run(job, job.source)
     with scratch_of(job.scratch).copy_of(job.source) as copy:
-        finished = _run(job, copy.path)
+        try:
+            finished = _run(job, copy.path)
+        except InputError as error:  # the copy does not stay
+            raise InputError(str(error).replace(str(copy.path), job.source)) from None
     return replace(finished, figures={**finished.figures, 'bytes_copied': copy.bytes_copied})
 
 

@@ -16,6 +16,7 @@ import pytest
 from aick_ros.cli.fleet import job as job_module
 from aick_ros.cli.fleet.job import Job, run_job
 from aick_ros.cli.fleet.scratch import ScratchSpace
+from aick_ros.errors import InputError
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 from aick_ros.sources import SourceOptions, raise_damage
@@ -126,3 +127,21 @@ def test_a_url_is_copied_first_and_its_bytes_are_counted(monkeypatch, recording)
     job = Job('s3://bucket/desk', 'a', Settings(), gaps=[1], limit=2, scratch=space)
     assert run_job(job).figures['bytes_copied'] == 123
     assert asked == [(space, 's3://bucket/desk'), Path('copy')]
+
+
+def test_what_is_wrong_with_a_copy_is_that_of_the_url(monkeypatch, tmp_path):
+    """The copy does not stay."""
+    class Scratch:
+        def __init__(self, space):
+            pass
+
+        @contextmanager
+        def copy_of(self, url):
+            yield SimpleNamespace(path=tmp_path / 'a.mcap', bytes_copied=4)
+
+    (tmp_path / 'a.mcap').write_bytes(b'none')
+    monkeypatch.setattr(job_module, 'scratch_of', Scratch)
+    with pytest.raises(InputError) as raised:
+        run_job(Job('https://h/a.mcap', 'a', Settings()))
+    assert str(raised.value).startswith('https://h/a.mcap cannot be read as a bag')
+    assert str(tmp_path) not in str(raised.value)
