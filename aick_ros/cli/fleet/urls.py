@@ -11,11 +11,13 @@ from contextlib import contextmanager
 from typing import Protocol
 from urllib.parse import unquote, urlsplit
 
-from aick_ros.cli.fleet.pace import SilentServerError
+from aick_ros.cli.fleet.pace import SILENCE_LIMIT, SilentServerError
 from aick_ros.errors import InputError, TransferError, installation, package_of
 
 _NOT_FOUND = 404  # by definition, of HTTP
 _URL = re.compile(r'[a-z][a-z0-9+.-]+://')
+_BUCKETS = ('s3', 's3a')
+_BUCKET_ATTEMPTS = 2  # of each request; chosen
 _CHAIN = '::'  # by which fsspec reads one URL through another
 
 
@@ -80,7 +82,10 @@ def open_url(url: str) -> tuple[FileSystem, str]:
         elif _CHAIN in url:
             raise ValueError(f'archives are not unpacked, nor URLs with {_CHAIN} read')
         else:
-            system, path = url_to_fs(url)
+            options = _options(url)
+            system, path = url_to_fs(url, **options)
+            if options:
+                setattr(system, 'retries', _BUCKET_ATTEMPTS)  # noqa: B010: not of all systems
     except ImportError as error:
         raise InputError(f'{url} needs another package: {_line(error)}') from None
     except ValueError as error:
@@ -100,6 +105,16 @@ def _check_server(url: str) -> None:
     if parts.port == 0:  # which raises for what is no port
         raise ValueError('its port is 0, at which no server can be: correct it, or leave it out')
     parts.hostname.encode('idna')
+
+
+def _options(url: str) -> dict[str, object]:
+    """Return the limits of S3, which are minutes else; those of fsspec's settings go first."""
+    from fsspec.config import conf
+    kind = url.partition('://')[0]
+    if kind not in _BUCKETS or 'config_kwargs' in conf.get(kind, {}):
+        return {}
+    return {'config_kwargs': {'connect_timeout': SILENCE_LIMIT, 'read_timeout': SILENCE_LIMIT,
+                              'retries': {'total_max_attempts': 1}}}
 
 
 @contextmanager
@@ -126,8 +141,13 @@ def errors_of(url: str) -> Iterator[None]:
 
 
 def _transfer_error(url: str, error: Exception) -> TransferError:
-    kind = SilentServerError if isinstance(error, TimeoutError) else TransferError
-    return kind(f'cannot read {url}: {_line(error)}')
+    ran_out = _is_of_time(error) or _is_of_time(error.__cause__)
+    return (SilentServerError if ran_out else TransferError)(f'cannot read {url}: {_line(error)}')
+
+
+def _is_of_time(error: BaseException | None) -> bool:
+    """Return whether time ran out; that of S3 has kinds of its own."""
+    return isinstance(error, TimeoutError) or type(error).__name__.endswith('TimeoutError')
 
 
 def _is_missing(cause: Exception) -> bool:
@@ -136,7 +156,7 @@ def _is_missing(cause: Exception) -> bool:
 
 
 def _line(error: Exception) -> str:
-    if isinstance(error, TimeoutError):
+    if _is_of_time(error) or _is_of_time(error.__cause__):
         return (f"{str(error).strip() or 'nothing arrives any more'}; try later, or copy the "
                 'recording yourself')
     if type(error).__name__.endswith('RedirectClientError'):  # of aiohttp; its text is the URL

@@ -3,9 +3,13 @@
 
 """Recordings in a bucket of an S3 server on this machine."""
 
+import socket
+
 import pytest
 
+from aick_ros.cli.fleet import urls
 from aick_ros.cli.fleet.content import state_of
+from aick_ros.cli.fleet.pace import SilentServerError
 from aick_ros.cli.fleet.recordings import find_recordings
 from aick_ros.cli.fleet.scratch import Scratch
 from aick_ros.errors import InputError
@@ -76,3 +80,40 @@ def test_what_a_bucket_has_not_is_named(bucket, source):
     with pytest.raises(InputError, match=f'{source} does not exist'):
         [found] = find_recordings([bucket + source], None)
         state_of(found)
+
+
+@pytest.fixture
+def silent(monkeypatch):
+    """Return a server that accepts connections and never answers."""
+    with socket.create_server(('127.0.0.1', 0)) as server:
+        monkeypatch.setenv('AWS_ENDPOINT_URL', f'http://127.0.0.1:{server.getsockname()[1]}')
+        for name in ('ACCESS_KEY_ID', 'SECRET_ACCESS_KEY'):
+            monkeypatch.setenv(f'AWS_{name}', 'x')
+        yield server
+
+
+def connections(server):
+    """Return how often a server was connected to."""
+    server.setblocking(False)
+    count = 0
+    while True:
+        try:
+            server.accept()[0].close()
+        except BlockingIOError:
+            return count
+        count += 1
+
+
+def test_a_server_that_is_silent_is_asked_twice(silent, monkeypatch):
+    monkeypatch.setattr(urls, 'SILENCE_LIMIT', 0.2)
+    with pytest.raises(SilentServerError, match='s3://silent/a.bag: .*; try later, or copy'):
+        state_of('s3://silent/a.bag')
+    assert connections(silent) == 2
+
+
+def test_limits_of_the_user_go_first(silent, monkeypatch):
+    from fsspec.config import conf
+    own = {'read_timeout': 0.1, 'retries': {'total_max_attempts': 3}}
+    monkeypatch.setitem(conf, 's3', {'config_kwargs': own})
+    system, _ = urls.open_url('s3://silent/b.bag')
+    assert (system.config_kwargs, system.retries) == (own, type(system).retries)

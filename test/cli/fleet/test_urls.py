@@ -140,7 +140,7 @@ def test_urls_of_web_servers_are_read_as_they_are(url):
 def test_what_a_kind_of_url_lacks_is_said(monkeypatch, error, sentence):
     core = pytest.importorskip('fsspec.core', reason="no URLs: pip install '.[fleet]'")
 
-    def fail(url):
+    def fail(url, **_):
         raise error
     monkeypatch.setattr(core, 'url_to_fs', fail)
     with pytest.raises(InputError) as caught:
