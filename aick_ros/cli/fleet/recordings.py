@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import glob
 import os
 import re
 from collections.abc import Iterator, Sequence
@@ -15,6 +14,7 @@ from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_LIST_BYTES
 from aick_ros.borders.names import quoted_if_blank
 from aick_ros.cli.fleet.folders import Entry, recordings_below
+from aick_ros.cli.fleet.patterns import matches_of
 from aick_ros.cli.fleet.remote import recordings_at
 from aick_ros.cli.fleet.urls import is_url
 from aick_ros.errors import InputError
@@ -63,7 +63,7 @@ def _found(source: str) -> Iterator[str]:
     if not is_path(source) or os.path.lexists(source):
         yield from _below(source)
         return
-    matches = sorted(glob.glob(source, recursive=True))
+    matches = sorted(matches_of(source))
     if not matches:
         raise InputError(f'{quoted_if_blank(source)} does not exist, nor does a file that it is a '
                          'pattern of: name a recording, or a folder with recordings in it')
