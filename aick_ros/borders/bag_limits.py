@@ -9,7 +9,7 @@ import heapq
 import sqlite3
 import struct
 from collections.abc import Iterable
-from contextlib import closing
+from contextlib import closing, suppress
 from operator import attrgetter
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol
@@ -108,6 +108,13 @@ def _largest_row(path: Path) -> int:
                               "'CREATE VIRTUAL%'").fetchone():
             raise InputError(f'{path} has views or virtual tables, which no bag has: record it '
                              'again')
+        # TOTAL adds no NULL; a column may be missing in older bags, others than these are not read
+        for column in ('name', 'type', 'offered_qos_profiles'):
+            with suppress(sqlite3.Error):
+                length = f'SELECT TOTAL(LENGTH({column})) FROM topics'
+                if connection.execute(length).fetchone()[0] > MAX_METADATA_BYTES:
+                    raise InputError(f'{path} describes its topics in more than '
+                                     f'{MAX_METADATA_BYTES} bytes: record it again')
         return int(connection.execute('SELECT MAX(LENGTH(data)) FROM messages').fetchone()[0] or 0)
 
 

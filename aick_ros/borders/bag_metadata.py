@@ -9,7 +9,7 @@ from functools import cache, lru_cache, partial
 from importlib import import_module
 from typing import Any
 
-from aick_ros.borders.limits import MAX_YAML_DEPTH, MAX_YAML_VALUES
+from aick_ros.borders.limits import MAX_METADATA_BYTES, MAX_YAML_DEPTH, MAX_YAML_VALUES
 from aick_ros.errors import InputError
 
 _KEPT = 8  # texts whose content is kept; chosen: metadata.yaml, and the QoS of some topics
@@ -38,6 +38,8 @@ class _Yaml:
 
 @lru_cache(_KEPT)
 def _content(library: Any, text: str, kind: str) -> Any:
+    if len(text) > MAX_METADATA_BYTES:
+        raise InputError(f'its YAML has more than {MAX_METADATA_BYTES} characters')
     depth, count = -2, 0  # of the stream and the document
     for event in library(typ=kind, pure=True).parse(text):
         name = type(event).__name__

@@ -120,6 +120,30 @@ def test_tables_that_never_end_are_rejected(tmp_path, statement):
         check_bag(path)
 
 
+@pytest.mark.parametrize('column', ['name', 'type', 'offered_qos_profiles'])
+@pytest.mark.parametrize('columns', [('name', 'type'), ('name', 'type', 'offered_qos_profiles')])
+@pytest.mark.parametrize('size, is_large', [(500, False), (501, True)])
+def test_topics_are_described_in_few_words(tmp_path, monkeypatch, column, columns, size, is_large):
+    """Bags of the first versions have no QoS."""
+    monkeypatch.setattr(bag_limits, 'MAX_METADATA_BYTES', 1000)
+    path = tmp_path / 'a.db3'
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute(f'CREATE TABLE topics({", ".join(columns)})')
+        connection.execute('CREATE TABLE messages(data BLOB)')
+        for _ in range(2):
+            connection.execute(f'INSERT INTO topics({columns[0]}) VALUES (NULL)')
+        if column in columns:
+            connection.execute(f"UPDATE topics SET {column} = printf('%.*c', {size}, '-')")
+        connection.commit()
+    if is_large and column in columns:
+        with pytest.raises(InputError) as raised:
+            check_bag(path)
+        assert str(raised.value) == (f'{path} describes its topics in more than 1000 bytes: '
+                                     'record it again')
+    else:
+        check_bag(path)
+
+
 def database(path, *sizes):
     with closing(sqlite3.connect(path)) as connection:
         connection.execute('CREATE TABLE messages(data BLOB)')

@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 
 from aick_ros.borders.bag_metadata import limit_metadata
-from aick_ros.borders.limits import MAX_YAML_DEPTH, MAX_YAML_VALUES
+from aick_ros.borders.limits import MAX_METADATA_BYTES, MAX_YAML_DEPTH, MAX_YAML_VALUES
 from aick_ros.errors import InputError
 
 QOS = Qos(QosHistory.KEEP_LAST, 3, QosReliability.RELIABLE, QosDurability.VOLATILE, QosTime(1, 2),
@@ -43,6 +43,7 @@ def test_errors_are_those_of_rosbags(load, text):
 @pytest.mark.parametrize('text, reason', [
     (BOMB, 'has aliases'), ('&a [*a]', 'has aliases'),
     ('[' * 900 + ']' * 900, f'deeper than {MAX_YAML_DEPTH} levels'), ('[' * 100_000, 'deeper'),
+    ('-' * (MAX_METADATA_BYTES + 1), f'more than {MAX_METADATA_BYTES} characters'),
     ('- x\n' * MAX_YAML_VALUES, f'more than {MAX_YAML_VALUES} values')])
 def test_what_is_too_large_is_rejected(load, text, reason):
     with pytest.raises(InputError, match=reason):
