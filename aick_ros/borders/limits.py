@@ -53,6 +53,9 @@ MAX_MESSAGE_FIELDS = 1000
 MAX_METADATA_BYTES = 2 ** 20
 """Bytes of metadata.yaml of a bag; chosen: that of a bag of some thousand files."""
 
+MAX_RECORDINGS = 100_000
+"""Recordings of a fleet, and sources that a list of them names; chosen: 10,000 were measured."""
+
 MAX_REMOTE_FILES = 100_000
 """Files of a recording at a URL; chosen: about half an hour of images, colour and depth."""
 

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from io import StringIO
+from itertools import chain
 from pathlib import Path
 
 from aick_ros.borders.files import read_text
-from aick_ros.borders.limits import MAX_LIST_BYTES
+from aick_ros.borders.limits import MAX_LIST_BYTES, MAX_RECORDINGS
 from aick_ros.borders.names import quoted_if_blank
 from aick_ros.cli.fleet.folders import Entry, recordings_below
 from aick_ros.cli.fleet.patterns import matches_of
@@ -32,16 +34,30 @@ def find_recordings(sources: Sequence[str], listed: Path | None) -> list[str]:
     Paths are absolute, as workers may work in other folders.
 
     :param listed: file with more sources, one per line; empty lines and comments (#) are ignored.
-    :raises InputError: where a source is none, or there is no source.
+    :raises InputError: where a source is none, there is no source, or too many.
     """
-    every = [*sources, *(_lines(listed) if listed is not None else ())]
+    every = _distinct([sources, _lines(listed) if listed is not None else ()])
     if not every:
         raise InputError('no recording is given: name recordings or folders of recordings, or '
                          'list them in a file (--list)')
-    found = dict.fromkeys(
-        os.path.abspath(recording) if is_path(recording) else recording for source in every
-        for recording in _found(source))
-    return list(found)
+    return list(_distinct(_absolute(source) for source in every))
+
+
+def _distinct(names: Iterable[Iterable[str]]) -> dict[str, None]:
+    """Return names, each once."""
+    found = dict[str, None]()
+    for name in chain.from_iterable(names):
+        found[name] = None
+        if len(found) > MAX_RECORDINGS:
+            raise InputError(f'more than {MAX_RECORDINGS} recordings are given: name fewer, in '
+                             'several fleets')
+    return found
+
+
+def _absolute(source: str) -> Iterator[str]:
+    """Yield the recordings that a source stands for, as workers in other folders find them."""
+    for recording in _found(source):
+        yield os.path.abspath(recording) if is_path(recording) else recording
 
 
 def is_path(source: str) -> bool:
@@ -50,7 +66,7 @@ def is_path(source: str) -> bool:
 
 
 def _lines(path: Path) -> Iterator[str]:
-    for line in read_text(path, 'the list of recordings', MAX_LIST_BYTES).splitlines():
+    for line in StringIO(read_text(path, 'the list of recordings', MAX_LIST_BYTES)):
         source = _COMMENT.sub('', line).strip()
         if source:
             yield source

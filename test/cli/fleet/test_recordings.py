@@ -103,3 +103,34 @@ def test_a_folder_that_cannot_be_read_is_named(monkeypatch):
 def test_a_list_that_is_not_there_is_named(tmp_path):
     with pytest.raises(InputError, match=f'^cannot read the list of recordings {tmp_path}/none: '):
         find_recordings([], tmp_path / 'none')
+
+
+@pytest.mark.parametrize('count, is_too_many', [(3, False), (4, True)])
+@pytest.mark.parametrize('is_listed', [False, True])
+def test_a_fleet_has_a_limit(tmp_path, monkeypatch, count, is_too_many, is_listed):
+    """However often each is named."""
+    monkeypatch.setattr(recordings, 'MAX_RECORDINGS', 3)
+    sources = [f'synthetic:{i % count}' for i in range(50)]
+    (tmp_path / 'list').write_text('\n'.join(sources))
+    given = ([], tmp_path / 'list') if is_listed else (sources, None)
+    if is_too_many:
+        with pytest.raises(InputError, match='^more than 3 recordings are given: name fewer, in'):
+            find_recordings(*given)
+    else:
+        assert find_recordings(*given) == sources[:3]
+
+
+def test_a_folder_with_too_many_recordings_is_not_searched_to_its_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(recordings, 'MAX_RECORDINGS', 3)
+    for number in range(4):
+        (tmp_path / f'{number}.mcap').touch()
+    with pytest.raises(InputError, match='more than 3 recordings are given'):
+        find_recordings([str(tmp_path)], None)
+
+
+def test_a_source_is_searched_once(tmp_path, monkeypatch):
+    searched = []
+    monkeypatch.setattr(recordings, '_found', lambda source: searched.append(source) or [source])
+    (tmp_path / 'list').write_text('a\nb # x\na\n' * 1000)
+    find_recordings(['b'], tmp_path / 'list')
+    assert searched == ['b', 'a']
