@@ -19,6 +19,9 @@ MAX_RVL_PIXELS = 2 ** 22
 MAX_SIDE = 2 ** 15 - 1
 """Columns or rows of an image; derived: the largest coordinate of OpenCV's remap."""
 
+MAX_SCANS = 100
+"""Scans of a progressive JPEG, each of which may be of all pixels; chosen: encoders make 10."""
+
 MAX_MESSAGE_BYTES = 2 ** 28
 """Bytes of a message, and of an unpacked chunk, of a bag; derived: MAX_PIXELS of 8 bytes."""
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import cv2
 import numpy as np
 
-from aick_ros.borders.limits import MAX_PIXELS, MAX_SIDE
+from aick_ros.borders.limits import MAX_PIXELS, MAX_SCANS, MAX_SIDE
 from aick_ros.errors import InputError
 from aick_ros.messages.codec_messages import codecs_silenced
 
@@ -27,6 +27,12 @@ _SIGNATURES = {
     'JPEG': (b'\xff\xd8\xff', b'\xff\xd9'),
 }
 """Name of a format -> the first bytes of its data, and those that mark the end of the image."""
+
+_JPEG_SCAN = b'\xff\xda'
+"""Marker of a scan, which no data of scans has in it."""
+
+_NOTES = (b'tEXt', b'zTXt', b'iTXt', b'iCCP')
+"""Chunks of a PNG that OpenCV makes nothing of, though libpng unpacks each."""
 
 _JPEG_FRAMES = set(range(0xc0, 0xd0)) - {0xc4, 0xc8, 0xcc}
 """Markers of a frame header (ITU-T T.81, Table B.1)."""
@@ -55,6 +61,11 @@ def decode(data: ByteData) -> np.ndarray:
         raise InputError(f'its {name} data is declared as {size[0]} x {size[1]} pixels: at most '
                          f'{MAX_SIDE} on a side and {MAX_PIXELS} in all are supported')
     if last in content and size is not None:
+        if name == 'PNG':
+            content = _without_notes(content)
+        elif content.count(_JPEG_SCAN) > MAX_SCANS:
+            raise InputError(f'its JPEG data has more than {MAX_SCANS} scans: store the image '
+                             'again')
         try:
             with codecs_silenced():
                 image = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_UNCHANGED)
@@ -93,6 +104,18 @@ def _png_size(content: bytes) -> tuple[int, int] | None:
             return size
         start = end + 4
     return None
+
+
+def _without_notes(content: bytes) -> bytes:
+    """Return whole PNG data without texts and profiles, which may unpack to any size."""
+    kept, start, kind = [content[:8]], 8, b''
+    while kind != b'IEND':
+        length, kind = struct.unpack_from('>I4s', content, start)
+        end = start + 12 + length
+        if kind not in _NOTES:
+            kept.append(content[start:end])
+        start = end
+    return b''.join(kept)
 
 
 def _jpeg_size(content: bytes) -> tuple[int, int] | None:

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from aick_ros.borders.limits import MAX_SIDE
+from aick_ros.borders.limits import MAX_SCANS, MAX_SIDE
 from aick_ros.errors import InputError
 from aick_ros.messages import png_jpeg
 
@@ -184,6 +184,37 @@ def test_damage_counts_in_critical_chunks_only(kind, damage, is_read, capfd):
     else:
         with pytest.raises(InputError, match='PNG data are damaged'):
             png_jpeg.decode(damaged)
+
+
+PACKED = {b'zTXt': b'k\0\0', b'iTXt': b'k\0\1\0\0\0', b'iCCP': b'k\0\0', b'tEXt': b'k\0'}
+
+
+@pytest.mark.parametrize('kind', PACKED)
+@pytest.mark.parametrize('is_after', [False, True])
+def test_texts_of_a_png_are_not_unpacked(kind, is_after, monkeypatch):
+    """Some kilobytes of them would take seconds."""
+    text = chunk(kind, PACKED[kind] + zlib.compress(bytes(10_000)))
+    data, place = encoded(DEPTH), -12 if is_after else 33
+    given, decode = [], cv2.imdecode
+    monkeypatch.setattr(png_jpeg.cv2, 'imdecode', lambda *arguments: (
+        given.append(arguments[0].tobytes()), decode(*arguments))[1])
+    assert np.array_equal(png_jpeg.decode(data[:place] + 3 * text + data[place:]), DEPTH)
+    assert given == [data]
+
+
+@pytest.mark.parametrize('scans, is_read', [(MAX_SCANS, True), (MAX_SCANS + 1, False)])
+def test_a_jpeg_has_a_limit_of_scans(scans, is_read):
+    """Each of a few bytes may be one of all pixels."""
+    data = cv2.imencode('.jpg', np.zeros((64, 64), np.uint8),
+                        [cv2.IMWRITE_JPEG_PROGRESSIVE, 1])[1].tobytes()
+    last = data[data.rindex(b'\xff\xda'):-2]
+    data = data[:-2] + last * (scans - data.count(b'\xff\xda')) + data[-2:]
+    if is_read:
+        assert not png_jpeg.decode(data).any()
+    else:
+        with pytest.raises(InputError) as raised:
+            png_jpeg.decode(data)
+        assert str(raised.value) == 'its JPEG data has more than 100 scans: store the image again'
 
 
 def test_data_after_the_end_of_a_png_is_ignored():
