@@ -59,6 +59,9 @@ MAX_METADATA_BYTES = 2 ** 20
 MAX_RECORDINGS = 100_000
 """Recordings of a fleet, and sources that a list of them names; chosen: 10,000 were measured."""
 
+MAX_TABLE_CELLS = 2 ** 23
+"""Cells of the table of a fleet; chosen: 100,000 runs with 80 columns."""
+
 MAX_REMOTE_FILES = 100_000
 """Files of a recording at a URL; chosen: about half an hour of images, colour and depth."""
 

@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from aick_ros.borders.limits import MAX_TABLE_CELLS
 from aick_ros.errors import InputError, installation, package_of
 
 Cell = str | int | float | bool | None
@@ -47,7 +48,7 @@ def read_table(path: Path) -> list[Row]:
     """
     Read a table.
 
-    :raises InputError: where it cannot be read.
+    :raises InputError: where it cannot be read, or is too large.
     """
     try:
         import pyarrow as pa
@@ -55,7 +56,12 @@ def read_table(path: Path) -> list[Row]:
     except ModuleNotFoundError as error:
         raise _missing(error) from None
     try:
-        rows: list[Row] = pq.read_table(path).to_pylist()
+        with pq.ParquetFile(path) as file:
+            size = file.metadata
+            if size.num_rows * size.num_columns > MAX_TABLE_CELLS:  # a few bytes are many rows
+                raise InputError(f'the table {path} has more than {MAX_TABLE_CELLS} cells: '
+                                 'compare fewer runs')
+            rows: list[Row] = file.read().to_pylist()
     except (OSError, pa.ArrowException) as error:
         raise InputError(f'cannot read the table {path}: {str(error).splitlines()[0]}') from None
     return rows

@@ -6,6 +6,7 @@
 import pytest
 
 from aick_ros.errors import InputError
+from aick_ros.evaluation.runs import table as runs_table
 from aick_ros.evaluation.runs.table import read_table, table_bytes
 
 pytest.importorskip('pyarrow', reason="no tables: pip install '.[fleet]'")
@@ -45,3 +46,18 @@ def test_a_file_that_is_no_table_is_named(tmp_path, content):
     with pytest.raises(InputError, match=f'cannot read the table {path}: ') as caught:
         read_table(path)
     assert '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize('limit, is_too_large', [(20, False), (19, True)])
+def test_a_table_has_a_limit(tmp_path, monkeypatch, limit, is_too_large):
+    """Some megabytes may be any number of equal rows."""
+    monkeypatch.setattr(runs_table, 'MAX_TABLE_CELLS', limit)
+    rows = 10 * [{'a': 1, 'b': 'x'}]
+    path = tmp_path / 'table.parquet'
+    path.write_bytes(table_bytes(rows))
+    if is_too_large:
+        with pytest.raises(InputError) as raised:
+            read_table(path)
+        assert str(raised.value) == f'the table {path} has more than 19 cells: compare fewer runs'
+    else:
+        assert read_table(path) == rows
