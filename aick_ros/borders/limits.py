@@ -41,8 +41,8 @@ of 768 KiB, and whoever records hours has many."""
 MAX_CHUNK_MESSAGES = 2 ** 20
 """Messages of a chunk of a bag, of topics that are read; chosen: it is full at 256 bytes each."""
 
-MAX_DAMAGED_IMAGES = 200_000
-"""Images of a recording that are skipped; chosen: 1 h of colour and depth at 30 Hz."""
+MAX_DAMAGED_IMAGES = 50_000
+"""Images of a recording that are skipped; chosen: 14 min of colour and depth at 30 Hz."""
 
 MAX_DEFINITION_LINES = 2 ** 17
 """Lines of the definitions of messages in a bag; chosen: 400 types of 300 lines."""

@@ -54,7 +54,7 @@ _CAMERA_IN_PATH = re.compile(r'(?:freiburg|(?<![a-z])fr)([123])(?!\d)', re.IGNOR
 class _List(NamedTuple):
     """A list file: stamps [ns], strictly increasing, with image files, and the skipped lines."""
 
-    images: list[tuple[int, Path]]
+    images: list[tuple[int, str]]
     skipped: list[InputError]
 
 
@@ -106,12 +106,13 @@ class TumSource:
 
     def _read(self, pair: Pair, before: int | None) -> RgbdFrame:
         """Return the frame of a pair, with the accelerations since the stamp before."""
-        colour, depth = read_colour(pair.colour), read_units(pair.depth)
+        path = self._folder / pair.colour
+        colour, depth = read_colour(path), read_units(self._folder / pair.depth)
         try:
             return RgbdFrame(pair.colour_stamp, colour, to_metres(depth, UNITS_PER_METRE),
                              self._camera, pair.depth_stamp, self._samples(pair, before))
         except InputError as error:
-            raise InputError(f'{pair.colour}: {error}') from None
+            raise InputError(f'{path}: {error}') from None
 
     def _samples(self, pair: Pair, before: int | None) -> ImuSamples | None:
         return None if self._imu is None else self._imu.until(pair.colour_stamp, before)
@@ -135,7 +136,7 @@ def _read_list(folder: Path, name: str) -> _List:
         lines = read_text(path, 'the list', MAX_LIST_BYTES).splitlines()
     except InputError as error:
         raise InputError(f'{error}; a TUM folder has rgb.txt and depth.txt') from None
-    images: dict[int, Path] = {}
+    images: dict[int, str] = {}
     skipped = []
     for number, line in enumerate(lines, 1):
         if not line.strip() or line.startswith('#'):
@@ -146,7 +147,7 @@ def _read_list(folder: Path, name: str) -> _List:
                 f'{path}, line {number}: stamp {stamp_to_seconds(stamp)} repeats; the line is '
                 'skipped'))
         else:
-            images[stamp] = folder / file
+            images[stamp] = file
     if not images:
         raise InputError(f'{path} lists no images: required are lines of stamp and file name')
     return _List(sorted(images.items()), skipped)
@@ -162,11 +163,11 @@ def _read_line(line: str, where: str) -> tuple[int, str]:
                          f'from 0 to {stamp_to_seconds(MAX_STAMP)} s and a file name') from None
 
 
-def _associate(colour: list[tuple[int, Path]], depth: list[tuple[int, Path]],
+def _associate(colour: list[tuple[int, str]], depth: list[tuple[int, str]],
                max_interval: float) -> list[Pair]:
     synchronizer = Synchronizer(max_interval)
-    arrivals = heapq.merge(((stamp, synchronizer.add_colour, path) for stamp, path in colour),
-                           ((stamp, synchronizer.add_depth, path) for stamp, path in depth),
+    arrivals = heapq.merge(((stamp, synchronizer.add_colour, file) for stamp, file in colour),
+                           ((stamp, synchronizer.add_depth, file) for stamp, file in depth),
                            key=itemgetter(0))
-    pairs = [pair for stamp, add, path in arrivals for pair in add(stamp, path)]
+    pairs = [pair for stamp, add, file in arrivals for pair in add(stamp, file)]
     return pairs + synchronizer.flush()
