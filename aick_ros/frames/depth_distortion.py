@@ -49,7 +49,7 @@ class DepthDistortion:
 
     @functools.cached_property
     def is_none(self) -> bool:
-        """Whether there is no distortion."""
+        """Absence of a distortion."""
         return not self.nodes.any()
 
     @property

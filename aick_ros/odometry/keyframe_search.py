@@ -44,7 +44,7 @@ class KeyframeSearch:
 
     @property
     def is_finished(self) -> bool:
-        """Whether no registration is left to do."""
+        """The end of the search: no registration is left to do."""
         return not self._pending
 
     def step(self, graph: KeyframeGraph, frames: Mapping[int, PreparedFrame],

@@ -22,10 +22,10 @@ class Status(Enum):
 
     @property
     def ok(self) -> bool:
-        """Whether the pose that comes with this status was measured."""
+        """A status whose pose was measured."""
         return self in (Status.OK, Status.FIRST_FRAME)
 
     @property
     def is_lost(self) -> bool:
-        """Whether the camera is lost; one whose images repeat is neither measured nor lost."""
+        """A status of a camera that is lost; one whose images repeat is neither measured nor lost."""
         return not self.ok and self is not Status.REPEATED

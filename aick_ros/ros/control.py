@@ -53,7 +53,7 @@ class Control:
 
     @property
     def paused(self) -> bool:
-        """Whether frames are skipped."""
+        """State in which frames are skipped."""
         return self._paused
 
     def _reset(self, request: Empty.Request, response: Empty.Response) -> Empty.Response:

@@ -20,7 +20,7 @@ def matches_of(pattern: str) -> set[str]:
     paths as 2 to the power of 40. Links whose names a part of the pattern matches are followed.
     """
     before, *rest = _parts(pattern)
-    found = set(glob.glob(before)) if before else {os.curdir}
+    found = set(glob.glob(before)) if before or not rest else {os.curdir}
     for part in rest:
         folders = {each for start in found for each in _folders(start)}
         found = {match for folder in folders

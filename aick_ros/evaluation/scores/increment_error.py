@@ -49,6 +49,6 @@ class IncrementError:
 
     @property
     def is_wrong(self) -> bool:
-        """Whether the error is above 5 cm or 3 degrees."""
+        """An error above 5 cm or 3 degrees."""
         return (self.translation > MAX_TRANSLATION_ERROR
                 or self.rotation > MAX_ROTATION_ERROR)

@@ -49,7 +49,7 @@ class PairError:
 
     @property
     def failed(self) -> bool:
-        """Whether the registration failed."""
+        """Failure of the registration."""
         return not np.isfinite(self.translation)
 
 

@@ -32,7 +32,7 @@ class Answer:
 
     @property
     def tracked(self) -> bool:
-        """Whether the pose was measured."""
+        """An answer whose pose was measured."""
         return bool(self.covariance[0, 0] < UNKNOWN[0, 0])
 
 

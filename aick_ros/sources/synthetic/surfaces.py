@@ -55,7 +55,7 @@ class Surface(Protocol):
 
     @property
     def one_sided(self) -> bool:
-        """Whether the surface is visible from negative z only."""
+        """A surface that is visible from negative z only."""
 
     @property
     def hull(self) -> np.ndarray:

@@ -46,6 +46,10 @@ def test_links_in_circles_are_not_followed(tree, pattern, count):
     assert len({os.path.abspath(path) for path in matches_of(pattern)}) == count
 
 
+def test_no_name_matches_nothing(tree):
+    assert matches_of('') == set()
+
+
 def test_a_folder_that_is_not_there_matches_nothing(tree):
     assert matches_of('none/**') == set()
 
