@@ -27,5 +27,5 @@ class Status(Enum):
 
     @property
     def is_lost(self) -> bool:
-        """A status of a camera that is lost; one whose images repeat is neither measured nor lost."""
+        """A status of a lost camera; one whose images repeat is neither measured nor lost."""
         return not self.ok and self is not Status.REPEATED
