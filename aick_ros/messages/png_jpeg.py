@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, TypeAlias
 
 import cv2
@@ -84,38 +85,44 @@ def _is_acceptable(width: int, height: int) -> bool:
 
 def _png_size(content: bytes) -> tuple[int, int] | None:
     """Return columns and rows; None where a chunk is damaged, of which libpng would print."""
-    size, start = None, 8
-    while start + 12 <= len(content):
-        length, kind = struct.unpack_from('>I4s', content, start)
-        end = start + 8 + length
-        if end + 4 > len(content):
-            return None
+    size = None
+    for kind, start, end in _png_chunks(content):
         if size is None:
-            if kind != b'IHDR' or length != 13:
+            if kind != b'IHDR' or end - start != 25:
                 return None
             size = struct.unpack_from('>II', content, start + 8)
             if not _is_acceptable(*size):
                 return size
         is_critical = not kind[0] & 0x20
-        if is_critical and zlib.crc32(memoryview(content)[start + 4:end]) != int.from_bytes(
-                content[end:end + 4], 'big'):
+        if is_critical and zlib.crc32(memoryview(content)[start + 4:end - 4]) != int.from_bytes(
+                content[end - 4:end], 'big'):
             return None
         if kind == b'IEND':
             return size
-        start = end + 4
     return None
 
 
 def _without_notes(content: bytes) -> bytes:
     """Return whole PNG data without texts and profiles, which may unpack to any size."""
-    kept, start, kind = [content[:8]], 8, b''
-    while kind != b'IEND':
-        length, kind = struct.unpack_from('>I4s', content, start)
-        end = start + 12 + length
+    kept = [content[:8]]
+    for kind, start, end in _png_chunks(content):
         if kind not in _NOTES:
             kept.append(content[start:end])
-        start = end
+        if kind == b'IEND':
+            break
     return b''.join(kept)
+
+
+def _png_chunks(content: bytes) -> Iterator[tuple[bytes, int, int]]:
+    """Yield the kind of each chunk of PNG data that is whole, and where it begins and ends."""
+    start = 8
+    while start + 12 <= len(content):
+        length, kind = struct.unpack_from('>I4s', content, start)
+        end = start + 12 + length
+        if end > len(content):
+            return
+        yield kind, start, end
+        start = end
 
 
 def _jpeg_size(content: bytes) -> tuple[int, int] | None:

@@ -65,7 +65,7 @@ class DistortionEstimate:
 
     def follow(self, camera: Camera) -> None:
         """
-        Start anew where a camera comes to see another image, in which the nodes lie elsewhere.
+        Start anew where a camera shows another image than before, whose nodes lie elsewhere.
 
         :param camera: of the present frame.
         """
