@@ -96,7 +96,7 @@ clean:
 
 # A set-up that was interrupted left the file `unfinished`: it is begun anew. Modules are compiled
 # when they are imported first: to compile all of them takes as long as to install them.
-$(READY): setup.py setup.cfg pyproject.toml $(PINS)
+$(READY): setup.py setup.cfg pyproject.toml $(PINS) $(wildcard src/kernels/*)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	    { echo '$(PYTHON) is missing or older than Python 3.11: name a newer one,' \
 	           'make setup PYTHON=python3.12' >&2; exit 1; }

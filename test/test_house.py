@@ -14,13 +14,14 @@ PACKAGE = Path(__file__).parents[1] / 'aick_ros'
 
 IMPORTS = {
     'errors': '',
+    'kernels': '_kernels',
     'borders': 'errors',
-    'geometry': 'errors borders',
+    'geometry': 'kernels errors borders',
     'settings': 'errors',
-    'features': 'errors borders geometry settings',
-    'frames': 'errors borders geometry settings features',
+    'features': 'kernels errors borders geometry settings',
+    'frames': 'kernels errors borders geometry settings features',
     'messages': 'errors borders geometry settings features frames',
-    'registration': 'errors borders geometry settings features frames',
+    'registration': 'kernels errors borders geometry settings features frames',
     'odometry': 'errors borders geometry settings features frames registration',
     'sources': 'errors borders geometry settings features frames messages',
     'ros': 'errors borders geometry settings features frames messages registration odometry',
@@ -31,7 +32,7 @@ IMPORTS = {
            'sources ros evaluation reports',
 }
 LONGEST_FUNCTION = 40  # lines, docstring included
-CORE = 'errors borders geometry settings features frames messages registration odometry'.split()
+CORE = 'errors kernels borders geometry settings features frames messages registration odometry'.split()
 
 
 def imported(path):

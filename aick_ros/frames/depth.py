@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
@@ -33,24 +34,11 @@ def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.
     :param pixels: Nx2 (u, v) [px].
     :returns: N float64 [m], NaN where invalid or outside of the range of the sensor.
     """
-    height, width = image.shape
-    u, v = np.asarray(pixels, np.float64).reshape(-1, 2).T
-    u, v = np.clip(u, 0, width - 1), np.clip(v, 0, height - 1)
-    flat = image.ravel()
-    nearest = flat.take((np.rint(v) * width + np.rint(u)).astype(np.intp)).astype(np.float64)
-    column, row = np.minimum(np.floor(u), width - 2), np.minimum(np.floor(v), height - 2)
-    first = (row * width + column).astype(np.intp)
-    corners = flat.take(first + [[0], [1], [width], [width + 1]]).astype(np.float64)
-    right, down = u - column, v - row
-    left, up = 1 - right, 1 - down
-    weights = np.array([left * up, right * up, left * down, right * down])
-    with np.errstate(divide='ignore', invalid='ignore'):
-        interpolated = 1.0 / (weights / corners).sum(axis=0)
-        nearest_corner = corners.min(axis=0)
-        smooth = corners.max(axis=0) - nearest_corner <= sensor.depth_jump * nearest_corner
-        depths = np.where(smooth, interpolated, nearest)
-        usable = (depths >= sensor.min_depth) & (depths <= sensor.max_depth)
-    return np.where(usable, depths, np.nan)
+    pixels = np.ascontiguousarray(pixels, np.float64).reshape(-1, 2)
+    depths = np.empty(len(pixels))
+    kernels.sample_depth(np.ascontiguousarray(image), *image.shape, pixels, sensor.depth_jump,
+                         sensor.min_depth, sensor.max_depth, depths)
+    return depths
 
 
 @dataclass(frozen=True, eq=False)

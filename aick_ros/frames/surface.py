@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.errors import InputError
 from aick_ros.frames.depth import inverse_depth_sigma
 from aick_ros.geometry.camera import Camera
@@ -53,6 +54,11 @@ class Grid:
     fy: float
     cx: float
     cy: float
+
+    @functools.cached_property
+    def intrinsics(self) -> np.ndarray:
+        """The focal lengths and the centre: fx, fy, cx, cy."""
+        return np.array([self.fx, self.fy, self.cx, self.cy], np.float64)
 
     @property
     def rays(self) -> tuple[np.ndarray, np.ndarray]:
@@ -126,15 +132,11 @@ class Surface:
         :param points: Nx3 in the optical frame [m].
         :returns: K indices of the points that project onto a usable cell, and K of the cells.
         """
-        grid = self.grid
-        with np.errstate(divide='ignore', invalid='ignore'):
-            u = np.rint(points[:, 0] / points[:, 2] * grid.fx + grid.cx)
-            v = np.rint(points[:, 1] / points[:, 2] * grid.fy + grid.cy)
-        inside = np.flatnonzero((points[:, 2] > 0) & (u >= 0) & (u < grid.width) & (v >= 0)
-                                & (v < grid.height))
-        cells = (v[inside] * grid.width + u[inside]).astype(np.intp)
-        usable = self.usable[cells]
-        return inside[usable], cells[usable]
+        indices, cells = np.empty((2, len(points)), np.int64)
+        found = kernels.cells_at(
+            np.ascontiguousarray(points, np.float64), self.usable, self.grid.width,
+            self.grid.height, self.grid.intrinsics, indices, cells)
+        return indices[:found], cells[:found]
 
 
 @functools.lru_cache(maxsize=8)

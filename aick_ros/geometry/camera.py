@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import operator
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.borders.limits import (
     MAX_DISTORTION, MAX_PIXEL_LENGTH, MAX_PIXELS, MAX_SIDE, MIN_FOCAL_LENGTH)
 from aick_ros.borders.values import numbers, required
@@ -25,6 +27,7 @@ DISTORTION_MODELS = {
 }
 """Model name -> allowed numbers of coefficients; 0: no distortion."""
 
+_COEFFICIENTS = 12  # of a rational polynomial; behind them is the tilt of the sensor
 _MAX_ROUND_TRIP_ERROR = 0.1  # px; chosen: a larger error means that undistortion failed
 _UNDISTORT_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-9)  # chosen
 
@@ -178,17 +181,33 @@ class Camera:
         :returns: Nx2 float64 (u, v) [px]; may lie outside the image.
         :raises InputError: where these are no points.
         """
-        points = np.ascontiguousarray(numbers(points, (None, 3), 'points')).reshape(-1, 1, 3)
-        if len(points) == 0:
+        points = np.ascontiguousarray(numbers(points, (None, 3), 'points'))
+        if self._polynomial is None:
+            return self._projected_by_opencv(points)
+        pixels = np.empty((len(points), 2))
+        kernels.project(points, self._intrinsics, self._polynomial, pixels)
+        return pixels
+
+    @functools.cached_property
+    def _intrinsics(self) -> np.ndarray:
+        return np.array([self.fx, self.fy, self.cx, self.cy], np.float64)
+
+    @functools.cached_property
+    def _polynomial(self) -> np.ndarray | None:
+        """The coefficients of a rational polynomial, 12; None where the model is another one."""
+        polynomial, tilt = self.distortion[:_COEFFICIENTS], self.distortion[_COEFFICIENTS:]
+        if any(tilt) or (polynomial and self.distortion_model == 'equidistant'):
+            return None
+        return np.array([*polynomial, *(0.0,) * (_COEFFICIENTS - len(polynomial))], np.float64)
+
+    def _projected_by_opencv(self, points: np.ndarray) -> np.ndarray:
+        if not len(points):
             return np.empty((0, 2))
-        zero = np.zeros(3)
-        if self.distortion and self.distortion_model == 'equidistant':
-            pixels, _ = cv2.fisheye.projectPoints(
-                points, zero, zero, self.matrix, np.array(self.distortion))
-        else:
-            pixels, _ = cv2.projectPoints(
-                points, zero, zero, self.matrix, np.array(self.distortion or (0.0,) * 4))
-        return pixels.reshape(-1, 2)
+        project = (cv2.fisheye.projectPoints if self.distortion_model == 'equidistant'
+                   else cv2.projectPoints)
+        pixels, _ = project(points.reshape(-1, 1, 3), np.zeros(3), np.zeros(3), self.matrix,
+                            np.array(self.distortion))
+        return np.asarray(pixels).reshape(-1, 2)
 
 
 def _undistort(pixels: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.frames import depth
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
@@ -132,13 +133,10 @@ class Displacement:
 
     def _moved(self, points: np.ndarray, constant: np.ndarray, by_row: np.ndarray) -> np.ndarray:
         """Return points moved by twists that are linear in their rows, to second order, Nx3."""
-        turn = se3.skew(constant[3:]).T
-        step = constant[:3] + points @ turn
-        if not by_row.any():
-            return np.asarray(points + step + 0.5 * (step @ turn))
-        turn_by_row, rows = se3.skew(by_row[3:]).T, rows_of(points, self.height)[:, None]
-        step = step + rows * (by_row[:3] + points @ turn_by_row)
-        return np.asarray(points + step + 0.5 * (step @ turn + rows * (step @ turn_by_row)))
+        moved = np.empty(points.shape)
+        kernels.moved_by_rows(np.ascontiguousarray(points, np.float64), constant, by_row,
+                              self.height, moved)
+        return moved
 
 
 @dataclass(frozen=True, eq=False)

@@ -276,8 +276,7 @@ class _Estimate:
         equations = NormalEquations.of(residuals)
         inverse = np.linalg.inv(equations.information + _PRIOR)
         error = inverse @ equations.gradient
-        noise = gradient_noise([replace(kind, values=kind.values - kind.jacobian @ error)
-                                for kind in residuals])
+        noise = gradient_noise(residuals, error)
         return cls(equations, error, noise, inverse)
 
     def contribution(self, weight: float,

@@ -17,7 +17,7 @@ from statistics import NormalDist
 
 import numpy as np
 
-from aick_ros.frames.depth import inverse_depth_sigma
+from aick_ros import kernels
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry.median import median
 from aick_ros.registration.refinement.tracks import Tracks
@@ -27,9 +27,6 @@ SURFACE_NOISE = 1.4
 """Noise of a depth on a smooth surface, as a ratio to the sensor model. Chosen."""
 
 _CORNER_NOISE = 10.0  # chosen: the same ratio at a corner, where depths have edges
-_BLOCK = 0.2  # chosen: side of a block of the image with common errors, on the plane z = 1
-_RAY_LIMIT = 2.0  # chosen: rays farther out than this on the plane z = 1 share the outer blocks
-_BLOCKS_ACROSS = 100  # more than 2 * _RAY_LIMIT / _BLOCK
 _SMALLEST_COSINE = 0.8  # chosen: between the normals of a point and of its plane
 _SHARE_OBSERVED, _SHARE_UNOBSERVED = 0.25, 0.75
 """Share of noise in the information about a direction, chosen.
@@ -93,9 +90,8 @@ class NormalEquations:
         """Return the sum over residuals of several kinds."""
         information, gradient = np.zeros((6, 6)), np.zeros(6)
         for kind in kinds:
-            weighted = kind.jacobian * kind.weights[:, None]
-            information += weighted.T @ kind.jacobian
-            gradient += weighted.T @ kind.values
+            kernels.normal_equations(kind.jacobian, kind.values, kind.weights, information,
+                                     gradient)
         return cls(information, gradient)
 
     def __add__(self, other: NormalEquations) -> NormalEquations:
@@ -122,27 +118,20 @@ class NormalEquations:
         return NormalEquations(damping @ self.information, damping @ self.gradient)
 
 
-def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
+def gradient_noise(kinds: Iterable[Residuals], error: np.ndarray = np.zeros(6)) -> np.ndarray:
     """
     Return the empirical covariance of the gradient, 6x6.
 
     Residuals of one block of the image may have a common error, so each block counts as one
     sample (cluster-robust, Liang and Zeger 1986), with the usual correction for few samples.
+
+    :param error: of the pose, 6; what it explains of the residuals is no noise.
     """
     noise = np.zeros((6, 6))
     for kind in kinds:
-        gradients = kind.jacobian * (kind.weights * kind.values)[:, None]
-        sums = np.stack([np.bincount(kind.blocks, column) for column in gradients.T])
-        blocks = int(np.count_nonzero(np.bincount(kind.blocks)))
-        noise += sums @ sums.T * (blocks / max(blocks - 6, 1)) * (blocks / max(blocks - 7, 1))
+        kernels.gradient_noise(kind.jacobian, kind.values, kind.weights, kind.blocks, error,
+                               noise)
     return noise
-
-
-def _blocks(rays: np.ndarray) -> np.ndarray:
-    """Return the number of the block of the image in which each ray lies, N."""
-    u, v = ((np.clip(rays, -_RAY_LIMIT, _RAY_LIMIT) + _RAY_LIMIT) / _BLOCK).astype(np.intp).T
-    numbers: np.ndarray = u * _BLOCKS_ACROSS + v
-    return numbers
 
 
 def geman_mcclure(squares: np.ndarray, width: float) -> np.ndarray:
@@ -183,25 +172,13 @@ def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     :param ray_sigma: standard deviation of a track on the plane z = 1.
     :returns: two residuals per track: the first coordinates of all, then the second ones.
     """
-    a, b, c = arms = T_target_source[:3, :3] @ tracks.points.T
-    x, y, z = arms + T_target_source[:3, 3:]
-    x, y, inverse = x / z, y / z, 1 / z
-    # of both coordinates: the error, and the derivatives by the moved point
-    rows = np.zeros((2, 4, len(z)))
-    rows[:, 0] = (x, y) - tracks.rays.T
-    rows[0, 1] = rows[1, 2] = inverse
-    rows[:, 3] = -x * inverse, -y * inverse
-    # whiten by S^(-1/2), S = ray_sigma^2 I + s s^T, s the effect of one sigma of inverse depth
-    s = np.array([a - c * x, b - c * y]) * (tracks.sigmas * tracks.points[:, 2] * inverse)
-    square = s[0] * s[0] + s[1] * s[1]
-    shrink = (1.0 - ray_sigma / np.sqrt(ray_sigma ** 2 + square)) / np.maximum(square, 1e-30)
-    rows -= s[:, None] * (shrink * (s[0] * rows[0] + s[1] * rows[1]))
-    rows /= ray_sigma
-    values = rows[:, 0]
-    weights = robust_weights(values[0] ** 2 + values[1] ** 2, width, _MEDIAN_2)
-    jacobian = np.concatenate([_jacobian(row[1:], arms) for row in rows], axis=1)
-    return Residuals(values.ravel(), jacobian.T, np.tile(weights, 2),
-                     np.tile(_blocks(tracks.rays), 2))
+    count = len(tracks)
+    values, jacobian, squares = np.empty(2 * count), np.empty((2 * count, 6)), np.empty(count)
+    blocks = np.empty(2 * count, np.int64)
+    kernels.reprojection(tracks.points, tracks.rays, tracks.sigmas, _pose(T_target_source),
+                         ray_sigma, values, jacobian, squares, blocks)
+    weights = robust_weights(squares, width, _MEDIAN_2)
+    return Residuals(values, jacobian, np.concatenate([weights, weights]), blocks)
 
 
 def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSettings,
@@ -211,15 +188,13 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
 
     Corners lie on edges, where the error of a depth is far larger than on a surface.
     """
-    measured = np.flatnonzero(np.isfinite(tracks.depths))
-    arms = T_target_source[:3, :3] @ tracks.points.take(measured, 0).T
-    z = arms[2] + T_target_source[2, 3]
-    sigma = _CORNER_NOISE * inverse_depth_sigma(z, sensor)
-    values = (1 / tracks.depths[measured] - 1 / z) / sigma
-    directions = np.zeros_like(arms)
-    directions[2] = 1 / (sigma * z ** 2)
-    return Residuals(values, _jacobian(directions, arms).T, robust_weights(values ** 2, width),
-                     _blocks(tracks.rays[measured]))
+    count = len(tracks)
+    values, jacobian, blocks = np.empty(count), np.empty((count, 6)), np.empty(count, np.int64)
+    found = kernels.track_depth(
+        tracks.points, tracks.rays, tracks.depths, _pose(T_target_source),
+        _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, values, jacobian, blocks)
+    values = values[:found]
+    return Residuals(values, jacobian[:found], robust_weights(values ** 2, width), blocks[:found])
 
 
 def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,
@@ -236,52 +211,29 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     :param reach: pairs with a larger distance are dropped [m].
     :param undo: moves points of the target's camera to where its depth image has them.
     """
+    rotation = np.ascontiguousarray(T_target_source[:3, :3])
     # take() gathers rows several times as fast as indexing does
-    rotation = T_target_source[:3, :3]
-    arms = rotation @ source.points.take(source.chosen, 0).T
-    moved = arms + T_target_source[:3, 3:]
+    arms = source.points.take(source.chosen, 0) @ rotation.T
+    moved = arms + T_target_source[:3, 3]
     if undo is not None:
-        moved = undo(moved.T).T
-    seen, cells = target.cells_at(moved.T)
-    arms, moved = arms.take(seen, 1), moved.take(seen, 1)
-    normals = np.array(target.normals.take(cells, 0).T, np.float64, order='C')
-    rotated = rotation @ source.normals.take(source.chosen.take(seen), 0).T
-    distances = _products(moved - target.points.take(cells, 0).T, normals)
-    kept = np.flatnonzero((np.abs(distances) < reach)
-                          & (_products(rotated, normals) > _SMALLEST_COSINE))
-    arms, moved, normals, rotated = (
-        columns.take(kept, 1) for columns in (arms, moved, normals, rotated))
-    # an error sigma of inverse depth moves a point p by sigma z p
-    z = moved[2]
-    relief = (target.roughness.take(cells.take(kept)) ** 2
-              + source.roughness.take(source.chosen.take(seen.take(kept))) ** 2) / 2
-    noise = (SURFACE_NOISE * inverse_depth_sigma(z, sensor)) ** 2
-    sigmas = np.sqrt(noise + relief) * z * _products(moved, normals)
-    values = distances.take(kept) / sigmas
-    jacobian, other = (_jacobian(n / sigmas, arms).T for n in (normals, rotated))
+        moved = undo(moved)
+    count = len(arms)
+    values, blocks = np.empty(count), np.empty(count, np.int64)
+    (jacobian, other), points = np.empty((2, count, 6)), np.empty((count, 3))
+    found = kernels.point_to_plane(
+        moved, arms, source.chosen, source.normals, source.roughness, rotation,
+        target.points, target.normals, target.usable, target.roughness, target.grid.width,
+        target.grid.height, target.grid.intrinsics, SURFACE_NOISE * sensor.depth_sigma,
+        sensor.depth_exponent - 2.0, reach, _SMALLEST_COSINE, values, jacobian, other, points,
+        blocks)
+    values, jacobian, other = values[:found], jacobian[:found], other[:found]
     return Residuals(values, jacobian @ _observable_projection(jacobian, other),
-                     robust_weights(values ** 2, width), _blocks((moved[:2] / z).T),
-                     moved.T, jacobian[:, :3])
+                     robust_weights(values ** 2, width), blocks[:found], points[:found],
+                     jacobian[:, :3])
 
 
-def _products(vectors: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """Return the dot products of the columns, N."""
-    products: np.ndarray = np.einsum('ij,ij->j', vectors, others)
-    return products
-
-
-def _jacobian(directions: np.ndarray, arms: np.ndarray) -> np.ndarray:
-    """
-    Return the derivatives of residuals by the error of the pose, 6xN: (n, arm x n).
-
-    :param directions: n, derivatives by the moved points, 3xN.
-    :param arms: the points rotated but not translated by the pose, 3xN.
-    """
-    jacobian = np.empty((6, arms.shape[1]))
-    (x, y, z), (a, b, c) = arms, directions
-    jacobian[:3] = directions
-    jacobian[3], jacobian[4], jacobian[5] = y * c - z * b, z * a - x * c, x * b - y * a
-    return jacobian
+def _pose(T_target_source: np.ndarray) -> np.ndarray:
+    return np.ascontiguousarray(T_target_source, np.float64)
 
 
 def _observable_projection(jacobian: np.ndarray, other: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.residuals import (
-    NormalEquations, Residuals, _blocks, _observable_projection, geman_mcclure, gradient_noise,
+    NormalEquations, Residuals, _observable_projection, geman_mcclure, gradient_noise,
     point_to_plane, reprojection, robust_weights, track_depth)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
@@ -276,7 +276,9 @@ def test_rays_share_a_block_if_both_numbers_of_theirs_agree():
     rays = np.random.default_rng(0).uniform(-2.5, 2.5, (400, 2))
     squares = [tuple(square) for square in np.floor(np.clip(rays, -2, 2) / 0.2 + 1e-9).astype(int)]
     same = [[one == other for other in squares] for one in squares]
-    blocks = _blocks(rays)
+    tracks = Tracks(np.arange(len(rays)), np.ones((len(rays), 3)), rays, np.full(len(rays), np.nan),
+                    np.ones(len(rays)))
+    blocks = reprojection(tracks, np.eye(4), RAY_SIGMA, WIDTH).blocks[:len(rays)]
     np.testing.assert_array_equal(blocks[:, None] == blocks, same)
 
 

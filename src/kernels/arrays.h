@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Arrays as arguments of the kernels, by the buffer protocol.
+
+#ifndef AICK_ROS_ARRAYS_H
+#define AICK_ROS_ARRAYS_H
+
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+#include <stdbool.h>
+
+enum { MOST_ARRAYS = 16 };
+
+// A contiguous array that a kernel reads or writes.
+typedef struct {
+  const char *name;
+  PyObject *object;
+  char type;         // of its numbers, as in the struct module: d f B ?, q for all of 8 bytes
+  Py_ssize_t count;  // numbers that it must have
+  bool is_written;
+} Argument;
+
+// Opened arrays, in the order of the arguments.
+typedef struct {
+  Py_buffer views[MOST_ARRAYS];
+  int count;
+} Arrays;
+
+// Open arrays; where one does not fit, set a TypeError or ValueError, open none, return false.
+bool open_arrays(Arrays *arrays, const Argument *arguments, int count);
+
+void close_arrays(Arrays *arrays);
+
+#define COUNT(arguments) ((int)(sizeof(arguments) / sizeof((arguments)[0])))
+
+#endif

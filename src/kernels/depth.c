@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Depth at pixels.
+
+#include <math.h>
+
+#include "arrays.h"
+#include "kernels.h"
+
+typedef struct {
+  const float *depths;
+  Py_ssize_t height, width;
+} DepthImage;
+
+typedef struct {
+  double jump, nearest, farthest;
+} Sensor;
+
+// Keep a coordinate within 0 to a length less 1; NaN becomes 0.
+static double clamped(double value, Py_ssize_t length) {
+  const double last = (double)(length - 1);
+  return value > 0.0 ? (value < last ? value : last) : 0.0;
+}
+
+static double depth_at(const DepthImage *image, double u, double v, const Sensor *sensor) {
+  u = clamped(u, image->width);
+  v = clamped(v, image->height);
+  Py_ssize_t column = (Py_ssize_t)u, row = (Py_ssize_t)v;
+  if (column > image->width - 2)
+    column = image->width > 1 ? image->width - 2 : 0;
+  if (row > image->height - 2)
+    row = image->height > 1 ? image->height - 2 : 0;
+  const double right = u - (double)column, down = v - (double)row;
+  const Py_ssize_t beside = image->width > 1, below = image->height > 1 ? image->width : 0;
+  const float *corner = image->depths + row * image->width + column;
+  const double a = corner[0], b = corner[beside], c = corner[below], d = corner[below + beside];
+  const double low = fmin(fmin(a, b), fmin(c, d)), high = fmax(fmax(a, b), fmax(c, d));
+  double depth;
+  // of NaN and infinity in a corner the sum makes NaN or infinity, and the comparison fails
+  if (high - low <= sensor->jump * low && isfinite(a + b + c + d)) {
+    depth = 1.0 / ((1.0 - right) * (1.0 - down) / a + right * (1.0 - down) / b +
+                   (1.0 - right) * down / c + right * down / d);
+  } else {
+    depth = image->depths[(Py_ssize_t)rint(v) * image->width + (Py_ssize_t)rint(u)];
+  }
+  return depth >= sensor->nearest && depth <= sensor->farthest ? depth : NAN;
+}
+
+PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *pixel_array, *found_array;
+  DepthImage image;
+  Sensor sensor;
+  if (!PyArg_ParseTuple(arguments, "OnnOdddO", &image_array, &image.height, &image.width,
+                        &pixel_array, &sensor.jump, &sensor.nearest, &sensor.farthest,
+                        &found_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(pixel_array);
+  const Argument needed[] = {
+      {"the image", image_array, 'f', image.height * image.width, false},
+      {"the pixels", pixel_array, 'd', 2 * count, false},
+      {"the depths", found_array, 'd', count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  image.depths = arrays.views[0].buf;
+  const double *pixels = arrays.views[1].buf;
+  double *found = arrays.views[2].buf;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < count; ++i)
+    found[i] = depth_at(&image, pixels[2 * i], pixels[2 * i + 1], &sensor);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}

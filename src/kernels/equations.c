@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Sums over residuals, six unknowns each.
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "arrays.h"
+#include "kernels.h"
+
+enum { UNKNOWNS = 6 };
+
+// Add the outer product of a vector, times a factor, to the upper triangle of a matrix.
+static void add_outer(const double *vector, double factor, double *matrix) {
+  for (int row = 0; row < UNKNOWNS; ++row) {
+    const double scaled = factor * vector[row];
+    for (int column = row; column < UNKNOWNS; ++column)
+      matrix[UNKNOWNS * row + column] += scaled * vector[column];
+  }
+}
+
+// Copy the upper triangle of a matrix to the lower one.
+static void mirror(double *matrix) {
+  for (int row = 1; row < UNKNOWNS; ++row)
+    for (int column = 0; column < row; ++column)
+      matrix[UNKNOWNS * row + column] = matrix[UNKNOWNS * column + row];
+}
+
+PyObject *kernel_normal_equations(PyObject *module, PyObject *arguments) {
+  PyObject *jacobian_array, *value_array, *weight_array, *information_array, *gradient_array;
+  if (!PyArg_ParseTuple(arguments, "OOOOO", &jacobian_array, &value_array, &weight_array,
+                        &information_array, &gradient_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(value_array);
+  const Argument needed[] = {
+      {"the jacobian", jacobian_array, 'd', UNKNOWNS * count, false},
+      {"the values", value_array, 'd', count, false},
+      {"the weights", weight_array, 'd', count, false},
+      {"the information", information_array, 'd', UNKNOWNS * UNKNOWNS, true},
+      {"the gradient", gradient_array, 'd', UNKNOWNS, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const double *jacobian = arrays.views[0].buf, *values = arrays.views[1].buf;
+  const double *weights = arrays.views[2].buf;
+  double *information = arrays.views[3].buf, *gradient = arrays.views[4].buf;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    const double *row = jacobian + UNKNOWNS * i;
+    add_outer(row, weights[i], information);
+    for (int k = 0; k < UNKNOWNS; ++k)
+      gradient[k] += weights[i] * values[i] * row[k];
+  }
+  mirror(information);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+// Add the outer products of the gradients of blocks, with the correction for few blocks.
+static void add_noise(double (*sums)[UNKNOWNS], const char *has, Py_ssize_t size, double *noise) {
+  double products[UNKNOWNS * UNKNOWNS] = {0};
+  Py_ssize_t blocks = 0;
+  for (Py_ssize_t i = 0; i < size; ++i) {
+    if (has[i]) {
+      add_outer(sums[i], 1.0, products);
+      ++blocks;
+    }
+  }
+  mirror(products);
+  const double most = blocks > 6 ? (double)(blocks - 6) : 1.0;
+  const double least = blocks > 7 ? (double)(blocks - 7) : 1.0;
+  for (int i = 0; i < UNKNOWNS * UNKNOWNS; ++i)
+    noise[i] += products[i] * ((double)blocks / most) * ((double)blocks / least);
+}
+
+PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments) {
+  PyObject *jacobian_array, *value_array, *weight_array, *block_array, *error_array, *noise_array;
+  if (!PyArg_ParseTuple(arguments, "OOOOOO", &jacobian_array, &value_array, &weight_array,
+                        &block_array, &error_array, &noise_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(value_array);
+  const Argument needed[] = {
+      {"the jacobian", jacobian_array, 'd', UNKNOWNS * count, false},
+      {"the values", value_array, 'd', count, false},
+      {"the weights", weight_array, 'd', count, false},
+      {"the blocks", block_array, 'q', count, false},
+      {"the error", error_array, 'd', UNKNOWNS, false},
+      {"the noise", noise_array, 'd', UNKNOWNS * UNKNOWNS, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const double *jacobian = arrays.views[0].buf, *values = arrays.views[1].buf;
+  const double *weights = arrays.views[2].buf, *error = arrays.views[4].buf;
+  const int64_t *blocks = arrays.views[3].buf;
+  int64_t size = 0;
+  for (Py_ssize_t i = 0; i < count; ++i)
+    size = blocks[i] >= size ? blocks[i] + 1 : size;
+  double(*sums)[UNKNOWNS] = calloc((size_t)size + 1, sizeof(*sums));
+  char *has = calloc((size_t)size + 1, 1);
+  if (sums != NULL && has != NULL) {
+    Py_BEGIN_ALLOW_THREADS
+    for (Py_ssize_t i = 0; i < count; ++i) {
+      const double *row = jacobian + UNKNOWNS * i;
+      double left = values[i];
+      for (int k = 0; k < UNKNOWNS; ++k)
+        left -= row[k] * error[k];
+      has[blocks[i]] = 1;
+      for (int k = 0; k < UNKNOWNS; ++k)
+        sums[blocks[i]][k] += weights[i] * left * row[k];
+    }
+    add_noise(sums, has, (Py_ssize_t)size, arrays.views[5].buf);
+    Py_END_ALLOW_THREADS
+  } else {
+    PyErr_NoMemory();
+  }
+  const bool is_done = sums != NULL && has != NULL;
+  free(sums);
+  free(has);
+  close_arrays(&arrays);
+  if (!is_done)
+    return NULL;
+  Py_RETURN_NONE;
+}

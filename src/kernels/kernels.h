@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// The kernels as functions of the module aick_ros._kernels; their parameters are those of the
+// functions with the same names in aick_ros/_kernels.pyi.
+
+#ifndef AICK_ROS_KERNELS_H
+#define AICK_ROS_KERNELS_H
+
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+
+PyObject *kernel_project(PyObject *module, PyObject *arguments);
+PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments);
+PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments);
+PyObject *kernel_reprojection(PyObject *module, PyObject *arguments);
+PyObject *kernel_track_depth(PyObject *module, PyObject *arguments);
+PyObject *kernel_cells_at(PyObject *module, PyObject *arguments);
+PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments);
+PyObject *kernel_normal_equations(PyObject *module, PyObject *arguments);
+PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments);
+
+#endif
