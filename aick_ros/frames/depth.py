@@ -35,8 +35,8 @@ def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.
     :returns: N float64 [m], NaN where invalid or outside of the range of the sensor.
     """
     pixels = np.ascontiguousarray(pixels, np.float64).reshape(-1, 2)
-    depths = np.empty(len(pixels))
-    kernels.sample_depth(np.ascontiguousarray(image), *image.shape, pixels, sensor.depth_jump,
+    (height, width), depths = image.shape, np.empty(len(pixels))
+    kernels.sample_depth(np.ascontiguousarray(image), height, width, pixels, sensor.depth_jump,
                          sensor.min_depth, sensor.max_depth, depths)
     return depths
 

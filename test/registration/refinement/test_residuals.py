@@ -276,8 +276,7 @@ def test_rays_share_a_block_if_both_numbers_of_theirs_agree():
     rays = np.random.default_rng(0).uniform(-2.5, 2.5, (400, 2))
     squares = [tuple(square) for square in np.floor(np.clip(rays, -2, 2) / 0.2 + 1e-9).astype(int)]
     same = [[one == other for other in squares] for one in squares]
-    tracks = Tracks(np.arange(len(rays)), np.ones((len(rays), 3)), rays, np.full(len(rays), np.nan),
-                    np.ones(len(rays)))
+    tracks = dataclasses.replace(tracks_of(count=len(rays)), rays=rays)
     blocks = reprojection(tracks, np.eye(4), RAY_SIGMA, WIDTH).blocks[:len(rays)]
     np.testing.assert_array_equal(blocks[:, None] == blocks, same)
 
