@@ -5,11 +5,15 @@
 
 try:
     from aick_ros._kernels import (
-        cells_at, gradient_noise, moved_by_rows, normal_equations, point_to_plane, project,
-        reprojection, sample_depth, track_depth)
+        cells_at, depth_rows, distortion_rows, edges_beside, gradient_moments, gradient_noise,
+        inverse_depth_slopes, keypoint_rows, moved_by_rows, nodes_around, normal_equations,
+        plane_jacobians, point_to_plane, project, reprojection, robust_weights, sample_depth,
+        track_depth, window_shifts)
 except ModuleNotFoundError as error:
     raise ImportError('aick_ros is not compiled: install it (pip install . or colcon build), '
                       'which takes a C compiler') from error
 
-__all__ = ['cells_at', 'gradient_noise', 'moved_by_rows', 'normal_equations', 'point_to_plane',
-           'project', 'reprojection', 'sample_depth', 'track_depth']
+__all__ = ['cells_at', 'depth_rows', 'distortion_rows', 'edges_beside', 'gradient_moments',
+           'gradient_noise', 'inverse_depth_slopes', 'keypoint_rows', 'moved_by_rows',
+           'nodes_around', 'normal_equations', 'plane_jacobians', 'point_to_plane', 'project',
+           'reprojection', 'robust_weights', 'sample_depth', 'track_depth', 'window_shifts']

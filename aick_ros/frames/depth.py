@@ -13,11 +13,6 @@ from aick_ros import kernels
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
-_AROUND = np.array([(-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, 1), (-1, 1), (1, -1)])
-"""Directions in which an edge is sought (u, v); each has its opposite beside it."""
-
-_OPPOSITE = [1, 0, 3, 2, 5, 4, 7, 6]
-
 _LEAST_RISE = 0.1  # chosen: of the inverse depth at an edge, as a ratio
 _LEAST_STEP = 0.5  # chosen: share of the rise within a pixel; at a crease it is spread over all
 
@@ -35,8 +30,8 @@ def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.
     :returns: N float64 [m], NaN where invalid or outside of the range of the sensor.
     """
     pixels = np.ascontiguousarray(pixels, np.float64).reshape(-1, 2)
-    (height, width), depths = image.shape, np.empty(len(pixels))
-    kernels.sample_depth(np.ascontiguousarray(image), height, width, pixels, sensor.depth_jump,
+    depths = np.empty(len(pixels))
+    kernels.sample_depth(np.ascontiguousarray(image, np.float32), pixels, sensor.depth_jump,
                          sensor.min_depth, sensor.max_depth, depths)
     return depths
 
@@ -68,38 +63,11 @@ def edges_beside(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray, reac
     :param depths: N, at these pixels [m].
     :param reach: distance at which they are sought [px].
     """
-    rise = _rises(image, pixels, depths, np.array([reach]))[..., 0]
-    bend = rise + rise[:, _OPPOSITE]
-    is_nearer = np.minimum(rise, bend) > _LEAST_RISE
-    is_farther = np.maximum(rise, bend) < -_LEAST_RISE
-    beside = np.flatnonzero((is_nearer | is_farther).any(axis=1))
-    # few: only they are looked at pixel by pixel
-    rises = _rises(image, pixels[beside], depths[beside], np.arange(1, reach + 1))
-    rise, steps = rises[..., -1], np.diff(rises, axis=2, prepend=0.0)
-    is_nearer = is_nearer[beside] & (steps.max(axis=2) > _LEAST_STEP * rise)
-    is_farther = is_farther[beside] & (steps.min(axis=2) < _LEAST_STEP * rise)
-    found = np.zeros(len(depths), bool)
-    found[beside] = (is_nearer | is_farther).any(axis=1)
-    behind = np.flatnonzero(is_nearer.any(axis=1))
-    nearer = np.full(len(depths), np.nan)
-    nearer[beside[behind]] = depths[beside[behind]] / (
-        1.0 + rise[behind].mean(axis=1, where=is_nearer[behind]))
+    nearer, found = np.empty(len(depths)), np.empty(len(depths), bool)
+    kernels.edges_beside(
+        np.ascontiguousarray(image, np.float32), np.ascontiguousarray(pixels, np.float64),
+        np.ascontiguousarray(depths, np.float64), reach, _LEAST_RISE, _LEAST_STEP, nearer, found)
     return Edges(nearer, found)
-
-
-def _rises(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
-           distances: np.ndarray) -> np.ndarray:
-    """
-    Return by how much nearer the pixels around others are, N x 8 x distances, 0 where invalid.
-
-    It is their inverse depth, as a ratio to that of the pixel in the middle, less 1.
-    """
-    height, width = image.shape
-    ways = _AROUND[:, None] * distances[:, None]  # 8 x distances x 2
-    around = np.rint(pixels).astype(np.intp)[:, None, None] + ways
-    u, v = np.moveaxis(np.clip(around, 0, (width - 1, height - 1)), -1, 0)
-    rises = depths[:, None, None] / image[v, u] - 1.0
-    return np.where(np.isfinite(rises), rises, 0.0)
 
 
 def inverse_depth_sigma(z: np.ndarray, sensor: SensorSettings) -> np.ndarray | float:

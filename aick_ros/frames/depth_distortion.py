@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.geometry.camera import Camera
 
 ROWS, COLUMNS = 5, 6
@@ -135,15 +136,9 @@ def nodes_around(points: np.ndarray, camera: Camera) -> tuple[np.ndarray, np.nda
     :param points: Nx3 in the optical frame, in front of the camera [m]; outside of the image the
         nearest pixel counts.
     """
-    last = COLUMNS - 1, ROWS - 1
-    column, row = np.clip(camera.project(points) / _node_distances(camera), 0, last).T
-    left, top = (np.minimum(place.astype(np.intp), most - 1)
-                 for place, most in zip((column, row), last))
-    right, down = column - left, row - top
-    first = top * COLUMNS + left
-    nodes = np.stack([first, first + 1, first + COLUMNS, first + COLUMNS + 1], axis=1)
-    weights = np.stack([(1 - right) * (1 - down), right * (1 - down), (1 - right) * down,
-                        right * down], axis=1)
+    places = camera.project(points) / _node_distances(camera)
+    nodes, weights = np.empty((len(points), 4), np.int64), np.empty((len(points), 4))
+    kernels.nodes_around(places, ROWS, COLUMNS, nodes, weights)
     return nodes, weights
 
 

@@ -21,7 +21,9 @@ static bool open_array(Py_buffer *view, const Argument *argument) {
   if (!has_type(view, argument->type)) {
     PyErr_Format(PyExc_TypeError, "%s has numbers of type %s: %c is required", argument->name,
                  view->format, argument->type);
-  } else if (view->len / view->itemsize != argument->count) {
+  } else if (argument->count == IMAGE && (view->ndim != 2 || view->len == 0)) {
+    PyErr_Format(PyExc_ValueError, "%s has no rows and columns", argument->name);
+  } else if (argument->count != IMAGE && view->len / view->itemsize != argument->count) {
     PyErr_Format(PyExc_ValueError, "%s has %zd numbers: %zd are required", argument->name,
                  view->len / view->itemsize, argument->count);
   } else {
@@ -45,3 +47,5 @@ void close_arrays(Arrays *arrays) {
   while (arrays->count > 0)
     PyBuffer_Release(&arrays->views[--arrays->count]);
 }
+
+Size size_of(const Py_buffer *image) { return (Size){image->shape[0], image->shape[1]}; }

@@ -10,14 +10,14 @@
 #include <Python.h>
 #include <stdbool.h>
 
-enum { MOST_ARRAYS = 16 };
+enum { MOST_ARRAYS = 16, IMAGE = -1 };
 
 // A contiguous array that a kernel reads or writes.
 typedef struct {
   const char *name;
   PyObject *object;
   char type;         // of its numbers, as in the struct module: d f B ?, q for all of 8 bytes
-  Py_ssize_t count;  // numbers that it must have
+  Py_ssize_t count;  // numbers that it must have; IMAGE: any, in rows and columns
   bool is_written;
 } Argument;
 
@@ -31,6 +31,13 @@ typedef struct {
 bool open_arrays(Arrays *arrays, const Argument *arguments, int count);
 
 void close_arrays(Arrays *arrays);
+
+typedef struct {
+  Py_ssize_t height, width;
+} Size;
+
+// The size of an opened array that is an image.
+Size size_of(const Py_buffer *image);
 
 #define COUNT(arguments) ((int)(sizeof(arguments) / sizeof((arguments)[0])))
 

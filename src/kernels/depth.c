@@ -10,7 +10,7 @@
 
 typedef struct {
   const float *depths;
-  Py_ssize_t height, width;
+  Size size;
 } DepthImage;
 
 typedef struct {
@@ -24,16 +24,16 @@ static double clamped(double value, Py_ssize_t length) {
 }
 
 static double depth_at(const DepthImage *image, double u, double v, const Sensor *sensor) {
-  u = clamped(u, image->width);
-  v = clamped(v, image->height);
+  u = clamped(u, image->size.width);
+  v = clamped(v, image->size.height);
   Py_ssize_t column = (Py_ssize_t)u, row = (Py_ssize_t)v;
-  if (column > image->width - 2)
-    column = image->width > 1 ? image->width - 2 : 0;
-  if (row > image->height - 2)
-    row = image->height > 1 ? image->height - 2 : 0;
+  if (column > image->size.width - 2)
+    column = image->size.width > 1 ? image->size.width - 2 : 0;
+  if (row > image->size.height - 2)
+    row = image->size.height > 1 ? image->size.height - 2 : 0;
   const double right = u - (double)column, down = v - (double)row;
-  const Py_ssize_t beside = image->width > 1, below = image->height > 1 ? image->width : 0;
-  const float *corner = image->depths + row * image->width + column;
+  const Py_ssize_t beside = image->size.width > 1, below = image->size.height > 1 ? image->size.width : 0;
+  const float *corner = image->depths + row * image->size.width + column;
   const double a = corner[0], b = corner[beside], c = corner[below], d = corner[below + beside];
   const double low = fmin(fmin(a, b), fmin(c, d)), high = fmax(fmax(a, b), fmax(c, d));
   double depth;
@@ -42,7 +42,7 @@ static double depth_at(const DepthImage *image, double u, double v, const Sensor
     depth = 1.0 / ((1.0 - right) * (1.0 - down) / a + right * (1.0 - down) / b +
                    (1.0 - right) * down / c + right * down / d);
   } else {
-    depth = image->depths[(Py_ssize_t)rint(v) * image->width + (Py_ssize_t)rint(u)];
+    depth = image->depths[(Py_ssize_t)rint(v) * image->size.width + (Py_ssize_t)rint(u)];
   }
   return depth >= sensor->nearest && depth <= sensor->farthest ? depth : NAN;
 }
@@ -51,13 +51,12 @@ PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments) {
   PyObject *image_array, *pixel_array, *found_array;
   DepthImage image;
   Sensor sensor;
-  if (!PyArg_ParseTuple(arguments, "OnnOdddO", &image_array, &image.height, &image.width,
-                        &pixel_array, &sensor.jump, &sensor.nearest, &sensor.farthest,
-                        &found_array))
+  if (!PyArg_ParseTuple(arguments, "OOdddO", &image_array, &pixel_array, &sensor.jump,
+                        &sensor.nearest, &sensor.farthest, &found_array))
     return NULL;
   const Py_ssize_t count = PyObject_Length(pixel_array);
   const Argument needed[] = {
-      {"the image", image_array, 'f', image.height * image.width, false},
+      {"the image", image_array, 'f', IMAGE, false},
       {"the pixels", pixel_array, 'd', 2 * count, false},
       {"the depths", found_array, 'd', count, true},
   };
@@ -65,6 +64,7 @@ PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments) {
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   image.depths = arrays.views[0].buf;
+  image.size = size_of(&arrays.views[0]);
   const double *pixels = arrays.views[1].buf;
   double *found = arrays.views[2].buf;
   Py_BEGIN_ALLOW_THREADS

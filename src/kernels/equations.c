@@ -10,7 +10,7 @@
 #include "arrays.h"
 #include "kernels.h"
 
-enum { UNKNOWNS = 6 };
+enum { UNKNOWNS = 6, MOST_BLOCKS = 1 << 20 };
 
 // Add the outer product of a vector, times a factor, to the upper triangle of a matrix.
 static void add_outer(const double *vector, double factor, double *matrix) {
@@ -98,8 +98,14 @@ PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments) {
   const double *weights = arrays.views[2].buf, *error = arrays.views[4].buf;
   const int64_t *blocks = arrays.views[3].buf;
   int64_t size = 0;
-  for (Py_ssize_t i = 0; i < count; ++i)
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    if (blocks[i] < 0 || blocks[i] >= MOST_BLOCKS) {
+      close_arrays(&arrays);
+      PyErr_SetString(PyExc_ValueError, "a block has a number out of range");
+      return NULL;
+    }
     size = blocks[i] >= size ? blocks[i] + 1 : size;
+  }
   double(*sums)[UNKNOWNS] = calloc((size_t)size + 1, sizeof(*sums));
   char *has = calloc((size_t)size + 1, 1);
   if (sums != NULL && has != NULL) {
@@ -124,5 +130,74 @@ PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments) {
   close_arrays(&arrays);
   if (!is_done)
     return NULL;
+  Py_RETURN_NONE;
+}
+
+// Return the value that would be at an index if the values were sorted; they are reordered.
+static double selected(double *values, Py_ssize_t count, Py_ssize_t index) {
+  Py_ssize_t first = 0, last = count - 1;
+  while (first < last) {
+    const double pivot = values[first + (last - first) / 2];
+    Py_ssize_t i = first, j = last;
+    while (i <= j) {
+      while (values[i] < pivot)
+        ++i;
+      while (values[j] > pivot)
+        --j;
+      if (i <= j) {
+        const double swapped = values[i];
+        values[i++] = values[j];
+        values[j--] = swapped;
+      }
+    }
+    if (index <= j)
+      last = j;
+    else if (index >= i)
+      first = i;
+    else
+      break;
+  }
+  return values[index];
+}
+
+static double median(double *values, Py_ssize_t count) {
+  const Py_ssize_t middle = count / 2;
+  const double above = selected(values, count, middle);
+  if (count % 2)
+    return above;
+  double below = values[0];
+  for (Py_ssize_t i = 1; i < middle; ++i)
+    below = values[i] > below ? values[i] : below;
+  return 0.5 * (below + above);
+}
+
+PyObject *kernel_robust_weights(PyObject *module, PyObject *arguments) {
+  PyObject *square_array, *weight_array;
+  double width, typical, most;
+  if (!PyArg_ParseTuple(arguments, "OdddO", &square_array, &width, &typical, &most,
+                        &weight_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(square_array);
+  const Argument needed[] = {
+      {"the squares", square_array, 'd', count, false},
+      {"the weights", weight_array, 'd', count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const double *squares = arrays.views[0].buf;
+  double *weights = arrays.views[1].buf;
+  Py_BEGIN_ALLOW_THREADS
+  if (count) {
+    memcpy(weights, squares, (size_t)count * sizeof(*weights));
+    const double scale = median(weights, count) / typical;
+    const double limit = width * width * (scale > 1.0 ? (scale < most ? scale : most) : 1.0);
+    for (Py_ssize_t i = 0; i < count; ++i) {
+      const double root = 1.0 / (1.0 + squares[i] / limit);  // Geman and McClure 1985
+      weights[i] = root * root;
+    }
+  }
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
   Py_RETURN_NONE;
 }

@@ -19,5 +19,15 @@ PyObject *kernel_cells_at(PyObject *module, PyObject *arguments);
 PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments);
 PyObject *kernel_normal_equations(PyObject *module, PyObject *arguments);
 PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments);
+PyObject *kernel_edges_beside(PyObject *module, PyObject *arguments);
+PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments);
+PyObject *kernel_inverse_depth_slopes(PyObject *module, PyObject *arguments);
+PyObject *kernel_plane_jacobians(PyObject *module, PyObject *arguments);
+PyObject *kernel_window_shifts(PyObject *module, PyObject *arguments);
+PyObject *kernel_robust_weights(PyObject *module, PyObject *arguments);
+PyObject *kernel_keypoint_rows(PyObject *module, PyObject *arguments);
+PyObject *kernel_depth_rows(PyObject *module, PyObject *arguments);
+PyObject *kernel_nodes_around(PyObject *module, PyObject *arguments);
+PyObject *kernel_distortion_rows(PyObject *module, PyObject *arguments);
 
 #endif

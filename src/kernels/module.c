@@ -15,6 +15,16 @@ static PyMethodDef METHODS[] = {
     KERNEL(point_to_plane),
     KERNEL(normal_equations),
     KERNEL(gradient_noise),
+    KERNEL(edges_beside),
+    KERNEL(gradient_moments),
+    KERNEL(inverse_depth_slopes),
+    KERNEL(plane_jacobians),
+    KERNEL(window_shifts),
+    KERNEL(robust_weights),
+    KERNEL(keypoint_rows),
+    KERNEL(depth_rows),
+    KERNEL(nodes_around),
+    KERNEL(distortion_rows),
     {NULL, NULL, 0, NULL},
 };
 

@@ -241,12 +241,12 @@ static bool pair(const Cells *cells, const Pairing *pairing, const double *moved
   const double relief = (target_roughness * target_roughness +
                          (double)source_roughness * source_roughness) / 2.0;
   const double noise = inverse_depth_sigma(z, pairing->sigma, pairing->exponent);
-  const double sigma = sqrt(noise * noise + relief) * z * dot(moved, normal);
+  const double root = 1.0 / (sqrt(noise * noise + relief) * z * dot(moved, normal));
   for (int i = 0; i < 3; ++i) {
-    normal[i] /= sigma;
-    rotated[i] /= sigma;
+    normal[i] *= root;
+    rotated[i] *= root;
   }
-  found->value = distance / sigma;
+  found->value = distance * root;
   by_pose(normal, arm, found->jacobian);
   by_pose(rotated, arm, found->other);
   return true;

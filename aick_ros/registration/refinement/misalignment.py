@@ -30,7 +30,6 @@ from aick_ros.settings.parameter import parameters
 
 _DEPTH_STEPS = 2  # chosen: steps of the search along a ray
 _SHARE_MEASURED = 0.75  # chosen on excerpts and rendered cameras: 0.5 lags, 1 has more noise
-_MOST_ROWS = 1.0  # by definition at most 0.5 where the optical axis is the centre of the image
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,16 +198,6 @@ class Prediction:
 def image_height(camera: Camera) -> float:
     """Return the height of the image on the plane z = 1."""
     return camera.height / camera.fy
-
-
-def rows_of(points: np.ndarray, height: float) -> np.ndarray:
-    """
-    Return the rows that points project to, N: 0 on the optical axis, 1 is all rows.
-
-    :param height: of the image on the plane z = 1.
-    """
-    rows: np.ndarray = np.clip(points[:, 1] / (points[:, 2] * height), -_MOST_ROWS, _MOST_ROWS)
-    return rows
 
 
 def _with_depth(points: np.ndarray, frame: PreparedFrame, displacement: Displacement,

@@ -17,10 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.frames.depth_distortion import COLUMNS, ROWS, nodes_around
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
-from aick_ros.registration.refinement.misalignment import Misalignment, rows_of
+from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.residuals import Residuals
 from aick_ros.registration.refinement.tracks import Tracks
 
@@ -72,12 +73,12 @@ class Motion:
 
     :param T_target_source: 4x4.
     :param twists: 2x6, body velocities of the source and of the target [m/s, rad/s].
-    :param heights: of both images on the plane z = 1.
+    :param heights: 2, of both images on the plane z = 1.
     """
 
     T_target_source: np.ndarray
     twists: np.ndarray
-    heights: tuple[float, float]
+    heights: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,69 +143,40 @@ def keypoint_rows(residuals: Residuals, tracks: Tracks, surface: Surface, motion
     :param residuals: two per track, as :func:`reprojection` returns them.
     """
     seen, cells = surface.cells_at(tracks.points)
-    points, normals = tracks.points[seen], surface.normals[cells].astype(np.float64)
-    rays = points / points[:, 2:]
-    cosines = np.maximum(np.einsum('ij,ij->i', normals, rays), _SMALLEST_COSINE)
-    depths = _by_twist(normals, points) / cosines[:, None]
+    rows = np.empty((2 * len(seen), 14))
+    kernels.keypoint_rows(
+        tracks.points, seen, cells, surface.normals, residuals.jacobian, motion.T_target_source,
+        motion.twists, motion.heights, _SMALLEST_COSINE, rows)
     both = np.concatenate([seen, seen + len(tracks)])
-    depths, rays, points = (np.tile(rows, (2, 1)) for rows in (depths, rays, points))
-    jacobian = residuals.jacobian[both]
-    rotation, position = motion.T_target_source[:3, :3], motion.T_target_source[:3, 3]
-    in_target = jacobian[:, :3]
-    in_source, moved = in_target @ rotation, points @ rotation.T + position
-    by_offset = np.einsum('ij,ij->i', in_source, rays)[:, None] * depths
-    by_readout = (_by_readout(in_source, points, motion, 0)
-                  - _by_readout(in_target, moved, motion, 1))
-    return (np.column_stack([jacobian, by_offset, by_offset @ motion.twists[0], by_readout]),
-            residuals.values[both], weight * residuals.weights[both])
+    return rows, residuals.values[both], weight * residuals.weights[both]
 
 
 def depth_rows(residuals: Residuals, motion: Motion) -> _Rows:
     """Return the Jacobian, values and weights of some of the depth residuals."""
-    moved, in_target = residuals.points[::_EVERY], residuals.directions[::_EVERY]
-    rotation, position = motion.T_target_source[:3, :3], motion.T_target_source[:3, 3]
-    points, in_source = (moved - position) @ rotation, in_target @ rotation
-    of_source, of_target = _by_twist(in_source, points), _by_twist(in_target, moved)
-    by_delay = of_source @ motion.twists[0] - of_target @ motion.twists[1]
-    by_readout = (_by_readout(in_source, points, motion, 0)
-                  - _by_readout(in_target, moved, motion, 1))
-    return (np.column_stack([residuals.jacobian[::_EVERY], of_source - of_target, by_delay,
-                             by_readout]),
-            residuals.values[::_EVERY], _EVERY * residuals.weights[::_EVERY])
+    points, directions, jacobian = _some(residuals)
+    rows = np.empty((len(points), 14))
+    kernels.depth_rows(points, directions, jacobian, motion.T_target_source, motion.twists,
+                       motion.heights, rows)
+    return rows, residuals.values[::_EVERY], _EVERY * residuals.weights[::_EVERY]
 
 
 def distortion_rows(residuals: Residuals, source: PreparedFrame, target: PreparedFrame,
                     T_target_source: np.ndarray) -> DistortionRows:
     """Return the rows of the distortion, of the residuals that :func:`depth_rows` is of."""
-    moved, in_target = residuals.points[::_EVERY], residuals.directions[::_EVERY]
+    moved, in_target, _ = _some(residuals)
     rotation, position = T_target_source[:3, :3], T_target_source[:3, 3]
     points, in_source = (moved - position) @ rotation, in_target @ rotation
     jacobian, applied = np.zeros((len(moved), ROWS * COLUMNS)), np.zeros(len(moved))
-    each = np.arange(len(moved))[:, None]
     for sign, seen, directions, frame in ((-1.0, points, in_source, source),
                                           (1.0, moved, in_target, target)):
-        # an error of the inverse depth moves a point p by -z p
-        along = sign * seen[:, 2] * np.einsum('ij,ij->i', directions, seen)
-        nodes, weights = nodes_around(seen, frame.frame.camera)
-        jacobian[each, nodes] += along[:, None] * weights
-        if not frame.distortion.is_none:
-            applied += along * np.einsum(
-                'ij,ij->i', frame.distortion.nodes.ravel()[nodes], weights)
+        kernels.distortion_rows(seen, directions, *nodes_around(seen, frame.frame.camera), sign,
+                                frame.distortion.nodes.ravel(), jacobian, applied)
     return DistortionRows(jacobian, applied)
 
 
-def _by_readout(directions: np.ndarray, points: np.ndarray, motion: Motion,
-                frame: int) -> np.ndarray:
-    """Return how far points move along directions by a unit of readout time, N."""
-    by_time = _by_twist(directions, points) @ motion.twists[frame]
-    by_readout: np.ndarray = rows_of(points, motion.heights[frame]) * by_time
-    return by_readout
-
-
-def _by_twist(directions: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return how far points move along directions by each number of a twist, Nx6."""
-    (a, b, c), (x, y, z) = directions.T, points.T
-    moved = np.empty((len(points), 6))
-    moved[:, :3] = directions
-    moved[:, 3], moved[:, 4], moved[:, 5] = y * c - z * b, z * a - x * c, x * b - y * a
-    return moved
+def _some(residuals: Residuals) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points, directions and Jacobian of some of the depth residuals, evenly chosen."""
+    points, directions, jacobian = (
+        np.ascontiguousarray(rows[::_EVERY])
+        for rows in (residuals.points, residuals.directions, residuals.jacobian))
+    return points, directions, jacobian

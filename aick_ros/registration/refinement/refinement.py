@@ -216,8 +216,8 @@ class _Problem:
                                pose: np.ndarray) -> MisalignmentSample | None:
         if self._source.surface is None:
             return None
-        motion = Motion(pose, self._twists, (image_height(self._source.frame.camera),
-                                             image_height(self._target.frame.camera)))
+        motion = Motion(pose, self._twists, np.array([
+            image_height(prepared.frame.camera) for prepared in (self._source, self._target)]))
         return misalignment_sample(
             keypoint_rows(keypoints, self._tracks, self._source.surface, motion,
                           1 / self._noise.keypoints),

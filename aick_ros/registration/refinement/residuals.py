@@ -19,7 +19,6 @@ import numpy as np
 
 from aick_ros import kernels
 from aick_ros.frames.surface import Surface
-from aick_ros.geometry.median import median
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 
@@ -134,19 +133,10 @@ def gradient_noise(kinds: Iterable[Residuals], error: np.ndarray = np.zeros(6)) 
     return noise
 
 
-def geman_mcclure(squares: np.ndarray, width: float) -> np.ndarray:
-    """
-    Return the weights of Geman and McClure's cost (1985) for squared residuals.
-
-    :param width: residual, in standard deviations, whose weight is a quarter.
-    """
-    weights: np.ndarray = 1.0 / (1.0 + squares / width ** 2) ** 2
-    return weights
-
-
 def robust_weights(squares: np.ndarray, width: float, typical: float = _MEDIAN_1) -> np.ndarray:
     """
-    Return the weights of residuals of which at most half are outliers.
+    Return the weights of residuals of which at most half are outliers, by the cost of Geman and
+    McClure (1985): a quarter at the width.
 
     Errors of calibration and shutter, which the noise model lacks, enlarge all residuals of some
     pairs of frames. The width grows with their median, so that a few consistent residuals cannot
@@ -156,10 +146,9 @@ def robust_weights(squares: np.ndarray, width: float, typical: float = _MEDIAN_1
     :param width: in standard deviations of the noise, or of the residuals if these are larger.
     :param typical: median of the squares if noise alone causes them.
     """
-    if len(squares) == 0:
-        return squares
-    scale = min(max(median(squares) / typical, 1.0), _LARGEST_SCALE ** 2)
-    return geman_mcclure(squares, width * math.sqrt(scale))
+    weights = np.empty(len(squares))
+    kernels.robust_weights(squares, width, typical, _LARGEST_SCALE ** 2, weights)
+    return weights
 
 
 def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
@@ -229,7 +218,7 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     values, jacobian, other = values[:found], jacobian[:found], other[:found]
     return Residuals(values, jacobian @ _observable_projection(jacobian, other),
                      robust_weights(values ** 2, width), blocks[:found], points[:found],
-                     jacobian[:, :3])
+                     jacobian[:, :3].copy())
 
 
 def _pose(T_target_source: np.ndarray) -> np.ndarray:

@@ -16,8 +16,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
+from aick_ros import kernels
 from aick_ros.frames import depth
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry.camera import Camera
@@ -83,24 +83,13 @@ class Windows:
         :param R_turned_source: rotation that the windows are turned by before they are tracked,
             3x3.
         """
-        moved = jacobians(self.normals, self.points, camera, T_target_source)
-        turn = None
-        if (R_turned_source != np.eye(3)).any():
-            turned = np.eye(4)
-            turned[:3, :3] = R_turned_source
-            turn = jacobians(self.normals, self.points, camera, turned)
-            moved = np.linalg.solve(turn, moved)
-        stretch = moved - np.eye(2)
-        stretch[~(np.abs(stretch).max(axis=(1, 2)) < _MAX_STRETCH)] = 0.0
-        gradients, along = self.moments[:, 0], self.moments[:, 1:]
-        weighted = np.stack([
-            np.einsum('nji,nij->n', along[:, :, k:k + 2], stretch) for k in (0, 1)], axis=1)
-        uu, uv, vv = gradients.T
-        determinant = np.maximum(uu * vv - uv * uv, _SMALLEST)
-        shifts = np.column_stack([vv * weighted[:, 0] - uv * weighted[:, 1],
-                                  uu * weighted[:, 1] - uv * weighted[:, 0]])
-        shifts /= determinant[:, None]
-        return shifts if turn is None else (turn @ shifts[:, :, None])[:, :, 0]
+        turned = np.eye(4)
+        turned[:3, :3] = R_turned_source
+        moved, turns = (jacobians(self.normals, self.points, camera, motion)
+                        for motion in (T_target_source, turned))
+        shifts = np.empty((len(self.points), 2))
+        kernels.window_shifts(moved, turns, self.moments, _MAX_STRETCH, _SMALLEST, shifts)
+        return shifts
 
 
 def planes(depth_image: np.ndarray, pixels: np.ndarray, points: np.ndarray, camera: Camera,
@@ -117,13 +106,12 @@ def planes(depth_image: np.ndarray, pixels: np.ndarray, points: np.ndarray, came
     :param points: Nx3, what they show [m].
     :param side: of a window [px].
     """
-    with np.errstate(divide='ignore', over='ignore'):  # of depths that cannot be
-        inverse = np.reciprocal(_windows(depth_image, pixels, side)).reshape(-1, side * side)
-    inverse -= (1.0 / points[:, 2]).astype(np.float32)[:, None]
-    inverse[~np.isfinite(inverse)] = 0.0
-    offsets = _offsets(side)
+    slopes = np.empty((len(points), 2))
+    kernels.inverse_depth_slopes(
+        np.ascontiguousarray(depth_image), np.ascontiguousarray(pixels, np.float64),
+        np.ascontiguousarray(points[:, 2]), side, slopes)
     found = np.empty((len(points), 3))
-    found[:, :2] = inverse @ offsets * ((camera.fx, camera.fy) / np.sum(offsets ** 2, axis=0))
+    found[:, :2] = slopes * (camera.fx, camera.fy)
     found[:, 2] = (1.0 - points[:, 0] * found[:, 0] - points[:, 1] * found[:, 1]) / points[:, 2]
     return found
 
@@ -139,14 +127,9 @@ def jacobians(normals: np.ndarray, points: np.ndarray, camera: Camera,
     :param points: Nx3 [m].
     :param T_target_source: 4x4 [m].
     """
-    rotation, t = T_target_source[:3, :3], T_target_source[:3, 3]
-    x, y, z = ((points @ rotation.T + t) / points[:, 2:]).T
     found = np.empty((len(points), 2, 2))
-    for i in (0, 1):  # by the coordinates of the ray: the moved point, of unit depth before
-        by = rotation[:, i] + normals[:, i:i + 1] * t
-        found[:, 0, i] = (by[:, 0] - x / z * by[:, 2]) / z
-        found[:, 1, i] = (by[:, 1] - y / z * by[:, 2]) / z
-    found *= np.array([[1.0, camera.fx / camera.fy], [camera.fy / camera.fx, 1.0]])
+    kernels.plane_jacobians(normals, points, np.ascontiguousarray(T_target_source, np.float64),
+                            camera.fx / camera.fy, found)
     return found
 
 
@@ -158,26 +141,7 @@ def gradient_moments(grey: np.ndarray, pixels: np.ndarray, side: int) -> np.ndar
     :param pixels: Nx2, the centres.
     :param side: of a window [px].
     """
-    seen = _windows(grey, pixels, side + 2).astype(np.float32)
-    by_u = (seen[:, 1:-1, 2:] - seen[:, 1:-1, :-2]).reshape(-1, side * side)
-    by_v = (seen[:, 2:, 1:-1] - seen[:, :-2, 1:-1]).reshape(-1, side * side)
-    factors = np.column_stack([np.ones(side * side, np.float32), _offsets(side)])
-    moments: np.ndarray = np.stack(
-        [products @ factors for products in (by_u * by_u, by_u * by_v, by_v * by_v)],
-        axis=2).astype(np.float64)
+    moments = np.empty((len(pixels), 3, 3))
+    kernels.gradient_moments(np.ascontiguousarray(grey), np.ascontiguousarray(pixels, np.float64),
+                             side, moments)
     return moments
-
-
-def _windows(image: np.ndarray, pixels: np.ndarray, side: int) -> np.ndarray:
-    """Return copies of the windows around pixels, moved into the image, N x side x side."""
-    height, width = image.shape
-    u, v = (np.rint(pixels).astype(np.intp) - side // 2).T
-    windows: np.ndarray = sliding_window_view(image, (side, side))[
-        np.clip(v, 0, height - side), np.clip(u, 0, width - side)]
-    return windows
-
-
-def _offsets(side: int) -> np.ndarray:
-    """Return where the pixels of a window are, (u, v) from its centre, M x 2 float32 [px]."""
-    v, u = np.mgrid[:side, :side] - side // 2
-    return np.column_stack([u.ravel(), v.ravel()]).astype(np.float32)

@@ -14,7 +14,7 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import (
-    Correction, Displacement, Misalignment, Prediction, image_height, rows_of)
+    Correction, Displacement, Misalignment, Prediction, image_height)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import MisalignmentSettings, SensorSettings
 
@@ -22,6 +22,10 @@ CAMERA = Camera(640, 480, 525, 525, 319.5, 239.5)
 HEIGHT = 480 / 525
 TWIST = np.array([0.3, -0.2, 0.25, 0.5, -0.8, 0.6])  # a hand that moves fast
 OFFSET = np.array([0.02, -0.01, 0.015, 0.02, -0.03, 0.01])
+
+
+def rows_of(points):
+    return points[:, 1] / points[:, 2] / HEIGHT
 
 
 def seen_points(count=200):
@@ -48,7 +52,7 @@ def test_points_of_the_depth_image_return_to_the_stamp(misalignment, lag):
     for _ in range(5):  # the row in which a point is seen depends on when it is seen
         moved = at_time(points, times)
         in_depth = se3.transform(se3.exp(-misalignment.offset), moved)
-        times = lag + misalignment.delay + misalignment.readout * rows_of(in_depth, HEIGHT)
+        times = lag + misalignment.delay + misalignment.readout * rows_of(in_depth)
     displacement = Displacement.of(misalignment, lag, TWIST, CAMERA)
     size = np.abs(in_depth - points).max()
     assert size > 0.01
@@ -61,7 +65,7 @@ def test_keypoints_return_to_the_stamp_whatever_the_depth_camera_does():
     times = np.zeros(len(points))
     for _ in range(5):
         seen = at_time(points, times)
-        times = 0.02 * rows_of(seen, HEIGHT)
+        times = 0.02 * rows_of(seen)
     displacement = Displacement.of(Misalignment(OFFSET, -0.02, 0.02), 0.01, TWIST, CAMERA)
     assert np.abs(seen - points).max() > 0.005
     assert np.abs(displacement.of_rows(seen) - points).max() < 2e-4
@@ -85,7 +89,7 @@ def test_points_are_displaced_to_the_second_order(kind):
         by_row = size * TWIST / np.linalg.norm(TWIST) * (kind != 'depth')
         moved = Displacement(constant, by_row, HEIGHT).of_depth(points)
         exact = [se3.transform(se3.exp(constant + row * by_row), point[None])[0]
-                 for point, row in zip(points, rows_of(points, HEIGHT))]
+                 for point, row in zip(points, rows_of(points))]
         errors.append(np.abs(moved - exact).max())
     assert errors[0] < 0.01
     assert errors[0] / errors[1] == pytest.approx(8, rel=0.25)
@@ -95,8 +99,9 @@ def test_rows_are_shares_of_the_image_from_its_optical_axis():
     assert image_height(CAMERA) == pytest.approx(HEIGHT)
     pixels = np.array([[0.0, 239.5], [639, 0], [5, 479], [7, 119.5], [7, 959.5], [7, -719.5]])
     points = CAMERA.back_project(pixels, np.array([1.0, 2.0, 0.5, 3.0, 1.0, 1.0]))
-    np.testing.assert_allclose(rows_of(points, HEIGHT),
-                               [0, -239.5 / 480, 239.5 / 480, -0.25, 1, -1])
+    along_x = Displacement(np.zeros(6), np.array([1.0, 0, 0, 0, 0, 0]), HEIGHT)
+    np.testing.assert_allclose((along_x.of_rows(points) - points)[:, 0],
+                               [0, -239.5 / 480, 239.5 / 480, -0.25, 1, -1], atol=1e-12)
 
 
 SENSOR = SensorSettings()

@@ -78,7 +78,7 @@ def residuals(values):
 def rows(values=np.zeros(8)):
     """Return Jacobian, values and weights of keypoints and of depth."""
     source, _, tracks = scene()
-    motion = Motion(T_TARGET_SOURCE, TWISTS, (image_height(CAMERA), image_height(CAMERA)))
+    motion = Motion(T_TARGET_SOURCE, TWISTS, np.full(2, image_height(CAMERA)))
     keypoints, depth = residuals(values)
     return (keypoint_rows(keypoints, tracks, source.surface, motion, 1.0),
             depth_rows(depth, motion))
@@ -203,7 +203,7 @@ def test_rows_have_the_pose_values_and_weights_of_their_residuals():
     rng = np.random.default_rng(4)
     keypoints, depth = (dataclasses.replace(of, weights=rng.uniform(0.1, 2.0, len(of.values)))
                         for of in (keypoints, depth))
-    motion = Motion(T_TARGET_SOURCE, TWISTS, (image_height(CAMERA), image_height(CAMERA)))
+    motion = Motion(T_TARGET_SOURCE, TWISTS, np.full(2, image_height(CAMERA)))
     jacobian, values, weights = depth_rows(depth, motion)
     np.testing.assert_array_equal(jacobian[:, :6], depth.jacobian[::4])
     np.testing.assert_array_equal(values, depth.values[::4])
@@ -222,7 +222,7 @@ def test_each_frame_has_its_own_motion_and_height():
     heights = image_height(CAMERA), image_height(CAMERA)
 
     def by_readout(twists, heights):
-        return depth_rows(depth, Motion(T_TARGET_SOURCE, twists, heights))[0][:, 13]
+        return depth_rows(depth, Motion(T_TARGET_SOURCE, twists, np.array(heights)))[0][:, 13]
 
     whole = by_readout(TWISTS, heights)
     of_source = by_readout(TWISTS * [[1], [0]], heights)

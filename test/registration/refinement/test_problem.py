@@ -287,7 +287,7 @@ def test_the_misalignment_is_shown_by_both_kinds_as_they_were_corrected(tell, co
     np.testing.assert_array_equal(depth.jacobian, told.kinds()[1][0].jacobian)
     assert same is motion and motion.T_target_source is POSE
     np.testing.assert_array_equal(motion.twists, TWISTS)
-    assert motion.heights == (image_height(CAMERA), image_height(OTHER))
+    assert motion.heights.tolist() == [image_height(CAMERA), image_height(OTHER)]
     assert told.given['distortion_rows'] == (depth, told.source, told.target, POSE)
     assert told.given['misalignment_sample'] == (
         'keypoint_rows', 'depth_rows', LATE, 'distortion_rows')

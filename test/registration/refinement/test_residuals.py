@@ -13,8 +13,8 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.residuals import (
-    NormalEquations, Residuals, _observable_projection, geman_mcclure, gradient_noise,
-    point_to_plane, reprojection, robust_weights, track_depth)
+    NormalEquations, Residuals, _observable_projection, gradient_noise, point_to_plane,
+    reprojection, robust_weights, track_depth)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
@@ -232,6 +232,10 @@ def test_point_to_plane_drops_far_pairs_and_other_normals():
     assert found.jacobian.shape == (0, 6)
 
 
+def geman_mcclure(squares, width):
+    return 1 / (1 + squares / width ** 2) ** 2
+
+
 @pytest.mark.parametrize('width', [0.5, 1.7, 10.0])
 def test_weights_are_those_of_geman_mcclures_cost(width):
     def cost(square):
@@ -239,8 +243,8 @@ def test_weights_are_those_of_geman_mcclures_cost(width):
 
     squares = np.linspace(0.01, 30, 50)
     slope = (cost(squares + 1e-5) - cost(squares - 1e-5)) / 2e-5
-    np.testing.assert_allclose(geman_mcclure(squares, width), slope, rtol=1e-6)
-    assert geman_mcclure(width ** 2, width) == pytest.approx(0.25)
+    np.testing.assert_allclose(robust_weights(squares, width, np.inf), slope, rtol=1e-6)
+    assert robust_weights(np.array([width ** 2]), width, np.inf) == pytest.approx(0.25)
 
 
 @pytest.mark.parametrize('dimensions', [1, 2])

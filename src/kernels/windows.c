@@ -1,0 +1,334 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// What the windows around pixels show.
+
+#include <math.h>
+#include <stdint.h>
+
+#include "arrays.h"
+#include "kernels.h"
+
+static Py_ssize_t limited(double value, Py_ssize_t most) {
+  return value > 0.0 ? (value < (double)most ? (Py_ssize_t)value : most) : 0;
+}
+
+// The first pixel of a window around a pixel, moved into the image.
+static Py_ssize_t first_of(const double *pixel, Size image, Py_ssize_t side) {
+  const Py_ssize_t u = limited(rint(pixel[0]) - (double)(side / 2), image.width - side);
+  const Py_ssize_t v = limited(rint(pixel[1]) - (double)(side / 2), image.height - side);
+  return v * image.width + u;
+}
+
+static bool fits(Size image, Py_ssize_t side) {
+  if (side >= 1 && side <= image.width && side <= image.height)
+    return true;
+  PyErr_Format(PyExc_ValueError, "windows of %zd pixels are larger than the image", side);
+  return false;
+}
+
+// Sums over a window of the products of its gradients, of these by u, and by v: uu uv vv each.
+static void add_moments(const uint8_t *first, Py_ssize_t width, Py_ssize_t side, double *moments) {
+  int64_t sums[9] = {0};
+  const Py_ssize_t middle = side / 2;
+  for (Py_ssize_t row = 0; row < side; ++row) {
+    const uint8_t *pixel = first + (row + 1) * width + 1;
+    int64_t products[3] = {0}, by_u[3] = {0};
+    for (Py_ssize_t column = 0; column < side; ++column, ++pixel) {
+      const int32_t u = pixel[1] - pixel[-1], v = pixel[width] - pixel[-width];
+      const int32_t product[3] = {u * u, u * v, v * v};
+      for (int k = 0; k < 3; ++k) {
+        products[k] += product[k];
+        by_u[k] += product[k] * (int64_t)(column - middle);
+      }
+    }
+    for (int k = 0; k < 3; ++k) {
+      sums[k] += products[k];
+      sums[3 + k] += by_u[k];
+      sums[6 + k] += products[k] * (row - middle);
+    }
+  }
+  for (int k = 0; k < 9; ++k)
+    moments[k] = (double)sums[k];
+}
+
+PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *pixel_array, *moment_array;
+  Py_ssize_t side;
+  if (!PyArg_ParseTuple(arguments, "OOnO", &image_array, &pixel_array, &side, &moment_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(pixel_array);
+  const Argument needed[] = {
+      {"the image", image_array, 'B', IMAGE, false},
+      {"the pixels", pixel_array, 'd', 2 * count, false},
+      {"the moments", moment_array, 'd', 9 * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Size size = size_of(&arrays.views[0]);
+  if (!fits(size, side + 2)) {
+    close_arrays(&arrays);
+    return NULL;
+  }
+  const uint8_t *image = arrays.views[0].buf;
+  const double *pixels = arrays.views[1].buf;
+  double *moments = arrays.views[2].buf;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < count; ++i)
+    add_moments(image + first_of(pixels + 2 * i, size, side + 2), size.width, side,
+                moments + 9 * i);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+// Sums over a window of how much nearer its pixels are than its centre, times their offsets.
+static void add_slopes(const float *first, Py_ssize_t width, Py_ssize_t side, float inverse,
+                       double *slopes) {
+  const Py_ssize_t middle = side / 2;
+  slopes[0] = slopes[1] = 0.0;
+  for (Py_ssize_t row = 0; row < side; ++row) {
+    const float *depth = first + row * width;
+    double sum = 0.0;
+    for (Py_ssize_t column = 0; column < side; ++column) {
+      const float nearer = 1.0f / depth[column] - inverse;
+      const double known = isfinite(nearer) ? nearer : 0.0;
+      sum += known;
+      slopes[0] += known * (double)(column - middle);
+    }
+    slopes[1] += sum * (double)(row - middle);
+  }
+}
+
+PyObject *kernel_inverse_depth_slopes(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *pixel_array, *depth_array, *slope_array;
+  Py_ssize_t side;
+  if (!PyArg_ParseTuple(arguments, "OOOnO", &image_array, &pixel_array, &depth_array, &side,
+                        &slope_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(pixel_array);
+  const Argument needed[] = {
+      {"the image", image_array, 'f', IMAGE, false},
+      {"the pixels", pixel_array, 'd', 2 * count, false},
+      {"the depths", depth_array, 'd', count, false},
+      {"the slopes", slope_array, 'd', 2 * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Size size = size_of(&arrays.views[0]);
+  if (!fits(size, side)) {
+    close_arrays(&arrays);
+    return NULL;
+  }
+  const float *image = arrays.views[0].buf;
+  const double *pixels = arrays.views[1].buf, *depths = arrays.views[2].buf;
+  double *slopes = arrays.views[3].buf;
+  double square = 0.0;  // of the offsets, summed over a window
+  for (Py_ssize_t i = 0; i < side; ++i)
+    square += (double)side * (double)(i - side / 2) * (double)(i - side / 2);
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    add_slopes(image + first_of(pixels + 2 * i, size, side), size.width, side,
+               (float)(1.0 / depths[i]), slopes + 2 * i);
+    slopes[2 * i] /= square;
+    slopes[2 * i + 1] /= square;
+  }
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+enum { DIRECTIONS = 8 };  // each beside its opposite
+static const int AROUND[DIRECTIONS][2] = {{-1, 0},  {1, 0}, {0, -1}, {0, 1},
+                                          {-1, -1}, {1, 1}, {-1, 1}, {1, -1}};
+
+typedef struct {
+  double least_rise, least_step;
+  Py_ssize_t reach;
+} EdgeRule;
+
+// By how much nearer a pixel is than the one in the middle, as a ratio; 0 where it is invalid.
+static double rise_at(const float *image, Size size, double u, double v, const int *direction,
+                      Py_ssize_t distance, double depth) {
+  const Py_ssize_t column = limited(u + (double)(direction[0] * distance), size.width - 1);
+  const Py_ssize_t row = limited(v + (double)(direction[1] * distance), size.height - 1);
+  const double rise = depth / (double)image[row * size.width + column] - 1.0;
+  return isfinite(rise) ? rise : 0.0;
+}
+
+// Whether a rise along a direction is a step: most of it lies between two neighbouring pixels.
+static bool is_step(const float *image, Size size, double u, double v, const int *direction,
+                    double depth, const EdgeRule *rule, double rise) {
+  double before = 0.0, largest = 0.0;
+  const double sign = rise > 0.0 ? 1.0 : -1.0;
+  for (Py_ssize_t distance = 1; distance <= rule->reach; ++distance) {
+    const double there = rise_at(image, size, u, v, direction, distance, depth);
+    largest = fmax(largest, sign * (there - before));
+    before = there;
+  }
+  return largest > rule->least_step * sign * rise;
+}
+
+// Return whether there is an edge beside a pixel, and the depth of a nearer surface or NaN.
+static bool edge_beside(const float *image, Size size, const double *pixel, double depth,
+                        const EdgeRule *rule, double *nearer) {
+  const double u = rint(pixel[0]), v = rint(pixel[1]);
+  double rises[DIRECTIONS], sum = 0.0;
+  bool is_edge = false;
+  int near = 0;
+  for (int i = 0; i < DIRECTIONS; ++i)
+    rises[i] = rise_at(image, size, u, v, AROUND[i], rule->reach, depth);
+  for (int i = 0; i < DIRECTIONS; ++i) {
+    const double rise = rises[i], bend = rise + rises[i ^ 1];
+    const bool is_nearer = fmin(rise, bend) > rule->least_rise;
+    const bool is_farther = fmax(rise, bend) < -rule->least_rise;
+    if ((is_nearer || is_farther) && is_step(image, size, u, v, AROUND[i], depth, rule, rise)) {
+      is_edge = true;
+      if (is_nearer) {
+        sum += rise;
+        ++near;
+      }
+    }
+  }
+  *nearer = near ? depth / (1.0 + sum / near) : NAN;
+  return is_edge;
+}
+
+PyObject *kernel_edges_beside(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *pixel_array, *depth_array, *nearer_array, *any_array;
+  EdgeRule rule;
+  if (!PyArg_ParseTuple(arguments, "OOOnddOO", &image_array, &pixel_array, &depth_array,
+                        &rule.reach, &rule.least_rise, &rule.least_step, &nearer_array,
+                        &any_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(pixel_array);
+  const Argument needed[] = {
+      {"the image", image_array, 'f', IMAGE, false},
+      {"the pixels", pixel_array, 'd', 2 * count, false},
+      {"the depths", depth_array, 'd', count, false},
+      {"the nearer depths", nearer_array, 'd', count, true},
+      {"the edges", any_array, '?', count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Size size = size_of(&arrays.views[0]);
+  const float *image = arrays.views[0].buf;
+  const double *pixels = arrays.views[1].buf, *depths = arrays.views[2].buf;
+  double *nearer = arrays.views[3].buf;
+  bool *any = arrays.views[4].buf;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < count; ++i)
+    any[i] = edge_beside(image, size, pixels + 2 * i, depths[i], &rule, nearer + i);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+PyObject *kernel_plane_jacobians(PyObject *module, PyObject *arguments) {
+  PyObject *normal_array, *point_array, *pose_array, *jacobian_array;
+  double ratio;  // of the focal lengths, fx / fy
+  if (!PyArg_ParseTuple(arguments, "OOOdO", &normal_array, &point_array, &pose_array, &ratio,
+                        &jacobian_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(point_array);
+  const Argument needed[] = {
+      {"the normals", normal_array, 'd', 3 * count, false},
+      {"the points", point_array, 'd', 3 * count, false},
+      {"the pose", pose_array, 'd', 16, false},
+      {"the jacobians", jacobian_array, 'd', 4 * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const double *normals = arrays.views[0].buf, *points = arrays.views[1].buf;
+  const double *pose = arrays.views[2].buf;
+  double(*jacobians)[2][2] = arrays.views[3].buf;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t n = 0; n < count; ++n) {
+    const double *point = points + 3 * n, *normal = normals + 3 * n;
+    double moved[3];  // of the point at unit depth
+    for (int i = 0; i < 3; ++i)
+      moved[i] = (pose[4 * i] * point[0] + pose[4 * i + 1] * point[1] +
+                  pose[4 * i + 2] * point[2] + pose[4 * i + 3]) / point[2];
+    for (int i = 0; i < 2; ++i) {  // by the coordinates of the ray
+      double by[3];
+      for (int k = 0; k < 3; ++k)
+        by[k] = pose[4 * k + i] + normal[i] * pose[4 * k + 3];
+      for (int k = 0; k < 2; ++k)
+        jacobians[n][k][i] = (by[k] - moved[k] / moved[2] * by[2]) / moved[2];
+    }
+    jacobians[n][0][1] *= ratio;
+    jacobians[n][1][0] /= ratio;
+  }
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+// Solve a 2x2 system.
+static void solve(const double matrix[2][2], const double *right, double *solution) {
+  const double determinant = matrix[0][0] * matrix[1][1] - matrix[0][1] * matrix[1][0];
+  solution[0] = (matrix[1][1] * right[0] - matrix[0][1] * right[1]) / determinant;
+  solution[1] = (matrix[0][0] * right[1] - matrix[1][0] * right[0]) / determinant;
+}
+
+// How far off its centre a window is found that is stretched, before it is turned.
+static void shift_of(double stretch[2][2], const double *moments, double limit, double smallest,
+                     double *shift) {
+  bool is_known = true;
+  for (int i = 0; i < 4; ++i)
+    is_known = is_known && fabs(stretch[i / 2][i % 2]) < limit;
+  shift[0] = shift[1] = 0.0;
+  if (!is_known)
+    return;
+  for (int k = 0; k < 2; ++k)
+    for (int along = 0; along < 2; ++along)
+      for (int i = 0; i < 2; ++i)
+        shift[k] += moments[3 * (1 + along) + k + i] * stretch[i][along];
+  const double uu = moments[0], uv = moments[1], vv = moments[2];
+  const double determinant = fmax(uu * vv - uv * uv, smallest);
+  const double u = (vv * shift[0] - uv * shift[1]) / determinant;
+  shift[1] = (uu * shift[1] - uv * shift[0]) / determinant;
+  shift[0] = u;
+}
+
+PyObject *kernel_window_shifts(PyObject *module, PyObject *arguments) {
+  PyObject *moved_array, *turn_array, *moment_array, *shift_array;
+  double limit, smallest;
+  if (!PyArg_ParseTuple(arguments, "OOOddO", &moved_array, &turn_array, &moment_array, &limit,
+                        &smallest, &shift_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(moved_array);
+  const Argument needed[] = {
+      {"the jacobians", moved_array, 'd', 4 * count, false},
+      {"the jacobians of the turn", turn_array, 'd', 4 * count, false},
+      {"the moments", moment_array, 'd', 9 * count, false},
+      {"the shifts", shift_array, 'd', 2 * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  double(*moved)[2][2] = arrays.views[0].buf, (*turns)[2][2] = arrays.views[1].buf;
+  const double *moments = arrays.views[2].buf;
+  double *shifts = arrays.views[3].buf;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t n = 0; n < count; ++n) {
+    double stretch[2][2], shift[2];
+    for (int i = 0; i < 2; ++i) {
+      const double column[2] = {moved[n][0][i], moved[n][1][i]};
+      double solved[2];
+      solve(turns[n], column, solved);
+      for (int k = 0; k < 2; ++k)
+        stretch[k][i] = solved[k] - (double)(k == i);
+    }
+    shift_of(stretch, moments + 9 * n, limit, smallest, shift);
+    for (int k = 0; k < 2; ++k)
+      shifts[2 * n + k] = turns[n][k][0] * shift[0] + turns[n][k][1] * shift[1];
+  }
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
