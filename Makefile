@@ -92,7 +92,8 @@ pcl:
 	cmake --build build/pcl
 
 clean:
-	rm -rf $(VENV) .venv-oldest .venv-newest build install log dist *.egg-info .pytest_cache
+	rm -rf $(VENV) .venv-oldest .venv-newest build install log dist *.egg-info .pytest_cache \
+	    aick_ros/*.so
 
 # A set-up that was interrupted left the file `unfinished`: it is begun anew. Modules are compiled
 # when they are imported first: to compile all of them takes as long as to install them.
@@ -100,6 +101,11 @@ $(READY): setup.py setup.cfg pyproject.toml $(PINS) $(wildcard src/kernels/*)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	    { echo '$(PYTHON) is missing or older than Python 3.11: name a newer one,' \
 	           'make setup PYTHON=python3.12' >&2; exit 1; }
+	@$(PYTHON) -c 'import os, shutil, sys, sysconfig; sys.exit(not (shutil.which( \
+	    (os.environ.get("CC") or sysconfig.get_config_var("CC") or "cc").split()[0]) and \
+	    os.path.isfile(os.path.join(sysconfig.get_path("include"), "Python.h"))))' || \
+	    { echo 'a C compiler or the headers of $(PYTHON) are missing: install them' \
+	           '(Debian, Ubuntu: apt install gcc python3-dev)' >&2; exit 1; }
 	@if [ -e $(UNFINISHED) ]; then rm -rf $(VENV); fi
 	@mkdir -p $(VENV) && touch $(UNFINISHED)
 	$(PYTHON) -m venv $(VENV)

@@ -1,0 +1,117 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Arrays that do not fit are refused before a kernel touches them; results: beside its caller."""
+
+import ast
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aick_ros import _kernels, kernels
+
+ROOT = Path(__file__).parents[1]
+POINTS = np.ones((3, 3))
+INTRINSICS = np.array([500.0, 500.0, 320.0, 240.0])
+NO_DISTORTION = np.zeros(12)
+
+
+def project(points=POINTS, intrinsics=INTRINSICS, distortion=NO_DISTORTION, pixels=None):
+    pixels = np.zeros((len(points), 2)) if pixels is None else pixels
+    kernels.project(points, intrinsics, distortion, pixels)
+    return pixels
+
+
+def read_only(array):
+    array.flags.writeable = False
+    return array
+
+
+@pytest.mark.parametrize('arguments, message', [
+    ({'points': np.ones((3, 3), np.float32)}, 'the points has numbers of type f: d is required'),
+    ({'points': np.ones((3, 2))}, 'the points has 6 numbers: 9 are required'),
+    ({'intrinsics': np.ones(3)}, 'the intrinsics has 3 numbers: 4 are required'),
+    ({'intrinsics': np.ones(4, int)}, 'type l: d is required'),
+    ({'distortion': np.ones(12, '>f8')}, 'type >d: d is required'),
+    ({'pixels': np.ones((2, 2))}, 'the pixels has 4 numbers: 6 are required')])
+def test_arrays_of_another_type_or_size_are_refused(arguments, message):
+    with pytest.raises((TypeError, ValueError), match=message):
+        project(**arguments)
+
+
+@pytest.mark.parametrize('arguments', [
+    {'points': np.ones((3, 6))[:, ::2]}, {'points': np.ones((3, 3)).T[::-1]},
+    {'pixels': np.zeros((3, 4))[:, :2]}, {'pixels': read_only(np.zeros((3, 2)))},
+    {'points': [1.0, 1.0, 1.0]}])
+def test_arrays_that_are_not_contiguous_or_not_writable_are_refused(arguments):
+    with pytest.raises((TypeError, ValueError, BufferError)):
+        project(**arguments)
+
+
+def test_no_points_are_no_pixels():
+    assert project(np.empty((0, 3))).shape == (0, 2)
+
+
+@pytest.mark.parametrize('image', [np.ones(4, np.float32), np.ones((0, 4), np.float32),
+                                   np.ones((2, 2, 2), np.float32)])
+def test_an_image_has_rows_and_columns(image):
+    with pytest.raises(ValueError, match='the image has no rows and columns'):
+        kernels.sample_depth(image, np.ones((2, 2)), 0.1, 0.1, 10.0, np.zeros(2))
+
+
+def test_windows_larger_than_the_image_are_refused():
+    with pytest.raises(ValueError, match='larger than the image'):
+        kernels.gradient_moments(np.zeros((8, 8), np.uint8), np.ones((1, 2)), 7, np.zeros((1, 9)))
+    with pytest.raises(ValueError, match='larger than the image'):
+        kernels.inverse_depth_slopes(np.ones((8, 8), np.float32), np.ones((1, 2)), np.ones(1), 9,
+                                     np.zeros((1, 2)))
+
+
+@pytest.mark.parametrize('block', [-1, 1 << 20, np.iinfo(np.int64).max])
+def test_blocks_out_of_range_are_refused(block):
+    with pytest.raises(ValueError, match='a block has a number out of range'):
+        kernels.gradient_noise(np.ones((2, 6)), np.ones(2), np.ones(2), np.array([0, block]),
+                               np.zeros(6), np.zeros((6, 6)))
+
+
+def test_refused_arrays_are_let_go():
+    pixels = np.zeros((3, 2))
+    before = sys.getrefcount(pixels)
+    for _ in range(10):
+        with pytest.raises(ValueError, match='the intrinsics'):
+            project(intrinsics=np.ones(3), pixels=pixels)
+        project(pixels=pixels)
+    assert sys.getrefcount(pixels) == before
+    pixels.resize((6, 2), refcheck=False)  # fails while a buffer is held
+
+
+def test_other_threads_run_beside_a_kernel():
+    """A kernel that holds Python's lock lets none run until it ends."""
+    points, pixels = np.ones((4_000_000, 3)), np.empty((4_000_000, 2))
+    begun, ended = threading.Event(), threading.Event()
+
+    def work():
+        begun.set()
+        kernels.project(points, INTRINSICS, NO_DISTORTION, pixels)
+        ended.set()
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    begun.wait()
+    turns = 0
+    while not ended.is_set():
+        turns += 1
+    thread.join()
+    assert turns > 1000
+
+
+def test_every_kernel_is_exported_typed_and_has_a_caller():
+    names = {name for name in dir(_kernels) if not name.startswith('_')}
+    assert set(kernels.__all__) == names
+    stub = ast.parse((ROOT / 'aick_ros' / '_kernels.pyi').read_text())
+    assert {node.name for node in stub.body if isinstance(node, ast.FunctionDef)} == names
+    calls = ' '.join(path.read_text() for path in (ROOT / 'aick_ros').rglob('*.py'))
+    assert not {name for name in names if f'kernels.{name}(' not in calls}
