@@ -6,6 +6,7 @@
 import ast
 import sys
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -88,24 +89,26 @@ def test_refused_arrays_are_let_go():
     pixels.resize((6, 2), refcheck=False)  # fails while a buffer is held
 
 
-def test_other_threads_run_beside_a_kernel():
-    """A kernel that holds Python's lock lets none run until it ends."""
-    points, pixels = np.ones((4_000_000, 3)), np.empty((4_000_000, 2))
-    begun, ended = threading.Event(), threading.Event()
+def longest_pause_beside_a_kernel():
+    """Return it, of the thread that does not run the kernel, as a share of the kernel's time."""
+    points, pixels, times = np.ones((3_000_000, 3)), np.empty((3_000_000, 2)), []
 
     def work():
-        begun.set()
+        times.append(time.perf_counter())
         kernels.project(points, INTRINSICS, NO_DISTORTION, pixels)
-        ended.set()
+        times.append(time.perf_counter())
 
     thread = threading.Thread(target=work)
+    turns = [time.perf_counter()]
     thread.start()
-    begun.wait()
-    turns = 0
-    while not ended.is_set():
-        turns += 1
-    thread.join()
-    assert turns > 1000
+    while thread.is_alive():
+        turns.append(time.perf_counter())
+    return np.diff(turns).max() / (times[1] - times[0])
+
+
+def test_other_threads_run_beside_a_kernel():
+    """One that held Python's lock would let none run until it ends."""
+    assert min(longest_pause_beside_a_kernel() for _ in range(5)) < 0.5
 
 
 def test_every_kernel_is_exported_typed_and_has_a_caller():
