@@ -5,15 +5,18 @@
 
 try:
     from aick_ros._kernels import (
-        cells_at, depth_rows, distortion_rows, edges_beside, gradient_moments, gradient_noise,
-        inverse_depth_slopes, keypoint_rows, moved_by_rows, nodes_around, normal_equations,
-        plane_jacobians, point_to_plane, project, reprojection, robust_weights, sample_depth,
-        track_depth, window_shifts)
+        cells_at, composed_poses, depth_rows, distortion_rows, edges_beside, exp_pose,
+        exp_rotation, gradient_moments, gradient_noise, inverse_depth_slopes, is_rigid,
+        keypoint_rows, log_pose, log_rotation, moved_by_rows, nodes_around, normal_equations,
+        perturbed_pose, plane_jacobians, point_to_plane, project, reprojection, robust_weights,
+        sample_depth, to_quaternion, track_depth, valid_depth, window_shifts)
 except ModuleNotFoundError as error:
     raise ImportError('aick_ros is not compiled: install it (pip install . or colcon build), '
                       'which takes a C compiler') from error
 
-__all__ = ['cells_at', 'depth_rows', 'distortion_rows', 'edges_beside', 'gradient_moments',
-           'gradient_noise', 'inverse_depth_slopes', 'keypoint_rows', 'moved_by_rows',
-           'nodes_around', 'normal_equations', 'plane_jacobians', 'point_to_plane', 'project',
-           'reprojection', 'robust_weights', 'sample_depth', 'track_depth', 'window_shifts']
+__all__ = ['cells_at', 'composed_poses', 'depth_rows', 'distortion_rows', 'edges_beside',
+           'exp_pose', 'exp_rotation', 'gradient_moments', 'gradient_noise',
+           'inverse_depth_slopes', 'is_rigid', 'keypoint_rows', 'log_pose', 'log_rotation',
+           'moved_by_rows', 'nodes_around', 'normal_equations', 'perturbed_pose',
+           'plane_jacobians', 'point_to_plane', 'project', 'reprojection', 'robust_weights',
+           'sample_depth', 'to_quaternion', 'track_depth', 'valid_depth', 'window_shifts']

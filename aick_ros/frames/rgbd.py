@@ -12,6 +12,7 @@ from functools import cached_property
 import cv2
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.borders.limits import MAX_DEPTH, MIN_DEPTH
 from aick_ros.borders.values import required, whole_number
 from aick_ros.errors import InputError
@@ -80,11 +81,9 @@ class RgbdFrame:
 
         They are copied: many cameras write the next images over these ones.
         """
-        colour, depth = np.array(self.colour), np.array(self.depth)
-        invalid = depth < np.float32(MIN_DEPTH)
-        invalid |= depth > np.float32(MAX_DEPTH)
-        if invalid.any():
-            depth[invalid] = np.nan
+        colour, depth = np.array(self.colour), np.empty(self.depth.shape, np.float32)
+        if depth.size:
+            kernels.valid_depth(np.ascontiguousarray(self.depth), MIN_DEPTH, MAX_DEPTH, depth)
         for image in (colour, depth):
             image.flags.writeable = False
         return dataclasses.replace(self, colour=colour, depth=depth)

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.borders.values import number, numbers, required
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
@@ -64,11 +65,13 @@ class PoseWithCovariance:
     def __matmul__(self, other: PoseWithCovariance | np.ndarray) -> PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of this pose and another one."""
         other = _pose(other)
-        lever = at_point(self.rotation @ other.translation)
-        rotate = in_axes(self.rotation)
-        return PoseWithCovariance(
-            self.matrix @ other.matrix,
-            lever @ self.covariance @ lever.T + rotate @ other.covariance @ rotate.T)
+        pose, covariance = np.empty((4, 4)), np.empty((6, 6))
+        kernels.composed_poses(*self._arrays, *other._arrays, pose, covariance)
+        return PoseWithCovariance(pose, covariance)
+
+    @property
+    def _arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.ascontiguousarray(self.matrix), np.ascontiguousarray(self.covariance)
 
     def __rmatmul__(self, matrix: np.ndarray) -> PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of an exact pose and this one."""

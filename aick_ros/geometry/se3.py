@@ -16,14 +16,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.borders.limits import MAX_DISTANCE
 from aick_ros.borders.values import numbers
 from aick_ros.errors import InputError
 
 _Vector = Sequence[float] | np.ndarray
-_SMALL_ANGLE = 1e-4  # rad; derived: below it the next terms of the series are below eps
-_FARTHEST = 1e100  # m; derived: its square and the products with it stay finite
-_MAX_SKEW = 1e-4  # of R R^T from the identity; chosen: a rotation written with five digits
 
 
 def transform(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -51,19 +49,16 @@ def skew(v: _Vector) -> np.ndarray:
 
 def exp_rotation(theta: _Vector) -> np.ndarray:
     """Return the rotation matrix of a rotation vector [rad], 3x3 (Rodrigues)."""
-    angle = _length(theta)
-    # (1 - cos(a))/a^2 in a form that is accurate down to zero
-    return _polynomial(theta, _sinc(angle), 0.5 * _sinc(0.5 * angle) ** 2)
+    rotation = np.empty((3, 3))
+    kernels.exp_rotation(_array(theta), rotation)
+    return rotation
 
 
 def log_rotation(rotation: np.ndarray) -> np.ndarray:
     """Return the rotation vector [rad] of a rotation matrix; its length is 0 to pi."""
-    quaternion = to_quaternion(rotation)
-    sine = _length(quaternion[:3])
-    if sine == 0.0:
-        return np.zeros(3)
-    vector: np.ndarray = quaternion[:3] * (2.0 * math.atan2(sine, quaternion[3]) / sine)
-    return vector
+    theta = np.empty(3)
+    kernels.log_rotation(_array(rotation), theta)
+    return theta
 
 
 def rotation_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -78,17 +73,16 @@ def rotation_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 def exp(twist: _Vector) -> np.ndarray:
     """Return the pose reached by a constant body twist in unit time (exponential map)."""
-    linear, angular = np.asarray(twist, np.float64).reshape(2, 3)
-    pose = np.eye(4)
-    pose[:3, :3] = exp_rotation(angular)
-    pose[:3, 3] = _left_jacobian(angular) @ linear
+    pose = np.empty((4, 4))
+    kernels.exp_pose(_array(twist), pose)
     return pose
 
 
 def log(pose: np.ndarray) -> np.ndarray:
     """Return the twist whose exponential is the pose, 6 (logarithmic map)."""
-    theta = log_rotation(pose[:3, :3])
-    return np.concatenate([_inverse_left_jacobian(theta) @ pose[:3, 3], theta])
+    twist = np.empty(6)
+    kernels.log_pose(_array(pose), twist)
+    return twist
 
 
 def interpolate(start: np.ndarray, end: np.ndarray, fraction: float) -> np.ndarray:
@@ -107,21 +101,9 @@ def angle(rotation: np.ndarray) -> float:
 
 def to_quaternion(rotation: np.ndarray) -> np.ndarray:
     """Return the unit quaternion (x, y, z, w), w >= 0, of a rotation (Shepperd 1978)."""
-    r: list[list[float]] = rotation.tolist()
-    trace = r[0][0] + r[1][1] + r[2][2]
-    diagonal = [r[0][0], r[1][1], r[2][2], trace]
-    largest = diagonal.index(max(diagonal))
-    if largest == 3:
-        q = np.array([r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1], 1.0 + trace])
-    else:
-        i, j, k = largest, (largest + 1) % 3, (largest + 2) % 3
-        q = np.empty(4)
-        q[i] = 1.0 + 2.0 * r[i][i] - trace
-        q[j] = r[j][i] + r[i][j]
-        q[k] = r[k][i] + r[i][k]
-        q[3] = r[k][j] - r[j][k]
-    q /= math.copysign(math.hypot(*q.tolist()), q[3])
-    return q
+    quaternion = np.empty(4)
+    kernels.to_quaternion(_array(rotation), quaternion)
+    return quaternion
 
 
 def from_quaternion(quaternion: _Vector,
@@ -169,22 +151,8 @@ def checked(pose: object, name: str) -> np.ndarray:
 
 
 def is_rigid(matrix: np.ndarray) -> bool:
-    """
-    Return whether a matrix, 4x4, is a rigid transformation, all of its numbers finite.
-
-    It is written out: for so few numbers NumPy takes ten times as long.
-    """
-    (a, b, c, x), (d, e, f, y), (g, h, i, z), last = matrix.tolist()
-    # comparisons with NaN are false
-    return bool(
-        abs(a * a + b * b + c * c - 1.0) <= _MAX_SKEW
-        and abs(d * d + e * e + f * f - 1.0) <= _MAX_SKEW
-        and abs(g * g + h * h + i * i - 1.0) <= _MAX_SKEW
-        and abs(a * d + b * e + c * f) <= _MAX_SKEW and abs(a * g + b * h + c * i) <= _MAX_SKEW
-        and abs(d * g + e * h + f * i) <= _MAX_SKEW
-        and a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g) > 0.0
-        and abs(x) <= _FARTHEST and abs(y) <= _FARTHEST and abs(z) <= _FARTHEST
-        and last == [0.0, 0.0, 0.0, 1.0])
+    """Return whether a matrix, 4x4, is a rigid transformation, all of its numbers finite."""
+    return kernels.is_rigid(_array(matrix))
 
 
 def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float,
@@ -205,10 +173,8 @@ def perturbed(pose: np.ndarray, error: np.ndarray) -> np.ndarray:
     Without, what rounding leaves would grow exponentially along a chain of poses each of which is
     estimated from a motion between those before.
     """
-    result = pose.copy()
-    rotation = exp_rotation(error[3:]) @ pose[:3, :3]
-    result[:3, :3] = 1.5 * rotation - 0.5 * rotation @ (rotation.T @ rotation)
-    result[:3, 3] += error[:3]
+    result = np.empty((4, 4))
+    kernels.perturbed_pose(_array(pose), _array(error), result)
     return result
 
 
@@ -236,44 +202,5 @@ def scaled(motion: np.ndarray, factor: float) -> np.ndarray:
     return motion if factor == 1.0 else exp(factor * log(motion))
 
 
-def _left_jacobian(theta: np.ndarray) -> np.ndarray:
-    """Return the left Jacobian of SO(3), 3x3."""
-    angle = _length(theta)
-    if angle < _SMALL_ANGLE:
-        third = 1.0 / 6.0
-    else:
-        third = (1.0 - _sinc(angle)) / angle ** 2
-    return _polynomial(theta, 0.5 * _sinc(0.5 * angle) ** 2, third)
-
-
-def _inverse_left_jacobian(theta: np.ndarray) -> np.ndarray:
-    """Return the inverse of the left Jacobian of SO(3), 3x3."""
-    angle = _length(theta)
-    if angle < _SMALL_ANGLE:
-        twelfth = 1.0 / 12.0
-    else:
-        twelfth = (1.0 - 0.5 * angle / math.tan(0.5 * angle)) / angle ** 2
-    return _polynomial(theta, -0.5, twelfth)
-
-
-def _length(vector: _Vector) -> float:
-    return math.hypot(*vector)
-
-
-def _sinc(angle: float) -> float:
-    """Return sin(a)/a, 1 at zero."""
-    return math.sin(angle) / angle if angle else 1.0
-
-
-def _polynomial(vector: _Vector, first: float, second: float) -> np.ndarray:
-    """
-    Return I + first * K + second * K^2, K the matrix of the cross product with a vector, 3x3.
-
-    It is written out: for nine numbers NumPy's products take several times as long.
-    """
-    x, y, z = (float(number) for number in vector)
-    xx, yy, zz = second * x * x, second * y * y, second * z * z
-    xy, xz, yz = second * x * y, second * x * z, second * y * z
-    return np.array([[1.0 - yy - zz, xy - first * z, xz + first * y],
-                     [xy + first * z, 1.0 - xx - zz, yz - first * x],
-                     [xz - first * y, yz + first * x, 1.0 - xx - yy]])
+def _array(numbers: _Vector) -> np.ndarray:
+    return np.ascontiguousarray(numbers, np.float64)

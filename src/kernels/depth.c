@@ -74,3 +74,33 @@ PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments) {
   close_arrays(&arrays);
   Py_RETURN_NONE;
 }
+
+PyObject *kernel_valid_depth(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *valid_array;
+  double nearest, farthest;
+  if (!PyArg_ParseTuple(arguments, "OddO", &image_array, &nearest, &farthest, &valid_array))
+    return NULL;
+  const Argument needed[] = {
+      {"the image", image_array, 'f', IMAGE, false},
+      {"the valid depths", valid_array, 'f', IMAGE, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Py_ssize_t count = arrays.views[0].len / (Py_ssize_t)sizeof(float);
+  const bool fits = arrays.views[1].len == arrays.views[0].len;
+  const float *depths = arrays.views[0].buf, low = (float)nearest, high = (float)farthest;
+  float *valid = arrays.views[1].buf;
+  if (fits) {
+    Py_BEGIN_ALLOW_THREADS
+    for (Py_ssize_t i = 0; i < count; ++i)
+      valid[i] = depths[i] >= low && depths[i] <= high ? depths[i] : NAN;
+    Py_END_ALLOW_THREADS
+  } else {
+    PyErr_SetString(PyExc_ValueError, "the images are not of the same size");
+  }
+  close_arrays(&arrays);
+  if (!fits)
+    return NULL;
+  Py_RETURN_NONE;
+}

@@ -10,24 +10,33 @@
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
-PyObject *kernel_project(PyObject *module, PyObject *arguments);
-PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments);
-PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments);
-PyObject *kernel_reprojection(PyObject *module, PyObject *arguments);
-PyObject *kernel_track_depth(PyObject *module, PyObject *arguments);
 PyObject *kernel_cells_at(PyObject *module, PyObject *arguments);
-PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments);
-PyObject *kernel_normal_equations(PyObject *module, PyObject *arguments);
-PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments);
-PyObject *kernel_edges_beside(PyObject *module, PyObject *arguments);
-PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments);
-PyObject *kernel_inverse_depth_slopes(PyObject *module, PyObject *arguments);
-PyObject *kernel_plane_jacobians(PyObject *module, PyObject *arguments);
-PyObject *kernel_window_shifts(PyObject *module, PyObject *arguments);
-PyObject *kernel_robust_weights(PyObject *module, PyObject *arguments);
-PyObject *kernel_keypoint_rows(PyObject *module, PyObject *arguments);
+PyObject *kernel_composed_poses(PyObject *module, PyObject *arguments);
 PyObject *kernel_depth_rows(PyObject *module, PyObject *arguments);
-PyObject *kernel_nodes_around(PyObject *module, PyObject *arguments);
 PyObject *kernel_distortion_rows(PyObject *module, PyObject *arguments);
+PyObject *kernel_edges_beside(PyObject *module, PyObject *arguments);
+PyObject *kernel_exp_pose(PyObject *module, PyObject *arguments);
+PyObject *kernel_exp_rotation(PyObject *module, PyObject *arguments);
+PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments);
+PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments);
+PyObject *kernel_inverse_depth_slopes(PyObject *module, PyObject *arguments);
+PyObject *kernel_is_rigid(PyObject *module, PyObject *arguments);
+PyObject *kernel_keypoint_rows(PyObject *module, PyObject *arguments);
+PyObject *kernel_log_pose(PyObject *module, PyObject *arguments);
+PyObject *kernel_log_rotation(PyObject *module, PyObject *arguments);
+PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments);
+PyObject *kernel_nodes_around(PyObject *module, PyObject *arguments);
+PyObject *kernel_normal_equations(PyObject *module, PyObject *arguments);
+PyObject *kernel_perturbed_pose(PyObject *module, PyObject *arguments);
+PyObject *kernel_plane_jacobians(PyObject *module, PyObject *arguments);
+PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments);
+PyObject *kernel_project(PyObject *module, PyObject *arguments);
+PyObject *kernel_reprojection(PyObject *module, PyObject *arguments);
+PyObject *kernel_robust_weights(PyObject *module, PyObject *arguments);
+PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments);
+PyObject *kernel_to_quaternion(PyObject *module, PyObject *arguments);
+PyObject *kernel_track_depth(PyObject *module, PyObject *arguments);
+PyObject *kernel_valid_depth(PyObject *module, PyObject *arguments);
+PyObject *kernel_window_shifts(PyObject *module, PyObject *arguments);
 
 #endif
