@@ -4,6 +4,8 @@
 """The package aick_ros, for pip and for colcon (build type ament_python)."""
 
 from glob import glob
+from hashlib import sha256
+from pathlib import Path
 
 from setuptools import Extension, find_packages, setup
 
@@ -39,9 +41,12 @@ DATA_FILES = [
 ]
 
 # Loops over keypoints and cells; the stable interface serves every Python from 3.11 on
+KERNEL_FILES = sorted(glob('src/kernels/*'))
+DIGEST = sha256(b''.join(Path(file).read_bytes() for file in KERNEL_FILES)).hexdigest()
 KERNELS = Extension(
-    f'{PACKAGE}._kernels', sorted(glob('src/kernels/*.c')), depends=glob('src/kernels/*.h'),
-    define_macros=[('Py_LIMITED_API', '0x030b0000')], py_limited_api=True,
+    f'{PACKAGE}._kernels', [file for file in KERNEL_FILES if file.endswith('.c')],
+    depends=[*KERNEL_FILES, 'setup.py'], py_limited_api=True,
+    define_macros=[('Py_LIMITED_API', '0x030b0000'), ('DIGEST', f'"{DIGEST}"')],
     # no contraction: the same digits on every processor
     extra_compile_args=['-std=c11', '-O3', '-fno-math-errno', '-ffp-contract=off'])
 

@@ -3,6 +3,8 @@
 
 import numpy as np
 
+DIGEST: str
+
 def cells_at(
     points: np.ndarray, usable: np.ndarray, width: int, height: int, intrinsics: np.ndarray,
     indices: np.ndarray, cells: np.ndarray) -> int: ...

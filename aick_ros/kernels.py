@@ -5,7 +5,7 @@
 
 try:
     from aick_ros._kernels import (
-        cells_at, composed_poses, depth_rows, distortion_rows, edges_beside, exp_pose,
+        DIGEST, cells_at, composed_poses, depth_rows, distortion_rows, edges_beside, exp_pose,
         exp_rotation, gradient_moments, gradient_noise, inverse_depth_slopes, is_rigid,
         keypoint_rows, log_pose, log_rotation, moved_by_rows, nodes_around, normal_equations,
         perturbed_pose, plane_jacobians, point_to_plane, project, reprojection, robust_weights,
@@ -14,8 +14,8 @@ except ModuleNotFoundError as error:
     raise ImportError('aick_ros is not compiled: install it (pip install . or colcon build), '
                       'which takes a C compiler') from error
 
-__all__ = ['cells_at', 'composed_poses', 'depth_rows', 'distortion_rows', 'edges_beside',
-           'exp_pose', 'exp_rotation', 'gradient_moments', 'gradient_noise',
+__all__ = ['DIGEST', 'cells_at', 'composed_poses', 'depth_rows', 'distortion_rows',
+           'edges_beside', 'exp_pose', 'exp_rotation', 'gradient_moments', 'gradient_noise',
            'inverse_depth_slopes', 'is_rigid', 'keypoint_rows', 'log_pose', 'log_rotation',
            'moved_by_rows', 'nodes_around', 'normal_equations', 'perturbed_pose',
            'plane_jacobians', 'point_to_plane', 'project', 'reprojection', 'robust_weights',

@@ -25,7 +25,7 @@ IMPORTS = {
     'odometry': 'errors borders geometry settings features frames registration',
     'sources': 'errors borders geometry settings features frames messages',
     'ros': 'errors borders geometry settings features frames messages registration odometry',
-    'evaluation': 'errors borders geometry settings features frames messages registration '
+    'evaluation': 'kernels errors borders geometry settings features frames messages registration '
                   'odometry sources',
     'reports': 'errors borders geometry settings frames registration odometry sources evaluation',
     'cli': 'errors borders geometry settings features frames messages registration odometry '

@@ -37,7 +37,14 @@ static PyMethodDef METHODS[] = {
     {NULL, NULL, 0, NULL},
 };
 
-static struct PyModuleDef MODULE = {
-    PyModuleDef_HEAD_INIT, .m_name = "aick_ros._kernels", .m_methods = METHODS};
+// What the kernels were made of, as setup.py has it.
+static int add_digest(PyObject *module) {
+  return PyModule_AddStringConstant(module, "DIGEST", DIGEST);
+}
+
+static PyModuleDef_Slot SLOTS[] = {{Py_mod_exec, add_digest}, {0, NULL}};
+
+static struct PyModuleDef MODULE = {PyModuleDef_HEAD_INIT, .m_name = "aick_ros._kernels",
+                                    .m_methods = METHODS, .m_slots = SLOTS};
 
 PyMODINIT_FUNC PyInit__kernels(void) { return PyModuleDef_Init(&MODULE); }

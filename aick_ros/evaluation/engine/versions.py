@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 import aick_ros
+from aick_ros import kernels
 from aick_ros.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ def own_versions() -> Versions:
     root = Path(aick_ros.__file__).parent
     for path in sorted(root.rglob('*.py')):
         digest.update(str(path.relative_to(root)).encode() + b'\0' + path.read_bytes())
+    digest.update(kernels.DIGEST.encode())
     return {'aick_ros': f'{aick_ros.__version__}+{digest.hexdigest()[:12]}',
             'NumPy': np.__version__, 'OpenCV': cv2.__version__}
 
