@@ -138,7 +138,8 @@ class Gravity:
         if self._filter is None:
             self._begin_filter(stamp, measured)
             return
-        self._filter.drift(_added(reference, self._reference))
+        if reference is not self._reference:
+            self._filter.drift(_added(reference, self._reference))
         impulse = self._forces.between(self._stamp + self._offset, stamp + self._offset,
                                        self._last.rotation, measured.rotation)
         if impulse is None or impulse.duration > _LONGEST_STEP:
