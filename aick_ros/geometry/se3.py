@@ -96,7 +96,7 @@ def interpolate(start: np.ndarray, end: np.ndarray, fraction: float) -> np.ndarr
 
 def angle(rotation: np.ndarray) -> float:
     """Return the angle of a rotation [rad], 0 to pi."""
-    return float(np.linalg.norm(log_rotation(rotation)))
+    return math.hypot(*log_rotation(rotation))
 
 
 def to_quaternion(rotation: np.ndarray) -> np.ndarray:

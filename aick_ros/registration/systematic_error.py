@@ -86,7 +86,7 @@ class SystematicError:
         """Return the covariance of the share of a bias that is not usual, 6x6."""
         noise, systematic = _UNUSUAL_BOUNDS
         ratio = bias.normalised / max(self._normalised, 1.0)
-        share = np.clip((ratio - noise) / (systematic - noise), 0.0, 1.0)
+        share = min(max((ratio - noise) / (systematic - noise), 0.0), 1.0)
         return np.diag(np.repeat(share * bias.squares, 3))
 
     def _learn(self, bias: SensorBias) -> None:

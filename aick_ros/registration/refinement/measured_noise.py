@@ -22,7 +22,9 @@ time (:mod:`.position_jitter`).
 
 from __future__ import annotations
 
+import bisect
 import dataclasses
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -31,7 +33,7 @@ from aick_ros.registration.refinement.position_jitter import MeanJitter, PosesBy
 
 # All bounds and weights chosen on two excerpts of real recordings and on rendered rooms with five
 # kinds of cameras.
-_MOTION_BOUNDS = np.array([2.0, 6.0, 18.0, 54.0])
+_MOTION_BOUNDS = 2.0, 6.0, 18.0, 54.0
 """Bounds between the ranges of motion that share their noise [px]."""
 
 _MEMORY = 30  # registrations that an average is over
@@ -123,12 +125,12 @@ class _Average:
         """Return the noise expected of a registration; its motion is in pixels."""
         ratio = self.ratio
         if ratio < 0.0:
-            low, high = np.log(_BIAS_BOUNDS)
-            ratio *= float(np.clip((high - self.normalised) / (high - low), 0.0, 1.0))
-        excess = max(1.0 - np.exp(-self.normalised), 0.0)  # share of the squares not due to noise
+            low, high = map(math.log, _BIAS_BOUNDS)
+            ratio *= min(max((high - self.normalised) / (high - low), 0.0), 1.0)
+        excess = max(1.0 - math.exp(-self.normalised), 0.0)  # share of the squares not due to noise
         variances = excess * np.exp(self.squares)
         bias = np.diag(np.repeat(variances, 3))
-        return Noise(float(np.exp(ratio)), bias,
+        return Noise(math.exp(ratio), bias,
                      min((motion / _MOTION_OF_DEPTH_BIAS) ** 2, 1.0) * bias,
                      np.diag(np.repeat([self.jitter.variance, 0.0], 3)))
 
@@ -166,8 +168,8 @@ class MeasuredNoise:
 
 
 def _range_of(motion: float) -> int:
-    return int(np.searchsorted(_MOTION_BOUNDS, motion))
+    return bisect.bisect_left(_MOTION_BOUNDS, motion)
 
 
 def _log(factor: float) -> float:
-    return float(np.log(np.clip(factor, 1 / _LARGEST_FACTOR, _LARGEST_FACTOR)))
+    return math.log(min(max(factor, 1 / _LARGEST_FACTOR), _LARGEST_FACTOR))
