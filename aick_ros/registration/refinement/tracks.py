@@ -35,7 +35,7 @@ _MAX_ROTATION = np.radians(3.0)  # chosen: beyond it windows differ too much to 
 @dataclass(frozen=True, eq=False)
 class Tracks:
     """
-    Keypoints of the source seen in the target.
+    Keypoints of the source seen in the target; all arrays are C-contiguous.
 
     :param keypoints: K indices of keypoints of the source.
     :param points: Kx3 float64, their positions in the source [m]: on the edge of a surface in
@@ -125,7 +125,7 @@ class Tracker:
         rays, depths = np.column_stack([seen.rays, np.ones(len(seen))]), seen.depths
         sigmas = np.maximum(depth.inverse_depth_sigma(depths, self._sensor), seen.sigmas)
         return Tracks(seen.keypoints, rays * depths[:, None],
-                      seen.points[:, :2] / seen.points[:, 2:], seen.points[:, 2], sigmas)
+                      seen.points[:, :2] / seen.points[:, 2:], seen.points[:, 2].copy(), sigmas)
 
     def _windows_of_all(self, frame: PreparedFrame) -> Windows:
         return self._windows_of(frame, np.arange(min(len(frame.keypoints),
