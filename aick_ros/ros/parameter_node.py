@@ -5,6 +5,9 @@
 
 from __future__ import annotations
 
+import time
+import traceback
+
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
@@ -15,10 +18,14 @@ from rclpy.parameter import Parameter
 from aick_ros.errors import InputError
 from aick_ros.ros.parameters import LiveSettings, declare_settings
 from aick_ros.ros.process.arguments import Arguments
+from aick_ros.ros.robust_node import RobustNode
 from aick_ros.ros.typed_topics import TypedTopics
 
+_THROTTLE = 5.0  # seconds between two log lines; chosen
+_PAUSE = 0.1  # s; chosen: a failure that repeats must not take the processor
 
-class ParameterNode(TypedTopics):
+
+class ParameterNode(RobustNode, TypedTopics):
     """
     A node that declares the settings as its parameters.
 
@@ -47,7 +54,16 @@ class ParameterNode(TypedTopics):
         # a signal wakes rclpy's executor just before it shuts the context down; one that waits
         # again in between would wait for ever without a timer
         self.create_timer(1.0, lambda: None, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        rclpy.spin(self)
+        while self.context.ok():
+            try:
+                rclpy.spin(self)
+            except Exception:  # of one callback, which must not end the odometry
+                if not self.context.ok():
+                    raise  # a consequence of the shutdown
+                self.get_logger().error('a request failed, please report this:\n'
+                                        f'{traceback.format_exc()}',
+                                        throttle_duration_sec=_THROTTLE)
+                time.sleep(_PAUSE)
 
     def close(self) -> None:
         """End."""

@@ -5,6 +5,7 @@
 
 import threading
 import time
+from contextlib import suppress
 
 import pytest
 import rclpy
@@ -92,6 +93,37 @@ def test_arguments_of_the_slam_node_are_said_to_change_nothing(make, capfd):
     text = ''.join(capfd.readouterr())
     assert text.count('changes nothing here') == 2
     assert 'argument -d is one' in text and 'argument --delete_db_on_start is one' in text
+
+
+def test_a_callback_that_fails_does_not_end_it(make, capfd):
+    node, calls = make(), []
+
+    def fail():
+        calls.append(None)
+        if len(calls) < 3:
+            raise ZeroDivisionError('of ours')
+        node.context.try_shutdown()
+
+    node.create_timer(0.01, fail)
+    with suppress(ExternalShutdownException):
+        node.run()
+    assert len(calls) == 3
+    text = ''.join(capfd.readouterr())
+    assert text.count('a request failed, please report this:') == 1  # of two
+    assert 'ZeroDivisionError: of ours' in text
+
+
+def test_a_failure_that_follows_from_the_shutdown_ends_it(make, capfd):
+    node = make()
+
+    def fail():
+        node.context.try_shutdown()
+        raise ZeroDivisionError
+
+    node.create_timer(0.01, fail)
+    with pytest.raises((ZeroDivisionError, ExternalShutdownException)):
+        node.run()
+    assert capfd.readouterr().err == ''
 
 
 def test_it_ends_even_if_nothing_wakes_it_after_the_shutdown(make):
