@@ -8,15 +8,17 @@ from __future__ import annotations
 from pathlib import Path
 
 _LONGEST = 2000  # characters of a message; chosen: more than most paths, less than a screen
+_LONGEST_QUOTED = 300  # characters of one name in it; chosen
 
 
 def one_line(text: str) -> str:
     """Return a message in one printable line, without its middle where it is very long."""
-    line = printable(' '.join(text.split()))
-    if len(line) <= _LONGEST:
-        return line
-    half = _LONGEST // 2
-    return f'{line[:half]} [... {len(line) - 2 * half} characters ...] {line[-half:]}'
+    return _shortened(printable(' '.join(text.split())), _LONGEST)
+
+
+def quoted(name: str) -> str:
+    """Return a name from a message in quotes, without its middle where it is very long."""
+    return _shortened(repr(name), _LONGEST_QUOTED)
 
 
 def printable(text: str) -> str:
@@ -32,6 +34,13 @@ def printable(text: str) -> str:
 def quoted_if_blank(name: str | Path) -> str:
     """Return a name for a sentence, in quotes where nothing of it could be seen."""
     return str(name) if str(name).strip() else repr(str(name))
+
+
+def _shortened(line: str, longest: int) -> str:
+    if len(line) <= longest:
+        return line
+    half = longest // 2
+    return f'{line[:half]} [... {len(line) - 2 * half} characters ...] {line[-half:]}'
 
 
 def _escaped(character: str) -> str:

@@ -17,6 +17,7 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.borders.limits import (
     MAX_DISTORTION, MAX_PIXEL_LENGTH, MAX_PIXELS, MAX_SIDE, MIN_FOCAL_LENGTH)
+from aick_ros.borders.names import quoted
 from aick_ros.borders.values import numbers, required
 from aick_ros.errors import InputError
 
@@ -92,7 +93,7 @@ class Camera:
     def _check_distortion(self) -> None:
         if str(self.distortion_model) not in DISTORTION_MODELS:
             raise InputError(
-                f'unknown distortion model {self.distortion_model!r}: supported are '
+                f'unknown distortion model {quoted(self.distortion_model)}: supported are '
                 + ', '.join(DISTORTION_MODELS))
         counts = DISTORTION_MODELS[self.distortion_model]
         if len(self.distortion) not in counts:

@@ -15,6 +15,7 @@ from typing import Protocol
 import cv2
 import numpy as np
 
+from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.messages import png_jpeg, rtabmap_depth
 from aick_ros.messages.depth_units import MILLIMETRES, to_metres, valid_metres
@@ -40,8 +41,8 @@ def decode_colour(message: CompressedImageMessage) -> np.ndarray:
     """
     encoding, _, compression = message.format.partition(';')
     if 'compressedDepth' in message.format or encoding.strip() in ('16UC1', '32FC1'):
-        raise InputError(f'the colour image has format {message.format!r}, which is depth: use '
-                         'the topic of the colour camera')
+        raise InputError(f'the colour image has format {quoted(message.format)}, which is depth: '
+                         'use the topic of the colour camera')
     image = png_jpeg.decode_colour(message.data)
     # image_transport names the channel order it stored; without a name it is that of the encoding
     if encoding.startswith('rgb') and 'compressed' in compression and 'bgr' not in compression:
@@ -69,8 +70,8 @@ def decode_depth(message: CompressedImageMessage) -> np.ndarray:
         return to_metres(units, MILLIMETRES)
     scale, offset = _HEADER.unpack(header) if header else (0.0, 0.0)
     if not (np.isfinite((scale, offset)).all() and scale > 0.0):
-        raise InputError(f'the depth image has format {message.format!r} and quantisation A '
-                         f'{scale:g}, B {offset:g}: A must be positive; check the publisher')
+        raise InputError(f'the depth image has format {quoted(message.format)} and quantisation '
+                         f'A {scale:g}, B {offset:g}: A must be positive; check the publisher')
     with np.errstate(divide='ignore'):
         depth = np.float32(scale) / (units - np.float32(offset))
     depth[units == 0] = np.nan
@@ -85,7 +86,7 @@ def _header_and_units(format_: str, content: bytes) -> tuple[bytes, np.ndarray]:
         return content[:size], png_jpeg.decode_units(content[size:])
     start = _HEADER.size + _RVL_SIZE.size
     if len(content) < start:
-        raise InputError(f'the depth image has format {format_!r} and {len(content)} '
+        raise InputError(f'the depth image has format {quoted(format_)} and {len(content)} '
                          f'bytes, fewer than the {start} of its header: it is truncated; record '
                          'it again')
     width, height = _RVL_SIZE.unpack_from(content, _HEADER.size)

@@ -17,6 +17,7 @@ from typing import NamedTuple, Protocol
 import cv2
 import numpy as np
 
+from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.messages.depth_units import MILLIMETRES, to_metres, to_units, valid_metres
 from aick_ros.messages.png_jpeg import ByteData, to_8_bit
@@ -138,7 +139,7 @@ def encode_depth(depth: np.ndarray, encoding: str = '32FC1') -> ImageFields:
         return _fields(depth, encoding)
     if encoding == '16UC1':
         return _fields(to_units(depth, MILLIMETRES), encoding)
-    raise InputError(f'depth cannot be encoded as {encoding!r}: use 32FC1 or 16UC1')
+    raise InputError(f'depth cannot be encoded as {quoted(encoding)}: use 32FC1 or 16UC1')
 
 
 def _pixels(message: ImageMessage, layout: _Layout) -> np.ndarray:
@@ -171,5 +172,5 @@ def _wrong_encoding(kind: str, encoding: str, known: Collection[str],
         other = 'depth' if kind == 'colour' else 'colour'
         return InputError(f'the {kind} image has encoding {encoding}, which is {other}: use the '
                           f'topic of the {kind} image')
-    return InputError(f'the {kind} image has unknown encoding {encoding!r}: known are '
+    return InputError(f'the {kind} image has unknown encoding {quoted(encoding)}: known are '
                       + ', '.join(known))

@@ -15,6 +15,7 @@ import struct
 
 import numpy as np
 
+from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.messages import png_jpeg
 from aick_ros.messages.depth_units import MILLIMETRES, to_metres, valid_metres
@@ -39,9 +40,9 @@ def decode_depth(format_: str, content: bytes) -> np.ndarray:
     :raises InputError: where the data is damaged or quantised.
     """
     if ':' in format_:
-        raise InputError(f'the depth image has format {format_!r}, which is quantised in a way '
-                         'that is not known here: set depth_compression_format of its publisher '
-                         'to .png or .rvl')
+        raise InputError(f'the depth image has format {quoted(format_)}, which is quantised in a '
+                         'way that is not known here: set depth_compression_format of its '
+                         'publisher to .png or .rvl')
     if content.startswith(_RVL):
         if len(content) < _START:
             raise InputError(f'its {len(content)} bytes of RVL data are truncated: record it '

@@ -14,6 +14,8 @@ from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from std_srvs.srv import Empty
 
+from aick_ros.borders.limits import MAX_DISTANCE
+from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
@@ -21,6 +23,8 @@ from aick_ros.ros.conversions import from_pose
 from aick_ros.ros.rtabmap_messages import ResetPose
 
 _QUEUE = 10
+_THROTTLE = 1.0  # seconds between two log lines of the same kind; chosen
+_LARGEST_COVARIANCE = MAX_DISTANCE ** 2  # of a pose [m^2]; derived
 _LEVELS = {'debug': LoggingSeverity.DEBUG, 'info': LoggingSeverity.INFO,
            'warning': LoggingSeverity.WARN, 'error': LoggingSeverity.ERROR}
 
@@ -87,7 +91,8 @@ class Control:
         try:
             self._on_pose(_pose_to_set(message, self._odom_frame), self._paused)
         except InputError as error:
-            self._logger.warning(f'set_pose rejected: {error}')
+            self._logger.warning(f'set_pose rejected: {error}',
+                                 throttle_duration_sec=_THROTTLE)
 
 
 def _requested_pose(request: ResetPose.Request) -> np.ndarray:
@@ -111,13 +116,17 @@ def _pose_to_set(message: PoseWithCovarianceStamped, odom_frame: str) -> PoseWit
     """
     frame = message.header.frame_id.lstrip('/')
     if frame not in ('', odom_frame):
-        raise InputError(f'its frame is {frame!r}: {odom_frame!r} (odom_frame_id) is required')
+        raise InputError(f'its frame is {quoted(frame)}: {quoted(odom_frame)} (odom_frame_id) is '
+                         'required')
     try:
         T_odom_base = from_pose(message.pose.pose)
     except ValueError as error:
         raise InputError(f'{error}') from None
     covariance = np.reshape(message.pose.covariance, (6, 6))
-    if not np.isfinite(covariance).all() or np.linalg.eigvalsh(
-            0.5 * (covariance + covariance.T))[0] < -1e-9:
-        raise InputError('its covariance is not finite or not positive semidefinite')
-    return PoseWithCovariance(T_odom_base, 0.5 * (covariance + covariance.T))
+    if not (np.abs(covariance) <= _LARGEST_COVARIANCE).all():  # comparisons with NaN are false
+        raise InputError(f'its covariance is not finite, or more than {_LARGEST_COVARIANCE:g}')
+    covariance = 0.5 * (covariance + covariance.T)
+    least, *_, largest = np.linalg.eigvalsh(covariance)
+    if least < -1e-9 * max(1.0, largest):
+        raise InputError('its covariance is not positive semidefinite')
+    return PoseWithCovariance(T_odom_base, covariance)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from aick_ros.borders.names import one_line, printable, quoted_if_blank
+from aick_ros.borders.names import one_line, printable, quoted, quoted_if_blank
 
 
 @pytest.mark.parametrize('name, shown', [
@@ -31,6 +31,18 @@ def test_messages_are_one_line_of_limited_length():
     assert long.startswith(r'start \x1b') and long.endswith(' end') and len(long) < 2100
     assert '[... 398010 characters ...]' in long
     assert one_line('x' * 2000) == 'x' * 2000
+
+
+@pytest.mark.parametrize('name, shown', [
+    ('', "''"), ('camera', "'camera'"), ('\x1b[31m\n', r"'\x1b[31m\n'"),
+    ('x' * 298, repr('x' * 298))])
+def test_names_from_messages_are_quoted(name, shown):
+    assert quoted(name) == shown
+
+
+def test_the_middle_of_a_very_long_name_is_left_out():
+    assert quoted('a' + 'x' * 10 ** 6 + 'b') == (
+        f"'a{'x' * 148} [... 999704 characters ...] {'x' * 148}b'")
 
 
 @pytest.mark.parametrize('name, shown', [

@@ -186,6 +186,8 @@ def test_limits_are_within(largest, beyond):
      'a side and 33554432 in all are supported'),
     ({'distortion': (0.5, 0.0, 0.0, 2e6)}, 'the distortion coefficients (0.5, 0.0, 0.0, 2000000.0)'
      ' are not all finite and at most 1e+06: calibrate the camera'),
+    ({'distortion_model': 'm' * 302}, f"unknown distortion model '{'m' * 149} [... 4 characters "
+     f"...] {'m' * 149}': supported are plumb_bob, rational_polynomial, equidistant"),
     ({'distortion_model': 'magic'}, "unknown distortion model 'magic': supported are plumb_bob, "
      'rational_polynomial, equidistant'),
     ({'distortion': (1.0,)}, 'distortion model plumb_bob has 1 coefficients: it must have 0 or 4 '

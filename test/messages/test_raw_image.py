@@ -158,6 +158,7 @@ def test_every_known_encoding_has_a_size_here():
     ({'data': b''}, 'has 0 bytes'),
     ({'encoding': 'rgb9'}, "unknown encoding 'rgb9': known are .*(bgr8|32FC1)"),
     ({'encoding': ''}, "unknown encoding ''"),
+    ({'encoding': 'x' * 10 ** 6}, "unknown encoding '[x .0-9a-z\\[\\]]{300,350}': known are "),
 ])
 def test_fields_that_contradict_each_other_are_rejected(decode, encoding, changes, reason):
     image = dataclasses.replace(message(encoding), **changes)

@@ -160,26 +160,51 @@ def test_a_pose_to_set_may_be_certain(asked):
     np.testing.assert_array_equal(asked.poses[0][0].covariance, np.zeros((6, 6)))
 
 
-@pytest.mark.parametrize('place, value', [(0, np.nan), (7, -1.0), (1, 5.0)])
-def test_a_covariance_that_is_none_is_rejected(asked, place, value):
-    """Not finite, of a negative variance, or of a correlation of more than one."""
+@pytest.mark.parametrize('place, value, reason', [
+    (0, np.nan, 'not finite, or more than 1e+16'), (8, -np.inf, 'not finite, or more than 1e+16'),
+    (0, 1.1e16, 'not finite, or more than 1e+16'), (1, 1.7e308, 'not finite, or more than 1e+16'),
+    (7, -1.0, 'not positive semidefinite'), (1, 5.0, 'not positive semidefinite')])
+def test_a_covariance_that_is_none_is_rejected(asked, place, value, reason):
+    """Not finite, absurd, of a negative variance, or of a correlation of more than one."""
     message = pose_with_covariance(0, 'odom', POSE, np.diag([2.0] * 6))
     message.pose.covariance[place] = value
     asked.set_pose(message)
     assert asked.poses == []
-    assert asked.log == [(LoggingSeverity.WARN, 'set_pose rejected: its covariance is not finite '
-                          'or not positive semidefinite')]
+    assert asked.log == [(LoggingSeverity.WARN, f'set_pose rejected: its covariance is {reason}')]
 
 
-def test_a_pose_in_another_frame_or_of_no_rotation_is_rejected(asked):
+def test_a_large_covariance_that_is_singular_to_rounding_is_taken(asked):
+    """As of six times one unknown number, which has five eigenvalues of zero."""
+    numbers = np.outer(*2 * [np.array([1e6, 3e6, -7e5, 2e6, 1.1e6, -9e5])])
+    assert np.linalg.eigvalsh(numbers)[0] < -1e-9
+    asked.set_pose(pose_with_covariance(0, 'odom', POSE, numbers))
+    [(pose, _)] = asked.poses
+    np.testing.assert_array_equal(pose.covariance, numbers)
+
+
+def test_what_is_rejected_again_and_again_is_not_logged_each_time(asked):
+    for _ in range(20):
+        asked.set_pose(pose_with_covariance(0, 'x' * 10 ** 6, POSE, np.eye(6)))
+    lines = [line for _, line in asked.log]
+    assert 0 < len(lines) < 20
+    assert max(map(len, lines)) < 1000
+
+
+def test_a_pose_in_another_frame_is_rejected(asked):
     asked.set_pose(pose_with_covariance(0, 'map', POSE, np.eye(6)))
+    assert asked.poses == []
+    [(_, sentence)] = asked.log
+    assert sentence == (
+        "set_pose rejected: its frame is 'map': 'odom' (odom_frame_id) is required")
+
+
+def test_a_pose_of_no_rotation_is_rejected(asked):
     message = pose_with_covariance(0, 'odom', POSE, np.eye(6))
     message.pose.pose.orientation = Quaternion(w=0.0)
     asked.set_pose(message)
     assert asked.poses == []
-    (_, frame), (_, rotation) = asked.log
-    assert frame == ("set_pose rejected: its frame is 'map': 'odom' (odom_frame_id) is required")
-    assert rotation.startswith('set_pose rejected: ')
+    [(_, sentence)] = asked.log
+    assert sentence.startswith('set_pose rejected: ')
 
 
 # Of the whole node.

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from aick_ros.borders.limits import MAX_EXTRINSIC
+from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 from aick_ros.odometry.base_odometry import Mount
@@ -50,9 +51,9 @@ class Extrinsics:
             self._base_frame, camera_frame, stamp, self._wait if wait else 0.0)
         if found is None:
             raise InputError(
-                f'no transform from {camera_frame!r} (the colour image) to {self._base_frame!r} '
-                f'(frame_id) yet: {TF_REMEDY}, or set camera_in_base, or set frame_id to '
-                f'{camera_frame!r}')
+                f'no transform from {quoted(camera_frame)} (the colour image) to '
+                f'{quoted(self._base_frame)} (frame_id) yet: {TF_REMEDY}, or set '
+                f'camera_in_base, or set frame_id to {quoted(camera_frame)}')
         return _near(found, camera_frame, self._base_frame)
 
     def camera_mount(self, camera_frame: str) -> Mount:
@@ -78,8 +79,9 @@ class Extrinsics:
             colour_frame, depth_frame, stamp, self._wait if wait else 0.0)
         if found is None:
             raise InputError(
-                f'no transform from {depth_frame!r} (the depth image) to {colour_frame!r} (the '
-                f'colour image) yet: {TF_REMEDY}, or set depth_in_colour')
+                f'no transform from {quoted(depth_frame)} (the depth image) to '
+                f'{quoted(colour_frame)} (the colour image) yet: {TF_REMEDY}, or '
+                'set depth_in_colour')
         return _near(found, depth_frame, colour_frame)
 
 
@@ -92,8 +94,9 @@ def _near(T_target_source: np.ndarray, source: str, target: str) -> np.ndarray:
     """
     distance = float(np.linalg.norm(T_target_source[:3, 3]))
     if distance > MAX_EXTRINSIC:
-        raise InputError(f'the transform from {source!r} to {target!r} is {distance:.3g} m long, '
-                         f'at most {MAX_EXTRINSIC:g} m are possible: check its publisher')
+        raise InputError(f'the transform from {quoted(source)} to {quoted(target)} is '
+                         f'{distance:.3g} m long, at most {MAX_EXTRINSIC:g} m are possible: '
+                         'check its publisher')
     return T_target_source
 
 

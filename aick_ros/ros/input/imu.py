@@ -15,6 +15,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.timer import Timer
 from sensor_msgs.msg import Imu
 
+from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -121,8 +122,8 @@ class ImuInput:
         try:
             T_camera_imu = self._transforms.find(camera_frame, imu_frame, stamp)
             self._missing = '' if T_camera_imu is not None else (
-                f'no transform from {imu_frame!r} (the IMU) to {camera_frame!r} (the colour '
-                f'image) yet: {TF_REMEDY}; until then the IMU is not used')
+                f'no transform from {quoted(imu_frame)} (the IMU) to {quoted(camera_frame)} (the '
+                f'colour image) yet: {TF_REMEDY}; until then the IMU is not used')
         except InputError as error:
             T_camera_imu, self._missing = None, str(error)
         if T_camera_imu is None:

@@ -15,6 +15,7 @@ from typing import Any
 from builtin_interfaces.msg import Time
 from rclpy.node import Node
 
+from aick_ros.borders.names import quoted
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.messages.stamp_monitor import StampMonitor
 from aick_ros.messages.synchronizer import Pair, Synchronizer
@@ -131,8 +132,9 @@ class Pairing:
     def _check_frames(self, colour_frame: str, depth_frame: str) -> None:
         if depth_frame != colour_frame and not self._registers_depth:
             self._logger.warning(
-                f'depth images are of frame {depth_frame!r}, colour images of {colour_frame!r}: '
-                'if the driver does not register depth to colour, set register_depth to true',
+                f'depth images are of frame {quoted(depth_frame)}, colour images of '
+                f'{quoted(colour_frame)}: if the driver does not register depth to colour, set '
+                'register_depth to true',
                 once=True)
 
 

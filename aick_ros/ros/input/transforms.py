@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.subscription import Subscription
 
+from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.geometry.frame_tree import FrameTree
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -75,9 +76,9 @@ class Transforms:
             return None
         if found.gap > _LARGEST_GAP:
             raise InputError(
-                f'the transform from {source!r} to {target!r} moves, and the nearest one is '
-                f'{found.gap / NANOSECONDS:.1f} s from the image stamp: check that the clocks '
-                'agree and that /tf is still published')
+                f'the transform from {quoted(source)} to {quoted(target)} moves, and the nearest '
+                f'one is {found.gap / NANOSECONDS:.1f} s from the image stamp: check that the '
+                'clocks agree and that /tf is still published')
         return found.T_target_source
 
     def is_fixed(self, target: str, source: str) -> bool:
@@ -125,7 +126,7 @@ class Transforms:
             try:
                 yield link, from_transform(link.transform)
             except ValueError as error:  # a null quaternion, not finite, or absurdly far
-                names = f'{link.header.frame_id!r} to {link.child_frame_id!r}'
+                names = f'{quoted(link.header.frame_id)} to {quoted(link.child_frame_id)}'
                 self._node.get_logger().warning(
                     f'the transform from {names} is ignored: {error}; check its publisher',
                     throttle_duration_sec=_THROTTLE)

@@ -44,6 +44,15 @@ def test_an_unknown_camera_is_explained(asked, frame, remedy):
         extrinsics.camera_in_base(frame, 0, wait=False)
 
 
+def test_a_very_long_name_leaves_the_sentence_short(asked):
+    extrinsics = Extrinsics(asked, NodeSettings())
+    for find in (lambda: extrinsics.camera_in_base('x' * 10 ** 6, 0, wait=False),
+                 lambda: extrinsics.depth_in_colour('y' * 10 ** 6, 'x' * 10 ** 6, 0, wait=False)):
+        with pytest.raises(InputError, match="^no transform from 'xxx.* yet: .*, or set ") as error:
+            find()
+        assert len(str(error.value)) < 2000
+
+
 def test_transforms_are_asked_for_from_the_camera_to_the_base_and_at_the_stamp(asked, tell_tf):
     tell_tf({('body', 'camera'): at(0.5), ('camera', 'ir'): at(0.7)})
     extrinsics = Extrinsics(asked, NodeSettings(frame_id='body', wait_for_transform=0.7))
