@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import time
+from collections import deque
 from collections.abc import Callable
 
 from rclpy.node import Node
@@ -17,6 +19,7 @@ from aick_ros.ros.input.subscriptions import camera_info_subscription, image_top
 from aick_ros.settings.node import NodeSettings
 
 _THROTTLE = 5.0  # seconds between two log lines of the same kind; chosen
+_MOST_CHANGES = 3  # of the camera in this time; chosen: a driver is set up once
 
 
 class Calibration:
@@ -35,6 +38,7 @@ class Calibration:
                  on_change: Callable[[], None]) -> None:
         self._logger, self._on_change = node.get_logger(), on_change
         self.camera: Camera | None = None
+        self._changes = deque[float](maxlen=_MOST_CHANGES)  # steady times [s]
         self.source, self.subscription = name, None
         if settings.subscribe_rgbd:
             image, _ = image_topics(settings)
@@ -52,14 +56,28 @@ class Calibration:
         try:
             camera = to_camera(message, self._rectified)
         except InputError as error:
-            source = self.source if self.subscription is None else self.subscription.topic_name
-            self._logger.warning(f'camera_info on {source} rejected: {error}',
+            self._logger.warning(f'camera_info on {self._place} rejected: {error}',
                                  throttle_duration_sec=_THROTTLE)
             return
         if self.subscription is not None:
             self.subscription.may_be_silent = True  # some drivers send it once
         if camera != self.camera:
+            self._report(camera)
             self.camera = camera
+            self._on_change()
+
+    def _report(self, camera: Camera) -> None:
+        now = time.monotonic()
+        is_rare = len(self._changes) < _MOST_CHANGES or now - self._changes[0] > _THROTTLE
+        self._changes.append(now)
+        if is_rare:
             self._logger.info(f'camera of {self._image}, '
                               f'{"rectified" if self._rectified else "raw"} images: {camera}')
-            self._on_change()
+        else:
+            self._logger.warning(
+                f'camera_info on {self._place} changes again and again: if two drivers publish '
+                'it, remap one of them to another topic', throttle_duration_sec=_THROTTLE)
+
+    @property
+    def _place(self) -> str:
+        return self.source if self.subscription is None else self.subscription.topic_name

@@ -152,6 +152,6 @@ class Steady:
 def steady(monkeypatch):
     """Return the steady clock of the inputs: no test waits for seconds of silence."""
     clock = Steady()
-    for module in ('assembler', 'imu', 'pairing', 'subscriptions', 'watchdog'):
+    for module in ('assembler', 'calibration', 'imu', 'pairing', 'subscriptions', 'watchdog'):
         monkeypatch.setattr(f'aick_ros.ros.input.{module}.time', clock)
     return clock

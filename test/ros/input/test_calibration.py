@@ -57,6 +57,21 @@ def test_only_another_camera_is_a_change(node, log):
     assert received.changes == len(log.infos) == 2
 
 
+def test_cameras_that_alternate_are_said_to_and_not_logged_each_time(node, log, steady):
+    received = Received(node)
+    for length in range(500, 560):
+        received.receive(message(Camera(640, 480, length, 525.0, 319.5, 239.5)))
+        steady.now += 0.03
+    assert received.changes == 60
+    assert len(log.infos) == 3
+    [sentence] = log.warnings
+    assert sentence == ('camera_info on /rgb/camera_info changes again and again: if two drivers '
+                        'publish it, remap one of them to another topic')
+    steady.now += 60.0
+    received.receive(message())
+    assert log.infos[3:] == [f'camera of /rgb/image, raw images: {CAMERA}']
+
+
 @pytest.mark.parametrize('changes', [{'k': np.zeros(9)}, {'width': 0}], ids=str)
 def test_an_unusable_message_is_rejected_and_the_camera_stays(node, log, changes):
     received = Received(node)
