@@ -76,7 +76,8 @@ def initial_pose(settings: NodeSettings) -> PoseWithCovariance:
         raise InputError(f'initial_pose = {list(numbers)} is no pose: x y z [m] roll pitch yaw '
                          '[rad] are required')
     x, y, z, roll, pitch, yaw = numbers
-    return PoseWithCovariance(se3.from_roll_pitch_yaw(roll, pitch, yaw, (x, y, z)))
+    return PoseWithCovariance(se3.checked(
+        se3.from_roll_pitch_yaw(roll, pitch, yaw, (x, y, z)), f'initial_pose = {list(numbers)}'))
 
 
 class LiveSettings:
@@ -170,7 +171,8 @@ def _warn_of_unknown(node: Node, given: Mapping[str, object]) -> None:
 
 def _read_theirs(node: Node, given: Mapping[str, object]) -> dict[str, object]:
     """Return the parameters of this node that those of rgbd_odometry stand for, and say so."""
-    translation = translate(given)
+    translation = translate({name: value for name, value in given.items()
+                             if not name.startswith(_OF_ROS)})
     for note in translation.notes:
         node.get_logger().info(note)
     for warning in translation.warnings:

@@ -289,6 +289,18 @@ def test_the_numbers_of_a_rejected_initial_pose_are_named(numbers):
                                  'pitch yaw [rad] are required')
 
 
+@pytest.mark.parametrize('numbers', [(1e300,) + (0.0,) * 5, (0.0,) * 3 + (1e300,) + (0.0,) * 2])
+def test_an_initial_pose_that_is_too_far_away_is_named(numbers):
+    with pytest.raises(InputError) as caught:
+        initial_pose(NodeSettings(initial_pose=numbers))
+    assert str(caught.value).startswith(f'initial_pose = {list(numbers)} is not a pose: ')
+
+
+def test_parameters_of_ros_are_not_taken_for_those_of_rtabmap(make_node, capfd):
+    declare_settings(make_node(**{'qos_overrides./clock.subscription.depth': 5}))
+    assert capfd.readouterr().err == ''
+
+
 def test_an_initial_pose_is_certain():
     pose = initial_pose(NodeSettings(initial_pose=(1.0, 2.0, 3.0, 0.1, 0.2, 0.3)))
     np.testing.assert_array_equal(pose.covariance, np.zeros((6, 6)))

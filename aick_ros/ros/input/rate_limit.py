@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER
+from aick_ros.geometry.stamps import MAX_STAMP, NANOSECONDS, RESTART_AFTER
 
 _JITTER = 0.1  # of a period, by which a frame may come early; chosen
 
@@ -18,7 +18,7 @@ class RateLimit:
     """
 
     def __init__(self, rate: float) -> None:
-        self._period = round(NANOSECONDS / rate) if rate else 0
+        self._period = round(min(NANOSECONDS / rate, MAX_STAMP)) if rate else 0
         self._due: int | None = None
 
     def admits(self, stamp: int) -> bool:

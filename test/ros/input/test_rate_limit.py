@@ -35,6 +35,11 @@ def test_a_camera_that_is_not_too_fast_loses_nothing(wanted):
     assert admitted(wanted, stamps) == stamps
 
 
+@pytest.mark.parametrize('wanted', [1e-300, 5e-324])
+def test_at_a_rate_of_almost_none_there_is_one(wanted):
+    assert len(admitted(wanted, stamps_at(30, 300))) == 1
+
+
 def test_after_a_pause_there_is_no_burst():
     before, after = stamps_at(30, 30), [s + 10 ** 11 for s in stamps_at(30, 30)]
     assert len(admitted(10, before + after)) <= 21
