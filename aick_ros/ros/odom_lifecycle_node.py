@@ -6,12 +6,14 @@
 from __future__ import annotations
 
 import gc
+import re
 import traceback
 from collections.abc import Callable
 
 from lifecycle_msgs.srv import ChangeState
 from rclpy.lifecycle import LifecycleNodeMixin, LifecycleState, TransitionCallbackReturn
 
+from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 from aick_ros.ros.entities import Entities
 from aick_ros.ros.parameter_node import ParameterNode
@@ -22,6 +24,8 @@ from aick_ros.ros.process.program import RCLError
 
 _Change = Callable[[ChangeState.Request, ChangeState.Response], ChangeState.Response]
 
+_LABEL = re.compile('[a-z_]{1,50}')  # chosen: as all are
+_THROTTLE = 5.0  # seconds between two log lines; chosen
 _READ_ONCE = ' is read by configure only: clean the node up before, and configure it afterwards'
 
 
@@ -126,6 +130,12 @@ class OdomLifecycleNode(LifecycleNodeMixin, ParameterNode):
         """Return the service, which would end the node where a transition is not possible."""
         def change_state(request: ChangeState.Request, response: ChangeState.Response
                          ) -> ChangeState.Response:
+            label = request.transition.label
+            if label and not _LABEL.fullmatch(label):  # rcl would log it as it is
+                self.get_logger().warning(f'there is no transition {quoted(label)}',
+                                          throttle_duration_sec=_THROTTLE)
+                response.success = False
+                return response
             try:
                 return change(request, response)
             except RCLError:

@@ -13,6 +13,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import SetParameters
 from rclpy.lifecycle import TransitionCallbackReturn
+from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 
 from aick_ros.errors import InputError
@@ -303,6 +304,24 @@ def test_what_fails_because_ros_ends_is_not_logged(alone, capfd):
     rclpy.shutdown()
     assert alone.on_activate(None) is ERROR
     assert capfd.readouterr().err == ''
+
+
+@pytest.mark.parametrize('label', ['\x1b[31mred\nline', 'x' * 10 ** 6, 'Configure'])
+def test_a_label_of_no_transition_is_harmless_in_the_log(alone, capfd, label):
+    alone.get_logger().set_level(LoggingSeverity.INFO)  # that of the name, in the process
+    request = ChangeState.Request(transition=Transition(id=1, label=label))
+    response = alone._service_change_state.callback(request, ChangeState.Response())
+    assert not response.success
+    assert alone._pipeline is None
+    text = capfd.readouterr().err
+    assert 'there is no transition ' in text
+    assert '\x1b' not in text and text.count('\n') == 1 and len(text) < 1000
+
+
+def test_a_transition_may_be_asked_for_by_its_label(alone):
+    request = ChangeState.Request(transition=Transition(label='configure'))
+    assert alone._service_change_state.callback(request, ChangeState.Response()).success
+    assert alone._pipeline is not None
 
 
 def test_after_a_defect_it_is_cleaned_up(alone):
