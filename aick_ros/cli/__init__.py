@@ -14,7 +14,7 @@ from typing import NoReturn
 from aick_ros.borders import no_memory
 from aick_ros.borders.address_space import check_address_space
 from aick_ros.borders.libraries import check_libraries
-from aick_ros.borders.names import one_line
+from aick_ros.borders.streams import open_streams, say
 from aick_ros.borders.variables import remove_unusable
 from aick_ros.cli.input.interruption import endings, endings_interrupt
 from aick_ros.errors import InputError, installation, package_of
@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
     :param arguments: without the name of the program; None: those of the process.
     """
-    _open_streams()
+    open_streams()
     _prepare_environment()
     try:
         with endings_interrupt(is_last=arguments is None):
@@ -43,27 +43,20 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         package = package_of(error)
         if package not in _NEEDED:
             raise
-        print(f"aick: the command needs {package}: {installation('cli')}", file=sys.stderr)
+        say('aick', f"the command needs {package}: {installation('cli')}")
         sys.exit(2)
     except (ImportError, MemoryError) as error:
         if not no_memory.is_of_memory(error):
             raise
-        print(f'aick: {no_memory.SENTENCE}', file=sys.stderr)
+        say('aick', no_memory.SENTENCE)
         sys.exit(2)
     except InputError as error:
-        print(f'aick: {one_line(str(error))}', file=sys.stderr)
+        say('aick', str(error))
         sys.exit(2)
     except KeyboardInterrupt:
-        print('aick: interrupted', file=sys.stderr)
+        say('aick', 'interrupted')
         sys.exit(130)
     sys.exit(code)
-
-
-def _open_streams() -> None:
-    """Open the streams that are closed, or other files would take their descriptors."""
-    while (opened := os.open(os.devnull, os.O_RDWR)) <= 2:
-        os.set_inheritable(opened, True)
-    os.close(opened)
 
 
 def _prepare_environment() -> None:

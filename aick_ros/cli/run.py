@@ -19,6 +19,7 @@ import typer
 
 import aick_ros
 from aick_ros.borders import no_memory
+from aick_ros.borders.streams import flush_output
 from aick_ros.cli import outcome
 from aick_ros.cli.app import app
 from aick_ros.cli.output.console import say
@@ -58,7 +59,7 @@ def run(arguments: Sequence[str]) -> int:
         _report_defect(error, arguments, show_traceback)
         return outcome.DEFECT
     finally:
-        _flush_output()
+        flush_output()
 
 
 def _prepare_streams() -> None:
@@ -69,15 +70,6 @@ def _prepare_streams() -> None:
         stream = getattr(sys, name)
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors='backslashreplace')
-
-
-def _flush_output() -> None:
-    """Write what is left of the output; what cannot be written is dropped, or Python complains."""
-    for stream in (sys.stdout, sys.stderr):
-        try:
-            stream.flush()
-        except OSError:
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _invoke(arguments: list[str]) -> int:

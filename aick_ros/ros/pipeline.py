@@ -17,6 +17,7 @@ from rclpy.clock_type import ClockType
 from rclpy.node import Node
 from rclpy.timer import Timer
 
+from aick_ros.borders import no_memory
 from aick_ros.errors import InputError
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.messages.synchronizer import Pair
@@ -50,6 +51,7 @@ from aick_ros.settings import NodeSettings, Settings
 _LONGEST_BACKLOG = 100  # pairs; chosen: 3 s at 30 Hz
 _LARGEST_BACKLOG = 256 * 2 ** 20  # bytes; chosen: a pair of 640x480 takes 1.5 to 2.1 MB
 _THROTTLE = 5.0  # seconds between two log lines of the same kind; chosen
+_POSE_THROTTLE = 1.0  # likewise, for poses that are set
 
 _Result = TypeVar('_Result')
 
@@ -193,16 +195,22 @@ class Pipeline:
         try:
             return work()
         except InputError as error:
-            self._diagnostics.damaged(str(error))
-            self._logger.warning(f'frame {stamp} ns skipped: {error}',
-                                 throttle_duration_sec=_THROTTLE)
-        except Exception:  # a defect of ours in one frame must not end the odometry
+            self._skip(stamp, str(error))
+        except Exception as error:  # of one frame, which must not end the odometry
             if not self._node.context.ok():
                 return None  # a consequence of the shutdown
+            if no_memory.is_of_memory(error):
+                self._skip(stamp, no_memory.SENTENCE)
+                return None
             self._diagnostics.damaged('internal error, see the log', Count.FAILED)
             self._logger.error(f'frame {stamp} ns failed, please report this:\n'
                                f'{traceback.format_exc()}', throttle_duration_sec=_THROTTLE)
         return None
+
+    def _skip(self, stamp: int, reason: str) -> None:
+        self._diagnostics.damaged(reason)
+        self._logger.warning(f'frame {stamp} ns skipped: {reason}',
+                             throttle_duration_sec=_THROTTLE)
 
     def _register(self, arrival: Arrival, preparation: Preparation) -> None:
         camera_frame, stamp = arrival.camera_frame, preparation.frame.stamp
@@ -254,7 +262,7 @@ class Pipeline:
         def set_pose() -> None:
             self._base.set_pose(pose, paused)
             self._start.cancel()
-            self._logger.info('pose set')
+            self._logger.info('pose set', throttle_duration_sec=_POSE_THROTTLE)
         self._between_frames(set_pose)
 
     def _between_frames(self, task: Callable[[], None]) -> None:

@@ -22,6 +22,7 @@ from rclpy.time import Time
 from sensor_msgs.msg import Image
 from std_srvs.srv import Empty
 
+from aick_ros.borders import no_memory
 from aick_ros.errors import InputError
 from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
 from aick_ros.frames.rgbd import RgbdFrame
@@ -569,6 +570,15 @@ def test_a_frame_that_cannot_be_used_or_fails_is_named_in_the_log(make, monkeypa
     assert failed.startswith('frame 5 ns failed, please report this:\nTraceback')
     assert 'ZeroDivisionError: of ours' in failed
     assert made.snapshot.reason == 'internal error, see the log'
+
+
+def test_a_frame_without_memory_is_no_defect(make, monkeypatch):
+    made = make()
+    monkeypatch.setattr(made.pipeline._assembler, 'frame', raises(MemoryError()))
+    made.see(STAMP)
+    assert made.log == [
+        (LoggingSeverity.WARN, f'frame {STAMP} ns skipped: {no_memory.SENTENCE}')]
+    assert made.snapshot.reason == no_memory.SENTENCE
 
 
 def test_what_fails_because_ros_ends_is_no_defect(make, monkeypatch, capfd):

@@ -61,7 +61,7 @@ def read_arguments(argv: Sequence[str]) -> Arguments:
     # launch passes several arguments in one where they are one substitution
     words = [word for argument in _outside_of_ros(argv[1:]) for word in argument.split()]
     if {'-h', '--help'} & set(words):
-        print(HELP, end='')
+        _print_help()
         sys.exit(0)
     parameters, level, of_slam = {}, '', []
     while words:
@@ -78,6 +78,13 @@ def read_arguments(argv: Sequence[str]) -> Arguments:
         else:
             parameters[name[1]] = words.pop(0)
     return Arguments(parameters, level, tuple(of_slam))
+
+
+def _print_help() -> None:
+    try:
+        print(HELP, end='', flush=True)
+    except OSError as error:
+        raise InputError(f'the help cannot be written: {error.strerror}') from None
 
 
 def _outside_of_ros(arguments: Sequence[str]) -> Iterator[str]:

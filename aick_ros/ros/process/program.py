@@ -21,7 +21,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
-from aick_ros.borders.names import one_line
+from aick_ros.borders.streams import say
 from aick_ros.errors import InputError
 from aick_ros.ros.process.environment import check_variables
 from aick_ros.ros.process.signals import ENDINGS, held, ignore
@@ -59,7 +59,7 @@ def program(name: str, prepare: Callable[[], _Prepared],
                 sys.exit()  # nothing has begun that had to end
         yield prepared
     except InputError as error:
-        print(f'{name}: {one_line(str(error))}', file=sys.stderr)
+        say(name, str(error))
         sys.exit(_UNUSABLE_INPUT)
     except (KeyboardInterrupt, ExternalShutdownException):
         sys.exit()  # also where the block has not begun

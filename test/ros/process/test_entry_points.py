@@ -8,6 +8,9 @@ import sys
 
 import pytest
 
+from aick_ros.borders import no_memory
+from aick_ros.ros.playback.node_process import NODE_COMMAND
+
 PROGRAMS = {'odom_node': 'aick_ros.ros.odom_node',
             'odom_lifecycle_node': 'aick_ros.ros.odom_lifecycle_node',
             'bag_player': 'aick_ros.ros.playback.bag_player'}
@@ -46,6 +49,53 @@ for name in {list(PROGRAMS)}:
 def test_a_missing_package_is_named_with_its_remedy(program, missing, sentence):
     run = outcome(f'e.{program}()', f'sys.modules[{missing!r}] = None')
     assert (run.returncode, run.stderr.decode()) == (2, f'{program}: {sentence}\n')
+
+
+@pytest.mark.parametrize('limit, allowed, sentence', [
+    ('AS', 900_000_000, 'the memory of a process is limited to 900 MB (ulimit -v), the libraries '
+     'of this program require 1000 MB: raise the limit'),
+    ('NOFILE', 31, 'a process may have 31 open files (ulimit -n), ROS and its libraries require '
+     '32: raise the limit')])
+def test_limits_under_which_libraries_abort_are_named(limit, allowed, sentence):
+    run = outcome('e.odom_node()', f'import resource as r; r.setrlimit(r.RLIMIT_{limit}, '
+                                   f'({allowed}, {allowed}))')
+    assert (run.returncode, run.stderr.decode()) == (2, f'odom_node: {sentence}\n')
+
+
+@pytest.mark.parametrize('error', [
+    MemoryError(), ImportError('libblas.so: failed to map segment from shared object')], ids=repr)
+def test_an_import_without_memory_is_one_sentence(error):
+    run = outcome(f"""
+def module(name):
+    raise {error!r}
+e.import_module = module
+e.odom_node()
+""")
+    assert (run.returncode, run.stderr.decode()) == (
+        2, f'odom_node: {no_memory.SENTENCE}\n')
+
+
+def test_an_import_that_fails_otherwise_is_a_defect():
+    run = outcome('e.import_module = lambda name: exec("raise ImportError(name)")\ne.odom_node()')
+    assert run.returncode == 1
+    assert b'ImportError: aick_ros.ros.odom_node' in run.stderr
+
+
+@pytest.mark.parametrize('redirection', ['>&-', '2>&-', '>&- 2>&- <&-', '2>/dev/full',
+                                         '>/dev/full 2>/dev/full'])
+def test_where_the_sentence_cannot_be_written_the_code_stays(redirection):
+    done = subprocess.run(['sh', '-c', f'exec "$@" {redirection}', 'sh', sys.executable, '-c',
+                           'from aick_ros.ros.process import entry_points as e; e.odom_node()',
+                           '--params-file', '/nowhere'], capture_output=True, timeout=120)
+    assert done.returncode == 2
+    assert b'Traceback' not in done.stderr
+
+
+def test_a_help_that_cannot_be_written_is_one_sentence():
+    done = subprocess.run(['sh', '-c', 'exec "$@" >/dev/full', 'sh', *NODE_COMMAND, '--help'],
+                          capture_output=True, timeout=120)
+    assert (done.returncode, done.stderr.decode()) == (
+        2, 'odom_node: the help cannot be written: No space left on device\n')
 
 
 def test_a_module_of_our_own_that_is_missing_is_a_defect():
