@@ -57,6 +57,9 @@ class ParameterNode(RobustNode, TypedTopics):
         while self.context.ok():
             try:
                 rclpy.spin(self)
+            except InputError as error:
+                self.get_logger().error(f'{error}', throttle_duration_sec=_THROTTLE)
+                time.sleep(_PAUSE)
             except Exception:  # of one callback, which must not end the odometry
                 if not self.context.ok():
                     raise  # a consequence of the shutdown

@@ -95,13 +95,16 @@ def test_arguments_of_the_slam_node_are_said_to_change_nothing(make, capfd):
     assert 'argument -d is one' in text and 'argument --delete_db_on_start is one' in text
 
 
-def test_a_callback_that_fails_does_not_end_it(make, capfd):
+@pytest.mark.parametrize('error, sentence', [
+    (ZeroDivisionError('of ours'), 'a request failed, please report this:'),
+    (InputError('two types on a topic'), '[odom_node]: two types on a topic')], ids=repr)
+def test_a_callback_that_fails_does_not_end_it(make, capfd, error, sentence):
     node, calls = make(), []
 
     def fail():
         calls.append(None)
         if len(calls) < 3:
-            raise ZeroDivisionError('of ours')
+            raise error
         node.context.try_shutdown()
 
     node.create_timer(0.01, fail)
@@ -109,8 +112,8 @@ def test_a_callback_that_fails_does_not_end_it(make, capfd):
         node.run()
     assert len(calls) == 3
     text = ''.join(capfd.readouterr())
-    assert text.count('a request failed, please report this:') == 1  # of two
-    assert 'ZeroDivisionError: of ours' in text
+    assert text.count(sentence) == 1  # of two
+    assert ('ZeroDivisionError: of ours' in text) is (type(error) is ZeroDivisionError)
 
 
 def test_a_failure_that_follows_from_the_shutdown_ends_it(make, capfd):
