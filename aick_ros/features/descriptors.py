@@ -16,7 +16,8 @@ from functools import lru_cache
 
 import numpy as np
 
-_BITS = np.array([number.bit_count() for number in range(1 << 16)], np.uint8)
+from aick_ros import kernels
+
 _BLOCK = 64  # chosen: rows per block, so that the intermediate results fit the cache
 _CHUNK_BYTES = 120_000  # chosen: below the size from which malloc maps, and clears, new pages
 
@@ -28,22 +29,15 @@ def descriptor_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     :param source: N descriptors.
     :param target: M descriptors of the same type.
     """
-    distances, start = np.empty((len(source), len(target)), np.float32), 0
-    for block in distance_blocks(source, target):
+    distances = np.empty((len(source), len(target)), np.float32)
+    if _are_binary(source):
+        kernels.bit_distances(*_contiguous(source, target), source.shape[1], distances)
+        return distances
+    start = 0
+    for block in _float_blocks(source, target):
         distances[start:start + len(block)] = block
         start += len(block)
     return distances
-
-
-def distance_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the rows of :func:`descriptor_distances` in blocks, all in the same buffer."""
-    if source.dtype != np.uint8:
-        return _float_blocks(source, target)
-    if hasattr(np, 'bitwise_count'):
-        return _bit_blocks(source, target)
-    scale = np.sqrt(_bit_fraction(source))
-    return _float_blocks(*(np.unpackbits(descriptors, axis=1).astype(np.float32) * scale
-                           for descriptors in (source, target)))
 
 
 def pair_distances(source: np.ndarray, target: np.ndarray, source_rows: np.ndarray,
@@ -53,21 +47,57 @@ def pair_distances(source: np.ndarray, target: np.ndarray, source_rows: np.ndarr
 
     :param source: N descriptors.
     :param target: M descriptors of the same type.
-    :param source_rows: K indices of the source; ``target_rows`` likewise.
+    :param source_rows: K int64, indices of the source; ``target_rows`` likewise.
     """
-    combine = _differing_bits if source.dtype == np.uint8 else _products
-    step = max(_CHUNK_BYTES // source[:1].nbytes, 1) if len(source) else 1
     distances = np.empty(len(source_rows), np.float32)
+    if _are_binary(source):
+        kernels.bit_distances_of_pairs(
+            *_contiguous(source, target), source.shape[1],
+            *_contiguous(source_rows, target_rows), distances)
+        return distances
+    step = max(_CHUNK_BYTES // source[:1].nbytes, 1) if len(source) else 1
     for start in range(0, len(distances), step):
         chunk = slice(start, start + step)
-        distances[chunk] = combine(source.take(source_rows[chunk], axis=0),
-                                   target.take(target_rows[chunk], axis=0))
-    if combine is _products:
-        distances *= -2.0
-        distances += _squared_lengths(source).take(source_rows)
-        distances += _squared_lengths(target).take(target_rows)
-        np.maximum(distances, 0.0, out=distances)  # against rounding
+        products = source.take(source_rows[chunk], axis=0)
+        products *= target.take(target_rows[chunk], axis=0)
+        distances[chunk] = _row_sums(products)
+    distances *= -2.0
+    distances += _squared_lengths(source).take(source_rows)
+    distances += _squared_lengths(target).take(target_rows)
+    np.maximum(distances, 0.0, out=distances)  # against rounding
     return distances
+
+
+def pairs_below(source: np.ndarray, target: np.ndarray,
+                bound: float) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return the pairs with a distance below a bound.
+
+    :param source: N descriptors.
+    :param target: M descriptors of the same type.
+    :returns: their rows, 2xK int64, sorted by source, then by target, and their distances, K
+        float32.
+    """
+    if _are_binary(source):
+        rows = np.frombuffer(kernels.pairs_of_similar_bits(
+            *_contiguous(source, target), source.shape[1], bound), np.int64).reshape(2, -1)
+        return rows, pair_distances(source, target, *rows)
+    numbers, distances, first = [np.empty(0, np.int64)], [np.empty(0, np.float32)], 0
+    for block in _float_blocks(source, target):
+        near = (block < bound).ravel().nonzero()[0]
+        distances.append(block.ravel().take(near))
+        numbers.append(near + first)
+        first += block.size
+    rows = np.array(np.divmod(np.concatenate(numbers), max(len(target), 1)))
+    return rows, np.concatenate(distances)
+
+
+def _are_binary(descriptors: np.ndarray) -> bool:
+    return descriptors.dtype == np.uint8
+
+
+def _contiguous(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return np.ascontiguousarray(one), np.ascontiguousarray(other)
 
 
 def _float_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarray]:
@@ -81,34 +111,6 @@ def _float_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarray
         block += source_squares[rows]
         block += target_squares.T
         yield np.maximum(block, 0.0, out=block)
-
-
-def _bit_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarray]:
-    unit, source, columns = _bit_fraction(source), _words(source), _words(target).T.copy()
-    differing, counts, sums, buffer = (np.empty((_BLOCK, len(target)), kind) for kind in (
-        source.dtype, np.uint8, np.uint16, np.float32))
-    for start in range(0, len(source), _BLOCK):
-        rows = source[start:start + _BLOCK]
-        used = slice(len(rows))
-        sums[used] = 0
-        for number, column in enumerate(columns):
-            np.bitwise_xor(rows[:, number, None], column, out=differing[used])
-            np.bitwise_count(differing[used], out=counts[used])
-            sums[used] += counts[used]
-        yield np.multiply(sums[used], unit, out=buffer[used])
-
-
-def _products(source: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the dot products of the rows; overwrites the source."""
-    source *= target
-    return _row_sums(source)
-
-
-def _differing_bits(source: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return the fractions of differing bits of the rows."""
-    counts = _bit_counts(_words(source) ^ _words(target)).astype(np.float32)
-    fractions: np.ndarray = _row_sums(counts) * _bit_fraction(source)
-    return fractions
 
 
 def _squared_lengths(vectors: np.ndarray) -> np.ndarray:
@@ -126,21 +128,3 @@ def _ones(count: int) -> np.ndarray:
     ones = np.ones(count, np.float32)
     ones.flags.writeable = False
     return ones
-
-
-def _bit_fraction(descriptors: np.ndarray) -> np.float32:
-    """Return one bit as a fraction of all bits."""
-    return np.float32(1.0 / (8 * descriptors.shape[1]))
-
-
-def _words(descriptors: np.ndarray) -> np.ndarray:
-    """Return a view of binary descriptors as words of 64 bits, or of 8 if the width is odd."""
-    return descriptors.view(np.uint64 if descriptors.shape[1] % 8 == 0 else np.uint8)
-
-
-def _look_up_bit_counts(numbers: np.ndarray) -> np.ndarray:
-    """Return the numbers of set bits, KxC uint8; of a 64-bit number for each 16 bits of it."""
-    return _BITS.take(numbers.view(np.uint16) if numbers.itemsize == 8 else numbers)
-
-
-_bit_counts = getattr(np, 'bitwise_count', _look_up_bit_counts)  # NumPy 2 only

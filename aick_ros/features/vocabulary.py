@@ -97,12 +97,12 @@ class FrameWords:
     starts: np.ndarray
 
     def pairs(self, target: FrameWords) -> np.ndarray:
-        """Return the pairs (keypoint, target keypoint) to compare, 2xK, sorted by both."""
+        """Return the pairs (keypoint, target keypoint) to compare, 2xK int64, sorted by both."""
         first = target.starts.take(self.closest)
         lengths = target.starts.take(self.closest + 1) - first
         ends = lengths.cumsum()
         count = int(ends[-1]) if len(ends) else 0
-        rows = np.empty((2, count), np.intp)
+        rows = np.empty((2, count), np.int64)
         rows[0] = np.arange(len(lengths)).repeat(lengths)
         # offset of the word in the target, minus offset of the pairs of this keypoint
         offsets = (first - ends + lengths).repeat(lengths)

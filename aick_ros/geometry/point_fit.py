@@ -8,6 +8,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from aick_ros import kernels
+
 _COLLINEAR = 1e-6  # chosen: smaller ratio of the second to the first singular value is a line
 _ROUNDING = 1e-13  # chosen: relative rounding error of the sums of products, some hundred eps
 
@@ -38,6 +40,19 @@ def fit(source: np.ndarray, target: np.ndarray) -> np.ndarray:
                 len(source))
 
 
+def moments(source: np.ndarray, target: np.ndarray, matches: np.ndarray) -> np.ndarray:
+    """
+    Return the moments of matched points: ``a.T @ b`` of their homogeneous coordinates, 4x4.
+
+    :param source: Nx3 float32 [m].
+    :param target: Mx3 float32 [m].
+    :param matches: Kx2 int64, rows (source, target).
+    """
+    sums = np.zeros((4, 4))
+    kernels.moments(np.ascontiguousarray(source), np.ascontiguousarray(target), matches, sums)
+    return sums
+
+
 def fit_moments(moments: np.ndarray) -> np.ndarray:
     """
     Return the same as :func:`fit` from the moments of the points, in a fraction of the time.
@@ -45,7 +60,7 @@ def fit_moments(moments: np.ndarray) -> np.ndarray:
     The rounding error of uncentred moments is negligible as long as the points are not much
     farther from the origin than from each other.
 
-    :param moments: 4x4 float64, ``source.T @ target`` of the homogeneous points, both Kx4.
+    :param moments: 4x4 float64, of :func:`moments`.
     :returns: ``T_target_source``, 4x4.
     :raises DegenerateGeometryError: if the points do not determine the rotation.
     """

@@ -10,7 +10,10 @@
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
+PyObject *kernel_bit_distances(PyObject *module, PyObject *arguments);
+PyObject *kernel_bit_distances_of_pairs(PyObject *module, PyObject *arguments);
 PyObject *kernel_cells_at(PyObject *module, PyObject *arguments);
+PyObject *kernel_closest_pairs(PyObject *module, PyObject *arguments);
 PyObject *kernel_composed_poses(PyObject *module, PyObject *arguments);
 PyObject *kernel_depth_rows(PyObject *module, PyObject *arguments);
 PyObject *kernel_distortion_rows(PyObject *module, PyObject *arguments);
@@ -24,9 +27,12 @@ PyObject *kernel_is_rigid(PyObject *module, PyObject *arguments);
 PyObject *kernel_keypoint_rows(PyObject *module, PyObject *arguments);
 PyObject *kernel_log_pose(PyObject *module, PyObject *arguments);
 PyObject *kernel_log_rotation(PyObject *module, PyObject *arguments);
+PyObject *kernel_moments(PyObject *module, PyObject *arguments);
 PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments);
 PyObject *kernel_nodes_around(PyObject *module, PyObject *arguments);
 PyObject *kernel_normal_equations(PyObject *module, PyObject *arguments);
+PyObject *kernel_pairs_of_near_points(PyObject *module, PyObject *arguments);
+PyObject *kernel_pairs_of_similar_bits(PyObject *module, PyObject *arguments);
 PyObject *kernel_perturbed_pose(PyObject *module, PyObject *arguments);
 PyObject *kernel_plane_jacobians(PyObject *module, PyObject *arguments);
 PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments);

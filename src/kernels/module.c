@@ -6,7 +6,10 @@
 #define KERNEL(name) {#name, kernel_##name, METH_VARARGS, NULL}
 
 static PyMethodDef METHODS[] = {
+    KERNEL(bit_distances),
+    KERNEL(bit_distances_of_pairs),
     KERNEL(cells_at),
+    KERNEL(closest_pairs),
     KERNEL(composed_poses),
     KERNEL(depth_rows),
     KERNEL(distortion_rows),
@@ -20,9 +23,12 @@ static PyMethodDef METHODS[] = {
     KERNEL(keypoint_rows),
     KERNEL(log_pose),
     KERNEL(log_rotation),
+    KERNEL(moments),
     KERNEL(moved_by_rows),
     KERNEL(nodes_around),
     KERNEL(normal_equations),
+    KERNEL(pairs_of_near_points),
+    KERNEL(pairs_of_similar_bits),
     KERNEL(perturbed_pose),
     KERNEL(plane_jacobians),
     KERNEL(point_to_plane),

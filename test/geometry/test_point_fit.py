@@ -126,6 +126,23 @@ def test_points_far_from_the_origin_that_coincide_are_rejected_by_their_moments(
         fit_moments(*2 * [np.full((100, 3), 1000.1) + rng.normal(0, 1e-9, (100, 3))])
 
 
+def test_moments_are_the_sums_of_the_products_of_matched_points(rng):
+    source, target = (rng.normal(0, 1, (count, 3)).astype(np.float32) for count in (20, 30))
+    matches = np.column_stack([rng.integers(0, 20, 50), rng.integers(0, 30, 50)])
+    a, b = (np.column_stack([points[rows].astype(float), np.ones(50)])
+            for points, rows in zip((source, target), matches.T))
+    found = point_fit.moments(source, target, matches)
+    np.testing.assert_allclose(found, a.T @ b, rtol=1e-12)
+    assert not point_fit.moments(source, target, matches[:0]).any()
+
+
+@pytest.mark.parametrize('match', [(-1, 0), (20, 0), (0, -1), (0, 30)], ids=str)
+def test_matches_beyond_the_points_are_rejected(match):
+    points = np.zeros((20, 3), np.float32), np.zeros((30, 3), np.float32)
+    with pytest.raises(ValueError, match='^a row of a match is not one of the points$'):
+        point_fit.moments(*points, np.array([(0, 0), match]))
+
+
 def test_homogeneous_points_keep_their_type(rng):
     points = rng.normal(0, 1, (5, 3)).astype(np.float32)
     found = point_fit.homogeneous(points)

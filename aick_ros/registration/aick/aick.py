@@ -62,8 +62,6 @@ class Aick:
             return failed(Status.TOO_FEW_KEYPOINTS, f'{len(source)} and {len(target)} keypoints '
                           f'with depth, at least {_FEWEST_MATCHES} in each are required')
         search = self._search(source, target)
-        source_points, target_points = (point_fit.homogeneous(frame.positions.astype(np.float64))
-                                        for frame in (source, target))
         T_target_source = np.eye(4)  # no guess: w(0) = 1, so d_e has no weight yet
         for i in range(self._settings.iterations):
             w = self._settings.alpha ** i
@@ -71,8 +69,7 @@ class Aick:
             if len(matches) < _FEWEST_MATCHES:
                 return failed(Status.TOO_FEW_MATCHES, f'{len(matches)} matches in iteration {i} '
                               f'of {len(source)} and {len(target)} keypoints', i + 1)
-            moments = (source_points.take(matches[:, 0], axis=0).T
-                       @ target_points.take(matches[:, 1], axis=0))
+            moments = point_fit.moments(source.positions, target.positions, matches)
             try:
                 T_target_source = point_fit.fit_moments(moments)  # the least-squares step of ICP
             except point_fit.DegenerateGeometryError as error:

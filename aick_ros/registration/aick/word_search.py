@@ -31,11 +31,8 @@ class WordSearch(Search):
         if source.words is None or target.words is None:
             raise ValueError('a search by words requires the words of both frames')
         rows = source.words.pairs(target.words)
-        d_d = pair_distances(source.descriptors, target.descriptors, *rows)
-        self._pairs = Candidates(rows, d_d, self._target)
+        self._pairs = Candidates(
+            rows, pair_distances(source.descriptors, target.descriptors, *rows))
 
-    def _by_descriptor(self, bound: float) -> Candidates:
-        return self._pairs.where(self._pairs.descriptor_distances < bound)
-
-    def _by_position(self, moved: np.ndarray, radius: float) -> Candidates:
-        return self._pairs.where(self._pairs.squared_distances(moved) < radius ** 2)
+    def _candidates(self, moved: np.ndarray, w: float, threshold: float) -> Candidates:
+        return self._pairs

@@ -130,17 +130,6 @@ def test_by_position_all_pairs_within_the_threshold_are_compared(lambda_e):
     assert distances.min(axis=1).max() > 1.2
 
 
-def test_pairs_within_a_radius_are_listed():
-    """A metre and a half, of which the square is more."""
-    one = [frame([[x, 0.0, 2.0]], np.zeros((1, 32), np.uint8)) for x in (0.0, 1.4)]
-    views = with_words(one, 1, 1.0)
-    moved = np.float32([[0.0, 0.0, 2.0, 1.0]])
-    search = WordSearch(*views, SETTINGS)
-    listed = [len(search._by_position(moved, radius).descriptor_distances)
-              for radius in (1.5, 1.3)]
-    assert listed == [1, 0]
-
-
 @pytest.mark.parametrize('without', [0, 1])
 def test_both_frames_need_words(without):
     views = with_words(two_views(0, binary=True), 5, 0.3)

@@ -1,0 +1,193 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Distances of binary descriptors: the fraction of differing bits.
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "arrays.h"
+#include "kernels.h"
+#include "pairs.h"
+#include "processors.h"
+
+enum { WORD = 8, ORB = 32, WIDEST = 1 << 20 };  // bytes: compared at once; of a descriptor
+
+static inline uint64_t word_at(const unsigned char *bytes, Py_ssize_t size) {
+  uint64_t word = 0;
+  memcpy(&word, bytes, (size_t)size);
+  return word;
+}
+
+static inline int set_bits(uint64_t word) {
+#ifdef __GNUC__
+  return __builtin_popcountll(word);
+#else
+  word -= word >> 1 & 0x5555555555555555;
+  word = (word & 0x3333333333333333) + (word >> 2 & 0x3333333333333333);
+  word = (word + (word >> 4)) & 0x0f0f0f0f0f0f0f0f;
+  return (int)(word * 0x0101010101010101 >> 56);
+#endif
+}
+
+static inline int differing_bits(const unsigned char *a, const unsigned char *b,
+                                 Py_ssize_t width) {
+  int bits = 0;
+  Py_ssize_t i = 0;
+  for (; i + WORD <= width; i += WORD)
+    bits += set_bits(word_at(a + i, WORD) ^ word_at(b + i, WORD));
+  if (i < width)
+    bits += set_bits(word_at(a + i, width - i) ^ word_at(b + i, width - i));
+  return bits;
+}
+
+// One bit as a fraction of all bits.
+static float fraction(Py_ssize_t width) { return (float)(1.0 / (8.0 * (double)width)); }
+
+typedef struct {
+  const unsigned char *source, *target;
+  Py_ssize_t source_count, target_count, width;
+} Descriptors;
+
+// Set the counts of two arrays; return false, with a ValueError, where no descriptor is so wide.
+static bool has_counts(Descriptors *d, PyObject *source, PyObject *target) {
+  if (d->width < 1 || d->width > WIDEST) {
+    PyErr_Format(PyExc_ValueError, "the width of the descriptors is %zd: 1 to %d are required",
+                 d->width, WIDEST);
+    return false;
+  }
+  d->source_count = PyObject_Length(source);
+  d->target_count = PyObject_Length(target);
+  return true;
+}
+
+static inline void compare_row(const unsigned char *source, const Descriptors *d,
+                               Py_ssize_t width, float *distances) {
+  const float unit = fraction(width);
+  for (Py_ssize_t j = 0; j < d->target_count; ++j)
+    distances[j] = (float)differing_bits(source, d->target + width * j, width) * unit;
+}
+
+// Write the distances of one descriptor from all of the target.
+FOR_EACH_PROCESSOR
+static void compare_to_all(const Descriptors *d, Py_ssize_t row, float *distances) {
+  const unsigned char *source = d->source + d->width * row;
+  if (d->width == ORB)  // twice as fast where the compiler knows the width
+    compare_row(source, d, ORB, distances);
+  else
+    compare_row(source, d, d->width, distances);
+}
+
+FOR_EACH_PROCESSOR
+static bool compare_pairs(const Descriptors *d, const int64_t *source_rows,
+                          const int64_t *target_rows, Py_ssize_t count, float *distances) {
+  const float unit = fraction(d->width);
+  for (Py_ssize_t k = 0; k < count; ++k) {
+    const int64_t i = source_rows[k], j = target_rows[k];
+    if (i < 0 || i >= d->source_count || j < 0 || j >= d->target_count)
+      return false;
+    distances[k] = (float)differing_bits(d->source + d->width * i, d->target + d->width * j,
+                                         d->width) * unit;
+  }
+  return true;
+}
+
+// List the pairs with a distance below a bound; scratch has a number per target.
+static bool list_below(const Descriptors *d, float bound, float *scratch, Pairs *pairs) {
+  for (Py_ssize_t i = 0; i < d->source_count; ++i) {
+    compare_to_all(d, i, scratch);
+    if (!add_below(pairs, i, scratch, d->target_count, bound))
+      return false;
+  }
+  return true;
+}
+
+PyObject *kernel_bit_distances(PyObject *module, PyObject *arguments) {
+  PyObject *source_array, *target_array, *distance_array;
+  Descriptors d;
+  if (!PyArg_ParseTuple(arguments, "OOnO", &source_array, &target_array, &d.width,
+                        &distance_array) ||
+      !has_counts(&d, source_array, target_array))
+    return NULL;
+  const Argument needed[] = {
+      {"the source", source_array, 'B', d.source_count * d.width, false},
+      {"the target", target_array, 'B', d.target_count * d.width, false},
+      {"the distances", distance_array, 'f', d.source_count * d.target_count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  d.source = arrays.views[0].buf;
+  d.target = arrays.views[1].buf;
+  float *distances = arrays.views[2].buf;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < d.source_count; ++i)
+    compare_to_all(&d, i, distances + d.target_count * i);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+PyObject *kernel_bit_distances_of_pairs(PyObject *module, PyObject *arguments) {
+  PyObject *source_array, *target_array, *source_row_array, *target_row_array, *distance_array;
+  Descriptors d;
+  if (!PyArg_ParseTuple(arguments, "OOnOOO", &source_array, &target_array, &d.width,
+                        &source_row_array, &target_row_array, &distance_array) ||
+      !has_counts(&d, source_array, target_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(distance_array);
+  const Argument needed[] = {
+      {"the source", source_array, 'B', d.source_count * d.width, false},
+      {"the target", target_array, 'B', d.target_count * d.width, false},
+      {"the rows of the source", source_row_array, 'q', count, false},
+      {"the rows of the target", target_row_array, 'q', count, false},
+      {"the distances", distance_array, 'f', count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  d.source = arrays.views[0].buf;
+  d.target = arrays.views[1].buf;
+  const int64_t *source_rows = arrays.views[2].buf, *target_rows = arrays.views[3].buf;
+  float *distances = arrays.views[4].buf;
+  bool are_rows;
+  Py_BEGIN_ALLOW_THREADS
+  are_rows = compare_pairs(&d, source_rows, target_rows, count, distances);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  if (!are_rows) {
+    PyErr_SetString(PyExc_ValueError, "a row of a pair is not one of the descriptors");
+    return NULL;
+  }
+  Py_RETURN_NONE;
+}
+
+PyObject *kernel_pairs_of_similar_bits(PyObject *module, PyObject *arguments) {
+  PyObject *source_array, *target_array;
+  Descriptors d;
+  float bound;
+  if (!PyArg_ParseTuple(arguments, "OOnf", &source_array, &target_array, &d.width, &bound) ||
+      !has_counts(&d, source_array, target_array))
+    return NULL;
+  const Argument needed[] = {
+      {"the source", source_array, 'B', d.source_count * d.width, false},
+      {"the target", target_array, 'B', d.target_count * d.width, false},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  d.source = arrays.views[0].buf;
+  d.target = arrays.views[1].buf;
+  float *scratch = malloc((size_t)(d.target_count + 1) * sizeof(*scratch));
+  Pairs pairs = {0};
+  bool is_complete = scratch != NULL;
+  if (is_complete) {
+    Py_BEGIN_ALLOW_THREADS
+    is_complete = list_below(&d, bound, scratch, &pairs);
+    Py_END_ALLOW_THREADS
+  }
+  free(scratch);
+  close_arrays(&arrays);
+  return take_pairs(&pairs, is_complete);
+}
