@@ -6,9 +6,9 @@
 try:
     from aick_ros._kernels import (
         DIGEST, bit_distances, bit_distances_of_pairs, cells_at, closest_pairs, composed_poses,
-        depth_rows, distortion_rows, edges_beside, exp_pose, exp_rotation, gradient_moments,
-        gradient_noise, inverse_depth_slopes, is_rigid, keypoint_rows, log_pose, log_rotation,
-        moments, moved_by_rows, nodes_around, normal_equations, pairs_of_near_points,
+        corners, depth_rows, disc_moments, distortion_rows, edges_beside, exp_pose, exp_rotation,
+        gradient_moments, gradient_noise, inverse_depth_slopes, is_rigid, keypoint_rows, log_pose,
+        log_rotation, moments, moved_by_rows, nodes_around, normal_equations, pairs_of_near_points,
         pairs_of_similar_bits, perturbed_pose, plane_jacobians, point_to_plane, project,
         reprojection, robust_weights, sample_depth, to_quaternion, track_depth, valid_depth,
         window_shifts)
@@ -17,10 +17,10 @@ except ModuleNotFoundError as error:
                       'which takes a C compiler') from error
 
 __all__ = ['DIGEST', 'bit_distances', 'bit_distances_of_pairs', 'cells_at', 'closest_pairs',
-           'composed_poses', 'depth_rows', 'distortion_rows', 'edges_beside', 'exp_pose',
-           'exp_rotation', 'gradient_moments', 'gradient_noise', 'inverse_depth_slopes',
-           'is_rigid', 'keypoint_rows', 'log_pose', 'log_rotation', 'moments', 'moved_by_rows',
-           'nodes_around', 'normal_equations', 'pairs_of_near_points', 'pairs_of_similar_bits',
-           'perturbed_pose', 'plane_jacobians', 'point_to_plane', 'project', 'reprojection',
-           'robust_weights', 'sample_depth', 'to_quaternion', 'track_depth', 'valid_depth',
-           'window_shifts']
+           'composed_poses', 'corners', 'depth_rows', 'disc_moments', 'distortion_rows',
+           'edges_beside', 'exp_pose', 'exp_rotation', 'gradient_moments', 'gradient_noise',
+           'inverse_depth_slopes', 'is_rigid', 'keypoint_rows', 'log_pose', 'log_rotation',
+           'moments', 'moved_by_rows', 'nodes_around', 'normal_equations', 'pairs_of_near_points',
+           'pairs_of_similar_bits', 'perturbed_pose', 'plane_jacobians', 'point_to_plane',
+           'project', 'reprojection', 'robust_weights', 'sample_depth', 'to_quaternion',
+           'track_depth', 'valid_depth', 'window_shifts']

@@ -5,13 +5,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from aick_ros.borders.values import required_array
+from aick_ros.borders.values import required, required_array
 from aick_ros.errors import InputError
+
+Choice = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Which keypoints are kept: of their pixels and responses, the rows in the order of the result."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,3 +68,30 @@ class Detector(Protocol):
 
     def detect(self, grey: np.ndarray) -> Features:
         """Return the keypoints of an HxW uint8 image; there may be none."""
+
+
+@runtime_checkable
+class SelectiveDetector(Protocol):
+    """Detector that describes only the keypoints that are kept."""
+
+    def detect_some(self, grey: np.ndarray, choose: Choice) -> Features:
+        """Return the chosen keypoints of an HxW uint8 image."""
+
+
+def every_keypoint(pixels: np.ndarray, responses: np.ndarray) -> np.ndarray:
+    """Choose all keypoints in their order."""
+    return np.arange(len(pixels))
+
+
+def detect_some(detector: Detector, grey: np.ndarray, choose: Choice) -> Features:
+    """
+    Return the chosen keypoints of an HxW uint8 image.
+
+    :raises InputError: where the detector does not return features.
+    """
+    if isinstance(detector, SelectiveDetector):
+        return detector.detect_some(grey, choose)
+    found = required(detector.detect(grey), Features, 'what the detector has returned')
+    chosen = choose(found.pixels, found.responses)
+    return Features(found.pixels[chosen], found.descriptors[chosen], found.responses[chosen],
+                    found.scales[chosen])

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from aick_ros.borders.values import numbers, required, required_method
 from aick_ros.errors import InputError
 from aick_ros.features import Detector, make_detector
-from aick_ros.features.detector import Features, required_descriptors
+from aick_ros.features.detector import detect_some, required_descriptors
 from aick_ros.features.selection import spread
 from aick_ros.features.vocabulary import FrameWords, Vocabulary
 from aick_ros.frames import depth
@@ -112,21 +113,19 @@ class KeypointExtractor:
         :raises InputError: where the image is too small, or the detector does not return features.
         """
         required(frame, RgbdFrame, 'the frame')
-        detected = required(self._detector.detect(frame.grey), Features,
-                            'what the detector has returned')
-        depths = depth.sample(frame.depth, detected.pixels, self._sensor)
-        kept = np.flatnonzero(np.isfinite(depths))
-        kept = kept[np.argsort(-detected.responses[kept], kind='stable')]
-        kept = self._select(kept, detected.pixels[kept])
-        positions = frame.camera.back_project(detected.pixels[kept], depths[kept])
+        detected = detect_some(self._detector, frame.grey,
+                               functools.partial(self._choose, frame.depth))
+        positions = frame.camera.back_project(
+            detected.pixels, depth.sample(frame.depth, detected.pixels, self._sensor))
+        pixels, descriptors, scales = detected.pixels, detected.descriptors, detected.scales
         has_ray = np.isfinite(positions).all(axis=1)  # false at the border of a wide lens
-        kept, positions = kept[has_ray], positions[has_ray]
-        pixels = detected.pixels[kept]
+        if not has_ray.all():
+            positions, pixels = positions[has_ray], pixels[has_ray]
+            descriptors, scales = descriptors[has_ray], scales[has_ray]
         noise = self._features.chosen
         covariances = depth.position_covariances(
-            positions, noise.pixel_sigma * detected.scales[kept] ** noise.pixel_exponent,
-            frame.camera, self._sensor)
-        descriptors = detected.descriptors[kept]
+            positions, noise.pixel_sigma * scales ** noise.pixel_exponent, frame.camera,
+            self._sensor)
         words = None if self._vocabulary is None else self._vocabulary.words_of(
             descriptors, self._word_radius)
         arrays = (positions.astype(np.float32), descriptors, covariances.astype(np.float32),
@@ -135,11 +134,14 @@ class KeypointExtractor:
             array.flags.writeable = False
         return KeypointFrame(frame.stamp, *arrays, words)
 
-    def _select(self, keypoints: np.ndarray, pixels: np.ndarray) -> np.ndarray:
-        """Return the keypoints to keep, out of all of them with the strongest first."""
+    def _choose(self, image: np.ndarray, pixels: np.ndarray,
+                responses: np.ndarray) -> np.ndarray:
+        """Return the keypoints to keep, the strongest first: with depth, and spread."""
+        kept = np.flatnonzero(np.isfinite(depth.sample(image, pixels, self._sensor)))
+        kept = kept[np.argsort(-responses[kept], kind='stable')]
         maximum, cell_size = self._features.max_keypoints, self._features.cell_size
-        if not maximum or len(keypoints) <= maximum:
-            return keypoints
+        if not maximum or len(kept) <= maximum:
+            return kept
         if not cell_size:
-            return keypoints[:maximum]
-        return np.take(keypoints, spread(pixels, maximum, cell_size))
+            return kept[:maximum]
+        return np.take(kept, spread(pixels[kept], maximum, cell_size))

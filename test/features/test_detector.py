@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.features.detector import Features, required_descriptors
+from aick_ros.features.detector import Features, detect_some, required_descriptors
 
 GOOD = {'pixels': np.zeros((3, 2), np.float32), 'descriptors': np.zeros((3, 32), np.uint8),
         'responses': np.zeros(3, np.float32), 'scales': np.ones(3, np.float32)}
@@ -51,3 +51,19 @@ def test_descriptors_are_bytes_or_single_floats(kind, is_one):
     else:
         with pytest.raises(InputError, match='where an array of float32 of the shape 5xN'):
             required_descriptors(np.zeros((5, 8), kind), 5)
+
+
+def test_a_detector_that_describes_all_is_asked_for_all():
+    rng = np.random.default_rng(0)
+    every = Features(rng.random((9, 2), np.float32), np.eye(9, dtype=np.uint8),
+                     rng.random(9, np.float32), rng.random(9, np.float32))
+
+    class Plain:
+        def detect(self, grey):
+            return every
+    some = detect_some(Plain(), np.zeros((4, 4), np.uint8),
+                       lambda pixels, responses: np.argsort(-responses)[:3])
+    rows = np.argsort(-every.responses)[:3]
+    np.testing.assert_array_equal(some.descriptors, every.descriptors[rows])
+    np.testing.assert_array_equal(some.pixels, every.pixels[rows])
+    np.testing.assert_array_equal(some.scales, every.scales[rows])

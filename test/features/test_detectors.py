@@ -128,11 +128,6 @@ def used(detector):
 
 
 @pytest.mark.parametrize('name, changes, getters', [
-    ('orb', {'nfeatures': 321, 'scale_factor': 1.3, 'levels': 5, 'edge_threshold': 17,
-             'patch_size': 23, 'fast_threshold': 9},
-     {'nfeatures': 'MaxFeatures', 'scale_factor': 'ScaleFactor', 'levels': 'NLevels',
-      'edge_threshold': 'EdgeThreshold', 'patch_size': 'PatchSize',
-      'fast_threshold': 'FastThreshold'}),
     ('sift', {'nfeatures': 321, 'octave_layers': 4, 'contrast_threshold': 0.05,
               'edge_threshold': 7.0, 'sigma': 1.9},
      {'nfeatures': 'NFeatures', 'octave_layers': 'NOctaveLayers',
@@ -144,13 +139,6 @@ def test_opencv_has_the_settings(name, changes, getters):
     for parameter, getter in getters.items():
         if hasattr(used(made), f'get{getter}'):  # older releases tell less of SIFT
             assert getattr(used(made), f'get{getter}')() == pytest.approx(changes[parameter])
-
-
-def test_orb_is_that_of_the_paper():
-    """Corners by Harris' measure, pairs of points, from the first level (Rublee et al. 2011)."""
-    orb = used(detector('orb'))
-    assert (orb.getScoreType(), orb.getWTA_K(), orb.getFirstLevel()) == (
-        cv2.ORB_HARRIS_SCORE, 2, 0)
 
 
 @pytest.mark.parametrize('factor, levels', [(1.2, 8), (1.5, 4)])

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
+from aick_ros import kernels
 from aick_ros.errors import InputError
 from aick_ros.features.orb import OrbDetector
 from aick_ros.settings import FeatureSettings, OrbSettings
@@ -29,6 +30,107 @@ def grey():
 
 def detect(grey, **settings):
     return OrbDetector(FeatureSettings(orb=OrbSettings(**settings))).detect(grey)
+
+
+def opencv(grey, orb):
+    """
+    Return OpenCV's keypoints, sorted: response, place, scale, descriptor.
+
+    Corners by Harris' measure, pairs of points, from the first level, as in the paper.
+    """
+    detector = cv2.ORB_create(
+        nfeatures=orb.nfeatures, scaleFactor=orb.scale_factor, nlevels=orb.levels,
+        edgeThreshold=orb.edge_threshold, patchSize=orb.patch_size,
+        fastThreshold=orb.fast_threshold, scoreType=cv2.ORB_HARRIS_SCORE, WTA_K=2, firstLevel=0)
+    keypoints, descriptors = detector.detectAndCompute(grey, None)
+    return sorted(
+        (keypoint.response, *keypoint.pt, np.float32(np.float32(orb.scale_factor).item()
+                                                     ** keypoint.octave), bytes(descriptor))
+        for keypoint, descriptor in zip(keypoints, descriptors if keypoints else ()))
+
+
+def sorted_rows(features):
+    return sorted((response, *pixel, scale, bytes(descriptor)) for response, pixel, scale,
+                  descriptor in zip(features.responses, features.pixels, features.scales,
+                                    features.descriptors))
+
+
+@pytest.mark.parametrize('settings', [
+    {}, {'nfeatures': 700, 'scale_factor': 1.44, 'levels': 4}, {'nfeatures': 10},
+    {'edge_threshold': 0}, {'edge_threshold': 31}, {'edge_threshold': 100}, {'patch_size': 5},
+    {'patch_size': 30}, {'patch_size': 101, 'levels': 2}, {'levels': 1},
+    {'scale_factor': 1.01, 'levels': 16}, {'scale_factor': 2.0, 'levels': 3},
+    {'fast_threshold': 1, 'nfeatures': 20000}, {'fast_threshold': 255}], ids=str)
+def test_keypoints_are_those_of_opencv(grey, settings):
+    """Of corners, of noise, of noise that is blurred, transposed and strided, and of nothing."""
+    rng = np.random.default_rng(1)
+    noise = rng.integers(0, 256, (150, 201), dtype=np.uint8)
+    for image in (grey, grey[:, ::2], noise, cv2.blur(noise, (5, 5)).T, np.zeros_like(grey)):
+        found = detect(image, **settings)
+        assert sorted_rows(found) == opencv(image, OrbSettings(**settings))
+
+
+@pytest.mark.parametrize('width', [0, 1, 5, 6, 7, 8, 30, 38, 39, 40, 70])
+@pytest.mark.parametrize('height', [0, 6, 7, 9, 33])
+def test_corners_of_small_images_are_those_of_opencv(width, height):
+    image = np.random.default_rng(width).integers(0, 256, (height, width), dtype=np.uint8)
+    bordered = np.random.default_rng(0).integers(
+        0, 256, (height + 10, width + 10), dtype=np.uint8)
+    bordered[5:-5, 5:-5] = image
+    corners = np.frombuffer(kernels.corners(bordered, 5, 20, 0, 10 ** 6),
+                            np.float32).reshape(-1, 3)
+    expected = cv2.FastFeatureDetector_create(20).detect(image) if image.size else []
+    assert sorted(map(tuple, corners[:, :2])) == sorted(point.pt for point in expected)
+
+
+@pytest.mark.parametrize('arguments, error', [
+    ((np.zeros((20, 20), np.uint8), 4, 20, 0, 9), ValueError),
+    ((np.zeros((20, 20), np.uint8), 11, 20, 0, 9), ValueError),
+    ((np.zeros((20, 40), np.uint8), -5, 20, 0, 9), ValueError),
+    ((np.zeros(400, np.uint8), 5, 20, 0, 9), ValueError),
+    ((np.zeros((20, 20), np.uint8), 5, 256, 0, 9), OverflowError),
+    ((np.zeros((20, 20), np.float32), 5, 20, 0, 9), TypeError),
+    ((np.zeros((20, 40), np.uint8)[:, ::2], 5, 20, 0, 9), (BufferError, ValueError))])
+def test_images_of_another_type_or_size_have_no_corners(arguments, error):
+    with pytest.raises(error):
+        kernels.corners(*arguments)
+
+
+@pytest.mark.parametrize('point, half_widths', [
+    ((-1, 0), [3, 3]), ((10, 0), [3, 3]), ((0, 10), [3, 3]), ((np.nan, 0), [1, 1]),
+    ((0, 0), [2, 2]), ((0, 0), [1, -1]), ((0, 0), [1, 1, 1]), ((0, 0), [])], ids=str)
+def test_discs_beyond_the_image_have_no_moments(point, half_widths):
+    with pytest.raises(ValueError):
+        kernels.disc_moments(np.zeros((28, 28), np.uint8), 9, np.array(half_widths, np.int64),
+                             np.float32([point]), np.empty((1, 2)))
+
+
+def test_moments_of_a_disc_are_the_sums_of_its_pixels():
+    image = np.random.default_rng(2).integers(0, 256, (40, 42), dtype=np.uint8)
+    half_widths, moments = np.array([4, 4, 3, 3, 1]), np.empty((2, 2))
+    points = np.float32([(0, 0), (13, 11)])
+    kernels.disc_moments(image, 14, half_widths, points, moments)
+    for (x, y), found in zip(points.astype(int), moments):
+        offsets = [(u, v) for v in range(-4, 5) for u in range(-half_widths[abs(v)],
+                                                               half_widths[abs(v)] + 1)]
+        expected = sum(np.array(offset) * int(image[14 + y + offset[1], 14 + x + offset[0]])
+                       for offset in offsets)
+        assert found.tolist() == expected.tolist()
+
+
+def test_chosen_keypoints_are_described_as_all_are(grey):
+    detector, rows = OrbDetector(FeatureSettings()), np.array([200, 3, 450, 7, 8])
+    every, seen = detector.detect(grey), []
+
+    def choose(pixels, responses):
+        seen.extend((pixels, responses))
+        return rows
+    some = detector.detect_some(grey, choose)
+    np.testing.assert_array_equal(seen[0], every.pixels)
+    np.testing.assert_array_equal(seen[1], every.responses)
+    for field in dataclasses.fields(some):
+        np.testing.assert_array_equal(getattr(some, field.name),
+                                      getattr(every, field.name)[rows])
 
 
 @pytest.mark.parametrize('count', [50, 200])

@@ -1,0 +1,362 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Corners of an image: FAST (Rosten and Drummond 2006), ranked by the response of Harris and
+// Stephens (1988), and the orientation by the centroid of a patch (Rosin 1999).
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "arrays.h"
+#include "kernels.h"
+#include "processors.h"
+
+enum {
+  RING = 16,     // pixels of the circle about a corner
+  RADIUS = 3,    // of that circle
+  WORD = 8,      // of them in an integer
+  LANES = 32,    // pixels that are looked at together
+  BLOCK = 7,     // side of the block of Harris' response, and with one lane to spare:
+  BLOCK_LANES = 8,
+  REACH = 5,     // pixels around a corner that its response reads
+  SCORES = 256,
+};
+
+static const float HARRIS_K = 0.04f;
+
+typedef uint8_t Pixel;
+
+// An image with a border around it.
+typedef struct {
+  const Pixel *pixels;  // the first one within the border
+  Py_ssize_t height, width, step;
+} Image;
+
+typedef struct {
+  int32_t x, y;
+  Pixel score;
+} Corner;
+
+static inline Pixel least(Pixel a, Pixel b) { return a < b ? a : b; }
+
+static inline Pixel most(Pixel a, Pixel b) { return a > b ? a : b; }
+
+// The scores of pixels side by side: the largest threshold at which nine pixels in a row on the
+// circle are all brighter or all darker by more, 0 where that is below the threshold.
+static inline void score_pixels(const Pixel *row, const Py_ssize_t *ring, Pixel threshold,
+                                Pixel *scores) {
+  Pixel found[LANES];
+  for (int lane = 0; lane < LANES; ++lane) {
+    const Pixel *pixel = row + lane;
+    Pixel p[RING], low[RING], high[RING];
+    for (int k = 0; k < RING; ++k)
+      p[k] = pixel[ring[k]];
+    // least and most of the two, four and eight pixels that start at each odd one
+    Pixel low4[RING], high4[RING];
+    for (int k = 1; k < RING; k += 2) {
+      low[k] = least(p[k], p[(k + 1) % RING]);
+      high[k] = most(p[k], p[(k + 1) % RING]);
+    }
+    for (int k = 1; k < RING; k += 2) {
+      low4[k] = least(low[k], low[(k + 2) % RING]);
+      high4[k] = most(high[k], high[(k + 2) % RING]);
+    }
+    Pixel bright = 0, dark = UINT8_MAX;
+    for (int k = 1; k < RING; k += 2) {
+      // the ninth is the one before the eight or the one after them
+      const Pixel before = p[k - 1], after = p[(k + 8) % RING];
+      bright = most(bright, least(least(low4[k], low4[(k + 4) % RING]), most(before, after)));
+      dark = least(dark, most(most(high4[k], high4[(k + 4) % RING]), least(before, after)));
+    }
+    const Pixel centre = *pixel;
+    const Pixel contrast = most((Pixel)(most(bright, centre) - centre),
+                                (Pixel)(centre - least(dark, centre)));
+    found[lane] = contrast > threshold ? (Pixel)(contrast - 1) : 0;
+  }
+  memcpy(scores, found, LANES);
+}
+
+// Whether any of the pixels side by side may be a corner: nine in a row on the circle hold one of
+// each two that are opposite each other.
+static inline bool may_have_corner(const Pixel *row, const Py_ssize_t *ring, Pixel threshold) {
+  Pixel any = 0;
+  for (int lane = 0; lane < LANES; ++lane) {
+    const Pixel *pixel = row + lane;
+    const Pixel a = pixel[ring[0]], b = pixel[ring[4]], c = pixel[ring[8]], d = pixel[ring[12]];
+    const Pixel centre = *pixel;
+    const Pixel bright = least(most(a, c), most(b, d)), dark = most(least(a, c), least(b, d));
+    const Pixel contrast = most((Pixel)(most(bright, centre) - centre),
+                                (Pixel)(centre - least(dark, centre)));
+    any = most(any, contrast);
+  }
+  return any > threshold;
+}
+
+// Write the scores of all pixels that have a circle; rows of scores have a step of their own.
+FOR_EACH_PROCESSOR
+static void score_image(const Image *image, Pixel threshold, Pixel *scores, Py_ssize_t step) {
+  static const int OFFSETS[RING][2] = {{0, 3},  {1, 3},   {2, 2},   {3, 1},   {3, 0},  {3, -1},
+                                       {2, -2}, {1, -3},  {0, -3},  {-1, -3}, {-2, -2}, {-3, -1},
+                                       {-3, 0}, {-3, 1},  {-2, 2},  {-1, 3}};
+  Py_ssize_t ring[RING];
+  for (int k = 0; k < RING; ++k)
+    ring[k] = OFFSETS[k][0] + OFFSETS[k][1] * image->step;
+  const Py_ssize_t end = image->width - RADIUS;
+  for (Py_ssize_t y = RADIUS; y < image->height - RADIUS; ++y) {
+    const Pixel *row = image->pixels + y * image->step;
+    for (Py_ssize_t x = RADIUS; x < end; x += LANES)
+      if (may_have_corner(row + x, ring, threshold))
+        score_pixels(row + x, ring, threshold, scores + y * step + x);
+    memset(scores + y * step + end, 0, LANES);  // what is beyond the last pixel is none
+  }
+}
+
+// Zero the scores that are not larger than all eight around them, side by side.
+static inline bool keep_peaks(const Pixel *row, Py_ssize_t step, Pixel *peaks) {
+  Pixel any = 0;
+  for (int lane = 0; lane < LANES; ++lane)
+    any = most(any, row[lane]);
+  if (!any)
+    return false;
+  for (int lane = 0; lane < LANES; ++lane) {
+    const Pixel *p = row + lane;
+    const Pixel around = most(most(most(p[-step - 1], p[-step]), most(p[-step + 1], p[-1])),
+                              most(most(p[1], p[step - 1]), most(p[step], p[step + 1])));
+    peaks[lane] = *p > around ? *p : 0;
+  }
+  return true;
+}
+
+// List the peaks of the scores within an edge; return their number.
+FOR_EACH_PROCESSOR
+static Py_ssize_t list_corners(const Pixel *scores, Py_ssize_t height, Py_ssize_t width,
+                               Py_ssize_t step, Py_ssize_t edge, Corner *corners) {
+  Py_ssize_t count = 0;
+  for (Py_ssize_t y = edge; y < height - edge; ++y) {
+    for (Py_ssize_t x = edge; x < width - edge; x += LANES) {
+      Pixel peaks[LANES];
+      if (!keep_peaks(scores + y * step + x, step, peaks))
+        continue;
+      for (int first = 0; first < LANES; first += WORD) {
+        uint64_t any;  // few are peaks: pass over eight at once
+        memcpy(&any, peaks + first, WORD);
+        for (int lane = first; any != 0 && lane < first + WORD; ++lane)
+          if (peaks[lane] && x + lane < width - edge)
+            corners[count++] = (Corner){(int32_t)(x + lane), (int32_t)y, peaks[lane]};
+      }
+    }
+  }
+  return count;
+}
+
+// Keep the best corners, and all that are as good as the last one of them; return their number.
+static Py_ssize_t keep_best(Corner *corners, Py_ssize_t count, Py_ssize_t wanted) {
+  Py_ssize_t counts[SCORES] = {0}, kept = 0, better = 0;
+  for (Py_ssize_t i = 0; i < count; ++i)
+    ++counts[corners[i].score];
+  int lowest = SCORES;
+  while (lowest > 0 && better < wanted)
+    better += counts[--lowest];
+  for (Py_ssize_t i = 0; i < count; ++i)
+    if (corners[i].score >= lowest)
+      corners[kept++] = corners[i];
+  return kept;
+}
+
+// Harris' response of the block about a pixel.
+static inline float harris_response(const Image *image, Py_ssize_t x, Py_ssize_t y) {
+  int32_t xx[BLOCK_LANES] = {0}, yy[BLOCK_LANES] = {0}, xy[BLOCK_LANES] = {0};
+  const Py_ssize_t step = image->step;
+  for (int row = -BLOCK / 2; row <= BLOCK / 2; ++row) {
+    const Pixel *first = image->pixels + (y + row) * step + x - BLOCK / 2;
+    for (int lane = 0; lane < BLOCK_LANES; ++lane) {
+      const Pixel *p = first + lane;
+      const int dx = 2 * (p[1] - p[-1]) + (p[1 - step] - p[-1 - step]) + (p[1 + step] - p[step - 1]);
+      const int dy = 2 * (p[step] - p[-step]) + (p[step - 1] - p[-step - 1]) +
+                     (p[step + 1] - p[1 - step]);
+      xx[lane] += dx * dx;
+      yy[lane] += dy * dy;
+      xy[lane] += dx * dy;
+    }
+  }
+  int32_t a = 0, b = 0, c = 0;
+  for (int lane = 0; lane < BLOCK; ++lane) {
+    a += xx[lane];
+    b += yy[lane];
+    c += xy[lane];
+  }
+  const float unit = 1.0f / (4 * BLOCK * 255.0f);  // makes derivatives of grey levels 0 to 1
+  const float trace = (float)a + (float)b;
+  return ((float)a * (float)b - (float)c * (float)c - HARRIS_K * trace * trace) *
+         (unit * unit * unit * unit);
+}
+
+FOR_EACH_PROCESSOR
+static void write_responses(const Image *image, const Corner *corners, Py_ssize_t count,
+                            float (*found)[3]) {
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    found[i][0] = (float)corners[i].x;
+    found[i][1] = (float)corners[i].y;
+    found[i][2] = harris_response(image, corners[i].x, corners[i].y);
+  }
+}
+
+// Set an image from an opened one with a border; false, with a ValueError, where none is left.
+static bool set_image(const Py_buffer *view, Py_ssize_t border, Image *image) {
+  const Size size = size_of(view);
+  if (border < REACH || border > size.height / 2 || border > size.width / 2) {
+    PyErr_Format(PyExc_ValueError, "an image of %zd x %zd pixels has no border of %zd", size.width,
+                 size.height, border);
+    return false;
+  }
+  *image = (Image){(const Pixel *)view->buf + border * size.width + border,
+                   size.height - 2 * border, size.width - 2 * border, size.width};
+  return true;
+}
+
+PyObject *kernel_corners(PyObject *module, PyObject *arguments) {
+  PyObject *image_array;
+  Image image;
+  Py_ssize_t border, edge, wanted;
+  Pixel threshold;
+  if (!PyArg_ParseTuple(arguments, "Onbnn", &image_array, &border, &threshold, &edge, &wanted))
+    return NULL;
+  const Argument needed[] = {{"the image", image_array, 'B', IMAGE, false}};
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  if (!set_image(&arrays.views[0], border, &image)) {
+    close_arrays(&arrays);
+    return NULL;
+  }
+  edge = edge > RADIUS ? edge : RADIUS;
+  const Py_ssize_t step = image.width + 2 * LANES, size = image.height * image.width;
+  Pixel *scores = calloc((size_t)((image.height + 1) * step), 1);
+  Corner *corners = malloc((size_t)(size / 4 + LANES) * sizeof(*corners));
+  float(*found)[3] = NULL;
+  PyObject *bytes = NULL;
+  if (scores != NULL && corners != NULL) {
+    Py_ssize_t count;
+    Py_BEGIN_ALLOW_THREADS
+    score_image(&image, threshold, scores, step);
+    count = list_corners(scores, image.height, image.width, step, edge, corners);
+    count = keep_best(corners, count, wanted);
+    Py_END_ALLOW_THREADS
+    bytes = PyBytes_FromStringAndSize(NULL, count * (Py_ssize_t)sizeof(*found));
+    if (bytes != NULL) {
+      found = (float(*)[3])(void *)PyBytes_AsString(bytes);
+      write_responses(&image, corners, count, found);
+    }
+  } else {
+    PyErr_NoMemory();
+  }
+  free(scores);
+  free(corners);
+  close_arrays(&arrays);
+  return bytes;
+}
+
+// A disc: for each of its rows, side by side, the pixels that are in it, up to whole lanes.
+typedef struct {
+  int32_t *inside;  // all bits set in the disc, none beside it
+  Py_ssize_t radius, width;
+} Disc;
+
+// Make a disc from half the widths of its rows, from the middle one on; inside is NULL without
+// memory for it.
+static Disc make_disc(const int64_t *half_widths, Py_ssize_t radius) {
+  Disc disc = {NULL, radius, (2 * radius + BLOCK_LANES) / BLOCK_LANES * BLOCK_LANES};
+  disc.inside = calloc((size_t)((2 * radius + 1) * disc.width), sizeof(*disc.inside));
+  if (disc.inside == NULL)
+    return disc;
+  for (Py_ssize_t row = 0; row <= 2 * radius; ++row) {
+    const Py_ssize_t half = half_widths[row < radius ? radius - row : row - radius];
+    for (Py_ssize_t column = radius - half; column <= radius + half; ++column)
+      disc.inside[row * disc.width + column] = -1;
+  }
+  return disc;
+}
+
+// The first moments of the grey levels in a disc about a pixel.
+FOR_EACH_PROCESSOR
+static void disc_moments(const Image *image, Py_ssize_t x, Py_ssize_t y, const Disc *disc,
+                         double *moments) {
+  const Py_ssize_t radius = disc->radius;
+  int64_t along_x = 0, along_y = 0;
+  for (Py_ssize_t first = 0; first < disc->width; first += BLOCK_LANES) {
+    int32_t sums[BLOCK_LANES] = {0}, sums_of_sums[BLOCK_LANES] = {0};
+    for (Py_ssize_t row = 2 * radius; row >= 0; --row) {
+      const Pixel *p = image->pixels + (y + row - radius) * image->step + x - radius + first;
+      const int32_t *inside = disc->inside + row * disc->width + first;
+      for (int lane = 0; lane < BLOCK_LANES; ++lane) {
+        sums[lane] += p[lane] & inside[lane];
+        sums_of_sums[lane] += sums[lane];  // counts a row once more than its number
+      }
+    }
+    for (int lane = 0; lane < BLOCK_LANES; ++lane) {
+      along_x += (first + lane - radius) * sums[lane];
+      along_y += sums_of_sums[lane] - (radius + 1) * sums[lane];
+    }
+  }
+  moments[0] = (double)along_x;
+  moments[1] = (double)along_y;
+}
+
+// Whether all of the discs lie in an image and its border, with lanes to spare.
+static bool are_inside(const Image *image, Py_ssize_t border, const int64_t *half_widths,
+                       Py_ssize_t radius, const float (*points)[2], Py_ssize_t count) {
+  bool is_inside = radius >= 0 && radius + BLOCK_LANES <= border;
+  for (Py_ssize_t row = 0; row <= radius; ++row)
+    is_inside = is_inside && half_widths[row] >= 0 && half_widths[row] <= radius;
+  for (Py_ssize_t i = 0; i < count; ++i)
+    is_inside = is_inside && points[i][0] >= 0.0f && points[i][0] < (float)image->width &&
+                points[i][1] >= 0.0f && points[i][1] < (float)image->height;
+  return is_inside;
+}
+
+PyObject *kernel_disc_moments(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *width_array, *point_array, *moment_array;
+  Image image;
+  Py_ssize_t border;
+  if (!PyArg_ParseTuple(arguments, "OnOOO", &image_array, &border, &width_array, &point_array,
+                        &moment_array))
+    return NULL;
+  const Py_ssize_t radius = PyObject_Length(width_array) - 1;
+  const Py_ssize_t count = PyObject_Length(point_array);
+  const Argument needed[] = {
+      {"the image", image_array, 'B', IMAGE, false},
+      {"the half widths", width_array, 'q', radius + 1, false},
+      {"the points", point_array, 'f', 2 * count, false},
+      {"the moments", moment_array, 'd', 2 * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const int64_t *half_widths = arrays.views[1].buf;
+  const float(*points)[2] = arrays.views[2].buf;
+  double(*moments)[2] = arrays.views[3].buf;
+  Disc disc = {0};
+  if (set_image(&arrays.views[0], border, &image)) {
+    if (!are_inside(&image, border, half_widths, radius, points, count)) {
+      PyErr_SetString(PyExc_ValueError, "a disc is not within the image and its border");
+    } else {
+      disc = make_disc(half_widths, radius);
+      if (disc.inside == NULL)
+        PyErr_NoMemory();
+    }
+  }
+  const bool is_made = disc.inside != NULL;
+  if (is_made) {
+    Py_BEGIN_ALLOW_THREADS
+    for (Py_ssize_t i = 0; i < count; ++i)
+      disc_moments(&image, (Py_ssize_t)points[i][0], (Py_ssize_t)points[i][1], &disc, moments[i]);
+    Py_END_ALLOW_THREADS
+  }
+  free(disc.inside);
+  close_arrays(&arrays);
+  if (!is_made)
+    return NULL;
+  Py_RETURN_NONE;
+}
