@@ -29,7 +29,6 @@ FINE_CELL = 2
 """The same where depth has to do alone: chosen on two excerpts of real recordings, on which chains
 of registrations by depth end a quarter nearer to the truth in the mean."""
 
-_RADIUS = 2  # chosen: a plane is fitted to 5x5 cells
 _ROUGHNESS_BOUNDS = 1.0, 8.0  # chosen: standard deviations of the depth noise, of one pixel
 _RELATIVE_ROUGHNESS = 4.0
 """Largest roughness of a plane, as a ratio to that of the smoothest quarter of the cells.
@@ -105,25 +104,16 @@ class Surface:
         if not (grid.width and grid.height):
             raise InputError(f'the depth image is {camera.width} x {camera.height} pixels: at '
                              f'least {cell} x {cell} are required')
-        inverse = _inverse_depth(depth, camera, sensor, cell)
-        mean, a, b, roughness = _fit_planes(inverse)
-        x, y = grid.rays
-        a, b = a * np.float32(grid.fx), b * np.float32(grid.fy)
-        with np.errstate(divide='ignore', invalid='ignore'):
-            # the plane (a, b, c) . p = 1 has the inverse depth a x + b y + c
-            c = mean - a * x - b * y
-            distance = 1.0 / np.sqrt(a * a + b * b + c * c)
-            normals = _vectors(a * distance, b * distance, c * distance)
-            z = 1.0 / mean
-            points = _vectors(x * z, y * z, z)
-            cosine = distance * mean / _ray_lengths(grid)
-            roughness_by_noise = roughness / inverse_depth_sigma(z, sensor)
-            smooth = roughness_by_noise < (_ROUGHNESS_BOUNDS[1] if keeps_rough
-                                           else _largest_roughness(roughness_by_noise))
-            usable = smooth & (cosine > _MIN_COSINE)
-        usable = usable.ravel()
-        return cls(grid, points, normals, usable, _choose(normals, usable, count),
-                   roughness.ravel())
+        count_of_cells = grid.width * grid.height
+        points, normals = np.empty((2, count_of_cells, 3), np.float32)
+        roughness, cosines = np.empty((2, count_of_cells), np.float32)
+        kernels.fit_planes(_inverse_depth(depth, camera, sensor, cell), grid.intrinsics, points,
+                           normals, roughness, cosines)
+        relative = roughness / inverse_depth_sigma(points[:, 2], sensor)
+        largest = _ROUGHNESS_BOUNDS[1] if keeps_rough else _largest_roughness(
+            relative.reshape(grid.height, grid.width))
+        usable = (relative < largest) & (cosines > _MIN_COSINE)
+        return cls(grid, points, normals, usable, _choose(normals, usable, count), roughness)
 
     def cells_at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """
@@ -168,55 +158,14 @@ def _inverse_depth(depth: np.ndarray, camera: Camera, sensor: SensorSettings,
                    cell: int) -> np.ndarray:
     """Return the mean inverse depth of the cells; NaN where a pixel of the cell is invalid."""
     grid = _grid(camera, cell)
-    with np.errstate(divide='ignore', over='ignore'):  # several times as fast as cv2.divide()
-        inverse: np.ndarray = np.reciprocal(depth[:grid.height * cell, :grid.width * cell])
-    inverse = np.asarray(
-        cv2.resize(inverse, (grid.width, grid.height), interpolation=cv2.INTER_AREA))
-    inverse[~((inverse >= 1 / sensor.max_depth)
-              & (inverse <= 1 / max(sensor.min_depth, _MIN_DEPTH)))] = np.nan
+    inverse = np.empty((grid.height, grid.width), np.float32)
+    kernels.mean_inverse_depths(
+        np.ascontiguousarray(depth), cell, 1 / sensor.max_depth,
+        1 / max(sensor.min_depth, _MIN_DEPTH), inverse)
     maps = _undistortion(camera, cell)
     if maps is None:
         return inverse
     return np.asarray(cv2.remap(inverse, *maps, cv2.INTER_LINEAR, borderValue=np.nan))
-
-
-@functools.lru_cache(maxsize=8)
-def _ray_lengths(grid: Grid) -> np.ndarray:
-    """Return the lengths of the rays of the cells up to the plane z = 1, HxW float32."""
-    x, y = grid.rays
-    lengths: np.ndarray = np.sqrt(x * x + y * y + 1)
-    return lengths
-
-
-def _vectors(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Return three HxW coordinates as vectors, Mx3; twice as fast as np.stack()."""
-    return np.asarray(cv2.merge([x, y, z])).reshape(-1, 3)
-
-
-def _fit_planes(inverse: np.ndarray) -> tuple[np.ndarray, ...]:
-    """
-    Fit a plane around each cell.
-
-    :returns: value at the cell, derivatives along a row and a column [1/cell], and root mean
-        square of the residuals; NaN where a neighbouring cell is invalid.
-    """
-    side = 2 * _RADIUS + 1
-    ramp = np.arange(-_RADIUS, _RADIUS + 1, dtype=np.float32)
-    ones, spread = np.ones(side, np.float32), float((ramp ** 2).sum())
-    finite = inverse[np.isfinite(inverse)]
-    # centred, because differences of large squares cancel in float32
-    level = finite.mean() if len(finite) else np.float32(0)
-    centred = inverse - level
-    mean = cv2.sepFilter2D(centred, -1, ones / side, ones / side)
-    a = cv2.sepFilter2D(centred, -1, ramp / spread, ones / side)
-    b = cv2.sepFilter2D(centred, -1, ones / side, ramp / spread)
-    square = cv2.sepFilter2D(centred * centred, -1, ones / side, ones / side)
-    residual = square - mean * mean - (a * a + b * b) * np.float32(spread / side)
-    roughness = np.sqrt(np.maximum(residual, 0))
-    for border in (roughness[:_RADIUS], roughness[-_RADIUS:], roughness[:, :_RADIUS],
-                   roughness[:, -_RADIUS:]):
-        border[...] = np.nan
-    return mean + level, a, b, roughness
 
 
 def _largest_roughness(roughness: np.ndarray) -> float:
@@ -241,16 +190,13 @@ def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:
     All buckets of directions contribute up to the same number of cells, spread over the image, so
     that a small box in front of a large wall still constrains the direction that only it observes.
     """
-    cells = _shuffled(len(usable))
-    cells = cells[usable.take(cells)]
-    if len(cells) <= count:
-        return np.sort(cells)
-    bucket = ((normals.take(cells, 0)[:, :2] + 1) * (0.5 * _BUCKETS * (1 - 1e-6))).astype(np.uint8)
-    bucket = bucket[:, 0] * np.uint8(_BUCKETS) + bucket[:, 1]
-    order = np.argsort(bucket, kind='stable')  # 8 bits: NumPy takes a radix sort
-    sizes = np.bincount(bucket)
-    rank = np.arange(len(cells)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-    return np.sort(cells.take(order[rank < _quota(sizes, count)]))
+    buckets, sizes = np.empty(len(usable), np.uint8), np.zeros(_BUCKETS ** 2, np.int64)
+    kernels.normal_buckets(normals, usable, _BUCKETS, buckets, sizes)
+    if sizes.sum() <= count:
+        return np.flatnonzero(usable)
+    chosen = np.empty(len(usable), bool)
+    kernels.choose_cells(_shuffled(len(usable)), buckets, _quota(sizes, count), chosen)
+    return np.flatnonzero(chosen)
 
 
 def _quota(sizes: np.ndarray, count: int) -> int:

@@ -6,6 +6,7 @@
 import numpy as np
 import pytest
 
+from aick_ros import kernels
 from aick_ros.errors import InputError
 from aick_ros.frames.surface import CELL, Surface, _quota
 from aick_ros.geometry.camera import Camera
@@ -304,6 +305,86 @@ def test_an_image_smaller_than_a_cell_is_rejected(width, height):
     camera = Camera(width, height, 500.0, 500.0, 0.0, 0.0)
     with pytest.raises(InputError, match=f'{width} x {height} pixels: at least 4 x 4 are'):
         Surface.of(np.ones((height, width), np.float32), camera, SensorSettings(), 10)
+
+
+@pytest.mark.parametrize('shape', [(5, 5), (6, 11), (30, 40)])
+def test_planes_are_those_of_least_squares(shape):
+    """Of the 25 inverse depths about each cell; of a cell without depth and of the border none."""
+    rng = np.random.default_rng(0)
+    inverse = (0.5 + 0.1 * rng.random(shape)).astype(np.float32)
+    inverse[0, 0], intrinsics = np.nan, np.array([50.0, 60.0, 7.0, 5.0])
+    points, normals = np.full((2, inverse.size, 3), 9, np.float32)
+    roughness, cosines = np.full((2, inverse.size), 9, np.float32)
+    kernels.fit_planes(inverse, intrinsics, points, normals, roughness, cosines)
+    v, u = np.mgrid[-2:3, -2:3].reshape(2, -1)
+    for y, x in np.ndindex(shape):
+        cell, around = y * shape[1] + x, inverse[max(y - 2, 0):y + 3, max(x - 2, 0):x + 3]
+        if around.size < 25 or not np.isfinite(around).all():
+            assert np.isnan([roughness[cell], cosines[cell], *points[cell], *normals[cell]]).all()
+            continue
+        rays = np.column_stack([(x + u - 7) / 50, (y + v - 5) / 60, np.ones(25)])
+        plane, squares, *_ = np.linalg.lstsq(rays, around.ravel(), rcond=None)
+        normal, ray = plane / np.linalg.norm(plane), rays[12]
+        np.testing.assert_allclose(normals[cell], normal, atol=1e-5)
+        np.testing.assert_allclose(points[cell], ray / (ray @ plane), rtol=1e-5)
+        assert roughness[cell] == pytest.approx(np.sqrt(squares[0] / 25), rel=1e-5)
+        assert cosines[cell] == pytest.approx(normal @ ray / np.linalg.norm(ray), abs=1e-5)
+
+
+@pytest.mark.parametrize('side', [1, 2, 3, 4, 5])
+def test_cells_have_the_mean_of_their_inverse_depths(side):
+    rng = np.random.default_rng(side)
+    depth = rng.uniform(0.5, 4.0, (23, 31)).astype(np.float32)
+    depth[0, 0], depth[9, 7] = np.nan, 0.0
+    height, width = 23 // side, 31 // side
+    found = np.empty((height, width), np.float32)
+    kernels.mean_inverse_depths(depth, side, 0.3, 1.5, found)
+    with np.errstate(divide='ignore'):
+        mean = (1 / depth[:height * side, :width * side].astype(float)).reshape(
+            height, side, width, side).mean(axis=(1, 3))
+    with np.errstate(invalid='ignore'):
+        mean[~((mean >= 0.3) & (mean <= 1.5))] = np.nan
+    np.testing.assert_allclose(found, mean, rtol=1e-6)
+    assert np.isnan(found[0, 0]) and np.isfinite(found).sum() > 10
+
+
+def test_arrays_that_are_not_of_the_cells_are_rejected():
+    depth, inverse = np.ones((8, 8), np.float32), np.ones((6, 7), np.float32)
+    with pytest.raises(ValueError, match='^the image has fewer cells than that$'):
+        kernels.mean_inverse_depths(depth, 4, 0.1, 9.0, np.empty((2, 3), np.float32))
+    with pytest.raises(ValueError, match='^the image has fewer cells than that$'):
+        kernels.mean_inverse_depths(depth, 0, 0.1, 9.0, np.empty((2, 2), np.float32))
+    vectors, numbers = np.empty((2, 41, 3), np.float32), np.empty((2, 41), np.float32)
+    with pytest.raises(ValueError, match='^there are not as many planes as cells$'):
+        kernels.fit_planes(inverse, np.ones(4), *vectors, *numbers)
+    for order in (-1, 2):
+        with pytest.raises(ValueError, match='^a number of the order is not that of a cell$'):
+            kernels.choose_cells(np.array([1, order]), np.zeros(2, np.uint8), 1, np.empty(2, bool))
+    for across in (0, 16, 1 << 30):
+        with pytest.raises(ValueError, match='^the buckets are too many for their numbers$'):
+            kernels.normal_buckets(np.zeros((2, 3), np.float32), np.ones(2, bool), across,
+                                   np.empty(2, np.uint8), np.zeros(256, np.int64))
+
+
+def test_normals_are_counted_by_their_direction():
+    """Of the corners of the square of x and y, and its middle; of cells that are usable."""
+    normals = np.float32([(-1, -1, 0), (1, -1, 0), (-1, 1, 0), (1, 1, 0), (0.01, 0.01, 1),
+                          (0.01, 0.01, 1), (np.nan, 0, 0)])
+    buckets, sizes = np.empty(7, np.uint8), np.zeros(16, np.int64)
+    usable = np.array([True] * 5 + [False, True])
+    kernels.normal_buckets(normals, usable, 4, buckets, sizes)
+    assert buckets.tolist() == [0, 12, 3, 15, 10, 255, 255]
+    assert np.flatnonzero(sizes == 1).tolist() == [0, 3, 10, 12, 15] and sizes.sum() == 5
+
+
+def test_the_first_of_each_bucket_in_the_order_are_chosen():
+    rng = np.random.default_rng(0)
+    buckets, order = rng.choice([*range(15), 255], 300).astype(np.uint8), rng.permutation(300)
+    chosen, taken = np.empty(300, bool), {255: 7}
+    kernels.choose_cells(order, buckets, 7, chosen)
+    for cell in order:
+        assert chosen[cell] == (taken.get(buckets[cell], 0) < 7)
+        taken[buckets[cell]] = taken.get(buckets[cell], 0) + 1
 
 
 def test_the_quota_of_the_buckets_is_the_largest_within_the_count():

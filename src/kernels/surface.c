@@ -1,0 +1,326 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Planes fitted to the inverse depths of cells, and the choice among their normals.
+
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "arrays.h"
+#include "kernels.h"
+#include "processors.h"
+
+enum {
+  RADIUS = 2,  // chosen: a plane is fitted to 5x5 cells
+  SIDE = 2 * RADIUS + 1,
+  NO_BUCKET = UINT8_MAX,
+};
+
+// The mean of the inverse depths of a cell; NaN where one is invalid or it is out of range.
+static inline float mean_inverse(const float *depths, Py_ssize_t step, Py_ssize_t side,
+                                 float least, float most) {
+  float sum = 0.0f;
+  for (Py_ssize_t row = 0; row < side; ++row)
+    for (Py_ssize_t column = 0; column < side; ++column)
+      sum += 1.0f / depths[row * step + column];
+  const float mean = sum / (float)(side * side);
+  return mean >= least && mean <= most ? mean : NAN;
+}
+
+FOR_EACH_PROCESSOR
+static void average(const float *depths, Py_ssize_t step, Py_ssize_t side, float least, float most,
+                    Size size, float *inverse) {
+  for (Py_ssize_t row = 0; row < size.height; ++row) {
+    const float *first = depths + row * side * step;
+    float *means = inverse + row * size.width;
+    if (side == 4)  // the usual one: several times as fast where the compiler knows it
+      for (Py_ssize_t column = 0; column < size.width; ++column)
+        means[column] = mean_inverse(first + 4 * column, step, 4, least, most);
+    else
+      for (Py_ssize_t column = 0; column < size.width; ++column)
+        means[column] = mean_inverse(first + side * column, step, side, least, most);
+  }
+}
+
+PyObject *kernel_mean_inverse_depths(PyObject *module, PyObject *arguments) {
+  PyObject *depth_array, *inverse_array;
+  Py_ssize_t side;
+  float least, most;
+  if (!PyArg_ParseTuple(arguments, "OnffO", &depth_array, &side, &least, &most, &inverse_array))
+    return NULL;
+  const Argument needed[] = {
+      {"the depths", depth_array, 'f', IMAGE, false},
+      {"the inverse depths", inverse_array, 'f', IMAGE, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Size image = size_of(&arrays.views[0]), size = size_of(&arrays.views[1]);
+  const bool fits = side > 0 && size.height <= image.height / side &&
+                    size.width <= image.width / side;
+  if (fits) {
+    Py_BEGIN_ALLOW_THREADS
+    average(arrays.views[0].buf, image.width, side, least, most, size, arrays.views[1].buf);
+    Py_END_ALLOW_THREADS
+  } else {
+    PyErr_SetString(PyExc_ValueError, "the image has fewer cells than that");
+  }
+  close_arrays(&arrays);
+  if (!fits)
+    return NULL;
+  Py_RETURN_NONE;
+}
+
+// What is known of the cells of a row.
+typedef struct {
+  // sums over the columns of cells about them: of the values, of those times the row, of squares
+  double *values, *slopes, *squares;
+  float *mean, *along_x, *along_y;  // the plane: its inverse depth, and derivatives by the cell
+} Row;
+
+enum { ROW_DOUBLES = 3, ROW_FLOATS = 3 };
+
+FOR_EACH_PROCESSOR
+static void sum_columns(const float *restrict inverse, Py_ssize_t width, double level,
+                        double *restrict values, double *restrict slopes,
+                        double *restrict squares) {
+  for (Py_ssize_t x = 0; x < width; ++x) {
+    double value = 0.0, slope = 0.0, square = 0.0;
+    for (int row = -RADIUS; row <= RADIUS; ++row) {
+      const double v = (double)inverse[row * width + x] - level;
+      value += v;
+      slope += row * v;
+      square += v * v;
+    }
+    values[x] = value;
+    slopes[x] = slope;
+    squares[x] = square;
+  }
+}
+
+// Fit planes about the cells of a row; nothing is known of the cells at its ends.
+FOR_EACH_PROCESSOR
+static void fit_row(const Row *row, Py_ssize_t width, double level, float *restrict roughness) {
+  const double count = SIDE * SIDE, spread = SIDE * 2.0 * (1.0 + 4.0);  // of columns, or rows
+  const double *restrict values = row->values, *restrict slopes = row->slopes;
+  const double *restrict squares = row->squares;
+  float *restrict mean = row->mean, *restrict to_right = row->along_x;
+  float *restrict downwards = row->along_y;
+  for (Py_ssize_t x = RADIUS; x < width - RADIUS; ++x) {
+    double value = 0.0, along_x = 0.0, along_y = 0.0, square = 0.0;
+    for (int column = -RADIUS; column <= RADIUS; ++column) {
+      value += values[x + column];
+      along_x += column * values[x + column];
+      along_y += slopes[x + column];
+      square += squares[x + column];
+    }
+    const double residual = square / count - value / count * (value / count) -
+                            (along_x * along_x + along_y * along_y) / (spread * count);
+    mean[x] = (float)(value / count + level);
+    to_right[x] = (float)(along_x / spread);
+    downwards[x] = (float)(along_y / spread);
+    // not the root of a negative number, which rounding may leave on a plane
+    roughness[x] = (float)sqrt(0.5 * (residual + fabs(residual)));
+  }
+}
+
+// The camera of the cells.
+typedef struct {
+  float fx, fy, cx, cy;
+} CellCamera;
+
+typedef struct {
+  float *points, *normals, *roughness, *cosines;
+} Planes;
+
+// Write the planes of a row of cells from one on: (a, b, c) . p = 1 has the inverse depth
+// a x + b y + c.
+FOR_EACH_PROCESSOR
+static void place_row(const Row *row, Py_ssize_t width, float y, const CellCamera *camera,
+                      float *restrict points, float *restrict normals, float *restrict cosines) {
+  const float ray_y = (y - camera->cy) / camera->fy, fx = camera->fx, fy = camera->fy;
+  const float cx = camera->cx;
+  const float *restrict means = row->mean, *restrict to_right = row->along_x;
+  const float *restrict downwards = row->along_y;
+  for (Py_ssize_t x = 0; x < width; ++x) {
+    const float ray_x = ((float)(int)x - cx) / fx, mean = means[x];
+    const float a = to_right[x] * fx, b = downwards[x] * fy, c = mean - a * ray_x - b * ray_y;
+    const float distance = 1.0f / sqrtf(a * a + b * b + c * c), z = 1.0f / mean;
+    normals[3 * x] = a * distance;
+    normals[3 * x + 1] = b * distance;
+    normals[3 * x + 2] = c * distance;
+    points[3 * x] = ray_x * z;
+    points[3 * x + 1] = ray_y * z;
+    points[3 * x + 2] = z;
+    cosines[x] = distance * mean / sqrtf(ray_x * ray_x + ray_y * ray_y + 1.0f);
+  }
+}
+
+static void fill(float *numbers, Py_ssize_t count, float value) {
+  for (Py_ssize_t i = 0; i < count; ++i)
+    numbers[i] = value;
+}
+
+static void fit_planes(const float *inverse, Size size, double level, const CellCamera *camera,
+                       const Row *row, const Planes *planes) {
+  const Py_ssize_t width = size.width;
+  fill(planes->roughness, size.height * width, NAN);
+  for (Py_ssize_t y = 0; y < size.height; ++y) {
+    const Py_ssize_t first = y * width;
+    fill(row->mean, ROW_FLOATS * width, NAN);
+    if (y >= RADIUS && y < size.height - RADIUS) {
+      sum_columns(inverse + first, width, level, row->values, row->slopes, row->squares);
+      fit_row(row, width, level, planes->roughness + first);
+    }
+    place_row(row, width, (float)y, camera, planes->points + 3 * first,
+              planes->normals + 3 * first, planes->cosines + first);
+  }
+}
+
+// The mean of the numbers that are finite, 0 without any.
+static double finite_mean(const float *numbers, Py_ssize_t count) {
+  double sum = 0.0;
+  Py_ssize_t finite = 0;
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    if (isfinite(numbers[i])) {
+      sum += numbers[i];
+      ++finite;
+    }
+  }
+  return finite > 0 ? sum / (double)finite : 0.0;
+}
+
+PyObject *kernel_fit_planes(PyObject *module, PyObject *arguments) {
+  PyObject *inverse_array, *intrinsics_array, *point_array, *normal_array, *roughness_array;
+  PyObject *cosine_array;
+  if (!PyArg_ParseTuple(arguments, "OOOOOO", &inverse_array, &intrinsics_array, &point_array,
+                        &normal_array, &roughness_array, &cosine_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(roughness_array);
+  const Argument needed[] = {
+      {"the inverse depths", inverse_array, 'f', IMAGE, false},
+      {"the intrinsics", intrinsics_array, 'd', 4, false},
+      {"the points", point_array, 'f', 3 * count, true},
+      {"the normals", normal_array, 'f', 3 * count, true},
+      {"the roughness", roughness_array, 'f', count, true},
+      {"the cosines", cosine_array, 'f', count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Size size = size_of(&arrays.views[0]);
+  const double *intrinsics = arrays.views[1].buf;
+  const CellCamera camera = {(float)intrinsics[0], (float)intrinsics[1], (float)intrinsics[2],
+                             (float)intrinsics[3]};
+  const Planes planes = {arrays.views[2].buf, arrays.views[3].buf, arrays.views[4].buf,
+                         arrays.views[5].buf};
+  const size_t width = (size_t)size.width;
+  double *sums = malloc(ROW_DOUBLES * width * sizeof(*sums));
+  float *fits = malloc(ROW_FLOATS * width * sizeof(*fits));
+  const bool is_ready = sums != NULL && fits != NULL && size.height * size.width == count;
+  if (is_ready) {
+    const float *inverse = arrays.views[0].buf;
+    const Row row = {sums, sums + width, sums + 2 * width, fits, fits + width, fits + 2 * width};
+    Py_BEGIN_ALLOW_THREADS
+    // centred, because differences of large squares cancel
+    fit_planes(inverse, size, finite_mean(inverse, count), &camera, &row, &planes);
+    Py_END_ALLOW_THREADS
+  } else if (sums == NULL || fits == NULL) {
+    PyErr_NoMemory();
+  } else {
+    PyErr_SetString(PyExc_ValueError, "there are not as many planes as cells");
+  }
+  free(sums);
+  free(fits);
+  close_arrays(&arrays);
+  if (!is_ready)
+    return NULL;
+  Py_RETURN_NONE;
+}
+
+// The interval of -1 to 1, one of some of equal width, that a coordinate lies in.
+static inline int interval_of(float coordinate, int count) {
+  const int interval = (int)((coordinate + 1.0f) * (0.5f * (float)count * (1.0f - 1e-6f)));
+  return interval < count ? interval : count - 1;
+}
+
+PyObject *kernel_normal_buckets(PyObject *module, PyObject *arguments) {
+  PyObject *normal_array, *usable_array, *bucket_array, *size_array;
+  int across;
+  if (!PyArg_ParseTuple(arguments, "OOiOO", &normal_array, &usable_array, &across, &bucket_array,
+                        &size_array))
+    return NULL;
+  if (across < 1 || across > NO_BUCKET / across) {
+    PyErr_SetString(PyExc_ValueError, "the buckets are too many for their numbers");
+    return NULL;
+  }
+  const Py_ssize_t count = PyObject_Length(usable_array);
+  const Argument needed[] = {
+      {"the normals", normal_array, 'f', 3 * count, false},
+      {"the usable cells", usable_array, '?', count, false},
+      {"the buckets", bucket_array, 'B', count, true},
+      {"the sizes", size_array, 'q', across * across, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const float *normals = arrays.views[0].buf;
+  const char *usable = arrays.views[1].buf;
+  uint8_t *buckets = arrays.views[2].buf;
+  int64_t *sizes = arrays.views[3].buf;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    const float x = normals[3 * i], y = normals[3 * i + 1];
+    buckets[i] = NO_BUCKET;
+    // a unit vector, but for rounding
+    if (usable[i] && fabsf(x) < 1.001f && fabsf(y) < 1.001f) {
+      buckets[i] = (uint8_t)(across * interval_of(x, across) + interval_of(y, across));
+      ++sizes[buckets[i]];
+    }
+  }
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+// Mark the first cells of each bucket in an order, at most a quota of each; false where a number
+// is not that of a cell.
+static bool mark_first(const int64_t *order, const uint8_t *buckets, Py_ssize_t count,
+                       Py_ssize_t quota, char *is_chosen) {
+  Py_ssize_t taken[NO_BUCKET] = {0};
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    const int64_t cell = order[i];
+    if (cell < 0 || cell >= count)
+      return false;
+    is_chosen[cell] = buckets[cell] < NO_BUCKET && taken[buckets[cell]]++ < quota;
+  }
+  return true;
+}
+
+PyObject *kernel_choose_cells(PyObject *module, PyObject *arguments) {
+  PyObject *order_array, *bucket_array, *chosen_array;
+  Py_ssize_t quota;
+  if (!PyArg_ParseTuple(arguments, "OOnO", &order_array, &bucket_array, &quota, &chosen_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(order_array);
+  const Argument needed[] = {
+      {"the order", order_array, 'q', count, false},
+      {"the buckets", bucket_array, 'B', count, false},
+      {"the chosen cells", chosen_array, '?', count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  bool are_cells;
+  Py_BEGIN_ALLOW_THREADS
+  are_cells = mark_first(arrays.views[0].buf, arrays.views[1].buf, count, quota,
+                         arrays.views[2].buf);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  if (!are_cells) {
+    PyErr_SetString(PyExc_ValueError, "a number of the order is not that of a cell");
+    return NULL;
+  }
+  Py_RETURN_NONE;
+}
