@@ -16,6 +16,8 @@
 enum {
   RING = 16,     // pixels of the circle about a corner
   RADIUS = 3,    // of that circle
+  SPARE = 64,    // scores of a row beyond the image, which lanes read and write
+  FIRST_ROOM = 1024,  // corners that a list has room for at first
   WORD = 8,      // of them in an integer
   LANES = 32,    // pixels that are looked at together
   BLOCK = 7,     // side of the block of Harris' response, and with one lane to spare:
@@ -94,9 +96,9 @@ static inline bool may_have_corner(const Pixel *row, const Py_ssize_t *ring, Pix
   return any > threshold;
 }
 
-// Write the scores of all pixels that have a circle; rows of scores have a step of their own.
+// Write the scores of a row of pixels, 0 of those without a circle.
 FOR_EACH_PROCESSOR
-static void score_image(const Image *image, Pixel threshold, Pixel *scores, Py_ssize_t step) {
+static void score_row(const Image *image, Py_ssize_t y, Pixel threshold, Pixel *scores) {
   static const int OFFSETS[RING][2] = {{0, 3},  {1, 3},   {2, 2},   {3, 1},   {3, 0},  {3, -1},
                                        {2, -2}, {1, -3},  {0, -3},  {-1, -3}, {-2, -2}, {-3, -1},
                                        {-3, 0}, {-3, 1},  {-2, 2},  {-1, 3}};
@@ -104,51 +106,89 @@ static void score_image(const Image *image, Pixel threshold, Pixel *scores, Py_s
   for (int k = 0; k < RING; ++k)
     ring[k] = OFFSETS[k][0] + OFFSETS[k][1] * image->step;
   const Py_ssize_t end = image->width - RADIUS;
-  for (Py_ssize_t y = RADIUS; y < image->height - RADIUS; ++y) {
-    const Pixel *row = image->pixels + y * image->step;
-    for (Py_ssize_t x = RADIUS; x < end; x += LANES)
-      if (may_have_corner(row + x, ring, threshold))
-        score_pixels(row + x, ring, threshold, scores + y * step + x);
-    memset(scores + y * step + end, 0, LANES);  // what is beyond the last pixel is none
-  }
+  const Pixel *row = image->pixels + y * image->step;
+  memset(scores, 0, (size_t)(image->width + SPARE));
+  for (Py_ssize_t x = RADIUS; x < end; x += LANES)
+    if (may_have_corner(row + x, ring, threshold))
+      score_pixels(row + x, ring, threshold, scores + x);
+  memset(scores + end, 0, LANES);  // what is beyond the last pixel is none
 }
 
-// Zero the scores that are not larger than all eight around them, side by side.
-static inline bool keep_peaks(const Pixel *row, Py_ssize_t step, Pixel *peaks) {
+// Write the scores that are larger than all eight around them, 0 for the others, side by side;
+// return whether there may be any.
+static inline bool find_peaks(const Pixel *above, const Pixel *row, const Pixel *below,
+                              Pixel *peaks) {
   Pixel any = 0;
   for (int lane = 0; lane < LANES; ++lane)
     any = most(any, row[lane]);
   if (!any)
     return false;
   for (int lane = 0; lane < LANES; ++lane) {
-    const Pixel *p = row + lane;
-    const Pixel around = most(most(most(p[-step - 1], p[-step]), most(p[-step + 1], p[-1])),
-                              most(most(p[1], p[step - 1]), most(p[step], p[step + 1])));
+    const Pixel *a = above + lane, *p = row + lane, *b = below + lane;
+    const Pixel around = most(most(most(a[-1], a[0]), most(a[1], p[-1])),
+                              most(most(p[1], b[-1]), most(b[0], b[1])));
     peaks[lane] = *p > around ? *p : 0;
   }
   return true;
 }
 
-// List the peaks of the scores within an edge; return their number.
+typedef struct {
+  Corner *corners;
+  Py_ssize_t count, room;
+} CornerList;
+
+// Make room for one more corner; return false, and keep the list, where there is no memory.
+static bool has_room(CornerList *list) {
+  if (list->count < list->room)
+    return true;
+  const Py_ssize_t room = list->room > 0 ? 2 * list->room : FIRST_ROOM;
+  Corner *corners = realloc(list->corners, (size_t)room * sizeof(*corners));
+  if (corners == NULL)
+    return false;
+  list->corners = corners;
+  list->room = room;
+  return true;
+}
+
+// List the peaks of row y from one column to another; false where there is no memory.
 FOR_EACH_PROCESSOR
-static Py_ssize_t list_corners(const Pixel *scores, Py_ssize_t height, Py_ssize_t width,
-                               Py_ssize_t step, Py_ssize_t edge, Corner *corners) {
-  Py_ssize_t count = 0;
-  for (Py_ssize_t y = edge; y < height - edge; ++y) {
-    for (Py_ssize_t x = edge; x < width - edge; x += LANES) {
-      Pixel peaks[LANES];
-      if (!keep_peaks(scores + y * step + x, step, peaks))
-        continue;
-      for (int first = 0; first < LANES; first += WORD) {
-        uint64_t any;  // few are peaks: pass over eight at once
-        memcpy(&any, peaks + first, WORD);
-        for (int lane = first; any != 0 && lane < first + WORD; ++lane)
-          if (peaks[lane] && x + lane < width - edge)
-            corners[count++] = (Corner){(int32_t)(x + lane), (int32_t)y, peaks[lane]};
+static bool list_peaks(const Pixel *above, const Pixel *row, const Pixel *below, Py_ssize_t y,
+                       Py_ssize_t begin, Py_ssize_t end, CornerList *list) {
+  for (Py_ssize_t x = begin; x < end; x += LANES) {
+    Pixel peaks[LANES];
+    if (!find_peaks(above + x, row + x, below + x, peaks))
+      continue;
+    for (int first = 0; first < LANES; first += WORD) {
+      uint64_t any;  // few are peaks: pass over eight at once
+      memcpy(&any, peaks + first, WORD);
+      for (int lane = first; any != 0 && lane < first + WORD; ++lane) {
+        if (peaks[lane] == 0 || x + lane >= end)
+          continue;
+        if (!has_room(list))
+          return false;
+        list->corners[list->count++] = (Corner){(int32_t)(x + lane), (int32_t)y, peaks[lane]};
       }
     }
   }
-  return count;
+  return true;
+}
+
+// List the corners within an edge; rows has the scores of three rows. False without memory.
+static bool list_corners(const Image *image, Pixel threshold, Py_ssize_t edge, Pixel *rows,
+                         CornerList *list) {
+  const Py_ssize_t step = image->width + SPARE, end = image->height - RADIUS;
+  for (Py_ssize_t y = RADIUS; y <= end && image->width > 2 * RADIUS; ++y) {
+    if (y < end)
+      score_row(image, y, threshold, rows + y % 3 * step);
+    else
+      memset(rows + y % 3 * step, 0, (size_t)step);
+    const Py_ssize_t peak = y - 1;
+    if (peak >= edge && peak < image->height - edge &&
+        !list_peaks(rows + (y + 1) % 3 * step, rows + peak % 3 * step, rows + y % 3 * step, peak,
+                    edge, image->width - edge, list))
+      return false;
+  }
+  return true;
 }
 
 // Keep the best corners, and all that are as good as the last one of them; return their number.
@@ -232,28 +272,28 @@ PyObject *kernel_corners(PyObject *module, PyObject *arguments) {
     return NULL;
   }
   edge = edge > RADIUS ? edge : RADIUS;
-  const Py_ssize_t step = image.width + 2 * LANES, size = image.height * image.width;
-  Pixel *scores = calloc((size_t)((image.height + 1) * step), 1);
-  Corner *corners = malloc((size_t)(size / 4 + LANES) * sizeof(*corners));
-  float(*found)[3] = NULL;
-  PyObject *bytes = NULL;
-  if (scores != NULL && corners != NULL) {
-    Py_ssize_t count;
+  Pixel *rows = calloc(3, (size_t)(image.width + SPARE));
+  CornerList list = {0};
+  bool is_complete = rows != NULL;
+  if (is_complete) {
     Py_BEGIN_ALLOW_THREADS
-    score_image(&image, threshold, scores, step);
-    count = list_corners(scores, image.height, image.width, step, edge, corners);
-    count = keep_best(corners, count, wanted);
+    is_complete = list_corners(&image, threshold, edge, rows, &list);
     Py_END_ALLOW_THREADS
+  }
+  PyObject *bytes = NULL;
+  if (is_complete) {
+    const Py_ssize_t count = keep_best(list.corners, list.count, wanted);
+    float(*found)[3];
     bytes = PyBytes_FromStringAndSize(NULL, count * (Py_ssize_t)sizeof(*found));
     if (bytes != NULL) {
       found = (float(*)[3])(void *)PyBytes_AsString(bytes);
-      write_responses(&image, corners, count, found);
+      write_responses(&image, list.corners, count, found);
     }
   } else {
     PyErr_NoMemory();
   }
-  free(scores);
-  free(corners);
+  free(rows);
+  free(list.corners);
   close_arrays(&arrays);
   return bytes;
 }
