@@ -104,9 +104,9 @@ class Surface:
         if not (grid.width and grid.height):
             raise InputError(f'the depth image is {camera.width} x {camera.height} pixels: at '
                              f'least {cell} x {cell} are required')
-        count_of_cells = grid.width * grid.height
-        points, normals = np.empty((2, count_of_cells, 3), np.float32)
-        roughness, cosines = np.empty((2, count_of_cells), np.float32)
+        cells = grid.width * grid.height
+        points, normals = (np.empty((cells, 3), np.float32) for _ in range(2))
+        roughness, cosines = (np.empty(cells, np.float32) for _ in range(2))
         kernels.fit_planes(_inverse_depth(depth, camera, sensor, cell), grid.intrinsics, points,
                            normals, roughness, cosines)
         relative = roughness / inverse_depth_sigma(points[:, 2], sensor)

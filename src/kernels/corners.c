@@ -14,15 +14,15 @@
 #include "processors.h"
 
 enum {
-  RING = 16,     // pixels of the circle about a corner
-  RADIUS = 3,    // of that circle
-  SPARE = 64,    // scores of a row beyond the image, which lanes read and write
+  RING = 16,          // pixels of the circle about a corner
+  RADIUS = 3,         // of that circle
+  LANES = 32,         // pixels that are looked at together
+  SPARE = 2 * LANES,  // scores of a row beyond the image, which lanes read and write
+  WORD = 8,           // scores in an integer
   FIRST_ROOM = 1024,  // corners that a list has room for at first
-  WORD = 8,      // of them in an integer
-  LANES = 32,    // pixels that are looked at together
-  BLOCK = 7,     // side of the block of Harris' response, and with one lane to spare:
-  BLOCK_LANES = 8,
-  REACH = 5,     // pixels around a corner that its response reads
+  BLOCK = 7,          // side of the block of Harris' response
+  BLOCK_LANES = 8,    // the same with one to spare
+  REACH = 5,          // pixels around a corner that its response reads
   SCORES = 256,
 };
 
@@ -213,7 +213,8 @@ static inline float harris_response(const Image *image, Py_ssize_t x, Py_ssize_t
     const Pixel *first = image->pixels + (y + row) * step + x - BLOCK / 2;
     for (int lane = 0; lane < BLOCK_LANES; ++lane) {
       const Pixel *p = first + lane;
-      const int dx = 2 * (p[1] - p[-1]) + (p[1 - step] - p[-1 - step]) + (p[1 + step] - p[step - 1]);
+      const int dx = 2 * (p[1] - p[-1]) + (p[1 - step] - p[-1 - step]) +
+                     (p[step + 1] - p[step - 1]);
       const int dy = 2 * (p[step] - p[-step]) + (p[step - 1] - p[-step - 1]) +
                      (p[step + 1] - p[1 - step]);
       xx[lane] += dx * dx;
