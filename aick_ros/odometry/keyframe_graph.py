@@ -66,9 +66,11 @@ class KeyframeGraph:
 
     def relative(self, first: int, second: int) -> PoseWithCovariance:
         """Return the estimated ``T_first_second``, the correlation of the two accounted for."""
-        jacobian = self._jacobian(first, second)
+        rows = np.r_[self._rows(first), self._rows(second)]
+        jacobian = self._jacobian(first, second)[:, rows]  # all others are zero
+        covariance = self._covariance[np.ix_(rows, rows)]
         return PoseWithCovariance(self._relative(first, second),
-                                  jacobian @ self._covariance @ jacobian.T)
+                                  jacobian @ covariance @ jacobian.T)
 
     def add(self, key: int, measurement: PoseWithCovariance, parent: int) -> None:
         """

@@ -9,10 +9,12 @@ import dataclasses
 
 import numpy as np
 
+from aick_ros.frames.depth_distortion import DepthDistortion
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.keyframe_copies import KeyframeCopies
 from aick_ros.odometry.keyframe_graph import KeyframeGraph
 from aick_ros.odometry.keyframe_search import KeyframeSearch, candidates, view_distances
 from aick_ros.odometry.pose_correction import PoseCorrection
@@ -36,6 +38,7 @@ class KeyframeMemory:
         self._frames = {0: _compact(first.prepared)}
         self._view_covariances = {0: np.zeros((6, 6))}
         self._newest, self._reckoned = 0, first.pose
+        self._copies = KeyframeCopies()
         self._search: KeyframeSearch | None = None
         self._searched = first.stamp
         self._correction = PoseCorrection(settings.odometry)
@@ -135,18 +138,26 @@ class KeyframeMemory:
             self._graph.update(accepted)
             self.reused += len(accepted)
         if search.is_finished:
+            self._copies.learn(search, self._graph, self._settings.odometry)
             self._search = None
 
     def _drop_redundant(self) -> None:
-        """Drop keyframes until they are few enough: of the two most alike the older one."""
-        needed = {self._newest} | (self._search.keys if self._search else set())
-        while len(self._frames) > self._capacity:
-            droppable = [key for key in self._graph.keys if key not in needed]
-            if not droppable:
-                return
-            key = self._most_redundant(droppable)
+        """Drop copies, then keyframes until they are few enough: of two alike the older one."""
+        while (droppable := self._droppable):
+            key = self._copies.copy_among(droppable, self._graph, self._settings.odometry)
+            if key is None:
+                if len(self._frames) <= self._capacity:
+                    return
+                key = self._most_redundant(droppable)
             self._graph.remove(key)
+            self._copies.forget(key)
             del self._frames[key], self._view_covariances[key]
+
+    @property
+    def _droppable(self) -> list[int]:
+        """Keys of the keyframes that are neither the newest one nor compared."""
+        needed = {self._newest} | (self._search.keys if self._search else set())
+        return [key for key in self._graph.keys if key not in needed]
 
     def _most_redundant(self, droppable: list[int]) -> int:
         """Return the keyframe whose view is nearest to that of a newer one."""
@@ -169,9 +180,14 @@ class KeyframeMemory:
 
 
 def _compact(prepared: PreparedFrame) -> PreparedFrame:
-    """Return a frame with the images that registrations need alone: grey, and depth corrected."""
-    return dataclasses.replace(prepared, undistorted=None, frame=dataclasses.replace(
-        prepared.corrected, colour=prepared.grey))
+    """
+    Return a frame with the images that registrations need alone: grey, and depth corrected.
+
+    Its distortion is a copy without the image of it that others of the frame before have made.
+    """
+    return dataclasses.replace(
+        prepared, undistorted=None, distortion=DepthDistortion(prepared.distortion.nodes),
+        frame=dataclasses.replace(prepared.corrected, colour=prepared.grey))
 
 
 def _size(prepared: PreparedFrame) -> int:

@@ -23,7 +23,7 @@ from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Registration
 from aick_ros.settings import OdometrySettings, Settings
 
-_WITNESSES = 2  # by definition: keyframes that must agree
+WITNESSES = 2  # by definition: keyframes that must agree
 _MIN_TRACKED = 0.35  # chosen on rendered rooms: share of the keypoints that must be tracked
 MAX_SIGMA = 0.15  # m; chosen: 3 sigma is less than the spacing of repeated furniture
 _GATES = 22.46, 32.91  # by definition: 99.9 % of chi squared with 6 and 12 degrees of freedom
@@ -34,10 +34,12 @@ class KeyframeSearch:
     Compares a keyframe with two earlier ones, one registration at a time.
 
     :param key: of the keyframe; ``candidates``: keys of the earlier ones.
+    :ivar missed: key of the one that the images do not show; None: there is none so far.
     """
 
     def __init__(self, key: int, candidates: tuple[int, ...]) -> None:
-        self._key = key
+        self.key = key
+        self.missed: int | None = None
         self._pending = list(candidates)
         self._found: list[RelativePose] = []
         self.keys = frozenset((key, *candidates))
@@ -47,6 +49,11 @@ class KeyframeSearch:
         """The end of the search: no registration is left to do."""
         return not self._pending
 
+    @property
+    def found(self) -> tuple[int, ...]:
+        """Keys of the earlier ones that the images show, wherever they do."""
+        return tuple(measurement.first for measurement in self._found)
+
     def step(self, graph: KeyframeGraph, frames: Mapping[int, PreparedFrame],
              registrar: Registrar, settings: Settings) -> tuple[RelativePose, ...]:
         """
@@ -55,12 +62,13 @@ class KeyframeSearch:
         :returns: the measurements that are accepted, with the last registration; until then none.
         """
         candidate = self._pending.pop(0)
-        source = frames[self._key]
+        source = frames[self.key]
         registration = registrar.recognize(source, frames[candidate])
         if not _is_tracked(registration, source, settings):
             self._pending.clear()
+            self.missed = candidate
             return ()
-        self._found.append(RelativePose(candidate, self._key, registration.pose))
+        self._found.append(RelativePose(candidate, self.key, registration.pose))
         if graph.squared_distance(self._found) > _GATES[len(self._found) - 1]:
             self._pending.clear()
             return ()
@@ -82,10 +90,10 @@ def candidates(graph: KeyframeGraph, key: int, stamps: Mapping[int, int],
                    for distance, other in zip(apart, graph.keys)
                    if stamps[other] <= limit and stamps[other] != stamps[key]
                    and distance < 1.0}.values())
-    certain = [other for _, other in near[:2 * _WITNESSES]
+    certain = [other for _, other in near[:2 * WITNESSES]
                if np.trace(graph.relative(other, key).covariance[:3, :3])
                < MAX_SIGMA ** 2]
-    return tuple(certain[:_WITNESSES]) if len(certain) >= _WITNESSES else ()
+    return tuple(certain[:WITNESSES]) if len(certain) >= WITNESSES else ()
 
 
 def view_distances(poses: np.ndarray, others: np.ndarray,

@@ -4,11 +4,13 @@
 """Keyframes that are found again, on simulated walks with drawn errors."""
 
 import dataclasses
+import pickle
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from aick_ros.frames.depth_distortion import COLUMNS, ROWS, DepthDistortion
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
@@ -210,6 +212,42 @@ def test_of_two_keyframes_alike_the_older_one_goes():
     assert np.mean(kept) > LAP
 
 
+def test_a_walk_that_repeats_keeps_its_views_and_no_more_however_long_it_is():
+    """Reuse works as before: the error of the tenth lap is that of the third."""
+    walks = [Walk(seed, count=10, changes={'odometry.max_keyframes': 1000}) for seed in (7, 8)]
+    for walk in walks:
+        assert LAP < walk.sizes[3 * LAP] and max(walk.sizes[3 * LAP:]) <= 3 * LAP
+        assert abs(np.mean(walk.sizes[-LAP:]) - np.mean(walk.sizes[4 * LAP:5 * LAP])) < 3
+        last, third = (walk.errors(walk.published)[lap * LAP:(lap + 1) * LAP, :3]
+                       for lap in (9, 2))
+        assert np.linalg.norm(last, axis=1).mean() < 2 * np.linalg.norm(third, axis=1).mean()
+        assert walk.memory.reused > 8 * LAP
+
+
+def test_a_keyframe_keeps_no_image_of_its_distortion():
+    """Each distortion that was known for a while would take as much as a depth image."""
+    distortion = DepthDistortion(np.full((ROWS, COLUMNS), 0.01))
+    new = dataclasses.replace(prepared(1), distortion=distortion)
+    assert distortion.undistorted(new.frame.depth).max() < 1.0
+    memory, _ = memory_at(START)
+    memory.track(Reference(new, START @ STEPS[0]), START.matrix, NO_DETOUR)
+    assert memory.frames[-1].distortion == distortion
+    assert len(pickle.dumps(memory.frames[-1].distortion)) < len(pickle.dumps(distortion)) - 3000
+
+
+def test_a_search_that_misses_what_is_there_is_learned_from(scripted, monkeypatch):
+    learned = []
+    monkeypatch.setattr('aick_ros.odometry.keyframe_copies.KeyframeCopies.learn',
+                        lambda self, *args: learned.append(args))
+    script = scripted(steps=2)
+    memory, settings = memory_at(START, {'odometry.reuse_interval': 0.0})
+    memory.track(metres_apart(1), START.matrix, NO_DETOUR)
+    assert learned == [] and script.made == 1
+    memory.track(metres_apart(1), START.matrix, NO_DETOUR)
+    (search, graph, used), = learned
+    assert search.keys == {0, 1} and graph.keys == (0, 1) and used == settings.odometry
+
+
 def test_a_detour_makes_the_next_keyframe_less_certain():
     traces = []
     for detour in (NO_DETOUR, COVARIANCE):
@@ -263,6 +301,8 @@ class Script:
 
 
 class ScriptedSearch:
+    found, missed = (), None
+
     def __init__(self, script, key, chosen):
         self.left, self.script, self.keys = script.steps, script, frozenset((key, *chosen))
 
@@ -290,6 +330,12 @@ def scripted(monkeypatch):
 def memory_at(pose, changes=None, registrar=None):
     settings = with_values(Settings(), changes or {})
     return KeyframeMemory(settings, registrar, Reference(prepared(0), pose)), settings
+
+
+def metres_apart(index):
+    """Return the keyframe of a view that no other shows."""
+    return Reference(prepared(index), START @ PoseWithCovariance(
+        se3.exp([float(index), 0.0, 0.0, 0.0, 0.0, 0.0]), COVARIANCE))
 
 
 def kinds(script):
@@ -422,7 +468,7 @@ def test_keyframes_that_are_compared_are_not_dropped(scripted):
     scripted(steps=99, chosen=(1, 3))
     memory, _ = memory_at(START, {'odometry.max_keyframes': 5, 'odometry.reuse_interval': 2.0})
     for index in range(1, 12):
-        memory.track(Reference(prepared(index), START), START.matrix, NO_DETOUR)
+        memory.track(metres_apart(index), START.matrix, NO_DETOUR)
     kept = [round(frame.stamp / NANOSECONDS / PERIOD) for frame in memory.frames]
     # the search of keyframe 4 for 1 and 3, the newest, and one more
     assert {1, 3, 4, 11} <= set(kept) and len(kept) == 5
@@ -432,9 +478,9 @@ def test_what_a_search_needs_is_kept_beyond_the_number(scripted):
     scripted(steps=99, chosen=(0, 1))
     memory, _ = memory_at(START, {'odometry.reuse_interval': 1.0})
     for index in (1, 2):
-        memory.track(Reference(prepared(index), START), START.matrix, NO_DETOUR)
+        memory.track(metres_apart(index), START.matrix, NO_DETOUR)
     memory.configure(with_values(Settings(), {'odometry.max_keyframes': 2}), None)
-    memory.track(Reference(prepared(3), START), START.matrix, NO_DETOUR)
+    memory.track(metres_apart(3), START.matrix, NO_DETOUR)
     assert len(memory.frames) == 4  # three that are compared, and the newest
 
 
@@ -455,8 +501,9 @@ def test_a_keyframe_takes_the_bytes_of_its_images_and_surface(has_surface):
         for index in range(1, 6):
             image = RgbdFrame(prepared(index).stamp, zeros(500, 800, 3, kind=np.uint8),
                               zeros(500, 800), camera)
-            memory.track(Reference(dataclasses.replace(
-                frame, frame=image, grey=grey, surface=surface), START), START.matrix, NO_DETOUR)
+            memory.track(Reference(
+                dataclasses.replace(frame, frame=image, grey=grey, surface=surface),
+                metres_apart(index).pose), START.matrix, NO_DETOUR)
         assert len(memory.frames) == most
     assert all(kept.frame.colour is kept.grey is grey for kept in memory.frames)
 

@@ -253,3 +253,19 @@ def test_the_error_that_counts_is_that_of_the_keyframe_seen_from_the_earlier_one
     graph.add(6, PoseWithCovariance(se3.exp([0.16, 0, 0, 0, 0, 0]), turned), 5)
     assert np.sqrt(np.trace(graph.relative(6, 2).covariance[:3, :3])) > 0.15
     assert candidates(graph, 6, stamps(7), SETTINGS.odometry) == (2, 4)
+
+
+@pytest.mark.parametrize('supports, errors, found, missed', [
+    ({}, {}, (0, 1), None),
+    ({0: 0.3 * KEYPOINTS}, {}, (), 0),
+    ({1: 0.3 * KEYPOINTS}, {}, (0,), 1),
+    ({}, {0: 0.5}, (0,), None),  # the images show it, but not where the graph does
+])
+def test_a_search_knows_what_the_images_show(supports, errors, found, missed):
+    frames = {key: SimpleNamespace(key=key, keypoints=Keypoints())
+              for key in range(len(POSITIONS))}
+    seeking, graph = KeyframeSearch(6, (0, 1)), graph_of(POSITIONS)
+    assert seeking.key == 6 and seeking.found == () and seeking.missed is None
+    while not seeking.is_finished:
+        seeking.step(graph, frames, FakeRegistrar(POSITIONS, errors, supports), SETTINGS)
+    assert seeking.found == found and seeking.missed == missed
