@@ -5,11 +5,8 @@
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
-from aick_ros.frames.depth_distortion import DepthDistortion
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance, in_axes
@@ -17,10 +14,17 @@ from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.keyframe_copies import KeyframeCopies
 from aick_ros.odometry.keyframe_graph import KeyframeGraph
 from aick_ros.odometry.keyframe_search import KeyframeSearch, candidates, view_distances
+from aick_ros.odometry.kept_frame import compact, size
 from aick_ros.odometry.pose_correction import PoseCorrection
 from aick_ros.odometry.reference import Reference
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
+
+
+_LONGEST_WAIT = 10
+"""Frames that a step of a search waits for one that leaves time for it.
+
+Chosen: a third of a second at 30 Hz. A camera that turns fast may make each frame a keyframe."""
 
 
 class KeyframeMemory:
@@ -35,12 +39,13 @@ class KeyframeMemory:
 
     def __init__(self, settings: Settings, registrar: Registrar, first: Reference) -> None:
         self._graph = KeyframeGraph(0, first.pose)
-        self._frames = {0: _compact(first.prepared)}
+        self._frames = {0: compact(first.prepared)}
         self._view_covariances = {0: np.zeros((6, 6))}
         self._newest, self._reckoned = 0, first.pose
         self._copies = KeyframeCopies()
         self._search: KeyframeSearch | None = None
         self._searched = first.stamp
+        self._waited = 0  # frames, since the last step of a search
         self._correction = PoseCorrection(settings.odometry)
         self._error = np.zeros(6)  # of the published pose, not corrected yet
         self.reused = 0
@@ -57,19 +62,27 @@ class KeyframeMemory:
         self._correction.configure(settings.odometry)
 
     def track(self, keyframe: Reference, T_reckoned_camera: np.ndarray,
-              detour: np.ndarray) -> None:
+              detour: np.ndarray, is_easy: bool = True) -> None:
         """
         Advance by one tracked frame.
+
+        A search takes a step with frames that are no keyframes and easy to register: those that
+        are neither take the longest already.
 
         :param keyframe: of the next frame, its pose by dead reckoning.
         :param T_reckoned_camera: pose of the frame by dead reckoning, 4x4.
         :param detour: 6x6, added to the covariance of a new keyframe that was not registered to
             the one before.
+        :param is_easy: whether the frame was registered in the shortest way there is.
         """
-        if keyframe.stamp != self._frames[self._newest].stamp:
+        is_new = keyframe.stamp != self._frames[self._newest].stamp
+        if is_new:
             self._add(keyframe, detour)
         if self._search is not None:
-            self._step(self._search)
+            self._waited += 1
+            if is_easy and not is_new or self._waited > _LONGEST_WAIT:
+                self._step(self._search)
+                self._waited = 0
         if self.reused == 0:
             return
         T_odom_reckoned = (self._graph.pose(self._newest).matrix
@@ -120,7 +133,7 @@ class KeyframeMemory:
         motion = PoseWithCovariance(motion.matrix, motion.covariance + detour)
         self._graph.add(key, motion, parent)
         axes = in_axes(self._graph.pose(parent).rotation)
-        self._frames[key] = _compact(keyframe.prepared)
+        self._frames[key] = compact(keyframe.prepared)
         self._view_covariances[key] = axes @ motion.covariance @ axes.T
         self._newest, self._reckoned = key, keyframe.pose
         self._drop_redundant()
@@ -174,27 +187,6 @@ class KeyframeMemory:
         # without a refinement no image confirms that a place is the same
         if odometry.reference == 'previous' or self._settings.refinement.mode == 'none':
             return 1
-        size = _size(self._frames[self._newest])
-        affordable = int(odometry.keyframe_megabytes * 1e6 / size)
+        taken = size(self._frames[self._newest])
+        affordable = int(odometry.keyframe_megabytes * 1e6 / taken)
         return max(1, min(odometry.max_keyframes, affordable))
-
-
-def _compact(prepared: PreparedFrame) -> PreparedFrame:
-    """
-    Return a frame with the images that registrations need alone: grey, and depth corrected.
-
-    Its distortion is a copy without the image of it that others of the frame before have made.
-    """
-    return dataclasses.replace(
-        prepared, undistorted=None, distortion=DepthDistortion(prepared.distortion.nodes),
-        frame=dataclasses.replace(prepared.corrected, colour=prepared.grey))
-
-
-def _size(prepared: PreparedFrame) -> int:
-    """Return how many bytes a frame takes, all but its keypoints."""
-    size = prepared.grey.nbytes + prepared.frame.depth.nbytes
-    if prepared.surface is not None:
-        surface = prepared.surface
-        size += sum(array.nbytes for array in (
-            surface.points, surface.normals, surface.usable, surface.roughness))
-    return size

@@ -335,6 +335,8 @@ class Odometry:
         last = Reference(prepared, self._plane.joined(reference.pose @ registration.image_pose),
                          in_keyframe=attempt.seen.varying_pose)
         detour = np.zeros((6, 6))
+        by_tracking = self._settings.odometry.aick_interval > 1
+        is_easy = reference is references.keyframe and prepared.is_tracked == by_tracking
         if registration.is_by_depth:
             self._twist = self._motion_model.observed_twist(
                 increment, seconds(self._confirmed, prepared.stamp))
@@ -347,7 +349,7 @@ class Odometry:
                 detour = registration.covariance
         self._keyframes.advance(references, last, attempt)
         self._twist_covariance = increment.pose.covariance / increment.interval ** 2
-        memory.track(references.keyframe, self._pose.matrix, detour)
+        memory.track(references.keyframe, self._pose.matrix, detour, is_easy)
         self._gravity.update(prepared.stamp, reference.pose, registration.pose,
                              memory.corrected(self._pose.matrix) @ se3.inverse(self._pose.matrix))
         return dataclasses.replace(

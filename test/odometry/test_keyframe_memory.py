@@ -4,16 +4,14 @@
 """Keyframes that are found again, on simulated walks with drawn errors."""
 
 import dataclasses
-import pickle
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from aick_ros.frames.depth_distortion import COLUMNS, ROWS, DepthDistortion
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.frames.surface import Grid, Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
@@ -32,6 +30,7 @@ PERIOD = 0.5  # between two keyframes [s]
 FRAMES = 12  # tracked with each keyframe
 KEYPOINTS = 100
 CAMERA = Camera(32, 24, 26.0, 26.0, 15.5, 11.5)
+GRID = Grid(8, 6, 6.5, 6.5, 3.5, 2.5)
 LAP = 12  # keyframes
 
 
@@ -201,7 +200,7 @@ def test_keyframes_are_kept_up_to_a_number(changes, most):
 
 
 def test_keyframes_are_kept_up_to_their_bytes(monkeypatch):
-    monkeypatch.setattr('aick_ros.odometry.keyframe_memory._size', lambda frame: 250_000)
+    monkeypatch.setattr('aick_ros.odometry.keyframe_memory.size', lambda frame: 250_000)
     assert max(Walk(4, changes={'odometry.keyframe_megabytes': 2.0}).sizes) == 8
 
 
@@ -224,24 +223,14 @@ def test_a_walk_that_repeats_keeps_its_views_and_no_more_however_long_it_is():
         assert walk.memory.reused > 8 * LAP
 
 
-def test_a_keyframe_keeps_no_image_of_its_distortion():
-    """Each distortion that was known for a while would take as much as a depth image."""
-    distortion = DepthDistortion(np.full((ROWS, COLUMNS), 0.01))
-    new = dataclasses.replace(prepared(1), distortion=distortion)
-    assert distortion.undistorted(new.frame.depth).max() < 1.0
-    memory, _ = memory_at(START)
-    memory.track(Reference(new, START @ STEPS[0]), START.matrix, NO_DETOUR)
-    assert memory.frames[-1].distortion == distortion
-    assert len(pickle.dumps(memory.frames[-1].distortion)) < len(pickle.dumps(distortion)) - 3000
-
-
 def test_a_search_that_misses_what_is_there_is_learned_from(scripted, monkeypatch):
     learned = []
     monkeypatch.setattr('aick_ros.odometry.keyframe_copies.KeyframeCopies.learn',
                         lambda self, *args: learned.append(args))
     script = scripted(steps=2)
     memory, settings = memory_at(START, {'odometry.reuse_interval': 0.0})
-    memory.track(metres_apart(1), START.matrix, NO_DETOUR)
+    for _ in range(2):
+        memory.track(metres_apart(1), START.matrix, NO_DETOUR)
     assert learned == [] and script.made == 1
     memory.track(metres_apart(1), START.matrix, NO_DETOUR)
     (search, graph, used), = learned
@@ -349,7 +338,7 @@ START = PoseWithCovariance(se3.exp([1.0, 2.0, 0.5, 0.4, 0.2, -0.9]))
 
 
 def test_a_search_is_for_the_newest_keyframe_and_takes_a_step_a_frame(scripted):
-    """No other is begun meanwhile; the next one begins with the next keyframe after it."""
+    """Not with the keyframe; no other is begun meanwhile, the next one with the next keyframe."""
     script = scripted(steps=2)
     memory, settings = memory_at(START, {'odometry.reuse_interval': 1.0}, 'a registrar')
     keyframes = [Reference(prepared(index), START) for index in range(8)]
@@ -361,16 +350,45 @@ def test_a_search_is_for_the_newest_keyframe_and_takes_a_step_a_frame(scripted):
     memory.track(keyframes[2], START.matrix, NO_DETOUR)  # a second after the first
     stamps = {key: keyframe.stamp for key, keyframe in enumerate(keyframes[:3])}
     step = ('step', (0, 1, 2), 'a registrar', settings)
-    assert script.asked == [
-        ('candidates', 2, stamps, settings.odometry), ('search', 2, (0,)), step]
+    assert script.asked == [('candidates', 2, stamps, settings.odometry), ('search', 2, (0,))]
+    memory.track(keyframes[2], START.matrix, NO_DETOUR)
+    assert script.asked[2:] == [step]
     memory.track(keyframes[2], START.matrix, NO_DETOUR)
     assert script.asked[3:] == [step]
     memory.track(keyframes[3], START.matrix, NO_DETOUR)
     assert len(script.asked) == 4  # half a second after the search before
     memory.track(keyframes[4], START.matrix, NO_DETOUR)
-    assert kinds(script)[4:] == ['candidates', 'search', 'step']
+    assert kinds(script)[4:] == ['candidates', 'search']
     memory.track(keyframes[7], START.matrix, NO_DETOUR)  # while it is searched
-    assert kinds(script)[7:] == ['step']
+    assert kinds(script)[6:] == []
+
+
+def test_a_step_waits_for_a_frame_that_is_easy_but_not_for_ever(scripted):
+    script = scripted(steps=3)
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0})
+    new = Reference(prepared(1), START)
+    memory.track(new, START.matrix, NO_DETOUR)
+    for _ in range(5):
+        memory.track(new, START.matrix, NO_DETOUR, is_easy=False)
+    assert 'step' not in kinds(script)
+    memory.track(new, START.matrix, NO_DETOUR, is_easy=True)
+    assert kinds(script).count('step') == 1
+    frames = 0
+    while kinds(script).count('step') == 1:
+        memory.track(new, START.matrix, NO_DETOUR, is_easy=False)
+        frames += 1
+    assert frames == 11
+    memory.track(new, START.matrix, NO_DETOUR, is_easy=False)
+    assert kinds(script).count('step') == 2
+
+
+def test_where_each_frame_is_a_keyframe_a_search_ends_all_the_same(scripted):
+    script = scripted(steps=2)
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 100.0})
+    memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), None)
+    for index in range(1, 23):
+        memory.track(metres_apart(index), START.matrix, NO_DETOUR)
+    assert kinds(script).count('step') == 2
 
 
 def test_where_nothing_is_near_the_next_keyframe_is_searched(scripted):
@@ -384,6 +402,7 @@ def test_where_nothing_is_near_the_next_keyframe_is_searched(scripted):
 def test_other_settings_are_those_of_the_next_step(scripted):
     script = scripted(steps=3)
     memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0}, 'a registrar')
+    memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR)
     memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR)
     other = with_values(Settings(), {'odometry.reuse_age': 3.0})
     memory.configure(other, 'another registrar')
@@ -403,7 +422,8 @@ def found_again(scripted, measured, covariance, changes=None):
     memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0, **(changes or {})})
     second = START @ STEPS[0]
     beyond = second @ STEPS[1]
-    memory.track(Reference(prepared(1), second), beyond.matrix, NO_DETOUR)
+    for _ in range(2):
+        memory.track(Reference(prepared(1), second), beyond.matrix, NO_DETOUR)
     return memory, second, beyond
 
 
@@ -452,7 +472,8 @@ def test_a_keyframe_that_serves_again_has_the_error_of_the_way_back(scripted):
     second = START @ STEPS[0]
     memory.track(Reference(prepared(1), second), second.matrix, NO_DETOUR)
     memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), None)
-    memory.track(Reference(prepared(0), START), START.matrix, NO_DETOUR)
+    for _ in range(2):
+        memory.track(Reference(prepared(0), START), START.matrix, NO_DETOUR)
     back = STEPS[0].inverse()
     turned = second.rotation
     shared = np.zeros((6, 6))
@@ -492,8 +513,8 @@ def test_a_keyframe_takes_the_bytes_of_its_images_and_surface(has_surface):
     frame, camera, size = prepared(0), Camera(800, 500, 500, 500, 400, 250), 800 * 500 * (1 + 4)
     surface = None
     if has_surface:
-        surface = SimpleNamespace(points=zeros(9000, 3), normals=zeros(9000, 3, kind=float),
-                                  usable=zeros(9000, kind=bool), roughness=zeros(50, 40))
+        surface = Surface(GRID, zeros(9000, 3), zeros(9000, 3, kind=float),
+                          zeros(9000, kind=bool), zeros(0, kind=int), zeros(50, 40))
         size += 9000 * (12 + 24 + 1) + 50 * 40 * 4
     grey = zeros(500, 800, kind=np.uint8)
     for count, most in ((3.0, 3), (2.999, 2), (0.6, 1)):
@@ -505,7 +526,7 @@ def test_a_keyframe_takes_the_bytes_of_its_images_and_surface(has_surface):
                 dataclasses.replace(frame, frame=image, grey=grey, surface=surface),
                 metres_apart(index).pose), START.matrix, NO_DETOUR)
         assert len(memory.frames) == most
-    assert all(kept.frame.colour is kept.grey is grey for kept in memory.frames)
+    assert all(kept.frame.colour is kept.grey for kept in memory.frames)
 
 
 def test_a_largest_step_that_is_changed_is_that_of_the_next_frame(scripted):
@@ -524,5 +545,6 @@ def test_all_that_was_found_again_is_counted(scripted):
     scripted(accepted=2 * (RelativePose(0, 1, pose),))
     memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0})
     for index, count in ((1, 2), (2, 4), (3, 6)):
-        memory.track(Reference(prepared(index), START), START.matrix, NO_DETOUR)
+        for _ in range(2):
+            memory.track(Reference(prepared(index), START), START.matrix, NO_DETOUR)
         assert memory.reused == count

@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A frame as it is kept for long: with what registrations need, in memory of its own."""
+
+from __future__ import annotations
+
+import dataclasses
+import mmap
+from collections.abc import Sequence
+
+import numpy as np
+
+from aick_ros.frames.depth_distortion import DepthDistortion
+from aick_ros.frames.prepared import PreparedFrame
+
+_ALIGNMENT = 64  # bytes, of a cache line
+
+
+def compact(prepared: PreparedFrame) -> PreparedFrame:
+    """
+    Return a frame with the images that registrations need alone: grey, and depth corrected.
+
+    They are copied to a mapping of their own. Among the images of other frames, which come and
+    go, those that stay would leave holes that the allocator cannot give back: the process grew by
+    more than they take. The distortion is a copy without the image of it that frames before made.
+    """
+    surface, keypoints = prepared.surface, prepared.keypoints
+    names = ['points', 'normals', 'usable', 'chosen', 'roughness'] if surface else []
+    own = _moved([prepared.grey, prepared.corrected.depth, keypoints.positions,
+                  keypoints.descriptors, keypoints.covariances, keypoints.pixels,
+                  *(getattr(surface, name) for name in names)])
+    grey, depth, positions, descriptors, covariances, pixels = own[:6]
+    return dataclasses.replace(
+        prepared, grey=grey, undistorted=None,
+        frame=dataclasses.replace(prepared.corrected, colour=grey, depth=depth),
+        distortion=DepthDistortion(prepared.distortion.nodes),
+        keypoints=dataclasses.replace(
+            keypoints, positions=positions, descriptors=descriptors, covariances=covariances,
+            pixels=pixels),
+        surface=surface and dataclasses.replace(surface, **dict(zip(names, own[6:]))))
+
+
+def size(prepared: PreparedFrame) -> int:
+    """Return how many bytes a frame takes, all but its keypoints."""
+    count = prepared.grey.nbytes + prepared.frame.depth.nbytes
+    if prepared.surface is not None:
+        surface = prepared.surface
+        count += sum(array.nbytes for array in (
+            surface.points, surface.normals, surface.usable, surface.roughness))
+    return count
+
+
+def _moved(arrays: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Return copies of arrays that nobody can change, in a mapping that ends with the last."""
+    sizes = [-(-array.nbytes // _ALIGNMENT) * _ALIGNMENT for array in arrays]
+    memory = mmap.mmap(-1, max(sum(sizes), 1), flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    moved, begin = [], 0
+    for array, taken in zip(arrays, sizes):
+        copy = np.frombuffer(memory, array.dtype, array.size, begin).reshape(array.shape)
+        copy[...] = array
+        copy.flags.writeable = False
+        moved.append(copy)
+        begin += taken
+    return moved

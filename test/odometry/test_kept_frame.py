@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Frames that are kept for long, in memory of their own."""
+
+import dataclasses
+import gc
+import mmap
+import pickle
+import weakref
+
+import numpy as np
+import pytest
+
+from aick_ros.frames.depth_distortion import COLUMNS, ROWS, DepthDistortion
+from aick_ros.frames.keypoints import KeypointFrame
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.rgbd import RgbdFrame
+from aick_ros.frames.surface import Surface
+from aick_ros.geometry.camera import Camera
+from aick_ros.odometry.kept_frame import compact, size
+from aick_ros.settings import SensorSettings
+
+CAMERA = Camera(64, 48, 50.0, 50.0, 31.5, 23.5)
+KEYPOINTS = 7
+
+
+@pytest.fixture(params=[True, False], ids=['surface', 'no surface'])
+def prepared(request):
+    rng = np.random.default_rng(3)
+    depth = rng.uniform(1.0, 1.01, (48, 64)).astype(np.float32)
+    colour = rng.integers(0, 256, (48, 64, 3), np.uint8)
+    frame = RgbdFrame(5, colour, depth, CAMERA)
+    surface = Surface.of(depth, CAMERA, SensorSettings(), 50) if request.param else None
+    keypoints = KeypointFrame(5, *(rng.uniform(1, 2, shape).astype(kind) for shape, kind in (
+        ((KEYPOINTS, 3), np.float32), ((KEYPOINTS, 32), np.uint8), ((KEYPOINTS, 3, 3), np.float32),
+        ((KEYPOINTS, 2), np.float32))))
+    distortion = DepthDistortion(np.full((ROWS, COLUMNS), 0.01))
+    undistorted = dataclasses.replace(frame, depth=distortion.undistorted(depth))
+    return PreparedFrame(frame, keypoints, frame.grey, surface, 0.01, 0.002, twist=np.arange(6.0),
+                         undistorted=undistorted, distortion=distortion)
+
+
+def arrays_of(prepared):
+    """Return all images and lists of a frame, by their names."""
+    found = {'grey': prepared.grey, 'depth': prepared.corrected.depth}
+    for part in (prepared.keypoints, prepared.surface):
+        found.update({name: value for name, value in vars(part or prepared).items()
+                      if part is not None and isinstance(value, np.ndarray)})
+    return found
+
+
+def mapping_of(array):
+    """Return the memory that an array lies in, if it is a mapping."""
+    while isinstance(array, np.ndarray):
+        array = array.base
+    owner = array.obj if isinstance(array, memoryview) else array
+    return owner if isinstance(owner, mmap.mmap) else None
+
+
+def test_a_kept_frame_is_the_frame_without_colours_and_as_it_is_corrected(prepared):
+    kept, before = compact(prepared), arrays_of(prepared)
+    after = arrays_of(kept)
+    assert after.keys() == before.keys() and len(after) == (11 if prepared.surface else 6)
+    for name, array in after.items():
+        assert array.dtype == before[name].dtype and not array.flags.writeable
+        np.testing.assert_array_equal(array, before[name])
+    assert kept.corrected is kept.frame and kept.frame.colour is kept.grey
+    assert (kept.stamp, kept.depth_lag, kept.stamp_jitter) == (5, 0.01, 0.002)
+    assert kept.distortion == prepared.distortion and kept.twist is prepared.twist
+
+
+def test_its_arrays_have_one_mapping_for_themselves_and_it_ends_with_them(prepared):
+    """So that the allocator has no holes between them, and what they take is given back."""
+    kept = compact(prepared)
+    memory, = {id(mapping_of(array)): mapping_of(array)
+               for array in arrays_of(kept).values()}.values()
+    assert isinstance(memory, mmap.mmap)
+    needed = sum(array.nbytes for array in arrays_of(kept).values())
+    assert needed <= len(memory) < needed + 64 * len(arrays_of(kept))
+    gone = weakref.ref(memory)
+    depth = kept.frame.depth
+    del memory, kept
+    gc.collect()
+    assert gone() is not None and depth.min() > 0.9
+    del depth
+    gc.collect()
+    assert gone() is None
+
+
+def test_two_frames_share_no_memory(prepared):
+    first, second = compact(prepared), compact(prepared)
+    assert mapping_of(first.grey) is not mapping_of(second.grey)
+    assert not np.shares_memory(first.grey, prepared.grey)
+
+
+def test_it_keeps_no_image_of_its_distortion(prepared):
+    """Each distortion that was known for a while would take as much as a depth image."""
+    image = prepared.grey.size * 4
+    assert len(pickle.dumps(prepared.distortion)) > image
+    assert len(pickle.dumps(compact(prepared).distortion)) < image / 4
+
+
+def test_a_frame_without_keypoints_can_be_kept(prepared):
+    kept = compact(dataclasses.replace(prepared, keypoints=KeypointFrame.none(5)))
+    assert len(kept.keypoints) == 0 and kept.keypoints.descriptors.shape == (0, 32)
+
+
+def test_its_size_is_that_of_its_images_and_surface(prepared):
+    kept = compact(prepared)
+    cells = 16 * 12 if prepared.surface else 0
+    assert size(kept) == 64 * 48 * (1 + 4) + cells * (12 + 12 + 1 + 4)
