@@ -31,7 +31,7 @@ _GATES = 22.46, 32.91  # by definition: 99.9 % of chi squared with 6 and 12 degr
 
 class KeyframeSearch:
     """
-    Compares a keyframe with two earlier ones, one registration at a time.
+    Compares a keyframe with two earlier ones, half a registration at a time.
 
     :param key: of the keyframe; ``candidates``: keys of the earlier ones.
     :ivar missed: key of the one that the images do not show; None: there is none so far.
@@ -41,6 +41,7 @@ class KeyframeSearch:
         self.key = key
         self.missed: int | None = None
         self._pending = list(candidates)
+        self._aligned: Registration | None = None  # to the first of those pending
         self._found: list[RelativePose] = []
         self.keys = frozenset((key, *candidates))
 
@@ -57,22 +58,32 @@ class KeyframeSearch:
     def step(self, graph: KeyframeGraph, frames: Mapping[int, PreparedFrame],
              registrar: Registrar, settings: Settings) -> tuple[RelativePose, ...]:
         """
-        Do one registration.
+        Do half of a registration: AICK, or the refinement that confirms it.
 
         :returns: the measurements that are accepted, with the last registration; until then none.
         """
-        candidate = self._pending.pop(0)
-        source = frames[self.key]
-        registration = registrar.recognize(source, frames[candidate])
-        if not _is_tracked(registration, source, settings):
-            self._pending.clear()
-            self.missed = candidate
+        candidate, source = self._pending[0], frames[self.key]
+        if self._aligned is None:
+            self._aligned = registrar.align(source, frames[candidate])
+            if not self._aligned.status.ok:
+                self._miss(candidate)
             return ()
+        registration = registrar.recognize(source, frames[candidate], self._aligned)
+        self._aligned = None
+        if not _is_tracked(registration, source, settings):
+            self._miss(candidate)
+            return ()
+        self._pending.pop(0)
         self._found.append(RelativePose(candidate, self.key, registration.pose))
         if graph.squared_distance(self._found) > _GATES[len(self._found) - 1]:
             self._pending.clear()
             return ()
         return tuple(self._found) if self.is_finished else ()
+
+    def _miss(self, candidate: int) -> None:
+        """End the search, as the images do not show a keyframe."""
+        self.missed = candidate
+        self._pending.clear()
 
 
 def candidates(graph: KeyframeGraph, key: int, stamps: Mapping[int, int],

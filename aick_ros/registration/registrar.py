@@ -78,6 +78,7 @@ class Registrar:
         self._learned.misalignment.assume(Misalignment.by(settings.misalignment))
         self._preparer.distortion = self._learned.distortion.distortion
         self._alike = CommonDistortion(self._preparer)
+        self._sought_alike = CommonDistortion(self._preparer)  # sources are older ones there
 
     @property
     def preparer(self) -> Preparer:
@@ -192,19 +193,29 @@ class Registrar:
             found, source, target, expected, elapsed, delay,
             self._learned.misalignment.delay_sigma)
 
-    def recognize(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
+    def align(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
+        """Return the pose of the source in the target by AICK in one attempt, not refined."""
+        _require_frames(source, target)
+        with self._times.stage('registration'):
+            return self._aick.align(source.keypoints,
+                                    self._sought_alike(target, source).keypoints)
+
+    def recognize(self, source: PreparedFrame, target: PreparedFrame,
+                  aligned: Registration | None = None) -> Registration:
         """
         Return the pose of the source in the target, of two frames that may show the same place.
 
         It is found by appearance alone, in one attempt. Nothing is learned of the camera: the two
         may as well show places that look alike.
+
+        :param aligned: what :meth:`align` has returned, which is the first part of the time.
         """
         _require_frames(source, target)
-        target = self._alike(target, source)
+        target = self._sought_alike(target, source)
         if self._verified is None:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
-        found = self._verified.recognize(source, target)
+        found = self._verified.recognize(source, target, None, aligned)
         without_bias = dataclasses.replace(found, bias=None)
         return self._learned.systematic_error.add_to(without_bias, source, target)
 

@@ -101,15 +101,18 @@ class VerifiedAick:
             return self._tracked_keypoints.register(source, target, expected, elapsed)
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame,
-                  predicted: Prediction | None = None) -> Registration:
+                  predicted: Prediction | None = None,
+                  aligned: Registration | None = None) -> Registration:
         """
         Return the pose of the source in the target by AICK in one attempt, without a guess.
 
         :param predicted: used for the velocity of the source, not for its pose.
+        :param aligned: what that attempt has found, where it was made before.
         """
-        with self._times.stage('registration'):
-            found = self._aick.align(source.keypoints, target.keypoints)
-        return self._refine(source, target, found, predicted)
+        if aligned is None:
+            with self._times.stage('registration'):
+                aligned = self._aick.align(source.keypoints, target.keypoints)
+        return self._refine(source, target, aligned, predicted)
 
     def _align_slowly(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
         """Return the registration by AICK with all keypoints and the slow schedule."""

@@ -46,14 +46,22 @@ class Keypoints:
         return KEYPOINTS
 
 
+ALIGNED = Registration(Status.OK, '', np.eye(4), np.eye(6), np.empty((0, 2), int), 1, 5)
+
+
 class FakeRegistrar:
     """Registers frames, which are their numbers, by true positions along x and given errors."""
 
     def __init__(self, positions, errors=(), supports=(), **values):
         self.positions, self.errors, self.supports = positions, dict(errors), dict(supports)
-        self.values = {'tracks': (), **values}
+        self.values, self.aligned = {'tracks': (), **values}, {}
 
-    def recognize(self, source, target):
+    def align(self, source, target):
+        return dataclasses.replace(ALIGNED, reason=f'{source.key} in {target.key}',
+                                   status=self.aligned.get(target.key, Status.OK))
+
+    def recognize(self, source, target, aligned):
+        assert aligned.reason == f'{source.key} in {target.key}' and aligned.status.ok
         offset = self.positions[source.key] - self.positions[target.key]
         offset += self.errors.get(target.key, 0.0)
         return dataclasses.replace(Registration(
@@ -100,8 +108,9 @@ def test_after_one_beyond_its_own_gate_no_other_is_sought(square, is_sought):
     frames = {key: SimpleNamespace(key=key, keypoints=Keypoints())
               for key in range(len(POSITIONS))}
     seeking = KeyframeSearch(6, (0, 1))
-    seeking.step(graph_of(POSITIONS), frames, FakeRegistrar(
-        POSITIONS, {0: np.sqrt(square * 7) * SIGMA}), SETTINGS)
+    for _ in range(2):
+        seeking.step(graph_of(POSITIONS), frames, FakeRegistrar(
+            POSITIONS, {0: np.sqrt(square * 7) * SIGMA}), SETTINGS)
     assert seeking.is_finished != is_sought
 
 
@@ -269,3 +278,16 @@ def test_a_search_knows_what_the_images_show(supports, errors, found, missed):
     while not seeking.is_finished:
         seeking.step(graph, frames, FakeRegistrar(POSITIONS, errors, supports), SETTINGS)
     assert seeking.found == found and seeking.missed == missed
+
+
+@pytest.mark.parametrize('missed, steps', [(None, 4), (0, 1), (1, 3)])
+def test_aick_alone_is_a_step_and_where_it_fails_nothing_is_refined(missed, steps):
+    frames = {key: SimpleNamespace(key=key, keypoints=Keypoints())
+              for key in range(len(POSITIONS))}
+    registrar, seeking = FakeRegistrar(POSITIONS), KeyframeSearch(6, (0, 1))
+    registrar.aligned = {missed: Status.TOO_FEW_MATCHES}
+    for _ in range(steps):
+        assert not seeking.is_finished
+        accepted = seeking.step(graph_of(POSITIONS), frames, registrar, SETTINGS)
+    assert seeking.is_finished and seeking.missed == missed
+    assert len(accepted) == (2 if missed is None else 0)

@@ -13,7 +13,9 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry import Odometry
 from aick_ros.odometry.attempts import _expected
+from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.reference import Reference
+from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
@@ -87,3 +89,30 @@ def test_errors_of_rounding_do_not_grow_along_expected_poses():
     reference = Reference(None, PoseWithCovariance(pose))
     expected = _expected(reference, reference, PoseWithCovariance(np.eye(4)))
     np.testing.assert_allclose(expected[:3, :3] @ expected[:3, :3].T, np.eye(3), atol=1e-14)
+
+
+def test_a_search_waits_for_frames_that_are_registered_in_the_shortest_way(frames, monkeypatch):
+    """That is by tracking where AICK registers only some; by AICK where it registers all."""
+    for interval in (1, 4):
+        easy = []
+        monkeypatch.setattr(KeyframeMemory, 'track', lambda self, *args: easy.append(args[-1]))
+        odometry = every(interval)
+        updates = [odometry.register_frame(frame) for frame in frames[0]]
+        tracked = [update.prepared.is_tracked for update in updates[1:]]
+        assert easy == ([True] * len(tracked) if interval == 1 else tracked)
+        assert any(easy)
+
+
+def test_a_search_waits_while_frames_are_registered_to_others_than_the_keyframe(
+        frames, monkeypatch):
+    """The last frame, where the keyframe is of another place."""
+    easy = []
+    monkeypatch.setattr(KeyframeMemory, 'track', lambda self, *args: easy.append(args[-1]))
+    odometry = every(1)
+    for frame in frames[0][:3]:
+        odometry.register_frame(frame)
+    references = odometry._references
+    dark = dataclasses.replace(frames[0][0], colour=np.zeros_like(frames[0][0].colour))
+    references.keyframe = Reference(Registrar().prepare(dark), references.keyframe.pose)
+    assert odometry.register_frame(frames[0][3]).status.ok
+    assert easy[-2:] == [True, False]

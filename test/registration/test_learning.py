@@ -321,7 +321,7 @@ def test_what_was_not_measured_teaches_nothing(steps, made, known, taught):
 def test_from_places_that_look_alike_nothing_is_learned(steps, parts):
     """Nor is their bias compared with others; the errors of stamps are added."""
     assert steps.registrar.recognize(steps.source, steps.target) == 'with systematic errors'
-    (source, target), = parts.asked('VerifiedAick', 'recognize')
+    (source, target, *_), = parts.asked('VerifiedAick', 'recognize')
     assert source is steps.source and target is steps.target
     found, rest = steps.added()
     assert steps.samples() == []

@@ -10,12 +10,14 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
+from aick_ros.frames.depth_distortion import COLUMNS, ROWS, DepthDistortion
 from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import RESTART_AFTER, seconds
 from aick_ros.registration.aick.aick import Aick
+from aick_ros.registration.common_distortion import CommonDistortion
 from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
@@ -311,3 +313,36 @@ def test_each_sensor_is_taken_at_its_own_time(two_clocks):
         medians.append(np.median(errors, axis=0))
     known, ignored = medians
     assert (known < 0.5 * ignored).all(), medians
+
+
+def test_recognizing_in_two_parts_is_recognizing_at_once(frames):
+    """The first part has found the place already; the second one refines it."""
+    registrar = Registrar()
+    views = [registrar.prepare(frame) for frame in frames[:3]]
+    aligned = registrar.align(views[2], views[0])
+    assert aligned.status.ok and aligned.tracks is None
+    apart, at_once = (registrar.recognize(views[2], views[0], *given)
+                      for given in ([aligned], []))
+    np.testing.assert_array_equal(apart.T_target_source, at_once.T_target_source)
+    np.testing.assert_array_equal(apart.covariance, at_once.covariance)
+    elsewhere = dataclasses.replace(aligned, status=Status.TOO_FEW_MATCHES)
+    assert registrar.recognize(views[2], views[0], elsewhere) is not at_once
+    assert not registrar.recognize(views[2], views[0], elsewhere).status.ok
+
+
+def test_what_is_sought_does_not_undo_what_a_keyframe_was_brought_to(frames, monkeypatch):
+    """Frames that are sought are free of older distortions than those that come in."""
+    counts = []
+    bring = CommonDistortion._bring
+    monkeypatch.setattr(CommonDistortion, '_bring',
+                        lambda self, frame: counts.append(frame.stamp) or bring(self, frame))
+    registrar = Registrar()
+    keyframe, older, new = (
+        dataclasses.replace(registrar.prepare(frame), distortion=DepthDistortion(
+            np.full((ROWS, COLUMNS), known)))
+        for frame, known in zip(frames[:3], (2e-4, 1e-4, 3e-4)))
+    for _ in range(3):
+        assert registrar.register(new, keyframe).status.ok
+        registrar.align(keyframe, older)
+        registrar.recognize(keyframe, older)
+    assert counts == [keyframe.stamp, older.stamp]
