@@ -13,18 +13,23 @@ from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.keyframe_copies import KeyframeCopies
 from aick_ros.odometry.keyframe_graph import KeyframeGraph
-from aick_ros.odometry.keyframe_search import KeyframeSearch, candidates, view_distances
+from aick_ros.odometry.keyframe_search import (STEPS_PER_REGISTRATION, KeyframeSearch,
+                                               candidates, view_distances)
 from aick_ros.odometry.kept_frame import compact, size
 from aick_ros.odometry.pose_correction import PoseCorrection
 from aick_ros.odometry.reference import Reference
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 
-
-_LONGEST_WAIT = 10
+_LONGEST_WAIT = 3
 """Frames that a step of a search waits for one that leaves time for it.
 
-Chosen: a third of a second at 30 Hz. A camera that turns fast may make each frame a keyframe."""
+Chosen: a tenth of a second at 30 Hz. A camera that turns fast may make each frame a keyframe."""
+
+
+_LEISURE = 0.1
+"""Interval of frames [s] from which a whole registration is done with each; chosen: at less than
+10 Hz there is time for it."""
 
 
 class KeyframeMemory:
@@ -45,7 +50,7 @@ class KeyframeMemory:
         self._copies = KeyframeCopies()
         self._search: KeyframeSearch | None = None
         self._searched = first.stamp
-        self._waited = 0  # frames, since the last step of a search
+        self._waited = 0  # frames that have left no time for the search
         self._correction = PoseCorrection(settings.odometry)
         self._error = np.zeros(6)  # of the published pose, not corrected yet
         self.reused = 0
@@ -62,27 +67,24 @@ class KeyframeMemory:
         self._correction.configure(settings.odometry)
 
     def track(self, keyframe: Reference, T_reckoned_camera: np.ndarray,
-              detour: np.ndarray, is_easy: bool = True) -> None:
+              detour: np.ndarray, is_easy: bool = True, interval: float = 0.0) -> None:
         """
         Advance by one tracked frame.
 
-        A search takes a step with frames that are no keyframes and easy to register: those that
-        are neither take the longest already.
+        A search takes a step with frames that are no keyframes and easy to register: others take
+        the longest already. Where frames come slowly it does not wait.
 
         :param keyframe: of the next frame, its pose by dead reckoning.
         :param T_reckoned_camera: pose of the frame by dead reckoning, 4x4.
         :param detour: 6x6, added to the covariance of a new keyframe that was not registered to
             the one before.
         :param is_easy: whether the frame was registered in the shortest way there is.
+        :param interval: since the frame before [s].
         """
         is_new = keyframe.stamp != self._frames[self._newest].stamp
         if is_new:
             self._add(keyframe, detour)
-        if self._search is not None:
-            self._waited += 1
-            if is_easy and not is_new or self._waited > _LONGEST_WAIT:
-                self._step(self._search)
-                self._waited = 0
+        self._continue_search(is_easy and not is_new, interval)
         if self.reused == 0:
             return
         T_odom_reckoned = (self._graph.pose(self._newest).matrix
@@ -144,8 +146,20 @@ class KeyframeMemory:
             if chosen:
                 self._search, self._searched = KeyframeSearch(key, chosen), keyframe.stamp
 
+    def _continue_search(self, is_easy: bool, interval: float) -> None:
+        """Do a step of the search, if there is one and the frame leaves time; or a few."""
+        if self._search is None:
+            return
+        self._waited += 1
+        if interval < _LEISURE and not is_easy and self._waited <= _LONGEST_WAIT:
+            return
+        self._waited = 0
+        for _ in range(1 if interval < _LEISURE else STEPS_PER_REGISTRATION):
+            if self._search is not None:
+                self._step(self._search)
+
     def _step(self, search: KeyframeSearch) -> None:
-        """Do one registration of a search, and correct the graph by what is accepted."""
+        """Do half a registration of a search, and correct the graph by what is accepted."""
         accepted = search.step(self._graph, self._frames, self._registrar, self._settings)
         if accepted:
             self._graph.update(accepted)

@@ -23,6 +23,7 @@ from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Registration
 from aick_ros.settings import OdometrySettings, Settings
 
+STEPS_PER_REGISTRATION = 2  # by definition: AICK, and the refinement
 WITNESSES = 2  # by definition: keyframes that must agree
 _MIN_TRACKED = 0.35  # chosen on rendered rooms: share of the keypoints that must be tracked
 MAX_SIGMA = 0.15  # m; chosen: 3 sigma is less than the spacing of repeated furniture

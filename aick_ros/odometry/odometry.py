@@ -335,8 +335,8 @@ class Odometry:
         last = Reference(prepared, self._plane.joined(reference.pose @ registration.image_pose),
                          in_keyframe=attempt.seen.varying_pose)
         detour = np.zeros((6, 6))
-        by_tracking = self._settings.odometry.aick_interval > 1
-        is_easy = reference is references.keyframe and prepared.is_tracked == by_tracking
+        is_easy = self._is_easy(prepared, attempt, references)
+        interval = seconds(references.last.stamp, prepared.stamp)
         if registration.is_by_depth:
             self._twist = self._motion_model.observed_twist(
                 increment, seconds(self._confirmed, prepared.stamp))
@@ -349,7 +349,7 @@ class Odometry:
                 detour = registration.covariance
         self._keyframes.advance(references, last, attempt)
         self._twist_covariance = increment.pose.covariance / increment.interval ** 2
-        memory.track(references.keyframe, self._pose.matrix, detour, is_easy)
+        memory.track(references.keyframe, self._pose.matrix, detour, is_easy, interval)
         self._gravity.update(prepared.stamp, reference.pose, registration.pose,
                              memory.corrected(self._pose.matrix) @ se3.inverse(self._pose.matrix))
         return dataclasses.replace(
@@ -357,6 +357,11 @@ class Odometry:
             recovered=recovered, reference=reference.prepared.keypoints,
             matches=registration.matches, support=registration.support,
             evidence=registration.evidence)
+
+    def _is_easy(self, prepared: PreparedFrame, attempt: Attempt, references: References) -> bool:
+        """Return whether a frame was registered in the shortest way that the settings allow."""
+        by_tracking = self._settings.odometry.aick_interval > 1
+        return attempt.reference is references.keyframe and prepared.is_tracked == by_tracking
 
     def _with_velocity(self, prepared: PreparedFrame, attempt: Attempt,
                        increment: Increment) -> PreparedFrame:

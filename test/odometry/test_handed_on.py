@@ -167,12 +167,12 @@ def test_the_memory_advances_after_the_keyframe_was_chosen(parts, tracked, attem
         lambda references, last, attempt: references.track(last, last))
     tracked(attempt_to())
     (_, last, _), = parts.asked('KeyframeChoice', 'advance')
-    (keyframe, T_reckoned_camera, detour), = parts.asked('KeyframeMemory', 'track')
+    (keyframe, T_reckoned_camera, detour, is_easy, _), = parts.asked('KeyframeMemory', 'track')
     assert keyframe is last
     np.testing.assert_allclose(
         T_reckoned_camera, START @ parts.attempt.registration.T_target_source @ parts.joined,
         atol=1e-12)
-    assert not detour.any()
+    assert is_easy and not detour.any()
 
 
 @pytest.mark.parametrize('to, evidence, is_detour', [
@@ -181,7 +181,8 @@ def test_the_memory_advances_after_the_keyframe_was_chosen(parts, tracked, attem
 def test_a_detour_is_a_registration_by_keypoints_to_another_frame(
         parts, tracked, attempt_to, to, evidence, is_detour):
     tracked(attempt_to(), attempt_to(to, evidence=evidence))
-    *_, detour = parts.asked('KeyframeMemory', 'track')[-1]
+    *_, detour, is_easy, _ = parts.asked('KeyframeMemory', 'track')[-1]
+    assert is_easy == (to == 'keyframe')
     np.testing.assert_array_equal(
         detour, parts.attempt.registration.covariance if is_detour else np.zeros((6, 6)))
 

@@ -265,9 +265,9 @@ def test_a_keyframe_found_by_another_frame_than_the_one_before_has_the_error_of_
     """It is no measurement from keyframe to keyframe: that covariance is added to the graph's."""
     detours, track = {}, KeyframeMemory.track
 
-    def recorded(self, keyframe, T_reckoned_camera, detour):
+    def recorded(self, keyframe, T_reckoned_camera, detour, *others):
         detours[keyframe.stamp] = detour
-        track(self, keyframe, T_reckoned_camera, detour)
+        track(self, keyframe, T_reckoned_camera, detour, *others)
 
     monkeypatch.setattr(KeyframeMemory, 'track', recorded)
     monkeypatch.setattr(KeyframePolicy, 'keeps', lambda self, prepared, found, sought: (

@@ -95,7 +95,7 @@ def test_a_search_waits_for_frames_that_are_registered_in_the_shortest_way(frame
     """That is by tracking where AICK registers only some; by AICK where it registers all."""
     for interval in (1, 4):
         easy = []
-        monkeypatch.setattr(KeyframeMemory, 'track', lambda self, *args: easy.append(args[-1]))
+        monkeypatch.setattr(KeyframeMemory, 'track', lambda self, *args: easy.append(args[3]))
         odometry = every(interval)
         updates = [odometry.register_frame(frame) for frame in frames[0]]
         tracked = [update.prepared.is_tracked for update in updates[1:]]
@@ -107,7 +107,7 @@ def test_a_search_waits_while_frames_are_registered_to_others_than_the_keyframe(
         frames, monkeypatch):
     """The last frame, where the keyframe is of another place."""
     easy = []
-    monkeypatch.setattr(KeyframeMemory, 'track', lambda self, *args: easy.append(args[-1]))
+    monkeypatch.setattr(KeyframeMemory, 'track', lambda self, *args: easy.append(args[3]))
     odometry = every(1)
     for frame in frames[0][:3]:
         odometry.register_frame(frame)
