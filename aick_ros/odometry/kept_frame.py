@@ -13,6 +13,7 @@ import numpy as np
 
 from aick_ros.frames.depth_distortion import DepthDistortion
 from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.surface import Surface
 
 _ALIGNMENT = 64  # bytes, of a cache line
 
@@ -21,15 +22,15 @@ def compact(prepared: PreparedFrame) -> PreparedFrame:
     """
     Return a frame with the images that registrations need alone: grey, and depth corrected.
 
-    They are copied to a mapping of their own. Among the images of other frames, which come and
-    go, those that stay would leave holes that the allocator cannot give back: the process grew by
-    more than they take. The distortion is a copy without the image of it that frames before made.
+    They are copied to a mapping of their own, which is given back as a whole: among the images of
+    other frames, which come and go, they would keep the heap from shrinking. The distortion is a
+    copy without the image of it that was made for the frame.
     """
     surface, keypoints = prepared.surface, prepared.keypoints
-    names = ['points', 'normals', 'usable', 'chosen', 'roughness'] if surface else []
+    of_surface = [] if surface is None else [
+        surface.points, surface.normals, surface.usable, surface.chosen, surface.roughness]
     own = _moved([prepared.grey, prepared.corrected.depth, keypoints.positions,
-                  keypoints.descriptors, keypoints.covariances, keypoints.pixels,
-                  *(getattr(surface, name) for name in names)])
+                  keypoints.descriptors, keypoints.covariances, keypoints.pixels, *of_surface])
     grey, depth, positions, descriptors, covariances, pixels = own[:6]
     return dataclasses.replace(
         prepared, grey=grey, undistorted=None,
@@ -38,7 +39,7 @@ def compact(prepared: PreparedFrame) -> PreparedFrame:
         keypoints=dataclasses.replace(
             keypoints, positions=positions, descriptors=descriptors, covariances=covariances,
             pixels=pixels),
-        surface=surface and dataclasses.replace(surface, **dict(zip(names, own[6:]))))
+        surface=None if surface is None else Surface(surface.grid, *own[6:]))
 
 
 def size(prepared: PreparedFrame) -> int:

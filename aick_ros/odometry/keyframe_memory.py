@@ -11,11 +11,11 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.kept_frame import compact, size
 from aick_ros.odometry.keyframe_copies import KeyframeCopies
 from aick_ros.odometry.keyframe_graph import KeyframeGraph
-from aick_ros.odometry.keyframe_search import (STEPS_PER_REGISTRATION, KeyframeSearch,
-                                               candidates, view_distances)
-from aick_ros.odometry.kept_frame import compact, size
+from aick_ros.odometry.keyframe_search import (
+    STEPS_PER_REGISTRATION, KeyframeSearch, candidates, view_distances)
 from aick_ros.odometry.pose_correction import PoseCorrection
 from aick_ros.odometry.reference import Reference
 from aick_ros.registration.registrar import Registrar
