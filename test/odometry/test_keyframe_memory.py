@@ -363,7 +363,7 @@ def test_a_search_is_for_the_newest_keyframe_and_takes_a_step_a_frame(scripted):
     memory.track(keyframes[4], START.matrix, NO_DETOUR)
     assert kinds(script)[4:] == ['candidates', 'search']
     memory.track(keyframes[7], START.matrix, NO_DETOUR)  # while it is searched
-    assert kinds(script)[6:] == []
+    assert kinds(script)[6:] == ['step']
 
 
 def test_a_step_waits_for_a_frame_that_is_easy_but_not_for_ever(scripted):
@@ -371,8 +371,6 @@ def test_a_step_waits_for_a_frame_that_is_easy_but_not_for_ever(scripted):
     memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0})
     new = Reference(prepared(1), START)
     memory.track(new, START.matrix, NO_DETOUR)
-    for _ in range(2):
-        memory.track(new, START.matrix, NO_DETOUR, is_easy=False)
     assert 'step' not in kinds(script)
     memory.track(new, START.matrix, NO_DETOUR, is_easy=True)
     assert kinds(script).count('step') == 1
@@ -380,12 +378,12 @@ def test_a_step_waits_for_a_frame_that_is_easy_but_not_for_ever(scripted):
     while kinds(script).count('step') == 1:
         memory.track(new, START.matrix, NO_DETOUR, is_easy=False)
         frames += 1
-    assert frames == 4
+    assert frames == 2
     memory.track(new, START.matrix, NO_DETOUR, is_easy=False)
     assert kinds(script).count('step') == 2
 
 
-@pytest.mark.parametrize('interval, steps', [(0.09, [0, 0, 0, 1, 0]), (0.11, [2, 2, 2, 2, 2])])
+@pytest.mark.parametrize('interval, steps', [(0.05, [0, 1, 0, 1, 0]), (0.067, [2, 2, 2, 2, 2])])
 def test_where_frames_come_slowly_each_has_a_whole_registration(scripted, interval, steps):
     """With the keyframe too, and whatever it took to register the frame."""
     script, counts = scripted(steps=99), []
@@ -401,7 +399,7 @@ def test_where_each_frame_is_a_keyframe_a_search_ends_all_the_same(scripted):
     script = scripted(steps=2)
     memory, _ = memory_at(START, {'odometry.reuse_interval': 100.0})
     memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), None)
-    for index in range(1, 9):
+    for index in range(1, 5):
         memory.track(metres_apart(index), START.matrix, NO_DETOUR)
     assert kinds(script).count('step') == 2
 
