@@ -127,7 +127,7 @@ class _Average:
         if ratio < 0.0:
             low, high = map(math.log, _BIAS_BOUNDS)
             ratio *= min(max((high - self.normalised) / (high - low), 0.0), 1.0)
-        excess = max(1.0 - math.exp(-self.normalised), 0.0)  # share of the squares not due to noise
+        excess = max(1.0 - math.exp(-self.normalised), 0.0)  # share of squares beyond noise
         variances = excess * np.exp(self.squares)
         bias = np.diag(np.repeat(variances, 3))
         return Noise(math.exp(ratio), bias,
