@@ -4,7 +4,7 @@
 """
 ORB keypoints (Rublee et al. 2011), with the paper's settings as defaults (IV-B).
 
-They are those of OpenCV's detector, in half of its time: the corners are found by compiled code,
+They are those of OpenCV's detector in less time: the corners are found by compiled code,
 and OpenCV describes only those that are kept.
 """
 
