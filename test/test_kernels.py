@@ -125,3 +125,9 @@ def test_the_kernels_are_made_of_the_files_that_are_here():
     files = sorted((ROOT / 'src' / 'kernels').iterdir())
     digest = sha256(b''.join(file.read_bytes() for file in files)).hexdigest()
     assert kernels.DIGEST == digest, 'make setup compiles them'
+
+
+def test_arrays_without_a_length_are_refused():
+    with pytest.raises(TypeError, match='unsized'):
+        kernels.normal_equations(np.ones((1, 6)), np.array(1.0), np.ones(1), np.zeros((6, 6)),
+                                 np.zeros(6))

@@ -15,7 +15,8 @@ static bool has_type(const Py_buffer *view, char type) {
 }
 
 static bool open_array(Py_buffer *view, const Argument *argument) {
-  const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (argument->is_written ? PyBUF_WRITABLE : 0);
+  const int flags =
+      PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (argument->is_written ? PyBUF_WRITABLE : 0);
   if (PyObject_GetBuffer(argument->object, view, flags) < 0)
     return false;
   if (!has_type(view, argument->type)) {
@@ -34,6 +35,8 @@ static bool open_array(Py_buffer *view, const Argument *argument) {
 }
 
 bool open_arrays(Arrays *arrays, const Argument *arguments, int count) {
+  if (PyErr_Occurred())  // an array without a length
+    return false;
   for (arrays->count = 0; arrays->count < count; ++arrays->count) {
     if (!open_array(&arrays->views[arrays->count], &arguments[arrays->count])) {
       close_arrays(arrays);

@@ -8,16 +8,20 @@
 
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
+#include <limits.h>
 #include <stdbool.h>
 
-enum { MOST_ARRAYS = 16, IMAGE = -1 };
+enum {
+  MOST_ARRAYS = 16,
+  IMAGE = INT_MIN,  // a count: any, in rows and columns
+};
 
 // A contiguous array that a kernel reads or writes.
 typedef struct {
   const char *name;
   PyObject *object;
   char type;         // of its numbers, as in the struct module: d f B ?, q for all of 8 bytes
-  Py_ssize_t count;  // numbers that it must have; IMAGE: any, in rows and columns
+  Py_ssize_t count;  // numbers that it must have, or IMAGE
   bool is_written;
 } Argument;
 

@@ -32,7 +32,8 @@ static double depth_at(const DepthImage *image, double u, double v, const Sensor
   if (row > image->size.height - 2)
     row = image->size.height > 1 ? image->size.height - 2 : 0;
   const double right = u - (double)column, down = v - (double)row;
-  const Py_ssize_t beside = image->size.width > 1, below = image->size.height > 1 ? image->size.width : 0;
+  const Py_ssize_t beside = image->size.width > 1;
+  const Py_ssize_t below = image->size.height > 1 ? image->size.width : 0;
   const float *corner = image->depths + row * image->size.width + column;
   const double a = corner[0], b = corner[beside], c = corner[below], d = corner[below + beside];
   const double low = fmin(fmin(a, b), fmin(c, d)), high = fmax(fmax(a, b), fmax(c, d));

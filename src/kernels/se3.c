@@ -275,9 +275,13 @@ PyObject *kernel_composed_poses(PyObject *module, PyObject *arguments) {
                         &objects[4], &objects[5]))
     return NULL;
   const Argument needed[] = {
-      {"the pose", objects[0], 'd', 16, false},       {"the covariance", objects[1], 'd', 36, false},
-      {"the other pose", objects[2], 'd', 16, false}, {"its covariance", objects[3], 'd', 36, false},
-      {"the result", objects[4], 'd', 16, true},      {"its covariance", objects[5], 'd', 36, true}};
+      {"the pose", objects[0], 'd', 16, false},
+      {"the covariance", objects[1], 'd', 36, false},
+      {"the other pose", objects[2], 'd', 16, false},
+      {"its covariance", objects[3], 'd', 36, false},
+      {"the composed pose", objects[4], 'd', 16, true},
+      {"its covariance", objects[5], 'd', 36, true},
+  };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
