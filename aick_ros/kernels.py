@@ -3,6 +3,8 @@
 
 """The loops over pixels, keypoints and cells that are compiled (``src/kernels``)."""
 
+from aick_ros.errors import InputError
+
 try:
     from aick_ros._kernels import (
         DIGEST, bit_distances, bit_distances_of_pairs, cells_at, choose_cells, closest_pairs,
@@ -14,8 +16,8 @@ try:
         reprojection, robust_weights, sample_depth, to_quaternion, track_depth, valid_depth,
         window_shifts)
 except ModuleNotFoundError as error:
-    raise ImportError('aick_ros is not compiled: install it (pip install . or colcon build), '
-                      'which takes a C compiler') from error
+    raise InputError('aick_ros is not compiled: install it (pip install . or colcon build), '
+                     'which takes a C compiler') from error
 
 __all__ = ['DIGEST', 'bit_distances', 'bit_distances_of_pairs', 'cells_at', 'choose_cells',
            'closest_pairs', 'composed_poses', 'corners', 'depth_rows', 'disc_moments',

@@ -14,7 +14,7 @@ PACKAGE = Path(__file__).parents[1] / 'aick_ros'
 
 IMPORTS = {
     'errors': '',
-    'kernels': '_kernels',
+    'kernels': '_kernels errors',
     'borders': 'errors',
     'geometry': 'kernels errors borders',
     'settings': 'errors',
