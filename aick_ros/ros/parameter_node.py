@@ -57,6 +57,7 @@ class ParameterNode(RobustNode, TypedTopics):
         while self.context.ok():
             try:
                 rclpy.spin(self)
+                return
             except InputError as error:
                 self.get_logger().error(f'{error}', throttle_duration_sec=_THROTTLE)
                 time.sleep(_PAUSE)
