@@ -8,21 +8,9 @@
 
 #include "arrays.h"
 #include "kernels.h"
+#include "vectors.h"
 
 enum { POSE = 6, UNKNOWNS = 14 };  // a row: pose 6, offset 6, delay, readout
-
-static double dot(const double *a, const double *b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-// How far a point moves along a direction by each number of a twist.
-static void by_twist(const double *direction, const double *point, double *moved) {
-  for (int i = 0; i < 3; ++i)
-    moved[i] = direction[i];
-  moved[3] = point[1] * direction[2] - point[2] * direction[1];
-  moved[4] = point[2] * direction[0] - point[0] * direction[2];
-  moved[5] = point[0] * direction[1] - point[1] * direction[0];
-}
 
 static double along_twist(const double *moved, const double *twist) {
   return dot(moved, twist) + dot(moved + 3, twist + 3);

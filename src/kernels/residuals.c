@@ -8,6 +8,7 @@
 
 #include "arrays.h"
 #include "kernels.h"
+#include "vectors.h"
 
 static const double BLOCK = 0.2;      // chosen: side of a block of the image, on the plane z = 1
 static const double RAY_LIMIT = 2.0;  // chosen: rays farther out share the outer blocks
@@ -20,19 +21,6 @@ static int64_t block_along(double ray) {
 
 static int64_t block_of(double x, double y) {
   return BLOCKS_ACROSS * block_along(x) + block_along(y);
-}
-
-static double dot(const double *a, const double *b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-// The derivative by the error of the pose, of one by a moved point: (n, arm x n).
-static void by_pose(const double *direction, const double *arm, double *row) {
-  for (int i = 0; i < 3; ++i)
-    row[i] = direction[i];
-  row[3] = arm[1] * direction[2] - arm[2] * direction[1];
-  row[4] = arm[2] * direction[0] - arm[0] * direction[2];
-  row[5] = arm[0] * direction[1] - arm[1] * direction[0];
 }
 
 // A point rotated by a pose, 4x4, and moved by it.
@@ -95,8 +83,8 @@ PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
     }
     values[i] = u[0];
     values[count + i] = v[0];
-    by_pose(u + 1, arm, jacobian + 6 * i);
-    by_pose(v + 1, arm, jacobian + 6 * (count + i));
+    by_twist(u + 1, arm, jacobian + 6 * i);
+    by_twist(v + 1, arm, jacobian + 6 * (count + i));
     squares[i] = u[0] * u[0] + v[0] * v[0];
     blocks[i] = blocks[count + i] = block_of(ray[0], ray[1]);
   }
@@ -140,7 +128,7 @@ PyObject *kernel_track_depth(PyObject *module, PyObject *arguments) {
     const double z = moved[2], sigma = inverse_depth_sigma(z, noise, exponent);
     const double direction[3] = {0.0, 0.0, 1.0 / (sigma * z * z)};
     values[found] = (1.0 / depths[i] - 1.0 / z) / sigma;
-    by_pose(direction, arm, jacobian + 6 * found);
+    by_twist(direction, arm, jacobian + 6 * found);
     blocks[found] = block_of(rays[2 * i], rays[2 * i + 1]);
     ++found;
   }
@@ -247,8 +235,8 @@ static bool pair(const Cells *cells, const Pairing *pairing, const double *moved
     rotated[i] *= root;
   }
   found->value = distance * root;
-  by_pose(normal, arm, found->jacobian);
-  by_pose(rotated, arm, found->other);
+  by_twist(normal, arm, found->jacobian);
+  by_twist(rotated, arm, found->other);
   return true;
 }
 
