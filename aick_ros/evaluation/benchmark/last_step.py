@@ -37,8 +37,9 @@ class LastStep:
     """
 
     def __init__(self, path: Path) -> None:
-        self.loss = _read(path) if path.exists() else None
-        self._file = path.open('w', encoding='ascii')
+        self._before = path.read_text('ascii', 'replace') if path.exists() else ''
+        self.loss = _loss(self._before)
+        self._file = path.open('w', encoding='ascii', errors='replace')
 
     def __enter__(self) -> LastStep:
         """Let a crash write its cause into the file."""
@@ -49,6 +50,10 @@ class LastStep:
         """Close the file."""
         faulthandler.disable()
         self._file.close()
+
+    def keep_loss(self) -> None:
+        """Keep the loss for the next process: the answer of this one may be lost on its way."""
+        self._file.write(self._before)
 
     @contextmanager
     def step(self, limit: float, frames: Sequence[int] = ()) -> Iterator[None]:
@@ -67,9 +72,9 @@ class LastStep:
             self._file.truncate()
 
 
-def _read(path: Path) -> Loss | None:
+def _loss(text: str) -> Loss | None:
     """Return the loss that a file reports; None where there was none, or between two steps."""
-    step, _, report = path.read_text('ascii', 'replace').partition('\n')
+    step, _, report = text.partition('\n')
     if not step:
         return None
     frames, limit = json.loads(step)

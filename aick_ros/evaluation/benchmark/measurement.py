@@ -71,6 +71,7 @@ def measure(job: Job) -> str:
         remaining = dict.fromkeys(pair for pair in job.pairs if pair not in done)
         if steps.loss is not None:
             if not steps.loss.frames:
+                steps.keep_loss()
                 return f'{steps.loss.reason} while it was loaded'
             for pair in [pair for pair in remaining if set(steps.loss.frames) <= set(pair)]:
                 journal.add(job.failed(pair, steps.loss.reason))

@@ -25,7 +25,9 @@ def measured(recording, tmp_path):
                              math.inf))
         journal.refresh()
         key = method.identity, recording.name
-        assert (tmp_path / 'last_step').read_text() == ''
+        # the answer may be lost on its way: then the next process gives it again
+        left = last_step if reason.endswith('while it was loaded') else ''
+        assert (tmp_path / 'last_step').read_text() == left
         return journal.pairs.get(key, {}), journal.frames.get(key, {}), reason
     return run
 
