@@ -23,6 +23,7 @@ from typing import Protocol, TypeVar
 
 import cv2
 
+from aick_ros.borders.allocator import keep_freed_memory
 from aick_ros.evaluation.baselines.registry import METHODS, make
 from aick_ros.evaluation.scores.machine import peak_memory_mb
 from aick_ros.frames.rectification import rectified
@@ -96,6 +97,7 @@ def main() -> None:
     """Answer line by line."""
     name, source = sys.argv[1:]
     cv2.setNumThreads(1)
+    keep_freed_memory()  # as the programs do; all contestants alike
     stage_times.clock = time.process_time
     contestant: Contestant = Pairwise(name) if name in METHODS else Stream(name)
     frames = open_source(source).frames(raise_damage)

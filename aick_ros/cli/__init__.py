@@ -13,6 +13,7 @@ from typing import NoReturn
 
 from aick_ros.borders import no_memory
 from aick_ros.borders.address_space import check_address_space
+from aick_ros.borders.allocator import keep_freed_memory
 from aick_ros.borders.libraries import check_libraries
 from aick_ros.borders.streams import open_streams, say
 from aick_ros.borders.variables import remove_unusable
@@ -31,6 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
     :param arguments: without the name of the program; None: those of the process.
     """
     open_streams()
+    keep_freed_memory()
     _prepare_environment()
     try:
         with endings_interrupt(is_last=arguments is None):

@@ -38,9 +38,11 @@ def _run(name: str, module_name: str) -> None:
     # until the program has its handlers: an interrupted import fails in unexpected ways, and of
     # two signals the second would interrupt the handling of the first
     hold()
+    from aick_ros.borders.allocator import keep_freed_memory
     from aick_ros.borders.parent import end_with_parent
     from aick_ros.borders.streams import flush_output, open_streams
     open_streams()
+    keep_freed_memory()
     end_with_parent(SIGTERM)
     try:
         _imported(name, module_name).main()

@@ -1,0 +1,33 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Memory that is freed is used again, without asking the system for it."""
+
+import platform
+import subprocess
+import sys
+
+import pytest
+
+PROGRAM = '''
+import resource
+import numpy as np
+from aick_ros.borders.allocator import keep_freed_memory
+{keep}
+for _ in range(20):
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    images = [np.ones((480, 640), np.float32) for _ in range(3)]
+    del images
+    faults = resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+print(faults)
+'''
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != 'glibc', reason='the allocator of glibc')
+def test_images_are_put_where_others_were():
+    faults = [int(subprocess.run(
+        [sys.executable, '-c', PROGRAM.format(keep=keep)], capture_output=True, text=True,
+        check=True).stdout) for keep in ('', 'keep_freed_memory()')]
+    pages = 3 * 480 * 640 * 4 / 4096
+    assert faults[0] > 0.5 * pages  # else it is not needed
+    assert faults[1] < 0.05 * pages
