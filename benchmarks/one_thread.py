@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import sys
 
-from aick_ros.evaluation.engine.fork_server import ONE_THREAD
+from aick_ros.borders.threads import ONE_THREAD
 
 
 def restart_in_one_thread() -> None:

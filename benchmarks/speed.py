@@ -33,8 +33,8 @@ import numpy as np
 from markdown_page import table
 from speed_ratios import Ratio, ratios, summary, worse
 
+from aick_ros.borders.threads import ONE_THREAD
 from aick_ros.evaluation.baselines.registry import METHODS
-from aick_ros.evaluation.engine.fork_server import ONE_THREAD
 from aick_ros.evaluation.scores.machine import machine_facts
 from aick_ros.registration.stage_times import STAGES
 from aick_ros.settings.presets import PRESETS

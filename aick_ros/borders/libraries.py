@@ -10,6 +10,7 @@ import re
 import resource
 from importlib import import_module
 
+from aick_ros.borders.threads import ONE_THREAD
 from aick_ros.errors import InputError
 
 _THEIRS = ('OPENCV_', 'NPY_', 'NUMPY_')
@@ -25,7 +26,8 @@ def check_libraries() -> None:
 
     :raises InputError: naming the variables, with what the library says.
     """
-    names = [name for name in os.environ if name.startswith(_THEIRS)]
+    names = [name for name, value in os.environ.items()
+             if name.startswith(_THEIRS) and ONE_THREAD.get(name) != value]
     if not names:
         return
     threads = os.environ.get(_THREADS, '')

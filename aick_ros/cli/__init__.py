@@ -16,6 +16,7 @@ from aick_ros.borders.address_space import check_address_space
 from aick_ros.borders.allocator import keep_freed_memory
 from aick_ros.borders.libraries import check_libraries
 from aick_ros.borders.streams import open_streams, say
+from aick_ros.borders.threads import one_thread_per_call
 from aick_ros.borders.variables import remove_unusable
 from aick_ros.cli.input.interruption import endings, endings_interrupt
 from aick_ros.errors import InputError, installation, package_of
@@ -63,9 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
 def _prepare_environment() -> None:
     """Set variables that libraries read when they are imported."""
-    # The matrices are small: BLAS threads gain little on an idle machine and cost a multiple on a
-    # busy one. NumPy reads this variable when it is first imported.
-    os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+    one_thread_per_call()
     # plots go to files; a backend that does not exist would make matplotlib's import fail
     os.environ['MPLBACKEND'] = 'agg'
     os.environ.pop('MATPLOTLIBRC', None)  # the style is ours, and the file may never end

@@ -3,8 +3,6 @@
 
 """The ROS 2 side: the only files that import rclpy."""
 
-import os
+from aick_ros.borders.threads import one_thread_per_call
 
-# Our matrices are small: more BLAS threads only take the processor from the executor, which on
-# two busy cores costs half the frame rate. NumPy reads this when it is first imported.
-os.environ.setdefault('OPENBLAS_NUM_THREADS', '1')
+one_thread_per_call()

@@ -275,12 +275,6 @@ def test_a_closed_pipe_is_no_defect():
     assert process.stderr == ''
 
 
-def test_only_one_thread_of_blas_unless_asked():
-    code = ('import os, sys; sys.argv = ["aick", "--version"]; from aick_ros.cli import main\n'
-            'try: main()\nfinally: print(os.environ["OPENBLAS_NUM_THREADS"])')
-    assert python(code).stdout.split()[-1] == '1'
-
-
 @pytest.mark.usefixtures('terminal')
 @pytest.mark.parametrize('ending', ['SIGINT', 'SIGTERM', 'SIGHUP'])
 def test_an_interruption_of_the_start_is_one_line(ending):

@@ -16,9 +16,10 @@ from dataclasses import dataclass
 from multiprocessing import active_children
 from typing import TYPE_CHECKING
 
+from aick_ros.borders.threads import ONE_THREAD
 from aick_ros.errors import InputError
 from aick_ros.evaluation.engine import silence
-from aick_ros.evaluation.engine.fork_server import ONE_THREAD, start_fork_server
+from aick_ros.evaluation.engine.fork_server import start_fork_server
 from aick_ros.evaluation.engine.requirements import check_dask
 from aick_ros.evaluation.engine.scratch_folder import scratch_folder
 from aick_ros.evaluation.engine.terminal import OF_THE_TERMINAL, unreached_by_the_terminal

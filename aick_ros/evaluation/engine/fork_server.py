@@ -10,10 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from multiprocessing import forkserver
 
+from aick_ros.borders.threads import ONE_THREAD
 from aick_ros.evaluation.engine.terminal import unreached_by_the_terminal
-
-ONE_THREAD = {name: '1' for name in (
-    'OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS', 'NUMEXPR_NUM_THREADS')}
 
 _BEFORE_TASKS = ('distributed.nanny', 'distributed.http.worker', f'{__package__}.silence')
 _LAST = f'{__package__}.forked'

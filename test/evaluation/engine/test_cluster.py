@@ -14,9 +14,10 @@ import dask
 import distributed
 import pytest
 
+from aick_ros.borders.threads import ONE_THREAD
 from aick_ros.errors import InputError
 from aick_ros.evaluation.engine import cluster as cluster_module
-from aick_ros.evaluation.engine.cluster import ONE_THREAD, Cluster, connected
+from aick_ros.evaluation.engine.cluster import Cluster, connected
 
 
 class Enough(Exception):
