@@ -30,6 +30,9 @@ def depth_rows(
 def disc_moments(
     image: np.ndarray, border: int, half_widths: np.ndarray, points: np.ndarray,
     moments: np.ndarray) -> None: ...
+def displace_cells(
+    points: np.ndarray, chosen: np.ndarray, constant: np.ndarray, by_row: np.ndarray,
+    height: float) -> None: ...
 def distortion_rows(
     points: np.ndarray, directions: np.ndarray, nodes: np.ndarray, weights: np.ndarray,
     sign: float, distortion: np.ndarray, rows: np.ndarray, applied: np.ndarray) -> None: ...
@@ -82,12 +85,12 @@ def plane_jacobians(
     normals: np.ndarray, points: np.ndarray, pose: np.ndarray, ratio: float,
     jacobians: np.ndarray) -> None: ...
 def point_to_plane(
-    moved: np.ndarray, arms: np.ndarray, chosen: np.ndarray, normals: np.ndarray,
-    roughness: np.ndarray, rotation: np.ndarray, target_points: np.ndarray,
-    target_normals: np.ndarray, target_usable: np.ndarray, target_roughness: np.ndarray,
-    width: int, height: int, intrinsics: np.ndarray, sigma: float, exponent: float, reach: float,
-    smallest_cosine: float, values: np.ndarray, jacobian: np.ndarray, other: np.ndarray,
-    points: np.ndarray, blocks: np.ndarray) -> int: ...
+    points: np.ndarray, chosen: np.ndarray, normals: np.ndarray, roughness: np.ndarray,
+    pose: np.ndarray, twists: np.ndarray, image_height: float, target_points: np.ndarray,
+    target_normals: np.ndarray, usable: np.ndarray, target_roughness: np.ndarray, width: int,
+    height: int, intrinsics: np.ndarray, sigma: float, exponent: float, reach: float,
+    smallest_cosine: float, values: np.ndarray, jacobian: np.ndarray, moved: np.ndarray,
+    blocks: np.ndarray, sums: np.ndarray) -> int: ...
 def project(
     points: np.ndarray, intrinsics: np.ndarray, distortion: np.ndarray,
     pixels: np.ndarray) -> None: ...
@@ -101,6 +104,7 @@ def robust_weights(
 def sample_depth(
     image: np.ndarray, pixels: np.ndarray, depth_jump: float,
     min_depth: float, max_depth: float, depths: np.ndarray) -> None: ...
+def solve_definite(matrix: np.ndarray, sides: np.ndarray, count: int) -> bool: ...
 def to_quaternion(rotation: np.ndarray, quaternion: np.ndarray) -> None: ...
 def track_depth(
     points: np.ndarray, rays: np.ndarray, depths: np.ndarray, pose: np.ndarray, sigma: float,

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros.geometry import definite
+
 LARGEST_SQUARED_DISTANCE = 16.3
 """Of three values measured. Derived: noise exceeds it in one of a thousand updates, by the
 chi-squared distribution."""
@@ -41,7 +43,7 @@ class KalmanUpdate:
         """
         seen = rows @ covariance
         expected = seen @ rows.T + noise
-        gain = np.linalg.solve(expected, seen).T
+        gain = definite.solve(expected, seen).T
         kept = np.eye(len(covariance)) - gain @ rows
         # in the form of Joseph, which stays positive definite
         left = kept @ covariance @ kept.T + gain @ noise @ gain.T
@@ -49,4 +51,4 @@ class KalmanUpdate:
 
     def squared_distance(self, error: np.ndarray) -> float:
         """Return the square of a difference, K, by its covariance; noise gives K in the mean."""
-        return float(error @ np.linalg.solve(self.expected, error))
+        return float(error @ definite.solve(self.expected, error))

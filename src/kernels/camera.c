@@ -4,9 +4,9 @@
 // Projection, and what the rows of a rolling shutter see.
 
 #include <math.h>
-#include <string.h>
-
+#include <stdint.h>
 #include "arrays.h"
+#include "displacement.h"
 #include "kernels.h"
 
 enum { COEFFICIENTS = 12 };  // k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4, as in OpenCV
@@ -50,26 +50,6 @@ PyObject *kernel_project(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
-// Return v + w x p of a twist (v, w), without v where that is not wanted.
-static void twisted(const double *v, const double *w, const double *p, double *moved) {
-  moved[0] = (v ? v[0] : 0.0) + w[1] * p[2] - w[2] * p[1];
-  moved[1] = (v ? v[1] : 0.0) + w[2] * p[0] - w[0] * p[2];
-  moved[2] = (v ? v[2] : 0.0) + w[0] * p[1] - w[1] * p[0];
-}
-
-static void move_by_rows(const double *p, const double *constant, const double *by_row,
-                         double height, double *moved) {
-  double row = p[1] / (p[2] * height);
-  row = row < -1.0 ? -1.0 : (row > 1.0 ? 1.0 : row);
-  double twist[6], step[3], turn[3];
-  for (int i = 0; i < 6; ++i)
-    twist[i] = constant[i] + row * by_row[i];
-  twisted(twist, twist + 3, p, step);
-  twisted(NULL, twist + 3, step, turn);
-  for (int i = 0; i < 3; ++i)
-    moved[i] = p[i] + step[i] + 0.5 * turn[i];
-}
-
 PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments) {
   PyObject *point_array, *constant_array, *by_row_array, *moved_array;
   double height;
@@ -86,12 +66,47 @@ PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments) {
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const double *points = arrays.views[0].buf, *constant = arrays.views[1].buf;
-  const double *by_row = arrays.views[2].buf;
+  const double *points = arrays.views[0].buf;
+  const Displacement displacement = {arrays.views[1].buf, arrays.views[2].buf, height};
   double *moved = arrays.views[3].buf;
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < count; ++i)
-    move_by_rows(points + 3 * i, constant, by_row, height, moved + 3 * i);
+    displace(&displacement, points + 3 * i, moved + 3 * i);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+PyObject *kernel_displace_cells(PyObject *module, PyObject *arguments) {
+  PyObject *point_array, *chosen_array, *constant_array, *by_row_array;
+  double height;
+  if (!PyArg_ParseTuple(arguments, "OOOOd", &point_array, &chosen_array, &constant_array,
+                        &by_row_array, &height))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(point_array), some = PyObject_Length(chosen_array);
+  const Argument needed[] = {
+      {"the points", point_array, 'f', 3 * count, true},
+      {"the chosen cells", chosen_array, 'q', some, false},
+      {"the twist", constant_array, 'd', 6, false},
+      {"the twist by row", by_row_array, 'd', 6, false},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  float *points = arrays.views[0].buf;
+  const int64_t *chosen = arrays.views[1].buf;
+  const Displacement displacement = {arrays.views[2].buf, arrays.views[3].buf, height};
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < some; ++i) {
+    if (chosen[i] < 0 || chosen[i] >= count)
+      continue;
+    float *point = points + 3 * chosen[i];
+    const double before[3] = {point[0], point[1], point[2]};
+    double moved[3];
+    displace(&displacement, before, moved);
+    for (int k = 0; k < 3; ++k)
+      point[k] = (float)moved[k];
+  }
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "arrays.h"
+#include "displacement.h"
 #include "kernels.h"
 #include "vectors.h"
 
@@ -199,7 +200,7 @@ PyObject *kernel_cells_at(PyObject *module, PyObject *arguments) {
 }
 
 typedef struct {
-  const double *rotation;  // 3x3
+  const double *pose;  // 4x4
   double sigma, exponent, reach, smallest_cosine;
 } Pairing;
 
@@ -218,7 +219,7 @@ static bool pair(const Cells *cells, const Pairing *pairing, const double *moved
   copied(cells->normals + 3 * cell, normal);
   copied(source_normal, turned);
   for (int i = 0; i < 3; ++i) {
-    rotated[i] = dot(pairing->rotation + 3 * i, turned);
+    rotated[i] = dot(pairing->pose + 4 * i, turned);
     from_plane[i] = moved[i] - cells->points[3 * cell + i];
   }
   const double distance = dot(from_plane, normal);
@@ -240,26 +241,34 @@ static bool pair(const Cells *cells, const Pairing *pairing, const double *moved
   return true;
 }
 
+// Add the outer product of a row, times a factor, to a matrix.
+static void add_square(const double *row, double factor, double (*sums)[6]) {
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j)
+      sums[i][j] += factor * row[i] * row[j];
+}
+
 PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
   PyObject *objects[16];
   Cells cells = {0};
   Pairing pairing = {0};
-  if (!PyArg_ParseTuple(arguments, "OOOOOOOOOOnnOddddOOOOO", &objects[0], &objects[1], &objects[2],
-                        &objects[3], &objects[4], &objects[5], &objects[6], &objects[7],
-                        &objects[8], &objects[9], &cells.width, &cells.height, &objects[10],
-                        &pairing.sigma, &pairing.exponent, &pairing.reach,
-                        &pairing.smallest_cosine, &objects[11], &objects[12], &objects[13],
-                        &objects[14], &objects[15]))
+  Displacement undo = {0};
+  if (!PyArg_ParseTuple(arguments, "OOOOOOdOOOOnnOddddOOOOO", &objects[0], &objects[1],
+                        &objects[2], &objects[3], &objects[4], &objects[5], &undo.height,
+                        &objects[6], &objects[7], &objects[8], &objects[9], &cells.width,
+                        &cells.height, &objects[10], &pairing.sigma, &pairing.exponent,
+                        &pairing.reach, &pairing.smallest_cosine, &objects[11], &objects[12],
+                        &objects[13], &objects[14], &objects[15]))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(objects[0]), all = PyObject_Length(objects[3]);
+  const Py_ssize_t all = PyObject_Length(objects[0]), count = PyObject_Length(objects[1]);
   const Py_ssize_t size = cells.width * cells.height;
   const Argument needed[] = {
-      {"the moved points", objects[0], 'd', 3 * count, false},
-      {"the arms", objects[1], 'd', 3 * count, false},
-      {"the chosen cells", objects[2], 'q', count, false},
-      {"the normals of the source", objects[3], 'f', 3 * all, false},
-      {"the roughness of the source", objects[4], 'f', all, false},
-      {"the rotation", objects[5], 'd', 9, false},
+      {"the points of the source", objects[0], 'f', 3 * all, false},
+      {"the chosen cells", objects[1], 'q', count, false},
+      {"the normals of the source", objects[2], 'f', 3 * all, false},
+      {"the roughness of the source", objects[3], 'f', all, false},
+      {"the pose", objects[4], 'd', 16, false},
+      {"the twists", objects[5], 'd', 12, false},
       {"the points of the target", objects[6], 'f', 3 * size, false},
       {"the normals of the target", objects[7], 'f', 3 * size, false},
       {"the usable cells", objects[8], '?', size, false},
@@ -267,41 +276,49 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
       {"the intrinsics", objects[10], 'd', 4, false},
       {"the values", objects[11], 'd', count, true},
       {"the jacobian", objects[12], 'd', 6 * count, true},
-      {"the other jacobian", objects[13], 'd', 6 * count, true},
-      {"the points", objects[14], 'd', 3 * count, true},
-      {"the blocks", objects[15], 'q', count, true},
+      {"the points", objects[13], 'd', 3 * count, true},
+      {"the blocks", objects[14], 'q', count, true},
+      {"the sums", objects[15], 'd', 72, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const double *moved = arrays.views[0].buf, *arms = arrays.views[1].buf;
-  const int64_t *chosen = arrays.views[2].buf;
-  const float *normals = arrays.views[3].buf, *roughness = arrays.views[4].buf;
-  pairing.rotation = arrays.views[5].buf;
+  const float *sources = arrays.views[0].buf, *normals = arrays.views[2].buf;
+  const float *roughness = arrays.views[3].buf;
+  const int64_t *chosen = arrays.views[1].buf;
+  pairing.pose = arrays.views[4].buf;
+  undo.constant = arrays.views[5].buf;
+  undo.by_row = undo.constant + 6;
   cells.points = arrays.views[6].buf;
   cells.normals = arrays.views[7].buf;
   cells.usable = arrays.views[8].buf;
   cells.roughness = arrays.views[9].buf;
   cells.intrinsics = arrays.views[10].buf;
-  double *values = arrays.views[11].buf, *points = arrays.views[14].buf;
-  double(*jacobian)[6] = arrays.views[12].buf, (*other)[6] = arrays.views[13].buf;
-  int64_t *blocks = arrays.views[15].buf;
+  double *values = arrays.views[11].buf, *points = arrays.views[13].buf;
+  double(*jacobian)[6] = arrays.views[12].buf;
+  int64_t *blocks = arrays.views[14].buf;
+  double(*information)[6] = arrays.views[15].buf, (*noise)[6] = information + 6;
   Py_ssize_t found = 0;
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < count; ++i) {
-    PlaneResidual residual;
-    const double *point = moved + 3 * i;
-    if (chosen[i] < 0 || chosen[i] >= all ||
-        !pair(&cells, &pairing, point, arms + 3 * i, normals + 3 * chosen[i],
-              roughness[chosen[i]], &residual))
+    const int64_t cell = chosen[i];
+    if (cell < 0 || cell >= all)
       continue;
-    values[found] = residual.value;
+    PlaneResidual residual;
+    double before[3], arm[3], moved[3], *point = points + 3 * found;
+    copied(sources + 3 * cell, before);
+    move(pairing.pose, before, arm, moved);
+    displace(&undo, moved, point);
+    if (!pair(&cells, &pairing, point, arm, normals + 3 * cell, roughness[cell], &residual))
+      continue;
+    double difference[6];
     for (int k = 0; k < 6; ++k) {
       jacobian[found][k] = residual.jacobian[k];
-      other[found][k] = residual.other[k];
+      difference[k] = residual.jacobian[k] - residual.other[k];
     }
-    for (int k = 0; k < 3; ++k)
-      points[3 * found + k] = point[k];
+    add_square(residual.jacobian, 1.0, information);
+    add_square(difference, 0.5, noise);
+    values[found] = residual.value;
     blocks[found] = block_of(point[0] / point[2], point[1] / point[2]);
     ++found;
   }

@@ -404,7 +404,7 @@ def test_residuals_are_those_of_the_corrected_surface(monkeypatch):
     residuals = SimpleNamespace(values=np.array([3.9, -3.9, 4.0, -4.1, 0.0]))
     monkeypatch.setattr(depth_alone, 'point_to_plane', lambda *of: given.append(of) or residuals)
     correction = SimpleNamespace(surface=lambda surface: SimpleNamespace(
-        of=surface, chosen=range(10)), target=SimpleNamespace(to_depth='undo'))
+        of=surface, chosen=range(10)), target='displacement')
     settings = Settings()
     depth = depth_alone._Depth('source', 'target', correction, settings)
     assert depth.residuals(MOTION) is residuals
@@ -412,7 +412,7 @@ def test_residuals_are_those_of_the_corrected_surface(monkeypatch):
     assert source.of == 'source'
     refinement = settings.refinement
     assert rest == ['target', MOTION, settings.sensor, refinement.robust_width, refinement.reach,
-                    'undo']
+                    'displacement']
     # of ten points five have a plane, three of these within four sigmas
     assert depth.overlap(MOTION) == 0.3
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros.geometry import se3
+from aick_ros.geometry import definite, se3
 from aick_ros.odometry.inertial.rotation_integral import Turn
 from aick_ros.odometry.motion_term import LARGEST_DISAGREEMENT
 
@@ -44,7 +44,7 @@ class Agreement:
         :param covariance: 3x3, of the error.
         """
         expected = covariance + _FLOOR ** 2 * np.eye(3)
-        agrees = float(error @ np.linalg.solve(expected, error)) / 3 <= LARGEST_DISAGREEMENT
+        agrees = float(error @ definite.solve(expected, error)) / 3 <= LARGEST_DISAGREEMENT
         self._disagreeing += (float(not agrees) - self._disagreeing) / _MEMORY
         if not agrees:
             seen = se3.exp_rotation(error) @ turn.rotation

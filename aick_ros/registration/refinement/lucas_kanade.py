@@ -44,7 +44,11 @@ def _track(before: np.ndarray, now: np.ndarray, pixels: np.ndarray, window: int,
            start: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
     """Return the pixels in the other image, Nx2, and whether each was found, N bool."""
     guess = (pixels if start is None else start).reshape(-1, 1, 2).copy()
+    # the eigenvalues take no time: the errors, which nobody needs either, take a tenth
+    flags = cv2.OPTFLOW_LK_GET_MIN_EIGENVALS
+    if start is not None:
+        flags |= cv2.OPTFLOW_USE_INITIAL_FLOW
     seen, status, _ = cv2.calcOpticalFlowPyrLK(
         before, now, pixels.reshape(-1, 1, 2), guess, winSize=(window, window), maxLevel=levels,
-        criteria=_CRITERIA, flags=0 if start is None else cv2.OPTFLOW_USE_INITIAL_FLOW)
+        criteria=_CRITERIA, flags=flags)
     return seen.reshape(-1, 2), status.ravel() > 0

@@ -122,9 +122,10 @@ class Displacement:
         """Return where points of the depth image are at the stamp of the frame, Nx3 [m]."""
         return self._moved(points, self.depth, self.rows)
 
-    def to_depth(self, points: np.ndarray) -> np.ndarray:
-        """Return where the depth image has points of the frame, Nx3 [m]: the inverse."""
-        return self._moved(points, -self.depth, -self.rows)
+    @property
+    def undone(self) -> np.ndarray:
+        """Both twists of the inverse, 2x6: to where the depth image has points of the frame."""
+        return -np.stack([self.depth, self.rows])
 
     def of_rows(self, points: np.ndarray) -> np.ndarray:
         """Return where points seen by their rows are at the stamp of the frame, Nx3 [m]."""
@@ -138,6 +139,9 @@ class Displacement:
         return moved
 
 
+NO_DISPLACEMENT = Displacement(np.zeros(6), np.zeros(6), 1.0)
+
+
 @dataclass(frozen=True, eq=False)
 class Correction:
     """Corrects what two frames see by the displacements of each."""
@@ -148,8 +152,8 @@ class Correction:
     def surface(self, source: Surface) -> Surface:
         """Return the surface of the source with its chosen points corrected."""
         points = source.points.copy()
-        chosen = points.take(source.chosen, 0).astype(np.float64)
-        points[source.chosen] = self.source.of_depth(chosen)
+        kernels.displace_cells(points, source.chosen, self.source.depth, self.source.rows,
+                               self.source.height)
         return replace(source, points=points)
 
     def tracks(self, tracks: Tracks, source: PreparedFrame, sensor: SensorSettings,

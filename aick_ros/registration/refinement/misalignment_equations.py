@@ -21,6 +21,7 @@ from aick_ros import kernels
 from aick_ros.frames.depth_distortion import COLUMNS, ROWS, nodes_around
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
+from aick_ros.geometry import definite
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.residuals import Residuals
 from aick_ros.registration.refinement.tracks import Tracks
@@ -45,7 +46,7 @@ class Equations:
     def without_pose(self) -> Equations:
         """Return those of the others, where the first six unknowns are the error of a pose."""
         information, gradient = self.information, self.gradient
-        gains = np.linalg.solve(information[:6, :6] + _PRIOR, information[:6, 6:]).T
+        gains = definite.solve(information[:6, :6] + _PRIOR, information[:6, 6:]).T
         return Equations(information[6:, 6:] - gains @ information[:6, 6:],
                          gradient[6:] - gains @ gradient[:6])
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros.geometry import definite
 from aick_ros.registration.refinement.grouped_equations import MEMORY, GroupedEquations
 from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misalignment
 from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
@@ -93,7 +94,7 @@ class MisalignmentEstimate:
     def _weight(self, sample: MisalignmentSample) -> float:
         """Return the weight of a registration: less than one where its estimate stands out."""
         error = sample.gradient - sample.information @ self._misalignment.values
-        gain = float(error @ np.linalg.solve(sample.information + PRIOR, error))
+        gain = float(error @ definite.solve(sample.information + PRIOR, error))
         limit = _OUTLYING * self._mean_gain if self._equations.count else gain
         count = min(self._equations.count + 1, MEMORY)
         self._mean_gain += (min(gain, limit) - self._mean_gain) / count

@@ -15,11 +15,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.geometry import se3
+from aick_ros.geometry import definite, se3
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
-    NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction, image_height)
+    NO_DISPLACEMENT, NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction,
+    image_height)
 from aick_ros.registration.refinement.misalignment_equations import (
     MisalignmentSample, Motion, depth_rows, distortion_rows, keypoint_rows, misalignment_sample)
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
@@ -180,7 +181,7 @@ class _Problem:
         equations = NormalEquations.of(residuals).weighted(1 / self._noise.keypoints)
         if not coarse or not len(self._tracks):
             equations += NormalEquations.of(self._of_depth(pose))
-        return -np.linalg.solve(equations.information + _PRIOR, equations.gradient)
+        return -definite.solve(equations.information + _PRIOR, equations.gradient)
 
     def finish(self, pose: np.ndarray) -> Refined:
         """
@@ -198,7 +199,7 @@ class _Problem:
             depth.contribution(1.0, noise.depth_bias))
         equations += of_depth
         scatter += scatter_of_depth + _SMALLEST_FACTOR * equations.information
-        inverse = np.linalg.inv(equations.information + _PRIOR)
+        inverse = definite.inverse(equations.information + _PRIOR)
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
         refined = Refined(
             se3.perturbed(pose, -inverse @ equations.gradient),
@@ -250,7 +251,7 @@ class _Problem:
         residuals = point_to_plane(
             self._source_surface, self._target_surface, se3.scaled(pose, self._depth_rate),
             self._sensor, self._settings.robust_width, self._settings.reach,
-            None if self._correction is None else self._correction.target.to_depth)
+            NO_DISPLACEMENT if self._correction is None else self._correction.target)
         return [residuals.of_scaled_error(self._depth_rate)]
 
 
@@ -274,7 +275,7 @@ class _Estimate:
     def of(cls, residuals: list[Residuals]) -> _Estimate:
         """Return the estimate by some residuals."""
         equations = NormalEquations.of(residuals)
-        inverse = np.linalg.inv(equations.information + _PRIOR)
+        inverse = definite.inverse(equations.information + _PRIOR)
         error = inverse @ equations.gradient
         noise = gradient_noise(residuals, error)
         return cls(equations, error, noise, inverse)

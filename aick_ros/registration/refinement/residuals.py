@@ -11,7 +11,7 @@ The Jacobians are with respect to the pose error of :mod:`aick_ros.geometry.se3`
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from statistics import NormalDist
 
@@ -19,6 +19,8 @@ import numpy as np
 
 from aick_ros import kernels
 from aick_ros.frames.surface import Surface
+from aick_ros.geometry.definite import solved
+from aick_ros.registration.refinement.misalignment import NO_DISPLACEMENT, Displacement
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 
@@ -40,9 +42,6 @@ _MEDIAN_2 = 2.0 * math.log(2.0)
 
 _REGULARIZATION = 1e-3 * np.eye(6)  # chosen: 30 m and 30 rad; makes any information invertible
 
-
-Move = Callable[[np.ndarray], np.ndarray]
-"""Moves points, Nx3."""
 
 _NO_POINTS = np.empty((0, 3))
 
@@ -188,7 +187,7 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
 
 def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,
                    sensor: SensorSettings, width: float, reach: float,
-                   undo: Move | None = None) -> Residuals:
+                   displacement: Displacement = NO_DISPLACEMENT) -> Residuals:
     """
     Return the distances of the source's chosen points from the planes of the target.
 
@@ -198,25 +197,20 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     changes with the view.
 
     :param reach: pairs with a larger distance are dropped [m].
-    :param undo: moves points of the target's camera to where its depth image has them.
+    :param displacement: of what the target sees, which points are moved to in its depth image.
     """
-    rotation = np.ascontiguousarray(T_target_source[:3, :3])
-    # take() gathers rows several times as fast as indexing does
-    arms = source.points.take(source.chosen, 0) @ rotation.T
-    moved = arms + T_target_source[:3, 3]
-    if undo is not None:
-        moved = undo(moved)
-    count = len(arms)
+    count = len(source.chosen)
     values, blocks = np.empty(count), np.empty(count, np.int64)
-    (jacobian, other), points = np.empty((2, count, 6)), np.empty((count, 3))
+    jacobian, points, sums = np.empty((count, 6)), np.empty((count, 3)), np.zeros((2, 6, 6))
     found = kernels.point_to_plane(
-        moved, arms, source.chosen, source.normals, source.roughness, rotation,
-        target.points, target.normals, target.usable, target.roughness, target.grid.width,
-        target.grid.height, target.grid.intrinsics, SURFACE_NOISE * sensor.depth_sigma,
-        sensor.depth_exponent - 2.0, reach, _SMALLEST_COSINE, values, jacobian, other, points,
-        blocks)
-    values, jacobian, other = values[:found], jacobian[:found], other[:found]
-    return Residuals(values, jacobian @ _observable_projection(jacobian, other),
+        source.points, source.chosen, source.normals, source.roughness, _pose(T_target_source),
+        displacement.undone, displacement.height, target.points, target.normals, target.usable,
+        target.roughness, target.grid.width, target.grid.height, target.grid.intrinsics,
+        SURFACE_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, reach, _SMALLEST_COSINE,
+        values, jacobian, points, blocks, sums)
+    values, jacobian = values[:found], jacobian[:found]
+    projection = _observable_projection(*sums)
+    return Residuals(values, jacobian if projection is None else jacobian @ projection,
                      robust_weights(values ** 2, width), blocks[:found], points[:found],
                      jacobian[:, :3].copy())
 
@@ -225,7 +219,7 @@ def _pose(T_target_source: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(T_target_source, np.float64)
 
 
-def _observable_projection(jacobian: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _observable_projection(information: np.ndarray, noise: np.ndarray) -> np.ndarray | None:
     """
     Return the projection of pose errors onto the directions that the residuals observe.
 
@@ -233,14 +227,16 @@ def _observable_projection(jacobian: np.ndarray, other: np.ndarray) -> np.ndarra
     it. The two measurements of the Jacobian have independent noise, so J^T J contains
     D^T D / 2 of noise, D being their difference.
 
-    :param jacobian: Nx6, with normals of the target.
-    :param other: Nx6, with normals of the source.
-    :returns: 6x6; the identity where all directions are observed.
+    :param information: J^T J, 6x6.
+    :param noise: in it, 6x6.
+    :returns: 6x6; None, where all directions are observed.
     """
-    difference = jacobian - other
-    root = np.linalg.cholesky(jacobian.T @ jacobian + _REGULARIZATION)
-    noise = np.linalg.solve(root, difference.T @ difference / 2)
-    shares, directions = np.linalg.eigh(np.linalg.solve(root, noise.T))
+    information = information + _REGULARIZATION
+    if solved(_SHARE_OBSERVED * information - noise, np.empty((6, 0))) is not None:
+        return None  # positive definite: all shares are smaller
+    root = np.linalg.cholesky(information)
+    shares, directions = np.linalg.eigh(
+        np.linalg.solve(root, np.linalg.solve(root, noise).T))
     observed = np.sqrt(np.clip((_SHARE_UNOBSERVED - shares)
                                / (_SHARE_UNOBSERVED - _SHARE_OBSERVED), 0.0, 1.0))
     projection: np.ndarray = (np.linalg.solve(root.T, directions * observed)

@@ -72,7 +72,7 @@ def residuals(values):
     return (reprojection(correction.tracks(tracks, source, SETTINGS.sensor, T_TARGET_SOURCE),
                          T_TARGET_SOURCE, 1 / CAMERA.fx, 2.0),
             point_to_plane(correction.surface(source.surface), target.surface, T_TARGET_SOURCE,
-                           SETTINGS.sensor, 2.0, 0.3, correction.target.to_depth))
+                           SETTINGS.sensor, 2.0, 0.3, correction.target))
 
 
 def rows(values=np.zeros(8)):

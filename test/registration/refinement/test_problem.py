@@ -13,7 +13,8 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement import refinement
 from aick_ros.registration.refinement.measured_noise import Noise
-from aick_ros.registration.refinement.misalignment import Misalignment, image_height
+from aick_ros.registration.refinement.misalignment import (
+    NO_DISPLACEMENT, Misalignment, image_height)
 from aick_ros.registration.refinement.refinement import _Problem
 from aick_ros.registration.refinement.residuals import Residuals, gradient_noise
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
@@ -120,8 +121,8 @@ def test_without_tracks_depth_takes_the_coarse_step_too(tell):
 def test_depth_is_compared_over_the_time_between_its_own_images(tell):
     told = tell()
     told.problem.step(POSE, False)
-    source, target, pose, sensor, width, reach, undo = told.given['point_to_plane']
-    assert (source, target, undo) == ('source', 'target', None)
+    source, target, pose, sensor, width, reach, displacement = told.given['point_to_plane']
+    assert (source, target, displacement) == ('source', 'target', NO_DISPLACEMENT)
     np.testing.assert_allclose(se3.log(pose), RATE * se3.log(POSE), atol=1e-12)
     assert sensor is SETTINGS.sensor
     assert (width, reach) == (SETTINGS.refinement.robust_width, SETTINGS.refinement.reach)
@@ -226,15 +227,13 @@ def test_both_frames_are_corrected_by_their_own_velocity(tell, corrected):
     assert tracks is told.tracks and source is told.source and sensor is SETTINGS.sensor
     assert pose is POSE and surface == ('surface', 'source')
     told.problem.step(POSE, False)
-    source, target, *_, undo = told.given['point_to_plane']
+    source, target, *_, of_target = told.given['point_to_plane']
     assert (source, target) == ('corrected source', 'target')
-    correction = undo.__self__
     for moved, twist, camera in ((told.problem._correction.source, TWISTS[0], CAMERA),
-                                 (correction, TWISTS[1], OTHER)):
+                                 (of_target, TWISTS[1], OTHER)):
         np.testing.assert_allclose(moved.depth, (0.015 + 0.005) * twist)
         np.testing.assert_allclose(moved.rows, 0.03 * twist)
         assert moved.height == image_height(camera)
-    assert undo == correction.to_depth
 
 
 def test_tracked_are_as_they_were_seen(tell, monkeypatch):

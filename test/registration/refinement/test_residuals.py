@@ -189,8 +189,23 @@ def test_directions_are_observed_by_the_share_that_is_not_noise():
     first, second = (signal + np.sqrt(shares) * rng.normal(size=(count, 6)) for _ in range(2))
     # all of it up to a quarter of noise, nothing from three quarters on
     observed = np.sqrt(np.clip((0.75 - shares) / 0.5, 0, 1))
-    np.testing.assert_allclose(_observable_projection(first, second), np.diag(observed),
-                               atol=0.05)
+    difference = first - second
+    found = _observable_projection(first.T @ first, difference.T @ difference / 2)
+    np.testing.assert_allclose(found, np.diag(observed), atol=0.05)
+
+
+@pytest.mark.parametrize('share', [0.2, 0.3])
+def test_nothing_is_projected_where_all_directions_are_observed(share):
+    mixing = np.random.default_rng(9).normal(size=(6, 6))
+    information = 1e4 * mixing @ mixing.T
+    shares = np.array([0.0, 0.1, 0.1, 0.2, 0.2, share])
+    root = np.linalg.cholesky(information)
+    found = _observable_projection(information, root @ np.diag(shares) @ root.T)
+    if share < 0.25:
+        assert found is None
+    else:
+        values = np.linalg.eigvals(found)
+        np.testing.assert_allclose(np.sort(values.real), [np.sqrt(0.9)] + 5 * [1.0], atol=1e-5)
 
 
 @pytest.mark.parametrize('normal', CORNER, ids=['left', 'right', 'floor'])

@@ -1,0 +1,58 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""Solutions of positive definite equations against those of NumPy."""
+
+import numpy as np
+import pytest
+
+from aick_ros import kernels
+from aick_ros.geometry import definite
+
+
+def matrix_of(size, smallest=1.0):
+    """Return a symmetric matrix with eigenvalues from one up to its size, and the smallest."""
+    axes, _ = np.linalg.qr(np.random.default_rng(size).normal(size=(size, size)))
+    matrix = axes @ np.diag([smallest, *range(2, size + 1)]) @ axes.T
+    return 0.5 * (matrix + matrix.T)
+
+
+@pytest.mark.parametrize('size', [1, 2, 3, 6, 12, 64])
+@pytest.mark.parametrize('shape', [(), (0,), (1,), (8,)])
+def test_solutions_are_those_of_numpy(size, shape):
+    matrix, sides = matrix_of(size), np.random.default_rng(1).normal(size=(size, *shape))
+    given = sides.copy()
+    expected = np.linalg.solve(matrix, sides)
+    np.testing.assert_allclose(definite.solved(matrix, sides), expected, rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(definite.solve(matrix, sides), expected, rtol=1e-11, atol=1e-12)
+    np.testing.assert_array_equal(sides, given)
+
+
+def test_sides_may_be_transposed():
+    matrix, sides = matrix_of(6), np.random.default_rng(2).normal(size=(3, 6)).T
+    np.testing.assert_allclose(definite.solved(matrix.T, sides), np.linalg.solve(matrix, sides))
+
+
+def test_the_inverse_is_that_of_numpy():
+    np.testing.assert_allclose(definite.inverse(matrix_of(6)), np.linalg.inv(matrix_of(6)),
+                               atol=1e-14)
+
+
+@pytest.mark.parametrize('smallest', [-1e-3, -1.0])
+def test_what_is_not_positive_definite_is_solved_in_general(smallest):
+    matrix, sides = matrix_of(6, smallest), np.ones(6)
+    assert definite.solved(matrix, sides) is None
+    np.testing.assert_array_equal(definite.solve(matrix, sides), np.linalg.solve(matrix, sides))
+
+
+@pytest.mark.parametrize('number', [np.nan, np.inf, -np.inf])
+def test_what_is_not_finite_is_not_positive_definite(number):
+    matrix = matrix_of(6)
+    matrix[4, 4] = number
+    assert definite.solved(matrix, np.ones(6)) is None
+
+
+@pytest.mark.parametrize('size, count', [(65, 1), (2, -1), (2, 1 << 40)])
+def test_too_many_equations_are_refused(size, count):
+    with pytest.raises(ValueError, match='too many'):
+        kernels.solve_definite(np.eye(size), np.ones(size), count)
