@@ -11,10 +11,10 @@ try:
         composed_poses, corners, depth_rows, disc_moments, displace_cells, distortion_rows,
         edges_beside, exp_pose, exp_rotation, fit_planes, gradient_moments, gradient_noise,
         inverse_depth_slopes, is_rigid, keypoint_rows, log_pose, log_rotation, mean_inverse_depths,
-        moments, moved_by_rows, nodes_around, normal_buckets, normal_equations,
+        moments, moved_by_rows, nodes_around, normal_buckets, normal_equations, normalize,
         pairs_of_near_points, pairs_of_similar_bits, perturbed_pose, plane_jacobians,
         point_to_plane, project, reprojection, robust_weights, sample_depth, solve_definite,
-        to_quaternion, track_depth, valid_depth, window_shifts)
+        spread, to_quaternion, track_depth, valid_depth, window_shifts)
 except ModuleNotFoundError as error:
     raise InputError('aick_ros is not compiled: install it (pip install . or colcon build), '
                      'which takes a C compiler') from error
@@ -24,7 +24,8 @@ __all__ = ['DIGEST', 'bit_distances', 'bit_distances_of_pairs', 'cells_at', 'cho
            'displace_cells', 'distortion_rows', 'edges_beside', 'exp_pose', 'exp_rotation',
            'fit_planes', 'gradient_moments', 'gradient_noise', 'inverse_depth_slopes', 'is_rigid',
            'keypoint_rows', 'log_pose', 'log_rotation', 'mean_inverse_depths', 'moments',
-           'moved_by_rows', 'nodes_around', 'normal_buckets', 'normal_equations',
+           'moved_by_rows', 'nodes_around', 'normal_buckets', 'normal_equations', 'normalize',
            'pairs_of_near_points', 'pairs_of_similar_bits', 'perturbed_pose', 'plane_jacobians',
            'point_to_plane', 'project', 'reprojection', 'robust_weights', 'sample_depth',
-           'solve_definite', 'to_quaternion', 'track_depth', 'valid_depth', 'window_shifts']
+           'solve_definite', 'spread', 'to_quaternion', 'track_depth', 'valid_depth',
+           'window_shifts']

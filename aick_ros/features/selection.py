@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros import kernels
+
 
 def spread(pixels: np.ndarray, count: int, cell_size: float) -> np.ndarray:
     """
@@ -20,10 +22,6 @@ def spread(pixels: np.ndarray, count: int, cell_size: float) -> np.ndarray:
     :param cell_size: side of a cell [px].
     :returns: indices, the strongest first.
     """
-    column, row = (pixels // cell_size).astype(np.intp).T
-    cell = row * (column.max(initial=0) + 1) + column
-    by_cell = np.argsort(cell, kind='stable')
-    _, starts, lengths = np.unique(cell[by_cell], return_index=True, return_counts=True)
-    rank = np.empty(len(cell), np.intp)
-    rank[by_cell] = np.arange(len(cell)) - np.repeat(starts, lengths)
-    return np.sort(np.argsort(rank, kind='stable')[:count])
+    chosen = np.empty(min(count, len(pixels)), np.int64)
+    kernels.spread(np.ascontiguousarray(pixels, np.float64), cell_size, chosen)
+    return chosen

@@ -148,17 +148,22 @@ class Camera:
         :returns: Nx2 float64; NaN where the distortion model has no ray in front of the camera.
         :raises InputError: where these are no pixels.
         """
-        pixels = np.ascontiguousarray(numbers(pixels, (None, 2), 'pixels')).reshape(-1, 1, 2)
-        if not self.distortion or len(pixels) == 0:
-            return (pixels[:, 0] - (self.cx, self.cy)) / (self.fx, self.fy)
-        if self.distortion_model == 'equidistant':
-            normalized = cv2.fisheye.undistortPoints(
-                pixels, self.matrix, np.array(self.distortion))
-        else:
-            normalized = _undistort(pixels, self.matrix, np.array(self.distortion))
-        normalized = normalized.reshape(-1, 2)
+        pixels = np.ascontiguousarray(numbers(pixels, (None, 2), 'pixels'))
+        if self._polynomial is None:
+            return self._normalized_by_opencv(pixels)
+        rays = np.empty((len(pixels), 2))
+        kernels.normalize(pixels, self._intrinsics, self._polynomial, rays)
+        return rays
+
+    def _normalized_by_opencv(self, pixels: np.ndarray) -> np.ndarray:
+        if not len(pixels):
+            return np.empty((0, 2))
+        undistort = (cv2.fisheye.undistortPoints if self.distortion_model == 'equidistant'
+                     else _undistort)
+        normalized = np.asarray(undistort(pixels.reshape(-1, 1, 2), self.matrix,
+                                          np.array(self.distortion))).reshape(-1, 2)
         reprojected = self.project(np.column_stack([normalized, np.ones(len(normalized))]))
-        error = np.abs(reprojected - pixels[:, 0]).max(axis=1)
+        error = np.abs(reprojected - pixels).max(axis=1)
         return np.where((error < _MAX_ROUND_TRIP_ERROR)[:, None], normalized, np.nan)
 
     def back_project(self, pixels: np.ndarray, depths: np.ndarray) -> np.ndarray:

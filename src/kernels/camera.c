@@ -4,12 +4,19 @@
 // Projection, and what the rows of a rolling shutter see.
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include "arrays.h"
 #include "displacement.h"
 #include "kernels.h"
 
-enum { COEFFICIENTS = 12 };  // k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4, as in OpenCV
+enum {
+  COEFFICIENTS = 12,  // k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4, as in OpenCV
+  MOST_STEPS = 50,    // chosen
+};
+
+static const double CONVERGED = 1e-9;     // px; chosen
+static const double LARGEST_ERROR = 0.1;  // px; chosen: a larger one is of another ray
 
 static void project(const double *point, const double *focal, const double *d, double *pixel) {
   const double inverse = point[2] != 0.0 ? 1.0 / point[2] : 1.0;
@@ -45,6 +52,66 @@ PyObject *kernel_project(PyObject *module, PyObject *arguments) {
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < count; ++i)
     project(points + 3 * i, intrinsics, distortion, pixels + 2 * i);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+// The distance of the pixel of a ray (x, y, 1) from a pixel.
+static double distance_from(const double *pixel, double x, double y, const double *focal,
+                            const double *d) {
+  const double ray[3] = {x, y, 1.0};
+  double seen[2];
+  project(ray, focal, d, seen);
+  return hypot(seen[0] - pixel[0], seen[1] - pixel[1]);
+}
+
+// The ray (x, y, 1) of a pixel, by OpenCV's fixed-point iteration; NaN where there is none.
+static void normalize(const double *pixel, const double *focal, const double *d, double *ray) {
+  const double x0 = (pixel[0] - focal[2]) / focal[0], y0 = (pixel[1] - focal[3]) / focal[1];
+  double x = x0, y = y0, error = INFINITY;
+  for (int step = 0; step < MOST_STEPS && !(error < CONVERGED); ++step) {
+    const double r2 = x * x + y * y, r4 = r2 * r2, xy = 2.0 * x * y;
+    const double inverse = (1.0 + r2 * (d[5] + r2 * (d[6] + r2 * d[7]))) /
+                           (1.0 + r2 * (d[0] + r2 * (d[1] + r2 * d[4])));
+    if (inverse < 0.0) {
+      error = distance_from(pixel, x0, y0, focal, d);
+      x = x0;
+      y = y0;
+      break;
+    }
+    const double u = d[2] * xy + d[3] * (r2 + 2.0 * x * x) + d[8] * r2 + d[9] * r4;
+    const double v = d[2] * (r2 + 2.0 * y * y) + d[3] * xy + d[10] * r2 + d[11] * r4;
+    x = (x0 - u) * inverse;
+    y = (y0 - v) * inverse;
+    error = distance_from(pixel, x, y, focal, d);
+  }
+  const bool is_found = error < LARGEST_ERROR;
+  ray[0] = is_found ? x : NAN;
+  ray[1] = is_found ? y : NAN;
+}
+
+PyObject *kernel_normalize(PyObject *module, PyObject *arguments) {
+  PyObject *pixel_array, *intrinsics_array, *distortion_array, *ray_array;
+  if (!PyArg_ParseTuple(arguments, "OOOO", &pixel_array, &intrinsics_array, &distortion_array,
+                        &ray_array))
+    return NULL;
+  const Py_ssize_t count = PyObject_Length(pixel_array);
+  const Argument needed[] = {
+      {"the pixels", pixel_array, 'd', 2 * count, false},
+      {"the intrinsics", intrinsics_array, 'd', 4, false},
+      {"the distortion", distortion_array, 'd', COEFFICIENTS, false},
+      {"the rays", ray_array, 'd', 2 * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const double *pixels = arrays.views[0].buf, *intrinsics = arrays.views[1].buf;
+  const double *distortion = arrays.views[2].buf;
+  double *rays = arrays.views[3].buf;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < count; ++i)
+    normalize(pixels + 2 * i, intrinsics, distortion, rays + 2 * i);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;

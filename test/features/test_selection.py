@@ -46,3 +46,8 @@ def test_a_cell_ends_where_the_next_one_begins(u):
 def test_cells_of_one_row_are_not_those_of_the_next():
     pixels = np.array([(130, 10), (10, 70), (140, 10), (20, 70)], float)
     assert spread(pixels, 2, 60).tolist() == [0, 1]
+
+
+def test_pixels_beside_the_image_are_in_its_outer_cells():
+    pixels = np.array([(-5, 10), (10, -1e9), (1e12, 10), (1e15, 10), (70, 10)], float)
+    assert spread(pixels, 3, 60).tolist() == [0, 2, 4]

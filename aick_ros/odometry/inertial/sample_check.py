@@ -28,7 +28,7 @@ class SampleCheck:
         self.dropped = 0
         """Number of samples that could not be used."""
         self._last: int | None = None
-        self._value = np.full(3, np.nan)
+        self._value = [np.nan] * 3
         self._unchanged_since = 0
 
     @property
@@ -51,11 +51,12 @@ class SampleCheck:
         # comparisons with NaN are false
         sensible = (np.abs(values) <= self._largest).all(axis=1)
         self.dropped += int(np.count_nonzero(measured & ~sensible))
-        for stamp, value in zip(stamps[sensible].tolist(), values[sensible]):
+        rows = values[sensible]
+        for stamp, value, numbers in zip(stamps[sensible].tolist(), rows, rows.tolist()):
             if self._last is not None and 0 <= self._last - stamp <= RESTART_AFTER:
                 self.dropped += 1
                 continue
-            if not np.array_equal(value, self._value) or self._last is None or stamp < self._last:
-                self._value, self._unchanged_since = value, stamp
+            if numbers != self._value or self._last is None or stamp < self._last:
+                self._value, self._unchanged_since = numbers, stamp
             self._last = stamp
             yield stamp, value
