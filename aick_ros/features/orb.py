@@ -115,10 +115,11 @@ class OrbDetector:
 
     def _oriented(self, image: np.ndarray, places: np.ndarray) -> list[cv2.KeyPoint]:
         """Return corners of one level with the direction of the centroid of their patch."""
-        moments = np.empty((len(places), 2))
-        kernels.disc_moments(image, self._border, self._half_widths, places, moments)
-        return [cv2.KeyPoint(x, y, self._orb.patch_size, cv2.fastAtan2(along_y, along_x))
-                for (x, y), (along_x, along_y) in zip(places.tolist(), moments.tolist())]
+        directions = np.empty(len(places))
+        kernels.disc_directions(image, self._border, self._half_widths, places, directions)
+        size = self._orb.patch_size
+        return [cv2.KeyPoint(x, y, size, direction)
+                for (x, y), direction in zip(places.tolist(), directions.tolist())]
 
 
 def _counts(count: int, factor: float, levels: int) -> list[int]:

@@ -34,10 +34,8 @@ def transform(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 def inverse(pose: np.ndarray) -> np.ndarray:
     """Return the inverse of a pose."""
-    inverted = np.zeros((4, 4))
-    inverted[:3, :3] = pose[:3, :3].T
-    inverted[:3, 3] = -(inverted[:3, :3] @ pose[:3, 3])
-    inverted[3, 3] = 1.0
+    inverted = np.empty((4, 4))
+    kernels.inverse_pose(_array(pose), inverted)
     return inverted
 
 

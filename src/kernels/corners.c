@@ -4,6 +4,7 @@
 // Corners of an image: FAST (Rosten and Drummond 2006), ranked by the response of Harris and
 // Stephens (1988), and the orientation by the centroid of a patch (Rosin 1999).
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -345,6 +346,23 @@ static void disc_moments(const Image *image, Py_ssize_t x, Py_ssize_t y, const D
   moments[1] = (double)along_y;
 }
 
+// The direction of a vector in degrees, 0 to 360, as OpenCV's fastAtan2: to the same digit.
+static float direction_of(float x, float y) {
+  const float degrees = (float)(180.0 / 3.14159265358979323846), smallest = (float)DBL_EPSILON;
+  const float across = fabsf(x), along = fabsf(y);
+  const float least = across < along ? across : along, largest = across < along ? along : across;
+  const float t = least / (largest + smallest), square = t * t;
+  float angle = (((-0.04432655554792128f * degrees * square + 0.1555786518463281f * degrees) *
+                      square -
+                  0.3258083974640975f * degrees) *
+                     square +
+                 0.9997878412794807f * degrees) *
+                t;
+  angle = across >= along ? angle : 90.0f - angle;
+  angle = x < 0.0f ? 180.0f - angle : angle;
+  return y < 0.0f ? 360.0f - angle : angle;
+}
+
 // Whether all of the discs lie in an image and its border, with lanes to spare.
 static bool are_inside(const Image *image, Py_ssize_t border, const int64_t *half_widths,
                        Py_ssize_t radius, const float (*points)[2], Py_ssize_t count) {
@@ -357,12 +375,12 @@ static bool are_inside(const Image *image, Py_ssize_t border, const int64_t *hal
   return is_inside;
 }
 
-PyObject *kernel_disc_moments(PyObject *module, PyObject *arguments) {
-  PyObject *image_array, *width_array, *point_array, *moment_array;
+PyObject *kernel_disc_directions(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *width_array, *point_array, *direction_array;
   Image image;
   Py_ssize_t border;
   if (!PyArg_ParseTuple(arguments, "OnOOO", &image_array, &border, &width_array, &point_array,
-                        &moment_array))
+                        &direction_array))
     return NULL;
   const Py_ssize_t radius = PyObject_Length(width_array) - 1;
   const Py_ssize_t count = PyObject_Length(point_array);
@@ -370,14 +388,14 @@ PyObject *kernel_disc_moments(PyObject *module, PyObject *arguments) {
       {"the image", image_array, 'B', IMAGE, false},
       {"the half widths", width_array, 'q', radius + 1, false},
       {"the points", point_array, 'f', 2 * count, false},
-      {"the moments", moment_array, 'd', 2 * count, true},
+      {"the directions", direction_array, 'd', count, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const int64_t *half_widths = arrays.views[1].buf;
   const float(*points)[2] = arrays.views[2].buf;
-  double(*moments)[2] = arrays.views[3].buf;
+  double *directions = arrays.views[3].buf;
   Disc disc = {0};
   if (set_image(&arrays.views[0], border, &image)) {
     if (!are_inside(&image, border, half_widths, radius, points, count)) {
@@ -391,8 +409,11 @@ PyObject *kernel_disc_moments(PyObject *module, PyObject *arguments) {
   const bool is_made = disc.inside != NULL;
   if (is_made) {
     Py_BEGIN_ALLOW_THREADS
-    for (Py_ssize_t i = 0; i < count; ++i)
-      disc_moments(&image, (Py_ssize_t)points[i][0], (Py_ssize_t)points[i][1], &disc, moments[i]);
+    for (Py_ssize_t i = 0; i < count; ++i) {
+      double moments[2];
+      disc_moments(&image, (Py_ssize_t)points[i][0], (Py_ssize_t)points[i][1], &disc, moments);
+      directions[i] = direction_of((float)moments[0], (float)moments[1]);
+    }
     Py_END_ALLOW_THREADS
   }
   free(disc.inside);

@@ -241,11 +241,21 @@ static bool pair(const Cells *cells, const Pairing *pairing, const double *moved
   return true;
 }
 
-// Add the outer product of a row, times a factor, to a matrix.
-static void add_square(const double *row, double factor, double (*sums)[6]) {
+// Add the outer product of a row to the lower triangle of a matrix.
+static void add_square(const double *row, double (*sums)[6]) {
   for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j)
-      sums[i][j] += factor * row[i] * row[j];
+    for (int j = 0; j <= i; ++j)
+      sums[i][j] += row[i] * row[j];
+}
+
+// Multiply the lower triangle of a matrix by a factor, and copy it to the upper one.
+static void complete(double factor, double (*sums)[6]) {
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j <= i; ++j) {
+      sums[i][j] *= factor;
+      sums[j][i] = sums[i][j];
+    }
+  }
 }
 
 PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
@@ -316,12 +326,14 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
       jacobian[found][k] = residual.jacobian[k];
       difference[k] = residual.jacobian[k] - residual.other[k];
     }
-    add_square(residual.jacobian, 1.0, information);
-    add_square(difference, 0.5, noise);
+    add_square(residual.jacobian, information);
+    add_square(difference, noise);
     values[found] = residual.value;
     blocks[found] = block_of(point[0] / point[2], point[1] / point[2]);
     ++found;
   }
+  complete(1.0, information);
+  complete(0.5, noise);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   return PyLong_FromSsize_t(found);

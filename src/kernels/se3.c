@@ -170,6 +170,19 @@ PyObject *kernel_log_pose(PyObject *module, PyObject *arguments) {
   return filled(arguments, "the pose", 16, 6, log_pose);
 }
 
+static void inverse_pose(const double *pose, double *inverse) {
+  double rotation[9], position[3];
+  const double shift[3] = {-pose[3], -pose[7], -pose[11]};
+  for (int i = 0; i < 9; ++i)
+    rotation[i] = pose[4 * (i % 3) + i / 3];
+  rotated(rotation, shift, position);
+  fill_pose(rotation, position, inverse);
+}
+
+PyObject *kernel_inverse_pose(PyObject *module, PyObject *arguments) {
+  return filled(arguments, "the pose", 16, 16, inverse_pose);
+}
+
 PyObject *kernel_perturbed_pose(PyObject *module, PyObject *arguments) {
   PyObject *pose_array, *error_array, *result_array;
   if (!PyArg_ParseTuple(arguments, "OOO", &pose_array, &error_array, &result_array))

@@ -99,23 +99,30 @@ def test_images_of_another_type_or_size_have_no_corners(arguments, error):
 @pytest.mark.parametrize('point, half_widths', [
     ((-1, 0), [3, 3]), ((10, 0), [3, 3]), ((0, 10), [3, 3]), ((np.nan, 0), [1, 1]),
     ((0, 0), [2, 2]), ((0, 0), [1, -1]), ((0, 0), [1, 1, 1]), ((0, 0), [])], ids=str)
-def test_discs_beyond_the_image_have_no_moments(point, half_widths):
+def test_discs_beyond_the_image_have_no_direction(point, half_widths):
     with pytest.raises(ValueError):
-        kernels.disc_moments(np.zeros((28, 28), np.uint8), 9, np.array(half_widths, np.int64),
-                             np.float32([point]), np.empty((1, 2)))
+        kernels.disc_directions(np.zeros((28, 28), np.uint8), 9, np.array(half_widths, np.int64),
+                                np.float32([point]), np.empty(1))
 
 
-def test_moments_of_a_disc_are_the_sums_of_its_pixels():
+@pytest.mark.parametrize('is_plain', [False, True])
+def test_the_direction_of_a_disc_is_that_of_its_centroid(is_plain):
+    """To the digit of OpenCV: 0 where no pixel is brighter than another."""
     image = np.random.default_rng(2).integers(0, 256, (40, 42), dtype=np.uint8)
-    half_widths, moments = np.array([4, 4, 3, 3, 1]), np.empty((2, 2))
-    points = np.float32([(0, 0), (13, 11)])
-    kernels.disc_moments(image, 14, half_widths, points, moments)
-    for (x, y), found in zip(points.astype(int), moments):
+    if is_plain:
+        image[:] = 7
+    half_widths = np.array([4, 4, 3, 3, 1])
+    points = np.array([(x, y) for x in range(14) for y in range(12)], np.float32)
+    directions = np.empty(len(points))
+    kernels.disc_directions(image, 14, half_widths, points, directions)
+    assert is_plain or np.unique(directions // 45).tolist() == list(range(8))
+    for (x, y), found in zip(points.astype(int), directions):
         offsets = [(u, v) for v in range(-4, 5) for u in range(-half_widths[abs(v)],
                                                                half_widths[abs(v)] + 1)]
         expected = sum(np.array(offset) * int(image[14 + y + offset[1], 14 + x + offset[0]])
                        for offset in offsets)
-        assert found.tolist() == expected.tolist()
+        along_x, along_y = expected.tolist()
+        assert found == cv2.fastAtan2(along_y, along_x)
 
 
 def test_chosen_keypoints_are_described_as_all_are(grey):

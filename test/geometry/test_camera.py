@@ -222,13 +222,23 @@ def test_a_camera_info_that_is_none_says_what_is_required(fields, sentence):
 
 def test_what_returns_far_from_its_pixel_has_no_ray():
     """By more than a tenth of a pixel: of a model whose undistortion ends elsewhere."""
-    camera = Camera(640, 480, 525, 525, 320, 240, 'plumb_bob', (0.1, 0.0, 0.0, 0.0))
+    camera = Camera(640, 480, 525, 525, 320, 240, 'equidistant', (0.1, 0.0, 0.0, 0.0))
     for error, has_ray in ((0.09, True), (0.11, False), (-0.09, True), (-0.11, False)):
         class Inexact(Camera):
             def project(self, points, error=error):
                 return super().project(points) + (0.0, error)
         found = Inexact(**dataclasses.asdict(camera)).normalize([(100.0, 100.0)])
         assert np.isfinite(found).all() == has_ray
+
+
+def test_beyond_the_fold_of_a_polynomial_there_is_no_ray():
+    """With r (1 - 0.3 r^2) no ray is seen farther from the centre than at r^2 = 1 / 0.9."""
+    camera = Camera(640, 480, 200, 200, 320, 240, 'plumb_bob', (-0.3, 0.0, 0.0, 0.0))
+    farthest = 200 * np.sqrt(1 / 0.9) * (1 - 1 / 3)
+    inside, beyond = camera.normalize(np.array([(320 + 0.9 * farthest, 240.0),
+                                                (320 + farthest + 1.0, 240.0)]))
+    assert np.isnan(beyond).all()
+    assert inside[0] * (1 - 0.3 * inside[0] ** 2) == pytest.approx(0.9 * farthest / 200, abs=1e-11)
 
 
 def test_what_is_no_number_is_said_with_the_reason_of_python():
