@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
 from aick_ros import kernels
@@ -36,8 +35,12 @@ def fit(source: np.ndarray, target: np.ndarray) -> np.ndarray:
         raise DegenerateGeometryError(f'{len(source)} matched points: at least 3 are required')
     source_mean = np.add.reduce(source) / len(source)
     target_mean = np.add.reduce(target) / len(target)
-    return _fit((source - source_mean).T @ (target - target_mean), source_mean, target_mean,
-                len(source))
+    centred = np.zeros((4, 4))
+    centred[:3, :3] = (source - source_mean).T @ (target - target_mean)
+    centred[3, 3] = len(source)
+    pose = _fit(centred, 0.0)
+    pose[:3, 3] = target_mean - pose[:3, :3] @ source_mean
+    return pose
 
 
 def moments(source: np.ndarray, target: np.ndarray, matches: np.ndarray) -> np.ndarray:
@@ -64,34 +67,22 @@ def fit_moments(moments: np.ndarray) -> np.ndarray:
     :returns: ``T_target_source``, 4x4.
     :raises DegenerateGeometryError: if the points do not determine the rotation.
     """
-    count = float(moments[3, 3])
-    if count < 3:
-        raise DegenerateGeometryError(f'{count:.0f} matched points: at least 3 are required')
-    source_mean, target_mean = moments[:3, 3] / count, moments[3, :3] / count
-    cross = moments[:3, :3] - moments[:3, 3:] * target_mean
-    return _fit(cross, source_mean, target_mean, count, _ROUNDING * cv2.norm(moments))
+    if moments[3, 3] < 3:
+        raise DegenerateGeometryError(
+            f'{moments[3, 3]:.0f} matched points: at least 3 are required')
+    return _fit(moments, _ROUNDING)
 
 
-def _fit(cross: np.ndarray, source_mean: np.ndarray, target_mean: np.ndarray, count: float,
-         rounding: float = 0.0) -> np.ndarray:
+def _fit(moments: np.ndarray, rounding: float) -> np.ndarray:
     """
-    Return the transform from the cross-covariance of the points and their centroids.
+    Return the transform by moments of at least three points.
 
-    :param cross: 3x3, sum of the products of centred source and target points.
-    :param rounding: absolute rounding error of ``cross``.
+    :param rounding: relative rounding error of the moments.
     """
-    # for a matrix this small OpenCV takes a quarter of the time of NumPy
-    singular, u, vt = cv2.SVDecomp(cross)
-    if singular[1, 0] <= _COLLINEAR * singular[0, 0] + rounding:
-        raise DegenerateGeometryError(f'{count:.0f} matched points are collinear or coincide')
-    rotation = (u @ vt).T
-    if _reflects(rotation):
-        u[:, 2] = -u[:, 2]
-        rotation = (u @ vt).T
-    pose = np.zeros((4, 4))  # faster than np.eye
-    pose[:3, :3] = rotation
-    pose[:3, 3] = target_mean - rotation @ source_mean
-    pose[3, 3] = 1.0
+    pose = np.empty((4, 4))
+    if not kernels.fit_moments(moments, _COLLINEAR, rounding, pose):
+        raise DegenerateGeometryError(
+            f'{moments[3, 3]:.0f} matched points are collinear or coincide')
     return pose
 
 
@@ -101,10 +92,3 @@ def homogeneous(points: np.ndarray) -> np.ndarray:
     extended[:, :3] = points
     extended[:, 3] = 1.0
     return extended
-
-
-def _reflects(matrix: np.ndarray) -> bool:
-    """Return whether the determinant of a 3x3 matrix is negative, faster than np.linalg.det."""
-    (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
-    determinant: float = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
-    return determinant < 0

@@ -55,7 +55,9 @@ def size(prepared: PreparedFrame) -> int:
 def _moved(arrays: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Return copies of arrays that nobody can change, in a mapping that ends with the last."""
     sizes = [-(-array.nbytes // _ALIGNMENT) * _ALIGNMENT for array in arrays]
-    memory = mmap.mmap(-1, max(sum(sizes), 1), flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
+    flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS
+    flags |= getattr(mmap, 'MAP_POPULATE', 0)  # of Linux: all pages are written, so all at once
+    memory = mmap.mmap(-1, max(sum(sizes), 1), flags=flags)
     moved, begin = [], 0
     for array, taken in zip(arrays, sizes):
         copy = np.frombuffer(memory, array.dtype, array.size, begin).reshape(array.shape)

@@ -24,6 +24,7 @@ PyObject *kernel_distortion_rows(PyObject *module, PyObject *arguments);
 PyObject *kernel_edges_beside(PyObject *module, PyObject *arguments);
 PyObject *kernel_exp_pose(PyObject *module, PyObject *arguments);
 PyObject *kernel_exp_rotation(PyObject *module, PyObject *arguments);
+PyObject *kernel_fit_moments(PyObject *module, PyObject *arguments);
 PyObject *kernel_fit_planes(PyObject *module, PyObject *arguments);
 PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments);
 PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments);

@@ -20,6 +20,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(edges_beside),
     KERNEL(exp_pose),
     KERNEL(exp_rotation),
+    KERNEL(fit_moments),
     KERNEL(fit_planes),
     KERNEL(gradient_moments),
     KERNEL(gradient_noise),

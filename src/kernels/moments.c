@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The aick_ros authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Moments of matched points, for a rigid fit.
+// Rigid fit to matched points, by their moments.
 
+#include <math.h>
 #include <stdint.h>
 
 #include "arrays.h"
 #include "kernels.h"
+#include "vectors.h"
 
 // Add the products of matched points (x, y, z, 1), 4x4; return false where a row is not a point.
 static bool add_products(const float *source, Py_ssize_t source_count, const float *target,
@@ -55,4 +57,118 @@ PyObject *kernel_moments(PyObject *module, PyObject *arguments) {
     return NULL;
   }
   Py_RETURN_NONE;
+}
+
+enum { MOST_SWEEPS = 30 };               // chosen: three or four suffice
+static const double ORTHOGONAL = 1e-16;  // chosen: cosine of two columns
+
+// Turn two vectors in their plane.
+static void turn(double *one, double *other, double cosine, double sine) {
+  for (int i = 0; i < 3; ++i) {
+    const double before = one[i];
+    one[i] = cosine * before - sine * other[i];
+    other[i] = sine * before + cosine * other[i];
+  }
+}
+
+// Make the columns of a matrix orthogonal by a rotation from the right (Hestenes 1958), which is
+// added to the columns of another.
+static void orthogonalize(double (*columns)[3], double (*rotation)[3]) {
+  bool is_done = false;
+  for (int sweep = 0; sweep < MOST_SWEEPS && !is_done; ++sweep) {
+    is_done = true;
+    for (int p = 0; p < 2; ++p) {
+      for (int q = p + 1; q < 3; ++q) {
+        const double a = dot(columns[p], columns[p]), b = dot(columns[q], columns[q]);
+        const double product = dot(columns[p], columns[q]);
+        if (!(fabs(product) > ORTHOGONAL * sqrt(a * b)))
+          continue;
+        const double ratio = (b - a) / (2.0 * product);
+        const double tangent = copysign(1.0, ratio) / (fabs(ratio) + sqrt(1.0 + ratio * ratio));
+        const double cosine = 1.0 / sqrt(1.0 + tangent * tangent);
+        turn(columns[p], columns[q], cosine, cosine * tangent);
+        turn(rotation[p], rotation[q], cosine, cosine * tangent);
+        is_done = false;
+      }
+    }
+  }
+}
+
+static void cross(const double *a, const double *b, double *product) {
+  for (int i = 0; i < 3; ++i)
+    product[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+// The rotation that brings the source of a matrix of centred products to the target, without
+// reflection; return false where the second singular value is too small.
+static bool fit_rotation(double (*products)[3], double collinear, double rounding,
+                         double (*rotation)[3]) {
+  double columns[3][3], right[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, lengths[3];
+  for (int i = 0; i < 9; ++i)
+    columns[i % 3][i / 3] = products[i / 3][i % 3];
+  orthogonalize(columns, right);
+  int first = 0, last = 0;
+  for (int i = 0; i < 3; ++i) {
+    lengths[i] = sqrt(dot(columns[i], columns[i]));
+    first = lengths[i] > lengths[first] ? i : first;
+    last = lengths[i] <= lengths[last] ? i : last;
+  }
+  const int second = 3 - first - last;
+  if (first == last || !(lengths[second] > collinear * lengths[first] + rounding))
+    return false;
+  double u[3][3], v[3][3];
+  for (int i = 0; i < 3; ++i) {
+    u[0][i] = columns[first][i] / lengths[first];
+    u[1][i] = columns[second][i] / lengths[second];
+    v[0][i] = right[first][i];
+    v[1][i] = right[second][i];
+  }
+  cross(u[0], u[1], u[2]);
+  cross(v[0], v[1], v[2]);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      rotation[i][j] = v[0][i] * u[0][j] + v[1][i] * u[1][j] + v[2][i] * u[2][j];
+  return true;
+}
+
+// The pose by moments of at least one pair of points; false where they do not determine it.
+static bool fit_moments(double (*moments)[4], double collinear, double rounding,
+                        double (*pose)[4]) {
+  const double count = moments[3][3];
+  double products[3][3], rotation[3][3], squares = 0.0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      products[i][j] = moments[i][j] - moments[i][3] * (moments[3][j] / count);
+  for (int i = 0; i < 16; ++i)
+    squares += moments[i / 4][i % 4] * moments[i / 4][i % 4];
+  if (!fit_rotation(products, collinear, rounding * sqrt(squares), rotation))
+    return false;
+  for (int i = 0; i < 3; ++i) {
+    pose[i][3] = moments[3][i] / count;
+    for (int j = 0; j < 3; ++j) {
+      pose[i][j] = rotation[i][j];
+      pose[i][3] -= rotation[i][j] * (moments[j][3] / count);
+      pose[3][j] = 0.0;
+    }
+  }
+  pose[3][3] = 1.0;
+  return true;
+}
+
+PyObject *kernel_fit_moments(PyObject *module, PyObject *arguments) {
+  PyObject *moment_array, *pose_array;
+  double collinear, rounding;
+  if (!PyArg_ParseTuple(arguments, "OddO", &moment_array, &collinear, &rounding, &pose_array))
+    return NULL;
+  const Argument needed[] = {
+      {"the moments", moment_array, 'd', 16, false},
+      {"the pose", pose_array, 'd', 16, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const bool is_fit =
+      fit_moments(arrays.views[0].buf, collinear, rounding, arrays.views[1].buf);
+  close_arrays(&arrays);
+  return PyBool_FromLong(is_fit);
 }
