@@ -37,8 +37,12 @@ def repeat_of(frame: RgbdFrame, before: RgbdFrame) -> Repeat:
 
 def _is_same(image: np.ndarray, before: np.ndarray) -> bool:
     """Return whether two images are equal and show something: all covered lenses see the same."""
-    if image.shape != before.shape:
+    return are_equal(image, before) and bool(image.min() != image.max())
+
+
+def are_equal(image: np.ndarray, other: np.ndarray) -> bool:
+    """Return whether two images are equal."""
+    if image.shape != other.shape:
         return False
     middle = len(image) // 2  # one row differs in almost all different images
-    return (np.array_equal(image[middle], before[middle]) and np.array_equal(image, before)
-            and bool(image.min() != image.max()))
+    return np.array_equal(image[middle], other[middle]) and np.array_equal(image, other)

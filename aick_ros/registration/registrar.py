@@ -17,7 +17,7 @@ from aick_ros.frames.camera_clock import CameraClock
 from aick_ros.frames.depth_distortion import have_same_nodes
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.frames.repetition import Repeat
+from aick_ros.frames.repetition import Repeat, are_equal
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
@@ -176,7 +176,7 @@ class Registrar:
     def _learned_from(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
                       expected: np.ndarray | None, elapsed: float) -> Registration:
         """Learn from a registration; return it with the errors that it does not show itself."""
-        if source.repeat is not Repeat.NONE or np.array_equal(source.grey, target.grey):
+        if source.repeat is not Repeat.NONE or are_equal(source.grey, target.grey):
             # a repeated image shows no noise, or the same once more
             found = dataclasses.replace(found, bias=None, noise=None, misalignment=None)
         if found.noise is not None:

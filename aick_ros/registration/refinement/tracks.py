@@ -104,7 +104,8 @@ class Tracker:
         seen = seen - windows.shifts(camera, T_target_source, rotation)
         rays = camera.normalize(seen)
         valid = np.isfinite(rays).all(axis=1)
-        kept, seen, rays, windows = kept[valid], seen[valid], rays[valid], windows[valid]
+        if not valid.all():
+            kept, seen, rays, windows = kept[valid], seen[valid], rays[valid], windows[valid]
         return Tracks(kept, windows.points, rays,
                       depth.sample(target.corrected.depth, seen, self._sensor), windows.sigmas)
 
