@@ -80,6 +80,111 @@ def test_blocks_out_of_range_are_refused(block):
                                np.zeros(6), np.zeros((6, 6)))
 
 
+def test_arrays_that_are_not_aligned_are_refused():
+    points = memoryview(bytearray(9 * 8 + 1))[1:].cast('d', (3, 3))
+    with pytest.raises(ValueError, match='the points is not aligned'):
+        project(points=points)
+
+
+@pytest.mark.parametrize('overlap', [1, 3, 6])
+def test_an_array_that_is_written_shares_memory_with_no_other(overlap):
+    memory = np.ones(12)
+    with pytest.raises(ValueError, match='the squares and the weights share memory'):
+        kernels.robust_weights(memory[:6], 1.0, 1.0, 9.0, memory[6 - overlap:12 - overlap])
+    kernels.robust_weights(memory[:6], 1.0, 1.0, 9.0, memory[6:])
+    project(points=memory[:9].reshape(3, 3), intrinsics=memory[8:])  # both are read
+
+
+class Liar(np.ndarray):
+    """An array with a length of its own."""
+
+    length = 2 ** 62
+
+    def __len__(self):
+        return self.length
+
+
+@pytest.mark.parametrize('length', [2 ** 62, 2 ** 61 + 3, 2 ** 31])
+def test_lengths_whose_products_overflow_are_refused(length):
+    points = np.ones((3, 3)).view(Liar)
+    points.length = length
+    with pytest.raises(ValueError, match=f'{length} rows is too long'):
+        project(points=points, pixels=np.zeros((3, 2)))
+
+
+@pytest.mark.parametrize('width, height', [
+    (2 ** 62, 4), (2 ** 32, 2 ** 32), (-4, -3), (2 ** 33 - 1, 2 ** 31), (-2 ** 31, 1)])
+def test_grids_whose_product_overflows_are_refused(width, height):
+    """The last two products are -2^31, which stands for any size."""
+    shape = max(width * height % 2 ** 64, 0) % 2 ** 31
+    with pytest.raises(ValueError, match='not the size of a grid'):
+        kernels.cells_at(POINTS, np.ones((shape, 1), bool), width, height, INTRINSICS,
+                         np.zeros(3, np.int64), np.zeros(3, np.int64))
+
+
+@pytest.mark.parametrize('index', [-1, 2, 2 ** 62])
+def test_indices_out_of_range_are_refused(index):
+    indices, inside = np.array([0, index]), np.zeros(2, np.int64)
+    normals, pose, twists = np.ones((2, 3), np.float32), np.eye(4), np.ones((2, 6))
+    for indices_and_cells in ((indices, inside), (inside, indices)):
+        with pytest.raises(ValueError, match='not that of a point or of a cell'):
+            kernels.keypoint_rows(np.ones((2, 3)), *indices_and_cells, normals,
+                                  np.ones((2, 2, 6)), pose, twists, np.ones(2), 0.1,
+                                  np.zeros((2, 2, 14)))
+    with pytest.raises(ValueError, match='not that of a node'):
+        kernels.distortion_rows(np.ones((1, 3)), np.ones((1, 3)), np.array([[0, 1, 0, index]]),
+                                np.ones((1, 4)), 1.0, np.zeros(2), np.zeros((1, 2)), np.zeros(1))
+    with pytest.raises(ValueError, match='not one of the source'):
+        kernels.point_to_plane(
+            np.ones((2, 3)), np.ones((2, 3)), indices, normals, np.ones(2, np.float32),
+            np.eye(3), *2 * [np.ones((4, 3), np.float32)], np.ones(4, bool),
+            np.ones(4, np.float32), 2, 2, np.ones(4), 1.0, 0.0, 1.0, 0.5, np.zeros(2),
+            np.zeros((2, 6)), np.zeros((2, 6)), np.zeros((2, 3)), np.zeros(2, np.int64))
+
+
+@pytest.mark.parametrize('side', [0, -1, -3, 2 ** 63 - 1])
+def test_windows_have_a_side(side):
+    with pytest.raises(ValueError, match='are none or larger than the image'):
+        kernels.gradient_moments(np.zeros((8, 8), np.uint8), np.ones((1, 2)), side,
+                                 np.zeros((1, 9)))
+
+
+@pytest.mark.parametrize('reach', [-1, 2 ** 62])
+def test_edges_are_not_sought_without_end(reach):
+    with pytest.raises(ValueError, match=f'a reach of {reach} pixels: 0 to 32768 are required'):
+        kernels.edges_beside(np.ones((8, 8), np.float32), np.ones((1, 2)), np.ones(1), reach, 0.1,
+                             0.5, np.zeros(1), np.zeros(1, bool))
+
+
+def test_nodes_are_counted_in_64_bits():
+    nodes, weights = np.zeros((1, 4), np.int64), np.zeros((1, 4))
+    kernels.nodes_around(np.full((1, 2), 1e300), 2 ** 30, 2 ** 30, nodes, weights)
+    assert nodes.max() == 2 ** 60 - 1
+    with pytest.raises(ValueError, match='columns of nodes'):
+        kernels.nodes_around(np.ones((1, 2)), 2, 2 ** 62, nodes, weights)
+
+
+def test_the_sums_of_a_disc_fit_their_integers():
+    """Sums of sums of a column: 255 (1 + 2 + ... + (2 r + 1)) below 2^31."""
+    def moments(radius):
+        border = radius + 8
+        image, found = np.full((2 * border + 1,) * 2, 255, np.uint8), np.ones((1, 2))
+        kernels.disc_moments(image, border, np.full(radius + 1, radius),
+                             np.zeros((1, 2), np.float32), found)
+        return found
+
+    np.testing.assert_array_equal(moments(1024), 0.0)  # by symmetry
+    with pytest.raises(ValueError, match='a disc is not within'):
+        moments(1025)
+
+
+def test_the_counts_of_buckets_do_not_depend_on_what_was_there():
+    normals, usable = np.zeros((2, 3), np.float32), np.ones(2, bool)
+    sizes = np.full(49, np.iinfo(np.int64).max)
+    kernels.normal_buckets(normals, usable, 7, np.zeros(2, np.uint8), sizes)
+    assert sizes.sum() == 2
+
+
 def test_refused_arrays_are_let_go():
     pixels = np.zeros((3, 2))
     before = sys.getrefcount(pixels)

@@ -190,7 +190,7 @@ def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:
     All buckets of directions contribute up to the same number of cells, spread over the image, so
     that a small box in front of a large wall still constrains the direction that only it observes.
     """
-    buckets, sizes = np.empty(len(usable), np.uint8), np.zeros(_BUCKETS ** 2, np.int64)
+    buckets, sizes = np.empty(len(usable), np.uint8), np.empty(_BUCKETS ** 2, np.int64)
     kernels.normal_buckets(normals, usable, _BUCKETS, buckets, sizes)
     if sizes.sum() <= count:
         return np.flatnonzero(usable)

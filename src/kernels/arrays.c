@@ -3,7 +3,18 @@
 
 #include "arrays.h"
 
+#include <stdint.h>
 #include <string.h>
+
+Py_ssize_t row_count(PyObject *array) {
+  if (PyErr_Occurred())
+    return -1;
+  const Py_ssize_t length = PyObject_Length(array);
+  if (length <= LONGEST)
+    return length;
+  PyErr_Format(PyExc_ValueError, "an array of %zd rows is too long", length);
+  return -1;
+}
 
 static bool has_type(const Py_buffer *view, char type) {
   const char *format = view->format;
@@ -22,8 +33,13 @@ static bool open_array(Py_buffer *view, const Argument *argument) {
   if (!has_type(view, argument->type)) {
     PyErr_Format(PyExc_TypeError, "%s has numbers of type %s: %c is required", argument->name,
                  view->format, argument->type);
+  } else if ((uintptr_t)view->buf % (size_t)view->itemsize) {
+    PyErr_Format(PyExc_ValueError, "%s is not aligned", argument->name);
   } else if (argument->count == IMAGE && (view->ndim != 2 || view->len == 0)) {
     PyErr_Format(PyExc_ValueError, "%s has no rows and columns", argument->name);
+  } else if (argument->count == IMAGE &&
+             (view->shape[0] > LONGEST || view->shape[1] > LONGEST)) {
+    PyErr_Format(PyExc_ValueError, "%s is too large", argument->name);
   } else if (argument->count != IMAGE && view->len / view->itemsize != argument->count) {
     PyErr_Format(PyExc_ValueError, "%s has %zd numbers: %zd are required", argument->name,
                  view->len / view->itemsize, argument->count);
@@ -34,11 +50,32 @@ static bool open_array(Py_buffer *view, const Argument *argument) {
   return false;
 }
 
+static bool share_memory(const Py_buffer *one, const Py_buffer *other) {
+  const uintptr_t a = (uintptr_t)one->buf, b = (uintptr_t)other->buf;
+  return a < b + (size_t)other->len && b < a + (size_t)one->len;
+}
+
+// Whether the last opened array shares memory with an earlier one, and one of them is written.
+static bool is_shared(const Arrays *arrays, const Argument *arguments) {
+  const int last = arrays->count - 1;
+  for (int i = 0; i < last; ++i) {
+    if ((arguments[i].is_written || arguments[last].is_written) &&
+        share_memory(&arrays->views[i], &arrays->views[last])) {
+      PyErr_Format(PyExc_ValueError, "%s and %s share memory", arguments[i].name,
+                   arguments[last].name);
+      return true;
+    }
+  }
+  return false;
+}
+
 bool open_arrays(Arrays *arrays, const Argument *arguments, int count) {
   if (PyErr_Occurred())  // an array without a length
     return false;
-  for (arrays->count = 0; arrays->count < count; ++arrays->count) {
-    if (!open_array(&arrays->views[arrays->count], &arguments[arrays->count])) {
+  for (arrays->count = 0; arrays->count < count;) {
+    const bool is_open = open_array(&arrays->views[arrays->count], &arguments[arrays->count]);
+    arrays->count += is_open;
+    if (!is_open || is_shared(arrays, arguments)) {
       close_arrays(arrays);
       return false;
     }

@@ -16,6 +16,10 @@ enum {
   IMAGE = INT_MIN,  // a count: any, in rows and columns
 };
 
+// The largest length of an array, and side of an image: products of two, times three, fit into
+// Py_ssize_t.
+#define LONGEST ((Py_ssize_t)1 << 30)
+
 // A contiguous array that a kernel reads or writes.
 typedef struct {
   const char *name;
@@ -31,7 +35,12 @@ typedef struct {
   int count;
 } Arrays;
 
+// The number of rows of an array; -1, with an exception, where it has none or too many, and where
+// there is an exception already.
+Py_ssize_t row_count(PyObject *array);
+
 // Open arrays; where one does not fit, set a TypeError or ValueError, open none, return false.
+// Those that are written share memory with none of the others.
 bool open_arrays(Arrays *arrays, const Argument *arguments, int count);
 
 void close_arrays(Arrays *arrays);

@@ -36,7 +36,7 @@ PyObject *kernel_project(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOO", &point_array, &intrinsics_array, &distortion_array,
                         &pixel_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(point_array);
+  const Py_ssize_t count = row_count(point_array);
   const Argument needed[] = {
       {"the points", point_array, 'd', 3 * count, false},
       {"the intrinsics", intrinsics_array, 'd', 4, false},
@@ -123,7 +123,7 @@ PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOdO", &point_array, &constant_array, &by_row_array, &height,
                         &moved_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(point_array);
+  const Py_ssize_t count = row_count(point_array);
   const Argument needed[] = {
       {"the points", point_array, 'd', 3 * count, false},
       {"the twist", constant_array, 'd', 6, false},

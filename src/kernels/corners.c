@@ -25,6 +25,7 @@ enum {
   BLOCK_LANES = 8,    // the same with one to spare
   REACH = 5,          // pixels around a corner that its response reads
   SCORES = 256,
+  LARGEST_RADIUS = 1024,  // of a disc, whose sums fit into 32 bits
 };
 
 static const float HARRIS_K = 0.04f;
@@ -366,7 +367,7 @@ static float direction_of(float x, float y) {
 // Whether all of the discs lie in an image and its border, with lanes to spare.
 static bool are_inside(const Image *image, Py_ssize_t border, const int64_t *half_widths,
                        Py_ssize_t radius, const float (*points)[2], Py_ssize_t count) {
-  bool is_inside = radius >= 0 && radius + BLOCK_LANES <= border;
+  bool is_inside = radius >= 0 && radius <= LARGEST_RADIUS && radius + BLOCK_LANES <= border;
   for (Py_ssize_t row = 0; row <= radius; ++row)
     is_inside = is_inside && half_widths[row] >= 0 && half_widths[row] <= radius;
   for (Py_ssize_t i = 0; i < count; ++i)
@@ -382,8 +383,8 @@ PyObject *kernel_disc_directions(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OnOOO", &image_array, &border, &width_array, &point_array,
                         &direction_array))
     return NULL;
-  const Py_ssize_t radius = PyObject_Length(width_array) - 1;
-  const Py_ssize_t count = PyObject_Length(point_array);
+  const Py_ssize_t radius = row_count(width_array) - 1;
+  const Py_ssize_t count = row_count(point_array);
   const Argument needed[] = {
       {"the image", image_array, 'B', IMAGE, false},
       {"the half widths", width_array, 'q', radius + 1, false},

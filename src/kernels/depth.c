@@ -55,7 +55,7 @@ PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOdddO", &image_array, &pixel_array, &sensor.jump,
                         &sensor.nearest, &sensor.farthest, &found_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(pixel_array);
+  const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
       {"the image", image_array, 'f', IMAGE, false},
       {"the pixels", pixel_array, 'd', 2 * count, false},

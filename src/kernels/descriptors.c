@@ -57,8 +57,8 @@ static bool has_counts(Descriptors *d, PyObject *source, PyObject *target) {
                  d->width, WIDEST);
     return false;
   }
-  d->source_count = PyObject_Length(source);
-  d->target_count = PyObject_Length(target);
+  d->source_count = row_count(source);
+  d->target_count = row_count(target);
   return true;
 }
 
@@ -136,7 +136,7 @@ PyObject *kernel_bit_distances_of_pairs(PyObject *module, PyObject *arguments) {
                         &source_row_array, &target_row_array, &distance_array) ||
       !has_counts(&d, source_array, target_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(distance_array);
+  const Py_ssize_t count = row_count(distance_array);
   const Argument needed[] = {
       {"the source", source_array, 'B', d.source_count * d.width, false},
       {"the target", target_array, 'B', d.target_count * d.width, false},

@@ -33,7 +33,7 @@ PyObject *kernel_normal_equations(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOOO", &jacobian_array, &value_array, &weight_array,
                         &information_array, &gradient_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(value_array);
+  const Py_ssize_t count = row_count(value_array);
   const Argument needed[] = {
       {"the jacobian", jacobian_array, 'd', UNKNOWNS * count, false},
       {"the values", value_array, 'd', count, false},
@@ -82,7 +82,7 @@ PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOOOO", &jacobian_array, &value_array, &weight_array,
                         &block_array, &error_array, &noise_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(value_array);
+  const Py_ssize_t count = row_count(value_array);
   const Argument needed[] = {
       {"the jacobian", jacobian_array, 'd', UNKNOWNS * count, false},
       {"the values", value_array, 'd', count, false},
@@ -177,7 +177,7 @@ PyObject *kernel_robust_weights(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OdddO", &square_array, &width, &typical, &most,
                         &weight_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(square_array);
+  const Py_ssize_t count = row_count(square_array);
   const Argument needed[] = {
       {"the squares", square_array, 'd', count, false},
       {"the weights", weight_array, 'd', count, true},

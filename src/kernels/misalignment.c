@@ -88,8 +88,8 @@ PyObject *kernel_keypoint_rows(PyObject *module, PyObject *arguments) {
                         &objects[3], &objects[4], &objects[5], &objects[6], &objects[7],
                         &smallest_cosine, &objects[8]))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(objects[0]), found = PyObject_Length(objects[1]);
-  const Py_ssize_t size = PyObject_Length(objects[3]);
+  const Py_ssize_t count = row_count(objects[0]), found = row_count(objects[1]);
+  const Py_ssize_t size = row_count(objects[3]);
   const Argument needed[] = {
       {"the points", objects[0], 'd', 3 * count, false},
       {"the indices", objects[1], 'q', found, false},
@@ -110,10 +110,12 @@ PyObject *kernel_keypoint_rows(PyObject *module, PyObject *arguments) {
   double *rows = arrays.views[8].buf;
   Motion motion;
   open_motion(&arrays, &motion, 5);
+  bool are_rows = true;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t n = 0; n < found; ++n) {
+  for (Py_ssize_t n = 0; n < found && are_rows; ++n) {
     const int64_t i = indices[n], cell = cells[n];
-    if (i < 0 || i >= count || cell < 0 || cell >= size)
+    are_rows = i >= 0 && i < count && cell >= 0 && cell < size;
+    if (!are_rows)
       continue;
     const float *of_cell = normals + 3 * cell;
     const double normal[3] = {of_cell[0], of_cell[1], of_cell[2]};
@@ -123,6 +125,10 @@ PyObject *kernel_keypoint_rows(PyObject *module, PyObject *arguments) {
   }
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
+  if (!are_rows) {
+    PyErr_SetString(PyExc_ValueError, "an index is not that of a point or of a cell");
+    return NULL;
+  }
   Py_RETURN_NONE;
 }
 
@@ -131,7 +137,7 @@ PyObject *kernel_depth_rows(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOOOOO", &objects[0], &objects[1], &objects[2], &objects[3],
                         &objects[4], &objects[5], &objects[6]))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(objects[0]);
+  const Py_ssize_t count = row_count(objects[0]);
   const Argument needed[] = {
       {"the points", objects[0], 'd', 3 * count, false},
       {"the directions", objects[1], 'd', 3 * count, false},
@@ -179,11 +185,12 @@ PyObject *kernel_nodes_around(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OnnOO", &place_array, &rows, &columns, &node_array,
                         &weight_array))
     return NULL;
-  if (rows < 2 || columns < 2) {
-    PyErr_SetString(PyExc_ValueError, "at least two rows and columns of nodes are required");
+  if (rows < 2 || columns < 2 || rows > LONGEST || columns > LONGEST) {
+    PyErr_Format(PyExc_ValueError, "%zd rows and %zd columns of nodes: 2 to %zd are required",
+                 rows, columns, LONGEST);
     return NULL;
   }
-  const Py_ssize_t count = PyObject_Length(place_array);
+  const Py_ssize_t count = row_count(place_array);
   const Argument needed[] = {
       {"the places", place_array, 'd', 2 * count, false},
       {"the nodes", node_array, 'q', 4 * count, true},
@@ -218,7 +225,7 @@ PyObject *kernel_distortion_rows(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOOdOOO", &objects[0], &objects[1], &objects[2],
                         &objects[3], &sign, &objects[4], &objects[5], &objects[6]))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(objects[0]), size = PyObject_Length(objects[4]);
+  const Py_ssize_t count = row_count(objects[0]), size = row_count(objects[4]);
   const Argument needed[] = {
       {"the points", objects[0], 'd', 3 * count, false},
       {"the directions", objects[1], 'd', 3 * count, false},
@@ -235,19 +242,26 @@ PyObject *kernel_distortion_rows(PyObject *module, PyObject *arguments) {
   const int64_t *nodes = arrays.views[2].buf;
   const double *weights = arrays.views[3].buf, *distortion = arrays.views[4].buf;
   double *rows = arrays.views[5].buf, *applied = arrays.views[6].buf;
+  bool are_nodes = true;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t n = 0; n < count; ++n) {
+  for (Py_ssize_t n = 0; n < count && are_nodes; ++n) {
     // an error of the inverse depth moves a point p by -z p
     const double *point = points + 3 * n;
     const double along = sign * point[2] * dot(directions + 3 * n, point);
-    for (Py_ssize_t i = 4 * n; i < 4 * n + 4; ++i) {
-      if (nodes[i] < 0 || nodes[i] >= size)
-        continue;
-      rows[size * n + nodes[i]] += along * weights[i];
-      applied[n] += along * weights[i] * distortion[nodes[i]];
+    for (Py_ssize_t i = 4 * n; i < 4 * n + 4 && are_nodes; ++i) {
+      const int64_t node = nodes[i];
+      are_nodes = node >= 0 && node < size;
+      if (are_nodes) {
+        rows[size * n + node] += along * weights[i];
+        applied[n] += along * weights[i] * distortion[node];
+      }
     }
   }
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
+  if (!are_nodes) {
+    PyErr_SetString(PyExc_ValueError, "a number is not that of a node");
+    return NULL;
+  }
   Py_RETURN_NONE;
 }

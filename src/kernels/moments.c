@@ -32,9 +32,9 @@ PyObject *kernel_moments(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOO", &source_array, &target_array, &match_array,
                         &moment_array))
     return NULL;
-  const Py_ssize_t source_count = PyObject_Length(source_array);
-  const Py_ssize_t target_count = PyObject_Length(target_array);
-  const Py_ssize_t count = PyObject_Length(match_array);
+  const Py_ssize_t source_count = row_count(source_array);
+  const Py_ssize_t target_count = row_count(target_array);
+  const Py_ssize_t count = row_count(match_array);
   const Argument needed[] = {
       {"the source", source_array, 'f', 3 * source_count, false},
       {"the target", target_array, 'f', 3 * target_count, false},

@@ -44,7 +44,7 @@ PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
                         &pose_array, &noise, &value_array, &jacobian_array, &square_array,
                         &block_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(point_array);
+  const Py_ssize_t count = row_count(point_array);
   const Argument needed[] = {
       {"the points", point_array, 'd', 3 * count, false},
       {"the rays", ray_array, 'd', 2 * count, false},
@@ -102,7 +102,7 @@ PyObject *kernel_track_depth(PyObject *module, PyObject *arguments) {
                         &pose_array, &noise, &exponent, &value_array, &jacobian_array,
                         &block_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(point_array);
+  const Py_ssize_t count = row_count(point_array);
   const Argument needed[] = {
       {"the points", point_array, 'd', 3 * count, false},
       {"the rays", ray_array, 'd', 2 * count, false},
@@ -146,6 +146,14 @@ typedef struct {
   Py_ssize_t width, height;
 } Cells;
 
+// Return whether a grid has such a size; false, with a ValueError, otherwise.
+static bool is_size(Py_ssize_t width, Py_ssize_t height) {
+  if (width >= 0 && height >= 0 && width <= LONGEST && height <= LONGEST)
+    return true;
+  PyErr_Format(PyExc_ValueError, "%zd x %zd is not the size of a grid", width, height);
+  return false;
+}
+
 // The usable cell that a point projects to; -1 where there is none.
 static Py_ssize_t cell_at(const Cells *cells, const double *point) {
   if (!(point[2] > 0.0))
@@ -168,9 +176,10 @@ PyObject *kernel_cells_at(PyObject *module, PyObject *arguments) {
   PyObject *point_array, *usable_array, *intrinsics_array, *index_array, *cell_array;
   Cells cells = {0};
   if (!PyArg_ParseTuple(arguments, "OOnnOOO", &point_array, &usable_array, &cells.width,
-                        &cells.height, &intrinsics_array, &index_array, &cell_array))
+                        &cells.height, &intrinsics_array, &index_array, &cell_array) ||
+      !is_size(cells.width, cells.height))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(point_array);
+  const Py_ssize_t count = row_count(point_array);
   const Argument needed[] = {
       {"the points", point_array, 'd', 3 * count, false},
       {"the usable cells", usable_array, '?', cells.width * cells.height, false},
@@ -268,9 +277,10 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
                         &objects[6], &objects[7], &objects[8], &objects[9], &cells.width,
                         &cells.height, &objects[10], &pairing.sigma, &pairing.exponent,
                         &pairing.reach, &pairing.smallest_cosine, &objects[11], &objects[12],
-                        &objects[13], &objects[14], &objects[15]))
+                        &objects[13], &objects[14], &objects[15]) ||
+      !is_size(cells.width, cells.height))
     return NULL;
-  const Py_ssize_t all = PyObject_Length(objects[0]), count = PyObject_Length(objects[1]);
+  const Py_ssize_t all = row_count(objects[0]), count = row_count(objects[1]);
   const Py_ssize_t size = cells.width * cells.height;
   const Argument needed[] = {
       {"the points of the source", objects[0], 'f', 3 * all, false},
@@ -309,10 +319,12 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
   int64_t *blocks = arrays.views[14].buf;
   double(*information)[6] = arrays.views[15].buf, (*noise)[6] = information + 6;
   Py_ssize_t found = 0;
+  bool are_cells = true;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i) {
+  for (Py_ssize_t i = 0; i < count && are_cells; ++i) {
     const int64_t cell = chosen[i];
-    if (cell < 0 || cell >= all)
+    are_cells = cell >= 0 && cell < all;
+    if (!are_cells)
       continue;
     PlaneResidual residual;
     double before[3], arm[3], moved[3], *point = points + 3 * found;
@@ -336,5 +348,9 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
   complete(0.5, noise);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
+  if (!are_cells) {
+    PyErr_SetString(PyExc_ValueError, "a chosen cell is not one of the source");
+    return NULL;
+  }
   return PyLong_FromSsize_t(found);
 }

@@ -67,9 +67,9 @@ PyObject *kernel_closest_pairs(PyObject *module, PyObject *arguments) {
                         &match_array))
     return NULL;
   Candidates c;
-  c.moved_count = PyObject_Length(moved_array);
-  c.target_count = PyObject_Length(target_array);
-  c.count = PyObject_Length(distance_array);
+  c.moved_count = row_count(moved_array);
+  c.target_count = row_count(target_array);
+  c.count = row_count(distance_array);
   const Argument needed[] = {
       {"the moved points", moved_array, 'f', STRIDE * c.moved_count, false},
       {"the target", target_array, 'f', STRIDE * c.target_count, false},
@@ -132,8 +132,8 @@ PyObject *kernel_pairs_of_near_points(PyObject *module, PyObject *arguments) {
   float radius;
   if (!PyArg_ParseTuple(arguments, "OOf", &moved_array, &target_array, &radius))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(moved_array);
-  const Py_ssize_t target_count = PyObject_Length(target_array);
+  const Py_ssize_t count = row_count(moved_array);
+  const Py_ssize_t target_count = row_count(target_array);
   const Argument needed[] = {
       {"the moved points", moved_array, 'f', STRIDE * count, false},
       {"the target", target_array, 'f', STRIDE * target_count, false},

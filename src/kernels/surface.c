@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "arrays.h"
 #include "kernels.h"
@@ -197,7 +198,7 @@ PyObject *kernel_fit_planes(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOOOO", &inverse_array, &intrinsics_array, &point_array,
                         &normal_array, &roughness_array, &cosine_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(roughness_array);
+  const Py_ssize_t count = row_count(roughness_array);
   const Argument needed[] = {
       {"the inverse depths", inverse_array, 'f', IMAGE, false},
       {"the intrinsics", intrinsics_array, 'd', 4, false},
@@ -255,7 +256,7 @@ PyObject *kernel_normal_buckets(PyObject *module, PyObject *arguments) {
     PyErr_SetString(PyExc_ValueError, "the buckets are too many for their numbers");
     return NULL;
   }
-  const Py_ssize_t count = PyObject_Length(usable_array);
+  const Py_ssize_t count = row_count(usable_array);
   const Argument needed[] = {
       {"the normals", normal_array, 'f', 3 * count, false},
       {"the usable cells", usable_array, '?', count, false},
@@ -269,6 +270,7 @@ PyObject *kernel_normal_buckets(PyObject *module, PyObject *arguments) {
   const char *usable = arrays.views[1].buf;
   uint8_t *buckets = arrays.views[2].buf;
   int64_t *sizes = arrays.views[3].buf;
+  memset(sizes, 0, (size_t)(across * across) * sizeof(*sizes));
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < count; ++i) {
     const float x = normals[3 * i], y = normals[3 * i + 1];
@@ -303,7 +305,7 @@ PyObject *kernel_choose_cells(PyObject *module, PyObject *arguments) {
   Py_ssize_t quota;
   if (!PyArg_ParseTuple(arguments, "OOnO", &order_array, &bucket_array, &quota, &chosen_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(order_array);
+  const Py_ssize_t count = row_count(order_array);
   const Argument needed[] = {
       {"the order", order_array, 'q', count, false},
       {"the buckets", bucket_array, 'B', count, false},

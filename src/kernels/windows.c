@@ -20,10 +20,11 @@ static Py_ssize_t first_of(const double *pixel, Size image, Py_ssize_t side) {
   return v * image.width + u;
 }
 
-static bool fits(Size image, Py_ssize_t side) {
-  if (side >= 1 && side <= image.width && side <= image.height)
+// Whether windows with a margin around them fit into an image; false, with a ValueError, otherwise.
+static bool fits(Size image, Py_ssize_t side, Py_ssize_t margin) {
+  if (side >= 1 && side <= image.width - 2 * margin && side <= image.height - 2 * margin)
     return true;
-  PyErr_Format(PyExc_ValueError, "windows of %zd pixels are larger than the image", side);
+  PyErr_Format(PyExc_ValueError, "windows of %zd pixels are none or larger than the image", side);
   return false;
 }
 
@@ -57,7 +58,7 @@ PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments) {
   Py_ssize_t side;
   if (!PyArg_ParseTuple(arguments, "OOnO", &image_array, &pixel_array, &side, &moment_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(pixel_array);
+  const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
       {"the image", image_array, 'B', IMAGE, false},
       {"the pixels", pixel_array, 'd', 2 * count, false},
@@ -67,7 +68,7 @@ PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments) {
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const Size size = size_of(&arrays.views[0]);
-  if (!fits(size, side + 2)) {
+  if (!fits(size, side, 1)) {
     close_arrays(&arrays);
     return NULL;
   }
@@ -107,7 +108,7 @@ PyObject *kernel_inverse_depth_slopes(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOnO", &image_array, &pixel_array, &depth_array, &side,
                         &slope_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(pixel_array);
+  const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
       {"the image", image_array, 'f', IMAGE, false},
       {"the pixels", pixel_array, 'd', 2 * count, false},
@@ -118,7 +119,7 @@ PyObject *kernel_inverse_depth_slopes(PyObject *module, PyObject *arguments) {
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const Size size = size_of(&arrays.views[0]);
-  if (!fits(size, side)) {
+  if (!fits(size, side, 0)) {
     close_arrays(&arrays);
     return NULL;
   }
@@ -140,7 +141,10 @@ PyObject *kernel_inverse_depth_slopes(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
-enum { DIRECTIONS = 8 };  // each beside its opposite
+enum {
+  DIRECTIONS = 8,      // each beside its opposite
+  FARTHEST = 1 << 15,  // pixels from one at which edges are sought
+};
 static const int AROUND[DIRECTIONS][2] = {{-1, 0},  {1, 0}, {0, -1}, {0, 1},
                                           {-1, -1}, {1, 1}, {-1, 1}, {1, -1}};
 
@@ -203,7 +207,7 @@ PyObject *kernel_edges_beside(PyObject *module, PyObject *arguments) {
                         &rule.reach, &rule.least_rise, &rule.least_step, &nearer_array,
                         &any_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(pixel_array);
+  const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
       {"the image", image_array, 'f', IMAGE, false},
       {"the pixels", pixel_array, 'd', 2 * count, false},
@@ -215,6 +219,12 @@ PyObject *kernel_edges_beside(PyObject *module, PyObject *arguments) {
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const Size size = size_of(&arrays.views[0]);
+  if (rule.reach < 0 || rule.reach > FARTHEST) {
+    close_arrays(&arrays);
+    PyErr_Format(PyExc_ValueError, "a reach of %zd pixels: 0 to %d are required", rule.reach,
+                 FARTHEST);
+    return NULL;
+  }
   const float *image = arrays.views[0].buf;
   const double *pixels = arrays.views[1].buf, *depths = arrays.views[2].buf;
   double *nearer = arrays.views[3].buf;
@@ -233,7 +243,7 @@ PyObject *kernel_plane_jacobians(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOdO", &normal_array, &point_array, &pose_array, &ratio,
                         &jacobian_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(point_array);
+  const Py_ssize_t count = row_count(point_array);
   const Argument needed[] = {
       {"the normals", normal_array, 'd', 3 * count, false},
       {"the points", point_array, 'd', 3 * count, false},
@@ -301,7 +311,7 @@ PyObject *kernel_window_shifts(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOddO", &moved_array, &turn_array, &moment_array, &limit,
                         &smallest, &shift_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(moved_array);
+  const Py_ssize_t count = row_count(moved_array);
   const Argument needed[] = {
       {"the jacobians", moved_array, 'd', 4 * count, false},
       {"the jacobians of the turn", turn_array, 'd', 4 * count, false},

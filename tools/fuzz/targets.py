@@ -13,6 +13,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+from kernel_calls import call_kernel
 from worker import Target
 
 from aick_ros.borders.yaml_text import parse_yaml
@@ -200,7 +201,8 @@ TARGETS: dict[str, Target] = {
     'calibration_yaml': partial(calibration, 'yaml'), 'yaml': yaml, 'settings': settings,
     'trajectory': trajectory, 'tum_list': tum_list, 'numbered_images': numbered_images,
     'mcap': partial(bag, 'mcap'), 'sqlite3': partial(bag, 'db3'), 'ros1': partial(bag, 'bag'),
-    'bag_metadata': bag_metadata, 'vocabulary': words, 'journal': journal}
+    'bag_metadata': bag_metadata, 'vocabulary': words, 'journal': journal,
+    'kernels': call_kernel}
 """Name -> target. The node's callbacks are added where ROS is installed."""
 
 DECODERS = ('png', 'png_with_checksums', 'jpeg', 'compressed_depth')

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from kernel_calls import CALLS
 from node_events import COLOUR, DEPTH, DEPTH_INFO, EVENT
 from node_events import INFO as NODE_INFO
 from node_events import LINK, MOVING, STATIC
@@ -195,6 +196,11 @@ def node_scripts() -> dict[str, bytes]:
     return {'node/registered': b'\0' + script, 'node/own_camera': b'\1' + own_camera + script}
 
 
+def kernel_calls() -> dict[str, bytes]:
+    """Return path -> content for a call of each kernel, with arguments that fit."""
+    return {f'kernels/{name}': bytes([number]) for number, name in enumerate(CALLS)}
+
+
 def event(kind: int, number: int, payload: bytes) -> bytes:
     """Return an event at the stamp of a frame."""
     return EVENT.pack(kind, START // 10 ** 9, number * PERIOD, len(payload)) + payload
@@ -204,7 +210,7 @@ def main() -> None:
     """Write the seeds; files that are there already and are not made here stay."""
     with tempfile.TemporaryDirectory() as folder:
         seeds = {**decoders(), **messages(), **texts(), **files(Path(folder)),
-                 **node_scripts()}
+                 **node_scripts(), **kernel_calls()}
     for path, content in seeds.items():
         (SEEDS / path).parent.mkdir(parents=True, exist_ok=True)
         (SEEDS / path).write_bytes(content)
