@@ -9,7 +9,8 @@ is one shelf from the right one, and at a few frames per second a hand may have 
 so far. So a registration far from the motion expected is refined once more, from that motion. If
 the same keypoints confirm both poses, the images do not tell them apart, and the motion model
 does: each is as likely as its acceleration. The variance of the choice adds to the covariance. If
-more keypoints confirm the second pose, it is the right one.
+more keypoints confirm the second pose, it is the right one. If depth contradicts it nevertheless,
+the depth of one of the frames is wrong, and neither pose is believed.
 
 The motion that is expected may be wrong itself, by a mistake in the frame before. So it is taken
 as no more certain than that frame agreed with what had been expected of it.
@@ -24,9 +25,10 @@ import numpy as np
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import seconds
-from aick_ros.registration.refinement.refinement import Refined, Refinement
+from aick_ros.registration.refinement.refinement import CONTRADICTION, Refined, Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
-from aick_ros.registration.result import Evidence, Registration
+from aick_ros.registration.result import Evidence, Registration, failed
+from aick_ros.registration.status import Status
 from aick_ros.registration.unexpected_motion import is_same, sudden_accelerations, suddenness
 from aick_ros.settings import OdometrySettings
 
@@ -83,6 +85,9 @@ class RepeatingSceneCheck:
         other = self._refinement.refine(source, target, expected)
         if is_same(found.T_target_source, other.T_target_source):
             return found
+        confirming = FEWEST_TO_CONFIRM if found.tracks is None else found.support
+        if other.is_contradicted and len(other.tracked) > confirming:
+            return failed(Status.TOO_FEW_MATCHES, CONTRADICTION)
         if _is_confirmed_alike(found, other):
             shown = self._shown if source.stamp == self._last[0] else self._last[1]
             sigmas = 0.5 * np.hypot(self._sigmas, shown) * elapsed ** 2

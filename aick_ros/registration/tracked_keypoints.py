@@ -19,7 +19,7 @@ from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.registration.refinement.misalignment import Prediction
-from aick_ros.registration.refinement.refinement import Refined, Refinement
+from aick_ros.registration.refinement.refinement import CONTRADICTION, Refined, Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.status import Status
@@ -55,6 +55,8 @@ class TrackedKeypoints:
         reason = f'{len(tracks)} keypoints tracked from the keyframe'
         if len(tracks) < max(FEWEST_TO_CONFIRM, _SHARE_TRACKED * sought):
             return source, failed(Status.TOO_FEW_MATCHES, f'{reason}, of {sought}')
+        if refined.is_contradicted:
+            return source, failed(Status.TOO_FEW_MATCHES, CONTRADICTION)
         change = se3.inverse(expected) @ refined.T_target_source
         if (not is_same(expected, refined.T_target_source, _EXPECTED)
                 or suddenness(change, elapsed, self._sudden) > 1.0):

@@ -20,7 +20,7 @@ from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
-from aick_ros.registration.refinement.refinement import Refinement
+from aick_ros.registration.refinement.refinement import CONTRADICTION, Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.repeating_scene import RepeatingSceneCheck
 from aick_ros.registration.result import Registration, failed
@@ -133,6 +133,8 @@ class VerifiedAick:
                 source, target, registration.T_target_source, predicted)
         if len(refined.tracked) < FEWEST_TO_CONFIRM:
             return _unverified(registration, source, target, len(refined.tracked))
+        if refined.is_contradicted:
+            return failed(Status.TOO_FEW_MATCHES, CONTRADICTION, registration.iterations)
         return dataclasses.replace(
             registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
             systematic=refined.systematic, bias=refined.bias, support=len(refined.tracked),

@@ -96,7 +96,7 @@ PyObject *kernel_normalize(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOO", &pixel_array, &intrinsics_array, &distortion_array,
                         &ray_array))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(pixel_array);
+  const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
       {"the pixels", pixel_array, 'd', 2 * count, false},
       {"the intrinsics", intrinsics_array, 'd', 4, false},
@@ -150,7 +150,7 @@ PyObject *kernel_displace_cells(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OOOOd", &point_array, &chosen_array, &constant_array,
                         &by_row_array, &height))
     return NULL;
-  const Py_ssize_t count = PyObject_Length(point_array), some = PyObject_Length(chosen_array);
+  const Py_ssize_t count = row_count(point_array), some = PyObject_Length(chosen_array);
   const Argument needed[] = {
       {"the points", point_array, 'f', 3 * count, true},
       {"the chosen cells", chosen_array, 'q', some, false},
@@ -163,10 +163,13 @@ PyObject *kernel_displace_cells(PyObject *module, PyObject *arguments) {
   float *points = arrays.views[0].buf;
   const int64_t *chosen = arrays.views[1].buf;
   const Displacement displacement = {arrays.views[2].buf, arrays.views[3].buf, height};
+  bool are_cells = true;
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < some; ++i) {
-    if (chosen[i] < 0 || chosen[i] >= count)
+    if (chosen[i] < 0 || chosen[i] >= count) {
+      are_cells = false;
       continue;
+    }
     float *point = points + 3 * chosen[i];
     const double before[3] = {point[0], point[1], point[2]};
     double moved[3];
@@ -176,5 +179,9 @@ PyObject *kernel_displace_cells(PyObject *module, PyObject *arguments) {
   }
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
+  if (!are_cells) {
+    PyErr_SetString(PyExc_ValueError, "a chosen cell is not one of the points");
+    return NULL;
+  }
   Py_RETURN_NONE;
 }

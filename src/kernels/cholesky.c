@@ -55,7 +55,7 @@ PyObject *kernel_solve_definite(PyObject *module, PyObject *arguments) {
   Py_ssize_t count;
   if (!PyArg_ParseTuple(arguments, "OOn", &matrix_array, &side_array, &count))
     return NULL;
-  const Py_ssize_t size = PyObject_Length(matrix_array);
+  const Py_ssize_t size = row_count(matrix_array);
   if (size > MOST_UNKNOWNS || count < 0 || count > MOST_SIDES) {
     PyErr_SetString(PyExc_ValueError, "the equations are too many");
     return NULL;

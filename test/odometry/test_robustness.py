@@ -13,7 +13,9 @@ import cv2
 import numpy as np
 import pytest
 
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
 from aick_ros.registration.result import Evidence
@@ -203,6 +205,53 @@ def test_depth_with_holes(frame, holes):
     assert statuses(updates) == [Status.FIRST_FRAME] + 7 * [Status.OK]
     assert translation < 0.015
     assert rotation < np.radians(0.4)
+
+
+WRONG_DEPTHS = {
+    'one number': lambda depth, rng: np.full_like(depth, 1.0),
+    'one number and noise': lambda depth, rng: rng.normal(1.0, 0.002, depth.shape),
+    'a slope': lambda depth, rng: np.tile(np.linspace(1.0, 1.3, depth.shape[1]), (480, 1)),
+    'of another unit': lambda depth, rng: 1.3 * depth,
+}
+
+
+@pytest.mark.parametrize('wrong', WRONG_DEPTHS.values(), ids=WRONG_DEPTHS)
+@pytest.mark.parametrize('first', [4, 12])
+def test_depths_that_are_not_of_the_scene_are_not_believed(frame, wrong, first):
+    """Three frames of them in a furnished room: none is far off, and what follows is as before."""
+    rng, shown = np.random.default_rng(0), [frame(i) for i in range(first + 7)]
+    for i in range(first, first + 3):
+        depth = wrong(shown[i].depth, rng).astype(np.float32)
+        shown[i] = dataclasses.replace(shown[i], depth=depth)
+    updates, (translation, rotation) = follow(shown, frame.pose)
+    for update in updates:
+        way = se3.inverse(frame.pose(shown[0].stamp)) @ frame.pose(update.stamp)
+        error = se3.difference(update.pose.matrix, way)[:3]
+        assert np.linalg.norm(error) < 0.03
+        if update.status.ok:
+            sigma = np.sqrt(np.trace(update.pose.covariance[:3, :3]))
+            assert np.linalg.norm(error) < max(4.0 * sigma, 0.005)
+    assert statuses(updates)[-3:] == 3 * [Status.OK]
+    assert translation < 0.01
+    assert rotation < np.radians(0.3)
+
+
+def test_a_wall_of_one_depth_is_believed():
+    """A simulated camera that looks straight at a wall measures one number, without noise."""
+    camera = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+    rng = np.random.default_rng(0)
+    picture = cv2.GaussianBlur(rng.uniform(0, 255, (1200, 1600)), (0, 0), 3.0)
+    picture = cv2.normalize(picture, None, 0, 255, cv2.NORM_MINMAX, cv2.CV_8U)
+    odometry, scale, distances = Odometry(), 2.0, np.linspace(1.5, 1.2, 12)
+    for i, z in enumerate(distances):
+        zoom = scale * z / camera.fx * 262.5 / 1.5
+        affine = np.float32([[zoom, 0, 800 - zoom * camera.cx], [0, zoom, 600 - zoom * camera.cy]])
+        seen = cv2.warpAffine(picture, affine, (320, 240), flags=cv2.WARP_INVERSE_MAP)
+        update = odometry.register_frame(RgbdFrame(
+            (i + 1) * 10 ** 8, seen, np.full((240, 320), z, np.float32), camera))
+        assert update.status.ok, update.reason
+        moved = distances[0] - z
+        np.testing.assert_allclose(update.pose.matrix[:3, 3], [0, 0, moved], atol=0.02)
 
 
 def test_three_of_four_frames_missing(frame):

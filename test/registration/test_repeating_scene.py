@@ -132,6 +132,22 @@ def test_the_likelier_pose_is_that_of_the_smaller_acceleration(views, beyond):
     assert np.sqrt(checked.covariance[0, 0]) < 0.02
 
 
+@pytest.mark.parametrize('more, is_rejected', [(1, True), (0, False)])
+def test_few_keypoints_are_not_believed_beside_more_that_depth_contradicts(
+        views, beyond, more, is_rejected):
+    """A few find some motion by which wrong depths agree; the rest goes on as expected."""
+    source, target, found = views
+    refined = dataclasses.replace(beyond.refine(), is_contradicted=True)
+    kept = dataclasses.replace(found(TRUTH), support=len(refined.tracked) - more)
+    checked = check(SimpleNamespace(refine=lambda *_: refined))(
+        kept, source, target, ONE_ON @ TRUTH, SLOW)
+    assert ('contradict each other' in checked.reason) == is_rejected
+    assert checked.status.ok != is_rejected
+    unconfirmed = dataclasses.replace(kept, tracks=None, support=1000)  # matches alone
+    assert not check(SimpleNamespace(refine=lambda *_: refined))(
+        unconfirmed, source, target, ONE_ON @ TRUTH, SLOW).status.ok
+
+
 def test_where_the_motion_model_does_not_decide_the_covariance_has_both_poses(views, beyond):
     """Half-way between two of them either is as likely: its variance is half the difference's."""
     source, target, found = views

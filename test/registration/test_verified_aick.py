@@ -186,6 +186,17 @@ def test_where_nothing_is_found_or_confirmed_the_slow_schedule_has_all_keypoints
     assert ('DynamicObjectCheck', 'check') in parts.order()
 
 
+def test_a_pose_that_depth_contradicts_is_rejected_however_it_is_found(steps, parts):
+    """By AICK, by slow AICK, or as it is expected."""
+    parts.answers['Aick', 'register'] = steps.made.registration(reason='slow')
+    steps.refined = [dataclasses.replace(steps.made.refined(100), is_contradicted=True)
+                     for _ in range(3)]
+    found = steps.register()
+    assert not steps.refined
+    assert found.status is Status.TOO_FEW_MATCHES
+    assert 'contradict each other' in found.reason
+
+
 def test_all_keypoints_of_a_frame_are_found_once(steps, parts):
     steps.aligned = FAILURE
     for _ in range(2):

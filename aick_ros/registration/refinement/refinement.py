@@ -26,7 +26,8 @@ from aick_ros.registration.refinement.misalignment_equations import (
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.residuals import (
-    NormalEquations, Residuals, gradient_noise, point_to_plane, reprojection, track_depth)
+    NormalEquations, Residuals, contradict, gradient_noise, point_to_plane, reprojection,
+    track_depth)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
 from aick_ros.registration.result import SensorBias
 from aick_ros.settings import RefinementSettings, SensorSettings
@@ -42,6 +43,9 @@ _SMALLEST_FACTOR = 0.01
 
 Residuals that vanish, as those of an image that is repeated, are no measurement without an error.
 """
+
+CONTRADICTION = 'the depths of the two frames contradict each other at most keypoints tracked'
+"""Why a pose is rejected although keypoints confirm it."""
 
 _PRIOR = np.eye(6)
 """Information of a weak prior about the pose, chosen: standard deviations of 1 m and 1 rad.
@@ -59,6 +63,8 @@ class Refined:
     :param covariance: 6x6, of noise and of the bias expected [m^2, m rad, rad^2].
     :param systematic: 6x6, the part of the covariance that is the bias expected.
     :param tracked: keypoints of the source that the target sees where the pose puts them.
+    :param is_contradicted: whether the depths of the two frames differ at most keypoints, by more
+        than those of a right pose do.
     :param bias: between keypoints and depth; None where only keypoints are used.
     :param noise: noise measured by the residuals; None where too few keypoints are
         tracked, or only keypoints are used.
@@ -69,6 +75,7 @@ class Refined:
     covariance: np.ndarray
     systematic: np.ndarray
     tracked: Tracks
+    is_contradicted: bool = False
     bias: SensorBias | None = None
     noise: NoiseSample | None = None
     misalignment: MisalignmentSample | None = None
@@ -204,7 +211,7 @@ class _Problem:
         refined = Refined(
             se3.perturbed(pose, -inverse @ equations.gradient),
             inverse @ (scatter + _PRIOR) @ inverse + noise.bias, noise.bias,
-            self._seen[inliers])
+            self._seen[inliers], contradict(by_keypoints[1]))
         if not by_depth:
             return refined
         refined = self._with_bias(refined, pose, keypoints, depth)

@@ -21,7 +21,7 @@ from aick_ros import kernels
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry.definite import solved
 from aick_ros.registration.refinement.misalignment import NO_DISPLACEMENT, Displacement
-from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import SensorSettings
 
 SURFACE_NOISE = 1.4
@@ -183,6 +183,18 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
         _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, values, jacobian, blocks)
     values = values[:found]
     return Residuals(values, jacobian[:found], robust_weights(values ** 2, width), blocks[:found])
+
+
+def contradict(residuals: Residuals) -> bool:
+    """
+    Return whether most residuals, of one number each, are larger than those of a right pose are.
+
+    The depths of two images that show the same, and nevertheless differ so, do not belong to what
+    the images show: those of one of the frames are wrong.
+    """
+    squares = residuals.values ** 2
+    return (len(squares) >= FEWEST_TO_CONFIRM
+            and float(np.median(squares)) > _LARGEST_SCALE ** 2 * _MEDIAN_1)
 
 
 def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,

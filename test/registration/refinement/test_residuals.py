@@ -13,8 +13,8 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.residuals import (
-    NormalEquations, Residuals, _observable_projection, gradient_noise, point_to_plane,
-    reprojection, robust_weights, track_depth)
+    NormalEquations, Residuals, _observable_projection, contradict, gradient_noise,
+    point_to_plane, reprojection, robust_weights, track_depth)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
@@ -283,6 +283,19 @@ def test_a_third_of_outliers_hardly_widens_the_weights():
     weights = robust_weights(squares, WIDTH, stats.chi2.median(2))
     assert weights[:300].max() < 0.01
     assert weights[300:].mean() > 0.5
+
+
+@pytest.mark.parametrize('count, scale, outliers, expected', [
+    (400, 3.8, 0.0, False), (400, 4.2, 0.0, True), (400, 1.0, 0.45, False), (400, 1.0, 0.6, True),
+    (12, 100.0, 0.0, True), (11, 100.0, 0.0, False), (0, 1.0, 0.0, False)])
+def test_depths_contradict_each_other_where_most_differ_by_four_times_their_noise(
+        count, scale, outliers, expected):
+    """Exact quantiles of the normal distribution; the outliers are 50 times as large."""
+    values = scale * stats.norm.ppf((np.arange(count) + 0.5) / max(count, 1))
+    values[:round(outliers * count / 2)] *= 50.0
+    values[count - round(outliers * count / 2):] *= 50.0
+    residuals = Residuals(values, np.zeros((count, 6)), np.ones(count), np.zeros(count, int))
+    assert contradict(residuals) is expected
 
 
 def random_residuals(rng, count):
