@@ -10,8 +10,8 @@ rejected before it takes memory or time.
 
 from __future__ import annotations
 
-MAX_PIXELS = 2 ** 25
-"""Pixels of an image, for example 8192 x 4096; chosen."""
+MAX_PIXELS = 2 ** 24
+"""Pixels of an image, for example 4096 x 4096; chosen: at 52 bytes each they take 1 GB at most."""
 
 MAX_RVL_PIXELS = 2 ** 22
 """Pixels of an image in RVL data; chosen: it is decoded in NumPy, at 100 bytes a pixel."""
@@ -23,7 +23,7 @@ MAX_SCANS = 100
 """Scans of a progressive JPEG, each of which may be of all pixels; chosen: encoders make 10."""
 
 MAX_MESSAGE_BYTES = 2 ** 28
-"""Bytes of a message, and of an unpacked chunk, of a bag; derived: MAX_PIXELS of 8 bytes."""
+"""Bytes of a message, and of an unpacked chunk, of a bag; chosen: MAX_PIXELS of 8 bytes, twice."""
 
 MAX_UNPACKING = 100
 """Unpacked bytes of a packed file, or of all chunks of one, per byte; chosen: cameras have 10."""

@@ -88,6 +88,12 @@ class FrameTree:
             link = self._dynamic[child] = _DynamicLink(parent)
         link.add(stamp, T_parent_child)
 
+    def has_link(self, parent: str, child: str) -> bool:
+        """Return whether there is a link of these two, static or dynamic."""
+        link = self._dynamic.get(child)
+        return (child in self._static and self._static[child][0] == parent
+                or link is not None and link.parent == parent)
+
     def clear_dynamic(self) -> None:
         """Forget all dynamic links."""
         self._dynamic.clear()

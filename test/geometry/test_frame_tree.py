@@ -3,6 +3,8 @@
 
 """Transforms along chains of static and dynamic links, written out by hand."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -176,3 +178,12 @@ def test_a_chain_with_one_link_that_moves_is_not_static(tree, target, source):
     assert not tree.find('world', 'camera', 10).is_static
     assert not tree.find('camera', 'world', 10).is_static
     assert tree.find('mast', 'camera', 10).is_static
+
+
+def test_links_are_known_by_both_frames():
+    tree = FrameTree()
+    tree.set_static('base', 'camera', np.eye(4))
+    tree.add_sample('base', 'arm', 0, np.eye(4))
+    known = [('base', 'camera'), ('base', 'arm')]
+    assert [names for names in itertools.product(('base', 'arm', 'camera'), repeat=2)
+            if tree.has_link(*names)] == sorted(known, key=lambda names: names[1])

@@ -97,7 +97,7 @@ def declared(kind, width, height):
 
 
 @pytest.mark.parametrize('kind', ['.png', '.jpg'])
-@pytest.mark.parametrize('width, height', [(30_000, 30_000), (32_768, 1), (8192, 4097)])
+@pytest.mark.parametrize('width, height', [(30_000, 30_000), (32_768, 1), (4096, 4097)])
 def test_large_images_are_rejected_by_their_header(kind, width, height, monkeypatch):
     monkeypatch.setattr(cv2, 'imdecode', None)  # nothing is unpacked
     with pytest.raises(InputError, match=f'declared as {width} x {height} pixels: at most'):
@@ -221,7 +221,7 @@ def test_data_after_the_end_of_a_png_is_ignored():
     np.testing.assert_array_equal(png_jpeg.decode(encoded(DEPTH) + bytes(20)), DEPTH)
 
 
-@pytest.mark.parametrize('width, height', [(MAX_SIDE, 1), (1, MAX_SIDE), (8192, 4096)])
+@pytest.mark.parametrize('width, height', [(MAX_SIDE, 1), (1, MAX_SIDE), (4096, 4096)])
 def test_the_largest_images_are_not_rejected_by_their_size(width, height):
     """But as damaged: they have the pixels of a small one."""
     for kind in ('.png', '.jpg'):

@@ -46,6 +46,7 @@ class Transforms:
         self._known: dict[tuple[str, str], np.ndarray] = {}
         self._changed = threading.Condition()
         self._moving: set[tuple[str, str]] = set()
+        self._waited_in_vain = False  # for frames to be connected, since the last new link
         self._listener: Subscription | None = None
         if TFMessage is not None:
             node.create_subscription(
@@ -58,15 +59,20 @@ class Transforms:
 
         :param stamp: [ns].
         :param wait: longest wait until they are connected and moving links reach the stamp [s].
-            Never wait on the executor's thread: nothing would be received.
+            Frames that are not connected are waited for once, then not before there is a new link:
+            images of unknown frames must not hold up the others. Never wait on the executor's
+            thread: nothing would be received.
         :raises InputError: where a moving link is known only for other times.
         """
         target, source = _plain(target), _plain(source)
         with self._changed:
             if (target, source) in self._known:
                 return self._known[target, source]
-            self._changed.wait_for(lambda: self._reaches(target, source, stamp), wait)
+            if not (self._waited_in_vain and self._tree.find(target, source, stamp) is None):
+                self._changed.wait_for(lambda: self._reaches(target, source, stamp), wait)
             found = self._tree.find(target, source, stamp)
+            if found is None and wait > 0.0:
+                self._waited_in_vain = True
             if found is not None and found.is_static:
                 self._known[target, source] = found.T_target_source
                 self._moving.discard((target, source))
@@ -105,8 +111,9 @@ class Transforms:
     def _take_fixed(self, message: 'TFMessage') -> None:
         with self._changed:
             for link, T_parent_child in self._links(message):
-                self._tree.set_static(_plain(link.header.frame_id), _plain(link.child_frame_id),
-                                      T_parent_child)
+                parent, child = _plain(link.header.frame_id), _plain(link.child_frame_id)
+                self._note(parent, child)
+                self._tree.set_static(parent, child, T_parent_child)
             self._known.clear()
             self._changed.notify_all()
         self._on_change()
@@ -116,10 +123,15 @@ class Transforms:
             for link, T_parent_child in self._links(message):
                 parent, child = _plain(link.header.frame_id), _plain(link.child_frame_id)
                 if (parent, child) != self._own:
+                    self._note(parent, child)
                     self._tree.add_sample(
                         parent, child, to_stamp(link.header.stamp), T_parent_child)
             self._changed.notify_all()
         self._on_change()
+
+    def _note(self, parent: str, child: str) -> None:
+        if not self._tree.has_link(parent, child):
+            self._waited_in_vain = False
 
     def _links(self, message: 'TFMessage') -> Iterator[tuple[TransformStamped, np.ndarray]]:
         for link in message.transforms:

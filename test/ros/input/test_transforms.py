@@ -220,6 +220,46 @@ def test_who_waits_is_woken_by_what_he_waits_for(heard, topic, stamp):
         np.testing.assert_allclose(found.result(30.0), pose(2), atol=1e-12)
 
 
+def waits(heard, *frames):
+    """Return whether frames are waited for, as the times of waits are recorded."""
+    asked, condition = [], heard.transforms._changed
+
+    class Watched:
+        def __enter__(self):
+            return condition.__enter__()
+
+        def __exit__(self, *error):
+            return condition.__exit__(*error)
+
+        def wait_for(self, reached, longest):
+            asked.append(longest)
+            return condition.wait_for(reached, 0.0)
+
+    heard.transforms._changed = Watched()
+    try:
+        heard.find(*frames, SECOND, 0.1)
+    finally:
+        heard.transforms._changed = condition
+    return asked == [0.1]
+
+
+def test_unknown_frames_are_waited_for_once_until_there_is_a_new_link(heard):
+    """Many images of them, of one frame or of ever new ones, do not hold up the good ones."""
+    base, link = 'base_link', {('base_link', 'arm'): pose(1)}
+    heard.listen(base, 'camera')
+    assert waits(heard, base, 'unknown')
+    assert not any(waits(heard, base, f'unknown_{i % 7}') for i in range(150))
+    heard.hear(link, '/tf', SECOND // 2)
+    assert waits(heard, base, 'arm')  # connected, but the stamp is not reached
+    assert waits(heard, base, 'unknown')  # the link was new
+    heard.hear(link, '/tf', 3 * SECOND // 4)  # and is no longer
+    assert not waits(heard, base, 'unknown')
+    heard.hear({('arm', 'hand'): pose(2)}, '/tf_static')
+    assert waits(heard, base, 'unknown')
+    heard.hear({('arm', 'hand'): pose(2)}, '/tf_static')
+    assert not waits(heard, base, 'unknown')
+
+
 # Over DDS.
 
 @pytest.fixture
