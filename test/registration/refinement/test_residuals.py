@@ -13,8 +13,8 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.residuals import (
-    NormalEquations, Residuals, _observable_projection, contradict, gradient_noise,
-    point_to_plane, reprojection, robust_weights, track_depth)
+    NormalEquations, Residuals, _observable_projection, contradict, gradient_noise, point_to_plane,
+    reprojection, robust_weights, track_depth)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
