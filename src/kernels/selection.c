@@ -63,7 +63,7 @@ PyObject *kernel_spread(PyObject *module, PyObject *arguments) {
   double cell_size;
   if (!PyArg_ParseTuple(arguments, "OdO", &pixel_array, &cell_size, &chosen_array))
     return NULL;
-  const Py_ssize_t count = row_count(pixel_array), wanted = PyObject_Length(chosen_array);
+  const Py_ssize_t count = row_count(pixel_array), wanted = row_count(chosen_array);
   const Argument needed[] = {
       {"the pixels", pixel_array, 'd', 2 * count, false},
       {"the chosen", chosen_array, 'q', wanted, true},
