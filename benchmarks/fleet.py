@@ -11,7 +11,7 @@ processes and compared with runs one after the other in this process; then again
 are killed with SIGKILL at random moments, and once the command with its scheduler, which is then
 given again; at last on many recordings of two rendered frames. What two processes can gain on
 this machine is shown by two without the engine: their cores share the memory, and one process
-reads ahead in a second thread.
+reads ahead in a second thread, so that it uses more than one core itself.
 
 Python keeps the bytecode that it compiles, as pip does for what it installs.
 """
@@ -34,6 +34,7 @@ from pathlib import Path
 import psutil
 from row import HEAD, Row
 
+from aick_ros.borders.allocator import keep_freed_memory
 from aick_ros.cli.fleet.job import Job, run_job
 from aick_ros.evaluation.runs.table import Row as Cells
 from aick_ros.evaluation.runs.table import read_table
@@ -119,7 +120,7 @@ def one_after_the_other(recordings: Path, frames: int) -> tuple[float, float, li
 def without_engine(recordings: Path, frames: int) -> float:
     """Return the time of the runs in two processes that do nothing else [s]."""
     jobs = jobs_of(recordings, frames)
-    with ProcessPoolExecutor(WORKERS, get_context('forkserver')) as processes:
+    with ProcessPoolExecutor(WORKERS, get_context('forkserver'), keep_freed_memory) as processes:
         start = time.monotonic()
         list(processes.map(run_job, jobs))
     return time.monotonic() - start
@@ -182,6 +183,7 @@ def main() -> None:
     parser.add_argument('--frames', type=int, default=300)
     parser.add_argument('--tiny', type=int, default=10_000)
     given = parser.parse_args()
+    keep_freed_memory()  # as the command does
     remake = (f'python benchmarks/fleet.py SOURCE --recordings {given.recordings} --frames '
               f'{given.frames} --tiny {given.tiny}')
     print(json.dumps(machine_facts()))
@@ -197,7 +199,8 @@ def main() -> None:
         together = time.monotonic() - start
         plain = without_engine(recordings, given.frames)
         show(Row(f'{WORKERS} processes against one', 1.8, True, alone / together, 'times', remake,
-                 f'{alone:.0f} s with {busy:.2f} cores, and {together:.0f} s'))
+                 f'{alone:.0f} s with {busy:.2f} cores, and {together:.0f} s; with '
+                 f'{WORKERS} cores at most {WORKERS / busy:.2f}'))
         show(Row(f'{WORKERS} processes against {WORKERS} without the engine', 0.95, True,
                  plain / together, 'times', remake, f'{plain:.0f} s'))
         show(Row('figures that differ from those of one process', 0, False,

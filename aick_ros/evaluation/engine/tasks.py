@@ -16,6 +16,7 @@ from enum import Enum
 from functools import partial
 from typing import TYPE_CHECKING, Generic, TypeVar
 
+from aick_ros.borders.allocator import keep_freed_memory
 from aick_ros.borders.no_memory import is_of_memory
 from aick_ros.errors import InputError, TransferError
 from aick_ros.evaluation.engine.time_limit import time_limit
@@ -215,7 +216,7 @@ class _Tasks(Generic[Argument, Value]):
 
 def _attempt(function: Callable[[Argument], Value], topic: str, seconds: float,
              versions: Versions, argument: Argument, key: str) -> Value | Failure:
-    """Call the function on a worker, and report the start."""
+    """Call the function on a worker that keeps its memory, and report the start."""
     from distributed import get_worker
     from distributed.utils import sync
     worker = get_worker()
@@ -225,6 +226,7 @@ def _attempt(function: Callable[[Argument], Value], topic: str, seconds: float,
     other = other_versions(own_versions(), versions)
     if other:
         raise OtherVersionsError(f'the worker {worker.address} is rejected: {other}')
+    keep_freed_memory()
     try:
         with open(os.devnull, 'w') as nowhere, time_limit(seconds, nowhere):
             return function(argument)

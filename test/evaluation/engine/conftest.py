@@ -12,7 +12,8 @@ from types import SimpleNamespace
 import pytest
 
 DEEDS = '''
-import ctypes, os, signal, sys, time
+import ctypes, os, resource, signal, sys, time
+import numpy as np
 from aick_ros.errors import InputError
 
 def do(deed):
@@ -35,6 +36,13 @@ def do(deed):
         while True:
             hoard.append(bytearray(5_000_000))
             time.sleep(0.01)
+    if deed == 'images':  # return the page faults of three, as of each frame
+        for _ in range(20):
+            before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+            images = [np.ones((480, 640), np.float32) for _ in range(3)]
+            del images
+            faults = resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
+        return faults
     if isinstance(deed, tuple):  # once: the process is killed the first time
         if not os.path.exists(deed[1]):
             open(deed[1], 'w').close()

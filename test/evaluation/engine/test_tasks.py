@@ -4,6 +4,7 @@
 """Tasks through crashes, hangs, lost processes and other versions: one outcome each."""
 
 import os
+import platform
 import re
 import signal
 import subprocess
@@ -59,6 +60,13 @@ def test_a_task_is_tried_again_unless_it_always_dies_or_has_no_memory(client, de
     assert outcomes['hog'].value == Failure(Cause.MEMORY, 'used more memory than its process may')
     assert (outcomes['hog'].attempts, outcomes['abort'].attempts) == (1, 2)
     assert (outcomes[once].value, outcomes[once].attempts) == ('second', 2)
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != 'glibc', reason='the allocator of glibc')
+def test_a_process_keeps_the_memory_of_its_images(client, deeds):
+    faults = run(client, deeds, ['images'])['images'].value
+    pages = 3 * 480 * 640 * 4 / 4096  # about as many without
+    assert faults < 0.05 * pages
 
 
 def test_without_dashboard_no_fixed_port_is_taken(client):
