@@ -3,6 +3,8 @@
 
 // Rotations, poses and the covariances of their errors; poses are 4x4, row by row.
 
+#include "se3.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -39,7 +41,7 @@ static double versine(double angle) {
   return 0.5 * half * half;
 }
 
-static void exp_rotation(const double *theta, double *rotation) {
+void exp_rotation(const double *theta, double *rotation) {
   const double angle = length_of(theta);
   polynomial(theta, sinc(angle), versine(angle), rotation);
 }
@@ -97,7 +99,7 @@ static void rotated(const double *rotation, const double *v, double *result) {
     result[i] = rotation[3 * i] * v[0] + rotation[3 * i + 1] * v[1] + rotation[3 * i + 2] * v[2];
 }
 
-static void multiply(const double *a, const double *b, double *product) {
+void multiply(const double *a, const double *b, double *product) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       product[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];

@@ -48,19 +48,20 @@ class ForceIntegral:
         """Stamp of the last sample [ns]; None without samples."""
         return self._stamps[-1] if self._stamps else None
 
-    def add(self, stamp: int, force: np.ndarray) -> None:
+    def add(self, stamps: np.ndarray, forces: np.ndarray) -> None:
         """
-        Add a sample; one that is earlier than the last one begins anew.
+        Add samples; one that is not later than the one before begins anew.
 
-        :param stamp: of the sample [ns].
-        :param force: 3, in the axes of the body [m/s^2].
+        :param stamps: of the samples, N int64 [ns].
+        :param forces: Nx3, in the axes of the body [m/s^2].
         """
-        if self._stamps and stamp <= self._stamps[-1]:
-            self._stamps, self._forces = [], []
-        self._stamps.append(stamp)
-        self._forces.append(force)
-        if stamp - self._stamps[0] > 2 * _MEMORY:
-            count = bisect_left(self._stamps, stamp - _MEMORY)
+        for stamp, force in zip(stamps.tolist(), forces):
+            if self._stamps and stamp <= self._stamps[-1]:
+                self._stamps, self._forces = [], []
+            self._stamps.append(stamp)
+            self._forces.append(force)
+        if self._stamps and self._stamps[-1] - self._stamps[0] > 2 * _MEMORY:
+            count = bisect_left(self._stamps, self._stamps[-1] - _MEMORY)
             del self._stamps[:count], self._forces[:count]
 
     def recent(self, end: int, duration: int) -> np.ndarray:

@@ -96,8 +96,7 @@ class Gravity:
         :param time_offset: added to the stamps of the images to get those of the samples [s].
         """
         self._offset = round(time_offset * NANOSECONDS)
-        for stamp, force in self._samples.usable(samples.stamps, samples.accelerations):
-            self._forces.add(stamp, force)
+        self._forces.add(*self._samples.usable(samples.stamps, samples.accelerations))
 
     def begin(self, stamp: int) -> PoseWithCovariance | None:
         """Return the level pose of a first frame; None: what is up is not known."""

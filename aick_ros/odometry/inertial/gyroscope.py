@@ -98,8 +98,7 @@ class Gyroscope:
     def add(self, samples: ImuSamples) -> None:
         """Add samples; those that cannot be used are counted and dropped."""
         before = self._integral.last
-        for stamp, rate in self._samples.usable(samples.stamps, samples.turn_rates):
-            self._integral.add(stamp, rate)
+        self._integral.add(*self._samples.usable(samples.stamps, samples.turn_rates))
         if before is not None and (last := self._integral.last) is not None and last > before:
             self._calibration.elapse(seconds(before, last))
 

@@ -15,11 +15,12 @@ look-ups, whatever its length.
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
+from bisect import bisect_right
 from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
 
@@ -55,18 +56,29 @@ class Turn:
 
 
 @dataclass(frozen=True, eq=False)
-class _Node:
+class _Part:
     """
-    The integral at one sample.
+    The integral at N samples in a row; the first one is the last one of the part before.
 
-    :param rotation: since the first sample, 3x3.
-    :param integral: of the rotation since then, 3x3 [s].
-    :param rate: 3, measured here [rad/s].
+    :param stamps: N int64 [ns].
+    :param rates: Nx3, as measured [rad/s].
+    :param rotations: since the first sample of all parts, Nx3x3.
+    :param integrals: of the rotation since then, Nx3x3 [s].
     """
 
-    rotation: np.ndarray
-    integral: np.ndarray
-    rate: np.ndarray
+    stamps: np.ndarray
+    rates: np.ndarray
+    rotations: np.ndarray
+    integrals: np.ndarray
+
+    @classmethod
+    def of(cls, stamps: np.ndarray, rates: np.ndarray, bias: np.ndarray,
+           rotation: np.ndarray = np.eye(3), integral: np.ndarray = np.zeros((3, 3))) -> _Part:
+        """Return the part that begins with a rotation and its integral, both 3x3."""
+        rotations, integrals = np.empty((2, len(stamps), 3, 3))
+        rotations[0], integrals[0] = rotation, integral
+        kernels.integrate_turns(stamps, rates, bias, rotations, integrals)
+        return cls(stamps, rates, rotations, integrals)
 
 
 class RotationIntegral:
@@ -79,20 +91,30 @@ class RotationIntegral:
     @property
     def last(self) -> int | None:
         """Stamp of the last sample [ns]; None without samples."""
-        return self._stamps[-1] if self._stamps else None
+        return int(self._parts[-1].stamps[-1]) if self._parts else None
 
-    def add(self, stamp: int, rate: np.ndarray) -> None:
+    def add(self, stamps: np.ndarray, rates: np.ndarray) -> None:
         """
-        Add a sample; after a gap of more than 50 ms, or an earlier one, the integral begins anew.
+        Add samples; after a gap of more than 50 ms, or an earlier one, the integral begins anew.
 
-        :param stamp: of the sample [ns].
-        :param rate: 3, turn rate in the axes of the body [rad/s].
+        :param stamps: of the samples, N int64 [ns].
+        :param rates: Nx3, turn rates in the axes of the body [rad/s].
         """
-        if self._stamps and not 0 < stamp - self._stamps[-1] <= _LONGEST_GAP:
+        if not len(stamps):
+            return
+        if self._parts:
+            before = self._parts[-1]
+            stamps = np.append(before.stamps[-1:], stamps)
+            rates = np.concatenate([before.rates[-1:], rates])
+        intervals = np.diff(stamps)
+        gaps = np.flatnonzero((intervals <= 0) | (intervals > _LONGEST_GAP))
+        if len(gaps):
             self._clear()
-        self._append(stamp, rate)
-        if stamp - self._stamps[0] > 2 * _MEMORY:
-            self._forget(stamp - _MEMORY)
+            stamps, rates = stamps[gaps[-1] + 1:], rates[gaps[-1] + 1:]
+        self._append(stamps, np.ascontiguousarray(rates))
+        if stamps[-1] - self._starts[0] > 2 * _MEMORY:
+            count = bisect_right(self._starts, stamps[-1] - _MEMORY) - 1
+            del self._starts[:count], self._parts[:count]
 
     def between(self, start: int, end: int, bias: np.ndarray) -> Turn | None:
         """
@@ -100,56 +122,45 @@ class RotationIntegral:
 
         :param bias: 3, subtracted from all rates [rad/s].
         """
-        if not self._stamps or start < self._stamps[0] or end > (
-                self._stamps[-1] + _EXTRAPOLATED):
+        if self.last is None or start < self._starts[0] or end > self.last + _EXTRAPOLATED:
             return None
         if np.abs(bias - self._bias).max() > _RELINEARISED:
             self._linearise(bias)
         first, last = self._at(start), self._at(end)
-        back = first.rotation.T
-        by_bias = back @ (last.integral - first.integral)
+        back = first.rotations[-1].T
+        by_bias = back @ (last.integrals[-1] - first.integrals[-1])
         correction = se3.exp_rotation(-by_bias @ (bias - self._bias))
-        return Turn(correction @ back @ last.rotation, seconds(start, end), by_bias,
-                    np.array([first.rate, last.rate]) - bias,
-                    max(seconds(self._stamps[-1], end), 0.0))
+        return Turn(correction @ back @ last.rotations[-1], seconds(start, end), by_bias,
+                    np.array([first.rates[-1], last.rates[-1]]) - bias,
+                    max(seconds(self.last, end), 0.0))
 
-    def _at(self, stamp: int) -> _Node:
-        """Return the integral at a stamp within the samples, or a little after the last one."""
-        index = bisect_right(self._stamps, stamp) - 1
-        node, elapsed = self._nodes[index], seconds(self._stamps[index], stamp)
-        if index + 1 == len(self._nodes):
-            return _advanced(node, node.rate, elapsed, self._bias)
-        after = self._nodes[index + 1].rate
-        share = elapsed / seconds(self._stamps[index], self._stamps[index + 1])
-        return _advanced(node, node.rate + share * (after - node.rate), elapsed, self._bias)
+    def _at(self, stamp: int) -> _Part:
+        """Return the integral up to a stamp within the samples, or a little after the last one."""
+        part = self._parts[bisect_right(self._starts, stamp) - 1]
+        row = int(np.searchsorted(part.stamps, stamp, 'right')) - 1
+        times, rates = part.stamps[row:row + 2], part.rates[row:row + 2]
+        elapsed = stamp - int(times[0])
+        share = elapsed / int(times[-1] - times[0]) if len(times) > 1 else 0.0
+        return _Part.of(np.array([0, elapsed], np.int64),
+                        np.array([rates[0], rates[0] + share * (rates[-1] - rates[0])]),
+                        self._bias, part.rotations[row], part.integrals[row])
 
-    def _append(self, stamp: int, rate: np.ndarray) -> None:
-        node = _Node(np.eye(3), np.zeros((3, 3)), rate)
-        if self._stamps:
-            node = _advanced(self._nodes[-1], rate, seconds(self._stamps[-1], stamp), self._bias)
-        self._stamps.append(stamp)
-        self._nodes.append(node)
+    def _append(self, stamps: np.ndarray, rates: np.ndarray) -> None:
+        """Append the part of some samples, which begins where the last one ends."""
+        where = (self._parts[-1].rotations[-1], self._parts[-1].integrals[-1]) if (
+            self._parts) else ()
+        self._parts.append(_Part.of(stamps, rates, self._bias, *where))
+        self._starts.append(int(stamps[0]))
 
     def _linearise(self, bias: np.ndarray) -> None:
         """Integrate all samples again, about another bias."""
-        samples = list(zip(self._stamps, self._nodes))
+        first, *others = self._parts
+        stamps = np.concatenate([first.stamps, *(part.stamps[1:] for part in others)])
+        rates = np.concatenate([first.rates, *(part.rates[1:] for part in others)])
         self._clear()
         self._bias = bias.copy()
-        for stamp, node in samples:
-            self._append(stamp, node.rate)
-
-    def _forget(self, before: int) -> None:
-        count = bisect_left(self._stamps, before)
-        del self._stamps[:count], self._nodes[:count]
+        self._append(stamps, rates)
 
     def _clear(self) -> None:
-        self._stamps: list[int] = []
-        self._nodes: list[_Node] = []
-
-
-def _advanced(node: _Node, rate: np.ndarray, elapsed: float, bias: np.ndarray) -> _Node:
-    """Return the integral some time [s] later, where the rate has become another one."""
-    mean = 0.5 * (node.rate + rate) - bias
-    by_half = se3.exp_rotation(0.5 * elapsed * mean)
-    in_between = node.rotation @ by_half
-    return _Node(in_between @ by_half, node.integral + elapsed * in_between, rate)
+        self._parts: list[_Part] = []
+        self._starts: list[int] = []  # stamps of their first samples [ns]

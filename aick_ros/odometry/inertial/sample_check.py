@@ -5,8 +5,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER, seconds
@@ -28,7 +26,7 @@ class SampleCheck:
         self.dropped = 0
         """Number of samples that could not be used."""
         self._last: int | None = None
-        self._value = [np.nan] * 3
+        self._value = np.full(3, np.nan)
         self._unchanged_since = 0
 
     @property
@@ -40,9 +38,9 @@ class SampleCheck:
         return (f'the {self._name} has reported ({x:g}, {y:g}, {z:g}) {self._unit} for '
                 f'{seconds(self._unchanged_since, self._last):.1f} s')
 
-    def usable(self, stamps: np.ndarray, values: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+    def usable(self, stamps: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """
-        Yield stamp [ns] and value, 3, of the samples that can be used.
+        Return stamps [ns] and values, Nx3, of the samples that can be used.
 
         :param stamps: N int64.
         :param values: Nx3; NaN where the sensor has not measured.
@@ -50,13 +48,32 @@ class SampleCheck:
         measured = ~np.isnan(values).all(axis=1)
         # comparisons with NaN are false
         sensible = (np.abs(values) <= self._largest).all(axis=1)
-        self.dropped += int(np.count_nonzero(measured & ~sensible))
-        rows = values[sensible]
-        for stamp, value, numbers in zip(stamps[sensible].tolist(), rows, rows.tolist()):
-            if self._last is not None and 0 <= self._last - stamp <= RESTART_AFTER:
-                self.dropped += 1
-                continue
-            if numbers != self._value or self._last is None or stamp < self._last:
-                self._value, self._unchanged_since = numbers, stamp
-            self._last = stamp
-            yield stamp, value
+        stamps, values = stamps[sensible], values[sensible]
+        ordered = self._are_ordered(stamps)
+        self.dropped += int(np.count_nonzero(measured & ~sensible) + np.count_nonzero(~ordered))
+        stamps, values = stamps[ordered], values[ordered]
+        if len(stamps):
+            self._note(stamps, values)
+        return stamps, values
+
+    def _are_ordered(self, stamps: np.ndarray) -> np.ndarray:
+        """Return which samples neither repeat nor go back, or are those of a restart."""
+        last = self._last
+        if last is None or (stamps[:1] > last).all():
+            if (stamps[1:] > stamps[:-1]).all():
+                return np.ones(len(stamps), bool)
+        ordered = []
+        for stamp in stamps.tolist():
+            ordered.append(last is None or not 0 <= last - stamp <= RESTART_AFTER)
+            last = stamp if ordered[-1] else last
+        return np.array(ordered, bool)
+
+    def _note(self, stamps: np.ndarray, values: np.ndarray) -> None:
+        """Note since when the value is that of the last sample."""
+        before = np.concatenate([self._value[None], values[:-1]])
+        changes = (values != before).any(axis=1)
+        changes[1:] |= stamps[1:] < stamps[:-1]
+        changes[0] |= self._last is None or int(stamps[0]) < self._last
+        if changes.any():
+            self._unchanged_since = int(stamps[np.flatnonzero(changes)[-1]])
+        self._value, self._last = values[-1], int(stamps[-1])

@@ -18,8 +18,8 @@ FIRST = se3.exp_rotation([0.3, -0.2, 0.8])
 def integral(times, force=lambda time: FORCE):
     """Return the integral of samples at some times [ms]."""
     result = ForceIntegral()
-    for time in times:
-        result.add(round(time * MS), np.asarray(force(time), np.float64))
+    result.add(np.array([round(time * MS) for time in times], np.int64),
+               np.array([force(time) for time in times], np.float64).reshape(-1, 3))
     return result
 
 
@@ -62,7 +62,7 @@ def test_recent_forces_are_those_before_a_stamp():
 def test_memory_is_bounded_and_time_that_goes_back_begins_anew():
     samples = integral(range(0, 9000, 10))
     assert len(samples.recent(10_000 * MS, 10_000 * MS)) <= 401
-    samples.add(5 * MS, FORCE)
+    samples.add(np.array([5 * MS]), FORCE[None])
     assert len(samples.recent(10_000 * MS, 10_000 * MS)) == 1
 
 
@@ -90,7 +90,7 @@ def test_nothing_is_known_beyond_50_ms_of_a_sample(times, is_known):
 def test_two_seconds_are_remembered_at_least():
     samples, smallest = ForceIntegral(), 999
     for time in range(0, 9000, 10):
-        samples.add(time * MS, FORCE)
+        samples.add(np.array([time * MS]), FORCE[None])
         if time >= 2000:
             smallest = min(smallest, len(samples.recent(time * MS, 10_000 * MS)))
     assert smallest == 201
@@ -98,5 +98,5 @@ def test_two_seconds_are_remembered_at_least():
 
 def test_a_stamp_that_repeats_begins_anew():
     samples = integral([0, 10, 20])
-    samples.add(20 * MS, FORCE)
+    samples.add(np.array([20 * MS]), FORCE[None])
     assert len(samples.recent(20 * MS, 20 * MS)) == 1

@@ -26,8 +26,7 @@ def rate(time):
 def integral():
     """Return the integral of samples of three seconds without bias."""
     result = RotationIntegral()
-    for i in range(301):
-        result.add(i * PERIOD, rate(0.01 * i))
+    result.add(PERIOD * np.arange(301), np.array([rate(0.01 * i) for i in range(301)]))
     return result
 
 

@@ -27,9 +27,15 @@ def rate(time, step=1e-5):
 
 def integral(rates, period=2 * MS, bias=NO_BIAS):
     result = RotationIntegral()
-    for i, value in enumerate(rates):
-        result.add(i * period, value + bias)
+    rates = np.asarray(rates) + bias
+    stamps = period * np.arange(len(rates))
+    for count in np.split(np.arange(len(rates)), [1, 4, 5]):  # as with each image
+        result.add(stamps[count], rates[count])
     return result
+
+
+def add(result, stamp, value):
+    result.add(np.array([stamp]), np.array([value], float))
 
 
 @pytest.fixture(scope='module')
@@ -85,9 +91,9 @@ def test_what_was_not_measured_is_not_known(moving):
 @pytest.mark.parametrize('stamp', [251 * MS, 100 * MS])
 def test_a_gap_or_an_earlier_stamp_begins_anew(stamp):
     result = integral(101 * [np.ones(3)])
-    result.add(stamp, np.zeros(3))
+    add(result, stamp, np.zeros(3))
     assert result.between(0, 200 * MS, NO_BIAS) is None
-    result.add(stamp + 10 * MS, np.zeros(3))
+    add(result, stamp + 10 * MS, np.zeros(3))
     assert np.array_equal(result.between(stamp, stamp + 10 * MS, NO_BIAS).rotation, np.eye(3))
 
 
@@ -136,5 +142,19 @@ def test_within_the_samples_nothing_is_extrapolated(moving):
 @pytest.mark.parametrize('gap, begins_anew', [(50 * MS, False), (50 * MS + 1, True), (0, True)])
 def test_a_gap_is_longer_than_50_ms(gap, begins_anew):
     result = integral(101 * [np.ones(3)])
-    result.add(200 * MS + gap, np.ones(3))
+    add(result, 200 * MS + gap, np.ones(3))
     assert (result.between(0, 200 * MS, NO_BIAS) is None) == begins_anew
+
+
+@pytest.mark.parametrize('break_at', [60 * MS, 0, -10 * MS])
+def test_samples_after_a_gap_among_them_begin_anew(break_at):
+    later = np.repeat(np.arange(2), [4, 7]) * (break_at - 2 * MS)
+    stamps = 2 * MS * np.arange(11) + later
+    w = np.array([0.3, -2.0, 1.0])
+    result = integral(3 * [w])
+    result.add(stamps + 6 * MS, np.outer(np.arange(11) > 3, w))
+    start, end = (int(stamp) + 6 * MS for stamp in stamps[[4, 10]])
+    assert result.between(start - 1, end, NO_BIAS) is None
+    assert np.allclose(result.between(start, end, NO_BIAS).rotation, se3.exp_rotation(0.012 * w))
+    result.add(np.empty(0, np.int64), np.empty((0, 3)))
+    assert result.last == end

@@ -20,7 +20,7 @@ def check():
 def used(check, stamps, values):
     """Return the stamps of the samples that are used; each value counts for all three axes."""
     values = np.repeat(np.array(values, float)[:, None], 3, axis=1)
-    return [stamp for stamp, _ in check.usable(np.array(stamps, np.int64), values)]
+    return check.usable(np.array(stamps, np.int64), values)[0].tolist()
 
 
 def test_values_up_to_the_largest_are_used_and_those_of_no_sensor_counted(check):
@@ -31,7 +31,7 @@ def test_values_up_to_the_largest_are_used_and_those_of_no_sensor_counted(check)
 
 def test_one_axis_that_is_missing_or_too_large_is_enough(check):
     values = np.array([[1, 2, 3], [np.nan, 2, 3], [1, 11, 3]])
-    assert [stamp for stamp, _ in check.usable(np.arange(3), values)] == [0]
+    assert check.usable(np.arange(3), values)[0].tolist() == [0]
     assert check.dropped == 2
 
 
@@ -64,3 +64,21 @@ def test_it_was_no_longer_unchanged_than_since_a_restart(check):
     assert check.unchanged == ''
     used(check, [52 * PERIOD], [0.5])
     assert check.unchanged
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_samples_together_are_used_as_one_by_one(seed):
+    rng = np.random.default_rng(seed)
+    steps = rng.choice([PERIOD, 0, -PERIOD, -2 * RESTART_AFTER, 70 * PERIOD], 60,
+                       p=[0.8, 0.06, 0.06, 0.04, 0.04])
+    stamps = 100 * NANOSECONDS + np.cumsum(steps)
+    values = rng.choice([0.5, 0.5, 0.5, 1.0, 20.0, np.nan], 60)
+    checks = [SampleCheck('gyroscope', 'rad/s', 10.0) for _ in range(2)]
+    start = 0
+    for end in [*np.sort(rng.integers(0, 60, 4)), 60]:
+        together = used(checks[0], stamps[start:end], values[start:end])
+        assert together == [stamp for i in range(start, end) for stamp in used(
+            checks[1], stamps[i:i + 1], values[i:i + 1])]
+        assert checks[0].unchanged == checks[1].unchanged
+        assert checks[0].dropped == checks[1].dropped
+        start = end

@@ -1,0 +1,15 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Rotations, 3x3, row by row.
+
+#ifndef AICK_ROS_SE3_H
+#define AICK_ROS_SE3_H
+
+// The rotation of a rotation vector [rad].
+void exp_rotation(const double *theta, double *rotation);
+
+// The product of two matrices, which is neither of them.
+void multiply(const double *a, const double *b, double *product);
+
+#endif
