@@ -54,7 +54,7 @@ def gradient_noise(
     jacobian: np.ndarray, values: np.ndarray, weights: np.ndarray, blocks: np.ndarray,
     error: np.ndarray, noise: np.ndarray) -> None: ...
 def integrate_turns(
-    stamps: np.ndarray, rates: np.ndarray, bias: np.ndarray, rotations: np.ndarray,
+    stamps: np.ndarray, rates: np.ndarray, rotations: np.ndarray,
     integrals: np.ndarray) -> None: ...
 def inverse_depth_slopes(
     image: np.ndarray, pixels: np.ndarray, depths: np.ndarray, side: int,

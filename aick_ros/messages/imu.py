@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from threading import Lock
 from typing import Protocol
 
@@ -13,8 +14,9 @@ import numpy as np
 
 from aick_ros.borders.limits import MAX_ACCELERATION, MAX_TURN_RATE
 from aick_ros.frames.imu import ImuSamples
+from aick_ros.messages.imu_cdr import ImuFields
 
-_NOT_MEASURED = (np.nan, np.nan, np.nan)
+_NOT_MEASURED = [np.nan, np.nan, np.nan]
 _MOST = 60_000  # chosen: a minute at 1 kHz; older samples are forgotten
 
 
@@ -51,25 +53,30 @@ class ImuBuffer:
         """Frame of the sensor."""
 
     def add(self, stamp: int, message: ImuMessage) -> None:
+        """Add a message with its stamp [ns]."""
+        turn, force = message.angular_velocity, message.linear_acceleration
+        self.add_fields(ImuFields(
+            stamp, message.header.frame_id,
+            (turn.x, turn.y, turn.z, message.angular_velocity_covariance[0]),
+            (force.x, force.y, force.z, message.linear_acceleration_covariance[0])))
+
+    def add_fields(self, fields: ImuFields) -> None:
         """
-        Add a sample with its stamp [ns].
+        Add a sample.
 
         A negative first covariance says that a vector is not measured, by definition of the
         message; drivers with a topic for each sensor leave the other one zero. Nor is one measured
         that no sensor reaches.
         """
-        turn, force = message.angular_velocity, message.linear_acceleration
-        rate = (turn.x, turn.y, turn.z)
-        acceleration = (force.x, force.y, force.z)
-        if message.angular_velocity_covariance[0] < 0.0 or not _is_within(rate, MAX_TURN_RATE):
+        (*rate, rate_covariance), (*force, force_covariance) = fields.rate, fields.acceleration
+        if rate_covariance < 0.0 or not _is_within(rate, MAX_TURN_RATE):
             rate = _NOT_MEASURED
-        if message.linear_acceleration_covariance[0] < 0.0 or not any(acceleration) or (
-                not _is_within(acceleration, MAX_ACCELERATION)):
-            acceleration = _NOT_MEASURED
+        if force_covariance < 0.0 or not any(force) or not _is_within(force, MAX_ACCELERATION):
+            force = _NOT_MEASURED
         with self._lock:
-            self._stamps.append(stamp)
-            self._rows.append(rate + acceleration)
-            self.newest, self.frame_id = stamp, message.header.frame_id
+            self._stamps.append(fields.stamp)
+            self._rows.append((*rate, *force))
+            self.newest, self.frame_id = fields.stamp, fields.frame_id
 
     def take(self, R_camera_imu: np.ndarray) -> ImuSamples:
         """Return all samples that wait, in the axes of the camera, and forget them."""
@@ -82,6 +89,6 @@ class ImuBuffer:
                           values[:, 3:]).in_axes(R_camera_imu)
 
 
-def _is_within(vector: tuple[float, float, float], limit: float) -> bool:
+def _is_within(vector: Sequence[float], limit: float) -> bool:
     """Return whether no component is beyond a limit; NaN is, too."""
     return all(abs(value) <= limit for value in vector)

@@ -25,28 +25,26 @@ static void advance(const double *rotation, const double *integral, const double
 }
 
 PyObject *kernel_integrate_turns(PyObject *module, PyObject *arguments) {
-  PyObject *objects[5];
-  if (!PyArg_ParseTuple(arguments, "OOOOO", &objects[0], &objects[1], &objects[2], &objects[3],
-                        &objects[4]))
+  PyObject *objects[4];
+  if (!PyArg_ParseTuple(arguments, "OOOO", &objects[0], &objects[1], &objects[2], &objects[3]))
     return NULL;
   const Py_ssize_t count = PyObject_Length(objects[0]);
   const Argument needed[] = {
       {"the stamps", objects[0], 'q', count, false},
       {"the rates", objects[1], 'd', 3 * count, false},
-      {"the bias", objects[2], 'd', 3, false},
-      {"the rotations", objects[3], 'd', 9 * count, true},
-      {"the integrals", objects[4], 'd', 9 * count, true},
+      {"the rotations", objects[2], 'd', 9 * count, true},
+      {"the integrals", objects[3], 'd', 9 * count, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const int64_t *stamps = arrays.views[0].buf;
-  const double *rates = arrays.views[1].buf, *bias = arrays.views[2].buf;
-  double *rotations = arrays.views[3].buf, *integrals = arrays.views[4].buf;
+  const double *rates = arrays.views[1].buf;
+  double *rotations = arrays.views[2].buf, *integrals = arrays.views[3].buf;
   for (Py_ssize_t k = 1; k < count; ++k) {
     double mean[3];
     for (int i = 0; i < 3; ++i)
-      mean[i] = 0.5 * (rates[3 * k - 3 + i] + rates[3 * k + i]) - bias[i];
+      mean[i] = 0.5 * (rates[3 * k - 3 + i] + rates[3 * k + i]);
     // unsigned: the difference of any two stamps is defined
     const int64_t elapsed = (int64_t)((uint64_t)stamps[k] - (uint64_t)stamps[k - 1]);
     advance(rotations + 9 * (k - 1), integrals + 9 * (k - 1), mean,

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros import kernels
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
+from aick_ros.geometry.turns import integrated_turns
 
 _MEMORY = 30 * NANOSECONDS  # chosen: keyframes are rarely older
 _LONGEST_GAP = NANOSECONDS // 20  # chosen: a hand turns by up to some degrees meanwhile
@@ -75,10 +75,7 @@ class _Part:
     def of(cls, stamps: np.ndarray, rates: np.ndarray, bias: np.ndarray,
            rotation: np.ndarray = np.eye(3), integral: np.ndarray = np.zeros((3, 3))) -> _Part:
         """Return the part that begins with a rotation and its integral, both 3x3."""
-        rotations, integrals = np.empty((2, len(stamps), 3, 3))
-        rotations[0], integrals[0] = rotation, integral
-        kernels.integrate_turns(stamps, rates, bias, rotations, integrals)
-        return cls(stamps, rates, rotations, integrals)
+        return cls(stamps, rates, *integrated_turns(stamps, rates - bias, rotation, integral))
 
 
 class RotationIntegral:
@@ -111,7 +108,7 @@ class RotationIntegral:
         if len(gaps):
             self._clear()
             stamps, rates = stamps[gaps[-1] + 1:], rates[gaps[-1] + 1:]
-        self._append(stamps, np.ascontiguousarray(rates))
+        self._append(stamps, rates)
         if stamps[-1] - self._starts[0] > 2 * _MEMORY:
             count = bisect_right(self._starts, stamps[-1] - _MEMORY) - 1
             del self._starts[:count], self._parts[:count]

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
 from rclpy.timer import Timer
 from sensor_msgs.msg import Imu
 
@@ -20,6 +21,7 @@ from aick_ros.errors import InputError
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.messages.imu import ImuBuffer
+from aick_ros.messages.imu_cdr import read_imu
 from aick_ros.ros.conversions import to_stamp
 from aick_ros.ros.input.polled_subscription import PolledSubscription
 from aick_ros.ros.input.transforms import Transforms
@@ -149,7 +151,12 @@ class ImuInput:
         """Take all samples that have come."""
         with self._lock:
             messages = [] if self._subscription is None else self._subscription.take()
-            for message in messages:
-                self._buffer.add(to_stamp(message.header.stamp), message)
+            for serialized in messages:
+                fields = read_imu(serialized)
+                if fields is not None:
+                    self._buffer.add_fields(fields)
+                else:
+                    message = deserialize_message(serialized, Imu)
+                    self._buffer.add(to_stamp(message.header.stamp), message)
         if messages:
             self._received_at = time.monotonic()

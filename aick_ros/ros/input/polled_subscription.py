@@ -43,12 +43,12 @@ class PolledSubscription(Generic[Message]):
         self._subscription = node.create_subscription(
             kind, topic, lambda message: None, qos, callback_group=_NeverExecuted())
 
-    def take(self) -> list[Message]:
-        """Return the messages that have come since the last call."""
-        messages: list[Message] = []
+    def take(self) -> list[bytes]:
+        """Return the messages that have come since the last call, as they were sent."""
+        messages: list[bytes] = []
         handle = self._subscription.handle
         with handle:
-            while (taken := handle.take_message(self._kind, False)) is not None:
+            while (taken := handle.take_message(self._kind, True)) is not None:
                 messages.append(taken[0])
         return messages
 

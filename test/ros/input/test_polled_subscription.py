@@ -5,9 +5,14 @@
 
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import deserialize_message
 from std_msgs.msg import Int32
 
 from aick_ros.ros.input.polled_subscription import PolledSubscription
+
+
+def taken_from(polled):
+    return [deserialize_message(message, Int32).data for message in polled.take()]
 
 
 def test_it_is_left_to_whoever_takes_the_messages(node, neighbours):
@@ -27,7 +32,7 @@ def test_it_is_left_to_whoever_takes_the_messages(node, neighbours):
     neighbours.wait_until(lambda: len(rounds) > 9, 'the timer',
                           lambda: executor.spin_once(timeout_sec=1.0))
     executor.shutdown()
-    assert [message.data for message in polled.take()] == [2, 3]
+    assert taken_from(polled) == [2, 3]
     assert polled.take() == []
     polled.destroy()
     assert list(node.subscriptions) == []
@@ -40,7 +45,7 @@ def test_it_keeps_as_many_messages_as_its_qos_says_and_the_newest(node, neighbou
     assert made.qos_profile.reliability is ReliabilityPolicy.BEST_EFFORT
     neighbours.send(neighbours.offer('numbers', kind=Int32),
                     *(Int32(data=number) for number in range(10)))
-    assert [message.data for message in polled.take()] == list(range(3, 10))
+    assert taken_from(polled) == list(range(3, 10))
 
 
 def test_messages_wait_in_order_until_they_are_taken(rig):
@@ -52,7 +57,7 @@ def test_messages_wait_in_order_until_they_are_taken(rig):
     taken = []
 
     def have_come():
-        taken.extend(message.data for message in polled.take())
+        taken.extend(taken_from(polled))
         return len(taken) == 5
 
     rig.wait_until(have_come, lambda: taken)
