@@ -74,7 +74,7 @@ class Odometry:
         self._times = StageTimes()
         self._learned = Learned()
         self._gyroscope = Gyroscope(settings.imu, settings.odometry)
-        self._gravity = Gravity(settings.imu)
+        self._gravity = Gravity(settings.imu, self._gyroscope.rotation)
         self._other = OtherOdometry(settings.odometry)
         self._plane = Plane(settings.odometry)
         self._filter = PositionFilter(settings.odometry)

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from aick_ros.frames.imu import ImuSamples
@@ -18,6 +20,11 @@ from aick_ros.settings import ImuSettings
 
 _LARGEST_FORCE = 400.0  # m/s^2; chosen: beyond the range of every accelerometer for cameras
 _FIRST = NANOSECONDS // 10  # chosen on two excerpts of real recordings: a hand turns meanwhile
+_TURNED, _STEP = 2 * NANOSECONDS, NANOSECONDS // 50
+"""Longest time of forces that a gyroscope turns, and that of one turn.
+
+Chosen on rendered rooms: a hand's acceleration tilts the start by a third less with 2 s."""
+
 _LONGEST_STEP = 0.2  # s; chosen: a camera turns evenly meanwhile
 _HAND = 0.5  # m/s^2; chosen: acceleration of a camera that is held
 _PLAUSIBLE = 0.5, 1.5  # chosen: force of a camera at the start, by gravity
@@ -33,10 +40,14 @@ class Gravity:
     Begins the odometry level, and keeps it so.
 
     :param settings: noise of the accelerometer.
+    :param turn: rotation between two stamps of images [ns] by a gyroscope, 3x3, that takes
+        directions at the second one to the axes at the first; None where it is not known.
     """
 
-    def __init__(self, settings: ImuSettings) -> None:
+    def __init__(self, settings: ImuSettings,
+                 turn: Callable[[int, int], np.ndarray | None] = lambda start, end: None) -> None:
         self.configure(settings)
+        self._turn = turn
         self._samples = SampleCheck('accelerometer', 'm/s^2', _LARGEST_FORCE)
         self._forces = ForceIntegral()
         self._offset = 0
@@ -158,13 +169,37 @@ class Gravity:
                 measured.translation, measured.covariance[:3, :3])
 
     def _first_force(self, stamp: int) -> np.ndarray | None:
-        """Return the mean force before a frame, 3; None: it is not known."""
+        """Return the mean force before a frame, 3, in its axes; None: it is not known."""
         forces = self._forces.recent(stamp + self._offset, _FIRST)
         if not len(forces) or self._samples.unchanged:
             return None
-        force: np.ndarray = forces.mean(axis=0)
+        force = self._turned_force(stamp)
+        if force is None:
+            force = forces.mean(axis=0)
         low, high = _PLAUSIBLE
         return force if low < np.linalg.norm(force) / GRAVITY < high else None
+
+    def _turned_force(self, stamp: int) -> np.ndarray | None:
+        """
+        Return the mean force of a longer time before a frame, turned by the gyroscope, 3.
+
+        None where there is no gyroscope, or the turned forces differ more than those that are
+        not: the camera has not confirmed the gyroscope yet.
+        """
+        forces, turned = [], []
+        for end in range(stamp, stamp - _TURNED, -_STEP):
+            turn = self._turn(end - _STEP // 2, stamp)
+            if turn is None:
+                break
+            measured = self._forces.recent(end + self._offset, _STEP)
+            if len(measured):
+                forces.append(measured.mean(axis=0))
+                turned.append(turn.T @ forces[-1])
+        if len(turned) * _STEP <= _FIRST or np.var(turned, axis=0).sum() > np.var(
+                forces, axis=0).sum():
+            return None
+        force: np.ndarray = np.mean(turned, axis=0)
+        return force
 
     def _note(self, agrees: bool) -> None:
         """Note whether a position is the one expected; begin anew where most are not."""

@@ -123,6 +123,11 @@ class Gyroscope:
         turn = self._turn(stamp, stamp) if self._is_used else None
         return None if turn is None else turn.rates[1]
 
+    def rotation(self, start: int, end: int) -> np.ndarray | None:
+        """Return the rotation between two stamps of images [ns], 3x3; None: it is not known."""
+        turn = self._turn(start, end) if self._is_used else None
+        return None if turn is None else turn.rotation
+
     def learn(self, start: int, end: int, seen: PoseWithCovariance) -> None:
         """
         Compare with a motion that the camera alone has measured, and learn from it.

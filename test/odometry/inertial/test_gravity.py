@@ -14,7 +14,8 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.inertial.gravity import Gravity
-from aick_ros.settings import ImuSettings
+from aick_ros.odometry.inertial.gyroscope import Gyroscope
+from aick_ros.settings import ImuSettings, OdometrySettings
 from aick_ros.sources.synthetic.imu import IMU_MODELS, ImuModel, SensorNoise, imu_samples
 
 START, RATE = 1000 * NANOSECONDS, 15
@@ -167,3 +168,32 @@ def test_after_a_pause_the_frame_turns_by_no_more_than_in_a_fifth_of_a_second(re
         gravity.update(stamp, begun, PoseWithCovariance(
             se3.inverse(moving(START)) @ moving(stamp), noise), np.eye(4))
     assert steps == pytest.approx([0.2, 0.05, 0.1, 0.2, 0.1])
+
+
+def turning(stamp):
+    """Return the pose of a camera in a hand that shakes and turns it."""
+    time = (stamp - START) / NANOSECONDS
+    pose = np.eye(4)
+    pose[:3, :3] = se3.exp_rotation([0.5 * np.sin(1.7 * time), 0.6 * np.sin(1.1 * time),
+                                     0.4 * time]) @ AHEAD
+    pose[:3, 3] = 0.02 * np.sin(np.array([6.0, 7.5, 5.0]) * time + [0, 1, 2])
+    return pose
+
+
+@pytest.mark.parametrize('change, is_used', [
+    (lambda rates: rates, True), (lambda rates: -rates, False), (np.degrees, False),
+    (np.zeros_like, False), (lambda rates: np.full_like(rates, np.nan), False)])
+def test_a_gyroscope_turns_the_forces_of_a_longer_time_unless_they_contradict_it(change, is_used):
+    samples = imu_samples(turning, START, START + 6 * NANOSECONDS, IMU_MODELS['icm42688'],
+                          np.random.default_rng(1))
+    changed = ImuSamples(samples.stamps, change(samples.turn_rates), samples.accelerations)
+    tilts = []
+    for stamp in range(START + 5 * NANOSECONDS // 2, START + 6 * NANOSECONDS, NANOSECONDS // 2):
+        gyroscope = Gyroscope(ImuSettings(), OdometrySettings())
+        gravities = Gravity(ImuSettings()), Gravity(ImuSettings(), gyroscope.rotation)
+        gyroscope.add(changed.until(stamp))
+        for gravity in gravities:
+            gravity.add(changed.until(stamp), 0.0)
+        tilts.append([tilt(gravity.begin(stamp).rotation, turning(stamp)) for gravity in gravities])
+    without, with_it = np.sqrt(np.mean(np.square(tilts), axis=0))
+    assert with_it < 0.6 * without if is_used else with_it == without
