@@ -50,9 +50,15 @@ def test_each_part_gets_the_settings_it_uses(parts, changed):
     for name, groups in CONFIGURED.items():
         at_the_start, changed_to = (tuple(getattr(settings, group) for group in groups)
                                     for settings in (Settings(), OTHER))
-        assert parts.arguments(name) == [at_the_start]
+        assert [given[:len(groups)] for given in parts.arguments(name)] == [at_the_start]
         assert parts.asked(name, 'configure') == [at_the_start, changed_to]
     assert parts.arguments('MotionModel') == [(Settings().odometry,), (OTHER.odometry,)]
+
+
+def test_gravity_asks_the_gyroscope_how_the_camera_turned(parts, changed):
+    [(_, turn)] = parts.arguments('Gravity')
+    turn(5, 9)
+    assert parts.asked('Gyroscope', 'rotation') == [(5, 9)]
 
 
 def test_parts_that_use_others_get_the_new_ones(parts, changed):

@@ -194,6 +194,7 @@ def test_a_gyroscope_turns_the_forces_of_a_longer_time_unless_they_contradict_it
         gyroscope.add(changed.until(stamp))
         for gravity in gravities:
             gravity.add(changed.until(stamp), 0.0)
-        tilts.append([tilt(gravity.begin(stamp).rotation, turning(stamp)) for gravity in gravities])
+        tilts.append([tilt(gravity.begin(stamp).rotation, turning(stamp))
+                      for gravity in gravities])
     without, with_it = np.sqrt(np.mean(np.square(tilts), axis=0))
     assert with_it < 0.6 * without if is_used else with_it == without
