@@ -15,7 +15,7 @@ from aick_ros.borders.values import required, required_array
 from aick_ros.errors import InputError
 
 Choice = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""Which keypoints are kept: of their pixels and responses, the rows in the order of the result."""
+"""Choice of keypoints by their pixels and responses: their rows, in the order of the result."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,3 +31,30 @@ def test_images_are_put_where_others_were():
     pages = 3 * 480 * 640 * 4 / 4096
     assert faults[0] > 0.5 * pages  # else it is not needed
     assert faults[1] < 0.05 * pages
+
+
+THREADS = '''
+import resource, threading
+import numpy as np
+from aick_ros.borders.allocator import keep_freed_memory
+{keep}
+def images():
+    return [np.ones((480, 640), np.float32) for _ in range(3)]
+for _ in range(2):  # so that each thread has allocated before
+    thread = threading.Thread(target=images)
+    thread.start()
+    thread.join()
+before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+made = images()
+print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
+'''
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != 'glibc', reason='the allocator of glibc')
+def test_images_are_put_where_those_of_another_thread_were():
+    faults = [int(subprocess.run(
+        [sys.executable, '-c', THREADS.format(keep=keep)], capture_output=True, text=True,
+        check=True).stdout) for keep in ('', 'keep_freed_memory()')]
+    pages = 3 * 480 * 640 * 4 / 4096
+    assert faults[0] > 0.5 * pages  # else it is not needed
+    assert faults[1] < 0.05 * pages

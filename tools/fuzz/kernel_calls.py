@@ -34,15 +34,19 @@ closest_pairs f:n,4 f:m,4 q:2,k f:k %f %f %f q>n,2
 composed_poses d:4,4 d:6,6 d:4,4 d:6,6 d>4,4 d>6,6
 corners B:h,v %b %i %i %i
 depth_rows d:n,3 d:n,3 d:n,6 d:4,4 d:2,6 d:2 d>n,14
-disc_moments B:h,v %b q:r f:n,2 d>n,2
+disc_directions B:h,v %b q:r f:n,2 d>n
+displace_cells f>n,3 q:k d:6 d:6 %f
 distortion_rows d:n,3 d:n,3 q:n,4 d:n,4 %f d:k d>n,k d>n
 edges_beside f:h,v d:n,2 d:n %i %f %f d>n ?>n
 exp_pose d:6 d>4,4
 exp_rotation d:3 d>3,3
+fit_moments d:4,4 %f %f d>4,4
 fit_planes f:h,v d:4 f>c,3 f>c,3 f>c f>c
 gradient_moments B:h,v d:n,2 %i d>n,3,3
 gradient_noise d:n,6 d:n d:n q:n d:6 d>6,6
+integrate_turns q:n d:n,3 d>n,3,3 d>n,3,3
 inverse_depth_slopes f:h,v d:n,2 d:n %i d>n,2
+inverse_pose d:4,4 d>4,4
 is_rigid d:4,4
 keypoint_rows d:n,3 q:k q:k f:m,3 d:2,n,6 d:4,4 d:2,6 d:2 %f d>2,k,14
 log_pose d:4,4 d>6
@@ -53,16 +57,19 @@ moved_by_rows d:n,3 d:6 d:6 %f d>n,3
 nodes_around d:n,2 %a %e q>n,4 d>n,4
 normal_buckets f:n,3 ?:n %w B>n q>s
 normal_equations d:n,6 d:n d:n d>6,6 d>6
+normalize d:n,2 d:4 d:12 d>n,2
 pairs_of_near_points f:n,4 f:m,4 %f
 pairs_of_similar_bits B:n,w B:m,w %w %f
 perturbed_pose d:4,4 d:6 d>4,4
 plane_jacobians d:n,3 d:n,3 d:4,4 %f d>n,2,2
-point_to_plane d:n,3 d:n,3 q:n f:m,3 f:m d:3,3 f:h,v,3 f:h,v,3 ?:h,v f:h,v %v %h d:4 %f %f %f %f \
- d>n d>n,6 d>n,6 d>n,3 q>n
+point_to_plane f:m,3 q:n f:m,3 f:m d:4,4 d:2,6 %f f:h,v,3 f:h,v,3 ?:h,v f:h,v %v %h d:4 %f %f %f \
+ %f d>n d>n,6 d>n,3 q>n d>2,6,6
 project d:n,3 d:4 d:12 d>n,2
 reprojection d:n,3 d:n,2 d:n d:4,4 %f d>2,n d>2,n,6 d>n q>2,n
 robust_weights d:n %f %f %f d>n
 sample_depth f:h,v d:n,2 %f %f %f d>n
+solve_definite d:n,n d>n,k %k
+spread d:n,2 %f q>k
 to_quaternion d:3,3 d>4
 track_depth d:n,3 d:n,2 d:n d:4,4 %f %f d>n d>n,6 q>n
 valid_depth f:h,v %f %f f>h,v

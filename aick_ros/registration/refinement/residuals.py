@@ -134,10 +134,9 @@ def gradient_noise(kinds: Iterable[Residuals], error: np.ndarray = np.zeros(6)) 
 
 def robust_weights(squares: np.ndarray, width: float, typical: float = _MEDIAN_1) -> np.ndarray:
     """
-    Return the weights of residuals of which at most half are outliers, by the cost of Geman and
-    McClure (1985): a quarter at the width.
+    Return the weights of residuals of which at most half are outliers.
 
-    Errors of calibration and shutter, which the noise model lacks, enlarge all residuals of some
+    They are those of the cost of Geman and McClure (1985): a quarter at the width. Errors of calibration and shutter, which the noise model lacks, enlarge all residuals of some
     pairs of frames. The width grows with their median, so that a few consistent residuals cannot
     outweigh the rest.
 
