@@ -136,10 +136,12 @@ def test_indices_out_of_range_are_refused(index):
                                 np.ones((1, 4)), 1.0, np.zeros(2), np.zeros((1, 2)), np.zeros(1))
     with pytest.raises(ValueError, match='not one of the source'):
         kernels.point_to_plane(
-            np.ones((2, 3)), np.ones((2, 3)), indices, normals, np.ones(2, np.float32),
-            np.eye(3), *2 * [np.ones((4, 3), np.float32)], np.ones(4, bool),
+            np.ones((2, 3), np.float32), indices, normals, np.ones(2, np.float32), pose,
+            np.zeros((2, 6)), 1.0, *2 * [np.ones((4, 3), np.float32)], np.ones(4, bool),
             np.ones(4, np.float32), 2, 2, np.ones(4), 1.0, 0.0, 1.0, 0.5, np.zeros(2),
-            np.zeros((2, 6)), np.zeros((2, 6)), np.zeros((2, 3)), np.zeros(2, np.int64))
+            np.zeros((2, 6)), np.zeros((2, 3)), np.zeros(2, np.int64), np.zeros((2, 6, 6)))
+    with pytest.raises(ValueError, match='not one of the points'):
+        kernels.displace_cells(np.ones((2, 3), np.float32), indices, np.zeros(6), np.zeros(6), 1.0)
 
 
 @pytest.mark.parametrize('side', [0, -1, -3, 2 ** 63 - 1])
@@ -166,16 +168,16 @@ def test_nodes_are_counted_in_64_bits():
 
 def test_the_sums_of_a_disc_fit_their_integers():
     """Sums of sums of a column: 255 (1 + 2 + ... + (2 r + 1)) below 2^31."""
-    def moments(radius):
+    def direction(radius):
         border = radius + 8
-        image, found = np.full((2 * border + 1,) * 2, 255, np.uint8), np.ones((1, 2))
-        kernels.disc_moments(image, border, np.full(radius + 1, radius),
-                             np.zeros((1, 2), np.float32), found)
+        image, found = np.full((2 * border + 1,) * 2, 255, np.uint8), np.ones(1)
+        kernels.disc_directions(image, border, np.full(radius + 1, radius),
+                                np.zeros((1, 2), np.float32), found)
         return found
 
-    np.testing.assert_array_equal(moments(1024), 0.0)  # by symmetry
+    np.testing.assert_array_equal(direction(1024), 0.0)  # none, by symmetry
     with pytest.raises(ValueError, match='a disc is not within'):
-        moments(1025)
+        direction(1025)
 
 
 def test_the_counts_of_buckets_do_not_depend_on_what_was_there():

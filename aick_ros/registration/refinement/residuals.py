@@ -136,8 +136,9 @@ def robust_weights(squares: np.ndarray, width: float, typical: float = _MEDIAN_1
     """
     Return the weights of residuals of which at most half are outliers.
 
-    They are those of the cost of Geman and McClure (1985): a quarter at the width. Errors of calibration and shutter, which the noise model lacks, enlarge all residuals of some
-    pairs of frames. The width grows with their median, so that a few consistent residuals cannot
+    They are those of the cost of Geman and McClure (1985): a quarter at the width. Errors of
+    calibration and shutter, which the noise model lacks, enlarge all residuals of some pairs of
+    frames. The width grows with their median, so that a few consistent residuals cannot
     outweigh the rest.
 
     :param squares: of the whitened residuals.
