@@ -18,8 +18,8 @@ def keep_freed_memory() -> None:
 
     By default glibc gives it back to the system, which has to clear it before it can be used
     again: a fifth of the processor time of a frame. What a thread has freed is kept for all, not
-    for that thread alone. To be called before threads begin. Other C libraries are left as they
-    are.
+    for that thread alone; threads that began before go on as they were. Other C libraries are left
+    as they are.
     """
     mallopt = getattr(ctypes.CDLL(None), 'mallopt', None)
     if mallopt is not None:

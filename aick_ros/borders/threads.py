@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How many threads libraries start for one call of ours."""
+"""Threads that libraries start for one call: none, unless the user wants them."""
 
 from __future__ import annotations
 

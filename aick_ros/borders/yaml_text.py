@@ -1,15 +1,17 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""YAML of limited depth and size."""
+"""YAML of limited depth and size, in which no key is given twice."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import yaml
 
 from aick_ros.borders.limits import MAX_YAML_DEPTH, MAX_YAML_VALUES
+from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 
 
@@ -18,7 +20,7 @@ def parse_yaml(text: str) -> Any:
     Return the first document of YAML text, None where there is none.
 
     :raises InputError: where the text is not YAML, or nested too deep, or its aliases expand to
-        too many values; the message starts with 'it'.
+        too many values, or a mapping has a key twice; the message starts with 'it'.
     """
     try:
         _require_shallow(text)
@@ -61,6 +63,8 @@ def _count(node: Any, counts: dict[int, int]) -> int:
         return counts[id(node)]
     counts[id(node)] = 0
     children = node.value if not isinstance(node.value, str) else ()
+    if isinstance(node, yaml.MappingNode):
+        _require_different(key for key, _ in children)
     count = 1
     for child in children:
         for part in child if isinstance(child, tuple) else (child,):
@@ -69,3 +73,16 @@ def _count(node: Any, counts: dict[int, int]) -> int:
         raise InputError(f'it has more than {MAX_YAML_VALUES} values')
     counts[id(node)] = count
     return count
+
+
+def _require_different(keys: Iterable[yaml.Node]) -> None:
+    """Raise InputError where a key repeats; PyYAML would keep the last of its values."""
+    lines: dict[tuple[str, str], int] = {}
+    for key in keys:
+        if not isinstance(key, yaml.ScalarNode):
+            continue
+        line, name = key.start_mark.line + 1, (key.tag, key.value)
+        if name in lines:
+            raise InputError(f'it has {quoted(key.value)} twice, in lines {lines[name]} and '
+                             f'{line}: remove one')
+        lines[name] = line

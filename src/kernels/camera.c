@@ -31,32 +31,6 @@ static void project(const double *point, const double *focal, const double *d, d
   pixel[1] = focal[1] * v + focal[3];
 }
 
-PyObject *kernel_project(PyObject *module, PyObject *arguments) {
-  PyObject *point_array, *intrinsics_array, *distortion_array, *pixel_array;
-  if (!PyArg_ParseTuple(arguments, "OOOO", &point_array, &intrinsics_array, &distortion_array,
-                        &pixel_array))
-    return NULL;
-  const Py_ssize_t count = row_count(point_array);
-  const Argument needed[] = {
-      {"the points", point_array, 'd', 3 * count, false},
-      {"the intrinsics", intrinsics_array, 'd', 4, false},
-      {"the distortion", distortion_array, 'd', COEFFICIENTS, false},
-      {"the pixels", pixel_array, 'd', 2 * count, true},
-  };
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  const double *points = arrays.views[0].buf, *intrinsics = arrays.views[1].buf;
-  const double *distortion = arrays.views[2].buf;
-  double *pixels = arrays.views[3].buf;
-  Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i)
-    project(points + 3 * i, intrinsics, distortion, pixels + 2 * i);
-  Py_END_ALLOW_THREADS
-  close_arrays(&arrays);
-  Py_RETURN_NONE;
-}
-
 // The distance of the pixel of a ray (x, y, 1) from a pixel.
 static double distance_from(const double *pixel, double x, double y, const double *focal,
                             const double *d) {
@@ -91,30 +65,43 @@ static void normalize(const double *pixel, const double *focal, const double *d,
   ray[1] = is_found ? y : NAN;
 }
 
-PyObject *kernel_normalize(PyObject *module, PyObject *arguments) {
-  PyObject *pixel_array, *intrinsics_array, *distortion_array, *ray_array;
-  if (!PyArg_ParseTuple(arguments, "OOOO", &pixel_array, &intrinsics_array, &distortion_array,
-                        &ray_array))
+// A function of a point or pixel, by the four intrinsics and the distortion of a camera.
+typedef void (*Mapping)(const double *from, const double *focal, const double *d, double *to);
+
+// Map all rows of the first array, of a given number of coordinates, to those of the last.
+static PyObject *map_rows(PyObject *arguments, Mapping mapping, const char *from_name,
+                          Py_ssize_t from_size, const char *to_name) {
+  PyObject *from_array, *intrinsics_array, *distortion_array, *to_array;
+  if (!PyArg_ParseTuple(arguments, "OOOO", &from_array, &intrinsics_array, &distortion_array,
+                        &to_array))
     return NULL;
-  const Py_ssize_t count = row_count(pixel_array);
+  const Py_ssize_t count = row_count(from_array);
   const Argument needed[] = {
-      {"the pixels", pixel_array, 'd', 2 * count, false},
+      {from_name, from_array, 'd', from_size * count, false},
       {"the intrinsics", intrinsics_array, 'd', 4, false},
       {"the distortion", distortion_array, 'd', COEFFICIENTS, false},
-      {"the rays", ray_array, 'd', 2 * count, true},
+      {to_name, to_array, 'd', 2 * count, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const double *pixels = arrays.views[0].buf, *intrinsics = arrays.views[1].buf;
+  const double *from = arrays.views[0].buf, *intrinsics = arrays.views[1].buf;
   const double *distortion = arrays.views[2].buf;
-  double *rays = arrays.views[3].buf;
+  double *to = arrays.views[3].buf;
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < count; ++i)
-    normalize(pixels + 2 * i, intrinsics, distortion, rays + 2 * i);
+    mapping(from + from_size * i, intrinsics, distortion, to + 2 * i);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
+}
+
+PyObject *kernel_project(PyObject *module, PyObject *arguments) {
+  return map_rows(arguments, project, "the points", 3, "the pixels");
+}
+
+PyObject *kernel_normalize(PyObject *module, PyObject *arguments) {
+  return map_rows(arguments, normalize, "the pixels", 2, "the rays");
 }
 
 PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments) {

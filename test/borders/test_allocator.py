@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-PROGRAM = '''
+ANEW = '''
 import resource
 import numpy as np
 from aick_ros.borders.allocator import keep_freed_memory
@@ -18,22 +18,9 @@ for _ in range(20):
     before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
     images = [np.ones((480, 640), np.float32) for _ in range(3)]
     del images
-    faults = resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before
-print(faults)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 '''
-
-
-@pytest.mark.skipif(platform.libc_ver()[0] != 'glibc', reason='the allocator of glibc')
-def test_images_are_put_where_others_were():
-    faults = [int(subprocess.run(
-        [sys.executable, '-c', PROGRAM.format(keep=keep)], capture_output=True, text=True,
-        check=True).stdout) for keep in ('', 'keep_freed_memory()')]
-    pages = 3 * 480 * 640 * 4 / 4096
-    assert faults[0] > 0.5 * pages  # else it is not needed
-    assert faults[1] < 0.05 * pages
-
-
-THREADS = '''
+AFTER_ANOTHER_THREAD = '''
 import resource, threading
 import numpy as np
 from aick_ros.borders.allocator import keep_freed_memory
@@ -51,9 +38,10 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 
 
 @pytest.mark.skipif(platform.libc_ver()[0] != 'glibc', reason='the allocator of glibc')
-def test_images_are_put_where_those_of_another_thread_were():
+@pytest.mark.parametrize('program', [ANEW, AFTER_ANOTHER_THREAD])
+def test_images_are_put_where_others_were(program):
     faults = [int(subprocess.run(
-        [sys.executable, '-c', THREADS.format(keep=keep)], capture_output=True, text=True,
+        [sys.executable, '-c', program.format(keep=keep)], capture_output=True, text=True,
         check=True).stdout) for keep in ('', 'keep_freed_memory()')]
     pages = 3 * 480 * 640 * 4 / 4096
     assert faults[0] > 0.5 * pages  # else it is not needed

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Numbers of JSON are finite, and their squares too."""
+"""Numbers of JSON are finite, and their squares too; no name is given twice."""
 
 import json
 
@@ -24,3 +24,8 @@ def test_content_is_that_of_the_standard_library(content):
 def test_other_numbers_and_other_text_are_rejected(text):
     with pytest.raises(ValueError):
         bounded_json(text)
+
+
+def test_a_name_that_is_given_twice_is_rejected():
+    with pytest.raises(ValueError, match="^it has 'k' twice: remove one$"):
+        bounded_json('[{"width": 1, "k": [1], "d": [], "k": [2]}]')

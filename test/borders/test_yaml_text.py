@@ -25,6 +25,8 @@ BOMB = 'a0: &a0 [x, x]\n' + ''.join(
     ('!!bool maybe', 'it is not YAML'), ('!!int ""', 'it is not YAML'),
     ('a: [', '^it is not YAML: while parsing'), ('a: *b', 'it is not YAML'),
     ('[a]: b', 'it is not YAML'),
+    ('a: 1\nb: 2\na: 1', "^it has 'a' twice, in lines 1 and 3: remove one$"),
+    ('- {a: {b: 1, "b": 2}}', "it has 'b' twice, in lines 1 and 1"),
     ('!!python/object:os.system {}', 'it is not YAML'), ('\x00', 'it is not YAML')])
 def test_what_is_no_yaml_or_too_large_is_rejected(text, reason):
     with pytest.raises(InputError, match=reason):
@@ -34,7 +36,8 @@ def test_what_is_no_yaml_or_too_large_is_rejected(text, reason):
 @pytest.mark.parametrize('text, content', [
     ('', None), ('# nothing', None), ('a: &a [1, 2]\nb: *a', {'a': [1, 2], 'b': [1, 2]}),
     ('a: 1\n---\nb: 2', {'a': 1}), ('[' * MAX_YAML_DEPTH + ']' * MAX_YAML_DEPTH, ...),
-    ('a: 1\n---\n' + '[' * 900, ...)])
+    ('a: 1\n---\n' + '[' * 900, ...), ('{a: 1, b: {a: 1}}', {'a': 1, 'b': {'a': 1}}),
+    ('{1: a, "1": b}', {1: 'a', '1': 'b'})])
 def test_the_first_document_is_returned(text, content):
     parsed = parse_yaml(text)
     assert content is ... or parsed == content

@@ -56,6 +56,7 @@ def test_distortion_is_optional(tmp_path):
     (json.dumps({**FIELDS, 'd': [0.1]}), 'has 1 coefficients'),
     (json.dumps({**FIELDS, 'distortion_model': 'magic'}), "unknown distortion model 'magic'"),
     (json.dumps({key: FIELDS[key] for key in ('width', 'k')}), "has no 'height'"),
+    (json.dumps(FIELDS)[:-1] + ', "k": [1]}', "cannot read .*: it has 'k' twice: remove one"),
 ])
 def test_a_file_without_a_calibration_is_rejected(tmp_path, text, reason):
     path = tmp_path / 'camera.json'

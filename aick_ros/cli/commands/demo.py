@@ -23,7 +23,7 @@ from aick_ros.cli.output.console import line, progress, table
 from aick_ros.cli.output.demo_report import live_statistics, plot_path, table_rows
 from aick_ros.cli.output.files import write_json
 from aick_ros.cli.output.run_folder import whole_folder
-from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_parent, check_target
 from aick_ros.errors import InputError
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.geometry import se3
@@ -66,6 +66,7 @@ def demo(source: Recording = None, out: Parent = Path('runs'), frames: Frames = 
     No message leaves this machine. Ctrl-C ends it without a trace.
     """
     check_target(json, source)
+    check_parent(out, '--out')
     play = _player(rate)
     recording = (SyntheticSource(SyntheticOptions(frames=frames)) if source is None
                  else open_source(source))

@@ -20,7 +20,7 @@ from aick_ros.cli.input.reading import COMPLETE, Reading
 from aick_ros.cli.output.console import decimal, progress, say, table
 from aick_ros.cli.output.files import write_json, write_whole
 from aick_ros.cli.output.run_folder import RunFolder
-from aick_ros.cli.output.target import STANDARD_OUTPUT, check_target
+from aick_ros.cli.output.target import STANDARD_OUTPUT, check_parent, check_target
 from aick_ros.errors import InputError, installation, package_of
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.run_summary import RunSummary, summarize
@@ -52,6 +52,7 @@ def replay(source: options.Source, out: Out = Path('runs'), preset: options.Pres
     """
     settings = options.settings_from(preset, config, assignments)
     check_target(json, source, config, camera, settings.aick.vocabulary)
+    check_parent(out, '--out')
     recording = open_source(source, SourceOptions(
         camera, colour_topic, depth_topic, info_topic, ground_truth_topic, max_interval,
         register_depth, depth_info_topic, depth_in_colour))

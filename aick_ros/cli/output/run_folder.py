@@ -9,14 +9,15 @@ import csv
 import os
 import re
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager
 from datetime import datetime
+from io import StringIO
 from itertools import count
 from pathlib import Path
-from typing import TextIO
 
 from aick_ros.cli.output.files import write_json, write_whole
+from aick_ros.cli.output.growing_file import GrowingFile
 from aick_ros.cli.output.plot_folder import removed_if_empty
 from aick_ros.errors import InputError
 from aick_ros.evaluation.runs import files
@@ -32,8 +33,9 @@ class RunFolder:
     """
     ``SOURCE-TIME/`` with trajectory.tum and frames.csv, which grow with each frame.
 
-    Both have a line per frame, including lost ones. Each line is flushed, so that the files are
-    complete whenever the run ends. The link ``latest`` beside the folder points to the newest run.
+    Both have a line per frame, including lost ones, and are complete whenever the run ends, also
+    where the disk is full. A folder without a frame is removed at the end of the block. The link
+    ``latest`` beside it points to the newest run.
 
     :param parent: folder in which the folder is made.
     :param source: name of the recording.
@@ -41,18 +43,19 @@ class RunFolder:
     """
 
     def __init__(self, parent: Path, source: str, settings: Settings, started: datetime) -> None:
-        self.path = make_folder(parent, source, started)
-        try:
-            self._trajectory = self._open(files.TRAJECTORY)
-            self._frames = self._open(files.FRAMES)
-        except OSError as error:
-            raise InputError(f'cannot write {error.filename}: {error.strerror}') from None
-        write_whole(self.path / 'settings.yaml', config_text(
-            settings, title=f'Settings of the run over {source}, {started:%Y-%m-%d %H:%M}.'))
-        self._csv = csv.writer(self._frames, lineterminator='\n')
+        self._is_empty = True
         self._stages: list[str] = []
-        self._trajectory.write(HEADER)
-        link_latest(self.path)
+        self._parts = ExitStack()
+        with self._parts:
+            self._parts.enter_context(removed_if_empty(parent))
+            self.path = make_folder(parent, source, started)
+            self._parts.callback(self._remove_if_empty)
+            self._trajectory = self._growing(files.TRAJECTORY)
+            self._frames = self._growing(files.FRAMES)
+            write_whole(self.path / 'settings.yaml', config_text(
+                settings, title=f'Settings of the run over {source}, {started:%Y-%m-%d %H:%M}.'))
+            self._trajectory.append(HEADER)
+            self._parts = self._parts.pop_all()
 
     def __enter__(self) -> RunFolder:
         """Return itself; it is closed at the end of the block."""
@@ -60,18 +63,27 @@ class RunFolder:
 
     def __exit__(self, *_: object) -> None:
         """Close the files."""
-        self._trajectory.close()
-        self._frames.close()
+        self._parts.close()
 
     def add(self, record: FrameRecord) -> None:
-        """Write one frame; the stages of the first frame determine the columns."""
-        if not self._stages:
+        """
+        Write one frame; the stages of the first frame determine the columns.
+
+        :raises InputError: where the disk is full, say; what was written before stays complete.
+        """
+        before = self._frames.size
+        if self._is_empty:
             self._stages = stages_of([record])
-            self._csv.writerow(columns(self._stages))
-        self._trajectory.write(format_pose(record.stamp, record.T_odom_camera) + '\n')
-        self._csv.writerow(cells(record, self._stages))
-        self._trajectory.flush()
-        self._frames.flush()
+            self._frames.append(_row(columns(self._stages)))
+        try:
+            self._frames.append(_row(cells(record, self._stages)))
+            self._trajectory.append(format_pose(record.stamp, record.T_odom_camera) + '\n')
+        except InputError:
+            self._frames.cut(before)
+            raise
+        if self._is_empty:
+            self._is_empty = False
+            link_latest(self.path)
 
     def write_summary(self, summary: RunSummary) -> None:
         """Write the statistics of the run."""
@@ -81,8 +93,21 @@ class RunFolder:
         """Write the true poses, by which the run can be scored without its recording."""
         write_whole(self.path / files.GROUND_TRUTH, trajectory_text(ground_truth))
 
-    def _open(self, name: str) -> TextIO:
-        return open(self.path / name, 'w', encoding='utf-8', newline='')
+    def _growing(self, name: str) -> GrowingFile:
+        file = GrowingFile(self.path / name)
+        self._parts.callback(file.close)
+        return file
+
+    def _remove_if_empty(self) -> None:
+        if self._is_empty:
+            shutil.rmtree(self.path, ignore_errors=True)
+
+
+def _row(row: Iterable[object]) -> str:
+    """Return a line of CSV."""
+    text = StringIO()
+    csv.writer(text, lineterminator='\n').writerow(row)
+    return text.getvalue()
 
 
 def make_folder(parent: Path, source: str, started: datetime) -> Path:

@@ -45,6 +45,21 @@ def check_target(target: str | None, *inputs: str | Path | None) -> None:
         raise InputError(f'cannot write {target!r}: {reason_of(error)}') from None
 
 
+def check_parent(folder: Path, option: str) -> None:
+    """
+    Check before a long run that a folder of results can be made in a folder.
+
+    :param folder: it is made later where it does not exist.
+    :raises InputError: where it cannot be: what would hold it is no folder or cannot be written.
+    """
+    existing = next((path for path in (folder, *folder.parents) if os.path.lexists(path)), folder)
+    try:
+        try_to_write(existing / 'file')
+    except (OSError, ValueError, RuntimeError) as error:  # NUL in the name; a link to itself
+        raise InputError(f'{option} {folder}: cannot make a folder in {existing}: '
+                         f'{reason_of(error)}') from None
+
+
 def _check_inputs(path: Path, inputs: list[Path]) -> None:
     """Raise InputError where a file is an input, or one of an input's files."""
     for name in inputs:

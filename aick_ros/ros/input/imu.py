@@ -54,7 +54,7 @@ class ImuInput:
         self._awaited: int | None = None  # stamp of an image [ns]
         self._missing = ''  # which transform is missing, in one sentence
         self._node = node
-        self._subscription: PolledSubscription[Imu] | None = None
+        self._subscription: PolledSubscription | None = None
         self._timer: Timer | None = None
 
     def activate(self) -> None:

@@ -5,13 +5,13 @@
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 
-Message = TypeVar('Message')
+from aick_ros.ros.input.waiting_messages import waiting_messages
 
 
 class _NeverExecuted(CallbackGroup):
@@ -27,7 +27,7 @@ class _NeverExecuted(CallbackGroup):
         pass
 
 
-class PolledSubscription(Generic[Message]):
+class PolledSubscription:
     """
     Leaves messages in the queue of the middleware until they are taken, by one thread at a time.
 
@@ -38,19 +38,14 @@ class PolledSubscription(Generic[Message]):
     :param qos: its depth is the number of messages that are kept.
     """
 
-    def __init__(self, node: Node, kind: type[Message], topic: str, qos: QoSProfile) -> None:
-        self._node, self._kind = node, kind
+    def __init__(self, node: Node, kind: Any, topic: str, qos: QoSProfile) -> None:
+        self._node = node
         self._subscription = node.create_subscription(
-            kind, topic, lambda message: None, qos, callback_group=_NeverExecuted())
+            kind, topic, lambda message: None, qos, callback_group=_NeverExecuted(), raw=True)
 
     def take(self) -> list[bytes]:
         """Return the messages that have come since the last call, as they were sent."""
-        messages: list[bytes] = []
-        handle = self._subscription.handle
-        with handle:
-            while (taken := handle.take_message(self._kind, True)) is not None:
-                messages.append(taken[0])
-        return messages
+        return list(waiting_messages(self._subscription))
 
     def destroy(self) -> None:
         """Unsubscribe."""

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -19,6 +19,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from aick_ros.geometry.stamps import RESTART_AFTER
 from aick_ros.ros.conversions import to_stamp
+from aick_ros.ros.input.waiting_messages import waiting_messages
 from aick_ros.settings.node import NodeSettings
 
 _CAMERA_INFO_QUEUE = 10
@@ -138,7 +139,7 @@ class AdaptiveSubscription:
         """Destroy the old subscription; take what it still holds from before ``first``."""
         if self._old is None:
             return
-        for message in _queued(self._old):
+        for message in waiting_messages(self._old):
             if first is not None and self._covers(to_stamp(message.header.stamp), first):
                 break  # the new subscription brings it and all that follow
             self._pass_on(message)
@@ -153,14 +154,6 @@ class AdaptiveSubscription:
         # a calibration may be taken twice, and many have no stamp
         return not self._latched and (
             0 <= stamp - to_stamp(message.header.stamp) <= RESTART_AFTER)
-
-
-def _queued(subscription: Subscription) -> Iterator[Any]:
-    """Take the messages that wait in the queue of a subscription, as the executor does."""
-    with subscription.handle:
-        while (taken := subscription.handle.take_message(
-                subscription.msg_type, subscription.raw)) is not None:
-            yield taken[0]
 
 
 def image_topics(settings: NodeSettings) -> tuple[str, str]:

@@ -266,7 +266,7 @@ def test_a_place_that_cannot_be_written(replay, recording, tmp_path):
     (tmp_path / 'file').write_text('')
     outcome, _ = replay(recording, '--out', tmp_path / 'file')
     assert outcome.code == 2
-    assert f'cannot make the folder {tmp_path / "file"}' in outcome.sentence
+    assert f'cannot make a folder in {tmp_path / "file"}: Not a dir' in outcome.sentence
 
 
 def test_a_place_in_too_many_folders(tmp_path):

@@ -63,10 +63,36 @@ def test_each_frame_is_in_both_files_as_soon_as_it_is_added(tmp_path):
     assert not any(name.startswith('late') for name in lines[0])
 
 
+def test_nothing_is_left_of_a_run_without_a_frame(tmp_path):
+    for begin in (lambda: RunFolder(tmp_path / 'runs', 'x', None, STARTED),
+                  lambda: RunFolder(tmp_path / 'runs', 'x', Settings(), STARTED)):
+        with pytest.raises((KeyboardInterrupt, TypeError)), begin() as folder:
+            folder.write_ground_truth(Trajectory(np.array([5, 6]), np.tile(np.eye(4), (2, 1, 1))))
+            raise KeyboardInterrupt
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_frame_for_which_the_disk_has_no_room_is_in_neither_file(tmp_path, monkeypatch):
+    def fail(lines):
+        raise InputError('no room')
+
+    with RunFolder(tmp_path, 'x', Settings(), STARTED) as folder:
+        folder.add(record(1))
+        for growing in (folder._frames, folder._trajectory):
+            with pytest.raises(InputError, match='no room'), monkeypatch.context() as patch:
+                patch.setattr(growing, 'append', fail)
+                folder.add(record(2))
+        folder.add(record(3))
+    assert read_trajectory(folder.path / 'trajectory.tum').poses[:, 0, 3].tolist() == [1, 3]
+    with open(folder.path / 'frames.csv', newline='') as file:
+        assert [float(line['stamp']) for line in csv.DictReader(file)] == [1, 3]
+
+
 def test_settings_summary_and_ground_truth_have_files_of_their_own(tmp_path):
     settings = with_values(Settings(), {'aick.iterations': 7})
     truth = Trajectory(np.array([5, 6]) * NANOSECONDS, np.tile(np.eye(4), (2, 1, 1)))
     with RunFolder(tmp_path, 'a room', settings, STARTED) as folder:
+        folder.add(record(1))
         folder.write_summary(SimpleNamespace(to_json=lambda: {'frames': 2}))
         folder.write_ground_truth(truth)
     text = (folder.path / 'settings.yaml').read_text()

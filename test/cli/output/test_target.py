@@ -4,10 +4,11 @@
 """A file for results can be written and replaces nothing that the command reads."""
 
 import os
+from pathlib import Path
 
 import pytest
 
-from aick_ros.cli.output.target import check_target
+from aick_ros.cli.output.target import check_parent, check_target
 from aick_ros.errors import InputError
 
 
@@ -101,3 +102,22 @@ def test_a_pipe_and_a_device_are_given_nothing(tmp_path):
         assert os.read(reader, 1) == b''
     finally:
         os.close(reader)
+
+
+def test_a_place_for_folders_is_checked_without_making_it(tmp_path, full_disk):
+    (tmp_path / 'file').touch()
+    (tmp_path / 'link').symlink_to('link')
+    for name, reason in (('file/a', 'Not a directory'), ('link', 'Symlink loop'),
+                         ('deep/er', 'No space left on device')):
+        with pytest.raises(InputError) as raised:
+            check_parent(tmp_path / name, '--out')
+        assert f'--out {tmp_path / name}: cannot make a folder in ' in str(raised.value)
+        assert reason in str(raised.value)
+    assert sorted(os.listdir(tmp_path)) == ['file', 'link']
+
+
+def test_a_folder_that_can_be_made_is_accepted_and_not_made(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for folder in (Path('runs'), tmp_path / 'deep' / 'er', tmp_path, Path()):
+        check_parent(folder, '--out')
+    assert os.listdir(tmp_path) == []
