@@ -51,8 +51,10 @@ def check_parent(folder: Path, option: str) -> None:
 
     :param folder: it is made later where it does not exist.
     :raises InputError: where it cannot be: what would hold it is no folder or cannot be written.
+    :raises FileNotFoundError: where the current folder has been removed.
     """
-    existing = next((path for path in (folder, *folder.parents) if os.path.lexists(path)), folder)
+    place = folder.absolute()
+    existing = next(path for path in (place, *place.parents) if os.path.lexists(path))
     try:
         try_to_write(existing / 'file')
     except (OSError, ValueError, RuntimeError) as error:  # NUL in the name; a link to itself
