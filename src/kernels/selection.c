@@ -63,6 +63,10 @@ PyObject *kernel_spread(PyObject *module, PyObject *arguments) {
   double cell_size;
   if (!PyArg_ParseTuple(arguments, "OdO", &pixel_array, &cell_size, &chosen_array))
     return NULL;
+  if (!(cell_size > 0.0)) {
+    PyErr_SetString(PyExc_ValueError, "the size of the cells is not above 0");
+    return NULL;
+  }
   const Py_ssize_t count = row_count(pixel_array), wanted = row_count(chosen_array);
   const Argument needed[] = {
       {"the pixels", pixel_array, 'd', 2 * count, false},

@@ -51,3 +51,16 @@ def test_cells_of_one_row_are_not_those_of_the_next():
 def test_pixels_beside_the_image_are_in_its_outer_cells():
     pixels = np.array([(-5, 10), (10, -1e9), (1e12, 10), (1e15, 10), (70, 10)], float)
     assert spread(pixels, 3, 60).tolist() == [0, 2, 4]
+
+
+@pytest.mark.parametrize('size', [0.0, -1.0, -1e19, np.nan, -np.inf])
+def test_cells_without_a_size_are_refused(size):
+    """With a negative size the pixel farthest out is not in the last cell."""
+    with pytest.raises(ValueError, match='the size of the cells is not above 0'):
+        spread(np.array([(0, 0), (10, 10), (1e12, 5)], float), 2, size)
+
+
+@pytest.mark.parametrize('pixel', [(np.nan, np.nan), (np.inf, -np.inf), (-1e300, 1e300)])
+@pytest.mark.parametrize('size', [1e-300, 60, np.inf])
+def test_any_pixel_has_a_cell(pixel, size):
+    assert spread(np.array([(5, 5), pixel], float), 2, size).tolist() == [0, 1]
