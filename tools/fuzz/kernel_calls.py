@@ -115,8 +115,7 @@ def call_kernel(data: bytes, _: Path) -> None:
     arguments = [_argument(spec, sizes, choices, area) for area, spec in enumerate(specs)]
     for _ in range(choices.among(3)):
         place = choices.among(len(arguments))
-        is_array = getattr(arguments[place], 'dtype', np.dtype('O')).kind in 'fibu'
-        odd = choices.one(_ODD if is_array else _ODD_NUMBERS)
+        odd = choices.one(_ODD if _is_array(arguments[place]) else _ODD_NUMBERS)
         arguments[place] = odd(arguments, place, choices)
     kept = [argument.tobytes() if _is_read(spec, argument) and not _is_shared(arguments, place)
             else None for place, (spec, argument) in enumerate(zip(specs, arguments))]
@@ -127,6 +126,10 @@ def call_kernel(data: bytes, _: Path) -> None:
     for spec, argument, before in zip(specs, arguments, kept):
         if before is not None and argument.tobytes() != before:
             raise AssertionError(f'{name} changed {spec}, which it is to read')
+
+
+def _is_array(argument: Any) -> bool:
+    return isinstance(argument, np.ndarray) and argument.dtype.kind in 'fibu'
 
 
 def _is_read(spec: str, argument: Any) -> bool:
