@@ -18,9 +18,11 @@ def bounded_json(text: str) -> Any:
     """
     Return the content of JSON.
 
-    :raises ValueError: where it is none, is nested too deep for Python, has NaN or a number
-        that is too large, or an object with a name twice.
+    :raises ValueError: where it is none, is empty, is nested too deep for Python, has NaN or a
+        number that is too large, or an object with a name twice.
     """
+    if not text.strip():
+        raise ValueError('it is empty')
     try:
         return json.loads(text, parse_constant=_rejected, parse_float=_bounded,
                           parse_int=_bounded_integer, object_pairs_hook=of_different_names)

@@ -35,10 +35,11 @@ def parse_yaml(text: str) -> Any:
             loader.dispose()
     except InputError:
         raise
-    except (yaml.YAMLError, ValueError, TypeError, OverflowError, AttributeError,
-            LookupError) as error:
-        # dates that do not exist and integers of thousands of digits are ValueErrors
+    except yaml.YAMLError as error:
         raise InputError(f'it is not YAML: {" ".join(str(error).split())}') from None
+    except (ValueError, TypeError, OverflowError, AttributeError, LookupError) as error:
+        # dates that do not exist, integers of thousands of digits, !!bool maybe
+        raise InputError(f'it is not YAML: a value is not of its type ({error})') from None
 
 
 def _require_shallow(text: str) -> None:

@@ -62,7 +62,7 @@ class Camera:
         if not all(map(math.isfinite, intrinsics)) or self.fx <= 0 or self.fy <= 0:
             raise InputError(
                 f'the camera has fx {self.fx:g}, fy {self.fy:g}, cx {self.cx:g}, cy {self.cy:g}: '
-                'focal lengths must be positive; calibrate the camera')
+                'all must be finite, and focal lengths must be positive; calibrate the camera')
         focal_lengths = (self.fx, self.fy)
         if max(map(abs, intrinsics)) > MAX_PIXEL_LENGTH or min(focal_lengths) < MIN_FOCAL_LENGTH:
             raise InputError(

@@ -110,7 +110,7 @@ def read_trajectory(path: Path) -> Trajectory:
     stamps, poses = [], []
     lines = read_text(path, 'the trajectory', MAX_LIST_BYTES).splitlines()
     for row, line in enumerate(lines, 1):
-        if not line.strip() or line.startswith('#'):
+        if not line.strip() or line.lstrip().startswith('#'):
             continue
         words = line.replace(',', ' ').split()
         try:

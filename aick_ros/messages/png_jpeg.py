@@ -180,8 +180,10 @@ def require_units(image: np.ndarray) -> np.ndarray:
     """
     if image.dtype != np.uint16 or image.ndim != 2:
         channels = 1 if image.ndim == 2 else image.shape[2]
-        raise InputError(f'it has {channels} channels of {image.dtype}, a depth image has one of '
-                         'uint16: use the depth image instead of the colour image')
+        plural = '' if channels == 1 else 's'
+        raise InputError(f'it has {channels} channel{plural} of {image.dtype}, a depth image has '
+                         'one of uint16: use the depth image as the camera sends it, not the '
+                         'colour image, nor a depth image made to be looked at')
     return image
 
 

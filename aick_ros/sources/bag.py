@@ -73,7 +73,11 @@ class BagSource:
 
     @cached_property
     def ground_truth(self) -> Trajectory | None:
-        """The poses on the topic of the ground truth, or None; null quaternions are skipped."""
+        """
+        The poses on the topic of the ground truth, or None; null quaternions are skipped.
+
+        :raises InputError: where the topic was asked for and has no pose.
+        """
         topic = self._topics.ground_truth(self._options.ground_truth_topic)
         if topic is None:
             return None
@@ -82,6 +86,9 @@ class BagSource:
             with suppress(ValueError):
                 poses[stamp_of(message)] = _pose(message)
         stamps = sorted(poses)
+        if not stamps and self._options.ground_truth_topic is not None:
+            raise InputError(f'{self._path}: {topic} has no pose that is one: its numbers are not '
+                             'finite, or its quaternions are null')
         if not stamps:
             return None
         return Trajectory(np.array(stamps, np.int64),

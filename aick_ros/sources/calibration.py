@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from aick_ros.borders.bounded_json import of_different_names
+from aick_ros.borders.bounded_json import bounded_json
 from aick_ros.borders.files import read_text
 from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.errors import InputError
@@ -40,9 +40,8 @@ def read_camera(path: Path) -> Camera:
     """
     text = read_text(path, 'the calibration', MAX_CONFIGURATION_BYTES)
     try:
-        fields = _from_yaml(text) if path.suffix in _YAML else json.loads(
-            text, object_pairs_hook=of_different_names)
-    except (ValueError, RecursionError) as error:  # InputError is a ValueError
+        fields = _from_yaml(text) if path.suffix in _YAML else bounded_json(text)
+    except ValueError as error:  # InputError is one
         raise InputError(f'cannot read the calibration {path}: {error}') from None
     try:
         fields = _as_camera_info(fields)

@@ -13,6 +13,7 @@ read is an error.
 from __future__ import annotations
 
 import heapq
+import os
 import re
 from collections.abc import Iterator
 from functools import cached_property
@@ -84,7 +85,7 @@ class TumSource:
     def ground_truth(self) -> Trajectory | None:
         """The trajectory in groundtruth.txt, None where there is none."""
         path = self._folder / 'groundtruth.txt'
-        return read_trajectory(path) if path.exists() else None
+        return read_trajectory(path) if os.path.lexists(path) else None
 
     def __len__(self) -> int:
         """Return the number of associated pairs."""
@@ -139,7 +140,7 @@ def _read_list(folder: Path, name: str) -> _List:
     images: dict[int, str] = {}
     skipped = []
     for number, line in enumerate(lines, 1):
-        if not line.strip() or line.startswith('#'):
+        if not line.strip() or line.lstrip().startswith('#'):
             continue
         stamp, file = _read_line(line, f'{path}, line {number}')
         if stamp in images:

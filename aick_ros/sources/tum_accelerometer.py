@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -28,11 +29,11 @@ def read_accelerations(folder: Path) -> ImuSamples | None:
     :raises InputError: where a line is not a stamp and three numbers.
     """
     path = folder / FILE
-    if not path.exists():
+    if not os.path.lexists(path):
         return None
     samples: dict[int, list[float]] = {}
     for number, line in enumerate(read_text(path, 'the list', MAX_LIST_BYTES).splitlines(), 1):
-        if line.strip() and not line.startswith('#'):
+        if line.strip() and not line.lstrip().startswith('#'):
             stamp, acceleration = _read_line(line, f'{path}, line {number}')
             samples.setdefault(stamp, acceleration)
     stamps = np.array(sorted(samples), np.int64)

@@ -26,6 +26,12 @@ def test_other_numbers_and_other_text_are_rejected(text):
         bounded_json(text)
 
 
+@pytest.mark.parametrize('text', ['', ' \n\t'])
+def test_empty_text_is_said_to_be_empty(text):
+    with pytest.raises(ValueError, match='^it is empty$'):
+        bounded_json(text)
+
+
 def test_a_name_that_is_given_twice_is_rejected():
     with pytest.raises(ValueError, match="^it has 'k' twice: remove one$"):
         bounded_json('[{"width": 1, "k": [1], "d": [], "k": [2]}]')

@@ -95,7 +95,8 @@ def test_pixels_without_a_ray_in_front_of_the_camera_are_nan(camera):
     ((640, 480, K[:8]), '8 numbers: 9 are required'),
     ((0, 0, K), '0 x 0 pixels'),
     ((640, 480, [-500.0, *K[1:]]), 'focal lengths must be positive'),
-    ((640, 480, [float('nan'), *K[1:]]), 'focal lengths must be positive'),
+    ((640, 480, [float('nan'), *K[1:]]), 'all must be finite, and focal lengths'),
+    ((640, 480, [*K[:2], math.inf, *K[3:]]), 'cx inf, .* all must be finite, and focal lengths'),
     ((640, 480, K, [0.1, 0.2, 0.3], 'plumb_bob'), '3 coefficients: it must have 0 or 4 or 5'),
     ((640, 480, K, [0.1, 0.2, 0.3, float('inf')], 'plumb_bob'), 'not all finite'),
     ((640, 480, [1e300, *K[1:]]), 'from 0.1 to 1e'),
@@ -175,8 +176,8 @@ def test_limits_are_within(largest, beyond):
 
 
 @pytest.mark.parametrize('changes, sentence', [
-    ({'fy': -2.0}, 'the camera has fx 525, fy -2, cx 319.5, cy 239.5: focal lengths must be '
-     'positive; calibrate the camera'),
+    ({'fy': -2.0}, 'the camera has fx 525, fy -2, cx 319.5, cy 239.5: all must be finite, and '
+     'focal lengths must be positive; calibrate the camera'),
     ({'cy': 2e6}, 'the camera has fx 525, fy 525, cx 319.5, cy 2e+06: focal lengths must be from '
      '0.1 to 1e+06 pixels, cx and cy at most 1e+06; calibrate the camera'),
     ({'height': 0}, 'the camera image has 640 x 0 pixels: width and height must be positive'),

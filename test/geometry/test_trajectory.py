@@ -109,7 +109,7 @@ def test_a_missing_file_is_reported_with_its_name(tmp_path):
 
 def test_lines_in_any_order_are_sorted_and_of_a_repeated_stamp_the_first_counts(tmp_path):
     file = tmp_path / 'path.txt'
-    file.write_text('# t\n2.5 4 0 0 0 0 0 1\n1.5, 1, 2, 3, 0, 0, 0, 1\n\n'
+    file.write_text('# t\n  # u\n2.5 4 0 0 0 0 0 1\n1.5, 1, 2, 3, 0, 0, 0, 1\n\n'
                     '2.5 9 9 9 0 0 0 1\n0.5 7 0 0 0 0 1 0 and more\n')
     path = read_trajectory(file)
     assert path.stamps.tolist() == [500_000_000, 1_500_000_000, 2_500_000_000]

@@ -56,7 +56,7 @@ def test_units_are_left_as_they_are():
 
 @pytest.mark.parametrize('image', [GREY, BGR])
 def test_units_of_a_colour_image_are_rejected(image):
-    with pytest.raises(InputError, match='channels of uint8.*use the depth'):
+    with pytest.raises(InputError, match='channels? of uint8.*use the depth'):
         png_jpeg.decode_units(encoded(image))
 
 
@@ -232,13 +232,14 @@ def test_the_largest_images_are_not_rejected_by_their_size(width, height):
 
 
 @pytest.mark.parametrize('image, sentence', [
-    (BGR, 'it has 3 channels of uint8'), (GREY, 'it has 1 channels of uint8'),
+    (BGR, 'it has 3 channels of uint8'), (GREY, 'it has 1 channel of uint8'),
     (np.dstack([DEPTH] * 3), 'it has 3 channels of uint16')])
 def test_what_is_no_depth_is_described(image, sentence):
     with pytest.raises(InputError) as raised:
         png_jpeg.decode_units(encoded(image))
     assert str(raised.value) == (f'{sentence}, a depth image has one of uint16: use the depth '
-                                 'image instead of the colour image')
+                                 'image as the camera sends it, not the colour image, nor a '
+                                 'depth image made to be looked at')
 
 
 def test_16_bits_of_any_order_are_scaled():

@@ -685,6 +685,8 @@ def test_ground_truth_without_a_pose_is_none(tmp_path, recording):
     lost.pose.orientation.w = 0.0
     path = write(tmp_path / 'bag', [*messages.recording(recording), (TRUTH, lost)])
     assert BagSource(path).ground_truth is None
+    with pytest.raises(InputError, match=f'{TRUTH} has no pose that is one'):
+        BagSource(path, SourceOptions(ground_truth_topic=TRUTH)).ground_truth
 
 
 def test_of_two_poses_of_one_stamp_the_last_one_counts(tmp_path, recording):

@@ -38,11 +38,15 @@ def test_distortion_is_optional(tmp_path):
 
 @pytest.mark.parametrize('text, reason', [
     ('{"width": 640', 'cannot read the calibration'),
+    ('', 'cannot read the calibration .*: it is empty$'),
+    (json.dumps({**FIELDS, 'k': [float('nan')] * 9}), 'cannot read the calibration .*NaN'),
+    (json.dumps({**FIELDS, 'd': [1e200]}), 'cannot read the calibration .*1e'),
     ('[1, 2]', 'not a calibration: required is an object'),
     ('3', 'not a calibration'),
     ('[' * 100_000, 'cannot read the calibration'),
-    (json.dumps({**FIELDS, 'width': 10 ** 400}), 'on a side'),
-    (json.dumps({**FIELDS, 'k': [1e300, *FIELDS['k'][1:]]}), 'focal lengths must be from'),
+    (json.dumps({**FIELDS, 'width': 10 ** 90}), 'on a side'),
+    (json.dumps({**FIELDS, 'width': 10 ** 400}), 'cannot read the calibration'),
+    (json.dumps({**FIELDS, 'k': [1e90, *FIELDS['k'][1:]]}), 'focal lengths must be from'),
     (' ' * 300_000, 'larger than 262144 bytes'),
     (json.dumps({**FIELDS, 'k': 'abc'}), 'not a calibration'),
     (json.dumps({**FIELDS, 'k': [None] * 9}), 'not a calibration'),

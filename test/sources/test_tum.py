@@ -42,6 +42,20 @@ def test_ground_truth_is_read(recorded_folder):
     assert truth.poses[1].tolist() == [[-1, 0, 0, 4], [0, -1, 0, 5], [0, 0, 1, 6], [0, 0, 0, 1]]
 
 
+def test_ground_truth_that_is_a_link_to_nowhere_is_not_taken_for_none(recorded_folder):
+    (recorded_folder / 'groundtruth.txt').symlink_to('nowhere.txt')
+    with pytest.raises(InputError, match='groundtruth.txt: No such file'):
+        TumSource(recorded_folder).ground_truth
+
+
+@pytest.mark.parametrize('name', ['rgb.txt', 'depth.txt'])
+def test_comments_may_be_indented(recorded_folder, name):
+    count = len(TumSource(recorded_folder))
+    path = recorded_folder / name
+    path.write_text(f'  # an indented comment\n\t#\n{path.read_text()}')
+    assert len(TumSource(recorded_folder)) == count
+
+
 def test_damaged_ground_truth_names_file_and_line(recorded_folder):
     (recorded_folder / 'groundtruth.txt').write_text('# t\n1.5 1 2 3 0 0 0 1\n2.5 4 5\n')
     with pytest.raises(InputError, match='groundtruth.txt, line 3'):

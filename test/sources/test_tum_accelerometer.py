@@ -15,7 +15,7 @@ from aick_ros.sources.tum_accelerometer import read_accelerations
 
 def test_samples_are_in_order_and_in_the_axes_of_the_camera(tmp_path):
     (tmp_path / 'accelerometer.txt').write_text(
-        '# timestamp ax ay az\n2.5 0.1 9.8 -0.3\n1.5 1 2 3\n\n1.5 7 7 7\n')
+        '# timestamp ax ay az\n  # g\n2.5 0.1 9.8 -0.3\n1.5 1 2 3\n\n1.5 7 7 7\n')
     samples = read_accelerations(tmp_path)
     assert samples.stamps.tolist() == [1_500_000_000, 2_500_000_000]
     assert samples.accelerations.tolist() == [[-1, -2, 3], [-0.1, -9.8, -0.3]]
@@ -65,6 +65,12 @@ def test_the_largest_acceleration_is_within(tmp_path, axis, sign):
         else:
             with pytest.raises(InputError, match='line 1: '):
                 read_accelerations(tmp_path)
+
+
+def test_a_link_to_nowhere_is_not_taken_for_none(tmp_path):
+    (tmp_path / 'accelerometer.txt').symlink_to('nowhere.txt')
+    with pytest.raises(InputError, match='accelerometer.txt: No such file'):
+        read_accelerations(tmp_path)
 
 
 def test_an_empty_file_has_no_samples_but_is_one(tmp_path):
