@@ -81,7 +81,7 @@ def run_job(job: Job) -> Finished:
 def _run(job: Job, recording: str | Path) -> Finished:
     started, start = datetime.now(), time.perf_counter()
     source = open_source(recording, job.options)
-    reading = Reading(source, job.limit)
+    reading = Reading(source, job.limit, ahead=False)  # one thread, as cv2 above
     damaged: list[InputError] = []
     evaluation = evaluate(reading, job.settings, job.gaps, on_damaged=damaged.append)
     summary = summarize(reading, evaluation.records, job.settings, time.perf_counter() - start,

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""A recording as the commands read it: ahead in a thread, limited, interruptible."""
+"""A recording as the commands read it: limited, interruptible, as a rule ahead in a thread."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import closing
 
 from aick_ros.cli.input.damage_log import DamageLog
@@ -22,7 +22,7 @@ INTERRUPTED = 'interrupted'
 
 class Reading:
     """
-    A source that is read ahead, until its limit, an error, or Ctrl-C.
+    A source that is read until its limit, an error, or Ctrl-C.
 
     After reading, ``ended`` has the reason of the end: COMPLETE, INTERRUPTED, or the message of an
     error after the first frame. An error before the first frame is raised. Inside a ``with`` block
@@ -30,15 +30,17 @@ class Reading:
 
     :param limit: maximum number of frames; None: all.
     :param damage: log of unusable images, for several sources with one log.
+    :param ahead: read and decode in a thread of its own; False: in that of the caller.
     """
 
     def __init__(self, source: RgbdSource, limit: int | None,
-                 damage: DamageLog | None = None) -> None:
+                 damage: DamageLog | None = None, ahead: bool = True) -> None:
         self.name = source.name
         self.ended = COMPLETE
         self.damage = damage or DamageLog()
         self._source = source
         self._limit = limit
+        self._ahead = ahead
         self._interruption = Interruption()
 
     def __enter__(self) -> Reading:
@@ -72,7 +74,8 @@ class Reading:
             on_damaged(error)
             if self._interruption.requested and not count:
                 raise KeyboardInterrupt  # frames may never come
-        with closing(read_ahead(self._source, report)) as frames:
+        read = read_ahead if self._ahead else _read
+        with closing(read(self._source, report)) as frames:
             try:
                 for count, frame in enumerate(frames, 1):
                     yield frame
@@ -85,3 +88,7 @@ class Reading:
                 if not count:
                     raise
                 self.ended = str(error)
+
+
+def _read(source: RgbdSource, on_damaged: OnDamaged) -> Generator[RgbdFrame, None, None]:
+    yield from source.frames(on_damaged)

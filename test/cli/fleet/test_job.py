@@ -4,6 +4,7 @@
 """The row and the folder of a run against its recording."""
 
 import json
+import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
@@ -60,6 +61,15 @@ def test_the_folder_of_the_run_has_its_path_and_the_true_one(folder, recording, 
     np.testing.assert_allclose(truth[:, 1:4], recording.ground_truth.poses[:, :3, 3], atol=1e-5)
     summary = json.loads(finished.files['summary.json'])
     assert summary['source'] == 'desk'
+
+
+def test_a_job_has_one_thread(recording, in_memory, monkeypatch):
+    threads = set()
+    frames = list(recording.frames(raise_damage))
+    source = in_memory(frames, on_frame=lambda *_: threads.add(threading.current_thread()))
+    monkeypatch.setattr(job_module, 'open_source', lambda *options: source)
+    finish('desk', limit=2)
+    assert threads == {threading.current_thread()}
 
 
 def test_without_true_path_there_is_none(folder):

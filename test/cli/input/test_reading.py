@@ -4,6 +4,7 @@
 """Ends of a recording: its last frame, a limit, the user, damage."""
 
 import signal
+import threading
 
 import pytest
 
@@ -37,6 +38,15 @@ def test_reads_all(recording, stamps):
     assert read(reading) == stamps
     assert read(reading) == stamps
     assert reading.ended == COMPLETE
+
+
+@pytest.mark.parametrize('ahead', [True, False])
+def test_reads_ahead_in_a_thread_of_its_own_or_not_at_all(recording, in_memory, stamps, ahead):
+    threads = set()
+    frames = list(recording.frames(raise_damage))
+    source = in_memory(frames, on_frame=lambda *_: threads.add(threading.current_thread()))
+    assert read(Reading(source, None, ahead=ahead)) == stamps
+    assert len(threads) == 1 and (threading.current_thread() in threads) != ahead
 
 
 @pytest.mark.parametrize('limit', [1, 5, 100])
