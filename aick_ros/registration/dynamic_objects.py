@@ -79,7 +79,8 @@ class DynamicObjectCheck:
         return dataclasses.replace(
             found, T_target_source=second.matrix, covariance=second.covariance,
             systematic=np.zeros((6, 6)), matches=found.matches[:0], bias=refined.bias, noise=None,
-            tracks=refined.tracked, support=len(refined.tracked), evidence=Evidence.DEPTH,
+            misalignment=None, tracks=refined.tracked, support=len(refined.tracked),
+            evidence=Evidence.DEPTH,
             reason=f'{found.support} keypoints move by themselves, {vote.second:.0%} of the '
                    'view shows another motion')
 
