@@ -29,6 +29,8 @@ DISTORTION_MODELS = {
 """Model name -> allowed numbers of coefficients; 0: no distortion."""
 
 _COEFFICIENTS = 12  # of a rational polynomial; behind them is the tilt of the sensor
+_MAX_SKEW = 1.0  # px on the plane z = 1; chosen: a larger one displaces points by half a pixel
+_SCALES = 0.0, 1.0  # of an intrinsic matrix; drivers that leave it out send 0
 _MAX_ROUND_TRIP_ERROR = 0.1  # px; chosen: a larger error means that undistortion failed
 _UNDISTORT_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-9)  # chosen
 
@@ -127,6 +129,10 @@ class Camera:
         if k[0] == 0.0:
             raise InputError('camera_info is not calibrated: k[0] is 0; calibrate the camera or '
                              'start its driver with a calibration file')
+        if not _is_intrinsic(k):
+            raise InputError(f'k of camera_info is [{", ".join(f"{number:g}" for number in k)}]: '
+                             'it must be fx, 0, cx, 0, fy, cy, 0, 0, 1, row by row; check the '
+                             'driver')
         model = required(distortion_model, str, 'distortion_model') or 'plumb_bob'
         distortion = tuple(d)
         if model == 'equidistant':
@@ -223,3 +229,8 @@ def _undistort(pixels: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -
             pixels, matrix, distortion, None, None, _UNDISTORT_CRITERIA))
     return np.asarray(
         cv2.undistortPoints(pixels, matrix, distortion, criteria=_UNDISTORT_CRITERIA))
+
+
+def _is_intrinsic(k: Sequence[float]) -> bool:
+    """Return whether a 3x3 matrix, row by row, is that of a camera, its skew aside if small."""
+    return abs(k[1]) <= _MAX_SKEW and not any((k[3], k[6], k[7])) and k[8] in _SCALES

@@ -69,6 +69,28 @@ def test_from_camera_info():
     assert Camera.from_camera_info(640, 480, K, FR1.distortion, '').distortion == FR1.distortion
 
 
+@pytest.mark.parametrize('at, value', [(1, 0.9), (1, -0.9), (8, 0.0)])
+def test_a_small_skew_and_a_scale_that_is_left_out_change_nothing(at, value):
+    k = [*K[:at], value, *K[at + 1:]]
+    assert Camera.from_camera_info(640, 480, k) == Camera.from_camera_info(640, 480, K)
+
+
+@pytest.mark.parametrize('at, value', [
+    (1, 1.1), (1, -1.1), (1, math.nan), (3, 0.1), (6, 320.0), (7, math.nan), (8, 2.0),
+    (8, math.nan)])
+def test_what_is_no_intrinsic_matrix_is_rejected(at, value):
+    with pytest.raises(InputError, match=r'it must be fx, 0, cx, 0, fy, cy, 0, 0, 1, row by row'):
+        Camera.from_camera_info(640, 480, [*K[:at], value, *K[at + 1:]])
+
+
+def test_a_matrix_by_columns_is_rejected_with_its_numbers():
+    by_columns = np.reshape(K, (3, 3)).T.ravel()
+    with pytest.raises(InputError, match=r'^k of camera_info is \[500, 0, 0, 0, 505, 0, 320, 240, '
+                       r'1\]: it must be fx, 0, cx, 0, fy, cy, 0, 0, 1, row by row; check the '
+                       r'driver$'):
+        Camera.from_camera_info(640, 480, by_columns)
+
+
 @pytest.mark.parametrize('d', [[0.0] * 4, []])
 def test_a_fisheye_with_zero_coefficients_stays_equidistant(d):
     camera = Camera.from_camera_info(640, 480, K, d, 'equidistant')
