@@ -13,12 +13,16 @@ import pytest
 from aick_ros.borders.limits import (
     MAX_DISTORTION, MAX_PIXEL_LENGTH, MAX_PIXELS, MAX_SIDE, MIN_FOCAL_LENGTH)
 from aick_ros.errors import InputError
+from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 
 FR1 = Camera(640, 480, 517.306408, 516.469215, 318.643040, 255.313989, 'plumb_bob',
              (0.262383, -0.953104, -0.005358, 0.002628, 1.163314))
 RATIONAL = Camera(640, 480, 500, 505, 320, 240, 'rational_polynomial',
                   (0.5, -0.2, 0.001, -0.002, 0.02, 0.6, -0.1, 0.01))
+PRISM = dataclasses.replace(RATIONAL, distortion=(
+    *RATIONAL.distortion, 0.003, -0.002, -0.005, 0.004))
+TILTED = dataclasses.replace(RATIONAL, distortion=(*PRISM.distortion, 0.03, -0.05))
 FISHEYE = Camera(640, 480, 300, 302, 320, 240, 'equidistant', (0.02, -0.01, 0.003, -0.001))
 PINHOLE = Camera(640, 480, 525, 525, 319.5, 239.5)
 K = [500.0, 0.0, 320.0, 0.0, 505.0, 240.0, 0.0, 0.0, 1.0]
@@ -33,13 +37,22 @@ def distort(camera, x, y):
         theta = np.arctan(r)
         scale = theta * (1 + k1 * theta**2 + k2 * theta**4 + k3 * theta**6 + k4 * theta**8) / r
         return x * scale, y * scale
-    k1, k2, p1, p2, k3, k4, k5, k6 = (camera.distortion + (0.0,) * 8)[:8]
+    k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4, *tilt = (camera.distortion + (0.0,) * 14)[:14]
     radial = (1 + k1 * r2 + k2 * r2**2 + k3 * r2**3) / (1 + k4 * r2 + k5 * r2**2 + k6 * r2**3)
-    return (x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-            y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y)
+    return tilted(
+        x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + s1 * r2 + s2 * r2**2,
+        y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + s3 * r2 + s4 * r2**2, *tilt)
 
 
-@pytest.mark.parametrize('camera', [FR1, RATIONAL, FISHEYE, PINHOLE],
+def tilted(x, y, about_x, about_y):
+    """Return where a sensor that is tilted, about x and then about y, sees rays (x, y, 1)."""
+    R = se3.exp_rotation([0, -about_y, 0]) @ se3.exp_rotation([-about_x, 0, 0])
+    seen = np.array([[R[2, 2], 0, -R[0, 2]], [0, R[2, 2], -R[1, 2]], [0, 0, 1]]) @ R @ np.stack(
+        [x, y, np.ones_like(x)])
+    return seen[0] / seen[2], seen[1] / seen[2]
+
+
+@pytest.mark.parametrize('camera', [FR1, RATIONAL, PRISM, TILTED, FISHEYE, PINHOLE],
                          ids=lambda camera: f'{camera.distortion_model}{len(camera.distortion)}')
 def test_projection_and_back_projection_follow_the_equations(camera):
     u, v = np.meshgrid(np.linspace(0, 639, 17), np.linspace(0, 479, 13))
