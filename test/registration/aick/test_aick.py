@@ -150,6 +150,23 @@ def test_a_source_that_has_moved_far_is_searched_anew(w):
     assert len(expected) > 190
 
 
+@pytest.mark.parametrize('way', [(1, 1, 1), (1, -1, 0), (-1, 0, 0)], ids=str)
+@pytest.mark.parametrize('share', [0.5, 0.9, 0.99])
+def test_what_is_near_after_a_step_in_any_direction_is_found(way, share):
+    """Each target is as far as it may be from where the source has gone, straight ahead."""
+    settings = AickSettings()
+    step = share * settings.lambda_e * np.array(way, float)
+    ahead = 0.99 * settings.lambda_e * step / np.linalg.norm(step)
+    sources = np.arange(20)[:, None] * (1.0, 0.0, 0.0) + (0.0, 0.0, 2.0)
+    descriptors = np.zeros((20, 6), np.float32)
+    search = FullSearch(keypoint_frame(sources, descriptors),
+                        keypoint_frame(sources + step + ahead, descriptors), settings)
+    T = np.eye(4)
+    search.closest(T, 0.0)
+    T[:3, 3] = step
+    assert search.closest(T, 0.0).tolist() == [[i, i] for i in range(20)]
+
+
 def test_rounding_of_far_positions_loses_no_match():
     """At 300 m the squares in float32 are exact to some centimetres squared only."""
     rng = np.random.default_rng(9)

@@ -69,8 +69,9 @@ def test_large_residuals_scale_it_by_chi_square_per_degree_of_freedom(count):
     np.testing.assert_allclose(found, chi_square / max(3 * count - 6, 1) * least, rtol=1e-3)
 
 
-def test_keypoints_share_a_cell_if_both_numbers_of_theirs_agree():
-    pixels = np.random.default_rng(0).uniform(0, 5.5 * _CELL, (60, 2))
+@pytest.mark.parametrize('columns, rows', [(5.5, 5.5), (9.5, 2.5), (2.5, 9.5)])
+def test_keypoints_share_a_cell_if_both_numbers_of_theirs_agree(columns, rows):
+    pixels = np.random.default_rng(0).uniform(0, (columns * _CELL, rows * _CELL), (60, 2))
     cells = [tuple(cell) for cell in (pixels // _CELL).astype(int)]
     np.testing.assert_array_equal(_cell_counts(pixels), [cells.count(cell) for cell in cells])
 
