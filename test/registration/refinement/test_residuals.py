@@ -276,6 +276,16 @@ def test_weights_are_the_same_whatever_makes_all_residuals_larger(dimensions):
     assert robust_weights(squares[:0], WIDTH, median).shape == (0,)
 
 
+@pytest.mark.parametrize('count', [1, 2, 3, 4, 7, 8, 51, 52])
+@pytest.mark.parametrize('digits', [0, 9], ids=['some equal', 'all different'])
+def test_the_width_is_by_the_median_of_few_residuals_too(count, digits):
+    squares = np.round(np.random.default_rng(count).uniform(2.0, 18.0, count), digits)
+    scale = np.clip(np.median(squares) / stats.chi2.median(2), 1.0, 16.0)
+    assert scale not in (1.0, 16.0)
+    np.testing.assert_allclose(robust_weights(squares, WIDTH, stats.chi2.median(2)),
+                               geman_mcclure(squares, WIDTH * np.sqrt(scale)), rtol=1e-12)
+
+
 def test_a_third_of_outliers_hardly_widens_the_weights():
     rng = np.random.default_rng(0)
     squares = rng.chisquare(2, 900)

@@ -195,32 +195,64 @@ def test_the_strongest_keypoints_only(pair):
     np.testing.assert_array_equal(tracks.keypoints, every.keypoints[every.keypoints < 50])
 
 
-@pytest.mark.parametrize('beside', [-3, -1, 0, 2])
-def test_what_is_seen_beside_an_edge_is_on_the_edge(beside):
-    """A board 1 m away moves by 4 pixels, a wall 4 m away by one: the outline is the board's."""
-    camera = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+EDGE_CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
+BY_FOUR_PIXELS = se3.exp([4 / EDGE_CAMERA.fx, 0, 0, 0, 0, 0])
+"""Motion by which a board at 1 m moves by four pixels, and a wall at 4 m by one."""
+
+
+def view_beside_the_edge_of_a_board(left, beside):
+    """Return a board 1 m away before a wall at 4 m, with keypoints beside its left edge."""
     board = cv2.resize(np.random.default_rng(0).integers(60, 200, (30, 30), np.uint8), (160, 160))
     rows = np.arange(50.0, 190.0, 7.0)
+    grey, depth = np.full((240, 320), 20, np.uint8), np.full((240, 320), 4.0, np.float32)
+    grey[40:200, left:left + 160], depth[40:200, left:left + 160] = board, 1.0
+    pixels = np.column_stack([np.full_like(rows, left + beside), rows]).astype(np.float32)
+    positions = EDGE_CAMERA.back_project(pixels, depth[rows.astype(int), left + beside])
+    sigmas = SETTINGS.sensor.depth_sigma * positions[:, 2] ** 2
+    keypoints = KeypointFrame(0, positions.astype(np.float32), np.zeros((20, 32), np.uint8),
+                              sigmas[:, None, None] ** 2 * np.eye(3), pixels)
+    return PreparedFrame(RgbdFrame(0, np.dstack(3 * [grey]), depth, EDGE_CAMERA), keypoints, grey)
 
-    def view(left):
-        grey, depth = np.full((240, 320), 20, np.uint8), np.full((240, 320), 4.0, np.float32)
-        grey[40:200, left:left + 160], depth[40:200, left:left + 160] = board, 1.0
-        pixels = np.column_stack([np.full_like(rows, left + beside), rows]).astype(np.float32)
-        positions = camera.back_project(pixels, depth[rows.astype(int), left + beside])
-        sigmas = SETTINGS.sensor.depth_sigma * positions[:, 2] ** 2
-        keypoints = KeypointFrame(0, positions.astype(np.float32), np.zeros((20, 32), np.uint8),
-                                  sigmas[:, None, None] ** 2 * np.eye(3), pixels)
-        return PreparedFrame(RgbdFrame(0, np.dstack(3 * [grey]), depth, camera), keypoints, grey)
 
-    moved = np.eye(4)
-    moved[0, 3] = 4 / camera.fx
-    source = view(80)
-    tracks = TRACKER.track(source, view(84), moved)
+def sigma_beside_an_edge(beside):
+    """Return the standard deviation of the inverse depth there: on the wall it is the edge's."""
+    sigma = SETTINGS.sensor.depth_sigma
+    return np.hypot(sigma, 0.25 * (1 - 1 / 4)) if beside < 0 else sigma
+
+
+@pytest.mark.parametrize('beside', [-3, -1, 0, 2])
+def test_what_is_seen_beside_an_edge_is_on_the_edge(beside):
+    """The outline is the board's."""
+    source = view_beside_the_edge_of_a_board(80, beside)
+    tracks = TRACKER.track(source, view_beside_the_edge_of_a_board(84, beside), BY_FOUR_PIXELS)
     assert len(tracks) > 10
     np.testing.assert_allclose(tracks.points[:, 2], 1.0, rtol=1e-5)
-    np.testing.assert_allclose(camera.project(tracks.points),
+    np.testing.assert_allclose(EDGE_CAMERA.project(tracks.points),
                                source.keypoints.pixels[tracks.keypoints], atol=1e-3)
-    assert np.median(errors_of(tracks, source, moved)) < 0.1
-    sigma = SETTINGS.sensor.depth_sigma
-    np.testing.assert_allclose(
-        tracks.sigmas, np.hypot(sigma, 0.25 * (1 - 1 / 4)) if beside < 0 else sigma, rtol=1e-5)
+    assert np.median(errors_of(tracks, source, BY_FOUR_PIXELS)) < 0.1
+    np.testing.assert_allclose(tracks.sigmas, sigma_beside_an_edge(beside), rtol=1e-5)
+
+
+@pytest.mark.parametrize('beside', [-3, -1, 0, 2])
+def test_tracked_back_a_keypoint_on_an_edge_is_as_uncertain_as_the_edge(beside):
+    """Though the source measures a depth there, as of the wall, with the noise of a surface."""
+    target = view_beside_the_edge_of_a_board(80, beside)
+    tracks = TRACKER.track_back(view_beside_the_edge_of_a_board(84, beside), target,
+                                se3.inverse(BY_FOUR_PIXELS))
+    assert len(tracks) > 10
+    np.testing.assert_allclose(tracks.sigmas, sigma_beside_an_edge(beside), rtol=1e-5)
+    np.testing.assert_allclose(tracks.depths, 1.0, rtol=1e-5)
+
+
+def test_tracked_back_a_depth_is_at_least_as_uncertain_as_where_the_source_measures_it(pair):
+    """At an exponent above 2 it is more so where the source is farther away than the target."""
+    near, far, T_far_near = pair
+    sensor = dataclasses.replace(SETTINGS.sensor, depth_exponent=3.0)
+    tracker = Tracker(SETTINGS.refinement, sensor)
+    for source, target, pose in ((near, far, T_far_near), (far, near, se3.inverse(T_far_near))):
+        view = dataclasses.replace(target, keypoints=KeypointExtractor(
+            SETTINGS.features, sensor).extract(target.frame))
+        tracks = tracker.track_back(source, view, pose)
+        assert len(tracks) > 50
+        known_by = np.maximum(tracks.points[:, 2], view.keypoints.positions[tracks.keypoints, 2])
+        assert (tracks.sigmas >= (1 - 1e-5) * sensor.depth_sigma * known_by).all()
