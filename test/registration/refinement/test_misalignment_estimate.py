@@ -3,6 +3,8 @@
 
 """A misalignment learned from registrations: recovered, contradicted, absent and changed."""
 
+import copy
+
 import numpy as np
 import pytest
 
@@ -89,6 +91,25 @@ def test_what_was_learned_is_kept_when_another_misalignment_is_said_to_be_known(
         estimate.learn(sample)
     estimate.assume(Misalignment.of(-TRUE))
     assert np.abs((estimate.misalignment.values - TRUE) / SIGMAS).max() < 0.3
+
+
+def test_a_deviation_from_another_known_one_is_as_significant_however_it_was_before():
+    """What was applied before is no reason to apply a deviation from what is known now."""
+    estimate = MisalignmentEstimate()
+    for sample in samples(TRUE, 80, contradiction=1.5):
+        estimate.learn(sample)
+    applied = []
+    for share in np.linspace(0.0, 1.0, 51):
+        known = Misalignment.of(share * TRUE)
+        direct, by_the_true_one = copy.deepcopy(estimate), copy.deepcopy(estimate)
+        by_the_true_one.assume(Misalignment.of(TRUE))  # from which nothing deviates
+        np.testing.assert_array_equal(by_the_true_one.misalignment.values, TRUE)
+        for one in (direct, by_the_true_one):
+            one.assume(known)
+        np.testing.assert_array_equal(direct.misalignment.values,
+                                      by_the_true_one.misalignment.values)
+        applied.append((direct.misalignment.values != known.values).any())
+    assert 5 < sum(applied) < 46
 
 
 def test_one_absurd_registration_changes_little():
