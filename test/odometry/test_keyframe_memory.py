@@ -498,6 +498,22 @@ def test_a_keyframe_that_serves_again_has_the_error_of_the_way_back(scripted):
                                (second @ back).covariance + shared, atol=1e-9)
 
 
+def test_a_keyframe_that_serves_again_does_not_count_the_way_to_it_twice(scripted):
+    """The way to the first keyframe is in the poses of both, so the way back is the step's."""
+    scripted(accepted=(RelativePose(0, 2, PoseWithCovariance(np.eye(4), KNOWING_NOTHING)),))
+    uncertain = PoseWithCovariance(START.matrix, 50 * COVARIANCE)
+    found = []
+    for start in (START, uncertain):
+        memory, _ = memory_at(start, {'odometry.reuse_interval': 10.0})
+        second = start @ STEPS[0]
+        memory.track(Reference(prepared(1), second), second.matrix, NO_DETOUR)
+        memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), None)
+        for _ in range(2):
+            memory.track(Reference(prepared(0), start), start.matrix, NO_DETOUR)
+        found.append(memory.published(start).since(start).covariance)
+    np.testing.assert_allclose(found[1], found[0], atol=1e-9)
+
+
 def test_keyframes_that_are_compared_are_not_dropped(scripted):
     scripted(steps=99, chosen=(1, 3))
     memory, _ = memory_at(START, {'odometry.max_keyframes': 5, 'odometry.reuse_interval': 2.0})

@@ -12,6 +12,8 @@ from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.motion_model import MotionModel
+from aick_ros.odometry.other_odometry import OtherOdometry
 from aick_ros.registration.status import Status
 from aick_ros.settings import OdometrySettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -69,6 +71,19 @@ def test_the_camera_moves_on_while_an_image_repeats(rendered):
     assert is_at(updates[8], pose, frames[0].stamp)
 
 
+def test_the_error_of_the_velocity_grows_with_the_time_that_an_image_repeats(rendered):
+    """The last increment goes on, so its covariance grows with the squared number of periods."""
+    frames, _ = rendered
+    updates = follow([*frames[:5], *(repeated(frames[4], by=i) for i in (1, 2, 3))])
+    increment = updates[4].increment
+    model = MotionModel(OdometrySettings())
+    for update in updates[5:]:
+        elapsed = (update.stamp - frames[4].stamp) / NANOSECONDS
+        expected = model.predict(None, elapsed).covariance + (
+            elapsed / increment.interval) ** 2 * increment.pose.covariance
+        np.testing.assert_allclose(update.expected.pose.covariance, expected, rtol=1e-9)
+
+
 def test_another_sensor_tells_the_motion_while_an_image_repeats(rendered):
     frames, pose = rendered
     update = follow([*frames[:3], repeated(frames[2])], lambda before, now: (
@@ -77,6 +92,9 @@ def test_another_sensor_tells_the_motion_while_an_image_repeats(rendered):
     np.testing.assert_allclose(
         update.expected.pose.matrix,
         se3.inverse(pose(frames[2].stamp)) @ pose(update.stamp), atol=1e-12)
+    # the velocity before has no part in it, so nor has its error
+    slip = OtherOdometry(OdometrySettings()).with_slip(update.expected.pose.matrix)
+    np.testing.assert_allclose(update.expected.pose.covariance, slip.covariance, rtol=1e-9)
 
 
 def standing(frames, count):
