@@ -257,6 +257,29 @@ def test_within_two_fifths_of_the_period_a_pair_is_certain(offset_ms, at_once, f
     assert len(run(events, max_interval=0.06)[0]) == 20
 
 
+@pytest.mark.parametrize('offset_ms, at_once', [(61, True), (59, False)])
+@pytest.mark.parametrize('first', ['colour', 'depth'])
+def test_beyond_three_fifths_of_the_period_the_next_image_is_certain(offset_ms, at_once, first):
+    """
+    It is 39 ms away, of which twice is less than four fifths of the other stream's gap.
+
+    So it is where an image is lost, and another one waits for the partner that it would have had.
+    """
+    synchronizer = Synchronizer(max_interval=0.07)
+    add_first, add_second = synchronizer.add_colour, synchronizer.add_depth
+    if first == 'depth':
+        add_first, add_second = add_second, add_first
+    for i in range(20):
+        pairs = add_first(i * 100 * MS, None)
+        if i > 3 and i != 13:
+            assert bool(pairs) is at_once
+        if i != 12:
+            pairs += add_second((i * 100 + offset_ms) * MS, None)
+        if i > 3 and i not in (12, 13):
+            assert [abs(pair.colour_stamp - pair.depth_stamp) for pair in pairs] == [
+                (100 - offset_ms) * MS]
+
+
 def test_the_period_is_that_of_the_last_thirty_gaps():
     """A camera becomes slower: until its short gaps are forgotten a pair waits for one more."""
     synchronizer, stamp, waited = Synchronizer(max_interval=0.05), 0, []
