@@ -198,3 +198,24 @@ def test_a_gyroscope_turns_the_forces_of_a_longer_time_unless_they_contradict_it
                       for gravity in gravities])
     without, with_it = np.sqrt(np.mean(np.square(tilts), axis=0))
     assert with_it < 0.6 * without if is_used else with_it == without
+
+
+def spinning(stamp):
+    """Return the pose of a camera that turns evenly, by 2 rad/s, where it is."""
+    pose = np.eye(4)
+    pose[:3, :3] = se3.exp_rotation(
+        np.array([1.6, -1.2, 0.0]) * (stamp - START) / NANOSECONDS) @ AHEAD
+    return pose
+
+
+@pytest.mark.parametrize('offset', [0.0, 0.03])
+def test_exact_forces_that_are_turned_exactly_are_level_however_fast_it_turns(offset):
+    """Each is the mean of a fiftieth of a second, so it is that of the middle of it."""
+    samples = imu_samples(spinning, START, START + 4 * NANOSECONDS, IMU_MODELS['perfect'],
+                          np.random.default_rng(1))
+    stamps = samples.stamps + round(offset * NANOSECONDS)
+    stamp = START + 3 * NANOSECONDS
+    gravity = Gravity(ImuSettings(), lambda start, end: (
+        spinning(start)[:3, :3].T @ spinning(end)[:3, :3]))
+    gravity.add(ImuSamples(stamps, samples.turn_rates, samples.accelerations), offset)
+    assert tilt(gravity.begin(stamp).rotation, spinning(stamp)) < 0.01
