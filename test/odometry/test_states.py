@@ -291,6 +291,21 @@ def test_after_a_change_of_detector_the_motion_up_to_the_next_frame_is_not_known
     assert update.recovered
 
 
+def test_after_a_change_of_detector_the_next_frame_is_at_the_published_pose(made, monkeypatch):
+    """Which a keyframe found again has moved away from that of the dead reckoning."""
+    odometry, _ = made(motion_prior=False)
+    for number in range(3):
+        odometry.register_frame(frame(number))
+    moved = PoseWithCovariance(se3.exp([1.0, 2.0, 3.0, 0.1, 0.2, 0.3]), np.eye(6))
+    monkeypatch.setattr(KeyframeMemory, 'published', lambda *_: moved)
+    odometry.change_settings(with_values(Settings(), {'features.detector': 'surf'}))
+    monkeypatch.undo()
+    update = odometry.register_frame(frame(3))
+    assert update.status is Status.FIRST_FRAME
+    np.testing.assert_allclose(update.T_odom_camera, moved.matrix, atol=1e-9)
+    np.testing.assert_allclose(update.pose.covariance, moved.covariance, atol=1e-9)
+
+
 def test_a_recording_that_starts_again_does_so_at_the_published_pose(made, monkeypatch):
     """Which a keyframe found again has moved away from that of the dead reckoning."""
     odometry, _ = made(motion_prior=False)

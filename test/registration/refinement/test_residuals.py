@@ -379,6 +379,23 @@ def test_gradient_noise_makes_estimates_consistent(parts, most, common):
     assert 5.0 < np.mean(squares) < most
 
 
+@pytest.mark.parametrize('parts', [14, 20])
+def test_few_blocks_are_corrected_by_the_mean_of_an_inverse_wishart_matrix(parts):
+    """
+    That of the gradients of n blocks is S^-1 / (n - 7), of six unknowns.
+
+    A further n / (n - 6) is for the six that a fit takes, which these gradients are without.
+    """
+    rng = np.random.default_rng(4)
+    blocks, ones = np.arange(parts), np.ones(parts)
+    squares = []
+    for _ in range(4000):
+        gradients, total = rng.normal(size=(parts, 6)), np.sqrt(parts) * rng.normal(size=6)
+        noise = gradient_noise([Residuals(ones, gradients, ones, blocks)])
+        squares.append(total @ np.linalg.solve(noise, total))
+    assert np.mean(squares) == pytest.approx(6.0 * (parts - 6) / parts, rel=0.05)
+
+
 @pytest.mark.parametrize('sigmas', [-20.0, -0.5, 3.0])
 def test_depth_at_a_corner_has_ten_times_the_noise_of_a_pixel(sigmas):
     """A track whose inverse depth is off by so many sigmas, at any depth; larger is positive."""
