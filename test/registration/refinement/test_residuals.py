@@ -166,14 +166,44 @@ def test_point_to_plane_at_the_true_pose_is_zero():
     assert np.linalg.cond(found.jacobian) < 100  # three walls observe all directions
 
 
+def noisy_wall(pose, seed):
+    depth = DepthSensor().measure(corner_depth(pose, np.array([[0.0, 0, 1]])), CAMERA,
+                                  np.random.default_rng(seed))
+    return Surface.of(depth, CAMERA, SENSOR, 3000)
+
+
+def test_the_noise_of_the_information_is_by_the_normals_of_both_frames(monkeypatch):
+    """Half the squares of what the Jacobians by the one and by the other normal differ."""
+    sums = []
+    monkeypatch.setattr('aick_ros.registration.refinement.residuals._observable_projection',
+                        lambda *both: sums.extend(both))
+    source = noisy_wall(POSE, 0)
+    found = point_to_plane(source, noisy_wall(np.eye(4), 1), POSE, SENSOR, WIDTH, REACH)
+    moved = se3.transform(POSE, source.points[source.chosen].astype(float))
+    cells = [np.abs(moved - point).sum(axis=1).argmin() for point in found.points]
+    turned = source.normals[source.chosen][cells] @ POSE[:3, :3].T
+    differences = found.directions - turned * np.linalg.norm(
+        found.directions, axis=1, keepdims=True)
+    by_pose = np.hstack([differences, np.cross(found.points - POSE[:3, 3], differences)])
+    assert len(found.values) > 1000
+    np.testing.assert_allclose(sums[0], found.jacobian.T @ found.jacobian, rtol=1e-6, atol=1e-3)
+    expected = by_pose.T @ by_pose / 2
+    np.testing.assert_allclose(sums[1], expected, atol=1e-5 * np.abs(expected).max())
+
+
+def test_distances_share_a_block_where_the_target_sees_them_within_a_fifth_of_a_ray():
+    found = point_to_plane(corner(POSE), corner(), POSE, SENSOR, WIDTH, REACH)
+    rays = found.points[:, :2] / found.points[:, 2:]
+    off_the_borders = (np.abs(rays / 0.2 - np.rint(rays / 0.2)) > 1e-3).all(axis=1)
+    cells = [tuple(cell) for cell in np.floor(rays[off_the_borders] / 0.2).astype(int)]
+    pairs = set(zip(cells, found.blocks[off_the_borders].tolist()))
+    assert len(pairs) == len(set(cells)) == len({block for _, block in pairs}) > 20
+
+
 def test_point_to_plane_of_a_noisy_wall_observes_nothing_along_it():
     """Noise of the normals must not count as observed roughness."""
-    def noisy(pose, seed):
-        depth = DepthSensor().measure(corner_depth(pose, np.array([[0.0, 0, 1]])), CAMERA,
-                                      np.random.default_rng(seed))
-        return Surface.of(depth, CAMERA, SENSOR, 3000)
-
-    found = point_to_plane(noisy(POSE, 0), noisy(np.eye(4), 1), POSE, SENSOR, WIDTH, REACH)
+    found = point_to_plane(noisy_wall(POSE, 0), noisy_wall(np.eye(4), 1), POSE, SENSOR, WIDTH,
+                           REACH)
     information = found.jacobian.T @ found.jacobian
     assert np.linalg.eigvalsh(information)[:3].max() < 100  # 0.1 m and rad
     assert np.linalg.eigvalsh(information)[3:].min() > 1e5

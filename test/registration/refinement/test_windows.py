@@ -214,3 +214,15 @@ def test_keypoints_of_a_slanted_wall_are_tracked_more_exactly(monkeypatch, roll)
     with_slant = error()
     monkeypatch.setattr(Windows, 'shifts', lambda self, *_: np.zeros((len(self.points), 2)))
     assert with_slant < 0.6 * error()
+
+
+@pytest.mark.parametrize('beyond', [0, 1, 3])
+def test_a_window_beside_the_border_is_the_last_that_fits(beyond):
+    """As in a larger image, of which the one with the border shows a part."""
+    larger = np.random.default_rng(3).integers(0, 256, (60, 80), np.uint8)
+    # with its gradients a window of 7 pixels reaches 4 pixels around its centre
+    fitting = np.array([(25, 4), (25, 35), (4, 20), (45, 20), (45, 35), (4, 4)], float)
+    sides = np.array([(0, -1), (0, 1), (-1, 0), (1, 0), (1, 1), (-1, -1)])
+    np.testing.assert_array_equal(
+        gradient_moments(larger[10:50, 10:60].copy(), fitting + beyond * sides, 7),
+        gradient_moments(larger, fitting + 10.0, 7))
