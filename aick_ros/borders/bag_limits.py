@@ -14,9 +14,11 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any, BinaryIO, Protocol
 
+from aick_ros.borders.bag_metadata import listed_files
 from aick_ros.borders.files import read_bytes
 from aick_ros.borders.limits import (
     MAX_CHUNKS, MAX_MESSAGE_BYTES, MAX_METADATA_BYTES, MAX_UNPACKING, SMALL_CHUNK_BYTES)
+from aick_ros.borders.names import quoted
 from aick_ros.errors import InputError
 
 _MCAP_MAGIC = b'\x89MCAP0\r\n'
@@ -37,9 +39,25 @@ def check_bag(path: Path) -> None:
     """
     for file in [path] if not path.is_dir() else sorted(path.iterdir()):
         if file.suffix in _LARGEST:
-            _check_storage(file)
+            _check_storage(file, file.suffix)
         elif file.name == 'metadata.yaml':
-            read_bytes(file, 'the metadata', MAX_METADATA_BYTES)
+            _check_listed(path, read_bytes(file, 'the metadata', MAX_METADATA_BYTES))
+
+
+def _check_listed(folder: Path, metadata: bytes) -> None:
+    """Check the files that the metadata list, whatever they are called: rosbags reads each."""
+    suffix, names = listed_files(metadata)
+    known = set[tuple[int, int]]()
+    for name in names:
+        try:
+            status = (folder / name).stat()
+        except (OSError, ValueError):  # it is missing, or has NUL in its name
+            continue
+        if (status.st_dev, status.st_ino) in known:
+            raise InputError(f'{folder}: its metadata list {quoted(name)} twice; run `ros2 bag '
+                             'reindex` on it')
+        known.add((status.st_dev, status.st_ino))
+        _check_storage(folder / name, suffix)
 
 
 class Chunk(Protocol):
@@ -85,11 +103,12 @@ def check_indexes(storage: Any) -> None:
         check_chunks(Path(file.path), getattr(file, 'chunks', ()))
 
 
-def _check_storage(path: Path) -> None:
+def _check_storage(path: Path, suffix: str) -> None:
+    """Check a file, which need not have the suffix of its kind."""
     if not path.is_file():
         raise InputError(f'cannot read {path}: it is not a regular file')
     try:
-        largest = _LARGEST[path.suffix](path)
+        largest = _LARGEST[suffix](path)
     except OSError as error:
         raise InputError(f'cannot read {path}: {error.strerror}') from None
     except (sqlite3.Error, struct.error, UnicodeError):  # the last by sqlite3's own messages
@@ -147,7 +166,10 @@ def _largest_ros1_record(path: Path) -> int:
     """Return the bytes of the largest header or data of a record, packed, of a ROS 1 bag."""
     largest, size = 0, path.stat().st_size
     with open(path, 'rb') as file:
-        if file.read(len(_ROS1_MAGIC)) != _ROS1_MAGIC:
+        if (magic := file.read(len(_ROS1_MAGIC))) != _ROS1_MAGIC:
+            if len(magic) == len(_ROS1_MAGIC) and b'\n' not in magic:  # rosbags reads that line
+                raise InputError(f'{path} is not a ROS 1 bag: its first line is not '
+                                 f'{_ROS1_MAGIC.decode().strip()!r}; give a recording')
             return 0
         while file.tell() + _ROS1_LENGTH.size <= size:
             header = _skip_part(file)

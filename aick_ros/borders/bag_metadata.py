@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from functools import cache, lru_cache, partial
 from importlib import import_module
+from pathlib import PurePath
 from typing import Any
 
 from aick_ros.borders.limits import MAX_METADATA_BYTES, MAX_YAML_DEPTH, MAX_YAML_VALUES
 from aick_ros.errors import InputError
 
+_SUFFIXES = {'mcap': '.mcap', 'sqlite3': '.db3'}
 _KEPT = 8  # texts whose content is kept; chosen: metadata.yaml, and the QoS of some topics
 
 
@@ -21,6 +23,23 @@ def limit_metadata() -> None:
     for name in ('reader', 'metadata'):
         module = import_module(f'rosbags.rosbag2.{name}')
         setattr(module, 'YAML', partial(_Yaml, module.YAML))
+
+
+def listed_files(metadata: bytes) -> tuple[str, list[str]]:
+    """
+    Return the usual suffix of the files of a bag, and their names in its folder.
+
+    :param metadata: content of metadata.yaml; of what is damaged, which is left to the reader, no
+        names are returned.
+    """
+    limit_metadata()
+    yaml = import_module('rosbags.rosbag2.reader').YAML(typ='safe')
+    try:
+        content = yaml.load(metadata.decode())['rosbag2_bagfile_information']
+        names = [PurePath(path).name for path in content['relative_file_paths']]
+        return _SUFFIXES[content['storage_identifier']], names
+    except Exception:  # YAML may have anything
+        return '', []
 
 
 class _Yaml:

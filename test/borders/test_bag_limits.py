@@ -3,12 +3,15 @@
 
 """The parts of a bag are measured without being read."""
 
+import os
 import sqlite3
 import struct
 from contextlib import closing
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import yaml
 
 from aick_ros.borders import bag_limits
 from aick_ros.borders.bag_limits import check_bag, check_chunks
@@ -76,6 +79,55 @@ def test_a_long_recording_has_as_many_chunks_as_it_needs(tmp_path, monkeypatch):
 @pytest.mark.parametrize('name, magic', [('a.mcap', MAGIC), ('a.bag', b'#ROSBAG V2.0\n')])
 def test_zeros_take_no_time(tmp_path, name, magic):
     check_bag(write(tmp_path / name, magic, size=2 ** 40))  # of which the disk has none
+
+
+def listed(path, *files, storage='mcap'):
+    """Write the metadata of a bag of these files, and return its folder."""
+    path.mkdir(exist_ok=True)
+    write(path / 'metadata.yaml', yaml.safe_dump({'rosbag2_bagfile_information': {
+        'storage_identifier': storage, 'relative_file_paths': list(files)}}).encode())
+    return path
+
+
+@pytest.mark.parametrize('storage', ['mcap', 'sqlite3'])
+@pytest.mark.parametrize('make', [
+    os.mkfifo, Path.mkdir, lambda path: path.symlink_to('/dev/zero')])
+def test_files_of_the_metadata_are_checked_whatever_their_name(tmp_path, make, storage):
+    path = listed(tmp_path / 'bag', 'a.mcap.zstd', storage=storage)
+    make(path / 'a.mcap.zstd')
+    with pytest.raises(InputError, match='a.mcap.zstd: it is not a regular file$'):
+        check_bag(path)
+
+
+def test_files_without_suffix_are_measured(tmp_path):
+    path = listed(tmp_path / 'bag', 'elsewhere/data')
+    write(path / 'data', MAGIC, chunk(MAX_MESSAGE_BYTES + 1))
+    with pytest.raises(InputError, match='has a message or chunk of'):
+        check_bag(path)
+
+
+@pytest.mark.parametrize('again', ['a.mcap', 'x/../a.mcap', 'link.mcap'])
+def test_a_file_is_read_once(tmp_path, again):
+    """Or a list of 50,000 lines would make hours of a second."""
+    path = listed(tmp_path / 'bag', 'a.mcap', again)
+    write(path / 'a.mcap', MAGIC)
+    (path / 'link.mcap').symlink_to('a.mcap')
+    with pytest.raises(InputError) as raised:
+        check_bag(path)
+    assert str(raised.value) == (f"{path}: its metadata list '{Path(again).name}' twice; run "
+                                 '`ros2 bag reindex` on it')
+
+
+def test_files_that_are_missing_are_left_to_the_reader(tmp_path):
+    check_bag(listed(tmp_path / 'bag', 'a.mcap', 'a.mcap', 'a' * 999, 'a\0b'))
+
+
+def test_a_first_line_without_end_is_not_read(tmp_path):
+    path = write(tmp_path / 'a.bag', size=2 ** 40)
+    with pytest.raises(InputError) as raised:
+        check_bag(path)
+    assert str(raised.value) == (f"{path} is not a ROS 1 bag: its first line is not '#ROSBAG "
+                                 "V2.0'; give a recording")
 
 
 def test_attachments_may_be_large(tmp_path):

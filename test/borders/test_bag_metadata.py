@@ -11,7 +11,7 @@ from rosbags.rosbag2 import Reader, Writer, metadata, reader
 from rosbags.typesys import Stores, get_typestore
 from ruamel.yaml import YAML
 
-from aick_ros.borders.bag_metadata import limit_metadata
+from aick_ros.borders.bag_metadata import limit_metadata, listed_files
 from aick_ros.borders.limits import MAX_METADATA_BYTES, MAX_YAML_DEPTH, MAX_YAML_VALUES
 from aick_ros.errors import InputError
 
@@ -32,6 +32,18 @@ def load(request):
     '[' * MAX_YAML_DEPTH + ']' * MAX_YAML_DEPTH])
 def test_content_is_that_of_rosbags(load, text):
     assert load(text) == YAML(typ='safe').load(text)
+
+
+def test_the_files_of_a_bag(tmp_path):
+    with Writer(tmp_path / 'bag', version=9):
+        pass
+    assert listed_files((tmp_path / 'bag/metadata.yaml').read_bytes()) == ('.db3', ['bag.db3'])
+
+
+@pytest.mark.parametrize('content', [
+    b'', b'\xff', b'a: [', b'[]', b'rosbag2_bagfile_information: 1', BOMB.encode()])
+def test_damage_is_left_to_rosbags(content):
+    assert listed_files(content) == ('', [])
 
 
 @pytest.mark.parametrize('text', ['a: [', 'a: 1\na: 2', '!!python/object:x {}', '\0'])
