@@ -9,6 +9,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from aick_ros.cli.input.options import require_of_algorithm
 from aick_ros.errors import InputError
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import values, with_values
@@ -38,6 +39,7 @@ def variants(settings: Settings, vary: Sequence[str]) -> list[Variant]:
     :raises InputError: for an unknown name, an invalid value, or too many combinations.
     """
     axes = dict(map(_axis, vary))
+    require_of_algorithm('--vary', axes)
     if len(axes) < len(vary):
         raise InputError('--vary names a parameter twice: give all of its values at once')
     combinations = list(itertools.islice(itertools.product(*axes.values()), _MOST + 1))

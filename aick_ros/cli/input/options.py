@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +15,8 @@ from aick_ros.cli.input.settings_file import read_settings_file
 from aick_ros.errors import InputError
 from aick_ros.evaluation.engine.requirements import check_dask
 from aick_ros.settings import Settings
-from aick_ros.settings.parameter import with_values
+from aick_ros.settings.node import NodeSettings
+from aick_ros.settings.parameter import values, with_values
 from aick_ros.settings.presets import PRESETS, preset
 
 Source = Annotated[str, typer.Argument(
@@ -90,7 +91,21 @@ def settings_from(preset_name: str | None, config: Path | None,
     settings = preset(preset_name) if preset_name else Settings()
     if file is not None:
         settings = file.applied_to(settings)
-    return with_values(settings, dict(map(_assignment, assignments or ())))
+    changes = dict(map(_assignment, assignments or ()))
+    require_of_algorithm('--set', changes)
+    return with_values(settings, changes)
+
+
+def require_of_algorithm(option: str, names: Iterable[str]) -> None:
+    """
+    Check that an option sets no parameter of the node, which has no effect on recordings.
+
+    :raises InputError: naming it.
+    """
+    for name in names:
+        if name in values(NodeSettings):
+            raise InputError(f'{option} {name}: this is a parameter of the node alone and has no '
+                             'effect on recordings: omit it')
 
 
 def gaps_from(gaps: str) -> list[int]:

@@ -38,6 +38,7 @@ def test_without_anything_to_vary_the_settings_are_the_only_variant():
 @pytest.mark.parametrize('vary, sentence', [
     (['aick.iterations'], 'NAME=VALUE,VALUE is required'),
     (['aick.iterations=5,,6'], 'NAME=VALUE,VALUE is required'),
+    (['frame_id=a,b'], '^--vary frame_id: this is a parameter of the node alone'),
     (['aick.iterations=5', 'aick.iterations=6'], 'twice'),
     (['aick.iterations=' + ','.join(map(str, range(1, 1002)))], 'more than 1000 combinations')])
 def test_what_is_no_sweep_is_rejected(vary, sentence):

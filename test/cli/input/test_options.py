@@ -47,6 +47,15 @@ def test_the_file_may_name_the_preset(config):
     assert settings_from(None, empty, None) == Settings()
 
 
+@pytest.mark.parametrize('name', ['frame_id', 'approx_sync', 'topic_queue_size'])
+def test_parameters_of_the_node_alone_are_rejected(name):
+    """A parameter file for the node may have them; who sets one here expects an effect."""
+    with pytest.raises(InputError) as raised:
+        settings_from(None, None, ['aick.alpha=0.5', f'{name}=1'])
+    assert str(raised.value) == (f'--set {name}: this is a parameter of the node alone and has no '
+                                 'effect on recordings: omit it')
+
+
 @pytest.mark.parametrize('nodes, alpha', [
     ('/**', 0.5), ('odom_node', 0.5), ('/robot/odom_node', 0.5), ('/robot/*', 0.5)])
 def test_reads_the_sections_of_this_node(config, nodes, alpha):
