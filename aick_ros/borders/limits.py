@@ -69,7 +69,8 @@ MAX_REMOTE_DEPTH = 16
 """Folders in each other at a URL; chosen."""
 
 MAX_LIST_BYTES = 2 ** 26
-"""Bytes of a list of images, of files at a URL, or of a trajectory; chosen: 10 h at 200 Hz."""
+"""Bytes of a list of images, of files at a URL or of names in a table, or of a trajectory; chosen:
+10 h at 200 Hz."""
 
 MAX_FRAMES_BYTES = 2 ** 30
 """Bytes of the table of frames of a run; chosen: 6 h at 30 Hz, of 1.5 kB a frame."""

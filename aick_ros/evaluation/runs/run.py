@@ -17,7 +17,7 @@ from aick_ros.borders.names import quoted_if_blank
 from aick_ros.errors import InputError
 from aick_ros.evaluation.runs import files
 from aick_ros.evaluation.runs.frames_csv import read_frames
-from aick_ros.evaluation.runs.table import DONE, TABLE, read_table
+from aick_ros.evaluation.runs.table import DONE, TABLE, read_texts
 from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.geometry.trajectory import Trajectory, read_trajectory
 
@@ -85,14 +85,15 @@ def run_folders(path: Path) -> list[Path]:
 
 def _of_table(path: Path) -> list[Path]:
     """Return the folders of the runs of a table that were done."""
-    rows = [row for row in read_table(path) if row.get('status') == DONE]
-    variants = sorted({str(row.get('variant')) for row in rows})
+    rows = [row for row in read_texts(path, ('status', 'variant', 'run'))
+            if row['status'] == DONE]
+    variants = sorted({str(row['variant']) for row in rows})
     if len(variants) > 1:
         raise InputError(f'{path} has runs with several settings: name the folder of one of '
                          f'them, for example {path.parent / "runs" / variants[0]}')
     if not rows:
         raise InputError(f'{path} has no run that was done')
-    return [path.parent / str(row['run']) for row in rows]
+    return list(dict.fromkeys(path.parent / str(row['run']) for row in rows))
 
 
 def _summary(path: Path) -> dict[str, Any]:

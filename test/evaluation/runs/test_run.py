@@ -63,6 +63,11 @@ def test_a_table_stands_for_its_runs_that_were_done(runs, end):
     assert run_folders(runs / end) == [runs / 'runs/a/1', runs / 'runs/a/3']
 
 
+def test_a_run_that_a_table_names_often_is_read_once(runs):
+    write_table(runs, *[(DONE, 'a', name) for name in ('1', './1', '2', '1')])
+    assert run_folders(runs) == [runs / '1', runs / '2']
+
+
 def test_a_table_of_several_settings_or_of_failures_is_rejected(runs):
     write_table(runs, (DONE, 'b', '1'), (DONE, 'a', '2'))
     with pytest.raises(InputError, match='several settings: .* for example .*runs/a$'):
