@@ -11,6 +11,7 @@ from aick_ros.borders.bag_limits import check_bag
 from aick_ros.borders.bag_metadata import limit_metadata
 from aick_ros.borders.bag_names import escape_names
 from aick_ros.borders.chunk_messages import limit_messages
+from aick_ros.borders.ros1_index import limit_index
 from aick_ros.borders.unpacking import limit_unpacking
 
 
@@ -24,5 +25,6 @@ def prepare_to_read(path: Path) -> None:
     check_bag(path)
     limit_unpacking()
     limit_messages()
+    limit_index()
     limit_metadata()
     escape_names()

@@ -41,6 +41,13 @@ of 768 KiB, and whoever records hours has many."""
 MAX_CHUNK_MESSAGES = 2 ** 20
 """Messages of a chunk of a bag, of topics that are read; chosen: it is full at 256 bytes each."""
 
+MAX_INDEXED_MESSAGES = 2 ** 22
+"""Messages of a ROS 1 bag, if they are small; chosen: the index of as many takes 0.7 GB."""
+
+MEAN_MESSAGE_BYTES = 2 ** 12
+"""Mean size of the messages of a ROS 1 bag from which on it may have more; chosen: images are far
+larger, and whoever records hours has many."""
+
 MAX_DAMAGED_IMAGES = 50_000
 """Images of a recording that are skipped; chosen: 14 min of colour and depth at 30 Hz."""
 

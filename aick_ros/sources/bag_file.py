@@ -17,6 +17,7 @@ from rosbags.typesys import Stores, get_typestore
 from aick_ros.borders.bag_limits import check_indexes
 from aick_ros.borders.bag_reading import prepare_to_read
 from aick_ros.borders.definitions import check_fields, definitions_counted, limit_definitions
+from aick_ros.borders.ros1_index import limit_chunks
 from aick_ros.errors import InputError
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.geometry.trajectory import stamp_to_seconds
@@ -109,8 +110,10 @@ class BagFile:
             raise self._unreadable(error) from None
         try:
             for each in reader.readers:
-                if storage := getattr(each, 'storage', None):  # a ROS 1 bag has none
+                if storage := getattr(each, 'storage', None):
                     check_indexes(storage)
+                else:  # a ROS 1 bag
+                    limit_chunks(each, self._path)
             yield reader
         finally:
             reader.close()
