@@ -1,13 +1,15 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Limits to the memory of a process (ulimit -v), under which libraries in C end it."""
+"""Limits to the memory of a process (ulimit -v, -d), under which libraries in C end it."""
 
 from __future__ import annotations
 
 import resource
 
 from aick_ros.errors import InputError
+
+_PER_DATA = 2  # addresses, those of code included, per byte of data; measured: more than two
 
 
 def check_address_space(required: int, user: str) -> None:
@@ -18,7 +20,10 @@ def check_address_space(required: int, user: str) -> None:
     :param user: noun phrase for the error message, in the plural.
     :raises InputError: where fewer are allowed.
     """
-    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
-    if allowed != resource.RLIM_INFINITY and allowed < required:
-        raise InputError(f'the memory of a process is limited to {allowed // 10 ** 6} MB (ulimit '
-                         f'-v), {user} require {required // 10 ** 6} MB: raise the limit')
+    for kind, option, least in ((resource.RLIMIT_AS, '-v', required),
+                                (resource.RLIMIT_DATA, '-d', required // _PER_DATA)):
+        allowed, _ = resource.getrlimit(kind)
+        if allowed != resource.RLIM_INFINITY and allowed < least:
+            raise InputError(f'the memory of a process is limited to {allowed // 10 ** 6} MB '
+                             f'(ulimit {option}), {user} require {least // 10 ** 6} MB: raise the '
+                             'limit')

@@ -15,6 +15,7 @@ from aick_ros.borders import no_memory
 from aick_ros.borders.address_space import check_address_space
 from aick_ros.borders.allocator import keep_freed_memory
 from aick_ros.borders.libraries import check_libraries
+from aick_ros.borders.open_files import check_open_files
 from aick_ros.borders.streams import open_streams, say
 from aick_ros.borders.threads import one_thread_per_call
 from aick_ros.borders.variables import remove_unusable
@@ -24,6 +25,8 @@ from aick_ros.ros.process.signals import held
 
 _NEEDED = ('typer', 'rich', 'yaml')
 _MEMORY = 550_000_000  # [byte] of addresses; measured: with 420 OpenBLAS ends the process
+
+_OPEN_FILES = 16  # chosen: with 12 all is read and written
 
 
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
@@ -39,6 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         with endings_interrupt(is_last=arguments is None):
             with held(endings()):  # an interrupted import fails in unexpected ways
                 check_address_space(_MEMORY, 'the libraries of this command')
+                check_open_files(_OPEN_FILES, 'the libraries of this command')
                 check_libraries()
                 from aick_ros.cli.run import run
             code = run(sys.argv[1:] if arguments is None else arguments)

@@ -346,6 +346,19 @@ def test_a_further_signal_during_the_end_is_not_reported():
     assert (run.returncode, run.stderr) == (0, '')
 
 
+@pytest.mark.parametrize('arguments, limit', [
+    ('replay none', '-n 15'), ('view none --save view.rrd', '-n 31'), ('replay none', '-d 250000'),
+    ('fleet synthetic:1', '-d 450000')])
+def test_other_limits_are_one_sentence_too(tmp_path, arguments, limit):
+    process = subprocess.run(
+        f'ulimit {limit}; exec {sys.executable} -m aick_ros {arguments}', shell=True,
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+        env={**os.environ, 'PYTHONPATH': str(ROOT)})
+    assert process.returncode == 2
+    assert re.fullmatch(rf'aick: .*\(ulimit {limit[:2]}\), .* require .*: raise the limit\n',
+                        process.stderr)
+
+
 @pytest.mark.parametrize('arguments, kilobytes', [
     ('simulate out --frames 1 --size 64x48', 400_000), ('replay none', 300_000),
     ('replay none', 500_000), ('fleet synthetic:1', 900_000),

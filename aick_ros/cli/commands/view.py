@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from aick_ros.borders.address_space import check_address_space
+from aick_ros.borders.open_files import check_open_files
 from aick_ros.cli import outcome
 from aick_ros.cli.input import options
 from aick_ros.cli.input.interruption import Interruption
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from aick_ros.ros.watcher import Watcher
 
 _MEMORY = 4_000_000_000  # [byte] of addresses; measured: 3.5 are used, with fewer rerun may abort
+_OPEN_FILES = 32  # chosen: it has 16, and with fewer rerun may abort
 _POLL_INTERVAL = 0.2  # [s]; chosen
 _PATIENCE = 5.0  # [s] without a message until a hint is printed; chosen
 
@@ -72,6 +74,7 @@ def view(source: ViewSource = None, live: Live = False, namespace: Namespace = '
     Without --save and --web the viewer opens in a window. With --live it shows a running node.
     """
     check_address_space(_MEMORY, 'the libraries of the viewer')
+    check_open_files(_OPEN_FILES, 'the libraries of the viewer')
     settings = options.settings_from(preset, config, assignments)
     reading = SourceOptions(camera, colour_topic, depth_topic, info_topic, ground_truth_topic,
                             max_interval)

@@ -8,13 +8,17 @@ from __future__ import annotations
 import os
 from importlib import import_module
 from pathlib import Path
+from xml.etree import ElementTree
 
+from aick_ros.borders.files import read_bytes
+from aick_ros.borders.limits import MAX_CONFIGURATION_BYTES
 from aick_ros.errors import InputError
 
 _LAST_DOMAIN = 232  # by definition: with a higher one, the ports of DDS exceed 65535
 _LOG_PLACES = ('HOME', 'ROS_HOME', 'ROS_LOG_DIR')
 _SWITCHES = ('RCUTILS_LOGGING_USE_STDOUT', 'RCUTILS_COLORIZED_OUTPUT',
              'RCUTILS_LOGGING_BUFFERED_STREAM')
+_ROOTS = ('dds', 'profiles')
 _PROFILES = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 
 
@@ -66,5 +70,20 @@ def check_variables() -> None:
         if (value := os.environ.get(name, '')) not in ('', '0', '1'):
             raise InputError(f'{name} is {value}: 0 or 1 is required')
     for name in _PROFILES:
-        if (value := os.environ.get(name, '')) and not os.path.isfile(value):
-            raise InputError(f'{name} is {value}: there is no such file')
+        if value := os.environ.get(name, ''):
+            _check_profiles(name, value)
+
+
+def _check_profiles(name: str, path: str) -> None:
+    """Raise InputError where Fast DDS would print lines about its file of profiles."""
+    if not os.path.isfile(path):
+        raise InputError(f'{name} is {path}: there is no such file')
+    try:
+        root = ElementTree.fromstring(read_bytes(Path(path), 'the profiles of Fast DDS',
+                                                 MAX_CONFIGURATION_BYTES))
+    except (ElementTree.ParseError, LookupError) as error:  # the last of unknown encodings
+        raise InputError(f'{name} is {path}: it is not XML ({error}); name a file of profiles, or '
+                         'unset the variable') from None
+    if root.tag.rpartition('}')[2] not in _ROOTS:
+        raise InputError(f'{name} is {path}: it has no profiles of Fast DDS, as {root.tag!r} is '
+                         'none of its elements; name another file, or unset the variable')

@@ -10,6 +10,7 @@ import pytest
 
 from aick_ros.errors import InputError
 from aick_ros.ros.process.environment import check_middleware, check_variables
+from aick_ros.ros.process.resources import config_file
 
 SWITCHES = ('RCUTILS_LOGGING_USE_STDOUT', 'RCUTILS_COLORIZED_OUTPUT',
             'RCUTILS_LOGGING_BUFFERED_STREAM')
@@ -27,7 +28,7 @@ def environment(monkeypatch):
 @pytest.mark.parametrize('name, value', [
     ('ROS_DOMAIN_ID', '0'), ('ROS_DOMAIN_ID', '232'), ('ROS_DOMAIN_ID', ''),
     *((name, value) for name in SWITCHES for value in ('', '0', '1')),
-    *((name, value) for name in PROFILES for value in ('', __file__))])
+    *((name, value) for name in PROFILES for value in ('', str(config_file('fastdds.xml'))))])
 def test_what_ros_accepts(monkeypatch, name, value):
     monkeypatch.setenv(name, value)
     check_variables()
@@ -41,6 +42,22 @@ def test_what_ros_rejects_is_named(monkeypatch, name, value, reason):
     monkeypatch.setenv(name, value)
     with pytest.raises(InputError, match=f'^{name} is {value}: .*{reason}'):
         check_variables()
+
+
+@pytest.mark.parametrize('name', PROFILES)
+@pytest.mark.parametrize('content, reason', [
+    (b'root:x:0:0', 'it is not XML'), (b'', 'it is not XML'), (b'\xff\xfe', 'it is not XML'),
+    (b'<?xml version="1.0" encoding="nope"?><dds/>', 'it is not XML'),
+    (b'<a/>', "it has no profiles of Fast DDS, as 'a' is none of its elements")])
+def test_profiles_that_are_none_are_rejected(monkeypatch, tmp_path, name, content, reason):
+    file = tmp_path / 'profiles.xml'
+    file.write_bytes(content)
+    monkeypatch.setenv(name, str(file))
+    with pytest.raises(InputError) as raised:
+        check_variables()
+    assert str(raised.value).startswith(f'{name} is {file}: {reason}')
+    file.write_text('<profiles xmlns="http://www.eprosima.com/XMLSchemas/fastRTPS_Profiles"/>')
+    check_variables()
 
 
 @pytest.mark.parametrize('place', PLACES)
