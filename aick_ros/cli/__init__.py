@@ -35,12 +35,12 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
 
     :param arguments: without the name of the program; None: those of the process.
     """
-    open_streams()
-    keep_freed_memory()
-    _prepare_environment()
     try:
         with endings_interrupt(is_last=arguments is None):
             with held(endings()):  # an interrupted import fails in unexpected ways
+                open_streams()
+                keep_freed_memory()
+                _prepare_environment()
                 check_address_space(_MEMORY, 'the libraries of this command')
                 check_open_files(_OPEN_FILES, 'the libraries of this command')
                 check_libraries()

@@ -88,6 +88,8 @@ def _user_sentence(error: Exception) -> str:
     """Return the sentence for an error that the user can correct, '' for any other."""
     if isinstance(error, FileNotFoundError) and not _current_folder_exists():
         return 'the current folder has been removed: change to one that exists'
+    if isinstance(error, FileNotFoundError) and error.filename:
+        return f'{error.filename}: {error.strerror}: was it removed meanwhile?'
     if isinstance(error, OSError) and error.errno in _USER_ERRORS:
         return f'{error.filename or "writing"}: {error.strerror}'
     if no_memory.is_of_memory(error):

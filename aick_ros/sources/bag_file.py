@@ -109,14 +109,20 @@ class BagFile:
         except Exception as error:  # rosbags raises nearly anything on a damaged bag
             raise self._unreadable(error) from None
         try:
+            self._check(reader)
+            yield reader
+        finally:
+            reader.close()
+
+    def _check(self, reader: AnyReader) -> None:
+        try:
             for each in reader.readers:
                 if storage := getattr(each, 'storage', None):
                     check_indexes(storage)
                 else:  # a ROS 1 bag
                     limit_chunks(each, self._path)
-            yield reader
-        finally:
-            reader.close()
+        except OSError as error:  # a file has been removed meanwhile
+            raise self._unreadable(error) from None
 
     def _check_definitions(self, reader: AnyReader, connections: list[Connection]) -> None:
         types = reader.typestore.fielddefs

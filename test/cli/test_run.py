@@ -226,6 +226,14 @@ def test_an_import_without_memory_is_no_defect(error):
     assert process.stderr.count('\n') == 1
 
 
+def test_an_input_that_vanishes_is_no_defect(aick, monkeypatch):
+    monkeypatch.setattr(replay_module, 'open_source', fail_with(
+        FileNotFoundError(2, 'No such file or directory', 'bag/a.mcap')))
+    outcome = aick('replay', 'x')
+    assert outcome.code == 2
+    assert outcome.sentence == 'bag/a.mcap: No such file or directory: was it removed meanwhile?'
+
+
 @pytest.mark.parametrize('error', [
     MemoryError(), RuntimeError("can't start new thread"),
     ImportError('x.so: failed to map segment from shared object')])
@@ -279,6 +287,31 @@ def test_a_closed_pipe_is_no_defect():
 @pytest.mark.parametrize('ending', ['SIGINT', 'SIGTERM', 'SIGHUP'])
 def test_an_interruption_of_the_start_is_one_line(ending):
     process = python(SIGNALLED.format(ending=ending))
+    assert (process.returncode, process.stderr) == (130, 'aick: interrupted\n')
+
+
+@pytest.mark.usefixtures('terminal')
+@pytest.mark.parametrize('ending', ['SIGINT', 'SIGTERM', 'SIGHUP'])
+def test_a_signal_while_the_environment_is_prepared(ending):
+    process = python('import os, signal, sys\n'
+                     'from aick_ros import cli\n'
+                     f'cli.remove_unusable = lambda: os.kill(os.getpid(), signal.{ending})\n'
+                     'cli.main(["--version"])')
+    assert (process.returncode, process.stderr) == (130, 'aick: interrupted\n')
+
+
+def test_an_interruption_while_the_module_is_imported(tmp_path):
+    (tmp_path / 'sitecustomize.py').write_text("""
+import sys
+class Finder:
+    def find_spec(self, name, *_):
+        if name == 'aick_ros.cli':
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Finder())
+""")
+    process = subprocess.run(
+        [sys.executable, '-m', 'aick_ros', '--version'], capture_output=True, text=True,
+        check=False, env={**os.environ, 'PYTHONPATH': f'{tmp_path}:{ROOT}'})
     assert (process.returncode, process.stderr) == (130, 'aick: interrupted\n')
 
 

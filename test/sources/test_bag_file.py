@@ -13,7 +13,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 
 from aick_ros.borders import bag_limits
 from aick_ros.errors import InputError
-from aick_ros.sources import raise_damage
+from aick_ros.sources import bag_file, raise_damage
 from aick_ros.sources.bag_file import BagFile, stamp_of
 from aick_ros.sources.writers.bag_messages import TYPESTORE
 
@@ -63,6 +63,17 @@ def test_a_bag_is_read_anew_each_time(bag):
     assert [each.content.data for each in file.messages(['/a'], raise_damage)] == [
         'first', 'second']
     assert first.content.data == 'first'
+
+
+def test_a_file_that_is_removed_while_the_bag_is_opened(bag, monkeypatch):
+    def check(storage):
+        file = storage.storages[0].path
+        file.unlink()
+        bag_limits.check_indexes(storage)
+
+    monkeypatch.setattr(bag_file, 'check_indexes', check)
+    with pytest.raises(InputError, match='cannot be read as a bag .*No such file or directory'):
+        BagFile(bag).topics()
 
 
 def test_a_damaged_message_is_reported_and_the_next_one_read(tmp_path):
