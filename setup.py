@@ -70,7 +70,7 @@ setup(
                     'test': TEST, 'mutation': MUTATION},
     data_files=DATA_FILES,
     entry_points={'console_scripts': [
-        'aick = aick_ros.cli:main',
+        'aick = aick_ros.__main__:main',
         'odom_node = aick_ros.ros.process.entry_points:odom_node',
         'odom_lifecycle_node = aick_ros.ros.process.entry_points:odom_lifecycle_node',
         'bag_player = aick_ros.ros.process.entry_points:bag_player',

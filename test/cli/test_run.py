@@ -300,7 +300,9 @@ def test_a_signal_while_the_environment_is_prepared(ending):
     assert (process.returncode, process.stderr) == (130, 'aick: interrupted\n')
 
 
-def test_an_interruption_while_the_module_is_imported(tmp_path):
+@pytest.mark.parametrize('command', [
+    ['-m', 'aick_ros'], [str(Path(sys.executable).with_name('aick'))]], ids=['module', 'script'])
+def test_an_interruption_while_the_module_is_imported(tmp_path, command):
     (tmp_path / 'sitecustomize.py').write_text("""
 import sys
 class Finder:
@@ -310,7 +312,7 @@ class Finder:
 sys.meta_path.insert(0, Finder())
 """)
     process = subprocess.run(
-        [sys.executable, '-m', 'aick_ros', '--version'], capture_output=True, text=True,
+        [sys.executable, *command, '--version'], capture_output=True, text=True,
         check=False, env={**os.environ, 'PYTHONPATH': f'{tmp_path}:{ROOT}'})
     assert (process.returncode, process.stderr) == (130, 'aick: interrupted\n')
 
