@@ -135,8 +135,9 @@ def test_each_process_requires_sixteen_files_beside_the_first_48(
                              'settings (DASK_*)')])
 def test_a_limit_to_the_memory_is_named_where_processes_do_not_start(
         asked, monkeypatch, workers, count, allowed, remedy):
+    limits = {resource.RLIMIT_AS: allowed, resource.RLIMIT_NOFILE: 10 ** 6}
     monkeypatch.setattr(cluster_module.resource, 'getrlimit', lambda kind: (
-        (allowed if kind == resource.RLIMIT_AS else 10 ** 6, resource.RLIM_INFINITY)))
+        limits.get(kind, resource.RLIM_INFINITY), resource.RLIM_INFINITY))
     with pytest.raises(InputError) as raised, connected(Cluster(workers)):
         pytest.fail('it goes on')
     assert str(raised.value) == f'{count} cannot be started ({Enough()}): {remedy}'

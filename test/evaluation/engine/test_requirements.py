@@ -38,8 +38,9 @@ def test_what_dask_says_of_its_settings_is_passed_on(monkeypatch):
 @pytest.mark.parametrize('allowed, is_enough', [
     (999_999_999, False), (10 ** 9, True), (resource.RLIM_INFINITY, True)])
 def test_so_little_memory_that_libraries_abort_is_rejected(monkeypatch, allowed, is_enough):
+    limits = {resource.RLIMIT_AS: allowed, resource.RLIMIT_DATA: resource.RLIM_INFINITY}
     monkeypatch.setattr(resource, 'getrlimit', lambda kind: (
-        (allowed if kind == resource.RLIMIT_AS else 64, resource.RLIM_INFINITY)))
+        limits.get(kind, 64), resource.RLIM_INFINITY))
     if is_enough:
         check_dask()
     else:
