@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "arrays.h"
+#include "bordered.h"
 #include "kernels.h"
 #include "processors.h"
 
@@ -29,14 +30,6 @@ enum {
 };
 
 static const float HARRIS_K = 0.04f;
-
-typedef uint8_t Pixel;
-
-// An image with a border around it.
-typedef struct {
-  const Pixel *pixels;  // the first one within the border
-  Py_ssize_t height, width, step;
-} Image;
 
 typedef struct {
   int32_t x, y;
@@ -246,19 +239,6 @@ static void write_responses(const Image *image, const Corner *corners, Py_ssize_
   }
 }
 
-// Set an image from an opened one with a border; false, with a ValueError, where none is left.
-static bool set_image(const Py_buffer *view, Py_ssize_t border, Image *image) {
-  const Size size = size_of(view);
-  if (border < REACH || border > size.height / 2 || border > size.width / 2) {
-    PyErr_Format(PyExc_ValueError, "an image of %zd x %zd pixels has no border of %zd", size.width,
-                 size.height, border);
-    return false;
-  }
-  *image = (Image){(const Pixel *)view->buf + border * size.width + border,
-                   size.height - 2 * border, size.width - 2 * border, size.width};
-  return true;
-}
-
 PyObject *kernel_corners(PyObject *module, PyObject *arguments) {
   PyObject *image_array;
   Image image;
@@ -270,7 +250,7 @@ PyObject *kernel_corners(PyObject *module, PyObject *arguments) {
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  if (!set_image(&arrays.views[0], border, &image)) {
+  if (!set_image(&arrays.views[0], border, REACH, &image)) {
     close_arrays(&arrays);
     return NULL;
   }
@@ -398,7 +378,7 @@ PyObject *kernel_disc_directions(PyObject *module, PyObject *arguments) {
   const float(*points)[2] = arrays.views[2].buf;
   double *directions = arrays.views[3].buf;
   Disc disc = {0};
-  if (set_image(&arrays.views[0], border, &image)) {
+  if (set_image(&arrays.views[0], border, REACH, &image)) {
     if (!are_inside(&image, border, half_widths, radius, points, count)) {
       PyErr_SetString(PyExc_ValueError, "a disc is not within the image and its border");
     } else {

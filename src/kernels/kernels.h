@@ -10,6 +10,7 @@
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
+PyObject *kernel_align_windows(PyObject *module, PyObject *arguments);
 PyObject *kernel_bit_distances(PyObject *module, PyObject *arguments);
 PyObject *kernel_bit_distances_of_pairs(PyObject *module, PyObject *arguments);
 PyObject *kernel_cells_at(PyObject *module, PyObject *arguments);

@@ -6,6 +6,7 @@
 #define KERNEL(name) {#name, kernel_##name, METH_VARARGS, NULL}
 
 static PyMethodDef METHODS[] = {
+    KERNEL(align_windows),
     KERNEL(bit_distances),
     KERNEL(bit_distances_of_pairs),
     KERNEL(cells_at),

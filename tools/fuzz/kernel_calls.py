@@ -26,6 +26,7 @@ from aick_ros.errors import InputError
 # An array is TYPE:SIZES, TYPE>SIZES where it is written; %NAME is a size as an integer, %i any
 # integer, %f any number.
 _CALLS = """
+align_windows B:x,y B:x,y %z %w f:n,2 f>n,2 ?>n
 bit_distances B:n,w B:m,w %w f>n,m
 bit_distances_of_pairs B:n,w B:m,w %w q:k q:k f>k
 cells_at d:n,3 ?:h,v %v %h d:4 q>n q>n
@@ -81,7 +82,8 @@ CALLS: dict[str, list[str]] = {line.split()[0]: line.split()[1:]
 
 _SIZES = {'n': (3, 0, 1, 2, 8, 17, 33), 'm': (4, 0, 1, 5, 16), 'k': (5, 0, 1, 2, 40),
           'w': (4, 1, 3, 8, 32, 33), 'h': (40, 1, 2, 7, 11, 24), 'v': (47, 1, 2, 5, 12, 32),
-          'a': (3, 1, 2, 6), 'e': (2, 1, 4, 8), 'r': (3, 1, 2, 9), 'b': (12, 5, 6, 8)}
+          'a': (3, 1, 2, 6), 'e': (2, 1, 4, 8), 'r': (3, 1, 2, 9), 'b': (12, 5, 6, 8),
+          'x': (50, 49, 55, 98, 120), 'y': (51, 49, 60, 99, 160), 'z': (24, 17, 19, 48)}
 _INTEGERS = (3, 0, 1, 2, 7, 12, 100, -1, -2, 255, 256, 2 ** 16, 2 ** 31 - 1, 2 ** 31, -2 ** 31,
              2 ** 32, 2 ** 33 - 1, 2 ** 61, 2 ** 62, 2 ** 63 - 1, -2 ** 63, 2 ** 64)
 _NUMBERS = (1.0, 0.5, 0.0, -1.0, 2.0, 1e-3, 100.0, 1e9, -1e19, 1e38, 1e300, -1e300, 5e-324,

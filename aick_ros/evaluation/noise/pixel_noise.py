@@ -20,7 +20,7 @@ from aick_ros.evaluation.noise.noise_law import bins_of, fit_law
 from aick_ros.features import Features, make_detector
 from aick_ros.features.descriptors import descriptor_distances
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.registration.refinement.lucas_kanade import track_there_and_back
+from aick_ros.registration.refinement.lucas_kanade import Pyramid, track_there_and_back
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import parameters
 
@@ -107,7 +107,9 @@ class PixelNoiseSamples:
             self._before = grey, self._detector.detect(grey)
             return
         previous, detected = self._before
-        positions, found = track_there_and_back(previous, grey, detected.pixels, _WINDOW, _LEVELS)
+        positions, found = track_there_and_back(
+            Pyramid.of(previous, _WINDOW, _LEVELS), Pyramid.of(grey, _WINDOW, _LEVELS),
+            detected.pixels)
         tracked = np.flatnonzero(found)
         positions = positions[tracked]
         if len(tracked) >= _MIN_TRACKED * len(detected.pixels):

@@ -5,50 +5,82 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import cv2
 import numpy as np
 
-_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.03)  # chosen [-, px]
+from aick_ros import kernels
+
 _MAX_RETURN_ERROR = 0.5  # px; chosen: distance from the start after tracking there and back
+_SPARE = 16  # by definition of the kernel: pixels that it reads beyond a window
 
 
-def track_there_and_back(before: np.ndarray, now: np.ndarray, pixels: np.ndarray, window: int,
-                         levels: int, expected: np.ndarray | None = None
-                         ) -> tuple[np.ndarray, np.ndarray]:
+@dataclass(frozen=True, eq=False)
+class Pyramid:
+    """
+    An image at full resolution, at half of it, and so on, with borders to be tracked in.
+
+    :param levels: images, uint8.
+    :param border: width of their borders [px].
+    :param window: side of the window that is tracked [px].
+    """
+
+    levels: list[np.ndarray]
+    border: int
+    window: int
+
+    @classmethod
+    def of(cls, image: np.ndarray, window: int, levels: int) -> Pyramid:
+        """
+        Return the pyramid of an HxW uint8 image.
+
+        :param levels: above full resolution; fewer where the image becomes as small as a window.
+        """
+        images = [image]
+        while len(images) <= levels and min(images[-1].shape) > 2 * window:
+            images.append(np.asarray(cv2.pyrDown(images[-1])))
+        border = window + _SPARE
+        return cls([np.asarray(cv2.copyMakeBorder(level, border, border, border, border,
+                                                  cv2.BORDER_REFLECT_101)) for level in images],
+                   border, window)
+
+
+def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
+                         expected: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """
     Track pixels from one image to another, and keep those that track back to their start.
 
     With an expected place the search there starts from it. The search back then starts from the
     original pixel, at full resolution only.
 
-    :param before: HxW uint8.
-    :param now: HxW uint8.
+    :param before: pyramid of one image.
+    :param now: of the other one, as large, for the same window.
     :param pixels: Nx2 float32 in ``before``, N may be 0.
-    :param window: side of the tracked window [px].
-    :param levels: levels of the image pyramid above full resolution.
     :param expected: Nx2 float32, about where the pixels are in ``now``; None: unknown.
     :returns: Nx2 float32, the pixels in ``now``, and N bool, whether each was found.
     """
     if not len(pixels):
         return np.empty((0, 2), np.float32), np.empty(0, bool)
-    seen, found = _track(before, now, pixels, window, levels, expected)
+    levels = len(before.levels)
     if expected is None:
-        returned, found_again = _track(now, before, seen, window, levels, None)
+        seen, found = _track(before, now, pixels, pixels, levels)
+        returned, found_again = _track(now, before, seen, seen, levels)
     else:
-        returned, found_again = _track(now, before, seen, window, 0, pixels)
+        seen, found = _track(before, now, pixels, expected, levels)
+        returned, found_again = _track(now, before, seen, pixels, 1)
     errors = np.abs(returned - pixels).max(axis=1)
     return seen, found & found_again & (errors < _MAX_RETURN_ERROR)
 
 
-def _track(before: np.ndarray, now: np.ndarray, pixels: np.ndarray, window: int, levels: int,
-           start: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+def _track(before: Pyramid, now: Pyramid, pixels: np.ndarray, start: np.ndarray,
+           levels: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the pixels in the other image, Nx2, and whether each was found, N bool."""
-    guess = (pixels if start is None else start).reshape(-1, 1, 2).copy()
-    # the eigenvalues take no time: the errors, which nobody needs either, take a tenth
-    flags = cv2.OPTFLOW_LK_GET_MIN_EIGENVALS
-    if start is not None:
-        flags |= cv2.OPTFLOW_USE_INITIAL_FLOW
-    seen, status, _ = cv2.calcOpticalFlowPyrLK(
-        before, now, pixels.reshape(-1, 1, 2), guess, winSize=(window, window), maxLevel=levels,
-        criteria=_CRITERIA, flags=flags)
-    return seen.reshape(-1, 2), status.ravel() > 0
+    places, found = start.copy(), np.empty(len(pixels), bool)
+    for level in reversed(range(levels)):
+        scale = np.float32(0.5 ** level)
+        places *= scale
+        kernels.align_windows(before.levels[level], now.levels[level], before.border,
+                              before.window, pixels * scale, places, found)
+        places /= scale
+    return places, found

@@ -16,7 +16,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.last_results import LastResults
-from aick_ros.registration.refinement.lucas_kanade import track_there_and_back
+from aick_ros.registration.refinement.lucas_kanade import Pyramid, track_there_and_back
 from aick_ros.registration.refinement.windows import Windows
 from aick_ros.settings import RefinementSettings, SensorSettings
 
@@ -80,6 +80,7 @@ class Tracker:
         self._settings = settings
         self._sensor = sensor
         self._windows = LastResults(self._windows_of_all, _CACHED_FRAMES)
+        self._pyramids = LastResults(self._pyramid_of, _CACHED_FRAMES)
 
     def track(self, source: PreparedFrame, target: PreparedFrame,
               T_target_source: np.ndarray) -> Tracks:
@@ -93,12 +94,14 @@ class Tracker:
 
     def _track(self, source: PreparedFrame, target: PreparedFrame, T_target_source: np.ndarray,
                windows_of: Callable[[np.ndarray], Windows]) -> Tracks:
-        camera, side = target.frame.camera, self._settings.track_window
+        camera = target.frame.camera
         points = source.keypoints.positions[:self._settings.max_tracks].astype(np.float64)
         kept, expected = _visible(points, T_target_source, camera)
         rotation = _turn(T_target_source)
         grey, pixels = _rotated(source.grey, source.keypoints.pixels[kept], camera, rotation)
-        seen, found = track_there_and_back(grey, target.grey, pixels, side, _LEVELS, expected)
+        seen, found = track_there_and_back(
+            Pyramid.of(grey, self._settings.track_window, _LEVELS), self._pyramids(target),
+            pixels, expected)
         kept, seen = kept[found], seen[found]
         windows = windows_of(kept)
         seen = seen - windows.shifts(camera, T_target_source, rotation)
@@ -127,6 +130,9 @@ class Tracker:
         sigmas = np.maximum(depth.inverse_depth_sigma(depths, self._sensor), seen.sigmas)
         return Tracks(seen.keypoints, rays * depths[:, None],
                       seen.points[:, :2] / seen.points[:, 2:], seen.points[:, 2].copy(), sigmas)
+
+    def _pyramid_of(self, frame: PreparedFrame) -> Pyramid:
+        return Pyramid.of(frame.grey, self._settings.track_window, _LEVELS)
 
     def _windows_of_all(self, frame: PreparedFrame) -> Windows:
         return self._windows_of(frame, np.arange(min(len(frame.keypoints),

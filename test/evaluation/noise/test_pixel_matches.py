@@ -52,8 +52,8 @@ class Given:
         return Features(np.float32(pixels), np.packbits(bits, axis=1),
                         np.ones(len(pixels), np.float32), np.float32(scales))
 
-    def track(self, before, now, pixels, window, levels):
-        self.compared.append((int(before[0, 0]), int(now[0, 0])))
+    def track(self, before, now, pixels):
+        self.compared.append((int(before.levels[0].min()), int(now.levels[0].min())))
         found = np.arange(len(pixels)) < round(self.tracked * len(pixels))
         return pixels + np.float32([self.flow, 0.0]), found
 

@@ -7,9 +7,11 @@ import cv2
 import numpy as np
 import pytest
 
-from aick_ros.registration.refinement.lucas_kanade import track_there_and_back
+from aick_ros import kernels
+from aick_ros.registration.refinement.lucas_kanade import Pyramid, _track, track_there_and_back
 
 HEIGHT, WIDTH = 160, 200
+FLAT = Pyramid.of(np.zeros((HEIGHT, WIDTH), np.uint8), 5, 0)
 
 
 @pytest.fixture(scope='module')
@@ -32,11 +34,16 @@ def pixels(step=20, margin=40):
     return np.column_stack([u.ravel(), v.ravel()]).astype(np.float32)
 
 
+def track(before, now, start, window, levels, expected=None):
+    pyramids = (Pyramid.of(image, window, levels) for image in (before, now))
+    return track_there_and_back(*pyramids, start, expected)
+
+
 @pytest.mark.parametrize('shift', [(0, 0), (3, -2), (-6, 5)])
 def test_pixels_move_with_the_image(texture, shift):
     start = pixels()
     kept = start.copy()
-    seen, found = track_there_and_back(view(texture), view(texture, *shift), start, 15, 2)
+    seen, found = track(view(texture), view(texture, *shift), start, 15, 2)
     assert found.all()
     np.testing.assert_allclose(seen, start + shift, atol=0.1)
     np.testing.assert_array_equal(start, kept)
@@ -45,13 +52,13 @@ def test_pixels_move_with_the_image(texture, shift):
 def test_a_large_shift_requires_levels_or_an_expectation(texture):
     shift, start = (26, 0), pixels()
     images = view(texture), view(texture, *shift)
-    _, found = track_there_and_back(*images, start, 11, 0)
+    _, found = track(*images, start, 11, 0)
     assert found.mean() < 0.2
-    seen, found = track_there_and_back(*images, start, 11, 3)
+    seen, found = track(*images, start, 11, 3)
     assert found.mean() > 0.8
     np.testing.assert_allclose(seen[found], start[found] + shift, atol=0.2)
     expected = (start + (25, 1)).astype(np.float32)
-    seen, found = track_there_and_back(*images, start, 11, 0, expected)
+    seen, found = track(*images, start, 11, 0, expected)
     assert found.all()
     np.testing.assert_allclose(seen, start + shift, atol=0.1)
 
@@ -60,7 +67,7 @@ def test_the_expected_places_are_not_changed(texture):
     start = pixels()
     expected = start + np.float32(2)
     kept = expected.copy()
-    track_there_and_back(view(texture), view(texture, 2, 2), start, 15, 1, expected)
+    track(view(texture), view(texture, 2, 2), start, 15, 1, expected)
     np.testing.assert_array_equal(expected, kept)
 
 
@@ -70,10 +77,92 @@ def test_what_is_covered_in_the_other_image_does_not_track_back(texture, has_exp
     before, now = view(texture), view(texture)
     now[:, :WIDTH // 2] = view(texture[::-1, ::-1])[:, :WIDTH // 2]
     start = pixels()
-    seen, found = track_there_and_back(before, now, start, 11, 1, start if has_expected else None)
+    seen, found = track(before, now, start, 11, 1, start if has_expected else None)
     left, right = start[:, 0] < WIDTH // 2 - 15, start[:, 0] > WIDTH // 2 + 15
     assert found[right].all()
     assert found[left].mean() < 0.3
+
+
+@pytest.mark.parametrize('window', [5, 8, 9, 16, 21, 51])
+@pytest.mark.parametrize('levels', [0, 2])
+def test_it_finds_what_opencv_finds(texture, window, levels):
+    """To the fifth binary digit of a grey level, to which OpenCV rounds."""
+    before = view(texture)
+    turn = cv2.getRotationMatrix2D((WIDTH / 2, HEIGHT / 2), 1.0, 1.01)
+    now = cv2.warpAffine(before, turn, (WIDTH, HEIGHT), borderMode=cv2.BORDER_REFLECT_101)
+    start = pixels(9) + np.float32(0.3)
+    expected = (start + (1.2, -0.7)).astype(np.float32)
+    seen, found = _track(*(Pyramid.of(image, window, levels) for image in (before, now)), start,
+                         expected, len(Pyramid.of(before, window, levels).levels))
+    known, status, _ = cv2.calcOpticalFlowPyrLK(
+        before, now, start[:, None], expected[:, None].copy(), winSize=(window, window),
+        maxLevel=levels, criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.03),
+        flags=cv2.OPTFLOW_USE_INITIAL_FLOW)
+    known, is_known = known[:, 0], status[:, 0] > 0
+    assert (found == is_known).mean() > 0.98
+    errors = np.linalg.norm(seen - known, axis=1)[found & is_known]
+    assert np.median(errors) < 3e-3
+    assert (errors < 0.05).mean() > 0.97
+
+
+@pytest.mark.parametrize('move', [(0.37, -0.61), (-0.5, 0.5), (0.05, 0.95)])
+def test_fractions_of_a_pixel(move):
+    """Of waves that are drawn where they are, to what grey levels are rounded to."""
+    rng = np.random.default_rng(3)
+    waves = rng.uniform(-0.35, 0.35, (30, 2))
+    phases = rng.uniform(0, 2 * np.pi, 30)
+    u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
+
+    def image(right, down):
+        phase = (waves[:, 0, None, None] * (u - right) + waves[:, 1, None, None] * (v - down)
+                 + phases[:, None, None])
+        return np.clip(128 + 8 * np.sin(phase).sum(axis=0), 0, 255).round().astype(np.uint8)
+
+    start = pixels()
+    seen, found = track(image(0, 0), image(*move), start, 9, 2, start)
+    assert found.all()
+    errors = seen - start - move
+    np.testing.assert_allclose(np.median(errors, axis=0), 0, atol=0.02)
+    assert np.abs(errors).max() < 0.15
+
+
+def test_an_image_without_texture_shows_no_pixel():
+    flat = np.full((HEIGHT, WIDTH), 90, np.uint8)
+    assert not track(flat, flat, pixels(), 9, 2)[1].any()
+    edge = flat.copy()
+    edge[:, WIDTH // 2:] = 200  # shows where it is along one direction
+    start = np.float32([[WIDTH // 2, HEIGHT // 2]])
+    assert not track(edge, edge, start, 9, 0)[1].any()
+    edge[HEIGHT // 2:] = 20
+    assert track(edge, edge, start, 9, 0)[1].all()
+
+
+@pytest.mark.parametrize('place', [(np.nan, 50), (50, np.inf), (-np.inf, 50), (1e30, 50),
+                                   (-80, 50), (50, HEIGHT + 80)])
+def test_what_is_nowhere_in_an_image_is_not_found(texture, place):
+    """Neither in the one that it is tracked from, nor in the other."""
+    image = view(texture)
+    inside, outside = np.float32([[60, 60], [50, 50]]), np.float32([[60, 60], place])
+    for start, expected in ((outside, inside), (inside, outside)):
+        _, found = track(image, image, start, 9, 2, expected)
+        assert found.tolist() == [True, False]
+
+
+def test_windows_reach_beyond_the_edge_of_an_image(texture):
+    image = view(texture)
+    corners = np.float32([[0, 0], [WIDTH - 1, 0], [0, HEIGHT - 1], [WIDTH - 1, HEIGHT - 1]])
+    seen, found = track(image, image, corners, 9, 2, corners)
+    assert found.all()
+    np.testing.assert_allclose(seen, corners, atol=1e-3)
+
+
+@pytest.mark.parametrize('shape, levels', [((160, 200), 3), ((160, 18), 1), ((36, 200), 2)])
+def test_a_pyramid_ends_where_its_images_are_as_small_as_a_window(shape, levels):
+    pyramid = Pyramid.of(np.zeros(shape, np.uint8), 9, 2)
+    assert len(pyramid.levels) == levels
+    border = 2 * pyramid.border
+    assert [np.subtract(level.shape, border).tolist() for level in pyramid.levels] == [
+        [-(-side // 2 ** k) for side in shape] for k in range(levels)]
 
 
 def test_a_pixel_is_kept_up_to_half_a_pixel_from_its_start(monkeypatch):
@@ -82,27 +171,25 @@ def test_a_pixel_is_kept_up_to_half_a_pixel_from_its_start(monkeypatch):
     start = np.full((6, 2), 8, np.float32)
     answers = iter([(start + 1, [1, 1, 1, 1, 1, 1]), (start + returns, [1, 1, 1, 1, 1, 1])])
     tracked_by(monkeypatch, answers)
-    _, found = track_there_and_back(None, None, start, 5, 0)
+    _, found = track_there_and_back(FLAT, FLAT, start)
     assert found.tolist() == [True, False, True, False, True, False]
 
 
 def test_a_pixel_has_to_be_found_both_ways(monkeypatch):
     start = np.full((4, 2), 8, np.float32)
     tracked_by(monkeypatch, iter([(start + 3, [1, 0, 1, 0]), (start, [1, 1, 0, 0])]))
-    seen, found = track_there_and_back(None, None, start, 5, 0)
+    seen, found = track_there_and_back(FLAT, FLAT, start)
     assert found.tolist() == [True, False, False, False]
     np.testing.assert_array_equal(seen, start + 3)
 
 
 def tracked_by(monkeypatch, answers):
-    """Let OpenCV answer with these pixels and statuses."""
-    def track(*_, **__):
-        seen, status = next(answers)
-        return (np.float32(seen).reshape(-1, 1, 2), np.array(status, np.uint8)[:, None], None)
-    monkeypatch.setattr(cv2, 'calcOpticalFlowPyrLK', track)
+    """Let windows be found at these pixels, or not."""
+    def align(before, now, border, side, pixels, places, found):
+        places[:], found[:] = next(answers)
+    monkeypatch.setattr(kernels, 'align_windows', align)
 
 
 def test_no_pixels_are_no_tracks(texture):
-    seen, found = track_there_and_back(view(texture), view(texture), np.empty((0, 2), np.float32),
-                                       15, 2)
+    seen, found = track(view(texture), view(texture), np.empty((0, 2), np.float32), 15, 2)
     assert seen.shape == (0, 2) and found.shape == (0,) and found.dtype == bool

@@ -1,0 +1,337 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Windows of one image found in another: the displacement with the least squared difference of
+// grey levels, by Gauss-Newton steps (Lucas and Kanade 1981; Bouguet 2001, without the pyramid).
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "arrays.h"
+#include "bordered.h"
+#include "kernels.h"
+#include "processors.h"
+
+enum {
+  LANES = 8,          // pixels of a row that are looked at together, as a vector
+  LARGEST_SIDE = 64,  // of a window [px]
+  MOST_STEPS = 20,
+  SLACK = 1,  // pixels that a block has beyond a window, on each side
+};
+
+// Chosen, as those of OpenCV: a smaller step [px] is the last one; two steps whose sum is smaller
+// go to and fro, and half of the last one is taken back; with a smaller eigenvalue of the mean
+// products of gradients [1/px^2] a window has no texture.
+static const float SMALLEST_STEP = 0.03f, SMALLEST_ADVANCE = 0.01f, SMALLEST_TEXTURE = 0.1f;
+
+// Numbers side by side: vectors of GCC and Clang, for every processor. They are inlined, as no call
+// passes them alike on all processors.
+#pragma GCC diagnostic ignored "-Wpsabi"
+typedef float Lanes __attribute__((vector_size(LANES * sizeof(float))));
+typedef int32_t Integers __attribute__((vector_size(LANES * sizeof(int32_t))));
+typedef int16_t Shorts __attribute__((vector_size(LANES * sizeof(int16_t))));
+typedef uint8_t Bytes __attribute__((vector_size(LANES)));
+#define INLINE static inline __attribute__((always_inline))
+
+INLINE Lanes load(const float *numbers) {
+  Lanes lanes;
+  memcpy(&lanes, numbers, sizeof(lanes));
+  return lanes;
+}
+
+INLINE void store(Lanes lanes, float *numbers) { memcpy(numbers, &lanes, sizeof(lanes)); }
+
+INLINE Lanes grey_levels(const Pixel *pixels) {
+  Bytes bytes;
+  memcpy(&bytes, pixels, sizeof(bytes));
+  const Shorts shorts = __builtin_convertvector(bytes, Shorts);
+  return __builtin_convertvector(__builtin_convertvector(shorts, Integers), Lanes);
+}
+
+// A window: rows of whole lanes, of which those beyond its side have no gradient.
+typedef struct {
+  Py_ssize_t side, width, step;     // of the rows of the patch
+  float *grey, *along_u, *along_v;  // grey levels and their gradients [1/px]
+  float *patch;                     // grey levels with one pixel around, and lanes to spare
+  float *units;                     // of Scharr's sums in a row [1/px], 0 beyond the side
+  float uu, uv, vv;                 // sums of the products of gradients
+} Window;
+
+// Grey levels of an image about a window, as numbers: steps are small, so that most of them stay
+// in what has been converted.
+typedef struct {
+  Image image;
+  Py_ssize_t column, row;    // of the image, which the first one is of
+  Py_ssize_t columns, rows;  // converted
+  float *grey;
+} Block;
+
+// A block that has nothing yet.
+#define NOWHERE {.column = -LONGEST, .row = -LONGEST}
+
+// A place in a block: the pixel before it, and how far it is beyond.
+typedef struct {
+  const float *pixel;
+  float u, v;
+} Place;
+
+// Whether a window whose first pixel is at (u, v) touches the image; also false for NaN.
+INLINE bool touches(const Image *image, Py_ssize_t side, float u, float v) {
+  return u >= (float)-side && v >= (float)-side && u < (float)image->width &&
+         v < (float)image->height;
+}
+
+// Convert the grey levels from one before a pixel on.
+INLINE void fill_block(Block *block, Py_ssize_t column, Py_ssize_t row) {
+  const Py_ssize_t rows = block->rows, columns = block->columns, step = block->image.step;
+  block->column = column - SLACK;
+  block->row = row - SLACK;
+  const Pixel *pixels = block->image.pixels + block->row * step + block->column;
+  float *grey = block->grey;
+  for (Py_ssize_t i = 0; i < rows; ++i, pixels += step, grey += columns)
+    for (Py_ssize_t first = 0; first < columns; first += LANES)
+      store(grey_levels(pixels + first), grey + first);
+}
+
+// The place of (u, v) of the image in its block, which is filled anew where it does not have it.
+INLINE Place place_at(Block *block, float u, float v) {
+  const float column = floorf(u), row = floorf(v);
+  Py_ssize_t x = (Py_ssize_t)column - block->column, y = (Py_ssize_t)row - block->row;
+  if (x < 0 || y < 0 || x > 2 * SLACK || y > 2 * SLACK) {
+    fill_block(block, (Py_ssize_t)column, (Py_ssize_t)row);
+    x = y = SLACK;
+  }
+  return (Place){block->grey + y * block->columns + x, u - column, v - row};
+}
+
+// Grey levels between neighbours of a row.
+INLINE Lanes interpolate(const float *pixel, float fraction) {
+  const Lanes left = load(pixel);
+  return left + fraction * (load(pixel + 1) - left);
+}
+
+INLINE float sum_of(Lanes lanes) {
+  float sums[LANES];
+  store(lanes, sums);
+  for (int count = LANES / 2; count > 0; count /= 2)
+    for (int lane = 0; lane < count; ++lane)
+      sums[lane] += sums[lane + count];
+  return sums[0];
+}
+
+// The grey levels of a window with one pixel around, in whole lanes.
+INLINE void sample_patch(const Window *window, const Block *block, Place place) {
+  const Py_ssize_t rows = window->side + 2, step = window->step, columns = block->columns;
+  for (Py_ssize_t first = 0; first < rows; first += LANES) {
+    const float *pixel = place.pixel + first;
+    float *patch = window->patch + first;
+    Lanes above = interpolate(pixel, place.u);
+    for (Py_ssize_t row = 0; row < rows; ++row, patch += step) {
+      pixel += columns;
+      const Lanes below = interpolate(pixel, place.u);
+      store(above + place.v * (below - above), patch);
+      above = below;
+    }
+  }
+}
+
+// What Scharr's operator makes of a row: differences along it, and means of neighbours.
+typedef struct {
+  Lanes difference, mean;
+} Row;
+
+INLINE Row row_of(const float *patch) {
+  const Lanes left = load(patch), right = load(patch + 2);
+  return (Row){right - left, 3.0f * (left + right) + 10.0f * load(patch + 1)};
+}
+
+// Measure a window whose first pixel is at (u, v): grey levels, and gradients by Scharr's operator.
+INLINE void measure(Window *window, Block *block, float u, float v) {
+  sample_patch(window, block, place_at(block, u - 1.0f, v - 1.0f));
+  const Py_ssize_t side = window->side, width = window->width, step = window->step;
+  Lanes uu = {0}, uv = {0}, vv = {0};
+  for (Py_ssize_t first = 0; first < width; first += LANES) {
+    const Lanes unit = load(window->units + first);
+    const float *patch = window->patch + first;
+    float *grey = window->grey + first;
+    float *along_u = window->along_u + first, *along_v = window->along_v + first;
+    Row above = row_of(patch), middle = row_of(patch + step);
+    for (Py_ssize_t row = 0; row < side; ++row) {
+      const Row below = row_of(patch + (row + 2) * step);
+      const Lanes ends = above.difference + below.difference;
+      const Lanes by_u = unit * (3.0f * ends + 10.0f * middle.difference);
+      const Lanes by_v = unit * (below.mean - above.mean);
+      store(load(patch + (row + 1) * step + 1), grey + row * width);
+      store(by_u, along_u + row * width);
+      store(by_v, along_v + row * width);
+      uu += by_u * by_u;
+      uv += by_u * by_v;
+      vv += by_v * by_v;
+      above = middle;
+      middle = below;
+    }
+  }
+  window->uu = sum_of(uu);
+  window->uv = sum_of(uv);
+  window->vv = sum_of(vv);
+}
+
+// Whether a window shows where it is in both directions.
+INLINE bool has_texture(const Window *window) {
+  const float difference = window->uu - window->vv;
+  const float root = sqrtf(difference * difference + 4.0f * window->uv * window->uv);
+  const float pixels = (float)(window->side * window->side);
+  return window->uu + window->vv - root >= 2.0f * SMALLEST_TEXTURE * pixels &&
+         window->uu * window->vv - window->uv * window->uv > FLT_EPSILON;
+}
+
+// Sums of the gradients of a window times what an image is brighter.
+typedef struct {
+  Lanes by_u, by_v;
+} Sums;
+
+INLINE void add_row(Sums *sums, const Window *window, Py_ssize_t start, Lanes seen) {
+  const Lanes brighter = seen - load(window->grey + start);
+  sums->by_u += brighter * load(window->along_u + start);
+  sums->by_v += brighter * load(window->along_v + start);
+}
+
+// Compare a window with the image at a place. Two rows at a time have sums of their own, which do
+// not wait for each other.
+INLINE void compare(const Window *window, const Block *block, Place place, float *by_u,
+                    float *by_v) {
+  const Py_ssize_t side = window->side, width = window->width, columns = block->columns;
+  Sums sums = {{0}, {0}}, others = {{0}, {0}};
+  for (Py_ssize_t first = 0; first < width; first += LANES) {
+    const float *pixel = place.pixel + first;
+    Lanes above = interpolate(pixel, place.u);
+    Py_ssize_t row = 0;
+    for (; row + 1 < side; row += 2) {
+      const Lanes middle = interpolate(pixel + (row + 1) * columns, place.u);
+      const Lanes below = interpolate(pixel + (row + 2) * columns, place.u);
+      add_row(&sums, window, row * width + first, above + place.v * (middle - above));
+      add_row(&others, window, (row + 1) * width + first, middle + place.v * (below - middle));
+      above = below;
+    }
+    if (row < side) {
+      const Lanes below = interpolate(pixel + (row + 1) * columns, place.u);
+      add_row(&sums, window, row * width + first, above + place.v * (below - above));
+    }
+  }
+  *by_u = sum_of(sums.by_u + others.by_u);
+  *by_v = sum_of(sums.by_v + others.by_v);
+}
+
+// Move the first pixel of a window to where an image shows it; false where it leaves the image.
+INLINE bool align(const Window *window, Block *block, float *u, float *v) {
+  const float inverse = 1.0f / (window->uu * window->vv - window->uv * window->uv);
+  const float uu = inverse * window->uu, uv = inverse * window->uv, vv = inverse * window->vv;
+  float last_u = 0.0f, last_v = 0.0f;
+  for (int i = 0; i < MOST_STEPS; ++i) {
+    if (!touches(&block->image, window->side, *u, *v))
+      return false;
+    float by_u, by_v;
+    compare(window, block, place_at(block, *u, *v), &by_u, &by_v);
+    const float du = uv * by_v - vv * by_u, dv = uv * by_u - uu * by_v;
+    *u += du;
+    *v += dv;
+    if (du * du + dv * dv <= SMALLEST_STEP * SMALLEST_STEP)
+      break;
+    if (i > 0 && fabsf(du + last_u) < SMALLEST_ADVANCE && fabsf(dv + last_v) < SMALLEST_ADVANCE) {
+      *u -= 0.5f * du;
+      *v -= 0.5f * dv;
+      break;
+    }
+    last_u = du;
+    last_v = dv;
+  }
+  return true;
+}
+
+// Find the windows around pixels of one image in another, from places there.
+FOR_EACH_PROCESSOR
+static void align_all(Window *window, Block *before, Block *now, const float (*pixels)[2],
+                      float (*places)[2], Py_ssize_t count, Pixel *found) {
+  const float half = 0.5f * (float)(window->side - 1);
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    const float u = pixels[i][0] - half, v = pixels[i][1] - half;
+    found[i] = touches(&before->image, window->side, u, v);
+    if (!found[i])
+      continue;
+    measure(window, before, u, v);
+    float place[2] = {places[i][0] - half, places[i][1] - half};
+    found[i] = has_texture(window) && align(window, now, &place[0], &place[1]);
+    if (found[i]) {
+      places[i][0] = place[0] + half;
+      places[i][1] = place[1] + half;
+    }
+  }
+}
+
+// Make room for a window and the blocks of two images; the grey levels are NULL without memory.
+static Window make_window(Py_ssize_t side, Block *before, Block *now) {
+  const Py_ssize_t width = (side + LANES - 1) / LANES * LANES;
+  Window window = {.side = side, .width = width, .step = width + LANES};
+  const Py_ssize_t size = side * width, patch_size = (side + 2) * window.step;
+  before->rows = side + 3 + 2 * SLACK;
+  now->rows = side + 1 + 2 * SLACK;
+  before->columns = now->columns = (side + 1 + LANES) / LANES * LANES + LANES;
+  const Py_ssize_t block_size = before->rows * before->columns;
+  window.grey = calloc((size_t)(3 * size + patch_size + width + 2 * block_size),
+                       sizeof(*window.grey));
+  if (window.grey == NULL)
+    return window;
+  window.along_u = window.grey + size;
+  window.along_v = window.along_u + size;
+  window.patch = window.along_v + size;
+  window.units = window.patch + patch_size;
+  for (Py_ssize_t column = 0; column < side; ++column)
+    window.units[column] = 1.0f / 32.0f;
+  before->grey = window.units + width;
+  now->grey = before->grey + block_size;
+  return window;
+}
+
+PyObject *kernel_align_windows(PyObject *module, PyObject *arguments) {
+  PyObject *before_array, *now_array, *pixel_array, *place_array, *found_array;
+  Py_ssize_t border, side;
+  if (!PyArg_ParseTuple(arguments, "OOnnOOO", &before_array, &now_array, &border, &side,
+                        &pixel_array, &place_array, &found_array))
+    return NULL;
+  const Py_ssize_t count = row_count(pixel_array);
+  const Argument needed[] = {
+      {"the image before", before_array, 'B', IMAGE, false},
+      {"the image now", now_array, 'B', IMAGE, false},
+      {"the pixels", pixel_array, 'f', 2 * count, false},
+      {"the places", place_array, 'f', 2 * count, true},
+      {"the found", found_array, '?', count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  Window window = {0};
+  Block before = NOWHERE, now = NOWHERE;
+  if (side < 1 || side > LARGEST_SIDE) {
+    PyErr_Format(PyExc_ValueError, "windows of %zd pixels: 1 to %d are required", side,
+                 LARGEST_SIDE);
+  } else if (set_image(&arrays.views[0], border, side + 2 * LANES, &before.image) &&
+             set_image(&arrays.views[1], border, side + 2 * LANES, &now.image)) {
+    window = make_window(side, &before, &now);
+    if (window.grey == NULL)
+      PyErr_NoMemory();
+  }
+  const bool is_made = window.grey != NULL;
+  if (is_made) {
+    Py_BEGIN_ALLOW_THREADS
+    align_all(&window, &before, &now, arrays.views[2].buf, arrays.views[3].buf, count,
+              arrays.views[4].buf);
+    Py_END_ALLOW_THREADS
+  }
+  free(window.grey);
+  close_arrays(&arrays);
+  if (!is_made)
+    return NULL;
+  Py_RETURN_NONE;
+}
