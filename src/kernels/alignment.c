@@ -7,15 +7,15 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "arrays.h"
 #include "bordered.h"
 #include "kernels.h"
+#include "lanes.h"
 #include "processors.h"
 
 enum {
-  LANES = 8,          // pixels of a row that are looked at together, as a vector
+  LANES = EIGHT,      // pixels of a row that are looked at together
   LARGEST_SIDE = 64,  // of a window [px]
   MOST_STEPS = 20,
   SLACK = 1,  // pixels that a block has beyond a window, on each side
@@ -25,30 +25,6 @@ enum {
 // go to and fro, and half of the last one is taken back; with a smaller eigenvalue of the mean
 // products of gradients [1/px^2] a window has no texture.
 static const float SMALLEST_STEP = 0.03f, SMALLEST_ADVANCE = 0.01f, SMALLEST_TEXTURE = 0.1f;
-
-// Numbers side by side: vectors of GCC and Clang, for every processor. They are inlined, as no call
-// passes them alike on all processors.
-#pragma GCC diagnostic ignored "-Wpsabi"
-typedef float Lanes __attribute__((vector_size(LANES * sizeof(float))));
-typedef int32_t Integers __attribute__((vector_size(LANES * sizeof(int32_t))));
-typedef int16_t Shorts __attribute__((vector_size(LANES * sizeof(int16_t))));
-typedef uint8_t Bytes __attribute__((vector_size(LANES)));
-#define INLINE static inline __attribute__((always_inline))
-
-INLINE Lanes load(const float *numbers) {
-  Lanes lanes;
-  memcpy(&lanes, numbers, sizeof(lanes));
-  return lanes;
-}
-
-INLINE void store(Lanes lanes, float *numbers) { memcpy(numbers, &lanes, sizeof(lanes)); }
-
-INLINE Lanes grey_levels(const Pixel *pixels) {
-  Bytes bytes;
-  memcpy(&bytes, pixels, sizeof(bytes));
-  const Shorts shorts = __builtin_convertvector(bytes, Shorts);
-  return __builtin_convertvector(__builtin_convertvector(shorts, Integers), Lanes);
-}
 
 // A window: rows of whole lanes, of which those beyond its side have no gradient.
 typedef struct {
@@ -92,7 +68,7 @@ INLINE void fill_block(Block *block, Py_ssize_t column, Py_ssize_t row) {
   float *grey = block->grey;
   for (Py_ssize_t i = 0; i < rows; ++i, pixels += step, grey += columns)
     for (Py_ssize_t first = 0; first < columns; first += LANES)
-      store(grey_levels(pixels + first), grey + first);
+      store(to_floats(to_integers(load_pixels(pixels + first))), grey + first);
 }
 
 // The place of (u, v) of the image in its block, which is filled anew where it does not have it.
@@ -107,12 +83,12 @@ INLINE Place place_at(Block *block, float u, float v) {
 }
 
 // Grey levels between neighbours of a row.
-INLINE Lanes interpolate(const float *pixel, float fraction) {
-  const Lanes left = load(pixel);
+INLINE Floats interpolate(const float *pixel, float fraction) {
+  const Floats left = load(pixel);
   return left + fraction * (load(pixel + 1) - left);
 }
 
-INLINE float sum_of(Lanes lanes) {
+INLINE float sum_of(Floats lanes) {
   float sums[LANES];
   store(lanes, sums);
   for (int count = LANES / 2; count > 0; count /= 2)
@@ -127,10 +103,10 @@ INLINE void sample_patch(const Window *window, const Block *block, Place place) 
   for (Py_ssize_t first = 0; first < rows; first += LANES) {
     const float *pixel = place.pixel + first;
     float *patch = window->patch + first;
-    Lanes above = interpolate(pixel, place.u);
+    Floats above = interpolate(pixel, place.u);
     for (Py_ssize_t row = 0; row < rows; ++row, patch += step) {
       pixel += columns;
-      const Lanes below = interpolate(pixel, place.u);
+      const Floats below = interpolate(pixel, place.u);
       store(above + place.v * (below - above), patch);
       above = below;
     }
@@ -139,11 +115,11 @@ INLINE void sample_patch(const Window *window, const Block *block, Place place) 
 
 // What Scharr's operator makes of a row: differences along it, and means of neighbours.
 typedef struct {
-  Lanes difference, mean;
+  Floats difference, mean;
 } Row;
 
 INLINE Row row_of(const float *patch) {
-  const Lanes left = load(patch), right = load(patch + 2);
+  const Floats left = load(patch), right = load(patch + 2);
   return (Row){right - left, 3.0f * (left + right) + 10.0f * load(patch + 1)};
 }
 
@@ -151,18 +127,18 @@ INLINE Row row_of(const float *patch) {
 INLINE void measure(Window *window, Block *block, float u, float v) {
   sample_patch(window, block, place_at(block, u - 1.0f, v - 1.0f));
   const Py_ssize_t side = window->side, width = window->width, step = window->step;
-  Lanes uu = {0}, uv = {0}, vv = {0};
+  Floats uu = {0}, uv = {0}, vv = {0};
   for (Py_ssize_t first = 0; first < width; first += LANES) {
-    const Lanes unit = load(window->units + first);
+    const Floats unit = load(window->units + first);
     const float *patch = window->patch + first;
     float *grey = window->grey + first;
     float *along_u = window->along_u + first, *along_v = window->along_v + first;
     Row above = row_of(patch), middle = row_of(patch + step);
     for (Py_ssize_t row = 0; row < side; ++row) {
       const Row below = row_of(patch + (row + 2) * step);
-      const Lanes ends = above.difference + below.difference;
-      const Lanes by_u = unit * (3.0f * ends + 10.0f * middle.difference);
-      const Lanes by_v = unit * (below.mean - above.mean);
+      const Floats ends = above.difference + below.difference;
+      const Floats by_u = unit * (3.0f * ends + 10.0f * middle.difference);
+      const Floats by_v = unit * (below.mean - above.mean);
       store(load(patch + (row + 1) * step + 1), grey + row * width);
       store(by_u, along_u + row * width);
       store(by_v, along_v + row * width);
@@ -189,11 +165,11 @@ INLINE bool has_texture(const Window *window) {
 
 // Sums of the gradients of a window times what an image is brighter.
 typedef struct {
-  Lanes by_u, by_v;
+  Floats by_u, by_v;
 } Sums;
 
-INLINE void add_row(Sums *sums, const Window *window, Py_ssize_t start, Lanes seen) {
-  const Lanes brighter = seen - load(window->grey + start);
+INLINE void add_row(Sums *sums, const Window *window, Py_ssize_t start, Floats seen) {
+  const Floats brighter = seen - load(window->grey + start);
   sums->by_u += brighter * load(window->along_u + start);
   sums->by_v += brighter * load(window->along_v + start);
 }
@@ -206,17 +182,17 @@ INLINE void compare(const Window *window, const Block *block, Place place, float
   Sums sums = {{0}, {0}}, others = {{0}, {0}};
   for (Py_ssize_t first = 0; first < width; first += LANES) {
     const float *pixel = place.pixel + first;
-    Lanes above = interpolate(pixel, place.u);
+    Floats above = interpolate(pixel, place.u);
     Py_ssize_t row = 0;
     for (; row + 1 < side; row += 2) {
-      const Lanes middle = interpolate(pixel + (row + 1) * columns, place.u);
-      const Lanes below = interpolate(pixel + (row + 2) * columns, place.u);
+      const Floats middle = interpolate(pixel + (row + 1) * columns, place.u);
+      const Floats below = interpolate(pixel + (row + 2) * columns, place.u);
       add_row(&sums, window, row * width + first, above + place.v * (middle - above));
       add_row(&others, window, (row + 1) * width + first, middle + place.v * (below - middle));
       above = below;
     }
     if (row < side) {
-      const Lanes below = interpolate(pixel + (row + 1) * columns, place.u);
+      const Floats below = interpolate(pixel + (row + 1) * columns, place.u);
       add_row(&sums, window, row * width + first, above + place.v * (below - above));
     }
   }

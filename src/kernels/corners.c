@@ -8,11 +8,11 @@
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "arrays.h"
 #include "bordered.h"
 #include "kernels.h"
+#include "lanes.h"
 #include "processors.h"
 
 enum {
@@ -109,14 +109,20 @@ static void score_row(const Image *image, Py_ssize_t y, Pixel threshold, Pixel *
   memset(scores + end, 0, LANES);  // what is beyond the last pixel is none
 }
 
+static inline uint64_t word_at(const Pixel *scores) {
+  uint64_t word;
+  memcpy(&word, scores, WORD);
+  return word;
+}
+
 // Write the scores that are larger than all eight around them, 0 for the others, side by side;
 // return whether there may be any.
 static inline bool find_peaks(const Pixel *above, const Pixel *row, const Pixel *below,
                               Pixel *peaks) {
-  Pixel any = 0;
-  for (int lane = 0; lane < LANES; ++lane)
-    any = most(any, row[lane]);
-  if (!any)
+  uint64_t any = 0;
+  for (int lane = 0; lane < LANES; lane += WORD)
+    any |= word_at(row + lane);
+  if (any == 0)
     return false;
   for (int lane = 0; lane < LANES; ++lane) {
     const Pixel *a = above + lane, *p = row + lane, *b = below + lane;
@@ -154,9 +160,9 @@ static bool list_peaks(const Pixel *above, const Pixel *row, const Pixel *below,
     if (!find_peaks(above + x, row + x, below + x, peaks))
       continue;
     for (int first = 0; first < LANES; first += WORD) {
-      uint64_t any;  // few are peaks: pass over eight at once
-      memcpy(&any, peaks + first, WORD);
-      for (int lane = first; any != 0 && lane < first + WORD; ++lane) {
+      if (word_at(peaks + first) == 0)  // few are peaks: pass over eight at once
+        continue;
+      for (int lane = first; lane < first + WORD; ++lane) {
         if (peaks[lane] == 0 || x + lane >= end)
           continue;
         if (!has_room(list))
@@ -200,33 +206,44 @@ static Py_ssize_t keep_best(Corner *corners, Py_ssize_t count, Py_ssize_t wanted
   return kept;
 }
 
+// What Sobel's operator makes of a row: differences along it, and sums of neighbours.
+typedef struct {
+  Shorts difference, sum;
+} Row;
+
+INLINE Row row_of(const Pixel *pixels) {
+  const Shorts left = load_pixels(pixels - 1), right = load_pixels(pixels + 1);
+  return (Row){right - left, left + 2 * load_pixels(pixels) + right};
+}
+
+INLINE int32_t sum_of_block(Integers lanes) {
+  int32_t sum = 0;
+  for (int lane = 0; lane < BLOCK; ++lane)
+    sum += lanes[lane];
+  return sum;
+}
+
 // Harris' response of the block about a pixel.
-static inline float harris_response(const Image *image, Py_ssize_t x, Py_ssize_t y) {
-  int32_t xx[BLOCK_LANES] = {0}, yy[BLOCK_LANES] = {0}, xy[BLOCK_LANES] = {0};
-  const Py_ssize_t step = image->step;
-  for (int row = -BLOCK / 2; row <= BLOCK / 2; ++row) {
-    const Pixel *first = image->pixels + (y + row) * step + x - BLOCK / 2;
-    for (int lane = 0; lane < BLOCK_LANES; ++lane) {
-      const Pixel *p = first + lane;
-      const int dx = 2 * (p[1] - p[-1]) + (p[1 - step] - p[-1 - step]) +
-                     (p[step + 1] - p[step - 1]);
-      const int dy = 2 * (p[step] - p[-step]) + (p[step - 1] - p[-step - 1]) +
-                     (p[step + 1] - p[1 - step]);
-      xx[lane] += dx * dx;
-      yy[lane] += dy * dy;
-      xy[lane] += dx * dy;
-    }
+INLINE float harris_response(const Image *image, Py_ssize_t x, Py_ssize_t y) {
+  Integers xx = {0}, yy = {0}, xy = {0};
+  const Pixel *pixels = image->pixels + (y - BLOCK / 2 - 1) * image->step + x - BLOCK / 2;
+  Row above = row_of(pixels), middle = row_of(pixels + image->step);
+  for (int row = 0; row < BLOCK; ++row) {
+    const Row below = row_of(pixels + (row + 2) * image->step);
+    const Integers dx =
+        to_integers(above.difference + 2 * middle.difference + below.difference);
+    const Integers dy = to_integers(below.sum - above.sum);
+    xx += dx * dx;
+    yy += dy * dy;
+    xy += dx * dy;
+    above = middle;
+    middle = below;
   }
-  int32_t a = 0, b = 0, c = 0;
-  for (int lane = 0; lane < BLOCK; ++lane) {
-    a += xx[lane];
-    b += yy[lane];
-    c += xy[lane];
-  }
+  const float a = (float)sum_of_block(xx), b = (float)sum_of_block(yy);
+  const float c = (float)sum_of_block(xy);
   const float unit = 1.0f / (4 * BLOCK * 255.0f);  // makes derivatives of grey levels 0 to 1
-  const float trace = (float)a + (float)b;
-  return ((float)a * (float)b - (float)c * (float)c - HARRIS_K * trace * trace) *
-         (unit * unit * unit * unit);
+  const float trace = a + b;
+  return (a * b - c * c - HARRIS_K * trace * trace) * (unit * unit * unit * unit);
 }
 
 FOR_EACH_PROCESSOR

@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Eight numbers side by side: vectors of GCC and Clang, for every processor.
+
+#ifndef AICK_ROS_LANES_H
+#define AICK_ROS_LANES_H
+
+#include <stdint.h>
+#include <string.h>
+
+enum { EIGHT = 8 };
+
+// Functions of lanes are inlined: no call passes them alike on all processors.
+#define INLINE static inline __attribute__((always_inline))
+#pragma GCC diagnostic ignored "-Wpsabi"
+
+typedef float Floats __attribute__((vector_size(EIGHT * sizeof(float))));
+typedef int32_t Integers __attribute__((vector_size(EIGHT * sizeof(int32_t))));
+typedef int16_t Shorts __attribute__((vector_size(EIGHT * sizeof(int16_t))));
+typedef uint8_t Bytes __attribute__((vector_size(EIGHT)));
+
+INLINE Shorts load_pixels(const uint8_t *pixels) {
+  Bytes bytes;
+  memcpy(&bytes, pixels, sizeof(bytes));
+  return __builtin_convertvector(bytes, Shorts);
+}
+
+INLINE Integers to_integers(Shorts shorts) { return __builtin_convertvector(shorts, Integers); }
+
+INLINE Floats to_floats(Integers integers) { return __builtin_convertvector(integers, Floats); }
+
+INLINE Floats load(const float *numbers) {
+  Floats floats;
+  memcpy(&floats, numbers, sizeof(floats));
+  return floats;
+}
+
+INLINE void store(Floats floats, float *numbers) { memcpy(numbers, &floats, sizeof(floats)); }
+
+#endif
