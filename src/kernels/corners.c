@@ -23,7 +23,7 @@ enum {
   WORD = 8,           // scores in an integer
   FIRST_ROOM = 1024,  // corners that a list has room for at first
   BLOCK = 7,          // side of the block of Harris' response
-  BLOCK_LANES = 8,    // the same with one to spare
+  BLOCK_LANES = EIGHT,  // the same with one to spare
   REACH = 5,          // pixels around a corner that its response reads
   SCORES = 256,
   LARGEST_RADIUS = 1024,  // of a disc, whose sums fit into 32 bits
@@ -323,21 +323,21 @@ static Disc make_disc(const int64_t *half_widths, Py_ssize_t radius) {
 FOR_EACH_PROCESSOR
 static void disc_moments(const Image *image, Py_ssize_t x, Py_ssize_t y, const Disc *disc,
                          double *moments) {
-  const Py_ssize_t radius = disc->radius;
+  const Py_ssize_t radius = disc->radius, rows = 2 * radius + 1;
   int64_t along_x = 0, along_y = 0;
   for (Py_ssize_t first = 0; first < disc->width; first += BLOCK_LANES) {
-    int32_t sums[BLOCK_LANES] = {0}, sums_of_sums[BLOCK_LANES] = {0};
-    for (Py_ssize_t row = 2 * radius; row >= 0; --row) {
-      const Pixel *p = image->pixels + (y + row - radius) * image->step + x - radius + first;
-      const int32_t *inside = disc->inside + row * disc->width + first;
-      for (int lane = 0; lane < BLOCK_LANES; ++lane) {
-        sums[lane] += p[lane] & inside[lane];
-        sums_of_sums[lane] += sums[lane];  // counts a row once more than its number
-      }
+    const Pixel *pixels = image->pixels + (y + radius) * image->step + x - radius + first;
+    const int32_t *inside = disc->inside + (rows - 1) * disc->width + first;
+    Integers sums = {0}, sums_of_sums = {0};
+    for (Py_ssize_t row = 0; row < rows; ++row) {
+      Integers mask;
+      memcpy(&mask, inside - row * disc->width, sizeof(mask));
+      sums += to_integers(load_pixels(pixels - row * image->step)) & mask;
+      sums_of_sums += sums;  // counts a row once more than its number
     }
     for (int lane = 0; lane < BLOCK_LANES; ++lane) {
       along_x += (first + lane - radius) * sums[lane];
-      along_y += sums_of_sums[lane] - (radius + 1) * sums[lane];
+      along_y += sums_of_sums[lane] - (radius + 1) * (int64_t)sums[lane];
     }
   }
   moments[0] = (double)along_x;
