@@ -74,11 +74,12 @@ class OrbDetector:
 
     def _pyramid(self, grey: np.ndarray) -> list[np.ndarray]:
         """Return the image at each scale, with a border around it."""
-        levels = [grey]
+        levels = [np.ascontiguousarray(grey)]
         for scale in self._scales[1:]:
-            size = [int(np.rint(np.float32(side) / scale)) for side in grey.shape[::-1]]
-            levels.append(np.asarray(
-                cv2.resize(levels[-1], size, interpolation=cv2.INTER_LINEAR_EXACT)))
+            level = np.empty([int(np.rint(np.float32(side) / scale)) for side in grey.shape],
+                             np.uint8)
+            kernels.shrink(levels[-1], level)
+            levels.append(level)
         width = self._border
         return [np.asarray(cv2.copyMakeBorder(level, width, width, width, width,
                                               cv2.BORDER_REFLECT_101)) for level in levels]

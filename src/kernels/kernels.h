@@ -52,6 +52,7 @@ PyObject *kernel_project(PyObject *module, PyObject *arguments);
 PyObject *kernel_reprojection(PyObject *module, PyObject *arguments);
 PyObject *kernel_robust_weights(PyObject *module, PyObject *arguments);
 PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments);
+PyObject *kernel_shrink(PyObject *module, PyObject *arguments);
 PyObject *kernel_solve_definite(PyObject *module, PyObject *arguments);
 PyObject *kernel_spread(PyObject *module, PyObject *arguments);
 PyObject *kernel_to_quaternion(PyObject *module, PyObject *arguments);

@@ -48,6 +48,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(reprojection),
     KERNEL(robust_weights),
     KERNEL(sample_depth),
+    KERNEL(shrink),
     KERNEL(solve_definite),
     KERNEL(spread),
     KERNEL(to_quaternion),

@@ -70,6 +70,24 @@ def test_keypoints_are_those_of_opencv(grey, settings):
         assert sorted_rows(found) == opencv(image, OrbSettings(**settings))
 
 
+def test_smaller_images_are_those_of_opencv():
+    """Of any two sizes, to the last digit."""
+    rng = np.random.default_rng(2)
+    for _ in range(500):
+        height, width = rng.integers(1, 90, 2)
+        image = rng.integers(0, 256, (height, width), dtype=np.uint8)
+        smaller = np.empty((rng.integers(1, height + 1), rng.integers(1, width + 1)), np.uint8)
+        kernels.shrink(image, smaller)
+        known = cv2.resize(image, smaller.shape[::-1], interpolation=cv2.INTER_LINEAR_EXACT)
+        np.testing.assert_array_equal(smaller, known.reshape(smaller.shape))
+
+
+@pytest.mark.parametrize('shape', [(21, 30), (20, 31)])
+def test_an_image_is_not_made_larger(shape):
+    with pytest.raises(ValueError, match='larger than the image'):
+        kernels.shrink(np.zeros((20, 30), np.uint8), np.zeros(shape, np.uint8))
+
+
 @pytest.mark.parametrize('width', [0, 1, 5, 6, 7, 8, 30, 38, 39, 40, 70])
 @pytest.mark.parametrize('height', [0, 6, 7, 9, 33])
 def test_corners_of_small_images_are_those_of_opencv(width, height):

@@ -69,6 +69,7 @@ project d:n,3 d:4 d:12 d>n,2
 reprojection d:n,3 d:n,2 d:n d:4,4 %f d>2,n d>2,n,6 d>n q>2,n
 robust_weights d:n %f %f %f d>n
 sample_depth f:h,v d:n,2 %f %f %f d>n
+shrink B:h,v B>h,v
 solve_definite d:n,n d>n,k %k
 spread d:n,2 %f q>k
 to_quaternion d:3,3 d>4
