@@ -36,8 +36,8 @@ def track_there_and_back(before: np.ndarray, now: np.ndarray, pixels: np.ndarray
         returned, found_again = _track(now, before, seen, window, levels, None)
     else:
         returned, found_again = _track(now, before, seen, window, 0, pixels)
-    errors = np.abs(returned - pixels).max(axis=1)
-    return seen, found & found_again & (errors < _MAX_RETURN_ERROR)
+    u, v = np.abs(returned - pixels).T
+    return seen, found & found_again & (np.maximum(u, v) < _MAX_RETURN_ERROR)
 
 
 def _track(before: np.ndarray, now: np.ndarray, pixels: np.ndarray, window: int, levels: int,

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -57,7 +58,7 @@ class Misalignment:
         """Return the one that is known."""
         return cls.of(np.array(dataclasses.astuple(settings)))
 
-    @property
+    @cached_property
     def values(self) -> np.ndarray:
         """The eight numbers: offset, delay, readout."""
         return np.array([*self.offset, self.delay, self.readout])
@@ -122,10 +123,10 @@ class Displacement:
         """Return where points of the depth image are at the stamp of the frame, Nx3 [m]."""
         return self._moved(points, self.depth, self.rows)
 
-    @property
+    @cached_property
     def undone(self) -> np.ndarray:
         """Both twists of the inverse, 2x6: to where the depth image has points of the frame."""
-        return -np.stack([self.depth, self.rows])
+        return -np.array([self.depth, self.rows])
 
     def of_rows(self, points: np.ndarray) -> np.ndarray:
         """Return where points seen by their rows are at the stamp of the frame, Nx3 [m]."""
@@ -164,6 +165,8 @@ class Correction:
         :param T_target_source: 4x4; the depths in the target are taken from it, nothing else.
         """
         points = self.source.of_rows(_with_depth(tracks.points, source, self.source, sensor))
+        if not self.target.rows.any():
+            return replace(tracks, points=points)
         z = se3.transform(T_target_source, points)[:, 2:]
         seen = self.target.of_rows(np.column_stack([tracks.rays, np.ones(len(tracks))]) * z)
         return replace(tracks, points=points, rays=seen[:, :2] / seen[:, 2:])

@@ -11,6 +11,7 @@ iteration on SE(3) with robust weights, each residual in units of its own noise.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -170,7 +171,7 @@ class _Problem:
         :param pose: ``T_target_source``, roughly.
         """
         if twist is not None and self._target.twist is not None:
-            self._twists = np.stack([twist, self._target.twist])
+            self._twists = np.array([twist, self._target.twist])
         self._misalignment = misalignment
         lag = mean_depth_lag(self._source, self._target)
         if not misalignment.values.any() and (not lag or not self._twists.any()):
@@ -297,11 +298,13 @@ class _Estimate:
         :returns: their equations, and the covariance of the gradient by the scatter, 6x6.
         """
         equations = self.equations.weighted(weight)
+        if not bias.any():
+            return equations, weight ** 2 * self.gradient_noise
         damping = equations.damping(bias)
         gain = weight * damping
         return equations.damped(damping), gain @ self.gradient_noise @ gain.T
 
-    @property
+    @cached_property
     def covariance(self) -> np.ndarray:
         """Covariance of the error by the scatter, 6x6."""
         covariance: np.ndarray = self.inverse @ (self.gradient_noise + _PRIOR) @ self.inverse
@@ -310,7 +313,7 @@ class _Estimate:
     @property
     def design_effect(self) -> float:
         """Variance by the scatter, as a ratio to that by the noise assumed; 1 without data."""
-        return float(np.trace(self.inverse @ (self.gradient_noise + _PRIOR))) / 6
+        return float(np.vdot(self.inverse, self.gradient_noise + _PRIOR)) / 6
 
 
 def mean_depth_lag(source: PreparedFrame, target: PreparedFrame) -> float:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from statistics import NormalDist
 
 import numpy as np
@@ -20,6 +20,7 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry.definite import solved
+from aick_ros.geometry.median import median
 from aick_ros.registration.refinement.misalignment import NO_DISPLACEMENT, Displacement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import SensorSettings
@@ -68,7 +69,8 @@ class Residuals:
 
     def of_scaled_error(self, rate: float) -> Residuals:
         """Return the residuals of a pose whose error acts on them multiplied by a rate."""
-        return replace(self, jacobian=rate * self.jacobian)
+        return Residuals(self.values, rate * self.jacobian, self.weights, self.blocks, self.points,
+                         self.directions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +196,7 @@ def contradict(residuals: Residuals) -> bool:
     """
     squares = residuals.values ** 2
     return (len(squares) >= FEWEST_TO_CONFIRM
-            and float(np.median(squares)) > _LARGEST_SCALE ** 2 * _MEDIAN_1)
+            and median(squares) > _LARGEST_SCALE ** 2 * _MEDIAN_1)
 
 
 def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,
