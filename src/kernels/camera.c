@@ -37,7 +37,8 @@ static double distance_from(const double *pixel, double x, double y, const doubl
   const double ray[3] = {x, y, 1.0};
   double seen[2];
   project(ray, focal, d, seen);
-  return hypot(seen[0] - pixel[0], seen[1] - pixel[1]);
+  const double u = seen[0] - pixel[0], v = seen[1] - pixel[1];
+  return sqrt(u * u + v * v);
 }
 
 // The ray (x, y, 1) of a pixel, by OpenCV's fixed-point iteration; NaN where there is none.
