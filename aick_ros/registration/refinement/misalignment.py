@@ -22,7 +22,6 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.frames import depth
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.tracks import Tracks
@@ -124,9 +123,14 @@ class Displacement:
         return self._moved(points, self.depth, self.rows)
 
     @cached_property
+    def twists(self) -> np.ndarray:
+        """Both twists, 2x6."""
+        return np.array([self.depth, self.rows])
+
+    @cached_property
     def undone(self) -> np.ndarray:
         """Both twists of the inverse, 2x6: to where the depth image has points of the frame."""
-        return -np.array([self.depth, self.rows])
+        return -self.twists
 
     def of_rows(self, points: np.ndarray) -> np.ndarray:
         """Return where points seen by their rows are at the stamp of the frame, Nx3 [m]."""
@@ -140,22 +144,12 @@ class Displacement:
         return moved
 
 
-NO_DISPLACEMENT = Displacement(np.zeros(6), np.zeros(6), 1.0)
-
-
 @dataclass(frozen=True, eq=False)
 class Correction:
     """Corrects what two frames see by the displacements of each."""
 
     source: Displacement
     target: Displacement
-
-    def surface(self, source: Surface) -> Surface:
-        """Return the surface of the source with its chosen points corrected."""
-        points = source.points.copy()
-        kernels.displace_cells(points, source.chosen, self.source.depth, self.source.rows,
-                               self.source.height)
-        return replace(source, points=points)
 
     def tracks(self, tracks: Tracks, source: PreparedFrame, sensor: SensorSettings,
                T_target_source: np.ndarray) -> Tracks:
@@ -170,6 +164,9 @@ class Correction:
         z = se3.transform(T_target_source, points)[:, 2:]
         seen = self.target.of_rows(np.column_stack([tracks.rays, np.ones(len(tracks))]) * z)
         return replace(tracks, points=points, rays=seen[:, :2] / seen[:, 2:])
+
+
+NO_CORRECTION = Correction(*2 * (Displacement(np.zeros(6), np.zeros(6), 1.0),))
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from aick_ros.geometry import definite, se3
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
-    NO_DISPLACEMENT, NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction,
+    NO_CORRECTION, NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction,
     image_height)
 from aick_ros.registration.refinement.misalignment_equations import (
     MisalignmentSample, Motion, depth_rows, distortion_rows, keypoint_rows, misalignment_sample)
@@ -151,10 +151,9 @@ class _Problem:
         self._seen = self._tracks = tracks
         self._displacement = tracks.displacement(target.frame.camera.fx)
         self._noise = Noise()
-        self._source_surface, self._target_surface = source.surface, target.surface
         self._misalignment, self._twists = NO_MISALIGNMENT, np.zeros((2, 6))
-        self._correction: Correction | None = None
-        if self._source_surface is not None and self._target_surface is not None:
+        self._correction = NO_CORRECTION
+        if source.surface is not None and target.surface is not None:
             self._noise = noise.expected(self._displacement)
         self._depth_rate = depth_rate(source, target)
         self._ray_sigma = settings.track_sigma / target.frame.camera.fx
@@ -180,8 +179,6 @@ class _Problem:
             Displacement.of(misalignment, lag, twist, prepared.frame.camera)
             for twist, prepared in zip(self._twists, (self._source, self._target))))
         self._tracks = self._correction.tracks(self._seen, self._source, self._sensor, pose)
-        if self._source.surface is not None:
-            self._source_surface = self._correction.surface(self._source.surface)
 
     def step(self, pose: np.ndarray, coarse: bool) -> np.ndarray:
         """Return the Gauss-Newton step from a pose, 6; coarse: by keypoints if there are any."""
@@ -253,13 +250,13 @@ class _Problem:
                 track_depth(self._tracks, pose, self._sensor, width)]
 
     def _of_depth(self, pose: np.ndarray) -> list[Residuals]:
-        if self._source_surface is None or self._target_surface is None:
+        source, target = self._source.surface, self._target.surface
+        if source is None or target is None:
             return []
         # the depth images may be more or less time apart than the colour images
         residuals = point_to_plane(
-            self._source_surface, self._target_surface, se3.scaled(pose, self._depth_rate),
-            self._sensor, self._settings.robust_width, self._settings.reach,
-            NO_DISPLACEMENT if self._correction is None else self._correction.target)
+            source, target, se3.scaled(pose, self._depth_rate), self._sensor,
+            self._settings.robust_width, self._settings.reach, self._correction)
         return [residuals.of_scaled_error(self._depth_rate)]
 
 
