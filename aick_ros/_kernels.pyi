@@ -33,9 +33,6 @@ def depth_rows(
 def disc_directions(
     image: np.ndarray, border: int, half_widths: np.ndarray, points: np.ndarray,
     directions: np.ndarray) -> None: ...
-def displace_cells(
-    points: np.ndarray, chosen: np.ndarray, constant: np.ndarray, by_row: np.ndarray,
-    height: float) -> None: ...
 def distortion_rows(
     points: np.ndarray, directions: np.ndarray, nodes: np.ndarray, weights: np.ndarray,
     sign: float, distortion: np.ndarray, rows: np.ndarray, applied: np.ndarray) -> None: ...
@@ -98,9 +95,10 @@ def plane_jacobians(
     jacobians: np.ndarray) -> None: ...
 def point_to_plane(
     points: np.ndarray, chosen: np.ndarray, normals: np.ndarray, roughness: np.ndarray,
-    pose: np.ndarray, twists: np.ndarray, image_height: float, target_points: np.ndarray,
-    target_normals: np.ndarray, usable: np.ndarray, target_roughness: np.ndarray, width: int,
-    height: int, intrinsics: np.ndarray, sigma: float, exponent: float, reach: float,
+    twists: np.ndarray, image_height: float, pose: np.ndarray, target_twists: np.ndarray,
+    target_image_height: float, target_points: np.ndarray, target_normals: np.ndarray,
+    usable: np.ndarray, target_roughness: np.ndarray, width: int, height: int,
+    intrinsics: np.ndarray, sigma: float, exponent: float, reach: float,
     smallest_cosine: float, values: np.ndarray, jacobian: np.ndarray, moved: np.ndarray,
     blocks: np.ndarray, sums: np.ndarray) -> int: ...
 def project(

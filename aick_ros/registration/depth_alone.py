@@ -103,15 +103,14 @@ class _Depth:
 
     def __init__(self, source: Surface, target: Surface, correction: Correction,
                  settings: Settings) -> None:
-        self._source, self._target = correction.surface(source), target
-        self._displacement = correction.target
+        self._source, self._target, self._correction = source, target, correction
         self._sensor, self._settings = settings.sensor, settings.refinement
 
     def residuals(self, pose: np.ndarray) -> Residuals:
         """Return the distances of the source's points from planes of the target, whitened."""
         return point_to_plane(self._source, self._target, pose, self._sensor,
                               self._settings.robust_width, self._settings.reach,
-                              self._displacement)
+                              self._correction)
 
     def overlap(self, pose: np.ndarray) -> float:
         """Return the share of the source's points that lie on planes of the target."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 
@@ -29,15 +30,15 @@ class SensorBias:
     difference: np.ndarray
     covariance: np.ndarray
 
-    @property
+    @cached_property
     def normalised(self) -> float:
         """Square of the difference by its covariance, per degree of freedom; noise gives 1."""
         return float(self.difference @ np.linalg.solve(self.covariance, self.difference)) / 6
 
-    @property
+    @cached_property
     def squares(self) -> np.ndarray:
         """Mean squares of the difference along an axis and about an axis [m^2, rad^2], 2."""
-        squares: np.ndarray = np.mean(self.difference.reshape(2, 3) ** 2, axis=1)
+        squares: np.ndarray = np.square(self.difference).reshape(2, 3).sum(axis=1) / 3
         return squares
 
 
@@ -96,17 +97,17 @@ class Registration:
         """Depth alone gave the pose."""
         return self.evidence is Evidence.DEPTH_ALONE
 
-    @property
+    @cached_property
     def pose(self) -> PoseWithCovariance:
         """``T_target_source`` with its covariance."""
         return PoseWithCovariance(self.T_target_source, self.covariance)
 
-    @property
+    @cached_property
     def image_pose(self) -> PoseWithCovariance:
         """``T_target_source`` with the covariance of the two images, whenever they were taken."""
         return PoseWithCovariance(self.T_target_source, self.covariance - self.timing)
 
-    @property
+    @cached_property
     def varying_pose(self) -> PoseWithCovariance:
         """``T_target_source`` with the covariance of all but the systematic error."""
         return PoseWithCovariance(self.T_target_source, self.covariance - self.systematic)

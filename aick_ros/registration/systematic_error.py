@@ -47,6 +47,8 @@ interval old, and a quarter of it is taken from that before. The errors measured
 real recordings and three rendered cameras are 0.66 to 0.74 of the change in one interval. The
 filtered velocity of earlier frames errs by no more on the excerpts."""
 
+_REST = np.eye(4)
+
 
 class SystematicError:
     """Adds systematic errors to the covariances of one camera's registrations, in time order."""
@@ -72,7 +74,7 @@ class SystematicError:
         motion, interval = registration.T_target_source, seconds(target.stamp, source.stamp)
         velocity, change = np.zeros(6), np.zeros(6)
         if interval != 0.0:  # else no velocity is known
-            velocity = se3.difference(motion, np.eye(4)) / interval
+            velocity = se3.difference(motion, _REST) / interval
             if expected is not None:
                 change = se3.difference(motion, expected) / min(elapsed, abs(interval))
         timing = _timing(max(source.stamp_jitter, target.stamp_jitter), velocity, change)
@@ -87,7 +89,7 @@ class SystematicError:
         noise, systematic = _UNUSUAL_BOUNDS
         ratio = bias.normalised / max(self._normalised, 1.0)
         share = min(max((ratio - noise) / (systematic - noise), 0.0), 1.0)
-        return np.diag(np.repeat(share * bias.squares, 3))
+        return _along_any_axis(share * bias.squares)
 
     def _learn(self, bias: SensorBias) -> None:
         self._count = min(self._count + 1, _MEMORY)
@@ -105,8 +107,8 @@ def _timing(jitter: float, velocity: np.ndarray, change: np.ndarray) -> np.ndarr
     stamp_sigma = max(jitter, min(_STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER * jitter))
     latency_sigma = min(_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER * jitter)
     # a common delay shifts the motion by the change of the velocity, in a third per axis
-    return 2 * stamp_sigma ** 2 * _along_any_axis(velocity) + (
-        latency_sigma ** 2 * _along_any_axis(change) / 3)
+    return _along_any_axis(2 * stamp_sigma ** 2 * _squares(velocity)
+                           + latency_sigma ** 2 * _squares(change) / 3)
 
 
 def _delayed(delay: float, sigma: float, change: np.ndarray) -> np.ndarray:
@@ -118,11 +120,16 @@ def _delayed(delay: float, sigma: float, change: np.ndarray) -> np.ndarray:
 
     :param change: as for :func:`_timing`.
     """
-    lag = 2 * (_VELOCITY_LAG * delay) ** 2 * _along_any_axis(change) / 3
-    return lag + sigma ** 2 * np.outer(change, change)
+    lag = 2 * (_VELOCITY_LAG * delay) ** 2 * _squares(change) / 3
+    return _along_any_axis(lag) + sigma ** 2 * np.outer(change, change)
 
 
-def _along_any_axis(rates: np.ndarray) -> np.ndarray:
-    """Return the squared speed [m^2/s^2] and turn rate [rad^2/s^2], each for three axes, 6x6."""
-    squares = np.sum(rates.reshape(2, 3) ** 2, axis=1)
-    return np.diag(np.repeat(squares, 3))
+def _squares(rates: np.ndarray) -> np.ndarray:
+    """Return the squared speed [m^2/s^2] and the squared turn rate [rad^2/s^2], 2."""
+    squares: np.ndarray = np.square(rates).reshape(2, 3).sum(axis=1)
+    return squares
+
+
+def _along_any_axis(variances: np.ndarray) -> np.ndarray:
+    """Return a variance along and one about an axis as a covariance, for three axes each, 6x6."""
+    return np.diag(variances.repeat(3))

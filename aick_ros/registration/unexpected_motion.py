@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from aick_ros.geometry import se3
@@ -18,22 +20,24 @@ Chosen on rendered rooms with boards that move through 10 to 60 % of the view.""
 _SAME_POSE = 0.015, np.radians(0.8)  # m and rad; chosen likewise
 
 
-def sudden_accelerations(settings: OdometrySettings) -> np.ndarray:
-    """Return the acceleration [m/s^2] and the angular one [rad/s^2] that are sudden, 2."""
-    return np.multiply(_SUDDEN, (settings.acceleration_sigma,
-                                 settings.angular_acceleration_sigma))
+def sudden_accelerations(settings: OdometrySettings) -> tuple[float, float]:
+    """Return the acceleration [m/s^2] and the angular one [rad/s^2] that are sudden."""
+    acceleration, angular = _SUDDEN
+    return (acceleration * settings.acceleration_sigma,
+            angular * settings.angular_acceleration_sigma)
 
 
-def suddenness(change: np.ndarray, elapsed: float, limits: np.ndarray) -> float:
+def suddenness(change: np.ndarray, elapsed: float, limits: tuple[float, float]) -> float:
     """
     Return the apparent acceleration by its limit, the larger of the two ratios.
 
     :param change: 4x4, from the camera at constant velocity to the camera.
     :param elapsed: time since the velocity was measured [s].
-    :param limits: 2, acceleration [m/s^2] and angular acceleration [rad/s^2], such that the
+    :param limits: acceleration [m/s^2] and angular acceleration [rad/s^2], such that the
         change is at most the limit times the squared time.
     """
-    return float(np.max(_distances(change) / limits)) / elapsed ** 2
+    shift, angle = _distances(change)
+    return max(shift / limits[0], angle / limits[1]) / elapsed ** 2
 
 
 def is_same(first: np.ndarray, second: np.ndarray,
@@ -43,8 +47,9 @@ def is_same(first: np.ndarray, second: np.ndarray,
 
     :param tolerance: of the position and of the orientation [m, rad].
     """
-    return bool((_distances(se3.inverse(first) @ second) < tolerance).all())
+    shift, angle = _distances(se3.inverse(first) @ second)
+    return bool(shift < tolerance[0] and angle < tolerance[1])
 
 
-def _distances(change: np.ndarray) -> np.ndarray:
-    return np.array([np.linalg.norm(change[:3, 3]), se3.angle(change[:3, :3])])
+def _distances(change: np.ndarray) -> tuple[float, float]:
+    return math.hypot(*change[:3, 3].tolist()), se3.angle(change[:3, :3])

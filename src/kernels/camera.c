@@ -37,7 +37,8 @@ static double distance_from(const double *pixel, double x, double y, const doubl
   const double ray[3] = {x, y, 1.0};
   double seen[2];
   project(ray, focal, d, seen);
-  return hypot(seen[0] - pixel[0], seen[1] - pixel[1]);
+  const double u = seen[0] - pixel[0], v = seen[1] - pixel[1];
+  return sqrt(u * u + v * v);
 }
 
 // The ray (x, y, 1) of a pixel, by OpenCV's fixed-point iteration; NaN where there is none.
@@ -128,47 +129,5 @@ PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments) {
     displace(&displacement, points + 3 * i, moved + 3 * i);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
-  Py_RETURN_NONE;
-}
-
-PyObject *kernel_displace_cells(PyObject *module, PyObject *arguments) {
-  PyObject *point_array, *chosen_array, *constant_array, *by_row_array;
-  double height;
-  if (!PyArg_ParseTuple(arguments, "OOOOd", &point_array, &chosen_array, &constant_array,
-                        &by_row_array, &height))
-    return NULL;
-  const Py_ssize_t count = row_count(point_array), some = PyObject_Length(chosen_array);
-  const Argument needed[] = {
-      {"the points", point_array, 'f', 3 * count, true},
-      {"the chosen cells", chosen_array, 'q', some, false},
-      {"the twist", constant_array, 'd', 6, false},
-      {"the twist by row", by_row_array, 'd', 6, false},
-  };
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  float *points = arrays.views[0].buf;
-  const int64_t *chosen = arrays.views[1].buf;
-  const Displacement displacement = {arrays.views[2].buf, arrays.views[3].buf, height};
-  bool are_cells = true;
-  Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < some; ++i) {
-    if (chosen[i] < 0 || chosen[i] >= count) {
-      are_cells = false;
-      continue;
-    }
-    float *point = points + 3 * chosen[i];
-    const double before[3] = {point[0], point[1], point[2]};
-    double moved[3];
-    displace(&displacement, before, moved);
-    for (int k = 0; k < 3; ++k)
-      point[k] = (float)moved[k];
-  }
-  Py_END_ALLOW_THREADS
-  close_arrays(&arrays);
-  if (!are_cells) {
-    PyErr_SetString(PyExc_ValueError, "a chosen cell is not one of the points");
-    return NULL;
-  }
   Py_RETURN_NONE;
 }

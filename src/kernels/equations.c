@@ -9,6 +9,7 @@
 
 #include "arrays.h"
 #include "kernels.h"
+#include "processors.h"
 
 enum { UNKNOWNS = 6, MOST_BLOCKS = 1 << 20 };
 
@@ -26,6 +27,28 @@ static void mirror(double *matrix) {
   for (int row = 1; row < UNKNOWNS; ++row)
     for (int column = 0; column < row; ++column)
       matrix[UNKNOWNS * row + column] = matrix[UNKNOWNS * column + row];
+}
+
+// Add the weighted products of rows with themselves and with their values; the sums are kept in
+// registers until the end.
+FOR_EACH_PROCESSOR
+static void add_equations(const double *jacobian, const double *values, const double *weights,
+                          Py_ssize_t count, double *information, double *gradient) {
+  double products[UNKNOWNS][UNKNOWNS] = {0}, sums[UNKNOWNS] = {0};
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    const double *row = jacobian + UNKNOWNS * i;
+    for (int k = 0; k < UNKNOWNS; ++k) {
+      const double scaled = weights[i] * row[k];
+      sums[k] += scaled * values[i];
+      for (int n = 0; n < UNKNOWNS; ++n)
+        products[k][n] += scaled * row[n];
+    }
+  }
+  for (int k = 0; k < UNKNOWNS; ++k) {
+    gradient[k] += sums[k];
+    for (int n = 0; n < UNKNOWNS; ++n)
+      information[UNKNOWNS * k + n] += n < k ? products[n][k] : products[k][n];
+  }
 }
 
 PyObject *kernel_normal_equations(PyObject *module, PyObject *arguments) {
@@ -48,13 +71,7 @@ PyObject *kernel_normal_equations(PyObject *module, PyObject *arguments) {
   const double *weights = arrays.views[2].buf;
   double *information = arrays.views[3].buf, *gradient = arrays.views[4].buf;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    const double *row = jacobian + UNKNOWNS * i;
-    add_outer(row, weights[i], information);
-    for (int k = 0; k < UNKNOWNS; ++k)
-      gradient[k] += weights[i] * values[i] * row[k];
-  }
-  mirror(information);
+  add_equations(jacobian, values, weights, count, information, gradient);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;

@@ -20,7 +20,6 @@ PyObject *kernel_composed_poses(PyObject *module, PyObject *arguments);
 PyObject *kernel_corners(PyObject *module, PyObject *arguments);
 PyObject *kernel_depth_rows(PyObject *module, PyObject *arguments);
 PyObject *kernel_disc_directions(PyObject *module, PyObject *arguments);
-PyObject *kernel_displace_cells(PyObject *module, PyObject *arguments);
 PyObject *kernel_distortion_rows(PyObject *module, PyObject *arguments);
 PyObject *kernel_edges_beside(PyObject *module, PyObject *arguments);
 PyObject *kernel_exp_pose(PyObject *module, PyObject *arguments);

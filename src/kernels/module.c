@@ -16,7 +16,6 @@ static PyMethodDef METHODS[] = {
     KERNEL(corners),
     KERNEL(depth_rows),
     KERNEL(disc_directions),
-    KERNEL(displace_cells),
     KERNEL(distortion_rows),
     KERNEL(edges_beside),
     KERNEL(exp_pose),

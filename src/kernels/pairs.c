@@ -30,8 +30,9 @@ static bool reserve(Pairs *pairs, Py_ssize_t more) {
 
 enum { BLOCK = 16 };  // values that are compared at once, as few of them are below the bound
 
-static inline bool any_below(const float *values, float bound) {
+static inline int any_below(const float *values, float bound) {
   int below = 0;
+#pragma GCC unroll 1  // else it is unrolled before it could be vectorised
   for (int j = 0; j < BLOCK; ++j)
     below |= values[j] < bound;
   return below;

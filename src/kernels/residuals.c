@@ -208,6 +208,15 @@ PyObject *kernel_cells_at(PyObject *module, PyObject *arguments) {
   return PyLong_FromSsize_t(found);
 }
 
+// Displace a point of a surface, to a point of the same precision.
+static void displaced(const Displacement *by, const float *point, double *to) {
+  double seen[3], moved[3];
+  copied(point, seen);
+  displace(by, seen, moved);
+  for (int i = 0; i < 3; ++i)
+    to[i] = (float)moved[i];
+}
+
 typedef struct {
   const double *pose;  // 4x4
   double sigma, exponent, reach, smallest_cosine;
@@ -268,16 +277,17 @@ static void complete(double factor, double (*sums)[6]) {
 }
 
 PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
-  PyObject *objects[16];
+  PyObject *objects[17];
   Cells cells = {0};
   Pairing pairing = {0};
-  Displacement undo = {0};
-  if (!PyArg_ParseTuple(arguments, "OOOOOOdOOOOnnOddddOOOOO", &objects[0], &objects[1],
-                        &objects[2], &objects[3], &objects[4], &objects[5], &undo.height,
-                        &objects[6], &objects[7], &objects[8], &objects[9], &cells.width,
-                        &cells.height, &objects[10], &pairing.sigma, &pairing.exponent,
-                        &pairing.reach, &pairing.smallest_cosine, &objects[11], &objects[12],
-                        &objects[13], &objects[14], &objects[15]) ||
+  Displacement of_source = {0}, undo = {0};
+  if (!PyArg_ParseTuple(arguments, "OOOOOdOOdOOOOnnOddddOOOOO", &objects[0], &objects[1],
+                        &objects[2], &objects[3], &objects[4], &of_source.height, &objects[5],
+                        &objects[6], &undo.height, &objects[7], &objects[8], &objects[9],
+                        &objects[10], &cells.width, &cells.height, &objects[11],
+                        &pairing.sigma, &pairing.exponent, &pairing.reach,
+                        &pairing.smallest_cosine, &objects[12], &objects[13], &objects[14],
+                        &objects[15], &objects[16]) ||
       !is_size(cells.width, cells.height))
     return NULL;
   const Py_ssize_t all = row_count(objects[0]), count = row_count(objects[1]);
@@ -287,18 +297,19 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
       {"the chosen cells", objects[1], 'q', count, false},
       {"the normals of the source", objects[2], 'f', 3 * all, false},
       {"the roughness of the source", objects[3], 'f', all, false},
-      {"the pose", objects[4], 'd', 16, false},
-      {"the twists", objects[5], 'd', 12, false},
-      {"the points of the target", objects[6], 'f', 3 * size, false},
-      {"the normals of the target", objects[7], 'f', 3 * size, false},
-      {"the usable cells", objects[8], '?', size, false},
-      {"the roughness of the target", objects[9], 'f', size, false},
-      {"the intrinsics", objects[10], 'd', 4, false},
-      {"the values", objects[11], 'd', count, true},
-      {"the jacobian", objects[12], 'd', 6 * count, true},
-      {"the points", objects[13], 'd', 3 * count, true},
-      {"the blocks", objects[14], 'q', count, true},
-      {"the sums", objects[15], 'd', 72, true},
+      {"the twists of the source", objects[4], 'd', 12, false},
+      {"the pose", objects[5], 'd', 16, false},
+      {"the twists of the target", objects[6], 'd', 12, false},
+      {"the points of the target", objects[7], 'f', 3 * size, false},
+      {"the normals of the target", objects[8], 'f', 3 * size, false},
+      {"the usable cells", objects[9], '?', size, false},
+      {"the roughness of the target", objects[10], 'f', size, false},
+      {"the intrinsics", objects[11], 'd', 4, false},
+      {"the values", objects[12], 'd', count, true},
+      {"the jacobian", objects[13], 'd', 6 * count, true},
+      {"the points", objects[14], 'd', 3 * count, true},
+      {"the blocks", objects[15], 'q', count, true},
+      {"the sums", objects[16], 'd', 72, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
@@ -306,18 +317,20 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
   const float *sources = arrays.views[0].buf, *normals = arrays.views[2].buf;
   const float *roughness = arrays.views[3].buf;
   const int64_t *chosen = arrays.views[1].buf;
-  pairing.pose = arrays.views[4].buf;
-  undo.constant = arrays.views[5].buf;
+  of_source.constant = arrays.views[4].buf;
+  of_source.by_row = of_source.constant + 6;
+  pairing.pose = arrays.views[5].buf;
+  undo.constant = arrays.views[6].buf;
   undo.by_row = undo.constant + 6;
-  cells.points = arrays.views[6].buf;
-  cells.normals = arrays.views[7].buf;
-  cells.usable = arrays.views[8].buf;
-  cells.roughness = arrays.views[9].buf;
-  cells.intrinsics = arrays.views[10].buf;
-  double *values = arrays.views[11].buf, *points = arrays.views[13].buf;
-  double(*jacobian)[6] = arrays.views[12].buf;
-  int64_t *blocks = arrays.views[14].buf;
-  double(*information)[6] = arrays.views[15].buf, (*noise)[6] = information + 6;
+  cells.points = arrays.views[7].buf;
+  cells.normals = arrays.views[8].buf;
+  cells.usable = arrays.views[9].buf;
+  cells.roughness = arrays.views[10].buf;
+  cells.intrinsics = arrays.views[11].buf;
+  double *values = arrays.views[12].buf, *points = arrays.views[14].buf;
+  double(*jacobian)[6] = arrays.views[13].buf;
+  int64_t *blocks = arrays.views[15].buf;
+  double(*information)[6] = arrays.views[16].buf, (*noise)[6] = information + 6;
   Py_ssize_t found = 0;
   bool are_cells = true;
   Py_BEGIN_ALLOW_THREADS
@@ -328,7 +341,7 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
       continue;
     PlaneResidual residual;
     double before[3], arm[3], moved[3], *point = points + 3 * found;
-    copied(sources + 3 * cell, before);
+    displaced(&of_source, sources + 3 * cell, before);
     move(pairing.pose, before, arm, moved);
     displace(&undo, moved, point);
     if (!pair(&cells, &pairing, point, arm, normals + 3 * cell, roughness[cell], &residual))

@@ -399,20 +399,16 @@ def test_each_frame_has_two_surfaces_made_once(monkeypatch, made):
     assert given == [(*expected, cell, True) for cell in (CELL, FINE_CELL)]
 
 
-def test_residuals_are_those_of_the_corrected_surface(monkeypatch):
+def test_residuals_are_those_of_both_surfaces_corrected(monkeypatch):
     given = []
     residuals = SimpleNamespace(values=np.array([3.9, -3.9, 4.0, -4.1, 0.0]))
     monkeypatch.setattr(depth_alone, 'point_to_plane', lambda *of: given.append(of) or residuals)
-    correction = SimpleNamespace(surface=lambda surface: SimpleNamespace(
-        of=surface, chosen=range(10)), target='displacement')
-    settings = Settings()
-    depth = depth_alone._Depth('source', 'target', correction, settings)
+    source, settings = SimpleNamespace(chosen=range(10)), Settings()
+    depth = depth_alone._Depth(source, 'target', 'correction', settings)
     assert depth.residuals(MOTION) is residuals
-    (source, *rest), = given
-    assert source.of == 'source'
     refinement = settings.refinement
-    assert rest == ['target', MOTION, settings.sensor, refinement.robust_width, refinement.reach,
-                    'displacement']
+    assert given == [(source, 'target', MOTION, settings.sensor, refinement.robust_width,
+                      refinement.reach, 'correction')]
     # of ten points five have a plane, three of these within four sigmas
     assert depth.overlap(MOTION) == 0.3
 

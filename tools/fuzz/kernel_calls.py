@@ -36,7 +36,6 @@ composed_poses d:4,4 d:6,6 d:4,4 d:6,6 d>4,4 d>6,6
 corners B:h,v %b %i %i %i
 depth_rows d:n,3 d:n,3 d:n,6 d:4,4 d:2,6 d:2 d>n,14
 disc_directions B:h,v %b q:r f:n,2 d>n
-displace_cells f>n,3 q:k d:6 d:6 %f
 distortion_rows d:n,3 d:n,3 q:n,4 d:n,4 %f d:k d>n,k d>n
 edges_beside f:h,v d:n,2 d:n %i %f %f d>n ?>n
 exp_pose d:6 d>4,4
@@ -63,7 +62,7 @@ pairs_of_near_points f:n,4 f:m,4 %f
 pairs_of_similar_bits B:n,w B:m,w %w %f
 perturbed_pose d:4,4 d:6 d>4,4
 plane_jacobians d:n,3 d:n,3 d:4,4 %f d>n,2,2
-point_to_plane f:m,3 q:n f:m,3 f:m d:4,4 d:2,6 %f f:h,v,3 f:h,v,3 ?:h,v f:h,v %v %h d:4 %f %f %f \
+point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 d:2,6 %f f:h,v,3 f:h,v,3 ?:h,v f:h,v %v %h d:4 %f %f %f \
  %f d>n d>n,6 d>n,3 q>n d>2,6,6
 project d:n,3 d:4 d:12 d>n,2
 reprojection d:n,3 d:n,2 d:n d:4,4 %f d>2,n d>2,n,6 d>n q>2,n

@@ -69,8 +69,8 @@ def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
     else:
         seen, found = _track(before, now, pixels, expected, levels)
         returned, found_again = _track(now, before, seen, pixels, 1)
-    errors = np.abs(returned - pixels).max(axis=1)
-    return seen, found & found_again & (errors < _MAX_RETURN_ERROR)
+    u, v = np.abs(returned - pixels).T
+    return seen, found & found_again & (np.maximum(u, v) < _MAX_RETURN_ERROR)
 
 
 def _track(before: Pyramid, now: Pyramid, pixels: np.ndarray, start: np.ndarray,

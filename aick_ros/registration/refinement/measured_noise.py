@@ -129,10 +129,10 @@ class _Average:
             ratio *= min(max((high - self.normalised) / (high - low), 0.0), 1.0)
         excess = max(1.0 - math.exp(-self.normalised), 0.0)  # share of squares beyond noise
         variances = excess * np.exp(self.squares)
-        bias = np.diag(np.repeat(variances, 3))
+        bias = np.diag(variances.repeat(3))
         return Noise(math.exp(ratio), bias,
                      min((motion / _MOTION_OF_DEPTH_BIAS) ** 2, 1.0) * bias,
-                     np.diag(np.repeat([self.jitter.variance, 0.0], 3)))
+                     np.diag((self.jitter.variance,) * 3 + (0.0,) * 3))
 
 
 class MeasuredNoise:

@@ -15,13 +15,13 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from aick_ros import kernels
 from aick_ros.frames import depth
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.tracks import Tracks
@@ -57,7 +57,7 @@ class Misalignment:
         """Return the one that is known."""
         return cls.of(np.array(dataclasses.astuple(settings)))
 
-    @property
+    @cached_property
     def values(self) -> np.ndarray:
         """The eight numbers: offset, delay, readout."""
         return np.array([*self.offset, self.delay, self.readout])
@@ -122,10 +122,15 @@ class Displacement:
         """Return where points of the depth image are at the stamp of the frame, Nx3 [m]."""
         return self._moved(points, self.depth, self.rows)
 
-    @property
+    @cached_property
+    def twists(self) -> np.ndarray:
+        """Both twists, 2x6."""
+        return np.array([self.depth, self.rows])
+
+    @cached_property
     def undone(self) -> np.ndarray:
         """Both twists of the inverse, 2x6: to where the depth image has points of the frame."""
-        return -np.stack([self.depth, self.rows])
+        return -self.twists
 
     def of_rows(self, points: np.ndarray) -> np.ndarray:
         """Return where points seen by their rows are at the stamp of the frame, Nx3 [m]."""
@@ -139,22 +144,12 @@ class Displacement:
         return moved
 
 
-NO_DISPLACEMENT = Displacement(np.zeros(6), np.zeros(6), 1.0)
-
-
 @dataclass(frozen=True, eq=False)
 class Correction:
     """Corrects what two frames see by the displacements of each."""
 
     source: Displacement
     target: Displacement
-
-    def surface(self, source: Surface) -> Surface:
-        """Return the surface of the source with its chosen points corrected."""
-        points = source.points.copy()
-        kernels.displace_cells(points, source.chosen, self.source.depth, self.source.rows,
-                               self.source.height)
-        return replace(source, points=points)
 
     def tracks(self, tracks: Tracks, source: PreparedFrame, sensor: SensorSettings,
                T_target_source: np.ndarray) -> Tracks:
@@ -164,9 +159,14 @@ class Correction:
         :param T_target_source: 4x4; the depths in the target are taken from it, nothing else.
         """
         points = self.source.of_rows(_with_depth(tracks.points, source, self.source, sensor))
+        if not self.target.rows.any():
+            return replace(tracks, points=points)
         z = se3.transform(T_target_source, points)[:, 2:]
         seen = self.target.of_rows(np.column_stack([tracks.rays, np.ones(len(tracks))]) * z)
         return replace(tracks, points=points, rays=seen[:, :2] / seen[:, 2:])
+
+
+NO_CORRECTION = Correction(*2 * (Displacement(np.zeros(6), np.zeros(6), 1.0),))
 
 
 @dataclass(frozen=True, eq=False)

@@ -128,10 +128,15 @@ def _with_distortion(alone: Equations, depth: _Rows, distortion: DistortionRows,
     weighted = by_nodes * weights[:, None]
     between = jacobian.T @ weighted
     undone = weights * distortion.applied
-    reduced = Equations(
-        np.block([[alone.information, between], [between.T, by_nodes.T @ weighted]]),
-        np.concatenate([alone.gradient + jacobian.T @ undone,
-                        weighted.T @ (distortion.applied - values)])).without_pose()
+    known = len(alone.gradient)
+    information = np.empty((known + by_nodes.shape[1],) * 2)
+    information[:known, :known] = alone.information
+    information[:known, known:] = between
+    information[known:, :known] = between.T
+    information[known:, known:] = by_nodes.T @ weighted
+    reduced = Equations(information, np.concatenate([
+        alone.gradient + jacobian.T @ undone,
+        weighted.T @ (distortion.applied - values)])).without_pose()
     known = reduced.information[:, :len(applied.values)] @ applied.values
     return Equations(reduced.information, reduced.gradient + known)
 

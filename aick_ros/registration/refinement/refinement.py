@@ -11,6 +11,7 @@ iteration on SE(3) with robust weights, each residual in units of its own noise.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from aick_ros.geometry import definite, se3
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
-    NO_DISPLACEMENT, NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction,
+    NO_CORRECTION, NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction,
     image_height)
 from aick_ros.registration.refinement.misalignment_equations import (
     MisalignmentSample, Motion, depth_rows, distortion_rows, keypoint_rows, misalignment_sample)
@@ -150,10 +151,9 @@ class _Problem:
         self._seen = self._tracks = tracks
         self._displacement = tracks.displacement(target.frame.camera.fx)
         self._noise = Noise()
-        self._source_surface, self._target_surface = source.surface, target.surface
         self._misalignment, self._twists = NO_MISALIGNMENT, np.zeros((2, 6))
-        self._correction: Correction | None = None
-        if self._source_surface is not None and self._target_surface is not None:
+        self._correction = NO_CORRECTION
+        if source.surface is not None and target.surface is not None:
             self._noise = noise.expected(self._displacement)
         self._depth_rate = depth_rate(source, target)
         self._ray_sigma = settings.track_sigma / target.frame.camera.fx
@@ -170,7 +170,7 @@ class _Problem:
         :param pose: ``T_target_source``, roughly.
         """
         if twist is not None and self._target.twist is not None:
-            self._twists = np.stack([twist, self._target.twist])
+            self._twists = np.array([twist, self._target.twist])
         self._misalignment = misalignment
         lag = mean_depth_lag(self._source, self._target)
         if not misalignment.values.any() and (not lag or not self._twists.any()):
@@ -179,8 +179,6 @@ class _Problem:
             Displacement.of(misalignment, lag, twist, prepared.frame.camera)
             for twist, prepared in zip(self._twists, (self._source, self._target))))
         self._tracks = self._correction.tracks(self._seen, self._source, self._sensor, pose)
-        if self._source.surface is not None:
-            self._source_surface = self._correction.surface(self._source.surface)
 
     def step(self, pose: np.ndarray, coarse: bool) -> np.ndarray:
         """Return the Gauss-Newton step from a pose, 6; coarse: by keypoints if there are any."""
@@ -252,13 +250,13 @@ class _Problem:
                 track_depth(self._tracks, pose, self._sensor, width)]
 
     def _of_depth(self, pose: np.ndarray) -> list[Residuals]:
-        if self._source_surface is None or self._target_surface is None:
+        source, target = self._source.surface, self._target.surface
+        if source is None or target is None:
             return []
         # the depth images may be more or less time apart than the colour images
         residuals = point_to_plane(
-            self._source_surface, self._target_surface, se3.scaled(pose, self._depth_rate),
-            self._sensor, self._settings.robust_width, self._settings.reach,
-            NO_DISPLACEMENT if self._correction is None else self._correction.target)
+            source, target, se3.scaled(pose, self._depth_rate), self._sensor,
+            self._settings.robust_width, self._settings.reach, self._correction)
         return [residuals.of_scaled_error(self._depth_rate)]
 
 
@@ -297,11 +295,13 @@ class _Estimate:
         :returns: their equations, and the covariance of the gradient by the scatter, 6x6.
         """
         equations = self.equations.weighted(weight)
+        if not bias.any():
+            return equations, weight ** 2 * self.gradient_noise
         damping = equations.damping(bias)
         gain = weight * damping
         return equations.damped(damping), gain @ self.gradient_noise @ gain.T
 
-    @property
+    @cached_property
     def covariance(self) -> np.ndarray:
         """Covariance of the error by the scatter, 6x6."""
         covariance: np.ndarray = self.inverse @ (self.gradient_noise + _PRIOR) @ self.inverse
@@ -310,7 +310,7 @@ class _Estimate:
     @property
     def design_effect(self) -> float:
         """Variance by the scatter, as a ratio to that by the noise assumed; 1 without data."""
-        return float(np.trace(self.inverse @ (self.gradient_noise + _PRIOR))) / 6
+        return float(np.vdot(self.inverse, self.gradient_noise + _PRIOR)) / 6
 
 
 def mean_depth_lag(source: PreparedFrame, target: PreparedFrame) -> float:

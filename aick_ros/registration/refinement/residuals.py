@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from statistics import NormalDist
 
 import numpy as np
@@ -20,7 +20,8 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry.definite import solved
-from aick_ros.registration.refinement.misalignment import NO_DISPLACEMENT, Displacement
+from aick_ros.geometry.median import median
+from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Correction
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import SensorSettings
 
@@ -68,7 +69,8 @@ class Residuals:
 
     def of_scaled_error(self, rate: float) -> Residuals:
         """Return the residuals of a pose whose error acts on them multiplied by a rate."""
-        return replace(self, jacobian=rate * self.jacobian)
+        return Residuals(self.values, rate * self.jacobian, self.weights, self.blocks, self.points,
+                         self.directions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,12 +196,12 @@ def contradict(residuals: Residuals) -> bool:
     """
     squares = residuals.values ** 2
     return (len(squares) >= FEWEST_TO_CONFIRM
-            and float(np.median(squares)) > _LARGEST_SCALE ** 2 * _MEDIAN_1)
+            and median(squares) > _LARGEST_SCALE ** 2 * _MEDIAN_1)
 
 
 def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,
                    sensor: SensorSettings, width: float, reach: float,
-                   displacement: Displacement = NO_DISPLACEMENT) -> Residuals:
+                   correction: Correction = NO_CORRECTION) -> Residuals:
     """
     Return the distances of the source's chosen points from the planes of the target.
 
@@ -209,22 +211,23 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     changes with the view.
 
     :param reach: pairs with a larger distance are dropped [m].
-    :param displacement: of what the target sees, which points are moved to in its depth image.
+    :param correction: of what both frames see.
     """
     count = len(source.chosen)
     values, blocks = np.empty(count), np.empty(count, np.int64)
     jacobian, points, sums = np.empty((count, 6)), np.empty((count, 3)), np.zeros((2, 6, 6))
     found = kernels.point_to_plane(
-        source.points, source.chosen, source.normals, source.roughness, _pose(T_target_source),
-        displacement.undone, displacement.height, target.points, target.normals, target.usable,
-        target.roughness, target.grid.width, target.grid.height, target.grid.intrinsics,
-        SURFACE_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, reach, _SMALLEST_COSINE,
-        values, jacobian, points, blocks, sums)
+        source.points, source.chosen, source.normals, source.roughness,
+        correction.source.twists, correction.source.height, _pose(T_target_source),
+        correction.target.undone, correction.target.height, target.points, target.normals,
+        target.usable, target.roughness, target.grid.width, target.grid.height,
+        target.grid.intrinsics, SURFACE_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0,
+        reach, _SMALLEST_COSINE, values, jacobian, points, blocks, sums)
     values, jacobian = values[:found], jacobian[:found]
     projection = _observable_projection(*sums)
     return Residuals(values, jacobian if projection is None else jacobian @ projection,
                      robust_weights(values ** 2, width), blocks[:found], points[:found],
-                     jacobian[:, :3].copy())
+                     jacobian[:, :3])
 
 
 def _pose(T_target_source: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -59,12 +59,14 @@ class Tracks:
         """Return the mean displacement of the tracks in an image of a focal length [px]."""
         if not len(self):
             return 0.0
-        displacements = self.rays - self.points[:, :2] / self.points[:, 2:]
-        return focal_length * float(np.mean(np.linalg.norm(displacements, axis=1)))
+        x, y, z = self.points.T
+        u, v = self.rays.T
+        return focal_length * float(np.hypot(u - x / z, v - y / z).mean())
 
     def __getitem__(self, chosen: np.ndarray) -> Tracks:
         """Return some of the tracks, by their indices or by a mask."""
-        return Tracks(*(getattr(self, f.name)[chosen] for f in fields(self)))
+        return Tracks(self.keypoints[chosen], self.points[chosen], self.rays[chosen],
+                      self.depths[chosen], self.sigmas[chosen])
 
 
 class Tracker:
@@ -106,8 +108,8 @@ class Tracker:
         windows = windows_of(kept)
         seen = seen - windows.shifts(camera, T_target_source, rotation)
         rays = camera.normalize(seen)
-        valid = np.isfinite(rays).all(axis=1)
-        if not valid.all():
+        if not np.isfinite(rays).all():
+            valid = np.isfinite(rays).all(axis=1)
             kept, seen, rays, windows = kept[valid], seen[valid], rays[valid], windows[valid]
         return Tracks(kept, windows.points, rays,
                       depth.sample(target.corrected.depth, seen, self._sensor), windows.sigmas)
@@ -148,8 +150,8 @@ def _visible(points: np.ndarray, T_target_source: np.ndarray,
     moved = se3.transform(T_target_source, points)
     ahead = np.flatnonzero(moved[:, 2] > _NEAREST)
     pixels = camera.project(moved[ahead])
-    corner = camera.width - 1, camera.height - 1
-    inside = ((pixels >= 0) & (pixels <= corner)).all(axis=1)
+    u, v = pixels.T
+    inside = (u >= 0) & (u <= camera.width - 1) & (v >= 0) & (v <= camera.height - 1)
     return ahead[inside], pixels[inside].astype(np.float32)
 
 

@@ -10,7 +10,6 @@ import pytest
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
-from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import (
@@ -154,19 +153,6 @@ def test_both_ends_of_a_track_are_corrected_by_the_rows_of_their_own_frame():
     seen = of_target.of_rows(np.column_stack([rays, np.ones(40)]) * depths)
     np.testing.assert_allclose(found.rays, seen[:, :2] / seen[:, 2:], atol=1e-6)
     assert np.abs(found.rays - rays).max() > 1e-3 < np.abs(found.points - points).max()
-
-
-def test_the_chosen_points_of_the_source_are_corrected_and_no_others():
-    depth = np.full((480, 640), PLANE, np.float32)
-    surface = Surface.of(depth, CAMERA, SENSOR, 50)
-    before = surface.points.copy()
-    of_source = Displacement(OFFSET, 0.01 * TWIST, HEIGHT)
-    found = Correction(of_source, Displacement(STILL, STILL, HEIGHT)).surface(surface)
-    expected = before.copy()
-    expected[surface.chosen] = of_source.of_depth(before[surface.chosen].astype(float))
-    np.testing.assert_array_equal(found.points, expected)
-    np.testing.assert_array_equal(surface.points, before)
-    assert 0 < len(surface.chosen) < len(before)
 
 
 @pytest.mark.parametrize('values, sentence', [

@@ -71,8 +71,8 @@ def residuals(values):
                               for twist in TWISTS))
     return (reprojection(correction.tracks(tracks, source, SETTINGS.sensor, T_TARGET_SOURCE),
                          T_TARGET_SOURCE, 1 / CAMERA.fx, 2.0),
-            point_to_plane(correction.surface(source.surface), target.surface, T_TARGET_SOURCE,
-                           SETTINGS.sensor, 2.0, 0.3, correction.target))
+            point_to_plane(source.surface, target.surface, T_TARGET_SOURCE, SETTINGS.sensor, 2.0,
+                           0.3, correction))
 
 
 def rows(values=np.zeros(8)):

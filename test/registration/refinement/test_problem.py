@@ -13,8 +13,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement import refinement
 from aick_ros.registration.refinement.measured_noise import Noise
-from aick_ros.registration.refinement.misalignment import (
-    NO_DISPLACEMENT, Misalignment, image_height)
+from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Misalignment, image_height
 from aick_ros.registration.refinement.refinement import _Problem
 from aick_ros.registration.refinement.residuals import Residuals, gradient_noise
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
@@ -121,8 +120,8 @@ def test_without_tracks_depth_takes_the_coarse_step_too(tell):
 def test_depth_is_compared_over_the_time_between_its_own_images(tell):
     told = tell()
     told.problem.step(POSE, False)
-    source, target, pose, sensor, width, reach, displacement = told.given['point_to_plane']
-    assert (source, target, displacement) == ('source', 'target', NO_DISPLACEMENT)
+    source, target, pose, sensor, width, reach, correction = told.given['point_to_plane']
+    assert (source, target, correction) == ('source', 'target', NO_CORRECTION)
     np.testing.assert_allclose(se3.log(pose), RATE * se3.log(POSE), atol=1e-12)
     assert sensor is SETTINGS.sensor
     assert (width, reach) == (SETTINGS.refinement.robust_width, SETTINGS.refinement.reach)
@@ -214,8 +213,6 @@ def corrected(monkeypatch):
     given = []
     monkeypatch.setattr(refinement.Correction, 'tracks', lambda self, *of: given.append(
         ('tracks', *of)) or of[0])
-    monkeypatch.setattr(refinement.Correction, 'surface', lambda self, surface: given.append(
-        ('surface', surface)) or f'corrected {surface}')
     return given
 
 
@@ -223,14 +220,14 @@ def test_both_frames_are_corrected_by_their_own_velocity(tell, corrected):
     """Depth to the mean lag of the two: what they differ by is in the rate."""
     told = tell()
     told.problem.correct(LATE, TWISTS[0], POSE)
-    (_, tracks, source, sensor, pose), surface = corrected
+    (_, tracks, source, sensor, pose), = corrected
     assert tracks is told.tracks and source is told.source and sensor is SETTINGS.sensor
-    assert pose is POSE and surface == ('surface', 'source')
+    assert pose is POSE
     told.problem.step(POSE, False)
-    source, target, *_, of_target = told.given['point_to_plane']
-    assert (source, target) == ('corrected source', 'target')
-    for moved, twist, camera in ((told.problem._correction.source, TWISTS[0], CAMERA),
-                                 (of_target, TWISTS[1], OTHER)):
+    source, target, *_, correction = told.given['point_to_plane']
+    assert (source, target) == ('source', 'target')
+    for moved, twist, camera in ((correction.source, TWISTS[0], CAMERA),
+                                 (correction.target, TWISTS[1], OTHER)):
         np.testing.assert_allclose(moved.depth, (0.015 + 0.005) * twist)
         np.testing.assert_allclose(moved.rows, 0.03 * twist)
         assert moved.height == image_height(camera)
@@ -241,7 +238,6 @@ def test_tracked_are_as_they_were_seen(tell, monkeypatch):
     told = tell()
     moved = dataclasses.replace(told.tracks, points=told.tracks.points + 0.1)
     monkeypatch.setattr(refinement.Correction, 'tracks', lambda *_: moved)
-    monkeypatch.setattr(refinement.Correction, 'surface', lambda self, surface: surface)
     told.problem.correct(LATE, TWISTS[0], POSE)
     tracked = told.problem.finish(POSE).tracked
     assert len(tracked)
@@ -266,10 +262,10 @@ def test_what_nothing_displaces_is_not_corrected(
     told.source.depth_lag, told.target.depth_lag = lags
     told.problem.correct(misalignment, twists[0], POSE)
     assert bool(corrected) == is_corrected
-    assert (told.problem._correction is not None) == is_corrected
+    assert (told.problem._correction is not NO_CORRECTION) == is_corrected
 
 
-def test_without_a_surface_the_tracks_are_corrected_alone(tell, corrected):
+def test_without_a_surface_the_tracks_are_corrected_all_the_same(tell, corrected):
     told = tell(depth=('target',))
     told.problem.correct(LATE, TWISTS[0], POSE)
     assert [kind for kind, *_ in corrected] == ['tracks']

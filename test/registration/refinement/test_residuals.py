@@ -12,6 +12,7 @@ from scipy import stats
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.registration.refinement.misalignment import Correction, Displacement
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, _observable_projection, contradict, gradient_noise, point_to_plane,
     reprojection, robust_weights, track_depth)
@@ -82,6 +83,26 @@ def test_jacobian_of_reprojection_far_from_its_minimum():
 def test_jacobian_of_track_depth():
     tracks = tracks_of()
     assert_jacobian(lambda pose: track_depth(tracks, pose, SENSOR, WIDTH))
+
+
+def test_points_are_compared_where_both_surfaces_are_at_the_stamps():
+    """Those of the source once they are displaced, and then where the target has them."""
+    source, target, still = corner(POSE), corner(), Displacement(np.zeros(6), np.zeros(6), 1.0)
+    moving = Displacement(np.array([0.01, 0.02, -0.01, 0.01, 0.02, 0.0]),
+                          np.array([-0.02, 0.01, 0.0, 0.0, 0.01, -0.01]), 480 / 525)
+    moved = moving.of_depth(source.points.astype(float)).astype(np.float32)
+    expected, plain = (point_to_plane(surface, target, POSE, SENSOR, WIDTH, REACH) for surface in (
+        dataclasses.replace(source, points=moved), source))
+    found = point_to_plane(source, target, POSE, SENSOR, WIDTH, REACH, Correction(moving, still))
+    np.testing.assert_array_equal(found.points, expected.points)
+    np.testing.assert_array_equal(found.values, expected.values)
+    there = point_to_plane(source, target, POSE, SENSOR, WIDTH, REACH, Correction(still, moving))
+    back = Displacement(*moving.undone, moving.height)
+    chosen = se3.transform(POSE, source.points[source.chosen].astype(float))
+    seen = {tuple(point) for point in back.of_depth(chosen).round(9)}
+    assert len(there.points) > 1000 and {tuple(point) for point in there.points.round(9)} <= seen
+    assert np.abs(plain.values).max() < 1.0 < min(
+        np.abs(found.values).max(), np.abs(there.values).max())
 
 
 def test_jacobian_of_point_to_plane():
