@@ -44,7 +44,8 @@ class KalmanUpdate:
     @property
     def kept(self) -> np.ndarray:
         """Share of the errors of the estimate that is left, NxN."""
-        return np.eye(len(self.prior)) - self.gain @ self.rows
+        kept: np.ndarray = np.eye(len(self.prior)) - self.gain @ self.rows
+        return kept
 
     @property
     def covariance(self) -> np.ndarray:
