@@ -106,13 +106,13 @@ class KeyframeMemory:
         keyframe = PoseWithCovariance(
             newest.matrix, newest.covariance + self._view_covariances[self._newest])
         estimate = keyframe @ pose.since(self._reckoned)
-        return PoseWithCovariance(self.corrected(pose.matrix),
+        return PoseWithCovariance(self.T_odom_reckoned @ pose.matrix,
                                   estimate.covariance + np.outer(self._error, self._error))
 
-    def corrected(self, T_reckoned_camera: np.ndarray) -> np.ndarray:
-        """Return the pose that is published for one by dead reckoning, 4x4, no covariance."""
-        return (T_reckoned_camera if self.reused == 0
-                else self._correction.apply(T_reckoned_camera))
+    @property
+    def T_odom_reckoned(self) -> np.ndarray:
+        """Transform from the frame of the dead reckoning to that of the published poses, 4x4."""
+        return self._correction.T_odom_reckoned
 
     def keypoints_from(self, pose: PoseWithCovariance) -> np.ndarray:
         """
