@@ -11,7 +11,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.odometry.kept_frame import compact, size
+from aick_ros.odometry.kept_frame import Mappings, compact, size
 from aick_ros.odometry.keyframe_copies import KeyframeCopies
 from aick_ros.odometry.keyframe_graph import KeyframeGraph
 from aick_ros.odometry.keyframe_search import (
@@ -45,7 +45,8 @@ class KeyframeMemory:
 
     def __init__(self, settings: Settings, registrar: Registrar, first: Reference) -> None:
         self._graph = KeyframeGraph(0, first.pose)
-        self._frames = {0: compact(first.prepared)}
+        self._mappings = Mappings()
+        self._frames = {0: compact(first.prepared, self._mappings)}
         self._view_covariances = {0: np.zeros((6, 6))}
         self._newest, self._reckoned = 0, first.pose
         self._copies = KeyframeCopies()
@@ -136,7 +137,7 @@ class KeyframeMemory:
         motion = PoseWithCovariance(motion.matrix, motion.covariance + detour)
         self._graph.add(key, motion, parent)
         axes = in_axes(self._graph.pose(parent).rotation)
-        self._frames[key] = compact(keyframe.prepared)
+        self._frames[key] = compact(keyframe.prepared, self._mappings)
         self._view_covariances[key] = axes @ motion.covariance @ axes.T
         self._newest, self._reckoned = key, keyframe.pose
         self._drop_redundant()
