@@ -53,6 +53,9 @@ def gradient_moments(
 def gradient_noise(
     jacobian: np.ndarray, values: np.ndarray, weights: np.ndarray, blocks: np.ndarray,
     error: np.ndarray, noise: np.ndarray) -> None: ...
+def integrate_forces(
+    stamps: np.ndarray, forces: np.ndarray, start: int, end: int, first: np.ndarray,
+    last: np.ndarray, sums: np.ndarray) -> None: ...
 def integrate_turns(
     stamps: np.ndarray, rates: np.ndarray, rotations: np.ndarray,
     integrals: np.ndarray) -> None: ...

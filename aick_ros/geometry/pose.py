@@ -15,6 +15,9 @@ from aick_ros.borders.values import number, numbers, required
 from aick_ros.errors import InputError
 from aick_ros.geometry import se3
 
+_EXACT = np.zeros((6, 6))
+_EXACT.flags.writeable = False
+
 
 @dataclass(frozen=True, eq=False)
 class PoseWithCovariance:
@@ -37,20 +40,26 @@ class PoseWithCovariance:
 
     def __post_init__(self) -> None:
         """Reject what is no pose; numbers of other types become float64."""
-        matrix, covariance = self.matrix, self.covariance
-        # most are made here, and are of float64
-        if not (type(matrix) is np.ndarray and matrix.dtype == np.float64
-                and matrix.shape == (4, 4) and se3.is_rigid(matrix)):
-            object.__setattr__(self, 'matrix', se3.checked(matrix, 'the matrix of a pose'))
+        matrix, covariance = _rigid(self.matrix), self.covariance
+        if matrix is not self.matrix:
+            object.__setattr__(self, 'matrix', matrix)
         if not (type(covariance) is np.ndarray and covariance.dtype == np.float64
                 and covariance.shape == (6, 6)):
             object.__setattr__(self, 'covariance', numbers(
                 covariance, (6, 6), 'the covariance of a pose'))
 
     @classmethod
+    def _made(cls, matrix: np.ndarray, covariance: np.ndarray) -> PoseWithCovariance:
+        """Return a pose of arrays that come from those of other poses, which were checked."""
+        pose = object.__new__(cls)
+        object.__setattr__(pose, 'matrix', matrix)
+        object.__setattr__(pose, 'covariance', covariance)
+        return pose
+
+    @classmethod
     def identity(cls) -> PoseWithCovariance:
         """Return the identity, without error."""
-        return cls(np.eye(4))
+        return cls._made(np.eye(4), np.zeros((6, 6)))
 
     @property
     def rotation(self) -> np.ndarray:
@@ -64,23 +73,23 @@ class PoseWithCovariance:
 
     def __matmul__(self, other: PoseWithCovariance | np.ndarray) -> PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of this pose and another one."""
-        other = _pose(other)
         pose, covariance = np.empty((4, 4)), np.empty((6, 6))
-        kernels.composed_poses(*self._arrays, *other._arrays, pose, covariance)
-        return PoseWithCovariance(pose, covariance)
-
-    @property
-    def _arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        return np.ascontiguousarray(self.matrix), np.ascontiguousarray(self.covariance)
+        kernels.composed_poses(*self._arrays, *_pose(other)._arrays, pose, covariance)
+        return PoseWithCovariance._made(pose, covariance)
 
     def __rmatmul__(self, matrix: np.ndarray) -> PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of an exact pose and this one."""
         return _pose(matrix) @ self
 
+    @property
+    def _arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        return np.ascontiguousarray(self.matrix), np.ascontiguousarray(self.covariance)
+
     def inverse(self) -> PoseWithCovariance:
         """Return ``T_source_target``, its covariance in the axes of the source."""
         back = in_axes(self.rotation.T) @ at_point(-self.translation)
-        return PoseWithCovariance(se3.inverse(self.matrix), back @ self.covariance @ back.T)
+        return PoseWithCovariance._made(se3.inverse(self.matrix),
+                                        back @ self.covariance @ back.T)
 
     def relative_to(self, start: PoseWithCovariance) -> PoseWithCovariance:
         """Return ``inverse(start) @ self`` of two poses with independent errors in one frame."""
@@ -94,14 +103,14 @@ class PoseWithCovariance:
         of the start.
         """
         start = _pose(start)
-        T_start_odom = PoseWithCovariance(se3.inverse(start.matrix))
+        T_start_odom = PoseWithCovariance._made(se3.inverse(start.matrix), _EXACT)
         if not start.covariance.any():
             return T_start_odom @ self
         inherited = (start @ (T_start_odom.matrix @ self.matrix)).covariance
         variances, axes = np.linalg.eigh(self.covariance - inherited)
         # rounding may leave variances just below zero
         added = axes * np.maximum(variances, 0.0) @ axes.T
-        return T_start_odom @ PoseWithCovariance(self.matrix, added)
+        return T_start_odom @ PoseWithCovariance._made(self.matrix, added)
 
     def in_body(self, T_base_camera: np.ndarray) -> PoseWithCovariance:
         """
@@ -149,7 +158,17 @@ class Increment:
 
 def _pose(pose: PoseWithCovariance | np.ndarray) -> PoseWithCovariance:
     """Return a pose, an exact one of a matrix."""
-    return pose if isinstance(pose, PoseWithCovariance) else PoseWithCovariance(pose)
+    return (pose if isinstance(pose, PoseWithCovariance)
+            else PoseWithCovariance._made(_rigid(pose), _EXACT))
+
+
+def _rigid(matrix: np.ndarray) -> np.ndarray:
+    """Return the matrix of a pose as float64, 4x4; it itself, if it is one."""
+    # most are made here, and are of float64
+    if (type(matrix) is np.ndarray and matrix.dtype == np.float64 and matrix.shape == (4, 4)
+            and se3.is_rigid(matrix)):
+        return matrix
+    return se3.checked(matrix, 'the matrix of a pose')
 
 
 def unknown_covariance() -> np.ndarray:

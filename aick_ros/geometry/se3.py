@@ -61,11 +61,11 @@ def log_rotation(rotation: np.ndarray) -> np.ndarray:
 
 def rotation_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Return the least rotation from one direction, of length one, to another, 3 [rad]."""
-    axis = np.cross(one, other)
-    sine, cosine = float(np.linalg.norm(axis)), float(one @ other)
+    axis = skew(one) @ other
+    sine, cosine = math.hypot(*axis), float(one @ other)
     if sine < 1e-9:  # none, or half a turn about any axis at a right angle
         return np.zeros(3) if cosine > 0.0 else np.pi * np.linalg.svd(one[None])[2][1]
-    rotation: np.ndarray = axis * (np.arctan2(sine, cosine) / sine)
+    rotation: np.ndarray = axis * (math.atan2(sine, cosine) / sine)
     return rotation
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
+from itertools import chain
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,9 +107,9 @@ class Attempts:
 
     def _by_keypoints(self, prepared: PreparedFrame, references: References,
                       motion: PoseWithCovariance | None, unconfirmed: float) -> Iterator[Attempt]:
-        candidates = list(references.candidates())
+        candidates = references.candidates()
         if references.is_blurred() and not prepared.is_blurred_beside(references.sharp.prepared):
-            candidates.insert(0, references.sharp)
+            candidates = chain([references.sharp], candidates)
         for reference in candidates:
             expected = None if motion is None else _expected(reference, references.last, motion)
             yield self._checked(prepared, reference, self._registrar.register(
@@ -158,8 +159,7 @@ def _expected(reference: Reference, last: Reference, motion: PoseWithCovariance)
     Its rotation is made one again: poses that are refined from what poses before them let expect
     would double their errors of rounding from frame to frame.
     """
-    pose = _from(reference, last) @ motion.matrix
-    return se3.from_quaternion(se3.to_quaternion(pose[:3, :3]), pose[:3, 3])
+    return se3.perturbed(_from(reference, last) @ motion.matrix, np.zeros(6))
 
 
 def _from(reference: Reference, last: Reference) -> np.ndarray:

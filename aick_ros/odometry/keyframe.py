@@ -73,4 +73,4 @@ def scene_variance(prepared: PreparedFrame, covariance: np.ndarray) -> float:
     :param covariance: 6x6 of the pose.
     """
     depth = prepared.scene_depth
-    return float(np.trace(covariance[:3, :3]) + depth ** 2 * np.trace(covariance[3:, 3:]))
+    return float(covariance[:3, :3].trace() + depth ** 2 * covariance[3:, 3:].trace())

@@ -11,7 +11,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.odometry.kept_frame import compact, size
+from aick_ros.odometry.kept_frame import Mappings, compact, size
 from aick_ros.odometry.keyframe_copies import KeyframeCopies
 from aick_ros.odometry.keyframe_graph import KeyframeGraph
 from aick_ros.odometry.keyframe_search import (
@@ -45,7 +45,8 @@ class KeyframeMemory:
 
     def __init__(self, settings: Settings, registrar: Registrar, first: Reference) -> None:
         self._graph = KeyframeGraph(0, first.pose)
-        self._frames = {0: compact(first.prepared)}
+        self._mappings = Mappings()
+        self._frames = {0: compact(first.prepared, self._mappings)}
         self._view_covariances = {0: np.zeros((6, 6))}
         self._newest, self._reckoned = 0, first.pose
         self._copies = KeyframeCopies()
@@ -106,13 +107,13 @@ class KeyframeMemory:
         keyframe = PoseWithCovariance(
             newest.matrix, newest.covariance + self._view_covariances[self._newest])
         estimate = keyframe @ pose.since(self._reckoned)
-        return PoseWithCovariance(self.corrected(pose.matrix),
+        return PoseWithCovariance(self.T_odom_reckoned @ pose.matrix,
                                   estimate.covariance + np.outer(self._error, self._error))
 
-    def corrected(self, T_reckoned_camera: np.ndarray) -> np.ndarray:
-        """Return the pose that is published for one by dead reckoning, 4x4, no covariance."""
-        return (T_reckoned_camera if self.reused == 0
-                else self._correction.apply(T_reckoned_camera))
+    @property
+    def T_odom_reckoned(self) -> np.ndarray:
+        """Transform from the frame of the dead reckoning to that of the published poses, 4x4."""
+        return self._correction.T_odom_reckoned
 
     def keypoints_from(self, pose: PoseWithCovariance) -> np.ndarray:
         """
@@ -136,7 +137,7 @@ class KeyframeMemory:
         motion = PoseWithCovariance(motion.matrix, motion.covariance + detour)
         self._graph.add(key, motion, parent)
         axes = in_axes(self._graph.pose(parent).rotation)
-        self._frames[key] = compact(keyframe.prepared)
+        self._frames[key] = compact(keyframe.prepared, self._mappings)
         self._view_covariances[key] = axes @ motion.covariance @ axes.T
         self._newest, self._reckoned = key, keyframe.pose
         self._drop_redundant()

@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from aick_ros.geometry import se3
@@ -73,7 +75,7 @@ class MotionModel:
 
     def violation(self, increment: Increment) -> str | None:
         """Return which limits an increment exceeds, with the numbers; None if it exceeds none."""
-        speed = np.linalg.norm(increment.pose.translation) / increment.interval
+        speed = math.hypot(*increment.pose.translation) / increment.interval
         turn_rate = se3.angle(increment.pose.rotation) / increment.interval
         if speed <= self._max_speed and turn_rate <= self._max_turn_rate:
             return None

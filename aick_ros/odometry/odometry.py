@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 
@@ -258,8 +259,8 @@ class Odometry:
             motion = PoseWithCovariance(
                 motion.matrix, motion.covariance + elapsed ** 2 * self._twist_covariance)
         self._pose = self._plane.joined(last.pose @ motion)
-        return dataclasses.replace(self._update(prepared, Status.REPEATED, reason),
-                                   expected=Increment(motion, elapsed))
+        return self._update(prepared, Status.REPEATED, reason,
+                            expected=Increment(motion, elapsed))
 
     def _register(self, preparation: Preparation, repeat: Repeat) -> OdometryUpdate:
         """Return the update of a frame: by tracking, unless AICK is due or has to decide."""
@@ -321,17 +322,18 @@ class Odometry:
         first = Reference(prepared, self._pose)
         self._references = References(first)
         self._memory = KeyframeMemory(self._settings, self._registrar, first)
-        return dataclasses.replace(
-            self._update(prepared, Status.FIRST_FRAME, f'{count} keypoints'), recovered=recovered)
+        return self._update(prepared, Status.FIRST_FRAME, f'{count} keypoints',
+                            recovered=recovered)
 
     def _track(self, prepared: PreparedFrame, attempt: Attempt, references: References,
                memory: KeyframeMemory) -> OdometryUpdate:
         """Add the motion to the pose, and choose the next keyframe."""
         reference, registration = attempt.reference, attempt.registration
+        seen = registration.pose
         increment = self._increment(prepared, attempt, references)
         recovered, self._is_lost = self._is_lost, False
         prepared = self._with_velocity(prepared, attempt, increment)
-        self._pose = self._plane.joined(reference.pose @ registration.pose)
+        self._pose = self._plane.joined(reference.pose @ seen)
         last = Reference(prepared, self._plane.joined(reference.pose @ registration.image_pose),
                          in_keyframe=attempt.seen.varying_pose)
         detour = np.zeros((6, 6))
@@ -350,13 +352,11 @@ class Odometry:
         self._keyframes.advance(references, last, attempt)
         self._twist_covariance = increment.pose.covariance / increment.interval ** 2
         memory.track(references.keyframe, self._pose.matrix, detour, is_easy, interval)
-        self._gravity.update(prepared.stamp, reference.pose, registration.pose,
-                             memory.corrected(self._pose.matrix) @ se3.inverse(self._pose.matrix))
-        return dataclasses.replace(
-            self._update(prepared, Status.OK, registration.reason), increment=increment,
-            recovered=recovered, reference=reference.prepared.keypoints,
-            matches=registration.matches, support=registration.support,
-            evidence=registration.evidence)
+        self._gravity.update(prepared.stamp, reference.pose, seen, memory.T_odom_reckoned)
+        return self._update(
+            prepared, Status.OK, registration.reason, increment=increment, recovered=recovered,
+            reference=reference.prepared.keypoints, matches=registration.matches,
+            support=registration.support, evidence=registration.evidence)
 
     def _is_easy(self, prepared: PreparedFrame, attempt: Attempt, references: References) -> bool:
         """Return whether a frame was registered in the shortest way that the settings allow."""
@@ -395,11 +395,13 @@ class Odometry:
             last.stamp, prepared.stamp, self._twist))
         if len(prepared.keypoints) >= self._settings.odometry.min_matches:
             references.lose(Reference(prepared, self._pose))
-        return dataclasses.replace(
-            self._update(prepared, failure.status, failure.reason),
+        return self._update(
+            prepared, failure.status, failure.reason,
             rejected=failure.increment if failure.registration.status.ok else None,
             predicted=self._other.motion(last.stamp, prepared.stamp) is not None)
 
-    def _update(self, prepared: PreparedFrame, status: Status, reason: str) -> OdometryUpdate:
+    def _update(self, prepared: PreparedFrame, status: Status, reason: str,
+                **details: Any) -> OdometryUpdate:
+        """Return the update of a frame at the pose reached, with details as of its class."""
         return OdometryUpdate(prepared.stamp, status, reason, self._published, prepared,
-                              level_start=self._gravity.start)
+                              level_start=self._gravity.start, **details)

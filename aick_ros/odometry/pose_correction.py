@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from aick_ros.geometry import se3
@@ -27,17 +29,13 @@ class PoseCorrection:
     """
 
     def __init__(self, settings: OdometrySettings) -> None:
-        self._T_odom_reckoned = np.eye(4)
+        self.T_odom_reckoned = np.eye(4)
+        """The transform, 4x4."""
         self.configure(settings)
 
     def configure(self, settings: OdometrySettings) -> None:
         """Change the largest step of the frames that follow."""
         self._max_step, self._max_turn = settings.correction_step, settings.correction_turn
-
-    def apply(self, T_reckoned_camera: np.ndarray) -> np.ndarray:
-        """Return the published pose ``T_odom_camera`` of a pose by dead reckoning."""
-        published: np.ndarray = self._T_odom_reckoned @ T_reckoned_camera
-        return published
 
     def approach(self, T_odom_camera: np.ndarray, T_reckoned_camera: np.ndarray) -> np.ndarray:
         """
@@ -47,13 +45,13 @@ class PoseCorrection:
         :param T_reckoned_camera: the same frame by dead reckoning, 4x4.
         :returns: the error that is left (x, y, z, rot x, rot y, rot z) [m, rad], 6.
         """
-        published = self.apply(T_reckoned_camera)
+        published = self.T_odom_reckoned @ T_reckoned_camera
         error = se3.difference(T_odom_camera, published)
         if not error.any():
             return error
-        distance, angle = (float(np.linalg.norm(part)) for part in (error[:3], error[3:]))
+        distance, angle = math.hypot(*error[:3]), math.hypot(*error[3:])
         share = min(_SHARE_PER_FRAME, self._max_step / max(distance, 1e-12),
                     self._max_turn / max(angle, 1e-12))
-        self._T_odom_reckoned = (se3.perturbed(published, share * error)
-                                 @ se3.inverse(T_reckoned_camera))
+        self.T_odom_reckoned = (se3.perturbed(published, share * error)
+                                @ se3.inverse(T_reckoned_camera))
         return (1.0 - share) * error

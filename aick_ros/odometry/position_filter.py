@@ -13,6 +13,7 @@ from aick_ros.geometry.stamps import seconds
 from aick_ros.settings import OdometrySettings
 
 _POSITION = np.eye(3, 6)  # by definition: of position and velocity, the former is measured
+_AXES = np.eye(3)
 _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
 
 
@@ -88,8 +89,8 @@ class PositionFilter:
         """Move on by some time [s]."""
         self._position = self._position + elapsed * self._velocity
         transition = np.eye(6)
-        transition[:3, 3:] = elapsed * np.eye(3)
-        by_acceleration = np.vstack([0.5 * elapsed ** 2 * np.eye(3), elapsed * np.eye(3)])
+        transition[:3, 3:] = elapsed * _AXES
+        by_acceleration = np.concatenate([0.5 * elapsed ** 2 * _AXES, elapsed * _AXES])
         self._covariance = (
             transition @ self._covariance @ transition.T
             + self._acceleration_sigma ** 2 * by_acceleration @ by_acceleration.T)

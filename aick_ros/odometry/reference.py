@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -85,7 +86,7 @@ class Reference:
 
 def _size(motion: np.ndarray, depth: float) -> float:
     """Return about how far a motion displaces the image of a scene at a depth [rad]."""
-    return float(np.linalg.norm(motion[:3, 3])) / depth + se3.angle(motion[:3, :3])
+    return math.hypot(*motion[:3, 3]) / depth + se3.angle(motion[:3, :3])
 
 
 class References:

@@ -24,6 +24,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(fit_planes),
     KERNEL(gradient_moments),
     KERNEL(gradient_noise),
+    KERNEL(integrate_forces),
     KERNEL(integrate_turns),
     KERNEL(inverse_depth_slopes),
     KERNEL(inverse_pose),

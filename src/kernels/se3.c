@@ -85,7 +85,7 @@ static void to_quaternion(const double *r, double *q) {
     q[i] /= norm;
 }
 
-static void log_rotation(const double *rotation, double *theta) {
+void log_rotation(const double *rotation, double *theta) {
   double q[4];
   to_quaternion(rotation, q);
   const double sine = length_of(q);

@@ -9,6 +9,9 @@
 // The rotation of a rotation vector [rad].
 void exp_rotation(const double *theta, double *rotation);
 
+// The rotation vector [rad] of a rotation; its length is 0 to pi.
+void log_rotation(const double *rotation, double *theta);
+
 // The product of two matrices, which is neither of them.
 void multiply(const double *a, const double *b, double *product);
 

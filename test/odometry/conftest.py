@@ -81,7 +81,6 @@ class Parts:
         self.answers = {
             ('Plane', 'joined'): lambda pose: pose @ self.joined,
             ('KeyframeMemory', 'published'): lambda pose: self.corrected @ pose,
-            ('KeyframeMemory', 'corrected'): lambda pose: self.corrected @ pose,
             ('Gravity', 'levelled'): lambda pose: self.levelled @ pose,
             ('ExpectedMotion', 'without_images'): self.expected,
             ('ExpectedMotion', 'twist_at'): lambda stamp, twist: np.r_[twist[:3], self.rate],
@@ -111,6 +110,7 @@ class Parts:
                 'Registrar': {'preparer': Preparer(Settings())},
                 'Gyroscope': {'time_offset': 0.012},
                 'Gravity': {'start': self.start},
+                'KeyframeMemory': {'T_odom_reckoned': self.corrected},
                 'Plane': {'has_base': False},
                 'PositionFilter': {'T_measured_filtered': self.held, 'velocity': self.velocity},
         }.get(name, {}).items():

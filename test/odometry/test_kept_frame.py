@@ -3,9 +3,9 @@
 
 """Frames that are kept for long, in memory of their own."""
 
+import ctypes
 import dataclasses
 import gc
-import mmap
 import pickle
 import weakref
 
@@ -18,7 +18,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry.camera import Camera
-from aick_ros.odometry.kept_frame import compact, size
+from aick_ros.odometry.kept_frame import Mappings, compact, size
 from aick_ros.settings import SensorSettings
 
 CAMERA = Camera(64, 48, 50.0, 50.0, 31.5, 23.5)
@@ -50,16 +50,15 @@ def arrays_of(prepared):
     return found
 
 
-def mapping_of(array):
-    """Return the memory that an array lies in, if it is a mapping."""
+def memory_of(array):
+    """Return what owns the memory that an array lies in."""
     while isinstance(array, np.ndarray):
         array = array.base
-    owner = array.obj if isinstance(array, memoryview) else array
-    return owner if isinstance(owner, mmap.mmap) else None
+    return array.obj if isinstance(array, memoryview) else array
 
 
 def test_a_kept_frame_is_the_frame_without_colours_and_as_it_is_corrected(prepared):
-    kept, before = compact(prepared), arrays_of(prepared)
+    kept, before = compact(prepared, Mappings()), arrays_of(prepared)
     after = arrays_of(kept)
     assert after.keys() == before.keys() and len(after) == (11 if prepared.surface else 6)
     for name, array in after.items():
@@ -70,27 +69,56 @@ def test_a_kept_frame_is_the_frame_without_colours_and_as_it_is_corrected(prepar
     assert kept.distortion == prepared.distortion and kept.twist is prepared.twist
 
 
-def test_its_arrays_have_one_mapping_for_themselves_and_it_ends_with_them(prepared):
-    """So that the allocator has no holes between them, and what they take is given back."""
-    kept = compact(prepared)
-    memory, = {id(mapping_of(array)): mapping_of(array)
+def test_its_arrays_have_one_mapping_for_themselves_until_the_last_is_gone(prepared):
+    """So that the allocator has no holes between them, and what they take is released at once."""
+    mappings = Mappings()
+    kept = compact(prepared, mappings)
+    memory, = {id(memory_of(array)): memory_of(array)
                for array in arrays_of(kept).values()}.values()
-    assert isinstance(memory, mmap.mmap)
     needed = sum(array.nbytes for array in arrays_of(kept).values())
-    assert needed <= len(memory) < needed + 64 * len(arrays_of(kept))
+    assert needed <= len(memory) <= needed + 64 * len(arrays_of(kept)) + (1 << 16)
     gone = weakref.ref(memory)
     depth = kept.frame.depth
     del memory, kept
     gc.collect()
     assert gone() is not None and depth.min() > 0.9
+    assert not np.shares_memory(compact(prepared, mappings).frame.depth, depth)
     del depth
     gc.collect()
     assert gone() is None
 
 
+def test_the_memory_of_a_frame_that_is_dropped_serves_the_next_one(prepared):
+    mappings = Mappings()
+    addresses = [compact(prepared, mappings).grey.ctypes.data for _ in range(5)]
+    assert len(set(addresses)) == 1
+    # but not one of another size
+    few, many = mappings.take(1 << 10), mappings.take(1 << 20)
+    first, second = (ctypes.addressof(memory.obj) for memory in (few, many))
+    few = None
+    assert ctypes.addressof(mappings.take(1 << 19).obj) != first
+    few = mappings.take(1 << 10)
+    many = None
+    assert ctypes.addressof(mappings.take(1 << 10).obj) != second
+    assert len(few) < 1 << 17
+
+
+def test_a_mapping_ends_unless_it_is_the_last_one_dropped(prepared):
+    mappings = Mappings()
+    frames = [compact(prepared, mappings) for _ in range(3)]
+    mapped = [weakref.ref(memory_of(frame.grey)._objects['ffffffff'].obj) for frame in frames]
+    frames.clear()
+    gc.collect()
+    assert sum(memory() is not None for memory in mapped) == 1
+    del mappings
+    gc.collect()
+    assert not any(memory() for memory in mapped)
+
+
 def test_two_frames_share_no_memory(prepared):
-    first, second = compact(prepared), compact(prepared)
-    assert mapping_of(first.grey) is not mapping_of(second.grey)
+    mappings = Mappings()
+    first, second = compact(prepared, mappings), compact(prepared, mappings)
+    assert not np.shares_memory(first.grey, second.grey)
     assert not np.shares_memory(first.grey, prepared.grey)
 
 
@@ -98,15 +126,16 @@ def test_it_keeps_no_image_of_its_distortion(prepared):
     """Each distortion that was known for a while would take as much as a depth image."""
     image = prepared.grey.size * 4
     assert len(pickle.dumps(prepared.distortion)) > image
-    assert len(pickle.dumps(compact(prepared).distortion)) < image / 4
+    assert len(pickle.dumps(compact(prepared, Mappings()).distortion)) < image / 4
 
 
 def test_a_frame_without_keypoints_can_be_kept(prepared):
-    kept = compact(dataclasses.replace(prepared, keypoints=KeypointFrame.none(5)))
+    kept = compact(dataclasses.replace(prepared, keypoints=KeypointFrame.none(5)),
+                   Mappings())
     assert len(kept.keypoints) == 0 and kept.keypoints.descriptors.shape == (0, 32)
 
 
 def test_its_size_is_that_of_its_images_and_surface(prepared):
-    kept = compact(prepared)
+    kept = compact(prepared, Mappings())
     cells = 16 * 12 if prepared.surface else 0
     assert size(kept) == 64 * 48 * (1 + 4) + cells * (12 + 12 + 1 + 4)

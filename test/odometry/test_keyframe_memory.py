@@ -100,7 +100,7 @@ class Walk:
                 self.searched.append(self.registrar.count - before)
                 self.reckoned.append(pose)
                 self.published.append(self.memory.published(pose))
-                np.testing.assert_array_equal(self.memory.corrected(pose.matrix),
+                np.testing.assert_array_equal(self.memory.T_odom_reckoned @ pose.matrix,
                                               self.published[-1].matrix)
             self.sizes.append(len(self.memory.frames))
 

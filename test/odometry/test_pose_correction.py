@@ -30,7 +30,7 @@ def corrected(walk, drift, settings=SETTINGS):
     published, errors = [], []
     for reckoned in walk:
         errors.append(correction.approach(drift @ reckoned, reckoned))
-        published.append(correction.apply(reckoned))
+        published.append(correction.T_odom_reckoned @ reckoned)
     return published, errors
 
 

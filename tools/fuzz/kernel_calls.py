@@ -44,6 +44,7 @@ fit_moments d:4,4 %f %f d>4,4
 fit_planes f:h,v d:4 f>c,3 f>c,3 f>c f>c
 gradient_moments B:h,v d:n,2 %i d>n,3,3
 gradient_noise d:n,6 d:n d:n q:n d:6 d>6,6
+integrate_forces q:n d:n,3 %i %i d:3,3 d:3,3 d>2,12
 integrate_turns q:n d:n,3 d>n,3,3 d>n,3,3
 inverse_depth_slopes f:h,v d:n,2 d:n %i d>n,2
 inverse_pose d:4,4 d>4,4

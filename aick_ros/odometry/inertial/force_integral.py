@@ -5,12 +5,11 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 
 import numpy as np
 
-from aick_ros.geometry import se3
+from aick_ros import kernels
 from aick_ros.geometry.stamps import NANOSECONDS, seconds
 
 _MEMORY = 2 * NANOSECONDS  # chosen: frames are rarely farther apart
@@ -40,13 +39,12 @@ class ForceIntegral:
     """Integrates specific forces; what is older than two seconds is forgotten."""
 
     def __init__(self) -> None:
-        self._stamps: list[int] = []
-        self._forces: list[np.ndarray] = []
+        self._stamps, self._forces = np.empty(0, np.int64), np.empty((0, 3))
 
     @property
     def last(self) -> int | None:
         """Stamp of the last sample [ns]; None without samples."""
-        return self._stamps[-1] if self._stamps else None
+        return int(self._stamps[-1]) if len(self._stamps) else None
 
     def add(self, stamps: np.ndarray, forces: np.ndarray) -> None:
         """
@@ -55,19 +53,20 @@ class ForceIntegral:
         :param stamps: of the samples, N int64 [ns].
         :param forces: Nx3, in the axes of the body [m/s^2].
         """
-        for stamp, force in zip(stamps.tolist(), forces):
-            if self._stamps and stamp <= self._stamps[-1]:
-                self._stamps, self._forces = [], []
-            self._stamps.append(stamp)
-            self._forces.append(force)
-        if self._stamps and self._stamps[-1] - self._stamps[0] > 2 * _MEMORY:
-            count = bisect_left(self._stamps, self._stamps[-1] - _MEMORY)
-            del self._stamps[:count], self._forces[:count]
+        if not len(stamps):
+            return
+        stamps = np.concatenate([self._stamps, stamps])
+        begins = np.flatnonzero(stamps[1:] <= stamps[:-1])
+        first = begins[-1] + 1 if len(begins) else 0
+        if stamps[-1] - stamps[first] > 2 * _MEMORY:
+            first += stamps[first:].searchsorted(stamps[-1] - _MEMORY)
+        self._stamps = stamps[first:]
+        self._forces = np.concatenate([self._forces, forces])[first:]
 
     def recent(self, end: int, duration: int) -> np.ndarray:
         """Return the forces of some time [ns] up to a stamp [ns], Nx3 in the body's axes."""
-        first, last = bisect_left(self._stamps, end - duration), bisect_right(self._stamps, end)
-        return np.array(self._forces[first:last]).reshape(-1, 3)
+        first = self._stamps.searchsorted(end - duration)
+        return self._forces[first:self._stamps.searchsorted(end, 'right')]
 
     def between(self, start: int, end: int, first: np.ndarray, last: np.ndarray
                 ) -> Impulse | None:
@@ -77,35 +76,15 @@ class ForceIntegral:
         :param first: orientation of the body in the fixed frame at the start, 3x3.
         :param last: at the end. In between it turns evenly.
         """
-        index = slice(bisect_right(self._stamps, start), bisect_left(self._stamps, end))
-        known = self._stamps[max(index.start - 1, 0):index.stop + 1]
-        edges = [start, *self._stamps[index], end]
-        if not known or max(np.diff(known + [end] if known[-1] < end else known),
-                            default=0) > _LONGEST_GAP or known[0] > start + _LONGEST_GAP:
+        # with the sample at or before the start, and the one at or after the end
+        index = slice(max(self._stamps.searchsorted(start, 'right') - 1, 0),
+                      self._stamps.searchsorted(end) + 1)
+        known = self._stamps[index]
+        if (not len(known) or known[0] > start + _LONGEST_GAP or known[-1] < end - _LONGEST_GAP
+                or (known[1:] - known[:-1]).max(initial=0) > _LONGEST_GAP):
             return None
-        times = np.array([seconds(start, stamp) for stamp in edges])
-        at = [seconds(start, stamp) for stamp in known]
-        samples = np.array(self._forces[max(index.start - 1, 0):index.stop + 1])
-        forces = np.column_stack([np.interp(times, at, samples[:, axis]) for axis in range(3)])
-        return _integrated(times, forces, _rotations(first, last, times / times[-1]))
-
-
-def _integrated(times: np.ndarray, forces: np.ndarray, rotations: np.ndarray) -> Impulse:
-    """Return the integrals of N forces at some times [s] from zero on, by trapezoids."""
-    steps = np.diff(times)
-    weights = 0.5 * (np.append(steps, 0.0) + np.append(0.0, steps))
-    remaining = weights * (times[-1] - times)
-    turned = np.einsum('nij,nj->ni', rotations, forces)
-    return Impulse(float(times[-1]), weights @ turned, remaining @ turned,
-                   np.tensordot(weights, rotations, 1), np.tensordot(remaining, rotations, 1))
-
-
-def _rotations(first: np.ndarray, last: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Return the rotations at shares of the way from one to another, Nx3x3 (Rodrigues)."""
-    turn = se3.log_rotation(first.T @ last)
-    angle = float(np.linalg.norm(turn))
-    axis = se3.skew(turn / max(angle, 1e-12))
-    angles = (angle * shares)[:, None, None]
-    rotations: np.ndarray = first @ (
-        np.eye(3) + np.sin(angles) * axis + (1.0 - np.cos(angles)) * axis @ axis)
-    return rotations
+        once, twice = sums = np.empty((2, 12))  # of the force, then of the rotation
+        kernels.integrate_forces(known, self._forces[index], start, end,
+                                 np.ascontiguousarray(first), np.ascontiguousarray(last), sums)
+        return Impulse(seconds(start, end), once[:3], twice[:3], once[3:].reshape(3, 3),
+                       twice[3:].reshape(3, 3))

@@ -15,6 +15,8 @@ so that positions tell gravity g (which points up here) from acceleration.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from aick_ros.geometry import se3
@@ -31,6 +33,7 @@ _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is n
 
 _P, _V, _G, _B = (slice(first, first + 3) for first in (0, 3, 6, 9))
 _POSITION = np.eye(3, 12)  # by definition: it is what the camera measures
+_AXES = np.eye(3)
 
 
 class GravityFilter:
@@ -60,7 +63,7 @@ class GravityFilter:
     @property
     def up(self) -> Direction:
         """Direction of gravity, upwards."""
-        length = float(np.linalg.norm(self.gravity))
+        length = math.hypot(*self.gravity)
         return Direction(self.gravity / length, self.covariance[_G, _G] / length ** 2)
 
     @property
@@ -84,8 +87,8 @@ class GravityFilter:
         """
         time = impulse.duration
         transition = np.eye(12)
-        transition[_P, _V] = time * np.eye(3)
-        transition[_P, _G], transition[_V, _G] = -0.5 * time ** 2 * np.eye(3), -time * np.eye(3)
+        transition[_P, _V] = time * _AXES
+        transition[_P, _G], transition[_V, _G] = -0.5 * time ** 2 * _AXES, -time * _AXES
         transition[_P, _B] = -impulse.position_by_bias
         transition[_V, _B] = -impulse.velocity_by_bias
         self.values = transition @ self.values
@@ -93,12 +96,12 @@ class GravityFilter:
         self.values[_V] += impulse.velocity
         self.covariance = transition @ self.covariance @ transition.T
         by_force = np.zeros((12, 3))
-        by_force[_P], by_force[_V] = 0.5 * time * np.eye(3), np.eye(3)
+        by_force[_P], by_force[_V] = 0.5 * time * _AXES, _AXES
         arm = se3.skew(self.gravity)
-        noise = (self._settings.accelerometer_noise ** 2 * time * np.eye(3)
+        noise = (self._settings.accelerometer_noise ** 2 * time * _AXES
                  + time ** 2 * arm @ orientation @ arm.T)
         self.covariance += by_force @ noise @ by_force.T
-        self.covariance[_B, _B] += self._settings.accelerometer_bias_walk ** 2 * time * np.eye(3)
+        self.covariance[_B, _B] += self._settings.accelerometer_bias_walk ** 2 * time * _AXES
 
     def drift(self, covariance: np.ndarray) -> None:
         """Let the frame of the poses have moved by an error, with its covariance, 6x6."""
@@ -118,7 +121,7 @@ class GravityFilter:
 
     def _hold_length(self) -> None:
         """Update by the length of gravity, which is known."""
-        length = float(np.linalg.norm(self.gravity))
+        length = math.hypot(*self.gravity)
         row = np.zeros((1, 12))
         row[0, _G] = self.gravity / length
         update = KalmanUpdate.of(self.covariance, row, np.array([[_GRAVITY_SIGMA ** 2]]))

@@ -93,7 +93,8 @@ class Gyroscope:
 
     @property
     def _is_used(self) -> bool:
-        return not self._samples.unchanged and not self._agreement.complaint
+        return (self._integral.last is not None
+                and not self._samples.unchanged and not self._agreement.complaint)
 
     def add(self, samples: ImuSamples) -> None:
         """Add samples; those that cannot be used are counted and dropped."""
@@ -135,7 +136,7 @@ class Gyroscope:
         :param start: stamp of the keyframe [ns]; end: of the frame.
         :param seen: ``T_keyframe_camera``.
         """
-        if end <= start:
+        if end <= start or self._integral.last is None:
             return
         start, seen = self._reference.motion(start, end, seen)
         turn = self._turn(start, end)

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from aick_ros.geometry.pose import PoseWithCovariance
 
 _UP = np.array([0.0, 0.0, 1.0])
 _TILT = np.eye(2, 6, 3)  # by definition: rotations about x and y
+_TILT_BY_UP = se3.skew(_UP)[:2]  # derivative of these by the direction
 
 _TIME = 3.0  # s; chosen: the direction of gravity changes by less than noise meanwhile
 _MAX_TURN = 0.0017  # rad; chosen: a tenth of a degree per frame is no jump
@@ -83,16 +85,15 @@ class Level:
         """
         seen = up.in_axes(self._T_level_drifted[:3, :3])
         error = se3.rotation_between(seen.vector, _UP)
-        arm = se3.skew(_UP)
-        self._noise = (arm @ seen.covariance @ arm.T)[:2, :2]
-        angle = max(float(np.linalg.norm(error)), 1e-12)
-        uncertain = float(np.sqrt(error[:2] @ self._noise @ error[:2])) / angle
-        sigma = float(np.sqrt(np.trace(pose.covariance[3:, 3:]) / 3))
+        self._noise = _TILT_BY_UP @ seen.covariance @ _TILT_BY_UP.T
+        angle = max(math.hypot(*error), 1e-12)
+        uncertain = math.sqrt(error[:2] @ self._noise @ error[:2]) / angle
+        sigma = math.sqrt(pose.covariance[3:, 3:].trace() / 3)
         largest = min(_SHARE_OF_NOISE * sigma * elapsed, _MAX_TURN)
         significant = min(elapsed / _TIME, 1.0) * max(angle - uncertain, 0.0)
         step = min(significant, largest) / angle * error
         levelled = se3.perturbed(self._T_level_drifted @ pose.matrix,
-                                 np.append(np.zeros(3), step))
+                                 np.concatenate([np.zeros(3), step]))
         self._T_level_drifted = levelled @ se3.inverse(pose.matrix)
         self._left = (error - step)[:2]
 

@@ -45,24 +45,30 @@ class SampleCheck:
         :param stamps: N int64.
         :param values: Nx3; NaN where the sensor has not measured.
         """
-        measured = ~np.isnan(values).all(axis=1)
         # comparisons with NaN are false
         sensible = (np.abs(values) <= self._largest).all(axis=1)
-        stamps, values = stamps[sensible], values[sensible]
-        ordered = self._are_ordered(stamps)
-        self.dropped += int(np.count_nonzero(measured & ~sensible) + np.count_nonzero(~ordered))
-        stamps, values = stamps[ordered], values[ordered]
+        if not sensible.all():
+            measured = ~np.isnan(values).all(axis=1)
+            self.dropped += int(np.count_nonzero(measured & ~sensible))
+            stamps, values = stamps[sensible], values[sensible]
+        if not len(stamps):
+            return stamps, values
+        if not self._are_ordered(stamps):
+            ordered = self._ordered(stamps)
+            self.dropped += int(np.count_nonzero(~ordered))
+            stamps, values = stamps[ordered], values[ordered]
         if len(stamps):
             self._note(stamps, values)
         return stamps, values
 
-    def _are_ordered(self, stamps: np.ndarray) -> np.ndarray:
+    def _are_ordered(self, stamps: np.ndarray) -> bool:
+        """Return whether no sample repeats or goes back."""
+        return ((self._last is None or int(stamps[0]) > self._last)
+                and bool((stamps[1:] > stamps[:-1]).all()))
+
+    def _ordered(self, stamps: np.ndarray) -> np.ndarray:
         """Return which samples neither repeat nor go back, or are those of a restart."""
-        last = self._last
-        if last is None or (stamps[:1] > last).all():
-            if (stamps[1:] > stamps[:-1]).all():
-                return np.ones(len(stamps), bool)
-        ordered = []
+        last, ordered = self._last, []
         for stamp in stamps.tolist():
             ordered.append(last is None or not 0 <= last - stamp <= RESTART_AFTER)
             last = stamp if ordered[-1] else last

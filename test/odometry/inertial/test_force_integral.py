@@ -5,7 +5,10 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_trapezoid
+from scipy.spatial.transform import Rotation, Slerp
 
+from aick_ros import kernels
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.inertial.force_integral import ForceIntegral
@@ -45,6 +48,28 @@ def test_a_force_that_grows_is_interpolated_to_both_ends():
         0, 33 * MS, np.eye(3), np.eye(3))
     assert found.velocity[0] == pytest.approx(0.5 * 33 ** 2 * 1e-3)
     assert found.position[0] == pytest.approx(33 ** 3 / 6 * 1e-6, rel=0.1)
+
+
+def test_forces_are_turned_along_the_way_and_summed_by_trapezoids():
+    rng = np.random.default_rng(0)
+    times, forces = np.sort(rng.uniform(-9, 90, 12)).round(6), rng.normal(size=(12, 3))
+    rotations = Rotation.random(2, random_state=0)
+    found = integral(times, dict(zip(times, forces)).__getitem__).between(
+        0, 80 * MS, *rotations.as_matrix())
+    inside = np.array([0, *times[(times > 0) & (times < 80)], 80])
+    turned = Slerp([0, 80], rotations)(inside).apply(
+        np.stack([np.interp(inside, times, axis) for axis in forces.T], axis=1))
+    velocity = cumulative_trapezoid(turned, 1e-3 * inside, axis=0, initial=0)
+    np.testing.assert_allclose(found.velocity, velocity[-1], atol=1e-12)
+    remaining = 1e-3 * (80 - inside[:, None]) * turned
+    np.testing.assert_allclose(
+        found.position, cumulative_trapezoid(remaining, 1e-3 * inside, axis=0)[-1], atol=1e-12)
+
+
+def test_no_forces_have_no_integral():
+    with pytest.raises(ValueError, match='there are no forces'):
+        kernels.integrate_forces(np.empty(0, np.int64), np.empty((0, 3)), 0, MS, np.eye(3),
+                                 np.eye(3), np.empty((2, 12)))
 
 
 @pytest.mark.parametrize('times', [
