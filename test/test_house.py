@@ -22,7 +22,7 @@ IMPORTS = {
     'frames': 'kernels errors borders geometry settings features',
     'messages': 'errors borders geometry settings features frames',
     'registration': 'kernels errors borders geometry settings features frames',
-    'odometry': 'errors borders geometry settings features frames registration',
+    'odometry': 'kernels errors borders geometry settings features frames registration',
     'sources': 'errors borders geometry settings features frames messages',
     'ros': 'errors borders geometry settings features frames messages registration odometry',
     'evaluation': 'kernels errors borders geometry settings features frames messages registration '

@@ -137,8 +137,9 @@ def test_indices_out_of_range_are_refused(index):
     with pytest.raises(ValueError, match='not one of the source'):
         kernels.point_to_plane(
             np.ones((2, 3), np.float32), indices, normals, np.ones(2, np.float32),
-            np.zeros((2, 6)), 1.0, pose, np.zeros((2, 6)), 1.0, *2 * [np.ones((4, 3), np.float32)], np.ones(4, bool),
-            np.ones(4, np.float32), 2, 2, np.ones(4), 1.0, 0.0, 1.0, 0.5, np.zeros(2),
+            np.zeros((2, 6)), 1.0, pose, np.zeros((2, 6)), 1.0,
+            *2 * [np.ones((4, 3), np.float32)], np.ones(4, bool), np.ones(4, np.float32), 2, 2,
+            np.ones(4), 1.0, 0.0, 1.0, 0.5, np.zeros(2),
             np.zeros((2, 6)), np.zeros((2, 3)), np.zeros(2, np.int64), np.zeros((2, 6, 6)))
 
 

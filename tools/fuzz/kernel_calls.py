@@ -63,8 +63,8 @@ pairs_of_near_points f:n,4 f:m,4 %f
 pairs_of_similar_bits B:n,w B:m,w %w %f
 perturbed_pose d:4,4 d:6 d>4,4
 plane_jacobians d:n,3 d:n,3 d:4,4 %f d>n,2,2
-point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 d:2,6 %f f:h,v,3 f:h,v,3 ?:h,v f:h,v %v %h d:4 %f %f %f \
- %f d>n d>n,6 d>n,3 q>n d>2,6,6
+point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 d:2,6 %f f:h,v,3 f:h,v,3 ?:h,v f:h,v \
+ %v %h d:4 %f %f %f %f d>n d>n,6 d>n,3 q>n d>2,6,6
 project d:n,3 d:4 d:12 d>n,2
 reprojection d:n,3 d:n,2 d:n d:4,4 %f d>2,n d>2,n,6 d>n q>2,n
 robust_weights d:n %f %f %f d>n
