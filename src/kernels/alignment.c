@@ -32,6 +32,7 @@ typedef struct {
   float *grey, *along_u, *along_v;  // grey levels and their gradients [1/px]
   float *patch;                     // grey levels with one pixel around, and lanes to spare
   float *units;                     // of Scharr's sums in a row [1/px], 0 beyond the side
+  float *offsets;                   // of the patch from its centre, the last one beyond its side
   float uu, uv, vv;                 // sums of the products of gradients
 } Window;
 
@@ -113,6 +114,71 @@ INLINE void sample_patch(const Window *window, const Block *block, Place place) 
   }
 }
 
+// Where the pixels of a window are in the image before: by columns and rows from its centre.
+typedef struct {
+  float centre[2];
+  float by_column[2], by_row[2];  // [px/px]
+} Lattice;
+
+INLINE bool is_upright(const Lattice *lattice) {
+  return lattice->by_column[0] == 1.0f && lattice->by_column[1] == 0.0f &&
+         lattice->by_row[0] == 0.0f && lattice->by_row[1] == 1.0f;
+}
+
+// Whether an image and its border have all neighbours of what a lattice reaches on each side; also
+// false for NaN.
+INLINE bool has_all_of(const Image *image, float border, const Lattice *lattice, float reach) {
+  const float lengths[] = {(float)image->width, (float)image->height};
+  for (int axis = 0; axis < 2; ++axis) {
+    const float beside = reach * (fabsf(lattice->by_column[axis]) + fabsf(lattice->by_row[axis]));
+    const float centre = lattice->centre[axis];
+    if (!(centre - beside >= 1.0f - border && centre + beside <= lengths[axis] + border - 3.0f))
+      return false;
+  }
+  return true;
+}
+
+// Two neighbours of a row each, of which the first is the lower byte.
+INLINE uint16_t load_two(const Pixel *pixels) { return (uint16_t)(pixels[0] | pixels[1] << 8); }
+
+INLINE Floats between(Words neighbours, Floats fraction) {
+  const Floats left = to_floats(__builtin_convertvector(neighbours & 255, Integers));
+  const Floats right = to_floats(__builtin_convertvector(neighbours >> 8, Integers));
+  return left + fraction * (right - left);
+}
+
+// Grey levels at places, which are not negative.
+INLINE Floats sample(const Image *image, const Pixel *pixels, Floats u, Floats v) {
+  const Integers columns = __builtin_convertvector(u, Integers);
+  const Integers rows = __builtin_convertvector(v, Integers);
+  const Integers places = rows * (int32_t)image->step + columns;
+  Words above, below;
+  for (int lane = 0; lane < LANES; ++lane) {
+    const Pixel *pixel = pixels + places[lane];
+    above[lane] = load_two(pixel);
+    below[lane] = load_two(pixel + image->step);
+  }
+  const Floats first = between(above, u - to_floats(columns));
+  return first + (v - to_floats(rows)) * (between(below, u - to_floats(columns)) - first);
+}
+
+// The patch of a window whose pixels are not beside each other in an image.
+INLINE void sample_lattice(const Window *window, const Image *image, Py_ssize_t border,
+                           const Lattice *lattice) {
+  const Pixel *pixels = image->pixels - border * image->step - border;
+  const Py_ssize_t rows = window->side + 2, step = window->step;
+  for (Py_ssize_t row = 0; row < rows; ++row) {
+    const float y = window->offsets[row];
+    const float u = lattice->centre[0] + (float)border + y * lattice->by_row[0];
+    const float v = lattice->centre[1] + (float)border + y * lattice->by_row[1];
+    for (Py_ssize_t first = 0; first < rows; first += LANES) {
+      const Floats x = load(window->offsets + first);
+      store(sample(image, pixels, u + x * lattice->by_column[0], v + x * lattice->by_column[1]),
+            window->patch + row * step + first);
+    }
+  }
+}
+
 // What Scharr's operator makes of a row: differences along it, and means of neighbours.
 typedef struct {
   Floats difference, mean;
@@ -123,9 +189,8 @@ INLINE Row row_of(const float *patch) {
   return (Row){right - left, 3.0f * (left + right) + 10.0f * load(patch + 1)};
 }
 
-// Measure a window whose first pixel is at (u, v): grey levels, and gradients by Scharr's operator.
-INLINE void measure(Window *window, Block *block, float u, float v) {
-  sample_patch(window, block, place_at(block, u - 1.0f, v - 1.0f));
+// Measure a window by its patch: grey levels, and gradients by Scharr's operator.
+INLINE void measure(Window *window) {
   const Py_ssize_t side = window->side, width = window->width, step = window->step;
   Floats uu = {0}, uv = {0}, vv = {0};
   for (Py_ssize_t first = 0; first < width; first += LANES) {
@@ -226,17 +291,35 @@ INLINE bool align(const Window *window, Block *block, float *u, float *v) {
   return true;
 }
 
-// Find the windows around pixels of one image in another, from places there.
+// Take what an image shows on a lattice; false where that is not in it and its border.
+INLINE bool take(Window *window, Block *block, Py_ssize_t border, const Lattice *lattice) {
+  const float half = 0.5f * (float)(window->side - 1);
+  const float u = lattice->centre[0] - half, v = lattice->centre[1] - half;
+  if (!touches(&block->image, window->side, u, v))
+    return false;
+  if (is_upright(lattice))
+    sample_patch(window, block, place_at(block, u - 1.0f, v - 1.0f));
+  else if (has_all_of(&block->image, (float)border, lattice, half + 1.0f))
+    sample_lattice(window, &block->image, border, lattice);
+  else
+    return false;
+  return true;
+}
+
+// Find the windows on lattices of one image in another, from places there.
 FOR_EACH_PROCESSOR
-static void align_all(Window *window, Block *before, Block *now, const float (*pixels)[2],
-                      float (*places)[2], Py_ssize_t count, Pixel *found) {
+static void align_all(Window *window, Block *before, Block *now, Py_ssize_t border,
+                      const float (*pixels)[2], const double (*turns)[2][2], float (*places)[2],
+                      Py_ssize_t count, Pixel *found) {
   const float half = 0.5f * (float)(window->side - 1);
   for (Py_ssize_t i = 0; i < count; ++i) {
-    const float u = pixels[i][0] - half, v = pixels[i][1] - half;
-    found[i] = touches(&before->image, window->side, u, v);
+    const Lattice lattice = {{pixels[i][0], pixels[i][1]},
+                             {(float)turns[i][0][0], (float)turns[i][1][0]},
+                             {(float)turns[i][0][1], (float)turns[i][1][1]}};
+    found[i] = take(window, before, border, &lattice);
     if (!found[i])
       continue;
-    measure(window, before, u, v);
+    measure(window);
     float place[2] = {places[i][0] - half, places[i][1] - half};
     found[i] = has_texture(window) && align(window, now, &place[0], &place[1]);
     if (found[i]) {
@@ -255,7 +338,7 @@ static Window make_window(Py_ssize_t side, Block *before, Block *now) {
   now->rows = side + 1 + 2 * SLACK;
   before->columns = now->columns = (side + 1 + LANES) / LANES * LANES + LANES;
   const Py_ssize_t block_size = before->rows * before->columns;
-  window.grey = calloc((size_t)(3 * size + patch_size + width + 2 * block_size),
+  window.grey = calloc((size_t)(3 * size + patch_size + width + window.step + 2 * block_size),
                        sizeof(*window.grey));
   if (window.grey == NULL)
     return window;
@@ -265,22 +348,27 @@ static Window make_window(Py_ssize_t side, Block *before, Block *now) {
   window.units = window.patch + patch_size;
   for (Py_ssize_t column = 0; column < side; ++column)
     window.units[column] = 1.0f / 32.0f;
-  before->grey = window.units + width;
+  window.offsets = window.units + width;
+  const float reach = 0.5f * (float)(side + 1);
+  for (Py_ssize_t column = 0; column < window.step; ++column)
+    window.offsets[column] = fminf((float)column - reach, reach);
+  before->grey = window.offsets + window.step;
   now->grey = before->grey + block_size;
   return window;
 }
 
 PyObject *kernel_align_windows(PyObject *module, PyObject *arguments) {
-  PyObject *before_array, *now_array, *pixel_array, *place_array, *found_array;
+  PyObject *before_array, *now_array, *pixel_array, *turn_array, *place_array, *found_array;
   Py_ssize_t border, side;
-  if (!PyArg_ParseTuple(arguments, "OOnnOOO", &before_array, &now_array, &border, &side,
-                        &pixel_array, &place_array, &found_array))
+  if (!PyArg_ParseTuple(arguments, "OOnnOOOO", &before_array, &now_array, &border, &side,
+                        &pixel_array, &turn_array, &place_array, &found_array))
     return NULL;
   const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
       {"the image before", before_array, 'B', IMAGE, false},
       {"the image now", now_array, 'B', IMAGE, false},
       {"the pixels", pixel_array, 'f', 2 * count, false},
+      {"the turns", turn_array, 'd', 4 * count, false},
       {"the places", place_array, 'f', 2 * count, true},
       {"the found", found_array, '?', count, true},
   };
@@ -301,8 +389,8 @@ PyObject *kernel_align_windows(PyObject *module, PyObject *arguments) {
   const bool is_made = window.grey != NULL;
   if (is_made) {
     Py_BEGIN_ALLOW_THREADS
-    align_all(&window, &before, &now, arrays.views[2].buf, arrays.views[3].buf, count,
-              arrays.views[4].buf);
+    align_all(&window, &before, &now, border, arrays.views[2].buf, arrays.views[3].buf,
+              arrays.views[4].buf, count, arrays.views[5].buf);
     Py_END_ALLOW_THREADS
   }
   free(window.grey);

@@ -47,7 +47,8 @@ class Pyramid:
 
 
 def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
-                         expected: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+                         expected: np.ndarray | None = None, turns: np.ndarray | None = None
+                         ) -> tuple[np.ndarray, np.ndarray]:
     """
     Track pixels from one image to another, and keep those that track back to their start.
 
@@ -58,29 +59,49 @@ def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
     :param now: of the other one, as large, for the same window.
     :param pixels: Nx2 float32 in ``before``, N may be 0.
     :param expected: Nx2 float32, about where the pixels are in ``now``; None: unknown.
+    :param turns: Nx2x2 float64, how the windows around them are turned and stretched until they
+        are seen in ``now``: derivatives of places there by those in ``before``; None: not at all.
     :returns: Nx2 float32, the pixels in ``now``, and N bool, whether each was found.
     """
     if not len(pixels):
         return np.empty((0, 2), np.float32), np.empty(0, bool)
     levels = len(before.levels)
-    if expected is None:
-        seen, found = _track(before, now, pixels, pixels, levels)
-        returned, found_again = _track(now, before, seen, seen, levels)
-    else:
-        seen, found = _track(before, now, pixels, expected, levels)
-        returned, found_again = _track(now, before, seen, pixels, 1)
+    turns = not_turned(len(pixels)) if turns is None else turns
+    seen, found = _track(before, now, pixels, pixels if expected is None else expected,
+                         inverted(turns), levels)
+    start, levels = (seen, levels) if expected is None else (pixels, 1)
+    returned, found_again = _track(now, before, seen, start, turns, levels)
     u, v = np.abs(returned - pixels).T
     return seen, found & found_again & (np.maximum(u, v) < _MAX_RETURN_ERROR)
 
 
+def not_turned(count: int) -> np.ndarray:
+    """Return the turns of windows that are seen as they are, Nx2x2."""
+    turns = np.zeros((count, 2, 2))
+    turns[:, 0, 0] = turns[:, 1, 1] = 1.0
+    return turns
+
+
+def inverted(turns: np.ndarray) -> np.ndarray:
+    """Return the turns back, Nx2x2; inf or NaN where there is none."""
+    (uu, uv), (vu, vv) = turns.transpose(1, 2, 0)
+    with np.errstate(divide='ignore', invalid='ignore'):
+        back = np.array([[vv, -uv], [-vu, uu]]) / (uu * vv - uv * vu)
+    return np.ascontiguousarray(back.transpose(2, 0, 1))
+
+
 def _track(before: Pyramid, now: Pyramid, pixels: np.ndarray, start: np.ndarray,
-           levels: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pixels in the other image, Nx2, and whether each was found, N bool."""
+           lattices: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Return the pixels in the other image, Nx2, and whether each was found, N bool.
+
+    :param lattices: Nx2x2, derivatives of places in ``before`` by those in ``now``.
+    """
     places, found = start.copy(), np.empty(len(pixels), bool)
     for level in reversed(range(levels)):
         scale = np.float32(0.5 ** level)
         places *= scale
         kernels.align_windows(before.levels[level], now.levels[level], before.border,
-                              before.window, pixels * scale, places, found)
+                              before.window, pixels * scale, lattices, places, found)
         places /= scale
     return places, found

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from aick_ros.frames import depth
@@ -16,8 +15,8 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.last_results import LastResults
-from aick_ros.registration.refinement.lucas_kanade import Pyramid, track_there_and_back
-from aick_ros.registration.refinement.windows import Windows
+from aick_ros.registration.refinement.lucas_kanade import Pyramid, not_turned, track_there_and_back
+from aick_ros.registration.refinement.windows import Windows, jacobians
 from aick_ros.settings import RefinementSettings, SensorSettings
 
 FEWEST_TO_CONFIRM = 12
@@ -28,7 +27,7 @@ Chosen: a pose needs three tracks, and up to half of all may be outliers.
 
 _LEVELS = 2  # of the image pyramid; chosen: tracks up to 4 * window / 2 pixels of error
 _NEAREST = 0.05  # m; chosen: keypoints that the first pose puts nearer are skipped
-_CACHED_FRAMES = 2  # chosen: the keyframe, and one in reserve
+_CACHED_FRAMES = 3  # chosen: a frame, its keyframe, and one in reserve
 _MAX_ROTATION = np.radians(3.0)  # chosen: beyond it windows differ too much to be aligned
 
 
@@ -99,14 +98,13 @@ class Tracker:
         camera = target.frame.camera
         points = source.keypoints.positions[:self._settings.max_tracks].astype(np.float64)
         kept, expected = _visible(points, T_target_source, camera)
-        rotation = _turn(T_target_source)
-        grey, pixels = _rotated(source.grey, source.keypoints.pixels[kept], camera, rotation)
+        turns = _turns(points[kept], T_target_source, camera)
         seen, found = track_there_and_back(
-            Pyramid.of(grey, self._settings.track_window, _LEVELS), self._pyramids(target),
-            pixels, expected)
+            self._pyramids(source), self._pyramids(target), source.keypoints.pixels[kept],
+            expected, turns)
         kept, seen = kept[found], seen[found]
         windows = windows_of(kept)
-        seen = seen - windows.shifts(camera, T_target_source, rotation)
+        seen = seen - windows.shifts(camera, T_target_source, turns[found])
         rays = camera.normalize(seen)
         if not np.isfinite(rays).all():
             valid = np.isfinite(rays).all(axis=1)
@@ -155,23 +153,15 @@ def _visible(points: np.ndarray, T_target_source: np.ndarray,
     return ahead[inside], pixels[inside].astype(np.float32)
 
 
-def _turn(T_target_source: np.ndarray) -> np.ndarray:
-    """Return the rotation by which the image is turned before it is tracked from, 3x3."""
-    rotation: np.ndarray = T_target_source[:3, :3]
-    return np.eye(3) if se3.angle(rotation) < _MAX_ROTATION else rotation
-
-
-def _rotated(grey: np.ndarray, pixels: np.ndarray, camera: Camera,
-             R_turned_source: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _turns(points: np.ndarray, T_target_source: np.ndarray, camera: Camera) -> np.ndarray:
     """
-    Return an image rotated, and the pixels in it.
+    Return how the windows around points are turned before they are tracked, Kx2x2 [px/px].
 
-    The homography of the rotation alone (Hartley and Zisserman 2004, 8.4) is exact for what is
-    far away; what is nearer is displaced, but rotated right. Lens distortion is ignored: image
-    and pixels are mapped by the same homography, so this displaces nothing.
+    By the rotation alone (Hartley and Zisserman 2004, 8.4): it is the same however far away what
+    they show is. Small ones are left to the tracking.
     """
-    if not len(pixels) or (R_turned_source == np.eye(3)).all():
-        return grey, pixels
-    homography = camera.matrix @ R_turned_source @ np.linalg.inv(camera.matrix)
-    return (np.asarray(cv2.warpPerspective(grey, homography, grey.shape[1::-1])),
-            np.asarray(cv2.perspectiveTransform(pixels[:, None], homography))[:, 0])
+    if se3.angle(T_target_source[:3, :3]) < _MAX_ROTATION:
+        return not_turned(len(points))
+    rotation = np.eye(4)
+    rotation[:3, :3] = T_target_source[:3, :3]
+    return jacobians(np.zeros_like(points), points, camera, rotation)

@@ -75,18 +75,14 @@ class Windows:
                        self.moments[chosen])
 
     def shifts(self, camera: Camera, T_target_source: np.ndarray,
-               R_turned_source: np.ndarray) -> np.ndarray:
+               turns: np.ndarray) -> np.ndarray:
         """
         Return where the windows are found, beside where the points are, Nx2 [px].
 
         :param T_target_source: 4x4 [m].
-        :param R_turned_source: rotation that the windows are turned by before they are tracked,
-            3x3.
+        :param turns: Nx2x2 float64, how the windows are turned before they are tracked [px/px].
         """
-        turned = np.eye(4)
-        turned[:3, :3] = R_turned_source
-        moved, turns = (jacobians(self.normals, self.points, camera, motion)
-                        for motion in (T_target_source, turned))
+        moved = jacobians(self.normals, self.points, camera, T_target_source)
         shifts = np.empty((len(self.points), 2))
         kernels.window_shifts(moved, turns, self.moments, _MAX_STRETCH, _SMALLEST, shifts)
         return shifts

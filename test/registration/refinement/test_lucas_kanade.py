@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from aick_ros import kernels
-from aick_ros.registration.refinement.lucas_kanade import Pyramid, _track, track_there_and_back
+from aick_ros.registration.refinement.lucas_kanade import (
+    Pyramid, _track, inverted, not_turned, track_there_and_back)
 
 HEIGHT, WIDTH = 160, 200
 FLAT = Pyramid.of(np.zeros((HEIGHT, WIDTH), np.uint8), 5, 0)
@@ -93,7 +94,8 @@ def test_it_finds_what_opencv_finds(texture, window, levels):
     start = pixels(9) + np.float32(0.3)
     expected = (start + (1.2, -0.7)).astype(np.float32)
     seen, found = _track(*(Pyramid.of(image, window, levels) for image in (before, now)), start,
-                         expected, len(Pyramid.of(before, window, levels).levels))
+                         expected, not_turned(len(start)),
+                         len(Pyramid.of(before, window, levels).levels))
     known, status, _ = cv2.calcOpticalFlowPyrLK(
         before, now, start[:, None], expected[:, None].copy(), winSize=(window, window),
         maxLevel=levels, criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.03),
@@ -105,18 +107,65 @@ def test_it_finds_what_opencv_finds(texture, window, levels):
     assert (errors < 0.05).mean() > 0.97
 
 
+def drawn(waves, phases, u, v):
+    """Return an image of waves that shows at its pixels what is at places u, v."""
+    phase = waves[:, 0, None, None] * u + waves[:, 1, None, None] * v + phases[:, None, None]
+    return np.clip(128 + 8 * np.sin(phase).sum(axis=0), 0, 255).round().astype(np.uint8)
+
+
+@pytest.mark.parametrize('turn', [
+    [[1.0, 0.0], [0.0, 1.0]], [[0.0, -1.0], [1.0, 0.0]], [[0.7, -0.6], [0.5, 0.9]],
+    [[-1.1, 0.1], [0.2, 0.9]]])
+@pytest.mark.parametrize('window', [9, 16])
+def test_windows_that_are_turned_and_stretched(turn, window):
+    """About the centre of the image; those that a turn takes out of it are left out."""
+    rng = np.random.default_rng(3)
+    waves, phases = rng.uniform(-0.35, 0.35, (30, 2)), rng.uniform(0, 2 * np.pi, 30)
+    centre = np.array([WIDTH / 2 + 0.3, HEIGHT / 2 - 0.4])
+    v, u = np.mgrid[:HEIGHT, :WIDTH]
+    back = np.linalg.inv(turn)
+    offsets = np.stack([u, v], axis=2) - centre
+    now = drawn(waves, phases, *np.moveaxis(offsets @ back.T + centre, 2, 0))
+    pyramids = [Pyramid.of(image, window, 2) for image in (drawn(waves, phases, u, v), now)]
+    start = pixels(9, 16)
+    there = (start - centre) @ np.transpose(turn) + centre
+    inside = ((there > 16) & (there < (WIDTH - 16, HEIGHT - 16))).all(axis=1)
+    start, there = start[inside], there[inside]
+    expected = np.float32(there + (1.4, -1.2))
+    seen, found = track_there_and_back(*pyramids, start, expected,
+                                       np.tile(turn, (len(start), 1, 1)))
+    assert found.mean() > 0.95 and len(start) > 60
+    assert np.median(np.abs(seen - there)[found]) < 0.02
+    assert (np.abs(seen - there)[found] < 0.1).mean() > 0.98
+    if np.trace(turn) < 1.5:  # they are not found as they are
+        assert track_there_and_back(*pyramids, start, expected)[1].mean() < 0.5
+
+
+@pytest.mark.parametrize('turn', [
+    [[np.nan, 0], [0, 1]], [[0, 0], [0, 0]], [[1, 1], [1, 1]], [[1e-3, 0], [0, 1]],
+    [[np.inf, 0], [0, 1]], [[1e30, 0], [0, 1e30]]])
+def test_windows_are_not_found_that_no_border_has(texture, turn):
+    image, start = Pyramid.of(view(texture), 9, 2), np.float32([[60, 60], [80, 50]])
+    turns = np.array([np.eye(2), turn])
+    seen, found = track_there_and_back(image, image, start, start, turns)
+    assert found.tolist() == [True, False]
+
+
+def test_turns_back():
+    turns = np.random.default_rng(1).normal(size=(20, 2, 2))
+    np.testing.assert_allclose(inverted(turns) @ turns, not_turned(20), atol=1e-9)
+
+
 @pytest.mark.parametrize('move', [(0.37, -0.61), (-0.5, 0.5), (0.05, 0.95)])
 def test_fractions_of_a_pixel(move):
     """Of waves that are drawn where they are, to what grey levels are rounded to."""
     rng = np.random.default_rng(3)
     waves = rng.uniform(-0.35, 0.35, (30, 2))
     phases = rng.uniform(0, 2 * np.pi, 30)
-    u, v = np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT))
+    v, u = np.mgrid[:HEIGHT, :WIDTH]
 
     def image(right, down):
-        phase = (waves[:, 0, None, None] * (u - right) + waves[:, 1, None, None] * (v - down)
-                 + phases[:, None, None])
-        return np.clip(128 + 8 * np.sin(phase).sum(axis=0), 0, 255).round().astype(np.uint8)
+        return drawn(waves, phases, u - right, v - down)
 
     start = pixels()
     seen, found = track(image(0, 0), image(*move), start, 9, 2, start)
@@ -185,7 +234,7 @@ def test_a_pixel_has_to_be_found_both_ways(monkeypatch):
 
 def tracked_by(monkeypatch, answers):
     """Let windows be found at these pixels, or not."""
-    def align(before, now, border, side, pixels, places, found):
+    def align(before, now, border, side, pixels, turns, places, found):
         places[:], found[:] = next(answers)
     monkeypatch.setattr(kernels, 'align_windows', align)
 

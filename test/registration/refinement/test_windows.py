@@ -15,6 +15,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.registration.refinement.lucas_kanade import not_turned
 from aick_ros.registration.refinement.tracks import Tracker
 from aick_ros.registration.refinement.windows import Windows, gradient_moments, jacobians, planes
 from aick_ros.settings import Settings
@@ -101,12 +102,12 @@ def test_the_shift_is_the_weighted_mean_of_the_displacements(turn):
     grey = cv2.GaussianBlur(rng.integers(0, 256, (240, 320), np.uint8), (5, 5), 1.0)
     points, normals = points_at(PIXELS), np.tile(PLANE, (50, 1))
     windows = Windows(points, np.ones(50), normals, gradient_moments(grey, PIXELS, WINDOW))
-    shifts = windows.shifts(CAMERA, MOTION, turn)
     turned = np.eye(4)
     turned[:3, :3] = turn
+    turns = jacobians(normals, points, CAMERA, turned)
+    shifts = windows.shifts(CAMERA, MOTION, turns)
     for centre, by_turn, moved, shift in zip(
-            PIXELS.astype(int), jacobians(normals, points, CAMERA, turned),
-            jacobians(normals, points, CAMERA, MOTION), shifts):
+            PIXELS.astype(int), turns, jacobians(normals, points, CAMERA, MOTION), shifts):
         matrix, right = np.zeros((2, 2)), np.zeros(2)
         for offset in np.ndindex(WINDOW, WINDOW):
             offset = np.array(offset) - WINDOW // 2
@@ -133,10 +134,10 @@ def pattern():
 
 def test_no_windows_and_windows_without_gradient():
     windows = Windows.of(view(pattern(), depth_image()), np.empty(0, int), WINDOW)
-    assert windows.shifts(CAMERA, MOTION, np.eye(3)).shape == (0, 2)
+    assert windows.shifts(CAMERA, MOTION, not_turned(0)).shape == (0, 2)
     flat = Windows(points_at(PIXELS), np.ones(50), np.tile(PLANE, (50, 1)),
                    gradient_moments(np.full((240, 320), 7, np.uint8), PIXELS, WINDOW))
-    np.testing.assert_array_equal(flat.shifts(CAMERA, MOTION, np.eye(3)), np.zeros((50, 2)))
+    np.testing.assert_array_equal(flat.shifts(CAMERA, MOTION, not_turned(50)), np.zeros((50, 2)))
 
 
 def test_windows_of_an_image_that_is_smaller_than_they_are():
@@ -146,7 +147,7 @@ def test_windows_of_an_image_that_is_smaller_than_they_are():
     inside = np.flatnonzero(keypoints.pixels[:, 1] < 9)
     windows = Windows.of(PreparedFrame(frame, keypoints, grey), inside, 31)
     assert len(windows.points) == len(inside) > 0
-    assert np.isfinite(windows.shifts(CAMERA, MOTION, np.eye(3))).all()
+    assert np.isfinite(windows.shifts(CAMERA, MOTION, not_turned(len(inside)))).all()
 
 
 @pytest.fixture
