@@ -6,8 +6,8 @@ import numpy as np
 DIGEST: str
 
 def align_windows(
-    before: np.ndarray, now: np.ndarray, border: int, side: int, pixels: np.ndarray,
-    turns: np.ndarray, places: np.ndarray, found: np.ndarray) -> None: ...
+    before: np.ndarray, now: np.ndarray, border: int, side: int, last_step: float,
+    pixels: np.ndarray, turns: np.ndarray, places: np.ndarray, found: np.ndarray) -> None: ...
 def bit_distances(
     source: np.ndarray, target: np.ndarray, width: int, distances: np.ndarray) -> None: ...
 def bit_distances_of_pairs(

@@ -21,10 +21,10 @@ enum {
   SLACK = 1,  // pixels that a block has beyond a window, on each side
 };
 
-// Chosen, as those of OpenCV: a smaller step [px] is the last one; two steps whose sum is smaller
-// go to and fro, and half of the last one is taken back; with a smaller eigenvalue of the mean
-// products of gradients [1/px^2] a window has no texture.
-static const float SMALLEST_STEP = 0.03f, SMALLEST_ADVANCE = 0.01f, SMALLEST_TEXTURE = 0.1f;
+// Chosen, as those of OpenCV: two steps whose sum is smaller [px] go to and fro, and half of the
+// last one is taken back; with a smaller eigenvalue of the mean products of gradients [1/px^2] a
+// window has no texture.
+static const float SMALLEST_ADVANCE = 0.01f, SMALLEST_TEXTURE = 0.1f;
 
 // A window: rows of whole lanes, of which those beyond its side have no gradient.
 typedef struct {
@@ -266,10 +266,11 @@ INLINE void compare(const Window *window, const Block *block, Place place, float
 }
 
 // Move the first pixel of a window to where an image shows it; false where it leaves the image.
-INLINE bool align(const Window *window, Block *block, float *u, float *v) {
+// A step that is not larger [px] is the last one.
+INLINE bool align(const Window *window, Block *block, float last_step, float *u, float *v) {
   const float inverse = 1.0f / (window->uu * window->vv - window->uv * window->uv);
   const float uu = inverse * window->uu, uv = inverse * window->uv, vv = inverse * window->vv;
-  float last_u = 0.0f, last_v = 0.0f;
+  float before_u = 0.0f, before_v = 0.0f;  // the step before
   for (int i = 0; i < MOST_STEPS; ++i) {
     if (!touches(&block->image, window->side, *u, *v))
       return false;
@@ -278,15 +279,16 @@ INLINE bool align(const Window *window, Block *block, float *u, float *v) {
     const float du = uv * by_v - vv * by_u, dv = uv * by_u - uu * by_v;
     *u += du;
     *v += dv;
-    if (du * du + dv * dv <= SMALLEST_STEP * SMALLEST_STEP)
+    if (du * du + dv * dv <= last_step * last_step)
       break;
-    if (i > 0 && fabsf(du + last_u) < SMALLEST_ADVANCE && fabsf(dv + last_v) < SMALLEST_ADVANCE) {
+    if (i > 0 && fabsf(du + before_u) < SMALLEST_ADVANCE &&
+        fabsf(dv + before_v) < SMALLEST_ADVANCE) {
       *u -= 0.5f * du;
       *v -= 0.5f * dv;
       break;
     }
-    last_u = du;
-    last_v = dv;
+    before_u = du;
+    before_v = dv;
   }
   return true;
 }
@@ -308,7 +310,7 @@ INLINE bool take(Window *window, Block *block, Py_ssize_t border, const Lattice 
 
 // Find the windows on lattices of one image in another, from places there.
 FOR_EACH_PROCESSOR
-static void align_all(Window *window, Block *before, Block *now, Py_ssize_t border,
+static void align_all(Window *window, Block *before, Block *now, Py_ssize_t border, float step,
                       const float (*pixels)[2], const double (*turns)[2][2], float (*places)[2],
                       Py_ssize_t count, Pixel *found) {
   const float half = 0.5f * (float)(window->side - 1);
@@ -321,7 +323,7 @@ static void align_all(Window *window, Block *before, Block *now, Py_ssize_t bord
       continue;
     measure(window);
     float place[2] = {places[i][0] - half, places[i][1] - half};
-    found[i] = has_texture(window) && align(window, now, &place[0], &place[1]);
+    found[i] = has_texture(window) && align(window, now, step, &place[0], &place[1]);
     if (found[i]) {
       places[i][0] = place[0] + half;
       places[i][1] = place[1] + half;
@@ -360,8 +362,9 @@ static Window make_window(Py_ssize_t side, Block *before, Block *now) {
 PyObject *kernel_align_windows(PyObject *module, PyObject *arguments) {
   PyObject *before_array, *now_array, *pixel_array, *turn_array, *place_array, *found_array;
   Py_ssize_t border, side;
-  if (!PyArg_ParseTuple(arguments, "OOnnOOOO", &before_array, &now_array, &border, &side,
-                        &pixel_array, &turn_array, &place_array, &found_array))
+  float step;
+  if (!PyArg_ParseTuple(arguments, "OOnnfOOOO", &before_array, &now_array, &border, &side,
+                        &step, &pixel_array, &turn_array, &place_array, &found_array))
     return NULL;
   const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
@@ -389,7 +392,7 @@ PyObject *kernel_align_windows(PyObject *module, PyObject *arguments) {
   const bool is_made = window.grey != NULL;
   if (is_made) {
     Py_BEGIN_ALLOW_THREADS
-    align_all(&window, &before, &now, border, arrays.views[2].buf, arrays.views[3].buf,
+    align_all(&window, &before, &now, border, step, arrays.views[2].buf, arrays.views[3].buf,
               arrays.views[4].buf, count, arrays.views[5].buf);
     Py_END_ALLOW_THREADS
   }

@@ -26,7 +26,7 @@ from aick_ros.errors import InputError
 # An array is TYPE:SIZES, TYPE>SIZES where it is written; %NAME is a size as an integer, %i any
 # integer, %f any number.
 _CALLS = """
-align_windows B:x,y B:x,y %z %w f:n,2 d:n,4 f>n,2 ?>n
+align_windows B:x,y B:x,y %z %w %f f:n,2 d:n,4 f>n,2 ?>n
 bit_distances B:n,w B:m,w %w f>n,m
 bit_distances_of_pairs B:n,w B:m,w %w q:k q:k f>k
 cells_at d:n,3 ?:h,v %v %h d:4 q>n q>n

@@ -13,6 +13,8 @@ import numpy as np
 from aick_ros import kernels
 
 _MAX_RETURN_ERROR = 0.5  # px; chosen: distance from the start after tracking there and back
+_LAST_STEP = 0.03  # px; chosen: a window is found where a step towards it is as small
+_COARSE_STEP = 0.1  # px; chosen: where it is looked for again, or need not be known that well
 _SPARE = 16  # by definition of the kernel: pixels that it reads beyond a window
 
 
@@ -68,9 +70,9 @@ def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
     levels = len(before.levels)
     turns = not_turned(len(pixels)) if turns is None else turns
     seen, found = _track(before, now, pixels, pixels if expected is None else expected,
-                         inverted(turns), levels)
+                         inverted(turns), levels, _LAST_STEP)
     start, levels = (seen, levels) if expected is None else (pixels, 1)
-    returned, found_again = _track(now, before, seen, start, turns, levels)
+    returned, found_again = _track(now, before, seen, start, turns, levels, _COARSE_STEP)
     u, v = np.abs(returned - pixels).T
     return seen, found & found_again & (np.maximum(u, v) < _MAX_RETURN_ERROR)
 
@@ -91,17 +93,20 @@ def inverted(turns: np.ndarray) -> np.ndarray:
 
 
 def _track(before: Pyramid, now: Pyramid, pixels: np.ndarray, start: np.ndarray,
-           lattices: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray]:
+           lattices: np.ndarray, levels: int,
+           last_step: float) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the pixels in the other image, Nx2, and whether each was found, N bool.
 
     :param lattices: Nx2x2, derivatives of places in ``before`` by those in ``now``.
+    :param last_step: how small the last step of a window is [px].
     """
     places, found = start.copy(), np.empty(len(pixels), bool)
     for level in reversed(range(levels)):
         scale = np.float32(0.5 ** level)
         places *= scale
         kernels.align_windows(before.levels[level], now.levels[level], before.border,
-                              before.window, pixels * scale, lattices, places, found)
+                              before.window, last_step if level == 0 else _COARSE_STEP,
+                              pixels * scale, lattices, places, found)
         places /= scale
     return places, found

@@ -95,7 +95,7 @@ def test_it_finds_what_opencv_finds(texture, window, levels):
     expected = (start + (1.2, -0.7)).astype(np.float32)
     seen, found = _track(*(Pyramid.of(image, window, levels) for image in (before, now)), start,
                          expected, not_turned(len(start)),
-                         len(Pyramid.of(before, window, levels).levels))
+                         len(Pyramid.of(before, window, levels).levels), 0.03)
     known, status, _ = cv2.calcOpticalFlowPyrLK(
         before, now, start[:, None], expected[:, None].copy(), winSize=(window, window),
         maxLevel=levels, criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.03),
@@ -234,7 +234,7 @@ def test_a_pixel_has_to_be_found_both_ways(monkeypatch):
 
 def tracked_by(monkeypatch, answers):
     """Let windows be found at these pixels, or not."""
-    def align(before, now, border, side, pixels, turns, places, found):
+    def align(before, now, border, side, last_step, pixels, turns, places, found):
         places[:], found[:] = next(answers)
     monkeypatch.setattr(kernels, 'align_windows', align)
 
