@@ -141,7 +141,7 @@ INLINE bool has_all_of(const Image *image, float border, const Lattice *lattice,
 // Two neighbours of a row each, of which the first is the lower byte.
 INLINE uint16_t load_two(const Pixel *pixels) { return (uint16_t)(pixels[0] | pixels[1] << 8); }
 
-INLINE Floats between(Words neighbours, Floats fraction) {
+INLINE Floats between(UnsignedShorts neighbours, Floats fraction) {
   const Floats left = to_floats(__builtin_convertvector(neighbours & 255, Integers));
   const Floats right = to_floats(__builtin_convertvector(neighbours >> 8, Integers));
   return left + fraction * (right - left);
@@ -152,7 +152,7 @@ INLINE Floats sample(const Image *image, const Pixel *pixels, Floats u, Floats v
   const Integers columns = __builtin_convertvector(u, Integers);
   const Integers rows = __builtin_convertvector(v, Integers);
   const Integers places = rows * (int32_t)image->step + columns;
-  Words above, below;
+  UnsignedShorts above, below;
   for (int lane = 0; lane < LANES; ++lane) {
     const Pixel *pixel = pixels + places[lane];
     above[lane] = load_two(pixel);

@@ -18,7 +18,7 @@ enum { EIGHT = 8 };
 typedef float Floats __attribute__((vector_size(EIGHT * sizeof(float))));
 typedef int32_t Integers __attribute__((vector_size(EIGHT * sizeof(int32_t))));
 typedef int16_t Shorts __attribute__((vector_size(EIGHT * sizeof(int16_t))));
-typedef uint16_t Words __attribute__((vector_size(EIGHT * sizeof(uint16_t))));
+typedef uint16_t UnsignedShorts __attribute__((vector_size(EIGHT * sizeof(uint16_t))));
 typedef uint8_t Bytes __attribute__((vector_size(EIGHT)));
 
 INLINE Shorts load_pixels(const uint8_t *pixels) {

@@ -59,6 +59,16 @@ bool add_below(Pairs *pairs, Py_ssize_t source, const float *values, Py_ssize_t 
   return true;
 }
 
+bool add_targets(Pairs *pairs, Py_ssize_t source, const int64_t *targets, Py_ssize_t count) {
+  if (!reserve(pairs, count))
+    return false;
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    pairs->sources[pairs->count] = source;
+    pairs->targets[pairs->count++] = targets[i];
+  }
+  return true;
+}
+
 static PyObject *as_bytes(const Pairs *pairs) {
   const Py_ssize_t size = pairs->count * (Py_ssize_t)sizeof(*pairs->sources);
   PyObject *rows = PyBytes_FromStringAndSize(NULL, 2 * size);

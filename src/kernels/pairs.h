@@ -21,6 +21,9 @@ typedef struct {
 bool add_below(Pairs *pairs, Py_ssize_t source, const float *values, Py_ssize_t count,
                float bound);
 
+// Add the pairs of a source with some targets; return false where there is no memory.
+bool add_targets(Pairs *pairs, Py_ssize_t source, const int64_t *targets, Py_ssize_t count);
+
 // Free the list, and return its rows as bytes, 2xK int64; set a MemoryError where it is not
 // complete.
 PyObject *take_pairs(Pairs *pairs, bool is_complete);

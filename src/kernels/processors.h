@@ -10,8 +10,14 @@
 // bits and computes eight floats at once; the digits are the same. Loading chooses one.
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
 #define FOR_EACH_PROCESSOR __attribute__((target_clones("avx2", "default")))
+// Compiles a function once more, for those of 2019 and later that count the bits of eight words at
+// once; is to be called where there is one.
+#define WHERE_BITS_ARE_COUNTED_TOGETHER __attribute__((target("avx512vpopcntdq")))
+#define ARE_BITS_COUNTED_TOGETHER __builtin_cpu_supports("avx512vpopcntdq")
 #else
 #define FOR_EACH_PROCESSOR
+#define WHERE_BITS_ARE_COUNTED_TOGETHER
+#define ARE_BITS_COUNTED_TOGETHER false
 #endif
 
 #endif
