@@ -9,6 +9,8 @@
 #include "arrays.h"
 #include "displacement.h"
 #include "kernels.h"
+#include "lanes.h"
+#include "processors.h"
 
 enum {
   COEFFICIENTS = 12,  // k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4, as in OpenCV
@@ -18,56 +20,86 @@ enum {
 static const double CONVERGED = 1e-9;     // px; chosen
 static const double LARGEST_ERROR = 0.1;  // px; chosen: a larger one is of another ray
 
-static void project(const double *point, const double *focal, const double *d, double *pixel) {
-  const double inverse = point[2] != 0.0 ? 1.0 / point[2] : 1.0;
-  const double x = point[0] * inverse, y = point[1] * inverse;
-  const double r2 = x * x + y * y, r4 = r2 * r2, r6 = r4 * r2;
-  const double radial = (1.0 + d[0] * r2 + d[1] * r4 + d[4] * r6) /
-                        (1.0 + d[5] * r2 + d[6] * r4 + d[7] * r6);
-  const double xy = 2.0 * x * y;
-  const double u = x * radial + d[2] * xy + d[3] * (r2 + 2.0 * x * x) + d[8] * r2 + d[9] * r4;
-  const double v = y * radial + d[2] * (r2 + 2.0 * y * y) + d[3] * xy + d[10] * r2 + d[11] * r4;
-  pixel[0] = focal[0] * u + focal[2];
-  pixel[1] = focal[1] * v + focal[3];
+// The pixels of rays (x, y, 1).
+INLINE void see(Doubles x, Doubles y, const double *focal, const double *d, Doubles *u,
+                Doubles *v) {
+  const Doubles r2 = x * x + y * y, r4 = r2 * r2, r6 = r4 * r2, xy = 2.0 * x * y;
+  const Doubles radial = (1.0 + d[0] * r2 + d[1] * r4 + d[4] * r6) /
+                         (1.0 + d[5] * r2 + d[6] * r4 + d[7] * r6);
+  *u = x * radial + d[2] * xy + d[3] * (r2 + 2.0 * x * x) + d[8] * r2 + d[9] * r4;
+  *v = y * radial + d[2] * (r2 + 2.0 * y * y) + d[3] * xy + d[10] * r2 + d[11] * r4;
+  *u = focal[0] * *u + focal[2];
+  *v = focal[1] * *v + focal[3];
 }
 
-// The distance of the pixel of a ray (x, y, 1) from a pixel.
-static double distance_from(const double *pixel, double x, double y, const double *focal,
-                            const double *d) {
-  const double ray[3] = {x, y, 1.0};
-  double seen[2];
-  project(ray, focal, d, seen);
-  const double u = seen[0] - pixel[0], v = seen[1] - pixel[1];
-  return sqrt(u * u + v * v);
-}
-
-// The ray (x, y, 1) of a pixel, by OpenCV's fixed-point iteration; NaN where there is none.
-static void normalize(const double *pixel, const double *focal, const double *d, double *ray) {
-  const double x0 = (pixel[0] - focal[2]) / focal[0], y0 = (pixel[1] - focal[3]) / focal[1];
-  double x = x0, y = y0, error = INFINITY;
-  for (int step = 0; step < MOST_STEPS && !(error < CONVERGED); ++step) {
-    const double r2 = x * x + y * y, r4 = r2 * r2, xy = 2.0 * x * y;
-    const double inverse = (1.0 + r2 * (d[5] + r2 * (d[6] + r2 * d[7]))) /
-                           (1.0 + r2 * (d[0] + r2 * (d[1] + r2 * d[4])));
-    if (inverse < 0.0) {
-      error = distance_from(pixel, x0, y0, focal, d);
-      x = x0;
-      y = y0;
-      break;
-    }
-    const double u = d[2] * xy + d[3] * (r2 + 2.0 * x * x) + d[8] * r2 + d[9] * r4;
-    const double v = d[2] * (r2 + 2.0 * y * y) + d[3] * xy + d[10] * r2 + d[11] * r4;
-    x = (x0 - u) * inverse;
-    y = (y0 - v) * inverse;
-    error = distance_from(pixel, x, y, focal, d);
+// The points whose coordinates are given, up to four of them.
+INLINE void project(const double *points, Py_ssize_t count, const double *focal, const double *d,
+                    double *pixels) {
+  Doubles x, y, z, u, v;
+  for (int lane = 0; lane < FOUR; ++lane) {
+    const double *point = points + 3 * (lane < count ? lane : 0);
+    x[lane] = point[0];
+    y[lane] = point[1];
+    z[lane] = point[2] != 0.0 ? point[2] : 1.0;
   }
-  const bool is_found = error < LARGEST_ERROR;
-  ray[0] = is_found ? x : NAN;
-  ray[1] = is_found ? y : NAN;
+  const Doubles inverse = 1.0 / z;
+  see(x * inverse, y * inverse, focal, d, &u, &v);
+  for (int lane = 0; lane < FOUR && lane < count; ++lane) {
+    pixels[2 * lane] = u[lane];
+    pixels[2 * lane + 1] = v[lane];
+  }
 }
 
-// A function of a point or pixel, by the four intrinsics and the distortion of a camera.
-typedef void (*Mapping)(const double *from, const double *focal, const double *d, double *to);
+// The rays (x, y, 1) of up to four pixels, by OpenCV's fixed-point iteration; NaN where there is
+// none.
+INLINE void normalize(const double *pixels, Py_ssize_t count, const double *focal, const double *d,
+                      double *rays) {
+  Doubles u, v, square = {0};
+  for (int lane = 0; lane < FOUR; ++lane) {
+    u[lane] = pixels[2 * (lane < count ? lane : 0)];
+    v[lane] = pixels[2 * (lane < count ? lane : 0) + 1];
+  }
+  const Doubles x0 = (u - focal[2]) / focal[0], y0 = (v - focal[3]) / focal[1];
+  Doubles x = x0, y = y0;
+  Masks is_done = {0};
+  for (int step = 0; step < MOST_STEPS && !are_all(is_done); ++step) {
+    const Doubles r2 = x * x + y * y, r4 = r2 * r2, xy = 2.0 * x * y;
+    const Doubles inverse = (1.0 + r2 * (d[5] + r2 * (d[6] + r2 * d[7]))) /
+                            (1.0 + r2 * (d[0] + r2 * (d[1] + r2 * d[4])));
+    const Doubles by_x = d[2] * xy + d[3] * (r2 + 2.0 * x * x) + d[8] * r2 + d[9] * r4;
+    const Doubles by_y = d[2] * (r2 + 2.0 * y * y) + d[3] * xy + d[10] * r2 + d[11] * r4;
+    const Masks is_folded = inverse < 0.0;
+    x = chosen(is_done, x, chosen(is_folded, x0, (x0 - by_x) * inverse));
+    y = chosen(is_done, y, chosen(is_folded, y0, (y0 - by_y) * inverse));
+    Doubles seen_u, seen_v;
+    see(x, y, focal, d, &seen_u, &seen_v);
+    square = (seen_u - u) * (seen_u - u) + (seen_v - v) * (seen_v - v);
+    is_done |= is_folded | ~(square >= CONVERGED * CONVERGED);
+  }
+  for (int lane = 0; lane < FOUR && lane < count; ++lane) {
+    const bool is_found = square[lane] < LARGEST_ERROR * LARGEST_ERROR;
+    rays[2 * lane] = is_found ? x[lane] : NAN;
+    rays[2 * lane + 1] = is_found ? y[lane] : NAN;
+  }
+}
+
+FOR_EACH_PROCESSOR
+static void project_all(const double *points, Py_ssize_t count, const double *focal,
+                        const double *d, double *pixels) {
+  for (Py_ssize_t i = 0; i < count; i += FOUR)
+    project(points + 3 * i, count - i, focal, d, pixels + 2 * i);
+}
+
+FOR_EACH_PROCESSOR
+static void normalize_all(const double *pixels, Py_ssize_t count, const double *focal,
+                          const double *d, double *rays) {
+  for (Py_ssize_t i = 0; i < count; i += FOUR)
+    normalize(pixels + 2 * i, count - i, focal, d, rays + 2 * i);
+}
+
+// A function of points or pixels, by the four intrinsics and the distortion of a camera.
+typedef void (*Mapping)(const double *from, Py_ssize_t count, const double *focal,
+                        const double *d, double *to);
 
 // Map all rows of the first array, of a given number of coordinates, to those of the last.
 static PyObject *map_rows(PyObject *arguments, Mapping mapping, const char *from_name,
@@ -90,19 +122,18 @@ static PyObject *map_rows(PyObject *arguments, Mapping mapping, const char *from
   const double *distortion = arrays.views[2].buf;
   double *to = arrays.views[3].buf;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i)
-    mapping(from + from_size * i, intrinsics, distortion, to + 2 * i);
+  mapping(from, count, intrinsics, distortion, to);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
 }
 
 PyObject *kernel_project(PyObject *module, PyObject *arguments) {
-  return map_rows(arguments, project, "the points", 3, "the pixels");
+  return map_rows(arguments, project_all, "the points", 3, "the pixels");
 }
 
 PyObject *kernel_normalize(PyObject *module, PyObject *arguments) {
-  return map_rows(arguments, normalize, "the pixels", 2, "the rays");
+  return map_rows(arguments, normalize_all, "the pixels", 2, "the rays");
 }
 
 PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments) {

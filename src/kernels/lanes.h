@@ -1,15 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The aick_ros authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Eight numbers side by side: vectors of GCC and Clang, for every processor.
+// Eight or four numbers side by side: vectors of GCC and Clang, for every processor.
 
 #ifndef AICK_ROS_LANES_H
 #define AICK_ROS_LANES_H
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <string.h>
 
-enum { EIGHT = 8 };
+enum { FOUR = 4, EIGHT = 8 };
 
 // Functions of lanes are inlined: no call passes them alike on all processors.
 #define INLINE static inline __attribute__((always_inline))
@@ -17,6 +18,8 @@ enum { EIGHT = 8 };
 
 typedef float Floats __attribute__((vector_size(EIGHT * sizeof(float))));
 typedef int32_t Integers __attribute__((vector_size(EIGHT * sizeof(int32_t))));
+typedef double Doubles __attribute__((vector_size(FOUR * sizeof(double))));
+typedef int64_t Masks __attribute__((vector_size(FOUR * sizeof(int64_t))));
 typedef int16_t Shorts __attribute__((vector_size(EIGHT * sizeof(int16_t))));
 typedef uint16_t UnsignedShorts __attribute__((vector_size(EIGHT * sizeof(uint16_t))));
 typedef uint8_t Bytes __attribute__((vector_size(EIGHT)));
@@ -38,5 +41,12 @@ INLINE Floats load(const float *numbers) {
 }
 
 INLINE void store(Floats floats, float *numbers) { memcpy(numbers, &floats, sizeof(floats)); }
+
+// Lanes of the first one where a mask has all bits set, of the second one where it has none.
+INLINE Doubles chosen(Masks mask, Doubles one, Doubles other) {
+  return (Doubles)((mask & (Masks)one) | (~mask & (Masks)other));
+}
+
+INLINE bool are_all(Masks mask) { return (mask[0] & mask[1] & mask[2] & mask[3]) != 0; }
 
 #endif
