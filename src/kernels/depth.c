@@ -7,6 +7,7 @@
 
 #include "arrays.h"
 #include "kernels.h"
+#include "processors.h"
 
 typedef struct {
   const float *depths;
@@ -18,12 +19,16 @@ typedef struct {
 } Sensor;
 
 // Keep a coordinate within 0 to a length less 1; NaN becomes 0.
-static double clamped(double value, Py_ssize_t length) {
+static inline double clamped(double value, Py_ssize_t length) {
   const double last = (double)(length - 1);
   return value > 0.0 ? (value < last ? value : last) : 0.0;
 }
 
-static double depth_at(const DepthImage *image, double u, double v, const Sensor *sensor) {
+static inline double least(double a, double b) { return a < b ? a : b; }
+
+static inline double most(double a, double b) { return a > b ? a : b; }
+
+static inline double depth_at(const DepthImage *image, double u, double v, const Sensor *sensor) {
   u = clamped(u, image->size.width);
   v = clamped(v, image->size.height);
   Py_ssize_t column = (Py_ssize_t)u, row = (Py_ssize_t)v;
@@ -36,7 +41,7 @@ static double depth_at(const DepthImage *image, double u, double v, const Sensor
   const Py_ssize_t below = image->size.height > 1 ? image->size.width : 0;
   const float *corner = image->depths + row * image->size.width + column;
   const double a = corner[0], b = corner[beside], c = corner[below], d = corner[below + beside];
-  const double low = fmin(fmin(a, b), fmin(c, d)), high = fmax(fmax(a, b), fmax(c, d));
+  const double low = least(least(a, b), least(c, d)), high = most(most(a, b), most(c, d));
   double depth;
   // of NaN and infinity in a corner the sum makes NaN or infinity, and the comparison fails
   if (high - low <= sensor->jump * low && isfinite(a + b + c + d)) {
@@ -46,6 +51,13 @@ static double depth_at(const DepthImage *image, double u, double v, const Sensor
     depth = image->depths[(Py_ssize_t)rint(v) * image->size.width + (Py_ssize_t)rint(u)];
   }
   return depth >= sensor->nearest && depth <= sensor->farthest ? depth : NAN;
+}
+
+FOR_EACH_PROCESSOR
+static void sample(const DepthImage *image, const double (*pixels)[2], Py_ssize_t count,
+                   const Sensor *sensor, double *depths) {
+  for (Py_ssize_t i = 0; i < count; ++i)
+    depths[i] = depth_at(image, pixels[i][0], pixels[i][1], sensor);
 }
 
 PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments) {
@@ -66,14 +78,18 @@ PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments) {
     return NULL;
   image.depths = arrays.views[0].buf;
   image.size = size_of(&arrays.views[0]);
-  const double *pixels = arrays.views[1].buf;
-  double *found = arrays.views[2].buf;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i)
-    found[i] = depth_at(&image, pixels[2 * i], pixels[2 * i + 1], &sensor);
+  sample(&image, arrays.views[1].buf, count, &sensor, arrays.views[2].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
+}
+
+FOR_EACH_PROCESSOR
+static void keep_valid(const float *restrict depths, Py_ssize_t count, float low, float high,
+                       float *restrict valid) {
+  for (Py_ssize_t i = 0; i < count; ++i)
+    valid[i] = depths[i] >= low && depths[i] <= high ? depths[i] : NAN;
 }
 
 PyObject *kernel_valid_depth(PyObject *module, PyObject *arguments) {
@@ -90,12 +106,9 @@ PyObject *kernel_valid_depth(PyObject *module, PyObject *arguments) {
     return NULL;
   const Py_ssize_t count = arrays.views[0].len / (Py_ssize_t)sizeof(float);
   const bool fits = arrays.views[1].len == arrays.views[0].len;
-  const float *depths = arrays.views[0].buf, low = (float)nearest, high = (float)farthest;
-  float *valid = arrays.views[1].buf;
   if (fits) {
     Py_BEGIN_ALLOW_THREADS
-    for (Py_ssize_t i = 0; i < count; ++i)
-      valid[i] = depths[i] >= low && depths[i] <= high ? depths[i] : NAN;
+    keep_valid(arrays.views[0].buf, count, (float)nearest, (float)farthest, arrays.views[1].buf);
     Py_END_ALLOW_THREADS
   } else {
     PyErr_SetString(PyExc_ValueError, "the images are not of the same size");
