@@ -145,7 +145,7 @@ def test_indices_out_of_range_are_refused(index):
 
 @pytest.mark.parametrize('side', [0, -1, -3, 2 ** 63 - 1])
 def test_windows_have_a_side(side):
-    with pytest.raises(ValueError, match='are none or larger than the image'):
+    with pytest.raises(ValueError, match='are none, or larger than the image'):
         kernels.gradient_moments(np.zeros((8, 8), np.uint8), np.ones((1, 2)), side,
                                  np.zeros((1, 9)))
 

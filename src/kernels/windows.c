@@ -5,9 +5,14 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "arrays.h"
 #include "kernels.h"
+#include "lanes.h"
+#include "processors.h"
+
+enum { LARGEST_SIDE = 256 };  // of a window [px], whose sums fit into 32 bits
 
 static Py_ssize_t limited(double value, Py_ssize_t most) {
   return value > 0.0 ? (value < (double)most ? (Py_ssize_t)value : most) : 0;
@@ -20,37 +25,80 @@ static Py_ssize_t first_of(const double *pixel, Size image, Py_ssize_t side) {
   return v * image.width + u;
 }
 
-// Whether windows with a margin around them fit into an image; false, with a ValueError, otherwise.
+// Whether windows with a margin around them fit into an image; else false, with a ValueError.
 static bool fits(Size image, Py_ssize_t side, Py_ssize_t margin) {
-  if (side >= 1 && side <= image.width - 2 * margin && side <= image.height - 2 * margin)
+  if (side >= 1 && side <= LARGEST_SIDE && side <= image.width - 2 * margin &&
+      side <= image.height - 2 * margin)
     return true;
-  PyErr_Format(PyExc_ValueError, "windows of %zd pixels are none or larger than the image", side);
+  PyErr_Format(PyExc_ValueError, "windows of %zd pixels are none, or larger than the image or %d",
+               side, LARGEST_SIDE);
   return false;
 }
 
+// Products of gradients along u and v, summed over the rows of columns side by side, and the same
+// times the rows: uu uv vv each.
+typedef struct {
+  Integers sums[3], by_row[3];
+} Columns;
+
+INLINE void add_row(Columns *columns, const uint8_t *pixel, Py_ssize_t width, int32_t row) {
+  const Shorts u = load_pixels(pixel + 1) - load_pixels(pixel - 1);
+  const Shorts v = load_pixels(pixel + width) - load_pixels(pixel - width);
+  const Integers by_u = to_integers(u), by_v = to_integers(v);
+  const Integers products[3] = {by_u * by_u, by_u * by_v, by_v * by_v};
+  for (int k = 0; k < 3; ++k) {
+    columns->sums[k] += products[k];
+    columns->by_row[k] += products[k] * row;
+  }
+}
+
+// The same of one column.
+INLINE void add_pixel(int32_t (*sums)[3], const uint8_t *pixel, Py_ssize_t width, int32_t row) {
+  const int32_t u = pixel[1] - pixel[-1], v = pixel[width] - pixel[-width];
+  const int32_t products[3] = {u * u, u * v, v * v};
+  for (int k = 0; k < 3; ++k) {
+    sums[0][k] += products[k];
+    sums[1][k] += products[k] * row;
+  }
+}
+
+// Add what a column has to the sums, those by u, and those by v.
+INLINE void add_column(int64_t (*sums)[3], int k, int64_t sum, int64_t by_row, int64_t column) {
+  sums[0][k] += sum;
+  sums[1][k] += sum * column;
+  sums[2][k] += by_row;
+}
+
 // Sums over a window of the products of its gradients, of these by u, and by v: uu uv vv each.
-static void add_moments(const uint8_t *first, Py_ssize_t width, Py_ssize_t side, double *moments) {
-  int64_t sums[9] = {0};
+INLINE void add_moments(const uint8_t *first, Py_ssize_t width, Py_ssize_t side, double *moments) {
+  int64_t sums[3][3] = {{0}};
   const Py_ssize_t middle = side / 2;
-  for (Py_ssize_t row = 0; row < side; ++row) {
-    const uint8_t *pixel = first + (row + 1) * width + 1;
-    int64_t products[3] = {0}, by_u[3] = {0};
-    for (Py_ssize_t column = 0; column < side; ++column, ++pixel) {
-      const int32_t u = pixel[1] - pixel[-1], v = pixel[width] - pixel[-width];
-      const int32_t product[3] = {u * u, u * v, v * v};
-      for (int k = 0; k < 3; ++k) {
-        products[k] += product[k];
-        by_u[k] += product[k] * (int64_t)(column - middle);
-      }
-    }
-    for (int k = 0; k < 3; ++k) {
-      sums[k] += products[k];
-      sums[3 + k] += by_u[k];
-      sums[6 + k] += products[k] * (row - middle);
-    }
+  Py_ssize_t column = 0;
+  for (; column + EIGHT <= side; column += EIGHT) {
+    Columns columns = {{{0}}, {{0}}};
+    for (Py_ssize_t row = 0; row < side; ++row)
+      add_row(&columns, first + (row + 1) * width + 1 + column, width, (int32_t)(row - middle));
+    for (int lane = 0; lane < EIGHT; ++lane)
+      for (int k = 0; k < 3; ++k)
+        add_column(sums, k, columns.sums[k][lane], columns.by_row[k][lane],
+                   column + lane - middle);
+  }
+  for (; column < side; ++column) {
+    int32_t of_column[2][3] = {{0}};
+    for (Py_ssize_t row = 0; row < side; ++row)
+      add_pixel(of_column, first + (row + 1) * width + 1 + column, width, (int32_t)(row - middle));
+    for (int k = 0; k < 3; ++k)
+      add_column(sums, k, of_column[0][k], of_column[1][k], column - middle);
   }
   for (int k = 0; k < 9; ++k)
-    moments[k] = (double)sums[k];
+    moments[k] = (double)sums[k / 3][k % 3];
+}
+
+FOR_EACH_PROCESSOR
+static void write_moments(const uint8_t *image, Size size, const double (*pixels)[2],
+                          Py_ssize_t count, Py_ssize_t side, double (*moments)[9]) {
+  for (Py_ssize_t i = 0; i < count; ++i)
+    add_moments(image + first_of(pixels[i], size, side + 2), size.width, side, moments[i]);
 }
 
 PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments) {
@@ -72,33 +120,57 @@ PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments) {
     close_arrays(&arrays);
     return NULL;
   }
-  const uint8_t *image = arrays.views[0].buf;
-  const double *pixels = arrays.views[1].buf;
-  double *moments = arrays.views[2].buf;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i)
-    add_moments(image + first_of(pixels + 2 * i, size, side + 2), size.width, side,
-                moments + 9 * i);
+  write_moments(arrays.views[0].buf, size, arrays.views[1].buf, count, side, arrays.views[2].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
 }
 
-// Sums over a window of how much nearer its pixels are than its centre, times their offsets.
-static void add_slopes(const float *first, Py_ssize_t width, Py_ssize_t side, float inverse,
+// Sums over a window of how much nearer its pixels are than its centre, times their offsets; those
+// with an invalid depth count as as far.
+INLINE void add_slopes(const float *first, Py_ssize_t width, Py_ssize_t side, float inverse,
                        double *slopes) {
   const Py_ssize_t middle = side / 2;
-  slopes[0] = slopes[1] = 0.0;
-  for (Py_ssize_t row = 0; row < side; ++row) {
-    const float *depth = first + row * width;
-    double sum = 0.0;
-    for (Py_ssize_t column = 0; column < side; ++column) {
-      const float nearer = 1.0f / depth[column] - inverse;
-      const double known = isfinite(nearer) ? nearer : 0.0;
-      sum += known;
-      slopes[0] += known * (double)(column - middle);
+  double along_u = 0.0, along_v = 0.0;
+  Py_ssize_t column = 0;
+  for (; column + EIGHT <= side; column += EIGHT) {
+    Floats sums = {0}, by_row = {0};
+    for (Py_ssize_t row = 0; row < side; ++row) {
+      Floats nearer = 1.0f / load(first + row * width + column) - inverse;
+      nearer = (Floats)((Integers)nearer & (nearer - nearer == 0.0f));
+      sums += nearer;
+      by_row += nearer * (float)(row - middle);
     }
-    slopes[1] += sum * (double)(row - middle);
+    for (int lane = 0; lane < EIGHT; ++lane) {
+      along_u += (double)sums[lane] * (double)(column + lane - middle);
+      along_v += (double)by_row[lane];
+    }
+  }
+  for (; column < side; ++column) {
+    for (Py_ssize_t row = 0; row < side; ++row) {
+      const float nearer = 1.0f / first[row * width + column] - inverse;
+      const double known = nearer - nearer == 0.0f ? (double)nearer : 0.0;
+      along_u += known * (double)(column - middle);
+      along_v += known * (double)(row - middle);
+    }
+  }
+  slopes[0] = along_u;
+  slopes[1] = along_v;
+}
+
+FOR_EACH_PROCESSOR
+static void write_slopes(const float *image, Size size, const double (*pixels)[2],
+                         const double *depths, Py_ssize_t count, Py_ssize_t side,
+                         double (*slopes)[2]) {
+  double square = 0.0;  // of the offsets, summed over a window
+  for (Py_ssize_t i = 0; i < side; ++i)
+    square += (double)side * (double)(i - side / 2) * (double)(i - side / 2);
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    add_slopes(image + first_of(pixels[i], size, side), size.width, side,
+               (float)(1.0 / depths[i]), slopes[i]);
+    slopes[i][0] /= square;
+    slopes[i][1] /= square;
   }
 }
 
@@ -123,19 +195,9 @@ PyObject *kernel_inverse_depth_slopes(PyObject *module, PyObject *arguments) {
     close_arrays(&arrays);
     return NULL;
   }
-  const float *image = arrays.views[0].buf;
-  const double *pixels = arrays.views[1].buf, *depths = arrays.views[2].buf;
-  double *slopes = arrays.views[3].buf;
-  double square = 0.0;  // of the offsets, summed over a window
-  for (Py_ssize_t i = 0; i < side; ++i)
-    square += (double)side * (double)(i - side / 2) * (double)(i - side / 2);
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    add_slopes(image + first_of(pixels + 2 * i, size, side), size.width, side,
-               (float)(1.0 / depths[i]), slopes + 2 * i);
-    slopes[2 * i] /= square;
-    slopes[2 * i + 1] /= square;
-  }
+  write_slopes(arrays.views[0].buf, size, arrays.views[1].buf, arrays.views[2].buf, count, side,
+               arrays.views[3].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
