@@ -8,10 +8,13 @@
 
 // Compiles a function twice: for every processor, and for x86-64 of 2013 and later, which counts
 // bits and computes eight floats at once; the digits are the same. Loading chooses one.
+// Where products and sums are fused, the other two are those that can do so and all.
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
 #define FOR_EACH_PROCESSOR __attribute__((target_clones("avx2", "default")))
+#define FOR_EACH_FUSING_PROCESSOR __attribute__((target_clones("fma", "default")))
 #else
 #define FOR_EACH_PROCESSOR
+#define FOR_EACH_FUSING_PROCESSOR
 #endif
 
 #endif
