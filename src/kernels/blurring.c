@@ -53,13 +53,19 @@ INLINE void sum_rows(const Pixel *pixels, Py_ssize_t step, float *sums, bool is_
 
 // The weighted sums of columns, for eight pixels of a row, as whole numbers.
 INLINE Bytes sum_columns(const float *sums, bool is_fused) {
-  const float whole = 12582912.0f;  // the unit of numbers above it is one: they are rounded to even
   Floats sum = load(sums) * WEIGHTS[RADIUS];
   for (int i = 1; i <= RADIUS; ++i)
     sum = multiply_add(load(sums + STRIP * i) + load(sums - STRIP * i), WEIGHTS[RADIUS + i], sum,
                        is_fused);
-  const Integers levels = __builtin_convertvector(sum + whole - whole, Integers);
-  return __builtin_convertvector(__builtin_convertvector(levels, Shorts), Bytes);
+  return __builtin_convertvector(__builtin_convertvector(rounded(sum), Shorts), Bytes);
+}
+
+// The first row from one on that is needed, or the height.
+INLINE Py_ssize_t next_needed(const uint8_t *needed, Py_ssize_t y, Py_ssize_t height) {
+  if (y < height && needed[y])  // as most often: no call
+    return y;
+  const uint8_t *const found = memchr(needed + y, 1, (size_t)(height - y));
+  return found == NULL ? height : found - needed;
 }
 
 // Sum the rows of a strip that are within the radius of a needed one, and some after them.
@@ -68,9 +74,8 @@ INLINE void sum_strip(const Blurring *work, Py_ssize_t strip, bool is_fused) {
   const uint8_t *needed = work->needed + strip * height;
   const Pixel *pixels = work->pixels + strip * STRIP - RADIUS;
   Py_ssize_t next = -RADIUS;  // the first row that is not summed yet
-  for (Py_ssize_t y = 0; y < height; ++y) {
-    if (!needed[y])
-      continue;
+  for (Py_ssize_t y = next_needed(needed, 0, height); y < height;
+       y = next_needed(needed, y + 1, height)) {
     for (next = next < y - RADIUS ? y - RADIUS : next; next <= y + RADIUS; next += ROWS)
       sum_rows(pixels + next * step, step, work->next_sums + (next + RADIUS) * STRIP, is_fused);
   }
@@ -80,9 +85,8 @@ INLINE void sum_strip(const Blurring *work, Py_ssize_t strip, bool is_fused) {
 INLINE void write_strip(const Blurring *work, Py_ssize_t strip, bool is_fused) {
   const Py_ssize_t height = work->image.height, left = work->image.width - strip * STRIP;
   const uint8_t *needed = work->needed + strip * height;
-  for (Py_ssize_t y = 0; y < height; ++y) {
-    if (!needed[y])
-      continue;
+  for (Py_ssize_t y = next_needed(needed, 0, height); y < height;
+       y = next_needed(needed, y + 1, height)) {
     Pixel *pixels = work->pixels + y * work->image.step + strip * STRIP;
     for (Py_ssize_t column = 0; column < STRIP && column < left; column += EIGHT) {
       const Bytes blurred = sum_columns(work->sums + (y + RADIUS) * STRIP + column, is_fused);

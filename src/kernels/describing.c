@@ -24,15 +24,6 @@ typedef struct {
   float first_x[BITS], first_y[BITS], second_x[BITS], second_y[BITS];
 } Pattern;
 
-// Whole numbers of eight that are small, to the nearest, or to the even one.
-INLINE Integers rounded(Floats numbers) {
-  const float whole = 12582912.0f;  // the unit of numbers above it is one
-  const Floats shifted = numbers + whole;
-  Integers bits;
-  memcpy(&bits, &shifted, sizeof(bits));
-  return bits - 0x4b400000;  // the bits of that number
-}
-
 // Where eight pixels lie in memory, relative to the point.
 INLINE void turn(const float *xs, const float *ys, float cosine, float sine, int32_t step,
                  int32_t *places) {
