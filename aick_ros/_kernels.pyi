@@ -30,6 +30,9 @@ def corners(
 def depth_rows(
     points: np.ndarray, directions: np.ndarray, jacobian: np.ndarray, pose: np.ndarray,
     twists: np.ndarray, heights: np.ndarray, rows: np.ndarray) -> None: ...
+def describe_points(
+    image: np.ndarray, border: int, pattern: np.ndarray, fused: bool, points: np.ndarray,
+    directions: np.ndarray, descriptors: np.ndarray) -> None: ...
 def disc_directions(
     image: np.ndarray, border: int, half_widths: np.ndarray, points: np.ndarray,
     directions: np.ndarray) -> None: ...

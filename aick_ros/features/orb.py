@@ -4,19 +4,19 @@
 """
 ORB keypoints (Rublee et al. 2011), with the paper's settings as defaults (IV-B).
 
-They are those of OpenCV's detector in less time: the corners are found by compiled code,
-and OpenCV describes only those that are kept.
+They are those of OpenCV's detector in less time: the corners are found by compiled code, and
+only those that are kept are described.
 """
 
 from __future__ import annotations
 
 import math
 
-import cv2
 import numpy as np
 
 from aick_ros import kernels
 from aick_ros.errors import InputError
+from aick_ros.features import orb_pattern
 from aick_ros.features.detector import Choice, Features, every_keypoint
 from aick_ros.settings import FeatureSettings
 
@@ -28,7 +28,6 @@ class OrbDetector:
     """Oriented FAST corners with rotated BRIEF descriptors of 256 bits."""
 
     def __init__(self, settings: FeatureSettings) -> None:
-        self._settings = settings
         orb = self._orb = settings.orb
         self._min_side = 2 * orb.scale_factor ** (orb.levels - 1)
         # in single precision, as in OpenCV
@@ -36,13 +35,8 @@ class OrbDetector:
         self._scales = np.array([factor ** level for level in range(orb.levels)], np.float32)
         self._counts = _counts(orb.nfeatures, factor, orb.levels)
         self._half_widths = _half_widths(orb.patch_size // 2)
-        self._border = orb.patch_size // 2 + _BEYOND_PATCH
-        self._describer = cv2.ORB_create(  # type: ignore[attr-defined]  # missing in the stubs
-            nlevels=1, edgeThreshold=0, WTA_K=2, patchSize=orb.patch_size)
-
-    def __reduce__(self) -> tuple[type[OrbDetector], tuple[FeatureSettings]]:
-        """Pickle the settings: OpenCV's detectors cannot be."""
-        return OrbDetector, (self._settings,)
+        self._border = max(orb.patch_size // 2 + _BEYOND_PATCH,
+                           orb_pattern.least_border(orb.patch_size))
 
     def detect(self, grey: np.ndarray) -> Features:
         """
@@ -80,9 +74,7 @@ class OrbDetector:
                              np.uint8)
             kernels.shrink(levels[-1], level)
             levels.append(level)
-        width = self._border
-        return [np.asarray(cv2.copyMakeBorder(level, width, width, width, width,
-                                              cv2.BORDER_REFLECT_101)) for level in levels]
+        return [orb_pattern.with_border(level, self._border) for level in levels]
 
     def _corners(self, level: int, image: np.ndarray) -> np.ndarray:
         """Return the best corners of one level, Kx3 float32 (x, y, response) in its pixels."""
@@ -100,27 +92,22 @@ class OrbDetector:
     def _described(self, levels: list[np.ndarray], octaves: np.ndarray,
                    places: np.ndarray) -> np.ndarray:
         """
-        Return the descriptors of corners, Kx32.
+        Return the descriptors of corners, Kx32, and leave the levels blurred.
 
         :param octaves: K, their levels.
         :param places: Kx2 float32, in the pixels of their levels.
         """
+        order = np.argsort(octaves, kind='stable')
+        ends = np.cumsum(np.bincount(octaves, minlength=len(levels))).tolist()
+        places, directions = places[order], np.empty(len(places))
         descriptors = np.empty((len(places), 32), np.uint8)
-        inner = slice(self._border, -self._border)
-        for level, image in enumerate(levels):
-            rows = np.flatnonzero(octaves == level)
-            if len(rows):
-                keypoints = self._oriented(image, places[rows])
-                descriptors[rows] = self._describer.compute(image[inner, inner], keypoints)[1]
+        for image, rows in zip(levels, map(slice, [0, *ends], ends)):
+            if rows.start < rows.stop:
+                kernels.disc_directions(image, self._border, self._half_widths, places[rows],
+                                        directions[rows])
+                descriptors[order[rows]] = orb_pattern.describe(
+                    image, self._border, self._orb.patch_size, places[rows], directions[rows])
         return descriptors
-
-    def _oriented(self, image: np.ndarray, places: np.ndarray) -> list[cv2.KeyPoint]:
-        """Return corners of one level with the direction of the centroid of their patch."""
-        directions = np.empty(len(places))
-        kernels.disc_directions(image, self._border, self._half_widths, places, directions)
-        size = self._orb.patch_size
-        return [cv2.KeyPoint(x, y, size, direction)
-                for (x, y), direction in zip(places.tolist(), directions.tolist())]
 
 
 def _counts(count: int, factor: float, levels: int) -> list[int]:

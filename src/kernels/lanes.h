@@ -34,6 +34,14 @@ INLINE Integers to_integers(Shorts shorts) { return __builtin_convertvector(shor
 
 INLINE Floats to_floats(Integers integers) { return __builtin_convertvector(integers, Floats); }
 
+// The nearest integers of numbers below 2^22, and the even ones of two that are as near.
+INLINE Integers rounded(Floats numbers) {
+  const Floats shifted = numbers + 12582912.0f;  // to where neighbours differ by one
+  Integers bits;
+  memcpy(&bits, &shifted, sizeof(bits));
+  return bits - 0x4b400000;  // the bits of what was added
+}
+
 INLINE Floats load(const float *numbers) {
   Floats floats;
   memcpy(&floats, numbers, sizeof(floats));

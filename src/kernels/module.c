@@ -15,6 +15,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(composed_poses),
     KERNEL(corners),
     KERNEL(depth_rows),
+    KERNEL(describe_points),
     KERNEL(disc_directions),
     KERNEL(distortion_rows),
     KERNEL(edges_beside),

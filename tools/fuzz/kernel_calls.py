@@ -35,6 +35,7 @@ closest_pairs f:n,4 f:m,4 q:2,k f:k %f %f %f q>n,2
 composed_poses d:4,4 d:6,6 d:4,4 d:6,6 d>4,4 d>6,6
 corners B:h,v %b %i %i %i
 depth_rows d:n,3 d:n,3 d:n,6 d:4,4 d:2,6 d:2 d>n,14
+describe_points B>x,y %z f:4,256 %i f:n,2 d:n B>n,32
 disc_directions B:h,v %b q:r f:n,2 d>n
 distortion_rows d:n,3 d:n,3 q:n,4 d:n,4 %f d:k d>n,k d>n
 edges_beside f:h,v d:n,2 d:n %i %f %f d>n ?>n
