@@ -9,6 +9,7 @@
 #include "arrays.h"
 #include "displacement.h"
 #include "kernels.h"
+#include "processors.h"
 
 enum {
   COEFFICIENTS = 12,  // k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4, as in OpenCV
@@ -105,6 +106,22 @@ PyObject *kernel_normalize(PyObject *module, PyObject *arguments) {
   return map_rows(arguments, normalize, "the pixels", 2, "the rays");
 }
 
+FOR_EACH_PROCESSOR
+static void move_by_rows(const Displacement *by, const double (*points)[3], Py_ssize_t count,
+                         double (*moved)[3]) {
+  for (Py_ssize_t first = 0; first < count; first += BATCH) {
+    const int many = count - first < BATCH ? (int)(count - first) : BATCH;
+    Column before[3] = {{0}}, after[3];
+    for (int n = 0; n < many; ++n)
+      for (int i = 0; i < 3; ++i)
+        before[i][n] = points[first + n][i];
+    displace(by, before, after);
+    for (int n = 0; n < many; ++n)
+      for (int i = 0; i < 3; ++i)
+        moved[first + n][i] = after[i][n];
+  }
+}
+
 PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments) {
   PyObject *point_array, *constant_array, *by_row_array, *moved_array;
   double height;
@@ -121,12 +138,9 @@ PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments) {
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const double *points = arrays.views[0].buf;
   const Displacement displacement = {arrays.views[1].buf, arrays.views[2].buf, height};
-  double *moved = arrays.views[3].buf;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i)
-    displace(&displacement, points + 3 * i, moved + 3 * i);
+  move_by_rows(&displacement, arrays.views[0].buf, count, arrays.views[3].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
