@@ -149,11 +149,10 @@ class _Problem:
         self._source, self._target = source, target
         self._seen = self._tracks = tracks
         self._displacement = tracks.displacement(target.frame.camera.fx)
-        self._noise = Noise()
+        is_joint = source.surface is not None and target.surface is not None
+        self._noise = noise.expected(self._displacement) if is_joint else Noise()
         self._misalignment, self._twists = NO_MISALIGNMENT, np.zeros((2, 6))
         self._correction = NO_CORRECTION
-        if source.surface is not None and target.surface is not None:
-            self._noise = noise.expected(self._displacement)
         self._depth_rate = depth_rate(source, target)
         self._ray_sigma = settings.track_sigma / target.frame.camera.fx
         self._settings = settings
