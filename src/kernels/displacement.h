@@ -18,7 +18,7 @@ typedef struct {
 
 // The rows that points project to: 0 on the optical axis, 1 is all rows. In loops one after the
 // other: of one that has both bounds, compilers make branches.
-static inline void find_rows(const Column *points, double height, Column rows) {
+static inline void find_rows(Column *points, double height, Column rows) {
   for (int n = 0; n < BATCH; ++n)
     rows[n] = points[1][n] / (points[2][n] * height);
   for (int n = 0; n < BATCH; ++n)
@@ -28,7 +28,7 @@ static inline void find_rows(const Column *points, double height, Column rows) {
 }
 
 // Displace points, to second order.
-static inline void displace(const Displacement *by, const Column *points, Column *moved) {
+static inline void displace(const Displacement *by, Column *points, Column *moved) {
   double constant[6], by_row[6];
   Column rows;
   find_rows(points, by->height, rows);

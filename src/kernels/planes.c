@@ -111,7 +111,7 @@ typedef struct {
   int64_t are_pairs[BATCH];
 } Residuals;
 
-static inline void turn(const double *pose, const Column *vectors, Column *turned) {
+static inline void turn(const double *pose, Column *vectors, Column *turned) {
   for (int i = 0; i < 3; ++i) {
     const double x = pose[4 * i], y = pose[4 * i + 1], z = pose[4 * i + 2];
     for (int n = 0; n < BATCH; ++n)
@@ -174,7 +174,7 @@ static inline void find_noise(const Pairing *pairing, const double *depths, Colu
 }
 
 // The derivatives of moved points along directions, by the error of the pose.
-static inline void derive(const Column *directions, const Column *arms, Column *jacobian) {
+static inline void derive(Column *directions, Column *arms, Column *jacobian) {
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
     for (int n = 0; n < BATCH; ++n) {
@@ -184,7 +184,7 @@ static inline void derive(const Column *directions, const Column *arms, Column *
   }
 }
 
-static inline void compare(const Candidates *of, const Pairing *pairing, Residuals *found) {
+static inline void compare(Candidates *of, const Pairing *pairing, Residuals *found) {
   const double reach = pairing->reach, smallest_cosine = pairing->smallest_cosine;
   Column noise, directions[3], turned[3];
   find_noise(pairing, of->points[2], noise);
@@ -234,7 +234,7 @@ static inline int append(const Candidates *of, const Residuals *found, Pairs *to
 
 // Add the products of rows with themselves, times a factor; the sums are kept in registers until
 // the end.
-static inline void add_squares(const double (*rows)[6], int count, double factor,
+static inline void add_squares(double (*rows)[6], int count, double factor,
                                double (*sums)[6]) {
   double products[6][6] = {{0}};
   for (int n = 0; n < count; ++n)

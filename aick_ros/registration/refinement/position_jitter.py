@@ -70,7 +70,8 @@ def jitter(first: PosesByKind, second: PosesByKind, third: PosesByKind) -> float
 def _second_difference(first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:
     """Return what the third position differs by from the one at the first two's motion, 3."""
     expected = second @ se3.inverse(first) @ second
-    return third[:3, 3] - expected[:3, 3]
+    difference: np.ndarray = third[:3, 3] - expected[:3, 3]
+    return difference
 
 
 def _consecutive(first: PosesByKind, second: PosesByKind, third: PosesByKind) -> bool:
