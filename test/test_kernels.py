@@ -128,12 +128,10 @@ def test_indices_out_of_range_are_refused(index):
     normals, pose, twists = np.ones((2, 3), np.float32), np.eye(4), np.ones((2, 6))
     for indices_and_cells in ((indices, inside), (inside, indices)):
         with pytest.raises(ValueError, match='not that of a point or of a cell'):
-            kernels.keypoint_rows(np.ones((2, 3)), *indices_and_cells, normals,
-                                  np.ones((2, 2, 6)), pose, twists, np.ones(2), 0.1,
-                                  np.zeros((2, 2, 14)))
-    with pytest.raises(ValueError, match='not that of a node'):
-        kernels.distortion_rows(np.ones((1, 3)), np.ones((1, 3)), np.array([[0, 1, 0, index]]),
-                                np.ones((1, 4)), 1.0, np.zeros(2), np.zeros((1, 2)), np.zeros(1))
+            kernels.keypoint_equations(
+                np.ones((2, 3)), *indices_and_cells, normals, np.ones((2, 2, 6)), np.ones((2, 2)),
+                np.ones((2, 2)), 1.0, pose, twists, np.ones(2), 0.1, np.zeros((14, 14)),
+                np.zeros(14))
     with pytest.raises(ValueError, match='not one of the source'):
         kernels.point_to_plane(
             np.ones((2, 3), np.float32), indices, normals, np.ones(2, np.float32),
@@ -155,6 +153,26 @@ def test_edges_are_not_sought_without_end(reach):
     with pytest.raises(ValueError, match=f'a reach of {reach} pixels: 0 to 32768 are required'):
         kernels.edges_beside(np.ones((8, 8), np.float32), np.ones((1, 2)), np.ones(1), reach, 0.1,
                              0.5, np.zeros(1), np.zeros(1, bool))
+
+
+@pytest.mark.parametrize('size', [0, 13, 14 + 2 ** 10 + 1])
+def test_equations_have_unknowns_that_each_residual_has_and_not_too_many_others(size):
+    message = f'{size} are not the unknowns of equations of 14 and nodes'
+    with pytest.raises(ValueError, match=message):
+        kernels.keypoint_equations(
+            np.ones((2, 3)), np.zeros(2, int), np.zeros(2, int), np.ones((2, 3), np.float32),
+            np.ones((2, 2, 6)), np.ones((2, 2)), np.ones((2, 2)), 1.0, np.eye(4), np.ones((2, 6)),
+            np.ones(2), 0.1, np.zeros((size, size)), np.zeros(size))
+
+
+@pytest.mark.parametrize('rows, columns, message', [
+    (1, 6, '1 rows and 6 columns of nodes'), (2 ** 30, 2 ** 30, 'are not the unknowns')])
+def test_equations_have_a_grid_of_nodes(rows, columns, message):
+    with pytest.raises(ValueError, match=message):
+        kernels.depth_equations(
+            *3 * [np.ones((2, 3))], np.ones(2), np.ones(2), np.eye(4), np.ones((2, 6)),
+            np.ones(2), np.ones((2, 2)), np.ones((2, 2)), rows, columns, np.ones(4), np.ones(4),
+            np.zeros((18, 18)), np.zeros((2, 18)))
 
 
 def test_nodes_are_counted_in_64_bits():

@@ -136,6 +136,22 @@ PyObject *kernel_normalize(PyObject *module, PyObject *arguments) {
   return map_rows(arguments, normalize_all, "the pixels", 2, "the rays");
 }
 
+FOR_EACH_PROCESSOR
+static void move_by_rows(const Displacement *by, const double (*points)[3], Py_ssize_t count,
+                         double (*moved)[3]) {
+  for (Py_ssize_t first = 0; first < count; first += BATCH) {
+    const int many = count - first < BATCH ? (int)(count - first) : BATCH;
+    Column before[3] = {{0}}, after[3];
+    for (int n = 0; n < many; ++n)
+      for (int i = 0; i < 3; ++i)
+        before[i][n] = points[first + n][i];
+    displace(by, before, after);
+    for (int n = 0; n < many; ++n)
+      for (int i = 0; i < 3; ++i)
+        moved[first + n][i] = after[i][n];
+  }
+}
+
 PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments) {
   PyObject *point_array, *constant_array, *by_row_array, *moved_array;
   double height;
@@ -152,12 +168,58 @@ PyObject *kernel_moved_by_rows(PyObject *module, PyObject *arguments) {
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const double *points = arrays.views[0].buf;
   const Displacement displacement = {arrays.views[1].buf, arrays.views[2].buf, height};
-  double *moved = arrays.views[3].buf;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i)
-    displace(&displacement, points + 3 * i, moved + 3 * i);
+  move_by_rows(&displacement, arrays.views[0].buf, count, arrays.views[3].buf);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+// Move rays to points at known depths in the frame that a pose leads to, as moving its rows does.
+FOR_EACH_PROCESSOR
+static void move_rays(const Displacement *by, const double *pose, const double (*points)[3],
+                      const double (*rays)[2], Py_ssize_t count, double (*moved)[2]) {
+  for (Py_ssize_t first = 0; first < count; first += BATCH) {
+    const int many = count - first < BATCH ? (int)(count - first) : BATCH;
+    Column seen[3] = {{0}}, after[3];
+    for (int n = 0; n < many; ++n) {
+      const double *point = points[first + n], *ray = rays[first + n];
+      const double depth =
+          pose[8] * point[0] + pose[9] * point[1] + pose[10] * point[2] + pose[11];
+      seen[0][n] = ray[0] * depth;
+      seen[1][n] = ray[1] * depth;
+      seen[2][n] = depth;
+    }
+    displace(by, seen, after);
+    for (int n = 0; n < many; ++n)
+      for (int i = 0; i < 2; ++i)
+        moved[first + n][i] = after[i][n] / after[2][n];
+  }
+}
+
+PyObject *kernel_rays_moved_by_rows(PyObject *module, PyObject *arguments) {
+  PyObject *ray_array, *point_array, *pose_array, *by_row_array, *moved_array;
+  double height;
+  if (!PyArg_ParseTuple(arguments, "OOOOdO", &ray_array, &point_array, &pose_array,
+                        &by_row_array, &height, &moved_array))
+    return NULL;
+  const Py_ssize_t count = row_count(ray_array);
+  const Argument needed[] = {
+      {"the rays", ray_array, 'd', 2 * count, false},
+      {"the points", point_array, 'd', 3 * count, false},
+      {"the pose", pose_array, 'd', 16, false},
+      {"the twist by row", by_row_array, 'd', 6, false},
+      {"the moved rays", moved_array, 'd', 2 * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const double still[6] = {0};
+  const Displacement displacement = {still, arrays.views[3].buf, height};
+  Py_BEGIN_ALLOW_THREADS
+  move_rays(&displacement, arrays.views[2].buf, arrays.views[1].buf, arrays.views[0].buf, count,
+            arrays.views[4].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;

@@ -54,8 +54,8 @@ static inline double depth_at(const DepthImage *image, double u, double v, const
 }
 
 FOR_EACH_PROCESSOR
-static void sample(const DepthImage *image, const double (*pixels)[2], Py_ssize_t count,
-                   const Sensor *sensor, double *depths) {
+static void sample_all(const DepthImage *image, const double (*pixels)[2], Py_ssize_t count,
+                       const Sensor *sensor, double *depths) {
   for (Py_ssize_t i = 0; i < count; ++i)
     depths[i] = depth_at(image, pixels[i][0], pixels[i][1], sensor);
 }
@@ -79,7 +79,48 @@ PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments) {
   image.depths = arrays.views[0].buf;
   image.size = size_of(&arrays.views[0]);
   Py_BEGIN_ALLOW_THREADS
-  sample(&image, arrays.views[1].buf, count, &sensor, arrays.views[2].buf);
+  sample_all(&image, arrays.views[1].buf, count, &sensor, arrays.views[2].buf);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+FOR_EACH_PROCESSOR
+static void scale_all(const DepthImage *image, const double *pixels, const double *seen,
+                      const double *points, Py_ssize_t count, const Sensor *sensor,
+                      double *scaled) {
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    const double depth = depth_at(image, pixels[2 * i], pixels[2 * i + 1], sensor);
+    const double scale = depth / seen[3 * i + 2];
+    for (Py_ssize_t k = 3 * i; k < 3 * i + 3; ++k)
+      scaled[k] = isfinite(scale) ? scale * points[k] : points[k];
+  }
+}
+
+PyObject *kernel_scaled_to_depth(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *pixel_array, *seen_array, *point_array, *scaled_array;
+  DepthImage image;
+  Sensor sensor;
+  if (!PyArg_ParseTuple(arguments, "OOdddOOO", &image_array, &pixel_array, &sensor.jump,
+                        &sensor.nearest, &sensor.farthest, &seen_array, &point_array,
+                        &scaled_array))
+    return NULL;
+  const Py_ssize_t count = row_count(pixel_array);
+  const Argument needed[] = {
+      {"the image", image_array, 'f', IMAGE, false},
+      {"the pixels", pixel_array, 'd', 2 * count, false},
+      {"the points seen", seen_array, 'd', 3 * count, false},
+      {"the points", point_array, 'd', 3 * count, false},
+      {"the scaled points", scaled_array, 'd', 3 * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  image.depths = arrays.views[0].buf;
+  image.size = size_of(&arrays.views[0]);
+  Py_BEGIN_ALLOW_THREADS
+  scale_all(&image, arrays.views[1].buf, arrays.views[2].buf, arrays.views[3].buf, count, &sensor,
+            arrays.views[4].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;

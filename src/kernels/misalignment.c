@@ -1,16 +1,74 @@
 // SPDX-FileCopyrightText: 2026 The aick_ros authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Derivatives of residuals by the misalignment of a camera and by the distortion of its depth.
+// Normal equations of the misalignment of a camera and of the distortion of its depth.
 
 #include <math.h>
 #include <stdint.h>
 
 #include "arrays.h"
 #include "kernels.h"
+#include "processors.h"
 #include "vectors.h"
 
-enum { POSE = 6, UNKNOWNS = 14 };  // a row: pose 6, offset 6, delay, readout
+enum {
+  POSE = 6,
+  UNKNOWNS = 14,  // of each residual: pose 6, offset 6, delay, readout
+  AROUND = 4,     // nodes of the distortion around a point
+  MOST_NODES = 1 << 10,
+};
+
+// Sums over residuals: the nodes of the distortion are the unknowns behind the others.
+typedef struct {
+  Py_ssize_t size;
+  double *information;       // size x size, of which the upper right is filled in the end
+  double *gradient;          // by the values of the residuals
+  double *gradient_applied;  // by how far what is corrected already has changed them
+} Equations;
+
+// A residual and its derivatives, those by the distortion at the nodes around two points.
+typedef struct {
+  double weight, value, applied;
+  double derivatives[UNKNOWNS], by_nodes[2 * AROUND];
+  int64_t nodes[2 * AROUND];
+} Row;
+
+// Add the products of a row by the unknowns that each residual has; the sums are of a size that is
+// known, so that several are computed at once.
+static inline void add_known(const Row *row, double (*products)[UNKNOWNS], double *gradient) {
+  const double weighted_value = row->weight * row->value;
+  for (int i = 0; i < UNKNOWNS; ++i) {
+    const double scaled = row->weight * row->derivatives[i];
+    gradient[i] -= weighted_value * row->derivatives[i];
+    for (int j = 0; j < UNKNOWNS; ++j)
+      products[i][j] += scaled * row->derivatives[j];
+  }
+}
+
+// Add the products of a row with its derivatives by the distortion.
+static inline void add_nodes(const Row *row, Equations *to) {
+  const double weighted_value = row->weight * row->value;
+  const double weighted_applied = row->weight * row->applied;
+  for (int j = 0; j < UNKNOWNS; ++j)
+    to->gradient_applied[j] += weighted_applied * row->derivatives[j];
+  for (int k = 0; k < 2 * AROUND; ++k) {
+    const double scaled = row->weight * row->by_nodes[k];
+    const Py_ssize_t unknown = UNKNOWNS + row->nodes[k];
+    double *sums = to->information + to->size * unknown;
+    to->gradient[unknown] -= weighted_value * row->by_nodes[k];
+    to->gradient_applied[unknown] += weighted_applied * row->by_nodes[k];
+    for (int j = 0; j < UNKNOWNS; ++j)
+      sums[j] += scaled * row->derivatives[j];
+    for (int n = 0; n < 2 * AROUND; ++n)
+      sums[UNKNOWNS + row->nodes[n]] += scaled * row->by_nodes[n];
+  }
+}
+
+static void add_products(double (*products)[UNKNOWNS], Equations *to) {
+  for (int i = 0; i < UNKNOWNS; ++i)
+    for (int j = 0; j < UNKNOWNS; ++j)
+      to->information[to->size * i + j] += products[i][j];
+}
 
 static double along_twist(const double *moved, const double *twist) {
   return dot(moved, twist) + dot(moved + 3, twist + 3);
@@ -81,48 +139,91 @@ static void keypoint_row(const Motion *motion, const double *jacobian, const dou
   row[13] = by_readout(motion, 0, in_source, point) - by_readout(motion, 1, jacobian, moved);
 }
 
-PyObject *kernel_keypoint_rows(PyObject *module, PyObject *arguments) {
-  PyObject *objects[9];
-  double smallest_cosine;
-  if (!PyArg_ParseTuple(arguments, "OOOOOOOOdO", &objects[0], &objects[1], &objects[2],
-                        &objects[3], &objects[4], &objects[5], &objects[6], &objects[7],
-                        &smallest_cosine, &objects[8]))
+// Return whether there are so many unknowns; false, with a ValueError, otherwise.
+static bool is_size(Py_ssize_t size) {
+  if (size >= UNKNOWNS && size <= UNKNOWNS + MOST_NODES)
+    return true;
+  PyErr_Format(PyExc_ValueError, "%zd are not the unknowns of equations of %d and nodes", size,
+               UNKNOWNS);
+  return false;
+}
+
+// Keypoints on cells of a surface; two residuals each, the second ones behind all first ones.
+typedef struct {
+  const double (*points)[3], (*jacobian)[POSE], *values, *weights;
+  const float (*normals)[3];
+  const int64_t *indices, *cells;  // of the keypoints that are on a cell, and the cells
+  Py_ssize_t count, found, size;   // of keypoints, of those, and of all cells
+  double smallest_cosine, weight;
+} Keypoints;
+
+// Return whether all indices are those of keypoints and of cells.
+FOR_EACH_PROCESSOR
+static bool add_keypoints(const Keypoints *keypoints, const Motion *motion, Equations *to) {
+  double products[UNKNOWNS][UNKNOWNS] = {{0}};
+  for (Py_ssize_t n = 0; n < keypoints->found; ++n) {
+    const int64_t i = keypoints->indices[n], cell = keypoints->cells[n];
+    if (i < 0 || i >= keypoints->count || cell < 0 || cell >= keypoints->size)
+      return false;
+    const float *of_cell = keypoints->normals[cell];
+    const double normal[3] = {of_cell[0], of_cell[1], of_cell[2]};
+    for (Py_ssize_t at = i; at < 2 * keypoints->count; at += keypoints->count) {
+      Row row = {.weight = keypoints->weight * keypoints->weights[at],
+                 .value = keypoints->values[at]};
+      keypoint_row(motion, keypoints->jacobian[at], keypoints->points[i], normal,
+                   keypoints->smallest_cosine, row.derivatives);
+      add_known(&row, products, to->gradient);
+    }
+  }
+  add_products(products, to);
+  return true;
+}
+
+PyObject *kernel_keypoint_equations(PyObject *module, PyObject *arguments) {
+  PyObject *objects[12];
+  Keypoints keypoints;
+  if (!PyArg_ParseTuple(arguments, "OOOOOOOdOOOdOO", &objects[0], &objects[1], &objects[2],
+                        &objects[3], &objects[4], &objects[5], &objects[6], &keypoints.weight,
+                        &objects[7], &objects[8], &objects[9], &keypoints.smallest_cosine,
+                        &objects[10], &objects[11]))
     return NULL;
   const Py_ssize_t count = row_count(objects[0]), found = row_count(objects[1]);
-  const Py_ssize_t size = row_count(objects[3]);
+  const Py_ssize_t cells = row_count(objects[3]), size = row_count(objects[11]);
+  if (!is_size(size))
+    return NULL;
   const Argument needed[] = {
       {"the points", objects[0], 'd', 3 * count, false},
       {"the indices", objects[1], 'q', found, false},
       {"the cells", objects[2], 'q', found, false},
-      {"the normals", objects[3], 'f', 3 * size, false},
+      {"the normals", objects[3], 'f', 3 * cells, false},
       {"the jacobian", objects[4], 'd', 2 * POSE * count, false},
-      {"the pose", objects[5], 'd', 16, false},
-      {"the twists", objects[6], 'd', 12, false},
-      {"the heights", objects[7], 'd', 2, false},
-      {"the rows", objects[8], 'd', 2 * UNKNOWNS * found, true},
+      {"the values", objects[5], 'd', 2 * count, false},
+      {"the weights", objects[6], 'd', 2 * count, false},
+      {"the pose", objects[7], 'd', 16, false},
+      {"the twists", objects[8], 'd', 12, false},
+      {"the heights", objects[9], 'd', 2, false},
+      {"the information", objects[10], 'd', size * size, true},
+      {"the gradient", objects[11], 'd', size, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const double *points = arrays.views[0].buf, *jacobian = arrays.views[4].buf;
-  const int64_t *indices = arrays.views[1].buf, *cells = arrays.views[2].buf;
-  const float *normals = arrays.views[3].buf;
-  double *rows = arrays.views[8].buf;
+  keypoints.points = arrays.views[0].buf;
+  keypoints.indices = arrays.views[1].buf;
+  keypoints.cells = arrays.views[2].buf;
+  keypoints.normals = arrays.views[3].buf;
+  keypoints.jacobian = arrays.views[4].buf;
+  keypoints.values = arrays.views[5].buf;
+  keypoints.weights = arrays.views[6].buf;
+  keypoints.count = count;
+  keypoints.found = found;
+  keypoints.size = cells;
+  Equations equations = {size, arrays.views[10].buf, arrays.views[11].buf, NULL};
   Motion motion;
-  open_motion(&arrays, &motion, 5);
-  bool are_rows = true;
+  open_motion(&arrays, &motion, 7);
+  bool are_rows;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t n = 0; n < found && are_rows; ++n) {
-    const int64_t i = indices[n], cell = cells[n];
-    are_rows = i >= 0 && i < count && cell >= 0 && cell < size;
-    if (!are_rows)
-      continue;
-    const float *of_cell = normals + 3 * cell;
-    const double normal[3] = {of_cell[0], of_cell[1], of_cell[2]};
-    for (int k = 0; k < 2; ++k)
-      keypoint_row(&motion, jacobian + POSE * (k * count + i), points + 3 * i, normal,
-                   smallest_cosine, rows + UNKNOWNS * (k * found + n));
-  }
+  are_rows = add_keypoints(&keypoints, &motion, &equations);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   if (!are_rows) {
@@ -132,51 +233,37 @@ PyObject *kernel_keypoint_rows(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
-PyObject *kernel_depth_rows(PyObject *module, PyObject *arguments) {
-  PyObject *objects[7];
-  if (!PyArg_ParseTuple(arguments, "OOOOOOO", &objects[0], &objects[1], &objects[2], &objects[3],
-                        &objects[4], &objects[5], &objects[6]))
-    return NULL;
-  const Py_ssize_t count = row_count(objects[0]);
-  const Argument needed[] = {
-      {"the points", objects[0], 'd', 3 * count, false},
-      {"the directions", objects[1], 'd', 3 * count, false},
-      {"the jacobian", objects[2], 'd', POSE * count, false},
-      {"the pose", objects[3], 'd', 16, false},
-      {"the twists", objects[4], 'd', 12, false},
-      {"the heights", objects[5], 'd', 2, false},
-      {"the rows", objects[6], 'd', UNKNOWNS * count, true},
-  };
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  const double *points = arrays.views[0].buf, *directions = arrays.views[1].buf;
-  const double *jacobian = arrays.views[2].buf;
-  double *rows = arrays.views[6].buf;
-  Motion motion;
-  open_motion(&arrays, &motion, 3);
-  Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t n = 0; n < count; ++n) {
-    const double *moved = points + 3 * n, *in_target = directions + 3 * n;
-    double point[3], in_source[3], of_source[6], of_target[6], *row = rows + UNKNOWNS * n;
-    to_source(&motion, moved, point);
-    to_source_axes(&motion, in_target, in_source);
-    by_twist(in_source, point, of_source);
-    by_twist(in_target, moved, of_target);
-    for (int i = 0; i < POSE; ++i) {
-      row[i] = jacobian[POSE * n + i];
-      row[POSE + i] = of_source[i] - of_target[i];
-    }
-    row[12] = along_twist(of_source, motion.twists[0]) - along_twist(of_target, motion.twists[1]);
-    row[13] = by_readout(&motion, 0, in_source, point) - by_readout(&motion, 1, in_target, moved);
-  }
-  Py_END_ALLOW_THREADS
-  close_arrays(&arrays);
-  Py_RETURN_NONE;
+// A grid of nodes over the image, and the distortion at them that is corrected, of both frames.
+typedef struct {
+  Py_ssize_t rows, columns;
+  const double *distortions[2];
+} Nodes;
+
+// Return whether there are so many nodes; false, with a ValueError, otherwise.
+static bool is_grid(Py_ssize_t rows, Py_ssize_t columns) {
+  if (rows >= 2 && columns >= 2 && rows <= LONGEST && columns <= LONGEST)
+    return true;
+  PyErr_Format(PyExc_ValueError, "%zd rows and %zd columns of nodes: 2 to %zd are required", rows,
+               columns, LONGEST);
+  return false;
 }
 
 static double limited(double value, double most) {
   return value > 0.0 ? (value < most ? value : most) : 0.0;
+}
+
+// The nodes around a place, the columns and rows of nodes counted, and their weights.
+static inline void find_nodes(const double *place, Py_ssize_t rows, Py_ssize_t columns,
+                              int64_t *nodes, double *weights) {
+  const double column = limited(place[0], (double)(columns - 1));
+  const double row = limited(place[1], (double)(rows - 1));
+  const Py_ssize_t left = column < (double)(columns - 2) ? (Py_ssize_t)column : columns - 2;
+  const Py_ssize_t top = row < (double)(rows - 2) ? (Py_ssize_t)row : rows - 2;
+  const double right = column - (double)left, down = row - (double)top;
+  for (int i = 0; i < AROUND; ++i) {
+    nodes[i] = (top + i / 2) * columns + left + i % 2;
+    weights[i] = (i % 2 ? right : 1.0 - right) * (i / 2 ? down : 1.0 - down);
+  }
 }
 
 PyObject *kernel_nodes_around(PyObject *module, PyObject *arguments) {
@@ -185,11 +272,8 @@ PyObject *kernel_nodes_around(PyObject *module, PyObject *arguments) {
   if (!PyArg_ParseTuple(arguments, "OnnOO", &place_array, &rows, &columns, &node_array,
                         &weight_array))
     return NULL;
-  if (rows < 2 || columns < 2 || rows > LONGEST || columns > LONGEST) {
-    PyErr_Format(PyExc_ValueError, "%zd rows and %zd columns of nodes: 2 to %zd are required",
-                 rows, columns, LONGEST);
+  if (!is_grid(rows, columns))
     return NULL;
-  }
   const Py_ssize_t count = row_count(place_array);
   const Argument needed[] = {
       {"the places", place_array, 'd', 2 * count, false},
@@ -203,65 +287,113 @@ PyObject *kernel_nodes_around(PyObject *module, PyObject *arguments) {
   int64_t(*nodes)[4] = arrays.views[1].buf;
   double(*weights)[4] = arrays.views[2].buf;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t n = 0; n < count; ++n) {
-    const double column = limited(places[2 * n], (double)(columns - 1));
-    const double row = limited(places[2 * n + 1], (double)(rows - 1));
-    const Py_ssize_t left = column < (double)(columns - 2) ? (Py_ssize_t)column : columns - 2;
-    const Py_ssize_t top = row < (double)(rows - 2) ? (Py_ssize_t)row : rows - 2;
-    const double right = column - (double)left, down = row - (double)top;
-    for (int i = 0; i < 4; ++i) {
-      nodes[n][i] = (top + i / 2) * columns + left + i % 2;
-      weights[n][i] = (i % 2 ? right : 1.0 - right) * (i / 2 ? down : 1.0 - down);
-    }
-  }
+  for (Py_ssize_t n = 0; n < count; ++n)
+    find_nodes(places + 2 * n, rows, columns, nodes[n], weights[n]);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
 }
 
-PyObject *kernel_distortion_rows(PyObject *module, PyObject *arguments) {
-  PyObject *objects[7];
-  double sign;
-  if (!PyArg_ParseTuple(arguments, "OOOOdOOO", &objects[0], &objects[1], &objects[2],
-                        &objects[3], &sign, &objects[4], &objects[5], &objects[6]))
+// Residuals of depth, with the places among the nodes that both frames see their points at.
+typedef struct {
+  const double (*points)[3], (*directions)[3], (*jacobian)[POSE], *values, *weights;
+  const double (*places[2])[2];
+  Py_ssize_t count;
+} DepthResiduals;
+
+// The derivatives of a residual by the distortion of a frame, and what of it is applied.
+static inline void depth_nodes(const Nodes *nodes, int frame, const double *place, double along,
+                               Row *row) {
+  double weights[AROUND];
+  int64_t *around = row->nodes + AROUND * frame;
+  find_nodes(place, nodes->rows, nodes->columns, around, weights);
+  for (int i = 0; i < AROUND; ++i) {
+    row->by_nodes[AROUND * frame + i] = along * weights[i];
+    row->applied += along * weights[i] * nodes->distortions[frame][around[i]];
+  }
+}
+
+static inline void depth_row(const DepthResiduals *of, Py_ssize_t n, const Motion *motion,
+                             const Nodes *nodes, Row *row) {
+  const double *moved = of->points[n], *in_target = of->directions[n];
+  double point[3], in_source[3], of_source[6], of_target[6], *derivatives = row->derivatives;
+  to_source(motion, moved, point);
+  to_source_axes(motion, in_target, in_source);
+  by_twist(in_source, point, of_source);
+  by_twist(in_target, moved, of_target);
+  for (int i = 0; i < POSE; ++i) {
+    derivatives[i] = of->jacobian[n][i];
+    derivatives[POSE + i] = of_source[i] - of_target[i];
+  }
+  derivatives[12] =
+      along_twist(of_source, motion->twists[0]) - along_twist(of_target, motion->twists[1]);
+  derivatives[13] =
+      by_readout(motion, 0, in_source, point) - by_readout(motion, 1, in_target, moved);
+  // an error of the inverse depth moves a point p by -z p
+  depth_nodes(nodes, 0, of->places[0][n], -point[2] * dot(in_source, point), row);
+  depth_nodes(nodes, 1, of->places[1][n], moved[2] * dot(in_target, moved), row);
+}
+
+FOR_EACH_PROCESSOR
+static void add_depth(const DepthResiduals *residuals, const Motion *motion, const Nodes *nodes,
+                      Equations *to) {
+  double products[UNKNOWNS][UNKNOWNS] = {{0}};
+  for (Py_ssize_t n = 0; n < residuals->count; ++n) {
+    Row row = {.weight = residuals->weights[n], .value = residuals->values[n]};
+    depth_row(residuals, n, motion, nodes, &row);
+    add_known(&row, products, to->gradient);
+    add_nodes(&row, to);
+  }
+  add_products(products, to);
+  for (Py_ssize_t i = 0; i < UNKNOWNS; ++i)
+    for (Py_ssize_t j = UNKNOWNS; j < to->size; ++j)
+      to->information[to->size * i + j] = to->information[to->size * j + i];
+}
+
+PyObject *kernel_depth_equations(PyObject *module, PyObject *arguments) {
+  PyObject *objects[14];
+  Nodes nodes;
+  if (!PyArg_ParseTuple(arguments, "OOOOOOOOOOnnOOOO", &objects[0], &objects[1], &objects[2],
+                        &objects[3], &objects[4], &objects[5], &objects[6], &objects[7],
+                        &objects[8], &objects[9], &nodes.rows, &nodes.columns, &objects[10],
+                        &objects[11], &objects[12], &objects[13]) ||
+      !is_grid(nodes.rows, nodes.columns))
     return NULL;
-  const Py_ssize_t count = row_count(objects[0]), size = row_count(objects[4]);
+  const Py_ssize_t count = row_count(objects[0]), all = nodes.rows * nodes.columns;
+  const Py_ssize_t size = UNKNOWNS + all;
+  if (!is_size(size))
+    return NULL;
   const Argument needed[] = {
       {"the points", objects[0], 'd', 3 * count, false},
       {"the directions", objects[1], 'd', 3 * count, false},
-      {"the nodes around", objects[2], 'q', 4 * count, false},
-      {"the weights", objects[3], 'd', 4 * count, false},
-      {"the distortion", objects[4], 'd', size, false},
-      {"the rows", objects[5], 'd', size * count, true},
-      {"the applied", objects[6], 'd', count, true},
+      {"the jacobian", objects[2], 'd', POSE * count, false},
+      {"the values", objects[3], 'd', count, false},
+      {"the weights", objects[4], 'd', count, false},
+      {"the pose", objects[5], 'd', 16, false},
+      {"the twists", objects[6], 'd', 12, false},
+      {"the heights", objects[7], 'd', 2, false},
+      {"the places in the source", objects[8], 'd', 2 * count, false},
+      {"the places in the target", objects[9], 'd', 2 * count, false},
+      {"the distortion of the source", objects[10], 'd', all, false},
+      {"the distortion of the target", objects[11], 'd', all, false},
+      {"the information", objects[12], 'd', size * size, true},
+      {"the gradients", objects[13], 'd', 2 * size, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const double *points = arrays.views[0].buf, *directions = arrays.views[1].buf;
-  const int64_t *nodes = arrays.views[2].buf;
-  const double *weights = arrays.views[3].buf, *distortion = arrays.views[4].buf;
-  double *rows = arrays.views[5].buf, *applied = arrays.views[6].buf;
-  bool are_nodes = true;
+  const DepthResiduals residuals = {
+      arrays.views[0].buf, arrays.views[1].buf, arrays.views[2].buf, arrays.views[3].buf,
+      arrays.views[4].buf, {arrays.views[8].buf, arrays.views[9].buf}, count};
+  nodes.distortions[0] = arrays.views[10].buf;
+  nodes.distortions[1] = arrays.views[11].buf;
+  double *gradients = arrays.views[13].buf;
+  Equations equations = {size, arrays.views[12].buf, gradients, gradients + size};
+  Motion motion;
+  open_motion(&arrays, &motion, 5);
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t n = 0; n < count && are_nodes; ++n) {
-    // an error of the inverse depth moves a point p by -z p
-    const double *point = points + 3 * n;
-    const double along = sign * point[2] * dot(directions + 3 * n, point);
-    for (Py_ssize_t i = 4 * n; i < 4 * n + 4 && are_nodes; ++i) {
-      const int64_t node = nodes[i];
-      are_nodes = node >= 0 && node < size;
-      if (are_nodes) {
-        rows[size * n + node] += along * weights[i];
-        applied[n] += along * weights[i] * distortion[node];
-      }
-    }
-  }
+  add_depth(&residuals, &motion, &nodes, &equations);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
-  if (!are_nodes) {
-    PyErr_SetString(PyExc_ValueError, "a number is not that of a node");
-    return NULL;
-  }
   Py_RETURN_NONE;
 }

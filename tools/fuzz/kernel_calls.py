@@ -34,10 +34,10 @@ choose_cells q:n B:n %i ?>n
 closest_pairs f:n,4 f:m,4 q:2,k f:k %f %f %f q>n,2
 composed_poses d:4,4 d:6,6 d:4,4 d:6,6 d>4,4 d>6,6
 corners B:h,v %b %i %i %i
-depth_rows d:n,3 d:n,3 d:n,6 d:4,4 d:2,6 d:2 d>n,14
+depth_equations d:n,3 d:n,3 d:n,6 d:n d:n d:4,4 d:2,6 d:2 d:n,2 d:n,2 %a %e d:a,e d:a,e \
+ d>u,u d>2,u
 describe_points B>x,y %z f:4,256 %i f:n,2 d:n B>n,32
 disc_directions B:h,v %b q:r f:n,2 d>n
-distortion_rows d:n,3 d:n,3 q:n,4 d:n,4 %f d:k d>n,k d>n
 edges_beside f:h,v d:n,2 d:n %i %f %f d>n ?>n
 exp_pose d:6 d>4,4
 exp_rotation d:3 d>3,3
@@ -50,7 +50,7 @@ integrate_turns q:n d:n,3 d>n,3,3 d>n,3,3
 inverse_depth_slopes f:h,v d:n,2 d:n %i d>n,2
 inverse_pose d:4,4 d>4,4
 is_rigid d:4,4
-keypoint_rows d:n,3 q:k q:k f:m,3 d:2,n,6 d:4,4 d:2,6 d:2 %f d>2,k,14
+keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:2 %f d>u,u d>u
 log_pose d:4,4 d>6
 log_rotation d:3,3 d>3
 mean_inverse_depths f:h,v %w %f %f f>a,e
@@ -67,9 +67,11 @@ plane_jacobians d:n,3 d:n,3 d:4,4 %f d>n,2,2
 point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 d:2,6 %f f:h,v,3 f:h,v,3 ?:h,v f:h,v \
  %v %h d:4 %f %f %f %f d>n d>n,6 d>n,3 q>n d>2,6,6
 project d:n,3 d:4 d:12 d>n,2
+rays_moved_by_rows d:n,2 d:n,3 d:4,4 d:6 %f d>n,2
 reprojection d:n,3 d:n,2 d:n d:4,4 %f d>2,n d>2,n,6 d>n q>2,n
 robust_weights d:n %f %f %f d>n
 sample_depth f:h,v d:n,2 %f %f %f d>n
+scaled_to_depth f:h,v d:n,2 %f %f %f d:n,3 d:n,3 d>n,3
 shrink B:h,v B>h,v
 solve_definite d:n,n d>n,k %k
 spread d:n,2 %f q>k
@@ -115,7 +117,8 @@ def call_kernel(data: bytes, _: Path) -> None:
     choices = _Choices(data)
     name = choices.one(list(CALLS))
     specs, sizes = CALLS[name], {key: choices.one(values) for key, values in _SIZES.items()}
-    sizes |= {'c': sizes['h'] * sizes['v'], 's': sizes['w'] ** 2}
+    sizes |= {'c': sizes['h'] * sizes['v'], 's': sizes['w'] ** 2,
+              'u': 14 + sizes['a'] * sizes['e']}
     arguments = [_argument(spec, sizes, choices, area) for area, spec in enumerate(specs)]
     for _ in range(choices.among(3)):
         place = choices.among(len(arguments))

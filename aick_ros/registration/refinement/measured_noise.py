@@ -139,8 +139,7 @@ class MeasuredNoise:
     """Noise of one camera, learned over its registrations; the settings are the prior."""
 
     def __init__(self) -> None:
-        self._averages = [_Average() for _ in range(len(_MOTION_BOUNDS) + 1)]
-        self._measured: set[int] = set()
+        self._averages: dict[int, _Average] = {}  # of the ranges that have samples
         self._recent: tuple[PosesByKind, ...] = ()  # of up to three registrations
 
     def expected(self, motion: float) -> Noise:
@@ -149,17 +148,21 @@ class MeasuredNoise:
 
         :param motion: mean displacement of the tracks in the image [px].
         """
-        return self._averages[_range_of(motion)].noise(motion)
+        return self._average(_range_of(motion)).noise(motion)
 
     def learn(self, sample: NoiseSample) -> None:
-        """Add one registration to the averages; ranges without any take those of the nearest."""
+        """Add one registration to the averages."""
         at = _range_of(sample.motion)
-        self._averages[at] = self._averages[at].with_sample(sample, self._jitter(sample))
-        self._measured.add(at)
-        for other in set(range(len(self._averages))) - self._measured:
-            nearest = min(self._measured, key=lambda one: abs(one - other))
-            self._averages[other] = dataclasses.replace(
-                self._averages[nearest], count=_PRIOR_COUNT)
+        self._averages[at] = self._average(at).with_sample(sample, self._jitter(sample))
+
+    def _average(self, at: int) -> _Average:
+        """Return the average of a range; one without samples takes that of the nearest."""
+        if at in self._averages:
+            return self._averages[at]
+        if not self._averages:
+            return _Average()
+        nearest = min(self._averages, key=lambda one: (abs(one - at), one))
+        return dataclasses.replace(self._averages[nearest], count=_PRIOR_COUNT)
 
     def _jitter(self, sample: NoiseSample) -> float | None:
         """Return the jitter that a sample shows after the two before it [m^2]."""

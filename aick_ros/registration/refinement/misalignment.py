@@ -14,7 +14,7 @@ image was taken after its stamp.
 from __future__ import annotations
 
 import dataclasses
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +29,7 @@ from aick_ros.settings import MisalignmentSettings, SensorSettings
 from aick_ros.settings.parameter import parameters
 
 _DEPTH_STEPS = 2  # chosen: steps of the search along a ray
+_STILL = np.zeros(6)
 _SHARE_MEASURED = 0.75  # chosen on excerpts and rendered cameras: 0.5 lags, 1 has more noise
 
 
@@ -134,7 +135,22 @@ class Displacement:
 
     def of_rows(self, points: np.ndarray) -> np.ndarray:
         """Return where points seen by their rows are at the stamp of the frame, Nx3 [m]."""
-        return self._moved(points, np.zeros(6), self.rows) if self.rows.any() else points
+        return self._moved(points, _STILL, self.rows) if self.rows.any() else points
+
+    def of_rays(self, rays: np.ndarray, points: np.ndarray,
+                T_frame_points: np.ndarray) -> np.ndarray:
+        """
+        Return rays seen by their rows at the stamp of the frame, Nx2 on the plane z = 1.
+
+        :param points: Nx3 in another frame [m]: what is seen, which shows how far away it is.
+        :param T_frame_points: of that frame, 4x4.
+        """
+        if not self.rows.any():
+            return rays
+        moved = np.empty(rays.shape)
+        kernels.rays_moved_by_rows(rays, points, np.ascontiguousarray(T_frame_points), self.rows,
+                                   self.height, moved)
+        return moved
 
     def _moved(self, points: np.ndarray, constant: np.ndarray, by_row: np.ndarray) -> np.ndarray:
         """Return points moved by twists that are linear in their rows, to second order, Nx3."""
@@ -159,11 +175,8 @@ class Correction:
         :param T_target_source: 4x4; the depths in the target are taken from it, nothing else.
         """
         points = self.source.of_rows(_with_depth(tracks.points, source, self.source, sensor))
-        if not self.target.rows.any():
-            return replace(tracks, points=points)
-        z = se3.transform(T_target_source, points)[:, 2:]
-        seen = self.target.of_rows(np.column_stack([tracks.rays, np.ones(len(tracks))]) * z)
-        return replace(tracks, points=points, rays=seen[:, :2] / seen[:, 2:])
+        rays = self.target.of_rays(tracks.rays, points, T_target_source)
+        return Tracks(tracks.keypoints, points, rays, tracks.depths, tracks.sigmas)
 
 
 NO_CORRECTION = Correction(*2 * (Displacement(np.zeros(6), np.zeros(6), 1.0),))
@@ -210,7 +223,6 @@ def _with_depth(points: np.ndarray, frame: PreparedFrame, displacement: Displace
     T_depth_colour = se3.exp(-displacement.depth)
     for _ in range(_DEPTH_STEPS):
         seen = se3.transform(T_depth_colour, points)
-        measured = depth.sample(frame.corrected.depth, frame.frame.camera.project(seen), sensor)
-        scale = measured / seen[:, 2]
-        points = np.where(np.isfinite(scale), scale, 1.0)[:, None] * points
+        points = depth.scaled_to(frame.corrected.depth, frame.frame.camera.project(seen), sensor,
+                                 seen, points)
     return points

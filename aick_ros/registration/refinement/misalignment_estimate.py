@@ -103,14 +103,15 @@ class MisalignmentEstimate:
     def _estimate(self) -> None:
         """Estimate the significant deviations: the least significant part is dropped first."""
         parts, values = _PARTS if self._equations.count >= _FEWEST else (), np.zeros(_SIZE)
+        by_all = self._equations.solve(np.arange(_SIZE), self._known.values)
         while parts:
-            chosen = np.r_[parts]
-            estimate, scatter = self._equations.solve(chosen, self._known.values)
+            estimate, scatter = by_all if parts == _PARTS else self._equations.solve(
+                np.r_[parts], self._known.values)
             margins = np.array([
                 self._equations.significance(part, estimate, scatter) / self._required(part)
                 for part in parts])
             if margins.min() >= 1.0:
-                values = estimate
+                values = estimate.copy()
                 break
             weakest = int(np.argmin(margins))
             parts = parts[:weakest] + parts[weakest + 1:]
@@ -119,15 +120,17 @@ class MisalignmentEstimate:
             if (np.abs(values[unknowns]) < _SMALLEST[unknowns]).all():
                 values[unknowns] = 0.0
         self._misalignment = Misalignment.of(self._known.values + values)
-        self._delay_sigma = self._sigma_of_delay(values)
+        self._delay_sigma = self._sigma_of_delay(values, *by_all)
 
-    def _sigma_of_delay(self, applied: np.ndarray) -> float:
+    def _sigma_of_delay(self, applied: np.ndarray, estimate: np.ndarray,
+                        scatter: np.ndarray) -> float:
         """
         Return the standard deviation of the delay [s], by all unknowns together.
 
         :param applied: deviations that are; an estimate that is not is an error of its size.
+        :param estimate: of all unknowns.
+        :param scatter: by how much each group of registrations changes it.
         """
-        estimate, scatter = self._equations.solve(np.arange(_SIZE), self._known.values)
         variance = (self._equations.variance(_DELAY, scatter, _DELAY_DESIGN_EFFECT)
                     + (estimate - applied)[_DELAY] ** 2)
         return min(float(np.sqrt(variance)), _LARGEST_DELAY_SIGMA)

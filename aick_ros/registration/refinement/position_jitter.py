@@ -69,16 +69,19 @@ def jitter(first: PosesByKind, second: PosesByKind, third: PosesByKind) -> float
 
 def _second_difference(first: np.ndarray, second: np.ndarray, third: np.ndarray) -> np.ndarray:
     """Return what the third position differs by from the one at the first two's motion, 3."""
-    return se3.difference(third, second @ se3.inverse(first) @ second)[:3]
+    expected = second @ se3.inverse(first) @ second
+    difference: np.ndarray = third[:3, 3] - expected[:3, 3]
+    return difference
 
 
 def _consecutive(first: PosesByKind, second: PosesByKind, third: PosesByKind) -> bool:
-    before, now = (np.subtract(b.stamps, a.stamps)
-                   for a, b in ((first, second), (second, third)))
-    interval = before[0]
-    same_target = before[1] == now[1] == 0
-    others = now[:1] if same_target else np.array([now[0], before[1], now[1]])
-    return bool(interval > 0 and (np.abs(others - interval) < _REGULAR * interval).all())
+    (source, target), (source_after, target_after) = (
+        (after.stamps[0] - before.stamps[0], after.stamps[1] - before.stamps[1])
+        for before, after in ((first, second), (second, third)))
+    others = [source_after]
+    if target or target_after:
+        others += [target, target_after]
+    return source > 0 and all(abs(other - source) < _REGULAR * source for other in others)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ iteration on SE(3) with robust weights, each residual in units of its own noise.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -20,10 +20,9 @@ from aick_ros.geometry import definite, se3
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
-    NO_CORRECTION, NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction,
-    image_height)
+    NO_CORRECTION, NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction)
 from aick_ros.registration.refinement.misalignment_equations import (
-    MisalignmentSample, Motion, depth_rows, distortion_rows, keypoint_rows, misalignment_sample)
+    MisalignmentSample, MovingPair, misalignment_sample)
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.residuals import (
@@ -150,11 +149,10 @@ class _Problem:
         self._source, self._target = source, target
         self._seen = self._tracks = tracks
         self._displacement = tracks.displacement(target.frame.camera.fx)
-        self._noise = Noise()
+        is_joint = source.surface is not None and target.surface is not None
+        self._noise = noise.expected(self._displacement) if is_joint else Noise()
         self._misalignment, self._twists = NO_MISALIGNMENT, np.zeros((2, 6))
         self._correction = NO_CORRECTION
-        if source.surface is not None and target.surface is not None:
-            self._noise = noise.expected(self._displacement)
         self._depth_rate = depth_rate(source, target)
         self._ray_sigma = settings.track_sigma / target.frame.camera.fx
         self._settings = settings
@@ -206,43 +204,35 @@ class _Problem:
         scatter += scatter_of_depth + _SMALLEST_FACTOR * equations.information
         inverse = definite.inverse(equations.information + _PRIOR)
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
-        refined = Refined(
+        bias, sample, misalignment = None, None, None
+        if by_depth:
+            bias = SensorBias(depth.error - keypoints.error,
+                              keypoints.covariance + depth.covariance)
+            if len(self._tracks) >= FEWEST_TO_CONFIRM:
+                sample = self._noise_shown_by(bias, pose, keypoints, depth)
+                misalignment = self._misalignment_shown_by(by_keypoints[0], by_depth[0], pose)
+        return Refined(
             se3.perturbed(pose, -inverse @ equations.gradient),
             inverse @ (scatter + _PRIOR) @ inverse + noise.bias, noise.bias,
-            self._seen[inliers], contradict(by_keypoints[1]))
-        if not by_depth:
-            return refined
-        refined = self._with_bias(refined, pose, keypoints, depth)
-        if len(self._tracks) < FEWEST_TO_CONFIRM:
-            return refined
-        return replace(refined, misalignment=self._misalignment_shown_by(
-            by_keypoints[0], by_depth[0], pose))
+            self._seen[inliers], contradict(by_keypoints[1]), bias, sample, misalignment)
 
     def _misalignment_shown_by(self, keypoints: Residuals, depth: Residuals,
                                pose: np.ndarray) -> MisalignmentSample | None:
         if self._source.surface is None:
             return None
-        motion = Motion(pose, self._twists, np.array([
-            image_height(prepared.frame.camera) for prepared in (self._source, self._target)]))
-        return misalignment_sample(
-            keypoint_rows(keypoints, self._tracks, self._source.surface, motion,
-                          1 / self._noise.keypoints),
-            depth_rows(depth, motion), self._misalignment,
-            distortion_rows(depth, self._source, self._target, pose))
+        pair = MovingPair(self._source, self._target, self._source.surface, pose, self._twists)
+        return misalignment_sample(keypoints, depth, self._tracks, pair,
+                                   1 / self._noise.keypoints, self._misalignment)
 
-    def _with_bias(self, refined: Refined, pose: np.ndarray, keypoints: _Estimate,
-                   depth: _Estimate) -> Refined:
-        """Return a refined pose with the bias and noise by two estimates, made at a pose."""
-        bias = SensorBias(depth.error - keypoints.error, keypoints.covariance + depth.covariance)
-        noise = None
-        if len(self._tracks) >= FEWEST_TO_CONFIRM:
-            poses = PosesByKind((self._source.stamp, self._target.stamp),
-                                se3.perturbed(pose, -keypoints.error),
-                                se3.perturbed(pose, -depth.error),
-                                float(np.trace(keypoints.covariance[:3, :3])) / 3)
-            noise = NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
-                                bias.normalised, bias.squares, poses)
-        return replace(refined, bias=bias, noise=noise)
+    def _noise_shown_by(self, bias: SensorBias, pose: np.ndarray, keypoints: _Estimate,
+                        depth: _Estimate) -> NoiseSample:
+        """Return the noise by two estimates, made at a pose, with the bias between them."""
+        poses = PosesByKind((self._source.stamp, self._target.stamp),
+                            se3.perturbed(pose, -keypoints.error),
+                            se3.perturbed(pose, -depth.error),
+                            float(np.trace(keypoints.covariance[:3, :3])) / 3)
+        return NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
+                           bias.normalised, bias.squares, poses)
 
     def _of_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
         width = widen * self._settings.robust_width

@@ -95,6 +95,20 @@ def test_points_are_displaced_to_the_second_order(kind):
     assert errors[0] / errors[1] == pytest.approx(8, rel=0.25)
 
 
+@pytest.mark.parametrize('count', [0, 1, 33, 70])
+def test_rays_are_moved_as_the_points_that_they_see(count):
+    pose = se3.exp(np.array([0.1, -0.2, 0.05, 0.02, -0.1, 0.05]))
+    points = seen_points()[:count]
+    rays = np.random.default_rng(2).uniform(-0.4, 0.4, (count, 2))
+    seen = np.column_stack([rays, np.ones(count)]) * se3.transform(pose, points)[:, 2:]
+    displacement = Displacement(OFFSET, 0.05 * TWIST, HEIGHT)
+    moved = displacement.of_rows(seen)
+    np.testing.assert_allclose(displacement.of_rays(rays, points, pose),
+                               moved[:, :2] / moved[:, 2:], rtol=1e-12)
+    still = Displacement(OFFSET, np.zeros(6), HEIGHT)
+    assert still.of_rays(rays, points, pose) is rays
+
+
 def test_rows_are_shares_of_the_image_from_its_optical_axis():
     assert image_height(CAMERA) == pytest.approx(HEIGHT)
     pixels = np.array([[0.0, 239.5], [639, 0], [5, 479], [7, 119.5], [7, 959.5], [7, -719.5]])

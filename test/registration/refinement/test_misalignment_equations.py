@@ -18,7 +18,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import (
     NO_MISALIGNMENT, Correction, Displacement, Misalignment, image_height)
 from aick_ros.registration.refinement.misalignment_equations import (
-    DistortionRows, Motion, depth_rows, distortion_rows, keypoint_rows, misalignment_sample)
+    MovingPair, _add_depth, _add_keypoints, misalignment_sample)
 from aick_ros.registration.refinement.residuals import point_to_plane, reprojection
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import Settings
@@ -75,13 +75,46 @@ def residuals(values):
                            0.3, correction))
 
 
-def rows(values=np.zeros(8)):
-    """Return Jacobian, values and weights of keypoints and of depth."""
-    source, _, tracks = scene()
-    motion = Motion(T_TARGET_SOURCE, TWISTS, np.full(2, image_height(CAMERA)))
-    keypoints, depth = residuals(values)
-    return (keypoint_rows(keypoints, tracks, source.surface, motion, 1.0),
-            depth_rows(depth, motion))
+def moving(source=None, target=None, twists=TWISTS):
+    source, target = source or scene()[0], target or scene()[1]
+    return MovingPair(source, target, source.surface, T_TARGET_SOURCE, twists)
+
+
+def one_by_one(residuals, chosen):
+    """Yield the residuals as many times, of which only one has a value and a weight: 1."""
+    for i in chosen:
+        only = np.zeros(len(residuals.values))
+        only[i] = 1.0
+        yield dataclasses.replace(residuals, values=only, weights=only)
+
+
+def rows_of_keypoints(keypoints=None, weight=1.0):
+    """Return the derivatives by pose and misalignment; zero, where there is no surface."""
+    tracks, found = scene()[2], []
+    keypoints = keypoints or residuals(np.zeros(8))[0]
+    for only in one_by_one(keypoints, range(2 * len(tracks))):
+        information, gradient = np.zeros((44, 44)), np.zeros(44)
+        _add_keypoints(only, tracks, moving(), weight, information, gradient)
+        np.testing.assert_allclose(information, np.outer(gradient, gradient) / weight)
+        found.append(-gradient / weight)
+    assert not np.any(np.array(found)[:, 14:])
+    return np.array(found)[:, :14]
+
+
+def rows_of_depth(depth=None, pair=None):
+    """Return the derivatives of some by pose, misalignment and distortion, and what is applied."""
+    found, depth = [], depth or residuals(np.zeros(8))[1]
+    for only in one_by_one(depth, range(0, len(depth.values), 4)):
+        information, gradients = np.zeros((44, 44)), np.zeros((2, 44))
+        _add_depth(only, pair or moving(), information, gradients)
+        by_value, by_applied = gradients / 4
+        np.testing.assert_allclose(information, 4 * np.outer(by_value, by_value), atol=1e-12)
+        found.append((-by_value, by_applied @ -by_value / (by_value @ by_value)))
+    return tuple(map(np.array, zip(*found)))
+
+
+def sample_of(keypoints, depth, applied, pair=None, weight=1.0):
+    return misalignment_sample(keypoints, depth, scene()[2], pair or moving(), weight, applied)
 
 
 def differences(unknown, kind):
@@ -96,7 +129,7 @@ def test_the_jacobian_of_keypoints_is_that_of_the_correction(unknown):
     after, before, step = differences(unknown, 0)
     expected = ((after - before) / step)[np.concatenate([seen, seen + len(tracks)])]
     assert len(expected) > 400
-    error = rows()[0][0][:, 6 + unknown] - expected
+    error = rows_of_keypoints()[np.concatenate([seen, seen + len(tracks)]), 6 + unknown] - expected
     assert np.abs(error).max() < 0.05 * np.abs(expected).max()
 
 
@@ -105,33 +138,17 @@ def test_the_jacobian_of_depth_is_that_of_the_correction(unknown):
     after, before, step = differences(unknown, 1)
     assert len(after) == len(before) == len(residuals(np.zeros(8))[1].values)
     expected = ((after - before) / step)[::4]
-    error = rows()[1][0][:, 6 + unknown] - expected
+    error = rows_of_depth()[0][:, 6 + unknown] - expected
     assert np.median(np.abs(error)) < 0.05 * np.abs(expected).max()
 
 
 def test_one_registration_of_exact_data_shows_the_misalignment_it_is_corrected_by_too_much():
     """What corrects images without a misalignment is found, as the error of the correction."""
     applied = np.array([0.004, -0.006, 0.005, 0.004, -0.003, 0.005, 0.003, -0.004])
-    sample = misalignment_sample(*rows(applied), Misalignment.of(applied))
+    sample = sample_of(*residuals(applied), Misalignment.of(applied))
     assert np.linalg.norm(sample.gradient) < 0.1 * np.linalg.norm(sample.information @ applied)
-    unaware = misalignment_sample(*rows(applied), NO_MISALIGNMENT)
+    unaware = sample_of(*residuals(applied), NO_MISALIGNMENT)
     assert unaware.gradient == pytest.approx(sample.gradient - sample.information @ applied)
-
-
-def test_the_pose_is_eliminated_as_if_it_were_solved_for():
-    """Of the joint least squares the same misalignment, and the same covariance of it."""
-    rng = np.random.default_rng(3)
-    keypoints, depth = ((rng.normal(size=(count, 14)), rng.normal(size=count),
-                         rng.uniform(0.1, 2.0, count)) for count in (30, 50))
-    applied = Misalignment.of(rng.normal(size=8))
-    sample = misalignment_sample(keypoints, depth, applied)
-    jacobian, values, weights = (np.concatenate(both) for both in zip(keypoints, depth))
-    normal = jacobian.T @ (weights[:, None] * jacobian) + np.diag([1.0] * 6 + [0.0] * 8)
-    solution = np.linalg.solve(normal, -jacobian.T @ (weights * values))
-    np.testing.assert_allclose(np.linalg.inv(sample.information), np.linalg.inv(normal)[6:, 6:],
-                               rtol=1e-9)
-    np.testing.assert_allclose(np.linalg.solve(sample.information, sample.gradient),
-                               solution[6:] + applied.values, rtol=1e-9)
 
 
 def distorted(surface, nodes):
@@ -151,78 +168,74 @@ def test_the_jacobian_by_the_distortion_is_that_of_distorted_surfaces(distorts):
         T_TARGET_SOURCE, SETTINGS.sensor, 2.0, 0.3) for sign in (1, -1))
     expected = (after.values - before.values)[::4] / 2
     assert len(expected) > 500
-    of_both = distortion_rows(residuals(np.zeros(8))[1], source, target, T_TARGET_SOURCE)
+    jacobian, applied = rows_of_depth()
     if distorts != (1, 1):  # what a corrected frame has been changed by is of that frame alone
         corrected = [dataclasses.replace(frame, distortion=DepthDistortion(is_distorted * nodes))
                      for frame, is_distorted in zip((source, target), distorts)]
-        found = distortion_rows(residuals(np.zeros(8))[1], *corrected, T_TARGET_SOURCE).applied
+        found = rows_of_depth(pair=moving(*corrected))[1]
     else:
-        found = of_both.jacobian @ nodes.ravel()
-    assert of_both.jacobian.shape == (len(expected), nodes.size)
-    assert not of_both.applied.any()
+        found = jacobian[:, 14:] @ nodes.ravel()
+    assert not applied.any()
     assert np.median(np.abs(found - expected)) < 0.02 * np.abs(expected).max()
 
 
-def test_the_distortion_is_solved_for_with_the_misalignment_and_the_pose():
-    """As in the joint least squares, of what the residuals would be without any correction."""
+def solved(jacobian, values, weights):
+    """Return the information and the solution of joint least squares, without the pose."""
+    prior = np.diag([1.0] * 6 + [0.0] * (jacobian.shape[1] - 6))
+    normal = jacobian.T @ (weights[:, None] * jacobian) + prior
+    return (np.linalg.inv(np.linalg.inv(normal)[6:, 6:]),
+            np.linalg.solve(normal, -jacobian.T @ (weights * values))[6:])
+
+
+def test_the_pose_is_eliminated_as_if_it_were_solved_for():
+    """Of the joint least squares the same unknowns, and the same information of them."""
     rng = np.random.default_rng(8)
-    keypoints, depth = ((rng.normal(size=(count, 14)), rng.normal(size=count),
-                         rng.uniform(0.1, 2.0, count)) for count in (40, 80))
-    by_nodes, undone = rng.normal(size=(80, 30)), rng.normal(size=80)
-    applied = Misalignment.of(rng.normal(size=8))
-    sample = misalignment_sample(keypoints, depth, applied, DistortionRows(by_nodes, undone))
-    joint = sample.with_distortion
-    jacobian = np.block([[keypoints[0], np.zeros((40, 30))], [depth[0], by_nodes]])
-    values = np.concatenate([keypoints[1] - keypoints[0][:, 6:] @ applied.values,
-                             depth[1] - depth[0][:, 6:] @ applied.values - undone])
-    weights = np.concatenate([keypoints[2], depth[2]])
-    normal = jacobian.T @ (weights[:, None] * jacobian) + np.diag([1.0] * 6 + [0.0] * 38)
-    solution = np.linalg.solve(normal, -jacobian.T @ (weights * values))
-    np.testing.assert_allclose(np.linalg.inv(joint.information), np.linalg.inv(normal)[6:, 6:],
-                               rtol=1e-8)
-    np.testing.assert_allclose(np.linalg.solve(joint.information, joint.gradient), solution[6:],
-                               rtol=1e-8)
+    keypoints, depth = (dataclasses.replace(
+        of, values=rng.normal(size=len(of.values)), weights=rng.uniform(0.1, 2.0, len(of.values)))
+        for of in residuals(np.zeros(8)))
+    pair = moving(*(dataclasses.replace(frame, distortion=DepthDistortion(
+        rng.normal(0, 1e-3, NODES))) for frame in scene()[:2]))
+    applied = Misalignment.of(rng.normal(0, 0.01, 8))
+    sample = sample_of(keypoints, depth, applied, pair, 3.0)
+    of_keypoints, (of_depth, undone) = rows_of_keypoints(), rows_of_depth(pair=pair)
+    jacobian = np.vstack([np.pad(of_keypoints, ((0, 0), (0, 30))), of_depth])
+    values = np.concatenate([keypoints.values, depth.values[::4]])
+    weights = np.concatenate([3.0 * keypoints.weights, 4.0 * depth.weights[::4]])
+    information, alone = solved(jacobian[:, :14], values, weights)
+    np.testing.assert_allclose(sample.information, information, rtol=1e-6, atol=1e-3)
+    np.testing.assert_allclose(sample.gradient, information @ (alone + applied.values), rtol=1e-6,
+                               atol=1e-6 * np.abs(sample.gradient).max())
+    # with the distortion, of what the residuals would be without any correction of it
+    values[len(keypoints.values):] -= undone
+    information, joint = solved(jacobian, values, weights)
+    joint[:8] += applied.values
+    found = sample.with_distortion
+    scale = np.abs(information).max()
+    np.testing.assert_allclose(found.information, information, rtol=1e-6, atol=1e-9 * scale)
+    np.testing.assert_allclose(found.gradient, information @ joint, rtol=1e-6,
+                               atol=1e-6 * np.abs(found.gradient).max())
 
 
-def test_the_misalignment_alone_is_that_with_the_distortion_as_it_is_corrected():
-    keypoints, depth = rows()
-    source, target, _ = scene()
-    by_nodes = distortion_rows(residuals(np.zeros(8))[1], source, target, T_TARGET_SOURCE)
-    alone = misalignment_sample(keypoints, depth, NO_MISALIGNMENT)
-    both = misalignment_sample(keypoints, depth, NO_MISALIGNMENT, by_nodes)
-    np.testing.assert_array_equal(both.information, alone.information)
-    np.testing.assert_array_equal(both.gradient, alone.gradient)
-    assert alone.with_distortion is None
-    np.testing.assert_allclose(both.with_distortion.information[:8, :8], alone.information)
-
-
-def test_rows_have_the_pose_values_and_weights_of_their_residuals():
-    """Of depth a quarter, four times as heavy; of keypoints those on a surface."""
+def test_the_derivatives_by_the_pose_are_those_of_the_residuals():
+    """Of keypoints those on a surface."""
     source, _, tracks = scene()
     keypoints, depth = residuals(np.zeros(8))
-    rng = np.random.default_rng(4)
-    keypoints, depth = (dataclasses.replace(of, weights=rng.uniform(0.1, 2.0, len(of.values)))
-                        for of in (keypoints, depth))
-    motion = Motion(T_TARGET_SOURCE, TWISTS, np.full(2, image_height(CAMERA)))
-    jacobian, values, weights = depth_rows(depth, motion)
-    np.testing.assert_array_equal(jacobian[:, :6], depth.jacobian[::4])
-    np.testing.assert_array_equal(values, depth.values[::4])
-    np.testing.assert_array_equal(weights, 4 * depth.weights[::4])
+    np.testing.assert_allclose(rows_of_depth()[0][:, :6], depth.jacobian[::4], rtol=1e-12)
     seen = source.surface.cells_at(tracks.points)[0]
     both = np.concatenate([seen, seen + len(tracks)])
-    jacobian, values, weights = keypoint_rows(keypoints, tracks, source.surface, motion, 3.0)
-    np.testing.assert_array_equal(jacobian[:, :6], keypoints.jacobian[both])
-    np.testing.assert_array_equal(values, keypoints.values[both])
-    np.testing.assert_array_equal(weights, 3.0 * keypoints.weights[both])
+    found = rows_of_keypoints()
+    np.testing.assert_allclose(found[both, :6], keypoints.jacobian[both], rtol=1e-12)
+    assert not np.delete(found, both, 0).any()
 
 
 def test_each_frame_has_its_own_motion_and_height():
     """Of images of other heights rows count as shares of their own."""
-    _, depth = residuals(np.zeros(8))
     heights = image_height(CAMERA), image_height(CAMERA)
 
     def by_readout(twists, heights):
-        return depth_rows(depth, Motion(T_TARGET_SOURCE, twists, np.array(heights)))[0][:, 13]
+        pair = moving(twists=twists)
+        pair.heights[:] = heights
+        return rows_of_depth(pair=pair)[0][:, 13]
 
     whole = by_readout(TWISTS, heights)
     of_source = by_readout(TWISTS * [[1], [0]], heights)

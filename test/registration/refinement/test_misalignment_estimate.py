@@ -64,7 +64,11 @@ def test_only_the_part_that_is_there_is_applied(part):
 
 def test_a_significant_misalignment_of_no_size_is_not_applied():
     tiny = 0.05 * np.array([0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.02])
-    assert not learned(samples(tiny, 80, sigmas=0.01 * SIGMAS)).any()
+    estimate = MisalignmentEstimate()
+    for sample in samples(tiny, 80, sigmas=0.01 * SIGMAS):
+        estimate.learn(sample)
+    assert not estimate.misalignment.values.any()
+    assert estimate.delay_sigma == pytest.approx(tiny[6], rel=0.1)  # an error of its size
 
 
 def test_a_known_misalignment_holds_from_the_start_and_its_deviation_is_learned():

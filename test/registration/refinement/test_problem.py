@@ -44,9 +44,8 @@ class Told:
                      'point_to_plane': residuals(rng, 200, 20.0)}
         for name in self.told:
             monkeypatch.setattr(refinement, name, lambda *of, name=name: self._tell(name, of))
-        for name in ('keypoint_rows', 'depth_rows', 'distortion_rows', 'misalignment_sample'):
-            monkeypatch.setattr(refinement, name, lambda *of, name=name: self.given.setdefault(
-                name, of) and name)
+        monkeypatch.setattr(refinement, 'misalignment_sample', lambda *of: self.given.setdefault(
+            'misalignment_sample', of) and 'misalignment_sample')
         roots = 0.002 * rng.standard_normal((3, 6, 6))
         jitter, by_depth, bias = (root @ root.T for root in roots)
         self.noise = Noise(keypoints=3.0, bias=bias, keypoint_jitter=jitter, depth_bias=by_depth)
@@ -275,14 +274,11 @@ def test_the_misalignment_is_shown_by_both_kinds_as_they_were_corrected(tell, co
     told = tell()
     told.problem.correct(LATE, TWISTS[0], POSE)
     told.problem.finish(POSE)
-    keypoints, tracks, surface, motion, weight = told.given['keypoint_rows']
+    keypoints, depth, tracks, pair, weight, applied = told.given['misalignment_sample']
     assert keypoints is told.told['reprojection'] and tracks is told.problem._tracks
-    assert surface == 'source' and weight == 1 / 3.0
-    depth, same = told.given['depth_rows']
+    assert weight == 1 / 3.0 and applied is LATE
     np.testing.assert_array_equal(depth.jacobian, told.kinds()[1][0].jacobian)
-    assert same is motion and motion.T_target_source is POSE
-    np.testing.assert_array_equal(motion.twists, TWISTS)
-    assert motion.heights.tolist() == [image_height(CAMERA), image_height(OTHER)]
-    assert told.given['distortion_rows'] == (depth, told.source, told.target, POSE)
-    assert told.given['misalignment_sample'] == (
-        'keypoint_rows', 'depth_rows', LATE, 'distortion_rows')
+    assert (pair.source, pair.target, pair.surface) == (told.source, told.target, 'source')
+    assert pair.T_target_source is POSE
+    np.testing.assert_array_equal(pair.twists, TWISTS)
+    assert pair.heights.tolist() == [image_height(CAMERA), image_height(OTHER)]

@@ -410,6 +410,20 @@ def test_the_jacobian_of_a_scaled_error_is_scaled():
     np.testing.assert_array_equal(half.values, residuals.values)
 
 
+@pytest.mark.parametrize('count', [1, 2, 3, 10, 101, 1000])
+@pytest.mark.parametrize('digits', [12, 1, 0])
+def test_robust_weights_are_by_the_median_also_of_equal_residuals(count, digits):
+    squares = (20.0 * np.random.default_rng(count).uniform(size=count) ** 2).round(digits)
+    scale = np.clip(np.median(squares), 1.0, 16.0)
+    np.testing.assert_allclose(robust_weights(squares, WIDTH, 1.0),
+                               1 / (1 + squares / (scale * WIDTH ** 2)) ** 2, rtol=1e-12)
+
+
+def test_residuals_that_are_no_numbers_have_no_weights():
+    squares = np.array([np.nan, 1.0, np.nan, np.nan, 2.0, np.nan])
+    assert np.isnan(robust_weights(squares, WIDTH, 1.0)).tolist() == np.isnan(squares).tolist()
+
+
 @pytest.mark.parametrize('common', [0.0, 1.0, 3.0])
 @pytest.mark.parametrize('parts, most', [(40, 8.5), (100, 7.0)])
 def test_gradient_noise_makes_estimates_consistent(parts, most, common):

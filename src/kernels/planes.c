@@ -1,0 +1,343 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Points of one surface and the planes of another one, whose cells they project to.
+
+#include <math.h>
+#include <stdint.h>
+
+#include "arrays.h"
+#include "blocks.h"
+#include "displacement.h"
+#include "kernels.h"
+#include "processors.h"
+#include "sensor.h"
+
+// The surface of the target, on a grid of cells.
+typedef struct {
+  const float (*points)[3], (*normals)[3], *roughness;
+  const char *usable;
+  const double *intrinsics;  // fx fy cx cy
+  Py_ssize_t width, height;
+} Cells;
+
+// Return whether a grid has such a size; false, with a ValueError, otherwise.
+static bool is_size(Py_ssize_t width, Py_ssize_t height) {
+  if (width >= 0 && height >= 0 && width <= LONGEST && height <= LONGEST)
+    return true;
+  PyErr_Format(PyExc_ValueError, "%zd x %zd is not the size of a grid", width, height);
+  return false;
+}
+
+// The usable cell at a column and a row, of a point at a distance; -1 where there is none.
+static inline Py_ssize_t cell_at(const Cells *cells, double z, double column, double row) {
+  if (!(z > 0.0 && column >= 0.0 && column < (double)cells->width && row >= 0.0 &&
+        row < (double)cells->height))
+    return -1;
+  const Py_ssize_t cell = (Py_ssize_t)row * cells->width + (Py_ssize_t)column;
+  return cells->usable[cell] ? cell : -1;
+}
+
+PyObject *kernel_cells_at(PyObject *module, PyObject *arguments) {
+  PyObject *point_array, *usable_array, *intrinsics_array, *index_array, *cell_array;
+  Cells cells = {0};
+  if (!PyArg_ParseTuple(arguments, "OOnnOOO", &point_array, &usable_array, &cells.width,
+                        &cells.height, &intrinsics_array, &index_array, &cell_array) ||
+      !is_size(cells.width, cells.height))
+    return NULL;
+  const Py_ssize_t count = row_count(point_array);
+  const Argument needed[] = {
+      {"the points", point_array, 'd', 3 * count, false},
+      {"the usable cells", usable_array, '?', cells.width * cells.height, false},
+      {"the intrinsics", intrinsics_array, 'd', 4, false},
+      {"the indices", index_array, 'q', count, true},
+      {"the cells", cell_array, 'q', count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const double(*points)[3] = arrays.views[0].buf;
+  cells.usable = arrays.views[1].buf;
+  const double *camera = arrays.views[2].buf;
+  int64_t *indices = arrays.views[3].buf, *numbers = arrays.views[4].buf;
+  Py_ssize_t found = 0;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    const double x = points[i][0], y = points[i][1], z = points[i][2];
+    const Py_ssize_t cell = cell_at(&cells, z, rint(x / z * camera[0] + camera[2]),
+                                    rint(y / z * camera[1] + camera[3]));
+    if (cell >= 0) {
+      indices[found] = i;
+      numbers[found++] = cell;
+    }
+  }
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  return PyLong_FromSsize_t(found);
+}
+
+// Points of the source that are sought in the target.
+typedef struct {
+  const float (*points)[3], (*normals)[3], *roughness;
+  const int64_t *chosen;
+  Py_ssize_t all, count;     // of the points, and of those chosen
+  Displacement moves, back;  // of the source, and the one that undoes that of the target
+} Sought;
+
+typedef struct {
+  const double *pose;  // 4x4
+  double sigma, exponent, reach, smallest_cosine;
+} Pairing;
+
+// Pairs of a point and a plane, a row for each.
+typedef struct {
+  double *values, (*jacobian)[6], (*points)[3];
+  int64_t *blocks;
+  Py_ssize_t count;
+  double (*information)[6], (*noise)[6];  // sums over them
+} Pairs;
+
+// Points of the source side by side, and the cells that they may be paired with.
+typedef struct {
+  Column arms[3], points[3], rays[2];  // turned by the pose; as the target sees them
+  Column normals[3], roughness;        // of the source, the normals turned by the pose
+  Column planes[3], plane_normals[3], plane_roughness;
+  Py_ssize_t cells[BATCH];  // -1: none
+} Candidates;
+
+// What the candidates give.
+typedef struct {
+  Column values, jacobian[6], others[6];  // two measurements of the Jacobian
+  int64_t are_pairs[BATCH];
+} Residuals;
+
+static inline void turn(const double *pose, Column *vectors, Column *turned) {
+  for (int i = 0; i < 3; ++i) {
+    const double x = pose[4 * i], y = pose[4 * i + 1], z = pose[4 * i + 2];
+    for (int n = 0; n < BATCH; ++n)
+      turned[i][n] = x * vectors[0][n] + y * vectors[1][n] + z * vectors[2][n];
+  }
+}
+
+// Move points of the source into the target, those of the surface with their precision.
+static inline void seek(const Sought *source, const double *pose, const int64_t *chosen, int count,
+                        Candidates *to) {
+  Column seen[3], moved[3], normals[3];
+  for (int n = 0; n < BATCH; ++n) {
+    const int64_t cell = chosen[n < count ? n : 0];
+    for (int i = 0; i < 3; ++i) {
+      seen[i][n] = source->points[cell][i];
+      normals[i][n] = source->normals[cell][i];
+    }
+    to->roughness[n] = source->roughness[cell];
+  }
+  displace(&source->moves, seen, moved);
+  for (int i = 0; i < 3; ++i)
+    for (int n = 0; n < BATCH; ++n)
+      moved[i][n] = (float)moved[i][n];
+  turn(pose, moved, to->arms);
+  turn(pose, normals, to->normals);
+  for (int i = 0; i < 3; ++i) {
+    const double shift = pose[4 * i + 3];
+    for (int n = 0; n < BATCH; ++n)
+      moved[i][n] = to->arms[i][n] + shift;
+  }
+  displace(&source->back, moved, to->points);
+}
+
+// Look up the cells that points project to; another one, where there is none.
+static inline void look_up(const Cells *cells, int count, Candidates *to) {
+  Column places[2];
+  for (int i = 0; i < 2; ++i) {
+    const double scale = cells->intrinsics[i], centre = cells->intrinsics[2 + i];
+    for (int n = 0; n < BATCH; ++n) {
+      to->rays[i][n] = to->points[i][n] / to->points[2][n];
+      places[i][n] = rint(to->rays[i][n] * scale + centre);
+    }
+  }
+  for (int n = 0; n < BATCH; ++n) {
+    to->cells[n] = n < count ? cell_at(cells, to->points[2][n], places[0][n], places[1][n]) : -1;
+    const Py_ssize_t cell = to->cells[n] < 0 ? 0 : to->cells[n];
+    for (int i = 0; i < 3; ++i) {
+      to->planes[i][n] = cells->points[cell][i];
+      to->plane_normals[i][n] = cells->normals[cell][i];
+    }
+    to->plane_roughness[n] = cells->roughness[cell];
+  }
+}
+
+// The standard deviations of the inverse depths of points.
+static inline void find_noise(const Pairing *pairing, const double *depths, Column noise) {
+  const double sigma = pairing->sigma, exponent = pairing->exponent;
+  for (int n = 0; n < BATCH; ++n)
+    noise[n] = inverse_depth_sigma(depths[n], sigma, exponent);
+}
+
+// The derivatives of moved points along directions, by the error of the pose.
+static inline void derive(Column *directions, Column *arms, Column *jacobian) {
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    for (int n = 0; n < BATCH; ++n) {
+      jacobian[i][n] = directions[i][n];
+      jacobian[3 + i][n] = arms[j][n] * directions[k][n] - arms[k][n] * directions[j][n];
+    }
+  }
+}
+
+static inline void compare(Candidates *of, const Pairing *pairing, Residuals *found) {
+  const double reach = pairing->reach, smallest_cosine = pairing->smallest_cosine;
+  Column noise, directions[3], turned[3];
+  find_noise(pairing, of->points[2], noise);
+  for (int n = 0; n < BATCH; ++n) {
+    const double x = of->points[0][n], y = of->points[1][n], z = of->points[2][n];
+    const double a = of->plane_normals[0][n], b = of->plane_normals[1][n];
+    const double c = of->plane_normals[2][n];
+    const double distance = (x - of->planes[0][n]) * a + (y - of->planes[1][n]) * b +
+                            (z - of->planes[2][n]) * c;
+    const double cosine = of->normals[0][n] * a + of->normals[1][n] * b + of->normals[2][n] * c;
+    const double relief = (of->plane_roughness[n] * of->plane_roughness[n] +
+                           of->roughness[n] * of->roughness[n]) / 2.0;
+    // an error sigma of inverse depth moves a point p by sigma z p
+    const double root = 1.0 / (sqrt(noise[n] * noise[n] + relief) * z * (x * a + y * b + z * c));
+    found->are_pairs[n] =
+        (of->cells[n] >= 0) & (fabs(distance) < reach) & (cosine > smallest_cosine);
+    found->values[n] = distance * root;
+    for (int i = 0; i < 3; ++i) {
+      directions[i][n] = of->plane_normals[i][n] * root;
+      turned[i][n] = of->normals[i][n] * root;
+    }
+  }
+  derive(directions, of->arms, found->jacobian);
+  derive(turned, of->arms, found->others);
+}
+
+// Append the pairs; return how many they are, with the differences of their measurements.
+static inline int append(const Candidates *of, const Residuals *found, Pairs *to,
+                         double (*differences)[6]) {
+  int count = 0;
+  for (int n = 0; n < BATCH; ++n) {
+    if (!found->are_pairs[n])
+      continue;
+    const Py_ssize_t row = to->count++;
+    to->values[row] = found->values[n];
+    to->blocks[row] = block_at(of->rays[0][n], of->rays[1][n]);
+    for (int i = 0; i < 3; ++i)
+      to->points[row][i] = of->points[i][n];
+    for (int i = 0; i < 6; ++i) {
+      to->jacobian[row][i] = found->jacobian[i][n];
+      differences[count][i] = found->jacobian[i][n] - found->others[i][n];
+    }
+    ++count;
+  }
+  return count;
+}
+
+// Add the products of rows with themselves, times a factor; the sums are kept in registers until
+// the end.
+static inline void add_squares(double (*rows)[6], int count, double factor,
+                               double (*sums)[6]) {
+  double products[6][6] = {{0}};
+  for (int n = 0; n < count; ++n)
+    for (int i = 0; i < 6; ++i)
+      for (int j = 0; j < 6; ++j)
+        products[i][j] += rows[n][i] * rows[n][j];
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j)
+      sums[i][j] += factor * products[i][j];
+}
+
+// Return whether all numbers are those of points of the source.
+static bool are_points(const Sought *source) {
+  for (Py_ssize_t i = 0; i < source->count; ++i)
+    if (source->chosen[i] < 0 || source->chosen[i] >= source->all)
+      return false;
+  return true;
+}
+
+FOR_EACH_PROCESSOR
+static void find_pairs(const Sought *source, const Cells *cells, const Pairing *pairing,
+                       Pairs *pairs) {
+  for (Py_ssize_t first = 0; first < source->count; first += BATCH) {
+    const int count = source->count - first < BATCH ? (int)(source->count - first) : BATCH;
+    Candidates candidates;
+    Residuals found;
+    double differences[BATCH][6];
+    seek(source, pairing->pose, source->chosen + first, count, &candidates);
+    look_up(cells, count, &candidates);
+    compare(&candidates, pairing, &found);
+    const int added = append(&candidates, &found, pairs, differences);
+    add_squares(pairs->jacobian + pairs->count - added, added, 1.0, pairs->information);
+    add_squares(differences, added, 0.5, pairs->noise);
+  }
+}
+
+PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
+  PyObject *objects[17];
+  Cells cells = {0};
+  Pairing pairing = {0};
+  Sought source = {0};
+  if (!PyArg_ParseTuple(arguments, "OOOOOdOOdOOOOnnOddddOOOOO", &objects[0], &objects[1],
+                        &objects[2], &objects[3], &objects[4], &source.moves.height, &objects[5],
+                        &objects[6], &source.back.height, &objects[7], &objects[8], &objects[9],
+                        &objects[10], &cells.width, &cells.height, &objects[11],
+                        &pairing.sigma, &pairing.exponent, &pairing.reach,
+                        &pairing.smallest_cosine, &objects[12], &objects[13], &objects[14],
+                        &objects[15], &objects[16]) ||
+      !is_size(cells.width, cells.height))
+    return NULL;
+  source.all = row_count(objects[0]);
+  source.count = row_count(objects[1]);
+  const Py_ssize_t all = source.all, count = source.count;
+  const Py_ssize_t size = cells.width * cells.height;
+  const Argument needed[] = {
+      {"the points of the source", objects[0], 'f', 3 * all, false},
+      {"the chosen cells", objects[1], 'q', count, false},
+      {"the normals of the source", objects[2], 'f', 3 * all, false},
+      {"the roughness of the source", objects[3], 'f', all, false},
+      {"the twists of the source", objects[4], 'd', 12, false},
+      {"the pose", objects[5], 'd', 16, false},
+      {"the twists of the target", objects[6], 'd', 12, false},
+      {"the points of the target", objects[7], 'f', 3 * size, false},
+      {"the normals of the target", objects[8], 'f', 3 * size, false},
+      {"the usable cells", objects[9], '?', size, false},
+      {"the roughness of the target", objects[10], 'f', size, false},
+      {"the intrinsics", objects[11], 'd', 4, false},
+      {"the values", objects[12], 'd', count, true},
+      {"the jacobian", objects[13], 'd', 6 * count, true},
+      {"the points", objects[14], 'd', 3 * count, true},
+      {"the blocks", objects[15], 'q', count, true},
+      {"the sums", objects[16], 'd', 72, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  source.points = arrays.views[0].buf;
+  source.chosen = arrays.views[1].buf;
+  source.normals = arrays.views[2].buf;
+  source.roughness = arrays.views[3].buf;
+  source.moves.constant = arrays.views[4].buf;
+  source.moves.by_row = source.moves.constant + 6;
+  pairing.pose = arrays.views[5].buf;
+  source.back.constant = arrays.views[6].buf;
+  source.back.by_row = source.back.constant + 6;
+  cells.points = arrays.views[7].buf;
+  cells.normals = arrays.views[8].buf;
+  cells.usable = arrays.views[9].buf;
+  cells.roughness = arrays.views[10].buf;
+  cells.intrinsics = arrays.views[11].buf;
+  Pairs pairs = {arrays.views[12].buf, arrays.views[13].buf, arrays.views[14].buf,
+                 arrays.views[15].buf, 0,
+                 arrays.views[16].buf, (double(*)[6])arrays.views[16].buf + 6};
+  bool are_cells;
+  Py_BEGIN_ALLOW_THREADS
+  are_cells = are_points(&source);
+  if (are_cells && size > 0)
+    find_pairs(&source, &cells, &pairing, &pairs);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  if (!are_cells) {
+    PyErr_SetString(PyExc_ValueError, "a chosen cell is not one of the source");
+    return NULL;
+  }
+  return PyLong_FromSsize_t(pairs.count);
+}

@@ -1,0 +1,16 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Noise of a depth sensor.
+
+#ifndef AICK_ROS_SENSOR_H
+#define AICK_ROS_SENSOR_H
+
+#include <math.h>
+
+// The standard deviation of the inverse depth: a power of the depth, often the same for all.
+static inline double inverse_depth_sigma(double z, double sigma, double exponent) {
+  return exponent == 0.0 ? sigma : sigma * pow(z, exponent);
+}
+
+#endif
