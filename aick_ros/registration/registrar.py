@@ -85,6 +85,11 @@ class Registrar:
         """The maker of keypoints and surfaces; it may be used on another thread."""
         return self._preparer
 
+    @property
+    def refinements(self) -> int:
+        """Number of refinements so far."""
+        return 0 if self._verified is None else self._verified.refinements
+
     def prepare(self, frame: RgbdFrame, repeat: Repeat = Repeat.NONE) -> PreparedFrame:
         """
         Return what registrations need of a frame; frames come in the order of their stamps.

@@ -70,6 +70,11 @@ class VerifiedAick:
             KeypointExtractor(unlimited, settings.sensor, detector=detector).extract,
             _CACHED_FRAMES)
 
+    @property
+    def refinements(self) -> int:
+        """Number of refinements so far, those of checks among them."""
+        return self._refinement.count
+
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None, elapsed: float) -> Registration:
         """

@@ -105,6 +105,8 @@ class Refinement:
         self._noise = noise or MeasuredNoise()
         self._misalignment = misalignment or MisalignmentEstimate()
         self._tracker = Tracker(settings, sensor)
+        self.count = 0
+        """Number of problems solved so far."""
 
     def refine(self, source: PreparedFrame, target: PreparedFrame,
                T_target_source: np.ndarray, predicted: Prediction | None = None) -> Refined:
@@ -146,6 +148,7 @@ class Refinement:
 
     def _solve(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
                pose: np.ndarray, predicted: Prediction | None) -> Refined:
+        self.count += 1
         problem = _Problem(source, target, tracks, self._settings, self._sensor, self._noise)
         misalignment = self._misalignment.misalignment
         problem.correct(misalignment, source.twist, pose)
