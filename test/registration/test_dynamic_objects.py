@@ -236,7 +236,8 @@ class Played:
                             lambda *of: self.voted.append(of) or vote)
         self.settings, self.opinion = Settings(), opinion()
         self.opinion._refinement = SimpleNamespace(
-            refine=lambda *of: self.refined.append(of) or self.answers[len(self.refined) - 1])
+            refine=lambda *of: self.refined.append(of) or self.answers[len(self.refined) - 1],
+            first_tracks=SimpleNamespace(of_some=lambda *of: ('known tracks', *of)))
         self.source, self.target = (made.prepared(stamp, surface='a surface')
                                     for stamp in (2, 1))
         tracks = made.tracks(20)
@@ -272,7 +273,11 @@ def test_it_is_refined_from_the_motion_expected_without_the_keypoints_found(play
     played.source = dataclasses.replace(played.source, keypoints=dataclasses.replace(
         played.source.keypoints, words='words of all'))
     played.check()
-    (source, target, pose), = played.refined
+    (source, target, pose, predicted, (known, *of)), = played.refined
+    assert predicted is None and known == 'known tracks'
+    for asked, expected in zip(of, (played.source, played.target, EXPECTED)):
+        assert asked is expected
+    np.testing.assert_array_equal(of[3], REST)
     assert source.keypoints.words is None  # they are by rows of all keypoints
     assert target is played.target and pose is EXPECTED and source.frame is played.source.frame
     for name in ('positions', 'descriptors', 'covariances', 'pixels'):

@@ -18,6 +18,7 @@ import numpy as np
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import definite, se3
 from aick_ros.geometry.stamps import seconds
+from aick_ros.registration.refinement.first_tracks import FirstTracks
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
     NO_CORRECTION, NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction,
@@ -105,18 +106,23 @@ class Refinement:
         self._noise = noise or MeasuredNoise()
         self._misalignment = misalignment or MisalignmentEstimate()
         self._tracker = Tracker(settings, sensor)
+        self.first_tracks = FirstTracks(self._tracker, settings.max_tracks)
+        """The tracks that refinements of the last source began with."""
         self.count = 0
         """Number of problems solved so far."""
 
     def refine(self, source: PreparedFrame, target: PreparedFrame,
-               T_target_source: np.ndarray, predicted: Prediction | None = None) -> Refined:
+               T_target_source: np.ndarray, predicted: Prediction | None = None,
+               tracks: Tracks | None = None) -> Refined:
         """
         Return the pose that explains the images of both frames best.
 
         :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
         :param predicted: shows how fast the source moves, with a pose; None: at its own twist.
+        :param tracks: from that pose, where they are known; None: they are made.
         """
-        tracks = self._tracker.track(source, target, T_target_source)
+        if tracks is None:
+            tracks = self.first_tracks.of(source, target, T_target_source)
         refined = self._solve(source, target, tracks, T_target_source, predicted)
         sought = min(len(source.keypoints), self._settings.max_tracks)
         if (len(tracks) >= _FEWEST_TO_IMPROVE

@@ -37,6 +37,12 @@ class PlayedTracks:
         return len(self.points)
 
 
+class Frame(SimpleNamespace):
+    """A frame that equals itself alone."""
+
+    __hash__ = object.__hash__
+
+
 class Played:
     """
     A refinement whose steps are told, with notes of all that its parts are given.
@@ -61,7 +67,7 @@ class Played:
         self.misalignment = MisalignmentEstimate(Misalignment(np.zeros(6), 0.01, 0.0))
         self.refinement = Refinement(self.settings.refinement, self.settings.sensor, self.noise,
                                      self.misalignment)
-        self.source, self.target = (SimpleNamespace(
+        self.source, self.target = (Frame(
             keypoints=range(80), twist=np.full(6, twist),
             frame=SimpleNamespace(camera=SimpleNamespace(fx=FOCAL_LENGTH)))
             for twist in (0.1, 0.2))
