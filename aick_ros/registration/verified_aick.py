@@ -140,6 +140,7 @@ class VerifiedAick:
             return _unverified(registration, source, target, len(refined.tracked))
         if refined.is_contradicted:
             return failed(Status.TOO_FEW_MATCHES, CONTRADICTION, registration.iterations)
+        refined = refined.measured()
         return dataclasses.replace(
             registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
             systematic=refined.systematic, bias=refined.bias, support=len(refined.tracked),

@@ -10,6 +10,7 @@ iteration on SE(3) with robust weights, each residual in units of its own noise.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -75,9 +76,10 @@ class Refined:
     :param is_contradicted: whether the depths of the two frames differ at most keypoints, by more
         than those of a right pose do.
     :param bias: between keypoints and depth; None where only keypoints are used.
-    :param noise: noise measured by the residuals; None where too few keypoints are
-        tracked, or only keypoints are used.
-    :param misalignment: that of the images, measured by the residuals; None as ``noise``.
+    :param noise: noise measured by the residuals; None where it is not measured.
+    :param misalignment: that of the images, measured by the residuals; None likewise.
+    :param measure: measures both; None where too few keypoints are tracked, or only keypoints are
+        used.
     """
 
     T_target_source: np.ndarray
@@ -88,6 +90,14 @@ class Refined:
     bias: SensorBias | None = None
     noise: NoiseSample | None = None
     misalignment: MisalignmentSample | None = None
+    measure: Callable[[], tuple[NoiseSample, MisalignmentSample | None]] | None = None
+
+    def measured(self) -> Refined:
+        """Return it with noise and misalignment; what learns nothing does not need them."""
+        if self.measure is None:
+            return self
+        noise, misalignment = self.measure()
+        return replace(self, noise=noise, misalignment=misalignment, measure=None)
 
 
 class Refinement:
@@ -239,11 +249,12 @@ class _Problem:
             self._seen[inliers], contradict(by_keypoints[1]))
         if not by_depth:
             return refined
-        refined = self._with_bias(refined, pose, keypoints, depth)
+        bias = SensorBias(depth.error - keypoints.error, keypoints.covariance + depth.covariance)
         if len(self._tracks) < FEWEST_TO_CONFIRM:
-            return refined
-        return replace(refined, misalignment=self._misalignment_shown_by(
-            by_keypoints[0], by_depth[0], pose))
+            return replace(refined, bias=bias)
+        return replace(refined, bias=bias, measure=lambda: (
+            self._noise_shown_by(pose, keypoints, depth, bias),
+            self._misalignment_shown_by(by_keypoints[0], by_depth[0], pose)))
 
     def _misalignment_shown_by(self, keypoints: Residuals, depth: Residuals,
                                pose: np.ndarray) -> MisalignmentSample | None:
@@ -257,19 +268,15 @@ class _Problem:
             depth_rows(depth, motion), self._misalignment,
             distortion_rows(depth, self._source, self._target, pose))
 
-    def _with_bias(self, refined: Refined, pose: np.ndarray, keypoints: _Estimate,
-                   depth: _Estimate) -> Refined:
-        """Return a refined pose with the bias and noise by two estimates, made at a pose."""
-        bias = SensorBias(depth.error - keypoints.error, keypoints.covariance + depth.covariance)
-        noise = None
-        if len(self._tracks) >= FEWEST_TO_CONFIRM:
-            poses = PosesByKind((self._source.stamp, self._target.stamp),
-                                se3.perturbed(pose, -keypoints.error),
-                                se3.perturbed(pose, -depth.error),
-                                float(np.trace(keypoints.covariance[:3, :3])) / 3)
-            noise = NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
-                                bias.normalised, bias.squares, poses)
-        return replace(refined, bias=bias, noise=noise)
+    def _noise_shown_by(self, pose: np.ndarray, keypoints: _Estimate, depth: _Estimate,
+                        bias: SensorBias) -> NoiseSample:
+        """Return the noise by two estimates, made at a pose, and the bias between them."""
+        poses = PosesByKind((self._source.stamp, self._target.stamp),
+                            se3.perturbed(pose, -keypoints.error),
+                            se3.perturbed(pose, -depth.error),
+                            float(np.trace(keypoints.covariance[:3, :3])) / 3)
+        return NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
+                           bias.normalised, bias.squares, poses)
 
     def _of_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
         width = widen * self._settings.robust_width
