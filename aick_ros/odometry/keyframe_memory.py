@@ -15,8 +15,7 @@ from aick_ros.odometry.effort import Effort
 from aick_ros.odometry.kept_frame import Mappings, compact, size
 from aick_ros.odometry.keyframe_copies import KeyframeCopies
 from aick_ros.odometry.keyframe_graph import KeyframeGraph
-from aick_ros.odometry.keyframe_search import (
-    STEPS_PER_REGISTRATION, KeyframeSearch, candidates, view_distances)
+from aick_ros.odometry.keyframe_search import KeyframeSearch, candidates, view_distances
 from aick_ros.odometry.pose_correction import PoseCorrection
 from aick_ros.odometry.reference import Reference
 from aick_ros.registration.registrar import Registrar
@@ -170,19 +169,19 @@ class KeyframeMemory:
                 self._search, self._searched = KeyframeSearch(key, chosen), stamps[key]
 
     def _continue_search(self, effort: Effort, interval: float) -> None:
-        """Do a step of the search, if there is one and the frame leaves time; or a few."""
+        """Do a step of the search, if there is one and the frame leaves time; or a few of them."""
         if self._search is None:
             return
         self._waited += 1
         if interval < _LEISURE and self._waited <= _LONGEST_WAITS[effort]:
             return
         self._waited = 0
-        for _ in range(1 if interval < _LEISURE else STEPS_PER_REGISTRATION):
-            if self._search is not None:
-                self._step(self._search)
+        self._step(self._search)
+        while interval >= _LEISURE and self._search is not None and self._search.has_begun:
+            self._step(self._search)
 
     def _step(self, search: KeyframeSearch) -> None:
-        """Do half a registration of a search, and correct the graph by what is accepted."""
+        """Do a part of a registration of a search, and correct the graph by what is accepted."""
         accepted = search.step(self._graph, self._frames, self._registrar, self._settings)
         if accepted:
             self._graph.update(accepted)

@@ -72,7 +72,7 @@ class NoisyRegistrar:
     def align(self, source, target):
         return failed(Status.OK, '')
 
-    def recognize(self, source, target, aligned):
+    def recognize_partly(self, source, target, aligned):
         self.count += 1
         pose = self.measure(*(round(frame.stamp / NANOSECONDS / PERIOD)
                               for frame in (source, target)))
@@ -302,6 +302,10 @@ class ScriptedSearch:
     @property
     def is_finished(self):
         return self.left == 0
+
+    @property
+    def has_begun(self):
+        return self.left % 2 == 0 and not self.is_finished
 
     def step(self, graph, frames, registrar, settings):
         self.left -= 1

@@ -131,17 +131,28 @@ class Refinement:
         :param predicted: shows how fast the source moves, with a pose; None: at its own twist.
         :param tracks: from that pose, where they are known; None: they are made.
         """
+        refined, is_rough = self.refine_once(source, target, T_target_source, predicted, tracks)
+        if is_rough:
+            tracks = self._tracker.track(source, target, refined.T_target_source)
+            refined = self._solve(source, target, tracks, refined.T_target_source, predicted)
+        return refined
+
+    def refine_once(self, source: PreparedFrame, target: PreparedFrame,
+                    T_target_source: np.ndarray, predicted: Prediction | None = None,
+                    tracks: Tracks | None = None) -> tuple[Refined, bool]:
+        """
+        Return a refined pose, and whether it is rough: refined again from there it gets better.
+
+        Parameters are as for :meth:`refine`, which does both.
+        """
         if tracks is None:
             tracks = self.first_tracks.of(source, target, T_target_source)
         refined = self._solve(source, target, tracks, T_target_source, predicted)
         sought = min(len(source.keypoints), self._settings.max_tracks)
-        if (len(tracks) >= _FEWEST_TO_IMPROVE
-                and len(refined.tracked) < _FEW_TRACKED * sought
-                and not self._is_small(tracks, target, T_target_source,
-                                       refined.T_target_source)):
-            tracks = self._tracker.track(source, target, refined.T_target_source)
-            refined = self._solve(source, target, tracks, refined.T_target_source, predicted)
-        return refined
+        return refined, (len(tracks) >= _FEWEST_TO_IMPROVE
+                         and len(refined.tracked) < _FEW_TRACKED * sought
+                         and not self._is_small(tracks, target, T_target_source,
+                                                refined.T_target_source))
 
     def _is_small(self, tracks: Tracks, target: PreparedFrame, first: np.ndarray,
                   refined: np.ndarray) -> bool:
