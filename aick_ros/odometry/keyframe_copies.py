@@ -55,24 +55,22 @@ class KeyframeCopies:
 
         :param keys: of those that may be dropped.
         """
-        poses = graph.matrices
-        near = view_distances(poses, poses, settings) < _SAME_VIEW
-        rows = dict(zip(graph.keys, near))
-        for key in sorted(keys, key=lambda key: (self._is_outdated(key), key), reverse=True):
-            others = [other for other, is_near in zip(graph.keys, rows[key])
-                      if is_near and self._stands_for(other, key)]
-            if len(others) >= WITNESSES and WITNESSES <= sum(
-                    _is_same_view(graph, other, key, settings) for other in others):
-                return key
-        return None
+        numbers, poses = np.array(graph.keys), graph.matrices
+        outdated = np.array([self._is_outdated(key) for key in graph.keys])
+        stands_for = ~outdated[:, None] & ((numbers[:, None] < numbers) | outdated)
+        squares = view_distances(poses, poses, settings) ** 2
+        near = stands_for & (squares < _SAME_VIEW ** 2)
+        near &= near.sum(0) >= WITNESSES
+        others, rows = np.nonzero(near)
+        is_same = (_mean_squares(graph, others, rows, squares[others, rows], settings)
+                   < _SAME_VIEW ** 2)
+        counts = np.bincount(rows[is_same], minlength=len(numbers))
+        copies = set(keys).intersection(numbers[counts >= WITNESSES].tolist())
+        return max(copies, key=lambda key: (self._is_outdated(key), key), default=None)
 
     def forget(self, key: int) -> None:
         """Forget that searches have missed a keyframe."""
         del self._misses[key]
-
-    def _stands_for(self, other: int, key: int) -> bool:
-        return (other != key and not self._is_outdated(other)
-                and (other < key or self._is_outdated(key)))
 
     def _is_outdated(self, key: int) -> bool:
         return self._misses[key] >= _MISSES
@@ -80,10 +78,25 @@ class KeyframeCopies:
 
 def _is_same_view(graph: KeyframeGraph, first: int, second: int,
                   settings: OdometrySettings) -> bool:
-    """Return whether two views are the same in the mean square, by estimate and covariance."""
-    relative = graph.relative(first, second)
-    apart = view_distances(relative.matrix[None], np.eye(4)[None], settings)[0, 0]
-    variances = np.diag(relative.covariance)
-    mean_square = (apart ** 2 + variances[:3].sum() / settings.reuse_distance ** 2
-                   + variances[3:].sum() / settings.reuse_angle ** 2)
-    return bool(mean_square < _SAME_VIEW ** 2)
+    """Return whether two views are the same in the mean square."""
+    rows = np.array([[graph.keys.index(key)] for key in (first, second)])
+    poses = graph.matrices[rows]
+    squares = view_distances(poses[0], poses[1], settings)[0] ** 2
+    mean_squares = _mean_squares(graph, rows[0], rows[1], squares, settings)
+    return bool(mean_squares[0] < _SAME_VIEW ** 2)
+
+
+def _mean_squares(graph: KeyframeGraph, first: np.ndarray, second: np.ndarray,
+                  squares: np.ndarray, settings: OdometrySettings) -> np.ndarray:
+    """
+    Return the mean squared distances of views, by estimate and covariance, K.
+
+    :param first: K rows of keyframes of the graph; ``second``: K others.
+    :param squares: of the estimated distances, K.
+    """
+    if not len(first):
+        return squares
+    scales = np.array([settings.reuse_distance, settings.reuse_angle])
+    mean_squares: np.ndarray = squares + (
+        graph.relative_variances(first, second) / scales ** 2).sum(1)
+    return mean_squares

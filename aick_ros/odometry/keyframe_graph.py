@@ -72,6 +72,25 @@ class KeyframeGraph:
         return PoseWithCovariance(self._relative(first, second),
                                   jacobian @ covariance @ jacobian.T)
 
+    def relative_variances(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """
+        Return the variances of estimated poses ``T_first_second``, summed over the axes.
+
+        :param first: K rows of keyframes, in the order of the keys; ``second``: K others.
+        :returns: Kx2, of their positions and of their orientations [m^2, rad^2].
+        """
+        blocks = self._covariance.reshape(len(self._keys), 6, len(self._keys), 6)
+        carry = np.tile(np.eye(6), (len(first), 1, 1))
+        places = self._poses[:, :3, 3]
+        arms = places[second] - places[first]
+        carry[:, [2, 0, 1], [4, 5, 3]] = -arms
+        carry[:, [1, 2, 0], [5, 3, 4]] = arms
+        carried = carry @ blocks[first, :, first] - 2.0 * blocks[second, :, first]
+        variances = (np.einsum('kij,kij->ki', carried, carry)
+                     + np.einsum('kii->ki', blocks[second, :, second]))
+        sums: np.ndarray = variances.reshape(-1, 2, 3).sum(2)
+        return sums
+
     def add(self, key: int, measurement: PoseWithCovariance, parent: int) -> None:
         """
         Add a keyframe.

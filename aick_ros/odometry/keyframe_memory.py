@@ -11,21 +11,21 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.effort import Effort
 from aick_ros.odometry.kept_frame import Mappings, compact, size
 from aick_ros.odometry.keyframe_copies import KeyframeCopies
 from aick_ros.odometry.keyframe_graph import KeyframeGraph
-from aick_ros.odometry.keyframe_search import (
-    STEPS_PER_REGISTRATION, KeyframeSearch, candidates, view_distances)
+from aick_ros.odometry.keyframe_search import KeyframeSearch, candidates, view_distances
 from aick_ros.odometry.pose_correction import PoseCorrection
 from aick_ros.odometry.reference import Reference
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 
-_LONGEST_WAIT = 1
-"""Frames that a step of a search waits for one that leaves time for it.
+_LONGEST_WAITS = {Effort.LEAST: 0, Effort.MORE: 1, Effort.MUCH: 3}
+"""Frames that a step of a search has waited for one that leaves time, up to which it waits on.
 
 Chosen: a search ends within its interval at 30 Hz, though a camera that turns fast may make each
-frame a keyframe."""
+frame a keyframe. Frames that take several refinements are few, and take the longest."""
 
 _LEISURE = 0.06
 """Interval of frames [s] from which a whole registration is done with each.
@@ -49,6 +49,8 @@ class KeyframeMemory:
         self._frames = {0: compact(first.prepared, self._mappings)}
         self._view_covariances = {0: np.zeros((6, 6))}
         self._newest, self._reckoned = 0, first.pose
+        self._added: list[int] = []  # keys of those that nothing else was done for
+        self._put_off = 0  # frames that have left no time for that
         self._copies = KeyframeCopies()
         self._search: KeyframeSearch | None = None
         self._searched = first.stamp
@@ -69,24 +71,29 @@ class KeyframeMemory:
         self._correction.configure(settings.odometry)
 
     def track(self, keyframe: Reference, T_reckoned_camera: np.ndarray,
-              detour: np.ndarray, is_easy: bool = True, interval: float = 0.0) -> None:
+              detour: np.ndarray, effort: Effort = Effort.LEAST, interval: float = 0.0) -> None:
         """
         Advance by one tracked frame.
 
         A search takes a step with frames that are no keyframes and easy to register: others take
-        the longest already. Where frames come slowly it does not wait.
+        the longest already. What is due for a new keyframe waits too, where that frame took the
+        longest. Where frames come slowly nothing waits.
 
         :param keyframe: of the next frame, its pose by dead reckoning.
         :param T_reckoned_camera: pose of the frame by dead reckoning, 4x4.
         :param detour: 6x6, added to the covariance of a new keyframe that was not registered to
             the one before.
-        :param is_easy: whether the frame was registered in the shortest way there is.
+        :param effort: that the registration of the frame has taken.
         :param interval: since the frame before [s].
         """
-        is_new = keyframe.stamp != self._frames[self._newest].stamp
-        if is_new:
+        if keyframe.stamp != self._frames[self._newest].stamp:
             self._add(keyframe, detour)
-        self._continue_search(is_easy and not is_new, interval)
+        if interval >= _LEISURE:
+            effort = Effort.LEAST
+        if self._added and not self._puts_off(effort):
+            self._settle()
+            effort = max(effort, Effort.MORE)
+        self._continue_search(effort, interval)
         if self.reused == 0:
             return
         T_odom_reckoned = (self._graph.pose(self._newest).matrix
@@ -128,7 +135,7 @@ class KeyframeMemory:
             for key, T_odom_keyframe in zip(self._graph.keys, self._graph.matrices)])
 
     def _add(self, keyframe: Reference, detour: np.ndarray) -> None:
-        """Add a keyframe to the graph, and begin to search for earlier ones like it."""
+        """Add a keyframe to the graph."""
         key, parent = self._newest + 1, self._newest
         # after a loss an earlier frame can become the keyframe again
         motion = (keyframe.pose.since(self._reckoned)
@@ -137,31 +144,44 @@ class KeyframeMemory:
         motion = PoseWithCovariance(motion.matrix, motion.covariance + detour)
         self._graph.add(key, motion, parent)
         axes = in_axes(self._graph.pose(parent).rotation)
-        self._frames[key] = compact(keyframe.prepared, self._mappings)
+        self._frames[key] = keyframe.prepared
+        self._added.append(key)
         self._view_covariances[key] = axes @ motion.covariance @ axes.T
         self._newest, self._reckoned = key, keyframe.pose
+
+    def _puts_off(self, effort: Effort) -> bool:
+        """Return whether what is due for new keyframes waits for a frame with less effort."""
+        self._put_off += 1
+        return effort is Effort.MUCH and self._put_off <= _LONGEST_WAITS[effort]
+
+    def _settle(self) -> None:
+        """Compact new keyframes, drop redundant ones, and begin a search if it is due."""
+        for key in self._added:
+            self._frames[key] = compact(self._frames[key], self._mappings)
+        self._added.clear()
+        self._put_off = 0
         self._drop_redundant()
+        key, stamps = self._newest, {key: frame.stamp for key, frame in self._frames.items()}
         interval = self._settings.odometry.reuse_interval * NANOSECONDS
-        if self._search is None and keyframe.stamp - self._searched >= interval:
-            stamps = {key: frame.stamp for key, frame in self._frames.items()}
+        if self._search is None and stamps[key] - self._searched >= interval:
             chosen = candidates(self._graph, key, stamps, self._settings.odometry)
             if chosen:
-                self._search, self._searched = KeyframeSearch(key, chosen), keyframe.stamp
+                self._search, self._searched = KeyframeSearch(key, chosen), stamps[key]
 
-    def _continue_search(self, is_easy: bool, interval: float) -> None:
-        """Do a step of the search, if there is one and the frame leaves time; or a few."""
+    def _continue_search(self, effort: Effort, interval: float) -> None:
+        """Do a step of the search, if there is one and the frame leaves time; or a few of them."""
         if self._search is None:
             return
         self._waited += 1
-        if interval < _LEISURE and not is_easy and self._waited <= _LONGEST_WAIT:
+        if interval < _LEISURE and self._waited <= _LONGEST_WAITS[effort]:
             return
         self._waited = 0
-        for _ in range(1 if interval < _LEISURE else STEPS_PER_REGISTRATION):
-            if self._search is not None:
-                self._step(self._search)
+        self._step(self._search)
+        while interval >= _LEISURE and self._search is not None and self._search.has_begun:
+            self._step(self._search)
 
     def _step(self, search: KeyframeSearch) -> None:
-        """Do half a registration of a search, and correct the graph by what is accepted."""
+        """Do a part of a registration of a search, and correct the graph by what is accepted."""
         accepted = search.step(self._graph, self._frames, self._registrar, self._settings)
         if accepted:
             self._graph.update(accepted)

@@ -23,7 +23,6 @@ from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Registration
 from aick_ros.settings import OdometrySettings, Settings
 
-STEPS_PER_REGISTRATION = 2  # by definition: AICK, and the refinement
 WITNESSES = 2  # by definition: keyframes that must agree
 _MIN_TRACKED = 0.35  # chosen on rendered rooms: share of the keypoints that must be tracked
 MAX_SIGMA = 0.15  # m; chosen: 3 sigma is less than the spacing of repeated furniture
@@ -32,7 +31,7 @@ _GATES = 22.46, 32.91  # by definition: 99.9 % of chi squared with 6 and 12 degr
 
 class KeyframeSearch:
     """
-    Compares a keyframe with two earlier ones, half a registration at a time.
+    Compares a keyframe with two earlier ones, a part of a registration at a time.
 
     :param key: of the keyframe; ``candidates``: keys of the earlier ones.
     :ivar missed: key of the one that the images do not show; None: there is none so far.
@@ -52,6 +51,11 @@ class KeyframeSearch:
         return not self._pending
 
     @property
+    def has_begun(self) -> bool:
+        """A registration is begun, and not done yet."""
+        return self._aligned is not None
+
+    @property
     def found(self) -> tuple[int, ...]:
         """Keys of the earlier ones that the images show, wherever they do."""
         return tuple(measurement.first for measurement in self._found)
@@ -59,7 +63,9 @@ class KeyframeSearch:
     def step(self, graph: KeyframeGraph, frames: Mapping[int, PreparedFrame],
              registrar: Registrar, settings: Settings) -> tuple[RelativePose, ...]:
         """
-        Do half of a registration: AICK, or the refinement that confirms it.
+        Do a part of a registration: AICK, or a refinement that confirms it.
+
+        Where keypoints are tracked twice there are two of these.
 
         :returns: the measurements that are accepted, with the last registration; until then none.
         """
@@ -69,8 +75,10 @@ class KeyframeSearch:
             if not self._aligned.status.ok:
                 self._miss(candidate)
             return ()
-        registration = registrar.recognize(source, frames[candidate], self._aligned)
-        self._aligned = None
+        registration = registrar.recognize_partly(source, frames[candidate], self._aligned)
+        self._aligned = registration if registration.is_rough else None
+        if registration.is_rough:
+            return ()
         if not _is_tracked(registration, source, settings):
             self._miss(candidate)
             return ()

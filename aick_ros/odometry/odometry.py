@@ -20,6 +20,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER, seconds
 from aick_ros.odometry.attempts import Attempt, Attempts
+from aick_ros.odometry.effort import Effort
 from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
@@ -217,6 +218,7 @@ class Odometry:
         if preparation.preparer is not self._registrar.preparer:  # the settings have changed
             preparation = self._registrar.preparer.begin(preparation.frame)
         self._times.take()
+        self._refinements = self._registrar.refinements
         self._other.begin(predict)
         frame = preparation.frame
         if frame.imu is not None:
@@ -337,7 +339,7 @@ class Odometry:
         last = Reference(prepared, self._plane.joined(reference.pose @ registration.image_pose),
                          in_keyframe=attempt.seen.varying_pose)
         detour = np.zeros((6, 6))
-        is_easy = self._is_easy(prepared, attempt, references)
+        effort = self._effort_for(prepared, attempt, references)
         interval = seconds(references.last.stamp, prepared.stamp)
         if registration.is_by_depth:
             self._twist = self._motion_model.observed_twist(
@@ -351,17 +353,22 @@ class Odometry:
                 detour = registration.covariance
         self._keyframes.advance(references, last, attempt)
         self._twist_covariance = increment.pose.covariance / increment.interval ** 2
-        memory.track(references.keyframe, self._pose.matrix, detour, is_easy, interval)
+        memory.track(references.keyframe, self._pose.matrix, detour, effort, interval)
         self._gravity.update(prepared.stamp, reference.pose, seen, memory.T_odom_reckoned)
         return self._update(
             prepared, Status.OK, registration.reason, increment=increment, recovered=recovered,
             reference=reference.prepared.keypoints, matches=registration.matches,
             support=registration.support, evidence=registration.evidence)
 
-    def _is_easy(self, prepared: PreparedFrame, attempt: Attempt, references: References) -> bool:
-        """Return whether a frame was registered in the shortest way that the settings allow."""
+    def _effort_for(self, prepared: PreparedFrame, attempt: Attempt,
+                    references: References) -> Effort:
+        """Return the effort that the registration of a frame has taken."""
+        if self._registrar.refinements - self._refinements > 1:
+            return Effort.MUCH
         by_tracking = self._settings.odometry.aick_interval > 1
-        return attempt.reference is references.keyframe and prepared.is_tracked == by_tracking
+        is_shortest = (attempt.reference is references.keyframe
+                       and prepared.is_tracked == by_tracking)
+        return Effort.LEAST if is_shortest else Effort.MORE
 
     def _with_velocity(self, prepared: PreparedFrame, attempt: Attempt,
                        increment: Increment) -> PreparedFrame:

@@ -90,7 +90,9 @@ class DynamicObjectCheck:
         rest = np.arange(len(source.keypoints))
         if found.tracks is not None:
             rest = np.setdiff1d(rest, found.tracks.keypoints)
-        refined = self._refinement.refine(_with_keypoints(source, rest), target, expected)
+        refined = self._refinement.refine(
+            _with_keypoints(source, rest), target, expected, None,
+            self._refinement.first_tracks.of_some(source, target, expected, rest))
         if len(refined.tracked) < FEWEST_TO_CONFIRM:  # use the depth images alone
             refined = dataclasses.replace(self._refinement.refine(
                 _with_keypoints(source, rest[:0]), target, expected), bias=None)

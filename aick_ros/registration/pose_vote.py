@@ -69,13 +69,12 @@ def pose_vote(source: PreparedFrame, target: PreparedFrame, first: np.ndarray,
     :param second: another ``T_target_source``, 4x4.
     :raises ValueError: if a frame has no surface.
     """
-    view, other = _View.of(source), _View.of(target)
-    cells = np.flatnonzero(view.surface.usable)[::_STRIDE]
-    tolerance = _grey_tolerance(view.grey)
-    misfits = [_misfits(view, other, tolerance, pose, cells, sensor) for pose in (first, second)]
+    view, other = _Cells.of(source), _View.of(target)
+    cells = view.indices
+    misfits = [_misfits(view, other, pose, sensor) for pose in (first, second)]
     seen = np.isfinite(misfits[0]) & np.isfinite(misfits[1])
     lead = misfits[1][seen] - misfits[0][seen]
-    width = view.surface.grid.width
+    width = _surface_of(source).grid.width
     row, column = np.divmod(cells[seen], width)
     block = (row // _BLOCK) * width + column // _BLOCK
     count = np.bincount(block)
@@ -93,7 +92,7 @@ def pose_vote(source: PreparedFrame, target: PreparedFrame, first: np.ndarray,
 @dataclass(frozen=True, eq=False)
 class _View:
     """
-    The part of a frame that votes.
+    The part of a frame that is voted on.
 
     :param grey: HxW float32, smoothed.
     """
@@ -104,37 +103,73 @@ class _View:
 
     @classmethod
     def of(cls, frame: PreparedFrame) -> _View:
-        if frame.surface is None:
-            raise ValueError('a vote on poses requires the surfaces of both frames')
-        grey = np.asarray(cv2.blur(frame.grey, (_SMOOTHING, _SMOOTHING)), np.float32)
-        return cls(grey, frame.surface, frame.frame.camera)
+        return cls(_smoothed(frame).astype(np.float32), _surface_of(frame), frame.frame.camera)
 
-    def sample(self, image: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """Return the values of an image of this view at points of its optical frame, N."""
-        if not len(points):
-            return np.empty(0, np.float32)
-        pixels = np.zeros((-(-len(points) // _ROW) * _ROW, 2), np.float32)
-        pixels[:len(points)] = self.camera.project(points)
-        u, v = (pixels[:, axis].reshape(-1, _ROW) for axis in (0, 1))
-        return np.asarray(cv2.remap(image, u, v, cv2.INTER_LINEAR,
-                                    borderMode=cv2.BORDER_REPLICATE)).ravel()[:len(points)]
+    def brightness(self, points: np.ndarray) -> np.ndarray:
+        """Return the brightness at points of its optical frame, N."""
+        return _sample(self.grey, self.camera, points)
 
 
-def _misfits(source: _View, target: _View, tolerance: np.ndarray, pose: np.ndarray,
-             cells: np.ndarray, sensor: SensorSettings) -> np.ndarray:
+@dataclass(frozen=True, eq=False)
+class _Cells:
+    """
+    The cells of a frame that vote.
+
+    :param indices: K, of the cells of its surface.
+    :param points: Kx3 [m].
+    :param brightness: K, smoothed.
+    :param tolerance: K, difference of brightness that is a whole misfit.
+    """
+
+    indices: np.ndarray
+    points: np.ndarray
+    brightness: np.ndarray
+    tolerance: np.ndarray
+
+    @classmethod
+    def of(cls, frame: PreparedFrame) -> _Cells:
+        grey, surface, camera = _smoothed(frame), _surface_of(frame), frame.frame.camera
+        indices = np.flatnonzero(surface.usable)[::_STRIDE]
+        points = surface.points[indices].astype(np.float64)
+        return cls(indices, points, _sample(grey.astype(np.float32), camera, points),
+                   _sample(_grey_tolerance(grey), camera, points))
+
+
+def _smoothed(frame: PreparedFrame) -> np.ndarray:
+    """Return the smoothed image of a frame, HxW uint8."""
+    return np.asarray(cv2.blur(frame.grey, (_SMOOTHING, _SMOOTHING)))
+
+
+def _surface_of(frame: PreparedFrame) -> Surface:
+    if frame.surface is None:
+        raise ValueError('a vote on poses requires the surfaces of both frames')
+    return frame.surface
+
+
+def _sample(image: np.ndarray, camera: Camera, points: np.ndarray) -> np.ndarray:
+    """Return the values of an image at points of its optical frame, N."""
+    if not len(points):
+        return np.empty(0, np.float32)
+    pixels = np.zeros((-(-len(points) // _ROW) * _ROW, 2), np.float32)
+    pixels[:len(points)] = camera.project(points)
+    u, v = (pixels[:, axis].reshape(-1, _ROW) for axis in (0, 1))
+    return np.asarray(cv2.remap(image, u, v, cv2.INTER_LINEAR,
+                                borderMode=cv2.BORDER_REPLICATE)).ravel()[:len(points)]
+
+
+def _misfits(source: _Cells, target: _View, pose: np.ndarray,
+             sensor: SensorSettings) -> np.ndarray:
     """
     Return the misfit of each cell: of depth, 0 to 1, plus of brightness, 0 to 1; NaN if unseen.
 
-    :param tolerance: HxW, difference of brightness that is a whole misfit.
+    :param pose: ``T_target_source``, 4x4.
     """
-    points = source.surface.points[cells].astype(np.float64)
-    moved = se3.transform(pose, points)
+    moved = se3.transform(pose, source.points)
     seen, partners = target.surface.cells_at(moved)
-    misfits = np.full(len(cells), np.nan)
+    misfits = np.full(len(moved), np.nan)
     misfits[seen] = (_depth_misfits(moved[seen], target.surface, partners, sensor)
-                     + _grey_misfits(source.sample(source.grey, points[seen]),
-                                     target.sample(target.grey, moved[seen]),
-                                     source.sample(tolerance, points[seen])))
+                     + _grey_misfits(source.brightness[seen], target.brightness(moved[seen]),
+                                     source.tolerance[seen]))
     return misfits
 
 
@@ -160,8 +195,15 @@ def _grey_misfits(before: np.ndarray, now: np.ndarray, tolerance: np.ndarray) ->
 
 
 def _grey_tolerance(grey: np.ndarray) -> np.ndarray:
-    """Return the difference of brightness that is a whole misfit, larger near edges, HxW."""
-    slopes = (np.abs(cv2.Scharr(grey, -1, 1, 0)) + np.abs(cv2.Scharr(grey, -1, 0, 1))) / 32
+    """
+    Return the difference of brightness that is a whole misfit, larger near edges, HxW float32.
+
+    :param grey: HxW uint8, smoothed.
+    """
+    slopes = np.abs(cv2.Scharr(grey, cv2.CV_16S, 1, 0))  # times 32
+    slopes += np.abs(cv2.Scharr(grey, cv2.CV_16S, 0, 1))
     around = np.ones((2 * _SMOOTHING - 1, 2 * _SMOOTHING - 1), np.uint8)
-    tolerance: np.ndarray = _GREY_MISFIT + _DISPLACEMENT * np.asarray(cv2.dilate(slopes, around))
+    tolerance = cv2.dilate(slopes, around).astype(np.float32)
+    tolerance *= np.float32(_DISPLACEMENT / 32)
+    tolerance += np.float32(_GREY_MISFIT)
     return tolerance

@@ -85,6 +85,11 @@ class Registrar:
         """The maker of keypoints and surfaces; it may be used on another thread."""
         return self._preparer
 
+    @property
+    def refinements(self) -> int:
+        """Number of refinements so far."""
+        return 0 if self._verified is None else self._verified.refinements
+
     def prepare(self, frame: RgbdFrame, repeat: Repeat = Repeat.NONE) -> PreparedFrame:
         """
         Return what registrations need of a frame; frames come in the order of their stamps.
@@ -200,24 +205,40 @@ class Registrar:
             return self._aick.align(source.keypoints,
                                     self._sought_alike(target, source).keypoints)
 
-    def recognize(self, source: PreparedFrame, target: PreparedFrame,
-                  aligned: Registration | None = None) -> Registration:
+    def recognize(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
         """
         Return the pose of the source in the target, of two frames that may show the same place.
 
         It is found by appearance alone, in one attempt. Nothing is learned of the camera: the two
         may as well show places that look alike.
-
-        :param aligned: what :meth:`align` has returned, which is the first part of the time.
         """
         _require_frames(source, target)
         target = self._sought_alike(target, source)
         if self._verified is None:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
-        found = self._verified.recognize(source, target, None, aligned)
-        without_bias = dataclasses.replace(found, bias=None)
-        return self._learned.systematic_error.add_to(without_bias, source, target)
+        return self._recognized(self._verified.recognize(source, target), source, target)
+
+    def recognize_partly(self, source: PreparedFrame, target: PreparedFrame,
+                         aligned: Registration) -> Registration:
+        """
+        Return what :meth:`recognize` does after :meth:`align`, in parts that each take less time.
+
+        :param aligned: what either of the two has returned before: a rough one goes on.
+        """
+        _require_frames(source, target)
+        required(aligned, Registration, 'the registration')
+        if self._verified is None:
+            return aligned
+        target = self._sought_alike(target, source)
+        found = self._verified.recognize_partly(source, target, aligned)
+        return found if found.is_rough else self._recognized(found, source, target)
+
+    def _recognized(self, found: Registration, source: PreparedFrame,
+                    target: PreparedFrame) -> Registration:
+        """Return a registration that nothing is learned from, with its systematic errors."""
+        return self._learned.systematic_error.add_to(
+            dataclasses.replace(found, bias=None), source, target)
 
     def register_depth(self, source: PreparedFrame, target: PreparedFrame,
                        expected: PoseWithCovariance, unobserved: np.ndarray) -> Registration:

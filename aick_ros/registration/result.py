@@ -74,6 +74,7 @@ class Registration:
     :param misalignment: that of the two images, measured likewise; None as well.
     :param overlap: share of the points of the depth image that the other one shows, where it is
         measured: by depth alone.
+    :param is_rough: whether it is the first part of a registration, which has to go on from there.
     """
 
     status: Status
@@ -91,6 +92,7 @@ class Registration:
     noise: NoiseSample | None = None
     misalignment: MisalignmentSample | None = None
     overlap: float = 1.0
+    is_rough: bool = False
 
     @property
     def is_by_depth(self) -> bool:

@@ -67,7 +67,7 @@ class TrackedKeypoints:
 
 
 def _registration(refined: Refined, reason: str) -> Registration:
-    rows = np.arange(len(refined.tracked))
+    rows, refined = np.arange(len(refined.tracked)), refined.measured()
     return Registration(
         Status.OK, reason, refined.T_target_source, refined.covariance,
         np.column_stack([rows, refined.tracked.keypoints]), 0, support=len(rows),

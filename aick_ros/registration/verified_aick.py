@@ -20,7 +20,7 @@ from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
-from aick_ros.registration.refinement.refinement import CONTRADICTION, Refinement
+from aick_ros.registration.refinement.refinement import CONTRADICTION, Refined, Refinement
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.repeating_scene import RepeatingSceneCheck
 from aick_ros.registration.result import Registration, failed
@@ -70,6 +70,11 @@ class VerifiedAick:
             KeypointExtractor(unlimited, settings.sensor, detector=detector).extract,
             _CACHED_FRAMES)
 
+    @property
+    def refinements(self) -> int:
+        """Number of refinements so far, those of checks among them."""
+        return self._refinement.count
+
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None, elapsed: float) -> Registration:
         """
@@ -101,18 +106,32 @@ class VerifiedAick:
             return self._tracked_keypoints.register(source, target, expected, elapsed)
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame,
-                  predicted: Prediction | None = None,
-                  aligned: Registration | None = None) -> Registration:
+                  predicted: Prediction | None = None) -> Registration:
         """
         Return the pose of the source in the target by AICK in one attempt, without a guess.
 
         :param predicted: used for the velocity of the source, not for its pose.
-        :param aligned: what that attempt has found, where it was made before.
         """
-        if aligned is None:
-            with self._times.stage('registration'):
-                aligned = self._aick.align(source.keypoints, target.keypoints)
+        with self._times.stage('registration'):
+            aligned = self._aick.align(source.keypoints, target.keypoints)
         return self._refine(source, target, aligned, predicted)
+
+    def recognize_partly(self, source: PreparedFrame, target: PreparedFrame,
+                         aligned: Registration) -> Registration:
+        """
+        Return what :meth:`recognize` does, in two parts where keypoints are tracked twice.
+
+        :param aligned: the attempt of AICK, or what the first part has returned: a rough one.
+        """
+        if not aligned.status.ok or source.grey.shape != target.grey.shape:
+            return self._refine(source, target, aligned)
+        with self._times.stage('refinement'):
+            refined, is_rough = self._refinement.refine_once(
+                source, target, aligned.T_target_source)
+        if is_rough and not aligned.is_rough:
+            return dataclasses.replace(
+                aligned, T_target_source=refined.T_target_source, is_rough=True)
+        return _confirmed(source, target, dataclasses.replace(aligned, is_rough=False), refined)
 
     def _align_slowly(self, source: RgbdFrame, target: RgbdFrame) -> Registration:
         """Return the registration by AICK with all keypoints and the slow schedule."""
@@ -131,15 +150,7 @@ class VerifiedAick:
         with self._times.stage('refinement'):
             refined = self._refinement.refine(
                 source, target, registration.T_target_source, predicted)
-        if len(refined.tracked) < FEWEST_TO_CONFIRM:
-            return _unverified(registration, source, target, len(refined.tracked))
-        if refined.is_contradicted:
-            return failed(Status.TOO_FEW_MATCHES, CONTRADICTION, registration.iterations)
-        return dataclasses.replace(
-            registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
-            systematic=refined.systematic, bias=refined.bias, support=len(refined.tracked),
-            tracks=refined.tracked, noise=refined.noise, misalignment=refined.misalignment,
-            reason=f'{registration.reason}, {len(refined.tracked)} keypoints tracked')
+        return _confirmed(source, target, registration, refined)
 
     def _refine_guess(self, source: PreparedFrame, target: PreparedFrame, guess: np.ndarray,
                       failure: Registration) -> Registration:
@@ -163,3 +174,18 @@ def _unverified(registration: Registration, source: PreparedFrame, target: Prepa
                                     target.keypoints, registration.matches)
     return dataclasses.replace(registration, reason=reason,
                                covariance=_UNVERIFIED_COVARIANCE_FACTOR * covariance)
+
+
+def _confirmed(source: PreparedFrame, target: PreparedFrame, registration: Registration,
+               refined: Refined) -> Registration:
+    """Return a registration with a refined pose; failed if tracks do not confirm that."""
+    if len(refined.tracked) < FEWEST_TO_CONFIRM:
+        return _unverified(registration, source, target, len(refined.tracked))
+    if refined.is_contradicted:
+        return failed(Status.TOO_FEW_MATCHES, CONTRADICTION, registration.iterations)
+    refined = refined.measured()
+    return dataclasses.replace(
+        registration, T_target_source=refined.T_target_source, covariance=refined.covariance,
+        systematic=refined.systematic, bias=refined.bias, support=len(refined.tracked),
+        tracks=refined.tracked, noise=refined.noise, misalignment=refined.misalignment,
+        reason=f'{registration.reason}, {len(refined.tracked)} keypoints tracked')

@@ -107,7 +107,7 @@ class Parts:
         self.made.append((name, args))
         part = Part(name, self)
         for key, value in {
-                'Registrar': {'preparer': Preparer(Settings())},
+                'Registrar': {'preparer': Preparer(Settings()), 'refinements': 0},
                 'Gyroscope': {'time_offset': 0.012},
                 'Gravity': {'start': self.start},
                 'KeyframeMemory': {'T_odom_reckoned': self.corrected},

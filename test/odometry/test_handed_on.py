@@ -11,6 +11,7 @@ from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.effort import Effort
 from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
 
@@ -167,12 +168,12 @@ def test_the_memory_advances_after_the_keyframe_was_chosen(parts, tracked, attem
         lambda references, last, attempt: references.track(last, last))
     tracked(attempt_to())
     (_, last, _), = parts.asked('KeyframeChoice', 'advance')
-    (keyframe, T_reckoned_camera, detour, is_easy, _), = parts.asked('KeyframeMemory', 'track')
+    (keyframe, T_reckoned_camera, detour, effort, _), = parts.asked('KeyframeMemory', 'track')
     assert keyframe is last
     np.testing.assert_allclose(
         T_reckoned_camera, START @ parts.attempt.registration.T_target_source @ parts.joined,
         atol=1e-12)
-    assert is_easy and not detour.any()
+    assert effort is Effort.LEAST and not detour.any()
 
 
 @pytest.mark.parametrize('to, evidence, is_detour', [
@@ -181,10 +182,24 @@ def test_the_memory_advances_after_the_keyframe_was_chosen(parts, tracked, attem
 def test_a_detour_is_a_registration_by_keypoints_to_another_frame(
         parts, tracked, attempt_to, to, evidence, is_detour):
     tracked(attempt_to(), attempt_to(to, evidence=evidence))
-    *_, detour, is_easy, _ = parts.asked('KeyframeMemory', 'track')[-1]
-    assert is_easy == (to == 'keyframe')
+    *_, detour, effort, _ = parts.asked('KeyframeMemory', 'track')[-1]
+    assert effort is (Effort.LEAST if to == 'keyframe' else Effort.MORE)
     np.testing.assert_array_equal(
         detour, parts.attempt.registration.covariance if is_detour else np.zeros((6, 6)))
+
+
+@pytest.mark.parametrize('refinements, effort', [(1, Effort.LEAST), (2, Effort.MUCH)])
+def test_several_refinements_are_much_effort(parts, tracked, attempt_to, refinements, effort):
+    """Those of the frame alone, though there were some before."""
+    def refined(prepared, references):
+        one.odometry._registrar.refinements += refinements
+        return attempt_to()(prepared, references)
+
+    one, _ = tracked(attempt_to())
+    one.odometry._registrar.refinements = 7
+    parts.attempts = [refined]
+    one.take(0.2)
+    assert [told[3] for told in parts.asked('KeyframeMemory', 'track')] == [Effort.LEAST, effort]
 
 
 def test_the_gyroscope_learns_from_what_the_images_alone_show(parts, tracked, attempt_to):

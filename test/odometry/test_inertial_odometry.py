@@ -91,6 +91,8 @@ def test_increments_turn_by_smaller_errors_and_are_honest(rendered, updates):
 class Registrar:
     """Registers frames by their true poses, with noise of the camera; half is of each frame."""
 
+    refinements = 0
+
     def __init__(self, pose, rng):
         self._pose, self._rng, self._noise = pose, rng, {}
         self.preparer = Preparer(Settings())

@@ -162,3 +162,15 @@ def test_covariances_stay_symmetric_to_the_last_bit(walk):
     for key in graph.keys:
         covariance = graph.pose(key).covariance
         np.testing.assert_array_equal(covariance, covariance.T)
+
+
+def test_the_variances_of_several_relative_poses_are_those_of_each(walk):
+    graph = solved(*measured(walk, np.random.default_rng(2)))
+    graph.remove(2)
+    first, second = np.array([0, 3, 5, 4]), np.array([4, 1, 0, 3])
+    covariances = [graph.relative(graph.keys[i], graph.keys[j]).covariance
+                   for i, j in zip(first, second)]
+    np.testing.assert_allclose(
+        graph.relative_variances(first, second),
+        [(c[:3, :3].trace(), c[3:, 3:].trace()) for c in covariances], rtol=1e-9, atol=1e-15)
+    assert graph.relative_variances(first[:0], second[:0]).shape == (0, 2)

@@ -16,6 +16,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry.effort import Effort
 from aick_ros.odometry.keyframe_graph import RelativePose
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.reference import Reference
@@ -71,7 +72,7 @@ class NoisyRegistrar:
     def align(self, source, target):
         return failed(Status.OK, '')
 
-    def recognize(self, source, target, aligned):
+    def recognize_partly(self, source, target, aligned):
         self.count += 1
         pose = self.measure(*(round(frame.stamp / NANOSECONDS / PERIOD)
                               for frame in (source, target)))
@@ -302,6 +303,10 @@ class ScriptedSearch:
     def is_finished(self):
         return self.left == 0
 
+    @property
+    def has_begun(self):
+        return self.left % 2 == 0 and not self.is_finished
+
     def step(self, graph, frames, registrar, settings):
         self.left -= 1
         self.script.asked.append(('step', tuple(frames), registrar, settings))
@@ -372,14 +377,14 @@ def test_a_step_waits_for_a_frame_that_is_easy_but_not_for_ever(scripted):
     new = Reference(prepared(1), START)
     memory.track(new, START.matrix, NO_DETOUR)
     assert 'step' not in kinds(script)
-    memory.track(new, START.matrix, NO_DETOUR, is_easy=True)
+    memory.track(new, START.matrix, NO_DETOUR, Effort.LEAST)
     assert kinds(script).count('step') == 1
     frames = 0
     while kinds(script).count('step') == 1:
-        memory.track(new, START.matrix, NO_DETOUR, is_easy=False)
+        memory.track(new, START.matrix, NO_DETOUR, Effort.MORE)
         frames += 1
     assert frames == 2
-    memory.track(new, START.matrix, NO_DETOUR, is_easy=False)
+    memory.track(new, START.matrix, NO_DETOUR, Effort.MORE)
     assert kinds(script).count('step') == 2
 
 
@@ -390,9 +395,62 @@ def test_where_frames_come_slowly_each_has_a_whole_registration(scripted, interv
     memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0})
     for count in steps:
         before = kinds(script).count('step')
-        memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR, False, interval)
+        memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR, Effort.MORE, interval)
         counts.append(kinds(script).count('step') - before)
     assert counts == steps
+
+
+@pytest.mark.parametrize('efforts, steps', [
+    (8 * [Effort.MUCH], [0, 0, 1, 0, 0, 0, 1, 0]),
+    ([Effort.MUCH, Effort.LEAST, Effort.MUCH, Effort.MUCH, Effort.MORE], [0, 1, 0, 0, 1])])
+def test_a_step_waits_for_longer_where_a_frame_took_the_longest(scripted, efforts, steps):
+    """Counted from the frame with which the search began, or with which it took a step."""
+    script, counts = scripted(steps=99), []
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0})
+    memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR)
+    script.asked.clear()
+    for effort in efforts:
+        before = kinds(script).count('step')
+        memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR, effort)
+        counts.append(kinds(script).count('step') - before)
+    assert counts == steps
+
+
+@pytest.mark.parametrize('later, frames', [
+    ([Effort.LEAST], 1), ([Effort.MUCH, Effort.MORE], 2), (5 * [Effort.MUCH], 3)])
+def test_what_is_due_for_a_keyframe_waits_where_that_took_the_longest(scripted, later, frames):
+    """For three frames at most; its pose counts at once, and a search takes no step with it."""
+    script = scripted(steps=1)
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0, 'odometry.max_keyframes': 1})
+    keyframe = metres_apart(1)
+    memory.track(keyframe, START.matrix, NO_DETOUR, Effort.MUCH)
+    waited = 0
+    while len(memory.frames) == 2:
+        assert script.asked == [] and memory.frames[1] is keyframe.prepared
+        np.testing.assert_allclose(memory.keypoints_from(keyframe.pose)[-1], np.zeros(3))
+        memory.track(keyframe, START.matrix, NO_DETOUR, later[waited])
+        waited += 1
+    assert waited == frames and kinds(script) == ['candidates', 'search']
+    kept, = memory.frames
+    assert kept.stamp == keyframe.stamp and kept.frame.colour is kept.grey
+
+
+def test_where_frames_come_slowly_what_is_due_for_a_keyframe_does_not_wait(scripted):
+    script = scripted(steps=9)
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0})
+    memory.track(metres_apart(1), START.matrix, NO_DETOUR, Effort.MUCH, 0.067)
+    assert kinds(script) == ['candidates', 'search', 'step', 'step']
+
+
+def test_several_keyframes_that_wait_are_compacted_together(scripted):
+    scripted(chosen=())
+    memory, _ = memory_at(START)
+    for index in (1, 2):
+        memory.track(metres_apart(index), START.matrix, NO_DETOUR, Effort.MUCH)
+    assert [kept.frame.colour is kept.grey for kept in memory.frames] == [True, False, False]
+    memory.track(metres_apart(3), START.matrix, NO_DETOUR)
+    assert all(kept.frame.colour is kept.grey for kept in memory.frames)
+    assert len(memory.frames) == 4
 
 
 def test_where_each_frame_is_a_keyframe_a_search_ends_all_the_same(scripted):

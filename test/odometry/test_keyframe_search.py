@@ -60,7 +60,7 @@ class FakeRegistrar:
         return dataclasses.replace(ALIGNED, reason=f'{source.key} in {target.key}',
                                    status=self.aligned.get(target.key, Status.OK))
 
-    def recognize(self, source, target, aligned):
+    def recognize_partly(self, source, target, aligned):
         assert aligned.reason == f'{source.key} in {target.key}' and aligned.status.ok
         offset = self.positions[source.key] - self.positions[target.key]
         offset += self.errors.get(target.key, 0.0)
@@ -291,3 +291,26 @@ def test_aick_alone_is_a_step_and_where_it_fails_nothing_is_refined(missed, step
         accepted = seeking.step(graph_of(POSITIONS), frames, registrar, SETTINGS)
     assert seeking.is_finished and seeking.missed == missed
     assert len(accepted) == (2 if missed is None else 0)
+
+
+def test_a_registration_that_is_rough_goes_on_in_the_next_step():
+    frames = {key: SimpleNamespace(key=key, keypoints=Keypoints())
+              for key in range(len(POSITIONS))}
+    registrar, seeking = FakeRegistrar(POSITIONS), KeyframeSearch(6, (0, 1))
+    recognize, rough = registrar.recognize_partly, []
+
+    def partly(source, target, aligned):
+        if len(rough) == target.key and target.key == 0:
+            rough.append(dataclasses.replace(aligned, is_rough=True))
+            return rough[0]
+        assert (aligned is rough[0]) == (target.key == 0)
+        return recognize(source, target, aligned)
+
+    registrar.recognize_partly = partly
+    begun = []
+    for _ in range(5):
+        assert not seeking.is_finished
+        accepted = seeking.step(graph_of(POSITIONS), frames, registrar, SETTINGS)
+        begun.append(seeking.has_begun)
+    assert seeking.is_finished and len(accepted) == 2
+    assert begun == [True, True, False, True, False]

@@ -44,6 +44,8 @@ class Registrar:
     :ivar asked: what :meth:`register` was asked, stamps for frames, and the twist of the source.
     """
 
+    refinements = 0
+
     def __init__(self, path):
         self.path, self.dark, self.blind, self.few = path, set(), set(), set()
         self.asked, self.unobserved, self.refused = [], [], set()

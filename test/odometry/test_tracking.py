@@ -13,6 +13,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry import Odometry
 from aick_ros.odometry.attempts import _expected
+from aick_ros.odometry.effort import Effort
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.odometry.reference import Reference
 from aick_ros.registration.registrar import Registrar
@@ -95,7 +96,8 @@ def test_a_search_waits_for_frames_that_are_registered_in_the_shortest_way(frame
     """That is by tracking where AICK registers only some; by AICK where it registers all."""
     for interval in (1, 4):
         easy = []
-        monkeypatch.setattr(KeyframeMemory, 'track', lambda self, *args: easy.append(args[3]))
+        monkeypatch.setattr(KeyframeMemory, 'track', lambda self, *args: easy.append(
+            args[3] is Effort.LEAST))
         odometry = every(interval)
         updates = [odometry.register_frame(frame) for frame in frames[0]]
         tracked = [update.prepared.is_tracked for update in updates[1:]]
@@ -107,7 +109,8 @@ def test_a_search_waits_while_frames_are_registered_to_others_than_the_keyframe(
         frames, monkeypatch):
     """The last frame, where the keyframe is of another place."""
     easy = []
-    monkeypatch.setattr(KeyframeMemory, 'track', lambda self, *args: easy.append(args[3]))
+    monkeypatch.setattr(KeyframeMemory, 'track', lambda self, *args: easy.append(
+            args[3] is Effort.LEAST))
     odometry = every(1)
     for frame in frames[0][:3]:
         odometry.register_frame(frame)

@@ -229,14 +229,15 @@ class Played:
     def __init__(self, monkeypatch, made, vote=PoseVote(0.0, 1.0, 1.0), tracked=(30,)):
         self.made, self.refined, self.voted = made, [], []
         self.answers = [dataclasses.replace(
-            made.refined(count, bias=f'bias {count}', noise='a noise'),
+            made.refined(count, bias=f'bias {count}', measure=pytest.fail),  # learned from by none
             T_target_source=se3.perturbed(EXPECTED, np.array([0.01, 0, 0, 0, 0.005, 0])))
             for count in tracked]
         monkeypatch.setattr('aick_ros.registration.dynamic_objects.pose_vote',
                             lambda *of: self.voted.append(of) or vote)
         self.settings, self.opinion = Settings(), opinion()
         self.opinion._refinement = SimpleNamespace(
-            refine=lambda *of: self.refined.append(of) or self.answers[len(self.refined) - 1])
+            refine=lambda *of: self.refined.append(of) or self.answers[len(self.refined) - 1],
+            first_tracks=SimpleNamespace(of_some=lambda *of: ('known tracks', *of)))
         self.source, self.target = (made.prepared(stamp, surface='a surface')
                                     for stamp in (2, 1))
         tracks = made.tracks(20)
@@ -272,7 +273,11 @@ def test_it_is_refined_from_the_motion_expected_without_the_keypoints_found(play
     played.source = dataclasses.replace(played.source, keypoints=dataclasses.replace(
         played.source.keypoints, words='words of all'))
     played.check()
-    (source, target, pose), = played.refined
+    (source, target, pose, predicted, (known, *of)), = played.refined
+    assert predicted is None and known == 'known tracks'
+    for asked, expected in zip(of, (played.source, played.target, EXPECTED)):
+        assert asked is expected
+    np.testing.assert_array_equal(of[3], REST)
     assert source.keypoints.words is None  # they are by rows of all keypoints
     assert target is played.target and pose is EXPECTED and source.frame is played.source.frame
     for name in ('positions', 'descriptors', 'covariances', 'pixels'):

@@ -121,15 +121,15 @@ def test_a_wall_without_stains_does_not_vote():
 
 def test_the_tolerance_of_brightness_is_that_of_a_displacement_by_two_pixels():
     """On a ramp of a and b grey levels a pixel: three levels, and two pixels along either axis."""
-    v, u = np.mgrid[:40, :60].astype(np.float32)
-    tolerance = _grey_tolerance(1.5 * u - 0.5 * v)
-    np.testing.assert_allclose(tolerance[6:-6, 6:-6], 3.0 + 2.0 * (1.5 + 0.5), rtol=1e-6)
+    v, u = np.mgrid[:40, :60].astype(np.uint8)
+    tolerance = _grey_tolerance(3 * u + 40 - v)
+    assert tolerance.dtype == np.float32
+    np.testing.assert_array_equal(tolerance[6:-6, 6:-6], 3.0 + 2.0 * (3.0 + 1.0))
 
 
 def test_the_tolerance_beside_an_edge_is_that_of_the_edge():
     """The images are smoothed over five pixels, on both sides of it, along either axis."""
-    edge = np.where(np.arange(60) < 30, 50.0, 150.0).astype(np.float32) * np.ones((40, 1))
-    edge = edge.astype(np.float32)
+    edge = np.where(np.arange(60) < 30, 50, 150).astype(np.uint8) * np.ones((40, 1), np.uint8)
     for tolerance in (_grey_tolerance(edge), _grey_tolerance(np.ascontiguousarray(edge.T)).T):
         wide = np.flatnonzero((tolerance > 10.0).all(axis=0))
         assert wide.tolist() == list(range(25, 35))  # the slope at 29 and 30, and four beside it
@@ -194,9 +194,10 @@ def test_blocks_count_their_own_votes(monkeypatch):
     usable = rng.random(width * height) < 0.9
     row, column = np.divmod(np.arange(width * height), width)
     usable &= (row >= 12) | (column < 18) | (rng.random(width * height) < 0.3)
-    surface = SimpleNamespace(grid=SimpleNamespace(width=width, height=height), usable=usable)
-    frame = SimpleNamespace(surface=surface, grey=np.zeros((66, 80), np.uint8),
-                            frame=SimpleNamespace(camera=None))
+    surface = SimpleNamespace(grid=SimpleNamespace(width=width, height=height), usable=usable,
+                              points=np.ones((width * height, 3), np.float32))
+    frame = SimpleNamespace(surface=surface, grey=np.zeros((480, 640), np.uint8),
+                            frame=SimpleNamespace(camera=CAMERA))
     cells = np.flatnonzero(usable)[::2]
     # in each block another share of the votes
     blocks = list(zip((row[cells] // 6).tolist(), (column[cells] // 6).tolist()))

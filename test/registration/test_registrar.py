@@ -315,19 +315,34 @@ def test_each_sensor_is_taken_at_its_own_time(two_clocks):
     assert (known < 0.5 * ignored).all(), medians
 
 
-def test_recognizing_in_two_parts_is_recognizing_at_once(frames):
-    """The first part has found the place already; the second one refines it."""
+@pytest.mark.parametrize('few, parts', [(0.0, 1), (1.1, 2)])
+def test_recognizing_in_parts_is_recognizing_at_once(frames, monkeypatch, few, parts):
+    """The first part has found the place already; those after it refine it, once or twice."""
+    monkeypatch.setattr('aick_ros.registration.refinement.refinement._FEW_TRACKED', few)
+    monkeypatch.setattr('aick_ros.registration.refinement.refinement._SMALL_ERROR', 0.0)
     registrar = Registrar()
     views = [registrar.prepare(frame) for frame in frames[:3]]
     aligned = registrar.align(views[2], views[0])
     assert aligned.status.ok and aligned.tracks is None
-    apart, at_once = (registrar.recognize(views[2], views[0], *given)
-                      for given in ([aligned], []))
+    apart, at_once = aligned, registrar.recognize(views[2], views[0])
+    for part in range(1, parts + 1):
+        before = registrar.refinements
+        apart = registrar.recognize_partly(views[2], views[0], apart)
+        assert registrar.refinements == before + 1
+        assert apart.is_rough == (part < parts)
     np.testing.assert_array_equal(apart.T_target_source, at_once.T_target_source)
     np.testing.assert_array_equal(apart.covariance, at_once.covariance)
+    np.testing.assert_array_equal(apart.tracks.keypoints, at_once.tracks.keypoints)
     elsewhere = dataclasses.replace(aligned, status=Status.TOO_FEW_MATCHES)
-    assert registrar.recognize(views[2], views[0], elsewhere) is not at_once
-    assert not registrar.recognize(views[2], views[0], elsewhere).status.ok
+    assert not registrar.recognize_partly(views[2], views[0], elsewhere).status.ok
+
+
+def test_without_a_refinement_there_is_no_other_part(frames):
+    registrar = Registrar(with_values(Settings(), {'refinement.mode': 'none'}))
+    views = [registrar.prepare(frame) for frame in frames[:2]]
+    aligned = registrar.align(*views)
+    assert registrar.recognize_partly(*views, aligned) is aligned
+    assert registrar.refinements == 0
 
 
 def test_what_is_sought_does_not_undo_what_a_keyframe_was_brought_to(frames, monkeypatch):
@@ -343,6 +358,5 @@ def test_what_is_sought_does_not_undo_what_a_keyframe_was_brought_to(frames, mon
         for frame, known in zip(frames[:3], (2e-4, 1e-4, 3e-4)))
     for _ in range(3):
         assert registrar.register(new, keyframe).status.ok
-        registrar.align(keyframe, older)
-        registrar.recognize(keyframe, older)
+        registrar.recognize_partly(keyframe, older, registrar.align(keyframe, older))
     assert counts == [keyframe.stamp, older.stamp]

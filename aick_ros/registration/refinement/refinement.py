@@ -10,14 +10,16 @@ iteration on SE(3) with robust weights, each residual in units of its own noise.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import definite, se3
 from aick_ros.geometry.stamps import seconds
+from aick_ros.registration.refinement.first_tracks import FirstTracks
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
     NO_CORRECTION, NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction)
@@ -37,6 +39,13 @@ _COARSE_WIDTH = 3.0  # chosen: times the final robust width
 _SMALLEST_STEP = 2e-5  # m and rad; chosen: a smaller step ends the iteration
 _FEWEST_TO_IMPROVE = 7  # derived: if 3 of 7 are outliers, the other 4 still determine a pose
 _FEW_TRACKED = 0.5  # chosen: below this share keypoints are tracked again from the better pose
+_SMALL_ERROR = 0.2
+"""Mean displacement of keypoints by the error of a first pose up to which they are not tracked
+again, in windows.
+
+Chosen on two excerpts of real recordings: those tracked again from so near are as many, and move
+the pose by a tenth of its standard deviation."""
+
 _INLIER_WEIGHT = 0.25  # by definition: the weight of a residual of one robust width
 _SMALLEST_FACTOR = 0.01
 """Variance that is added, as a ratio to that by the sensor's noise: a tenth of its sigma, chosen.
@@ -66,9 +75,10 @@ class Refined:
     :param is_contradicted: whether the depths of the two frames differ at most keypoints, by more
         than those of a right pose do.
     :param bias: between keypoints and depth; None where only keypoints are used.
-    :param noise: noise measured by the residuals; None where too few keypoints are
-        tracked, or only keypoints are used.
-    :param misalignment: that of the images, measured by the residuals; None as ``noise``.
+    :param noise: noise measured by the residuals; None where it is not measured.
+    :param misalignment: that of the images, measured by the residuals; None likewise.
+    :param measure: measures both; None where too few keypoints are tracked, or only keypoints are
+        used.
     """
 
     T_target_source: np.ndarray
@@ -79,6 +89,14 @@ class Refined:
     bias: SensorBias | None = None
     noise: NoiseSample | None = None
     misalignment: MisalignmentSample | None = None
+    measure: Callable[[], tuple[NoiseSample, MisalignmentSample | None]] | None = None
+
+    def measured(self) -> Refined:
+        """Return it with noise and misalignment; what learns nothing does not need them."""
+        if self.measure is None:
+            return self
+        noise, misalignment = self.measure()
+        return replace(self, noise=noise, misalignment=misalignment, measure=None)
 
 
 class Refinement:
@@ -97,23 +115,52 @@ class Refinement:
         self._noise = noise or MeasuredNoise()
         self._misalignment = misalignment or MisalignmentEstimate()
         self._tracker = Tracker(settings, sensor)
+        self.first_tracks = FirstTracks(self._tracker, settings.max_tracks)
+        """The tracks that refinements of the last source began with."""
+        self.count = 0
+        """Number of problems solved so far."""
 
     def refine(self, source: PreparedFrame, target: PreparedFrame,
-               T_target_source: np.ndarray, predicted: Prediction | None = None) -> Refined:
+               T_target_source: np.ndarray, predicted: Prediction | None = None,
+               tracks: Tracks | None = None) -> Refined:
         """
         Return the pose that explains the images of both frames best.
 
         :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
         :param predicted: shows how fast the source moves, with a pose; None: at its own twist.
+        :param tracks: from that pose, where they are known; None: they are made.
         """
-        tracks = self._tracker.track(source, target, T_target_source)
-        refined = self._solve(source, target, tracks, T_target_source, predicted)
-        sought = min(len(source.keypoints), self._settings.max_tracks)
-        if (len(tracks) >= _FEWEST_TO_IMPROVE
-                and len(refined.tracked) < _FEW_TRACKED * sought):
+        refined, is_rough = self.refine_once(source, target, T_target_source, predicted, tracks)
+        if is_rough:
             tracks = self._tracker.track(source, target, refined.T_target_source)
             refined = self._solve(source, target, tracks, refined.T_target_source, predicted)
         return refined
+
+    def refine_once(self, source: PreparedFrame, target: PreparedFrame,
+                    T_target_source: np.ndarray, predicted: Prediction | None = None,
+                    tracks: Tracks | None = None) -> tuple[Refined, bool]:
+        """
+        Return a refined pose, and whether it is rough: refined again from there it gets better.
+
+        Parameters are as for :meth:`refine`, which does both.
+        """
+        if tracks is None:
+            tracks = self.first_tracks.of(source, target, T_target_source)
+        refined = self._solve(source, target, tracks, T_target_source, predicted)
+        sought = min(len(source.keypoints), self._settings.max_tracks)
+        return refined, (len(tracks) >= _FEWEST_TO_IMPROVE
+                         and len(refined.tracked) < _FEW_TRACKED * sought
+                         and not self._is_small(tracks, target, T_target_source,
+                                                refined.T_target_source))
+
+    def _is_small(self, tracks: Tracks, target: PreparedFrame, first: np.ndarray,
+                  refined: np.ndarray) -> bool:
+        """Return whether the error of a first pose, by a refined one, hides no keypoints."""
+        before, after = (se3.transform(pose, tracks.points) for pose in (first, refined))
+        shifts = target.frame.camera.fx * (
+            after[:, :2] / after[:, 2:] - before[:, :2] / before[:, 2:])
+        limit = _SMALL_ERROR * self._settings.track_window
+        return float(np.hypot(*shifts.T).mean()) < limit
 
     def refine_back(self, source: PreparedFrame, target: PreparedFrame,
                     T_target_source: np.ndarray, predicted: Prediction | None = None) -> Refined:
@@ -127,6 +174,7 @@ class Refinement:
 
     def _solve(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
                pose: np.ndarray, predicted: Prediction | None) -> Refined:
+        self.count += 1
         problem = _Problem(source, target, tracks, self._settings, self._sensor, self._noise)
         misalignment = self._misalignment.misalignment
         problem.correct(misalignment, source.twist, pose)
@@ -204,17 +252,23 @@ class _Problem:
         scatter += scatter_of_depth + _SMALLEST_FACTOR * equations.information
         inverse = definite.inverse(equations.information + _PRIOR)
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
-        bias, sample, misalignment = None, None, None
+        bias, measure = None, None
         if by_depth:
             bias = SensorBias(depth.error - keypoints.error,
                               keypoints.covariance + depth.covariance)
             if len(self._tracks) >= FEWEST_TO_CONFIRM:
-                sample = self._noise_shown_by(bias, pose, keypoints, depth)
-                misalignment = self._misalignment_shown_by(by_keypoints[0], by_depth[0], pose)
+                measure = partial(self._measure, bias, pose, keypoints, depth, by_keypoints[0],
+                                  by_depth[0])
         return Refined(
             se3.perturbed(pose, -inverse @ equations.gradient),
             inverse @ (scatter + _PRIOR) @ inverse + noise.bias, noise.bias,
-            self._seen[inliers], contradict(by_keypoints[1]), bias, sample, misalignment)
+            self._seen[inliers], contradict(by_keypoints[1]), bias, measure=measure)
+
+    def _measure(self, bias: SensorBias, pose: np.ndarray, keypoints: _Estimate, depth: _Estimate,
+                 by_keypoints: Residuals,
+                 by_depth: Residuals) -> tuple[NoiseSample, MisalignmentSample | None]:
+        return (self._noise_shown_by(bias, pose, keypoints, depth),
+                self._misalignment_shown_by(by_keypoints, by_depth, pose))
 
     def _misalignment_shown_by(self, keypoints: Residuals, depth: Residuals,
                                pose: np.ndarray) -> MisalignmentSample | None:

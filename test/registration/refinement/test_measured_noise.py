@@ -82,7 +82,7 @@ def measured(views, monkeypatch):
             chosen=surface.chosen[:None if has_depth else 0])
         monkeypatch.setattr(Tracker, 'track', lambda *_: shown)
         return Refinement(settings.refinement, settings.sensor, noise).refine(
-            dataclasses.replace(source, surface=surface), target, TRUTH)
+            dataclasses.replace(source, surface=surface), target, TRUTH).measured()
     return refined
 
 

@@ -168,7 +168,7 @@ def test_tracked_are_those_whose_weight_is_more_than_a_quarter(tell):
 
 def test_the_two_kinds_show_their_bias_and_their_noise(tell):
     told = tell()
-    refined = told.problem.finish(POSE)
+    refined = told.problem.finish(POSE).measured()
     (error, scatter, inverse), (by_depth, depth_scatter, depth_inverse) = map(own, told.kinds())
     covariance = inverse @ (scatter + PRIOR) @ inverse
     depth_covariance = depth_inverse @ (depth_scatter + PRIOR) @ depth_inverse
@@ -192,13 +192,15 @@ def test_the_two_kinds_show_their_bias_and_their_noise(tell):
                                               (FEWEST_TO_CONFIRM - 1, False)])
 def test_with_few_tracks_the_noise_and_the_misalignment_are_not_known(tell, tracks, is_known):
     refined = tell(tracks=tracks).problem.finish(POSE)
-    assert refined.bias is not None
+    assert refined.noise is refined.misalignment is None
+    refined = refined.measured()
+    assert refined.bias is not None and refined.measured() is refined
     assert (refined.noise is not None) == is_known
     assert refined.misalignment == ('misalignment_sample' if is_known else None)
 
 
 def test_by_keypoints_alone_there_is_neither(tell):
-    refined = tell(depth=()).problem.finish(POSE)
+    refined = tell(depth=()).problem.finish(POSE).measured()
     assert refined.bias is refined.noise is refined.misalignment is None
 
 
@@ -273,7 +275,7 @@ def test_without_a_surface_the_tracks_are_corrected_all_the_same(tell, corrected
 def test_the_misalignment_is_shown_by_both_kinds_as_they_were_corrected(tell, corrected):
     told = tell()
     told.problem.correct(LATE, TWISTS[0], POSE)
-    told.problem.finish(POSE)
+    told.problem.finish(POSE).measured()
     keypoints, depth, tracks, pair, weight, applied = told.given['misalignment_sample']
     assert keypoints is told.told['reprojection'] and tracks is told.problem._tracks
     assert weight == 1 / 3.0 and applied is LATE

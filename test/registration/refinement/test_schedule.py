@@ -19,6 +19,28 @@ from aick_ros.settings.parameter import with_values
 FIRST = se3.exp([0.1, 0.2, 0.3, 0.1, -0.2, 0.1])
 STEP = np.array([0.01, -0.02, 0.03, 0.02, 0.01, -0.01])
 ITERATIONS = 6
+FOCAL_LENGTH, DEPTH = 500.0, 2.0  # px and m
+
+
+class PlayedTracks:
+    """
+    As many tracks as are told, on the axis of the target by the first pose.
+
+    :ivar points: in the source, Nx3 [m].
+    """
+
+    def __init__(self, count):
+        self.points = np.tile(se3.transform(se3.inverse(FIRST), np.array([[0.0, 0.0, DEPTH]])),
+                              (count, 1))
+
+    def __len__(self):
+        return len(self.points)
+
+
+class Frame(SimpleNamespace):
+    """A frame that equals itself alone."""
+
+    __hash__ = object.__hash__
 
 
 class Played:
@@ -28,22 +50,27 @@ class Played:
     :param counts: numbers of tracks each time the tracker is asked.
     :param tracked: numbers of tracks that confirm each solution.
     :param steps: of the pose; the last one is that of all after it.
+    :param last: motion of the target, 4x4, after which it has the pose of a solution.
     """
 
-    def __init__(self, monkeypatch, counts=(60,), tracked=(60,), steps=(STEP,), most=100):
+    def __init__(self, monkeypatch, counts=(60,), tracked=(60,), steps=(STEP,), most=100,
+                 last=FIRST, window=9):
         self.log, self._counts, self._tracked = [], list(counts), list(tracked)
-        self._steps, self._most = steps, most
+        self._steps, self._most, self._last = steps, most, last
         module = 'aick_ros.registration.refinement.refinement'
         monkeypatch.setattr(f'{module}.Tracker', self._make_tracker)
         monkeypatch.setattr(f'{module}._Problem', self._make_problem)
         self.settings = with_values(Settings(), {
-            'refinement.iterations': ITERATIONS, 'refinement.max_tracks': most})
+            'refinement.iterations': ITERATIONS, 'refinement.max_tracks': most,
+            'refinement.track_window': window})
         self.noise = MeasuredNoise()
         self.misalignment = MisalignmentEstimate(Misalignment(np.zeros(6), 0.01, 0.0))
         self.refinement = Refinement(self.settings.refinement, self.settings.sensor, self.noise,
                                      self.misalignment)
-        self.source, self.target = (SimpleNamespace(
-            keypoints=range(80), twist=np.full(6, twist)) for twist in (0.1, 0.2))
+        self.source, self.target = (Frame(
+            keypoints=range(80), twist=np.full(6, twist),
+            frame=SimpleNamespace(camera=SimpleNamespace(fx=FOCAL_LENGTH)))
+            for twist in (0.1, 0.2))
 
     def _make_tracker(self, *made_with):
         self.log.append(('tracker', *made_with))
@@ -52,7 +79,7 @@ class Played:
 
     def _track(self, *of):
         self.log.append(of)
-        return range(self._counts.pop(0))
+        return PlayedTracks(self._counts.pop(0))
 
     def _make_problem(self, *made_with):
         self.log.append(('problem', *made_with))
@@ -68,7 +95,8 @@ class Played:
 
     def _finish(self, pose):
         self.log.append(('finish', pose))
-        return SimpleNamespace(T_target_source=pose @ FIRST, tracked=range(self._tracked.pop(0)))
+        return SimpleNamespace(T_target_source=self._last @ pose,
+                               tracked=range(self._tracked.pop(0)))
 
     def asked(self, kind):
         return [entry[1:] for entry in self.log if entry[0] == kind]
@@ -100,7 +128,7 @@ def test_a_pose_takes_a_coarse_step_and_then_fine_ones_and_the_last_ends_it(play
         np.testing.assert_allclose(pose, after(number * [STEP]), atol=1e-12)
     (pose,), = played.asked('finish')
     np.testing.assert_allclose(pose, after((ITERATIONS - 1) * [STEP]), atol=1e-12)
-    np.testing.assert_allclose(found.T_target_source, pose @ FIRST, atol=1e-12)
+    np.testing.assert_allclose(found.T_target_source, FIRST @ pose, atol=1e-12)
 
 
 def test_its_parts_get_the_frames_and_what_is_known_of_the_camera(play):
@@ -109,8 +137,9 @@ def test_its_parts_get_the_frames_and_what_is_known_of_the_camera(play):
     settings, sensor = played.settings.refinement, played.settings.sensor
     assert played.asked('tracker') == [(settings, sensor)]
     assert played.asked('track') == [(played.source, played.target, FIRST)]
-    assert played.asked('problem') == [(played.source, played.target, range(60), settings, sensor,
-                                        played.noise)]
+    (source, target, tracks, *others), = played.asked('problem')
+    assert source is played.source and target is played.target and len(tracks) == 60
+    assert others == [settings, sensor, played.noise]
     (misalignment, twist, pose), = played.asked('correct')
     assert misalignment is played.misalignment.misalignment
     assert twist is played.source.twist and pose is FIRST
@@ -152,15 +181,28 @@ def test_keypoints_are_tracked_again_where_few_agree_and_enough_to_improve_were_
         assert len(refined.tracked) == (55 if is_again else tracked)
 
 
+@pytest.mark.parametrize('window', [9, 21])
+@pytest.mark.parametrize('share, is_again', [(0.19, False), (0.21, True)])
+def test_few_are_not_tracked_again_from_a_pose_that_is_about_the_same(
+        play, window, share, is_again):
+    """By the displacement of the keypoints, in windows."""
+    shift = share * window * DEPTH / FOCAL_LENGTH
+    played = play(counts=(10, 10), tracked=(5, 6), steps=[0 * STEP],
+                  last=se3.exp([0.6 * shift, 0.8 * shift, 0, 0, 0, 0]), window=window)
+    found = played.refinement.refine(played.source, played.target, FIRST)
+    assert len(played.asked('track')) == len(played.asked('problem')) == 1 + is_again
+    assert len(found.tracked) == 5 + is_again
+
+
 def test_tracked_again_all_begins_at_the_better_pose(play):
     played = play(counts=(10, 50), tracked=(5, 55))
     predicted = SimpleNamespace(twist_with=lambda pose: 'a twist')
     played.refinement.refine(played.source, played.target, FIRST, predicted)
-    better = played.asked('finish')[0][0] @ FIRST
+    better = FIRST @ played.asked('finish')[0][0]
     source, target, pose = played.asked('track')[1]
     assert source is played.source and target is played.target
     np.testing.assert_array_equal(pose, better)
-    assert played.asked('problem')[1][2] == range(50)
+    assert len(played.asked('problem')[1][2]) == 50
     np.testing.assert_array_equal(played.asked('correct')[2][2], better)
     np.testing.assert_array_equal(played.asked('step')[ITERATIONS - 1][0], better)
     assert played.asked('correct')[3][1] == 'a twist'
@@ -172,6 +214,6 @@ def test_without_keypoints_of_the_source_those_of_the_target_are_tracked_once(pl
     found = played.refinement.refine_back(played.source, played.target, FIRST, predicted)
     assert played.asked('track_back') == [(played.source, played.target, FIRST)]
     assert played.asked('track') == [] and len(played.asked('problem')) == 1
-    assert played.asked('problem')[0][2] == range(10)
+    assert len(played.asked('problem')[0][2]) == 10
     assert played.asked('correct')[0][2] is FIRST and played.asked('correct')[1][1] == 'a twist'
     assert len(found.tracked) == 3
