@@ -71,12 +71,11 @@ class DepthDistortion:
         """Return a depth image without the distortion, HxW float32 [m]; that one if it is none."""
         if self.is_none:
             return depth
-        scale: np.ndarray = depth * self._image(*depth.shape)
-        scale += np.float32(1.0)
-        np.maximum(scale, np.float32(_SMALLEST_SCALE), out=scale)
-        np.divide(depth, scale, out=scale)
-        scale.flags.writeable = False
-        return scale
+        undistorted = np.empty(depth.shape, np.float32)
+        kernels.undistort_depth(np.ascontiguousarray(depth), self._image(*depth.shape),
+                                _SMALLEST_SCALE, undistorted)
+        undistorted.flags.writeable = False
+        return undistorted
 
     def at(self, points: np.ndarray, camera: Camera) -> np.ndarray:
         """Return the distortion where points project to, N [1/m]."""

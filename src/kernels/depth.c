@@ -159,3 +159,42 @@ PyObject *kernel_valid_depth(PyObject *module, PyObject *arguments) {
     return NULL;
   Py_RETURN_NONE;
 }
+
+FOR_EACH_PROCESSOR
+static void undistort(const float *restrict depths, const float *restrict missing,
+                      Py_ssize_t count, float least, float *restrict undistorted) {
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    const float scale = 1.0f + depths[i] * missing[i];
+    undistorted[i] = depths[i] / (scale > least ? scale : least);
+  }
+}
+
+PyObject *kernel_undistort_depth(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *missing_array, *undistorted_array;
+  float least;
+  if (!PyArg_ParseTuple(arguments, "OOfO", &image_array, &missing_array, &least,
+                        &undistorted_array))
+    return NULL;
+  const Argument needed[] = {
+      {"the image", image_array, 'f', IMAGE, false},
+      {"what is missing", missing_array, 'f', IMAGE, false},
+      {"the undistorted image", undistorted_array, 'f', IMAGE, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Py_buffer *views = arrays.views;
+  const Py_ssize_t count = views[0].len / (Py_ssize_t)sizeof(float);
+  const bool fits = views[1].len == views[0].len && views[2].len == views[0].len;
+  if (fits) {
+    Py_BEGIN_ALLOW_THREADS
+    undistort(views[0].buf, views[1].buf, count, least, views[2].buf);
+    Py_END_ALLOW_THREADS
+  } else {
+    PyErr_SetString(PyExc_ValueError, "the images are not of the same size");
+  }
+  close_arrays(&arrays);
+  if (!fits)
+    return NULL;
+  Py_RETURN_NONE;
+}

@@ -8,6 +8,7 @@ import pickle
 import numpy as np
 import pytest
 
+from aick_ros import kernels
 from aick_ros.frames.depth_distortion import (
     COLUMNS, NO_DISTORTION, ROWS, DepthDistortion, have_same_nodes, nodes_around)
 from aick_ros.geometry.camera import Camera
@@ -66,6 +67,20 @@ class TestDepthImage:
         assert np.isnan(corrected[3, 4])
         assert corrected[5, 6] == 0.0
         assert np.count_nonzero(np.isfinite(corrected)) == depth.size - 1
+
+    def test_each_pixel_lacks_its_own_inverse_depth(self):
+        depth = np.random.default_rng(2).uniform(0.3, 8.0, (47, 61)).astype(np.float32)
+        missing = 1.0 / random_one().undistorted(np.ones_like(depth)).astype(float) - 1.0
+        assert np.ptp(missing) > 1e-3
+        np.testing.assert_allclose(1.0 / random_one().undistorted(depth).astype(float),
+                                   1.0 / depth.astype(float) + missing, rtol=1e-6)
+
+    def test_images_of_another_size_are_refused(self):
+        images = [np.ones(shape, np.float32) for shape in ((4, 6), (4, 6), (4, 5))]
+        for places in ((0, 1, 2), (0, 2, 1), (2, 0, 1)):
+            with pytest.raises(ValueError, match='not of the same size'):
+                first, second, third = (images[place] for place in places)
+                kernels.undistort_depth(first, second, 0.5, third)
 
     def test_far_depth_does_not_end_up_behind_the_camera(self):
         depth = np.full((48, 60), 1000.0, np.float32)
