@@ -28,12 +28,12 @@ _TELLING = 104951  # of random images, one where fused sums make another descrip
 
 @dataclass(frozen=True)
 class Pattern:
-    """What the bits of a descriptor compare: a bit is set where the second pixel is brighter."""
+    """Pixel pairs compared by a descriptor: a bit is set where the second one is brighter."""
 
     coordinates: np.ndarray
     """4x256 float32, x and y of the first, x and y of the second one, from the keypoint [px]."""
     fused: bool
-    """Whether the blur rounds a product and its sum at once, as newer processors can do."""
+    """Fused multiply-add in the blur, as newer processors have: one rounding instead of two."""
 
 
 def least_border(patch_size: int) -> int:

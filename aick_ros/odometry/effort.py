@@ -1,13 +1,13 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""How much it took to register a frame, by which work that can wait is put off."""
+"""Effort of registering a frame: work that can wait is postponed where it was large."""
 
 from enum import IntEnum
 
 
 class Effort(IntEnum):
-    """Effort for one frame, in the order of the time it takes."""
+    """Effort of registering one frame, least first."""
 
     LEAST = 0
     """It was registered in the shortest way that the settings allow."""
