@@ -18,6 +18,7 @@ from aick_ros import kernels
 from aick_ros.errors import InputError
 from aick_ros.features import orb_pattern
 from aick_ros.features.detector import Choice, Features, every_keypoint
+from aick_ros.features.mirrored_border import with_border
 from aick_ros.settings import FeatureSettings
 
 _RANKED = 2  # by definition of OpenCV: corners per keypoint that are ranked by their response
@@ -74,7 +75,7 @@ class OrbDetector:
                              np.uint8)
             kernels.shrink(levels[-1], level)
             levels.append(level)
-        return [orb_pattern.with_border(level, self._border) for level in levels]
+        return [with_border(level, self._border) for level in levels]
 
     def _corners(self, level: int, image: np.ndarray) -> np.ndarray:
         """Return the best corners of one level, Kx3 float32 (x, y, response) in its pixels."""

@@ -19,6 +19,7 @@ import cv2
 import numpy as np
 
 from aick_ros import kernels
+from aick_ros.features.mirrored_border import with_border
 
 _BITS = 256  # of a descriptor
 _BLURRED = 3  # by definition of OpenCV: radius of the blur of what is compared [px]
@@ -39,12 +40,6 @@ class Pattern:
 def least_border(patch_size: int) -> int:
     """Return how far beyond an image its border has to reach [px], for patches of a side [px]."""
     return max(math.ceil(patch_size // 2 * math.sqrt(2.0)), _LEAST_BORDER)
-
-
-def with_border(image: np.ndarray, width: int) -> np.ndarray:
-    """Return an image, HxW, in a mirrored border of a width [px]."""
-    return np.asarray(cv2.copyMakeBorder(image, width, width, width, width,
-                                         cv2.BORDER_REFLECT_101))
 
 
 def describe(image: np.ndarray, border: int, patch_size: int, points: np.ndarray,

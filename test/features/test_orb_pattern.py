@@ -9,6 +9,7 @@ import pytest
 
 from aick_ros import kernels
 from aick_ros.features import orb_pattern
+from aick_ros.features.mirrored_border import with_border
 
 PATCH_SIZES = [5, 6, 15, 30, 31, 61, 101]
 
@@ -22,7 +23,7 @@ def opencv(image, patch_size, points, directions):
 
 def described(image, patch_size, points, directions):
     border = orb_pattern.least_border(patch_size)
-    return orb_pattern.describe(orb_pattern.with_border(image, border), border, patch_size, points,
+    return orb_pattern.describe(with_border(image, border), border, patch_size, points,
                                 directions)
 
 
@@ -57,7 +58,7 @@ def test_patterns_are_measured_and_tell_how_sums_are_rounded(patch_size, no_patt
     assert len(np.unique(found.coordinates.T, axis=0)) > 150
     with monkeypatch.context() as patch:  # an OpenCV that rounds in the other way
         patch.setattr(orb_pattern, '_by_opencv', lambda image, size, points, directions: (
-            orb_pattern._by_kernel(orb_pattern.with_border(image, 80), 80, other, points,
+            orb_pattern._by_kernel(with_border(image, 80), 80, other, points,
                                    directions)))
         patch.setattr(orb_pattern, '_coordinates', lambda size: found.coordinates)
         for fused in (False, True):

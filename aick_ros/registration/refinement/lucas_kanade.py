@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 
 from aick_ros import kernels
+from aick_ros.features.mirrored_border import with_border
 
 _MAX_RETURN_ERROR = 0.5  # px; chosen: distance from the start after tracking there and back
 _LAST_STEP = 0.03  # px; chosen: a window is found where a step towards it is as small
@@ -43,9 +44,7 @@ class Pyramid:
         while len(images) <= levels and min(images[-1].shape) > 2 * window:
             images.append(np.asarray(cv2.pyrDown(images[-1])))
         border = window + _SPARE
-        return cls([np.asarray(cv2.copyMakeBorder(level, border, border, border, border,
-                                                  cv2.BORDER_REFLECT_101)) for level in images],
-                   border, window)
+        return cls([with_border(level, border) for level in images], border, window)
 
 
 def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
