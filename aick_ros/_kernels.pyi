@@ -17,7 +17,8 @@ def cells_at(
     points: np.ndarray, usable: np.ndarray, width: int, height: int, intrinsics: np.ndarray,
     indices: np.ndarray, cells: np.ndarray) -> int: ...
 def choose_cells(
-    order: np.ndarray, buckets: np.ndarray, quota: int, chosen: np.ndarray) -> None: ...
+    order: np.ndarray, buckets: np.ndarray, sizes: np.ndarray, most: int,
+    chosen: np.ndarray) -> None: ...
 def closest_pairs(
     moved: np.ndarray, target: np.ndarray, rows: np.ndarray, descriptor_distances: np.ndarray,
     position_weight: float, descriptor_weight: float, threshold: float,

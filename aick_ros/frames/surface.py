@@ -195,16 +195,8 @@ def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:
     if sizes.sum() <= count:
         return np.flatnonzero(usable)
     chosen = np.empty(len(usable), bool)
-    kernels.choose_cells(_shuffled(len(usable)), buckets, _quota(sizes, count), chosen)
+    kernels.choose_cells(_shuffled(len(usable)), buckets, sizes, count, chosen)
     return np.flatnonzero(chosen)
-
-
-def _quota(sizes: np.ndarray, count: int) -> int:
-    """Return the largest quota per bucket with which all together contribute at most a count."""
-    rising = np.sort(sizes)
-    left = len(sizes) - np.arange(len(sizes))  # buckets that are no smaller than each
-    quotas = (count - np.cumsum(rising) + rising) // left  # if all smaller buckets are used up
-    return int(quotas[np.argmax(quotas < rising)])
 
 
 @functools.lru_cache(maxsize=8)

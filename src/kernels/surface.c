@@ -287,29 +287,48 @@ PyObject *kernel_normal_buckets(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
+// The largest quota per bucket with which all together contribute at most a number of cells.
+static Py_ssize_t quota_within(Py_ssize_t most, const int64_t *sizes, Py_ssize_t count) {
+  for (Py_ssize_t quota = 0;; ++quota) {
+    Py_ssize_t larger = 0;
+    for (Py_ssize_t i = 0; i < count; ++i)
+      larger += sizes[i] > quota;
+    most -= larger;
+    if (larger == 0 || most < 0)
+      return quota;
+  }
+}
+
 // Mark the first cells of each bucket in an order, at most a quota of each; false where a number
-// is not that of a cell.
+// is not that of a cell. No branch depends on a bucket: none would be foreseen.
 static bool mark_first(const int64_t *order, const uint8_t *buckets, Py_ssize_t count,
                        Py_ssize_t quota, char *is_chosen) {
-  Py_ssize_t taken[NO_BUCKET] = {0};
+  Py_ssize_t taken[NO_BUCKET + 1] = {0};
+  taken[NO_BUCKET] = quota;
   for (Py_ssize_t i = 0; i < count; ++i) {
     const int64_t cell = order[i];
     if (cell < 0 || cell >= count)
       return false;
-    is_chosen[cell] = buckets[cell] < NO_BUCKET && taken[buckets[cell]]++ < quota;
+    is_chosen[cell] = taken[buckets[cell]]++ < quota;
   }
   return true;
 }
 
 PyObject *kernel_choose_cells(PyObject *module, PyObject *arguments) {
-  PyObject *order_array, *bucket_array, *chosen_array;
-  Py_ssize_t quota;
-  if (!PyArg_ParseTuple(arguments, "OOnO", &order_array, &bucket_array, &quota, &chosen_array))
+  PyObject *order_array, *bucket_array, *size_array, *chosen_array;
+  Py_ssize_t most;
+  if (!PyArg_ParseTuple(arguments, "OOOnO", &order_array, &bucket_array, &size_array, &most,
+                        &chosen_array))
     return NULL;
-  const Py_ssize_t count = row_count(order_array);
+  if (most < 0 || most > LONGEST) {
+    PyErr_SetString(PyExc_ValueError, "the number of cells to choose is out of range");
+    return NULL;
+  }
+  const Py_ssize_t count = row_count(order_array), buckets = row_count(size_array);
   const Argument needed[] = {
       {"the order", order_array, 'q', count, false},
       {"the buckets", bucket_array, 'B', count, false},
+      {"the sizes", size_array, 'q', buckets, false},
       {"the chosen cells", chosen_array, '?', count, true},
   };
   Arrays arrays;
@@ -317,8 +336,9 @@ PyObject *kernel_choose_cells(PyObject *module, PyObject *arguments) {
     return NULL;
   bool are_cells;
   Py_BEGIN_ALLOW_THREADS
+  const Py_ssize_t quota = quota_within(most, arrays.views[2].buf, buckets);
   are_cells = mark_first(arrays.views[0].buf, arrays.views[1].buf, count, quota,
-                         arrays.views[2].buf);
+                         arrays.views[3].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   if (!are_cells) {

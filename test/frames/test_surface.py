@@ -8,7 +8,7 @@ import pytest
 
 from aick_ros import kernels
 from aick_ros.errors import InputError
-from aick_ros.frames.surface import CELL, Surface, _quota
+from aick_ros.frames.surface import CELL, Surface
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
@@ -359,7 +359,12 @@ def test_arrays_that_are_not_of_the_cells_are_rejected():
         kernels.fit_planes(inverse, np.ones(4), *vectors, *numbers)
     for order in (-1, 2):
         with pytest.raises(ValueError, match='^a number of the order is not that of a cell$'):
-            kernels.choose_cells(np.array([1, order]), np.zeros(2, np.uint8), 1, np.empty(2, bool))
+            kernels.choose_cells(np.array([1, order]), np.zeros(2, np.uint8), np.array([2]), 1,
+                                 np.empty(2, bool))
+    for most in (-1, 1 << 62):
+        with pytest.raises(ValueError, match='^the number of cells to choose is out of range$'):
+            kernels.choose_cells(np.array([0]), np.zeros(1, np.uint8), np.array([1]), most,
+                                 np.empty(1, bool))
     for across in (0, 16, 1 << 30):
         with pytest.raises(ValueError, match='^the buckets are too many for their numbers$'):
             kernels.normal_buckets(np.zeros((2, 3), np.float32), np.ones(2, bool), across,
@@ -381,7 +386,7 @@ def test_the_first_of_each_bucket_in_the_order_are_chosen():
     rng = np.random.default_rng(0)
     buckets, order = rng.choice([*range(15), 255], 300).astype(np.uint8), rng.permutation(300)
     chosen, taken = np.empty(300, bool), {255: 7}
-    kernels.choose_cells(order, buckets, 7, chosen)
+    kernels.choose_cells(order, buckets, np.full(15, 10), 7 * 15, chosen)
     for cell in order:
         assert chosen[cell] == (taken.get(buckets[cell], 0) < 7)
         taken[buckets[cell]] = taken.get(buckets[cell], 0) + 1
@@ -392,8 +397,13 @@ def test_the_quota_of_the_buckets_is_the_largest_within_the_count():
     for _ in range(200):
         sizes = rng.integers(0, rng.integers(2, 60), rng.integers(2, 64))
         count = int(rng.integers(0, max(sizes.sum(), 1)))
-        quota = _quota(sizes, count)
-        assert np.minimum(sizes, quota).sum() <= count
+        buckets = np.repeat(np.arange(len(sizes), dtype=np.uint8), sizes)
+        chosen = np.empty(len(buckets), bool)
+        kernels.choose_cells(np.arange(len(buckets)), buckets, sizes, count, chosen)
+        contributed = np.bincount(buckets[chosen], minlength=len(sizes))
+        quota = contributed.max()
+        np.testing.assert_array_equal(contributed, np.minimum(sizes, quota))
+        assert chosen.sum() <= count
         assert np.minimum(sizes, quota + 1).sum() > count or sizes.sum() == 0
 
 

@@ -30,7 +30,7 @@ align_windows B:x,y B:x,y %z %w %f f:n,2 d:n,4 f>n,2 ?>n
 bit_distances B:n,w B:m,w %w f>n,m
 bit_distances_of_pairs B:n,w B:m,w %w q:k q:k f>k
 cells_at d:n,3 ?:h,v %v %h d:4 q>n q>n
-choose_cells q:n B:n %i ?>n
+choose_cells q:n B:n q:k %i ?>n
 closest_pairs f:n,4 f:m,4 q:2,k f:k %f %f %f q>n,2
 composed_poses d:4,4 d:6,6 d:4,4 d:6,6 d>4,4 d>6,6
 corners B:h,v %b %i %i %i
