@@ -93,7 +93,10 @@ class PoseWithCovariance:
 
     def relative_to(self, start: PoseWithCovariance) -> PoseWithCovariance:
         """Return ``inverse(start) @ self`` of two poses with independent errors in one frame."""
-        return _pose(start).inverse() @ self
+        start = _pose(start)
+        T_start_odom = PoseWithCovariance._made(se3.inverse(start.matrix), _EXACT)
+        return T_start_odom @ PoseWithCovariance._made(
+            self.matrix, self.covariance + self._inherited_from(start, T_start_odom.matrix))
 
     def since(self, start: PoseWithCovariance) -> PoseWithCovariance:
         """
@@ -106,11 +109,16 @@ class PoseWithCovariance:
         T_start_odom = PoseWithCovariance._made(se3.inverse(start.matrix), _EXACT)
         if not start.covariance.any():
             return T_start_odom @ self
-        inherited = (start @ (T_start_odom.matrix @ self.matrix)).covariance
-        variances, axes = np.linalg.eigh(self.covariance - inherited)
+        variances, axes = np.linalg.eigh(
+            self.covariance - self._inherited_from(start, T_start_odom.matrix))
         # rounding may leave variances just below zero
         added = axes * np.maximum(variances, 0.0) @ axes.T
         return T_start_odom @ PoseWithCovariance._made(self.matrix, added)
+
+    def _inherited_from(self, start: PoseWithCovariance, T_start_odom: np.ndarray) -> np.ndarray:
+        """Return the covariance that the error of another pose has at this one, 6x6."""
+        motion = PoseWithCovariance._made(T_start_odom @ self.matrix, _EXACT)
+        return (start @ motion).covariance
 
     def in_body(self, T_base_camera: np.ndarray) -> PoseWithCovariance:
         """

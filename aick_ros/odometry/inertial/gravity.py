@@ -148,7 +148,8 @@ class Gravity:
         if self._filter is None:
             self._begin_filter(stamp, measured)
             return
-        self._filter.drift(_added(reference, self._reference))
+        if reference is not self._reference:
+            self._filter.drift(_added(reference, self._reference))
         impulse = self._forces.between(self._stamp + self._offset, stamp + self._offset,
                                        self._last.rotation, measured.rotation)
         if impulse is None or impulse.duration > _LONGEST_STEP:
@@ -212,8 +213,6 @@ class Gravity:
 
 def _added(pose: PoseWithCovariance, before: PoseWithCovariance) -> np.ndarray:
     """Return the covariance that dead reckoning has added since a pose, 6x6."""
-    if pose is before:
-        return np.zeros((6, 6))
     axes = in_axes(before.rotation)
     added: np.ndarray = axes @ pose.since(before).covariance @ axes.T
     return added

@@ -20,7 +20,6 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry.definite import solved
-from aick_ros.geometry.median import median
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Correction
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import SensorSettings
@@ -194,9 +193,9 @@ def contradict(residuals: Residuals) -> bool:
     The depths of two images that show the same, and nevertheless differ so, do not belong to what
     the images show: those of one of the frames are wrong.
     """
-    squares = residuals.values ** 2
-    return (len(squares) >= FEWEST_TO_CONFIRM
-            and median(squares) > _LARGEST_SCALE ** 2 * _MEDIAN_1)
+    are_large = residuals.values ** 2 > _LARGEST_SCALE ** 2 * _MEDIAN_1
+    return (len(are_large) >= FEWEST_TO_CONFIRM
+            and bool(2 * np.count_nonzero(are_large) > len(are_large)))
 
 
 def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,

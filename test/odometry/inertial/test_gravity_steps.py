@@ -208,21 +208,21 @@ def test_over_a_gap_the_position_is_taken_as_measured(play, duration, is_placed)
     played.update(0.1, SEEN[1])
     measured = REFERENCE.matrix @ SEEN[1]
     if is_placed:
-        assert played.kinds() == ['drift', 'between', 'place', 'approach']
-        np.testing.assert_allclose(played.log[2][1], measured.translation)
-        np.testing.assert_allclose(played.log[2][2], measured.covariance[:3, :3])
+        assert played.kinds() == ['between', 'place', 'approach']
+        np.testing.assert_allclose(played.log[1][1], measured.translation)
+        np.testing.assert_allclose(played.log[1][2], measured.covariance[:3, :3])
     else:
-        assert played.kinds() == ['drift', 'between', 'predict', 'measure', 'approach']
+        assert played.kinds() == ['between', 'predict', 'measure', 'approach']
 
 
 def test_a_position_that_disagrees_is_taken_as_measured(play):
     played = play()
     played.agrees = False
     played.update(0.1, SEEN[1])
-    assert played.kinds() == ['drift', 'between', 'predict', 'measure', 'place', 'approach']
+    assert played.kinds() == ['between', 'predict', 'measure', 'place', 'approach']
     measured = REFERENCE.matrix @ SEEN[1]
-    np.testing.assert_allclose(played.log[4][1], measured.translation)
-    np.testing.assert_allclose(played.log[4][2], measured.covariance[:3, :3])
+    np.testing.assert_allclose(played.log[3][1], measured.translation)
+    np.testing.assert_allclose(played.log[3][2], measured.covariance[:3, :3])
 
 
 def test_it_is_wrong_where_a_fifth_disagrees_and_right_again_below_a_twentieth(play):
