@@ -11,6 +11,7 @@ averages and derivatives are exact, and the noise of a triangulating sensor is c
 from __future__ import annotations
 
 import functools
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -175,12 +176,8 @@ def _largest_roughness(roughness: np.ndarray) -> float:
     :param roughness: HxW by the standard deviation of the depth noise; NaN where there is none.
     """
     low, high = _ROUGHNESS_BOUNDS
-    sample = roughness[::2, ::2]
-    sample = sample[np.isfinite(sample)]
-    if not len(sample):
-        return high
-    quarter = len(sample) // 4
-    return float(np.clip(_RELATIVE_ROUGHNESS * np.partition(sample, quarter)[quarter], low, high))
+    quartile = kernels.lower_quartile(roughness)
+    return high if math.isnan(quartile) else min(max(_RELATIVE_ROUGHNESS * quartile, low), high)
 
 
 def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:

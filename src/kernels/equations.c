@@ -9,6 +9,7 @@
 
 #include "arrays.h"
 #include "kernels.h"
+#include "order.h"
 #include "processors.h"
 
 enum { UNKNOWNS = 6, MOST_BLOCKS = 1 << 20 };
@@ -148,40 +149,6 @@ PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments) {
   if (!is_done)
     return NULL;
   Py_RETURN_NONE;
-}
-
-// Move the values that are below a pivot, or equal to it where that is wanted, in front of the
-// others; return where these begin. No branch depends on a value: none would be foreseen.
-static Py_ssize_t parted(double *values, Py_ssize_t first, Py_ssize_t end, double pivot,
-                         bool with_equal) {
-  Py_ssize_t begin = first;
-  for (Py_ssize_t i = first; i < end; ++i) {
-    const double value = values[i];
-    values[i] = values[begin];
-    values[begin] = value;
-    begin += with_equal ? value <= pivot : value < pivot;
-  }
-  return begin;
-}
-
-// Return the value that would be at an index if the values were sorted; they are reordered.
-static double selected(double *values, Py_ssize_t count, Py_ssize_t index) {
-  Py_ssize_t first = 0, end = count;
-  while (end - first > 1) {
-    const double pivot = values[first + (end - first) / 2];
-    const Py_ssize_t others = parted(values, first, end, pivot, false);
-    if (index < others) {
-      end = others;
-    } else if (others > first) {
-      first = others;
-    } else {  // the pivot is the least
-      const Py_ssize_t above = parted(values, first, end, pivot, true);
-      if (index < above || above == first)  // it is the pivot, or nothing compares with NaN
-        break;
-      first = above;
-    }
-  }
-  return values[index];
 }
 
 static double median(double *values, Py_ssize_t count) {

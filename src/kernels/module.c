@@ -32,6 +32,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(keypoint_equations),
     KERNEL(log_pose),
     KERNEL(log_rotation),
+    KERNEL(lower_quartile),
     KERNEL(mean_inverse_depths),
     KERNEL(moments),
     KERNEL(moved_by_rows),

@@ -10,6 +10,7 @@
 
 #include "arrays.h"
 #include "kernels.h"
+#include "order.h"
 #include "processors.h"
 
 enum {
@@ -241,6 +242,43 @@ PyObject *kernel_fit_planes(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
+// Copy every second finite number of every second row; return how many there are.
+static Py_ssize_t sample(const float *numbers, Size size, double *sampled) {
+  Py_ssize_t count = 0;
+  for (Py_ssize_t row = 0; row < size.height; row += 2) {
+    for (Py_ssize_t column = 0; column < size.width; column += 2) {
+      sampled[count] = numbers[row * size.width + column];
+      count += isfinite(sampled[count]) != 0;
+    }
+  }
+  return count;
+}
+
+PyObject *kernel_lower_quartile(PyObject *module, PyObject *arguments) {
+  PyObject *number_array;
+  if (!PyArg_ParseTuple(arguments, "O", &number_array))
+    return NULL;
+  const Argument needed[] = {{"the numbers", number_array, 'f', IMAGE, false}};
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Size size = size_of(&arrays.views[0]);
+  double quartile = NAN;
+  double *sampled = malloc((size_t)((size.height / 2 + 1) * (size.width / 2 + 1)) *
+                           sizeof(*sampled));
+  if (sampled != NULL) {
+    Py_BEGIN_ALLOW_THREADS
+    const Py_ssize_t count = sample(arrays.views[0].buf, size, sampled);
+    if (count > 0)
+      quartile = selected(sampled, count, count / 4);
+    Py_END_ALLOW_THREADS
+  }
+  const bool is_done = sampled != NULL;
+  free(sampled);
+  close_arrays(&arrays);
+  return is_done ? PyFloat_FromDouble(quartile) : PyErr_NoMemory();
+}
+
 // The interval of -1 to 1, one of some of equal width, that a coordinate lies in.
 static inline int interval_of(float coordinate, int count) {
   const int interval = (int)((coordinate + 1.0f) * (0.5f * (float)count * (1.0f - 1e-6f)));
@@ -289,14 +327,16 @@ PyObject *kernel_normal_buckets(PyObject *module, PyObject *arguments) {
 
 // The largest quota per bucket with which all together contribute at most a number of cells.
 static Py_ssize_t quota_within(Py_ssize_t most, const int64_t *sizes, Py_ssize_t count) {
-  for (Py_ssize_t quota = 0;; ++quota) {
-    Py_ssize_t larger = 0;
+  Py_ssize_t quota = 0, larger = 1;
+  for (; larger > 0; ++quota) {  // each turn but the last takes one cell at least
+    larger = 0;
     for (Py_ssize_t i = 0; i < count; ++i)
       larger += sizes[i] > quota;
     most -= larger;
-    if (larger == 0 || most < 0)
-      return quota;
+    if (most < 0)
+      break;
   }
+  return quota;
 }
 
 // Mark the first cells of each bucket in an order, at most a quota of each; false where a number
@@ -336,7 +376,7 @@ PyObject *kernel_choose_cells(PyObject *module, PyObject *arguments) {
     return NULL;
   bool are_cells;
   Py_BEGIN_ALLOW_THREADS
-  const Py_ssize_t quota = quota_within(most, arrays.views[2].buf, buckets);
+  const Py_ssize_t quota = quota_within(most < count ? most : count, arrays.views[2].buf, buckets);
   are_cells = mark_first(arrays.views[0].buf, arrays.views[1].buf, count, quota,
                          arrays.views[3].buf);
   Py_END_ALLOW_THREADS

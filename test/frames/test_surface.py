@@ -382,6 +382,19 @@ def test_normals_are_counted_by_their_direction():
     assert np.flatnonzero(sizes == 1).tolist() == [0, 3, 10, 12, 15] and sizes.sum() == 5
 
 
+@pytest.mark.parametrize('height, width', [(1, 1), (2, 3), (31, 48), (30, 47)])
+@pytest.mark.parametrize('share', [0.0, 0.2, 1.0])
+def test_the_lower_quartile_is_that_of_finite_numbers(height, width, share):
+    """Of every second row and column; where there is none it is not a number."""
+    rng = np.random.default_rng(height)
+    numbers = rng.gamma(1.0, size=(height, width)).astype(np.float32).round(2)
+    missing = rng.random((height, width)) < share
+    numbers[missing] = rng.choice([np.nan, np.inf], missing.sum())
+    finite = np.sort(numbers[::2, ::2][np.isfinite(numbers[::2, ::2])])
+    expected = finite[len(finite) // 4] if len(finite) else np.nan
+    np.testing.assert_equal(kernels.lower_quartile(numbers), float(expected))
+
+
 def test_the_first_of_each_bucket_in_the_order_are_chosen():
     rng = np.random.default_rng(0)
     buckets, order = rng.choice([*range(15), 255], 300).astype(np.uint8), rng.permutation(300)

@@ -53,6 +53,7 @@ is_rigid d:4,4
 keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:2 %f d>u,u d>u
 log_pose d:4,4 d>6
 log_rotation d:3,3 d>3
+lower_quartile f:h,v
 mean_inverse_depths f:h,v %w %f %f f>a,e
 moments f:n,3 f:m,3 q:k,2 d>4,4
 moved_by_rows d:n,3 d:6 d:6 %f d>n,3
