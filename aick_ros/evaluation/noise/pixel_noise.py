@@ -108,7 +108,7 @@ class PixelNoiseSamples:
             return
         previous, detected = self._before
         positions, found = track_there_and_back(
-            Pyramid.of(previous, _WINDOW, _LEVELS), Pyramid.of(grey, _WINDOW, _LEVELS),
+            Pyramid(previous, _WINDOW, _LEVELS), Pyramid(grey, _WINDOW, _LEVELS),
             detected.pixels)
         tracked = np.flatnonzero(found)
         positions = positions[tracked]

@@ -132,7 +132,7 @@ class Tracker:
                       seen.points[:, :2] / seen.points[:, 2:], seen.points[:, 2].copy(), sigmas)
 
     def _pyramid_of(self, frame: PreparedFrame) -> Pyramid:
-        return Pyramid.of(frame.grey, self._settings.track_window, _LEVELS)
+        return Pyramid(frame.grey, self._settings.track_window, _LEVELS)
 
     def _windows_of_all(self, frame: PreparedFrame) -> Windows:
         return self._windows_of(frame, np.arange(min(len(frame.keypoints),

@@ -53,7 +53,7 @@ class Given:
                         np.ones(len(pixels), np.float32), np.float32(scales))
 
     def track(self, before, now, pixels):
-        self.compared.append((int(before.levels[0].min()), int(now.levels[0].min())))
+        self.compared.append((int(before.level(0).min()), int(now.level(0).min())))
         found = np.arange(len(pixels)) < round(self.tracked * len(pixels))
         return pixels + np.float32([self.flow, 0.0]), found
 

@@ -29,7 +29,7 @@ def pair():
     views = [registrar.prepare(source.frame(i)) for i in (0, 4)]
     poses = source.ground_truth.poses
     return views[1], views[0], (se3.inverse(poses[0]) @ poses[4]
-                                @ se3.exp([0, 0, 0, 0, 0, np.radians(4.0)]))
+                                @ se3.exp([0, 0, 0, 0, 0, np.radians(2.0)]))
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from aick_ros.registration.refinement.lucas_kanade import (
     Pyramid, _track, inverted, not_turned, track_there_and_back)
 
 HEIGHT, WIDTH = 160, 200
-FLAT = Pyramid.of(np.zeros((HEIGHT, WIDTH), np.uint8), 5, 0)
+FLAT = Pyramid(np.zeros((HEIGHT, WIDTH), np.uint8), 5, 0)
 
 
 @pytest.fixture(scope='module')
@@ -36,7 +36,7 @@ def pixels(step=20, margin=40):
 
 
 def track(before, now, start, window, levels, expected=None):
-    pyramids = (Pyramid.of(image, window, levels) for image in (before, now))
+    pyramids = (Pyramid(image, window, levels) for image in (before, now))
     return track_there_and_back(*pyramids, start, expected)
 
 
@@ -62,6 +62,44 @@ def test_a_large_shift_requires_levels_or_an_expectation(texture):
     seen, found = track(*images, start, 11, 0, expected)
     assert found.all()
     np.testing.assert_allclose(seen, start + shift, atol=0.1)
+
+
+@pytest.mark.parametrize('width, levels', [(320, 2), (640, 2), (801, 3), (1280, 3), (3840, 3)])
+def test_expected_pixels_are_sought_at_first_in_small_images(monkeypatch, width, levels):
+    """All levels are used where they are not found there, or where none is expected."""
+    sought = []
+
+    def align(before, now, border, side, last_step, pixels, turns, places, found):
+        sought.append(before.shape[1] - 2 * border)
+        found[:] = len(sought) > all_found_after
+
+    monkeypatch.setattr(kernels, 'align_windows', align)
+    pyramids = [Pyramid(np.zeros((240, width), np.uint8), 9, 2) for _ in range(2)]
+    start = np.full((5, 2), 20, np.float32)
+    sizes = [-(-width // 2 ** k) for k in range(3)]
+    for expected, all_found_after, searches in (
+            (start, 0, [levels]), (start, 99, [levels, 3] if levels < 3 else [3]),
+            (None, 0, [3])):
+        sought.clear()
+        track_there_and_back(*pyramids, start, expected)
+        back = [sizes[0]] if expected is not None else sizes[::-1]
+        assert sought == [width for count in searches
+                          for width in (*sizes[:count][::-1], *back)]
+
+
+@pytest.mark.parametrize('share, searches', [(0.3, 2 + 1), (0.6, 2 + 1 + 4 + 1)])
+def test_a_few_pixels_that_are_not_found_do_not_require_another_search(
+        monkeypatch, texture, share, searches):
+    """Those of a part of the image that shows another scene."""
+    align, calls = kernels.align_windows, []
+    monkeypatch.setattr(kernels, 'align_windows', lambda *args: calls.append(align(*args)))
+    start, now, edge = pixels(9), view(texture, 3, 1), int(share * WIDTH)
+    now[:, :edge] = view(texture[::-1, ::-1])[:, :edge]
+    seen, found = track(view(texture), now, start, 9, 3, start)
+    assert 0.2 < found.mean() < 0.9
+    right = found & (start[:, 0] > edge + 10)
+    np.testing.assert_allclose(seen[right], start[right] + (3, 1), atol=0.1)
+    assert len(calls) == searches
 
 
 def test_the_expected_places_are_not_changed(texture):
@@ -93,9 +131,9 @@ def test_it_finds_what_opencv_finds(texture, window, levels):
     now = cv2.warpAffine(before, turn, (WIDTH, HEIGHT), borderMode=cv2.BORDER_REFLECT_101)
     start = pixels(9) + np.float32(0.3)
     expected = (start + (1.2, -0.7)).astype(np.float32)
-    seen, found = _track(*(Pyramid.of(image, window, levels) for image in (before, now)), start,
+    seen, found = _track(*(Pyramid(image, window, levels) for image in (before, now)), start,
                          expected, not_turned(len(start)),
-                         len(Pyramid.of(before, window, levels).levels), 0.03)
+                         len(Pyramid(before, window, levels).sizes), 0.03)
     known, status, _ = cv2.calcOpticalFlowPyrLK(
         before, now, start[:, None], expected[:, None].copy(), winSize=(window, window),
         maxLevel=levels, criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.03),
@@ -126,7 +164,7 @@ def test_windows_that_are_turned_and_stretched(turn, window):
     back = np.linalg.inv(turn)
     offsets = np.stack([u, v], axis=2) - centre
     now = drawn(waves, phases, *np.moveaxis(offsets @ back.T + centre, 2, 0))
-    pyramids = [Pyramid.of(image, window, 2) for image in (drawn(waves, phases, u, v), now)]
+    pyramids = [Pyramid(image, window, 2) for image in (drawn(waves, phases, u, v), now)]
     start = pixels(9, 16)
     there = (start - centre) @ np.transpose(turn) + centre
     inside = ((there > 16) & (there < (WIDTH - 16, HEIGHT - 16))).all(axis=1)
@@ -145,7 +183,7 @@ def test_windows_that_are_turned_and_stretched(turn, window):
     [[np.nan, 0], [0, 1]], [[0, 0], [0, 0]], [[1, 1], [1, 1]], [[1e-3, 0], [0, 1]],
     [[np.inf, 0], [0, 1]], [[1e30, 0], [0, 1e30]]])
 def test_windows_are_not_found_that_no_border_has(texture, turn):
-    image, start = Pyramid.of(view(texture), 9, 2), np.float32([[60, 60], [80, 50]])
+    image, start = Pyramid(view(texture), 9, 2), np.float32([[60, 60], [80, 50]])
     turns = np.array([np.eye(2), turn])
     seen, found = track_there_and_back(image, image, start, start, turns)
     assert found.tolist() == [True, False]
@@ -207,11 +245,12 @@ def test_windows_reach_beyond_the_edge_of_an_image(texture):
 
 @pytest.mark.parametrize('shape, levels', [((160, 200), 3), ((160, 18), 1), ((36, 200), 2)])
 def test_a_pyramid_ends_where_its_images_are_as_small_as_a_window(shape, levels):
-    pyramid = Pyramid.of(np.zeros(shape, np.uint8), 9, 2)
-    assert len(pyramid.levels) == levels
+    pyramid = Pyramid(np.zeros(shape, np.uint8), 9, 2)
+    sizes = [tuple(-(-side // 2 ** k) for side in shape) for k in range(levels)]
+    assert pyramid.sizes == sizes
     border = 2 * pyramid.border
-    assert [np.subtract(level.shape, border).tolist() for level in pyramid.levels] == [
-        [-(-side // 2 ** k) for side in shape] for k in range(levels)]
+    for k in reversed(range(levels)):
+        assert tuple(np.subtract(pyramid.level(k).shape, border)) == sizes[k]
 
 
 def test_a_pixel_is_kept_up_to_half_a_pixel_from_its_start(monkeypatch):
