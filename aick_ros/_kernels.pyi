@@ -63,6 +63,9 @@ def integrate_forces(
 def integrate_turns(
     stamps: np.ndarray, rates: np.ndarray, rotations: np.ndarray,
     integrals: np.ndarray) -> None: ...
+def interpolate(
+    values: np.ndarray, columns: np.ndarray, rows: np.ndarray, interpolated: np.ndarray
+) -> None: ...
 def inverse_depth_slopes(
     image: np.ndarray, pixels: np.ndarray, depths: np.ndarray, side: int,
     slopes: np.ndarray) -> None: ...

@@ -14,7 +14,6 @@ import functools
 import math
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
 from aick_ros import kernels
@@ -139,7 +138,7 @@ def _grid(camera: Camera, cell: int) -> Grid:
 
 @functools.lru_cache(maxsize=8)
 def _undistortion(camera: Camera, cell: int) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the maps from the undistorted to the distorted grid; None without distortion."""
+    """Return the columns and rows of undistorted cells in the image; None without distortion."""
     if not camera.distortion:
         return None
     grid = _grid(camera, cell)
@@ -149,10 +148,9 @@ def _undistortion(camera: Camera, cell: int) -> tuple[np.ndarray, np.ndarray] | 
     # outside of its range a distortion model folds rays back into the image
     error = np.abs(camera.normalize(pixels) - rays[:, :2]).max(axis=1)
     pixels[~(error < _MAX_ROUND_TRIP_ERROR)] = -1e4
-    cells = ((pixels - (cell - 1) / 2) / cell).astype(np.float32)
-    u, v = np.ascontiguousarray(cells.T.reshape(2, grid.height, grid.width))
-    coordinates, fractions = cv2.convertMaps(u, v, cv2.CV_16SC2)
-    return np.asarray(coordinates), np.asarray(fractions)
+    cells = (pixels - (cell - 1) / 2) / cell
+    columns, rows = np.ascontiguousarray(cells.T, np.float32)
+    return columns, rows
 
 
 def _inverse_depth(depth: np.ndarray, camera: Camera, sensor: SensorSettings,
@@ -163,10 +161,12 @@ def _inverse_depth(depth: np.ndarray, camera: Camera, sensor: SensorSettings,
     kernels.mean_inverse_depths(
         np.ascontiguousarray(depth), cell, 1 / sensor.max_depth,
         1 / max(sensor.min_depth, _MIN_DEPTH), inverse)
-    maps = _undistortion(camera, cell)
-    if maps is None:
+    places = _undistortion(camera, cell)
+    if places is None or min(inverse.shape) < 2:
         return inverse
-    return np.asarray(cv2.remap(inverse, *maps, cv2.INTER_LINEAR, borderValue=np.nan))
+    undistorted = np.empty_like(inverse)
+    kernels.interpolate(inverse, *places, undistorted.ravel())
+    return undistorted
 
 
 def _largest_roughness(roughness: np.ndarray) -> float:

@@ -30,6 +30,7 @@ PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments);
 PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments);
 PyObject *kernel_integrate_forces(PyObject *module, PyObject *arguments);
 PyObject *kernel_integrate_turns(PyObject *module, PyObject *arguments);
+PyObject *kernel_interpolate(PyObject *module, PyObject *arguments);
 PyObject *kernel_inverse_depth_slopes(PyObject *module, PyObject *arguments);
 PyObject *kernel_inverse_pose(PyObject *module, PyObject *arguments);
 PyObject *kernel_is_rigid(PyObject *module, PyObject *arguments);

@@ -26,6 +26,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(gradient_noise),
     KERNEL(integrate_forces),
     KERNEL(integrate_turns),
+    KERNEL(interpolate),
     KERNEL(inverse_depth_slopes),
     KERNEL(inverse_pose),
     KERNEL(is_rigid),

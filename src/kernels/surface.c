@@ -17,6 +17,7 @@ enum {
   RADIUS = 2,  // chosen: a plane is fitted to 5x5 cells
   SIDE = 2 * RADIUS + 1,
   NO_BUCKET = UINT8_MAX,
+  PLACES = 256,  // chosen: interpolated at once
   SAMPLED = 13,  // chosen: numbers of which one is looked at
 };
 
@@ -68,6 +69,75 @@ PyObject *kernel_mean_inverse_depths(PyObject *module, PyObject *arguments) {
     Py_END_ALLOW_THREADS
   } else {
     PyErr_SetString(PyExc_ValueError, "the image has fewer cells than that");
+  }
+  close_arrays(&arrays);
+  if (!fits)
+    return NULL;
+  Py_RETURN_NONE;
+}
+
+// One number where another is at least 0 and below an end, otherwise a third one.
+static inline float if_below(float number, float end, float inside, float outside) {
+  const float if_positive = number >= 0.0f ? inside : outside;
+  return number < end ? if_positive : outside;
+}
+
+// Interpolate bilinearly between the cells around places in a grid, whose columns and rows are
+// given; NaN where there are not four of them. One loop alone would not be done in lanes.
+FOR_EACH_PROCESSOR
+static void interpolate(const float *restrict values, Size size, const float *restrict columns,
+                        const float *restrict rows, Py_ssize_t count,
+                        float *restrict interpolated) {
+  const float last_column = (float)((int)size.width - 1), last_row = (float)((int)size.height - 1);
+  const int32_t width = (int32_t)size.width;
+  const float *right = values + 1, *lower = values + width, *lower_right = lower + 1;
+  float across[PLACES], down[PLACES];
+  for (Py_ssize_t done = 0; done < count; done += PLACES) {
+    const int places = count - done < PLACES ? (int)(count - done) : PLACES;
+    const float *column = columns + done, *row = rows + done;
+    float *result = interpolated + done;
+    for (int i = 0; i < places; ++i) {
+      across[i] = if_below(column[i], last_column, column[i], 0.0f);
+      down[i] = if_below(row[i], last_row, row[i], 0.0f);
+    }
+    for (int i = 0; i < places; ++i) {
+      const int32_t left = (int32_t)across[i], upper = (int32_t)down[i];
+      const float to_right = across[i] - (float)left, downwards = down[i] - (float)upper;
+      const int32_t at = upper * width + left;
+      const float above = values[at] + (right[at] - values[at]) * to_right;
+      const float below = lower[at] + (lower_right[at] - lower[at]) * to_right;
+      result[i] = above + (below - above) * downwards;
+    }
+    for (int i = 0; i < places; ++i)
+      result[i] = if_below(column[i], last_column, if_below(row[i], last_row, result[i], NAN),
+                           NAN);
+  }
+}
+
+PyObject *kernel_interpolate(PyObject *module, PyObject *arguments) {
+  PyObject *value_array, *column_array, *row_array, *interpolated_array;
+  if (!PyArg_ParseTuple(arguments, "OOOO", &value_array, &column_array, &row_array,
+                        &interpolated_array))
+    return NULL;
+  const Py_ssize_t count = row_count(column_array);
+  const Argument needed[] = {
+      {"the values", value_array, 'f', IMAGE, false},
+      {"the columns", column_array, 'f', count, false},
+      {"the rows", row_array, 'f', count, false},
+      {"the interpolated values", interpolated_array, 'f', count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Size size = size_of(&arrays.views[0]);
+  const bool fits = size.height > 1 && size.width > 1 && size.height <= INT32_MAX / size.width;
+  if (fits) {
+    Py_BEGIN_ALLOW_THREADS
+    interpolate(arrays.views[0].buf, size, arrays.views[1].buf, arrays.views[2].buf, count,
+                arrays.views[3].buf);
+    Py_END_ALLOW_THREADS
+  } else {
+    PyErr_SetString(PyExc_ValueError, "the values are too few or too many to interpolate between");
   }
   close_arrays(&arrays);
   if (!fits)

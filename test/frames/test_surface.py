@@ -382,6 +382,32 @@ def test_normals_are_counted_by_their_direction():
     assert np.flatnonzero(sizes == 1).tolist() == [0, 3, 10, 12, 15] and sizes.sum() == 5
 
 
+@pytest.mark.parametrize('count', [0, 1, 255, 256, 1000])
+def test_between_four_cells_it_is_interpolated(count):
+    """Exactly, on planes; NaN beside a missing one, and where there are not four."""
+    rng = np.random.default_rng(count)
+    rows, columns = np.indices((9, 12), np.float32)
+    values = 3.0 + 0.5 * columns - 0.25 * rows
+    values[4, 7] = np.nan
+    places = rng.uniform((-1, -1), (12, 9), (count, 2)).astype(np.float32)
+    places[::17] = np.round(places[::17])
+    places[3::19] = rng.choice([np.nan, np.inf, -np.inf, 1e30, 11, 8, -0.0], places[3::19].shape)
+    u, v = np.ascontiguousarray(places.T)
+    found = np.empty(count, np.float32)
+    kernels.interpolate(values, u, v, found)
+    between = (u >= 0) & (u < 11) & (v >= 0) & (v < 8)
+    known = between & ~((abs(np.floor(u) - 6.5) < 1) & (abs(np.floor(v) - 3.5) < 1))
+    np.testing.assert_allclose(found[known], 3.0 + 0.5 * u[known] - 0.25 * v[known], atol=1e-5)
+    assert np.isnan(found[~known]).all() and known.sum() >= count // 2
+
+
+def test_one_row_of_cells_cannot_be_interpolated_between():
+    place = np.zeros(1, np.float32)
+    for shape in ((1, 5), (5, 1)):
+        with pytest.raises(ValueError, match='^the values are too few or too many to interpolate'):
+            kernels.interpolate(np.zeros(shape, np.float32), place, place, place.copy())
+
+
 @pytest.mark.parametrize('height, width', [(1, 1), (2, 3), (31, 48), (30, 47)])
 @pytest.mark.parametrize('share', [0.0, 0.2, 1.0])
 def test_the_lower_quartile_is_that_of_finite_numbers(height, width, share):

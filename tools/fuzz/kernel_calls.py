@@ -47,6 +47,7 @@ gradient_moments B:h,v d:n,2 %i d>n,3,3
 gradient_noise d:n,6 d:n d:n q:n d:6 d>6,6
 integrate_forces q:n d:n,3 %i %i d:3,3 d:3,3 d>2,12
 integrate_turns q:n d:n,3 d>n,3,3 d>n,3,3
+interpolate f:h,v f:n f:n f>n
 inverse_depth_slopes f:h,v d:n,2 d:n %i d>n,2
 inverse_pose d:4,4 d>4,4
 is_rigid d:4,4
