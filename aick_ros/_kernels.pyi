@@ -108,7 +108,8 @@ def point_to_plane(
     target_image_height: float, target_points: np.ndarray, target_normals: np.ndarray,
     usable: np.ndarray, target_roughness: np.ndarray, width: int, height: int,
     intrinsics: np.ndarray, sigma: float, exponent: float, reach: float,
-    smallest_cosine: float, values: np.ndarray, jacobian: np.ndarray, moved: np.ndarray,
+    smallest_cosine: float, robust_width: float, typical: float, largest_ratio: float,
+    values: np.ndarray, jacobian: np.ndarray, weights: np.ndarray, moved: np.ndarray,
     blocks: np.ndarray, sums: np.ndarray) -> int: ...
 def project(
     points: np.ndarray, intrinsics: np.ndarray, distortion: np.ndarray,
@@ -118,11 +119,9 @@ def rays_moved_by_rows(
     moved: np.ndarray) -> None: ...
 def reprojection(
     points: np.ndarray, rays: np.ndarray, sigmas: np.ndarray, pose: np.ndarray,
-    ray_sigma: float, values: np.ndarray, jacobian: np.ndarray, squares: np.ndarray,
+    ray_sigma: float, robust_width: float, typical: float, largest_ratio: float,
+    values: np.ndarray, jacobian: np.ndarray, weights: np.ndarray,
     blocks: np.ndarray) -> None: ...
-def robust_weights(
-    squares: np.ndarray, width: float, typical: float, largest_scale: float,
-    weights: np.ndarray) -> None: ...
 def sample_depth(
     image: np.ndarray, pixels: np.ndarray, depth_jump: float,
     min_depth: float, max_depth: float, depths: np.ndarray) -> None: ...
@@ -135,7 +134,9 @@ def spread(pixels: np.ndarray, cell_size: float, chosen: np.ndarray) -> int: ...
 def to_quaternion(rotation: np.ndarray, quaternion: np.ndarray) -> None: ...
 def track_depth(
     points: np.ndarray, rays: np.ndarray, depths: np.ndarray, pose: np.ndarray, sigma: float,
-    exponent: float, values: np.ndarray, jacobian: np.ndarray, blocks: np.ndarray) -> int: ...
+    exponent: float, robust_width: float, typical: float, largest_ratio: float,
+    values: np.ndarray, jacobian: np.ndarray, weights: np.ndarray,
+    blocks: np.ndarray) -> int: ...
 def undistort_depth(
     image: np.ndarray, missing: np.ndarray, least: float, undistorted: np.ndarray) -> None: ...
 def valid_depth(

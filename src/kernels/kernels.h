@@ -52,7 +52,6 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments);
 PyObject *kernel_project(PyObject *module, PyObject *arguments);
 PyObject *kernel_rays_moved_by_rows(PyObject *module, PyObject *arguments);
 PyObject *kernel_reprojection(PyObject *module, PyObject *arguments);
-PyObject *kernel_robust_weights(PyObject *module, PyObject *arguments);
 PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments);
 PyObject *kernel_scaled_to_depth(PyObject *module, PyObject *arguments);
 PyObject *kernel_shrink(PyObject *module, PyObject *arguments);

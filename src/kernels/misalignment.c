@@ -310,8 +310,8 @@ typedef struct {
   Py_ssize_t count;
 } DepthResiduals;
 
-// The derivatives of a residual by the distortion of a frame, and what of it is applied. Nodes that
-// are around both points are only there once.
+// The derivatives of a residual by the distortion of a frame, and what of it is applied. Nodes
+// that are around both points are only there once.
 static inline void depth_nodes(const Nodes *nodes, int frame, const double *place, double along,
                                Row *row) {
   double weights[AROUND];

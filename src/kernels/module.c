@@ -48,7 +48,6 @@ static PyMethodDef METHODS[] = {
     KERNEL(project),
     KERNEL(rays_moved_by_rows),
     KERNEL(reprojection),
-    KERNEL(robust_weights),
     KERNEL(sample_depth),
     KERNEL(scaled_to_depth),
     KERNEL(shrink),
