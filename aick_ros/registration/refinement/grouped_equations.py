@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros.geometry import definite
+
 # Chosen on two excerpts of real recordings and on rendered rooms with nine kinds of cameras.
 _GROUPS = 8
 _JACKKNIFE = (_GROUPS - 1) / _GROUPS  # by definition: variance by the squares that it sums up
@@ -67,7 +69,7 @@ class GroupedEquations:
         gradient = (self._gradient - self._information @ known)[:, chosen]
         total, prior = information.sum(axis=0), self._prior[chosen[:, None], chosen]
         estimate, scatter = np.zeros(size), np.zeros((_GROUPS, size))
-        estimate[chosen] = np.linalg.solve(total + prior, gradient.sum(axis=0))
+        estimate[chosen] = definite.solve(total + prior, gradient.sum(axis=0))
         without = np.linalg.solve(total - information + prior,
                                   (gradient.sum(axis=0) - gradient)[:, :, None])[:, :, 0]
         scatter[:, chosen] = without - estimate[chosen]
@@ -93,5 +95,5 @@ class GroupedEquations:
         :param design_effect: of the information.
         """
         information = self._information.sum(axis=0) + self._prior
-        return float(design_effect * np.linalg.inv(information)[unknown, unknown]
+        return float(design_effect * definite.inverse(information)[unknown, unknown]
                      + _JACKKNIFE * np.sum(scatter[:, unknown] ** 2))

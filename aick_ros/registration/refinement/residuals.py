@@ -24,7 +24,7 @@ import numpy as np
 
 from aick_ros import kernels
 from aick_ros.frames.surface import Surface
-from aick_ros.geometry.definite import solved
+from aick_ros.geometry import definite
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Correction
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import SensorSettings
@@ -45,7 +45,8 @@ _LARGEST_SCALE = 4.0  # chosen: of the residuals of a right pose, in units of th
 _MEDIAN_1 = NormalDist().inv_cdf(0.75) ** 2
 _MEDIAN_2 = 2.0 * math.log(2.0)
 
-_REGULARIZATION = 1e-3 * np.eye(6)  # chosen: 30 m and 30 rad; makes any information invertible
+_IDENTITY = np.eye(6)
+_REGULARIZATION = 1e-3 * _IDENTITY  # chosen: 30 m and 30 rad; makes any information invertible
 
 
 _NO_POINTS = np.empty((0, 3))
@@ -107,15 +108,19 @@ class NormalEquations:
         """Return the normal equations of residuals with a weight."""
         return NormalEquations(weight * self.information, weight * self.gradient)
 
-    def damping(self, covariance: np.ndarray) -> np.ndarray:
+    def damping(self, root: np.ndarray) -> np.ndarray:
         """
         Return what a bias of the pose that the residuals see multiplies the equations by, 6x6.
 
         So they become those of the pose with the bias marginalised.
 
-        :param covariance: of the bias, in the error of the pose, 6x6.
+        :param root: of the covariance of the bias, in the error of the pose: a matrix, 6xK, that
+            times its transpose is the covariance.
         """
-        return np.linalg.inv(np.eye(6) + self.information @ covariance)
+        seen = self.information @ root
+        damping: np.ndarray = _IDENTITY - seen @ definite.solve(
+            np.eye(root.shape[1]) + root.T @ seen, root.T)
+        return damping
 
     def damped(self, damping: np.ndarray) -> NormalEquations:
         """Return the normal equations multiplied by a :meth:`damping`."""
@@ -235,7 +240,7 @@ def _observable_projection(information: np.ndarray, noise: np.ndarray) -> np.nda
     :returns: 6x6; None, where all directions are observed.
     """
     information = information + _REGULARIZATION
-    if solved(_SHARE_OBSERVED * information - noise, np.empty((6, 0))) is not None:
+    if definite.solved(_SHARE_OBSERVED * information - noise, np.empty((6, 0))) is not None:
         return None  # positive definite: all shares are smaller
     root = np.linalg.cholesky(information)
     shares, directions = np.linalg.eigh(

@@ -423,14 +423,13 @@ def test_a_bias_is_marginalised(directions):
     """As the Schur complement of a problem with it as unknowns, also in some directions only."""
     rng = np.random.default_rng(7)
     equations = NormalEquations.of([random_residuals(rng, 30)])
-    root = np.zeros((6, 6))
-    root[:, :directions] = 0.3 * rng.normal(size=(6, directions))
+    root = 0.3 * rng.normal(size=(6, directions))
     j, g = equations.information, equations.gradient
     # unknowns: the error of the pose, and the bias in units of its standard deviations
-    both = np.block([[j, j @ root], [root.T @ j, root.T @ j @ root + np.eye(6)]])
+    both = np.block([[j, j @ root], [root.T @ j, root.T @ j @ root + np.eye(directions)]])
     gradient = np.concatenate([g, root.T @ g])
     gains = np.linalg.solve(both[6:, 6:], both[6:, :6]).T
-    found = equations.damped(equations.damping(root @ root.T))
+    found = equations.damped(equations.damping(root))
     np.testing.assert_allclose(found.information, both[:6, :6] - gains @ both[6:, :6], rtol=1e-7)
     np.testing.assert_allclose(found.gradient, gradient[:6] - gains @ gradient[6:], rtol=1e-7)
 
