@@ -55,6 +55,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(spread),
     KERNEL(to_quaternion),
     KERNEL(track_depth),
+    KERNEL(transform),
     KERNEL(undistort_depth),
     KERNEL(valid_depth),
     KERNEL(window_shifts),
