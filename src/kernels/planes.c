@@ -146,7 +146,8 @@ static inline void seek(const Sought *source, const double *pose, const int64_t 
   displace(&source->back, moved, to->points);
 }
 
-// Look up the cells that points project to; another one, where there is none.
+// Look up the cells that points project to; another one, where there is none. All are on their way
+// from the memory before the first one is needed.
 static inline void look_up(const Cells *cells, int count, Candidates *to) {
   Column places[2];
   for (int i = 0; i < 2; ++i) {
@@ -156,9 +157,16 @@ static inline void look_up(const Cells *cells, int count, Candidates *to) {
       places[i][n] = rint(to->rays[i][n] * scale + centre);
     }
   }
+  Py_ssize_t looked_up[BATCH];
   for (int n = 0; n < BATCH; ++n) {
     to->cells[n] = n < count ? cell_at(cells, to->points[2][n], places[0][n], places[1][n]) : -1;
-    const Py_ssize_t cell = to->cells[n] < 0 ? 0 : to->cells[n];
+    const Py_ssize_t cell = looked_up[n] = to->cells[n] < 0 ? 0 : to->cells[n];
+    __builtin_prefetch(cells->points[cell]);
+    __builtin_prefetch(cells->normals[cell]);
+    __builtin_prefetch(cells->roughness + cell);
+  }
+  for (int n = 0; n < BATCH; ++n) {
+    const Py_ssize_t cell = looked_up[n];
     for (int i = 0; i < 3; ++i) {
       to->planes[i][n] = cells->points[cell][i];
       to->plane_normals[i][n] = cells->normals[cell][i];
