@@ -64,14 +64,14 @@ class GroupedEquations:
         :returns: N, and N for each group.
         """
         size = len(self._prior)
-        known = np.broadcast_to(known, size)
         information = self._information[:, chosen[:, None], chosen]
-        gradient = (self._gradient - self._information @ known)[:, chosen]
-        total, prior = information.sum(axis=0), self._prior[chosen[:, None], chosen]
+        gradient = (self._gradient - self._information @ np.full(size, known))[:, chosen]
+        total = information.sum(axis=0) + self._prior[chosen[:, None], chosen]
+        total_gradient = gradient.sum(axis=0)
         estimate, scatter = np.zeros(size), np.zeros((_GROUPS, size))
-        estimate[chosen] = definite.solve(total + prior, gradient.sum(axis=0))
-        without = np.linalg.solve(total - information + prior,
-                                  (gradient.sum(axis=0) - gradient)[:, :, None])[:, :, 0]
+        estimate[chosen] = definite.solve(total, total_gradient)
+        without = np.linalg.solve(total - information,
+                                  (total_gradient - gradient)[:, :, None])[:, :, 0]
         scatter[:, chosen] = without - estimate[chosen]
         return estimate, scatter
 
@@ -83,8 +83,7 @@ class GroupedEquations:
         F(n, 7 n), if all directions have the same noise, and F(1, 7), if one has nearly all.
         """
         metric = self._information.sum(axis=0)[part, part]
-        variance = _JACKKNIFE * np.einsum(
-            'gi,ij,gj->', scatter[:, part], metric, scatter[:, part])
+        variance = _JACKKNIFE * float(np.vdot(scatter[:, part] @ metric, scatter[:, part]))
         square = float(estimate[part] @ metric @ estimate[part])
         return square / variance if variance > 0.0 else 0.0
 
