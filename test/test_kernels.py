@@ -88,11 +88,11 @@ def test_arrays_that_are_not_aligned_are_refused():
 
 @pytest.mark.parametrize('overlap', [1, 3, 6])
 def test_an_array_that_is_written_shares_memory_with_no_other(overlap):
-    memory = np.ones(12)
-    with pytest.raises(ValueError, match='the squares and the weights share memory'):
-        kernels.robust_weights(memory[:6], 1.0, 1.0, 9.0, memory[6 - overlap:12 - overlap])
-    kernels.robust_weights(memory[:6], 1.0, 1.0, 9.0, memory[6:])
-    project(points=memory[:9].reshape(3, 3), intrinsics=memory[8:])  # both are read
+    memory = np.ones(22)
+    with pytest.raises(ValueError, match='the twist and the result share memory'):
+        kernels.exp_pose(memory[:6], memory[6 - overlap:22 - overlap])
+    kernels.exp_pose(memory[:6], memory[6:])
+    project(points=memory[:9].reshape(3, 3), intrinsics=memory[8:12])  # both are read
 
 
 class Liar(np.ndarray):
@@ -137,8 +137,8 @@ def test_indices_out_of_range_are_refused(index):
             np.ones((2, 3), np.float32), indices, normals, np.ones(2, np.float32),
             np.zeros((2, 6)), 1.0, pose, np.zeros((2, 6)), 1.0,
             *2 * [np.ones((4, 3), np.float32)], np.ones(4, bool), np.ones(4, np.float32), 2, 2,
-            np.ones(4), 1.0, 0.0, 1.0, 0.5, np.zeros(2),
-            np.zeros((2, 6)), np.zeros((2, 3)), np.zeros(2, np.int64), np.zeros((2, 6, 6)))
+            np.ones(4), 1.0, 0.0, 1.0, 0.5, 1.0, 1.0, 9.0, np.zeros(2), np.zeros((2, 6)),
+            np.zeros(2), np.zeros((2, 3)), np.zeros(2, np.int64), np.zeros((2, 6, 6)))
 
 
 @pytest.mark.parametrize('side', [0, -1, -3, 2 ** 63 - 1])

@@ -26,10 +26,9 @@ _Vector = Sequence[float] | np.ndarray
 
 def transform(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return transformed points, Nx3, of the type of the points."""
-    pose = pose.astype(points.dtype)
-    moved: np.ndarray = points @ pose[:3, :3].T
-    moved += pose[:3, 3]
-    return moved
+    moved = np.empty(points.shape)
+    kernels.transform(_array(pose), _array(points), moved)
+    return moved.astype(points.dtype, copy=False)
 
 
 def inverse(pose: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from aick_ros.geometry import definite
 from aick_ros.geometry.pose import PoseWithCovariance, unknown_covariance
 from aick_ros.registration.refinement.measured_noise import NoiseSample
 from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
@@ -33,7 +34,7 @@ class SensorBias:
     @cached_property
     def normalised(self) -> float:
         """Square of the difference by its covariance, per degree of freedom; noise gives 1."""
-        return float(self.difference @ np.linalg.solve(self.covariance, self.difference)) / 6
+        return float(self.difference @ definite.solve(self.covariance, self.difference)) / 6
 
     @cached_property
     def squares(self) -> np.ndarray:

@@ -5,11 +5,9 @@
 
 #include <stdint.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "arrays.h"
 #include "kernels.h"
-#include "order.h"
 #include "processors.h"
 
 enum { UNKNOWNS = 6, MOST_BLOCKS = 1 << 20 };
@@ -148,47 +146,5 @@ PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments) {
   close_arrays(&arrays);
   if (!is_done)
     return NULL;
-  Py_RETURN_NONE;
-}
-
-static double median(double *values, Py_ssize_t count) {
-  const Py_ssize_t middle = count / 2;
-  const double above = selected(values, count, middle);
-  if (count % 2)
-    return above;
-  double below = values[0];
-  for (Py_ssize_t i = 1; i < middle; ++i)
-    below = values[i] > below ? values[i] : below;
-  return 0.5 * (below + above);
-}
-
-PyObject *kernel_robust_weights(PyObject *module, PyObject *arguments) {
-  PyObject *square_array, *weight_array;
-  double width, typical, most;
-  if (!PyArg_ParseTuple(arguments, "OdddO", &square_array, &width, &typical, &most,
-                        &weight_array))
-    return NULL;
-  const Py_ssize_t count = row_count(square_array);
-  const Argument needed[] = {
-      {"the squares", square_array, 'd', count, false},
-      {"the weights", weight_array, 'd', count, true},
-  };
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  const double *squares = arrays.views[0].buf;
-  double *weights = arrays.views[1].buf;
-  Py_BEGIN_ALLOW_THREADS
-  if (count) {
-    memcpy(weights, squares, (size_t)count * sizeof(*weights));
-    const double scale = median(weights, count) / typical;
-    const double limit = width * width * (scale > 1.0 ? (scale < most ? scale : most) : 1.0);
-    for (Py_ssize_t i = 0; i < count; ++i) {
-      const double root = 1.0 / (1.0 + squares[i] / limit);  // Geman and McClure 1985
-      weights[i] = root * root;
-    }
-  }
-  Py_END_ALLOW_THREADS
-  close_arrays(&arrays);
   Py_RETURN_NONE;
 }

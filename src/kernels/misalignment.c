@@ -26,21 +26,29 @@ typedef struct {
   double *gradient_applied;  // by how far what is corrected already has changed them
 } Equations;
 
-// A residual and its derivatives, those by the distortion at the nodes around two points.
+// A residual and its derivatives, those by the distortion at the nodes around two points. None is
+// cleared before it is filled: that would take as long as to add it.
 typedef struct {
   double weight, value, applied;
   double derivatives[UNKNOWNS], by_nodes[2 * AROUND];
   int64_t nodes[2 * AROUND];
+  int count;  // of those nodes: fewer, where they are the same around both points
 } Row;
 
-// Add the products of a row by the unknowns that each residual has; the sums are of a size that is
-// known, so that several are computed at once.
+// Add the products of a row by the unknowns that each residual has, but those of the pose behind
+// the others; the sums are of a size that is known, so that several are computed at once.
 static inline void add_known(const Row *row, double (*products)[UNKNOWNS], double *gradient) {
   const double weighted_value = row->weight * row->value;
-  for (int i = 0; i < UNKNOWNS; ++i) {
-    const double scaled = row->weight * row->derivatives[i];
+  for (int i = 0; i < UNKNOWNS; ++i)
     gradient[i] -= weighted_value * row->derivatives[i];
+  for (int i = 0; i < POSE; ++i) {
+    const double scaled = row->weight * row->derivatives[i];
     for (int j = 0; j < UNKNOWNS; ++j)
+      products[i][j] += scaled * row->derivatives[j];
+  }
+  for (int i = POSE; i < UNKNOWNS; ++i) {
+    const double scaled = row->weight * row->derivatives[i];
+    for (int j = POSE; j < UNKNOWNS; ++j)
       products[i][j] += scaled * row->derivatives[j];
   }
 }
@@ -51,7 +59,7 @@ static inline void add_nodes(const Row *row, Equations *to) {
   const double weighted_applied = row->weight * row->applied;
   for (int j = 0; j < UNKNOWNS; ++j)
     to->gradient_applied[j] += weighted_applied * row->derivatives[j];
-  for (int k = 0; k < 2 * AROUND; ++k) {
+  for (int k = 0; k < row->count; ++k) {
     const double scaled = row->weight * row->by_nodes[k];
     const Py_ssize_t unknown = UNKNOWNS + row->nodes[k];
     double *sums = to->information + to->size * unknown;
@@ -59,7 +67,7 @@ static inline void add_nodes(const Row *row, Equations *to) {
     to->gradient_applied[unknown] += weighted_applied * row->by_nodes[k];
     for (int j = 0; j < UNKNOWNS; ++j)
       sums[j] += scaled * row->derivatives[j];
-    for (int n = 0; n < 2 * AROUND; ++n)
+    for (int n = 0; n < row->count; ++n)
       sums[UNKNOWNS + row->nodes[n]] += scaled * row->by_nodes[n];
   }
 }
@@ -67,7 +75,7 @@ static inline void add_nodes(const Row *row, Equations *to) {
 static void add_products(double (*products)[UNKNOWNS], Equations *to) {
   for (int i = 0; i < UNKNOWNS; ++i)
     for (int j = 0; j < UNKNOWNS; ++j)
-      to->information[to->size * i + j] += products[i][j];
+      to->information[to->size * i + j] += j < i ? products[j][i] : products[i][j];
 }
 
 static double along_twist(const double *moved, const double *twist) {
@@ -168,8 +176,9 @@ static bool add_keypoints(const Keypoints *keypoints, const Motion *motion, Equa
     const float *of_cell = keypoints->normals[cell];
     const double normal[3] = {of_cell[0], of_cell[1], of_cell[2]};
     for (Py_ssize_t at = i; at < 2 * keypoints->count; at += keypoints->count) {
-      Row row = {.weight = keypoints->weight * keypoints->weights[at],
-                 .value = keypoints->values[at]};
+      Row row;
+      row.weight = keypoints->weight * keypoints->weights[at];
+      row.value = keypoints->values[at];
       keypoint_row(motion, keypoints->jacobian[at], keypoints->points[i], normal,
                    keypoints->smallest_cosine, row.derivatives);
       add_known(&row, products, to->gradient);
@@ -301,16 +310,22 @@ typedef struct {
   Py_ssize_t count;
 } DepthResiduals;
 
-// The derivatives of a residual by the distortion of a frame, and what of it is applied.
+// The derivatives of a residual by the distortion of a frame, and what of it is applied. Nodes
+// that are around both points are only there once.
 static inline void depth_nodes(const Nodes *nodes, int frame, const double *place, double along,
                                Row *row) {
   double weights[AROUND];
-  int64_t *around = row->nodes + AROUND * frame;
+  int64_t around[AROUND];
   find_nodes(place, nodes->rows, nodes->columns, around, weights);
+  const bool are_others = row->count == 0 || row->nodes[0] != around[0];
+  const int first = are_others ? row->count : 0;
   for (int i = 0; i < AROUND; ++i) {
-    row->by_nodes[AROUND * frame + i] = along * weights[i];
-    row->applied += along * weights[i] * nodes->distortions[frame][around[i]];
+    const double derivative = along * weights[i];
+    row->applied += derivative * nodes->distortions[frame][around[i]];
+    row->nodes[first + i] = around[i];
+    row->by_nodes[first + i] = are_others ? derivative : row->by_nodes[i] + derivative;
   }
+  row->count = first + AROUND;
 }
 
 static inline void depth_row(const DepthResiduals *of, Py_ssize_t n, const Motion *motion,
@@ -330,6 +345,8 @@ static inline void depth_row(const DepthResiduals *of, Py_ssize_t n, const Motio
   derivatives[13] =
       by_readout(motion, 0, in_source, point) - by_readout(motion, 1, in_target, moved);
   // an error of the inverse depth moves a point p by -z p
+  row->applied = 0.0;
+  row->count = 0;
   depth_nodes(nodes, 0, of->places[0][n], -point[2] * dot(in_source, point), row);
   depth_nodes(nodes, 1, of->places[1][n], moved[2] * dot(in_target, moved), row);
 }
@@ -339,7 +356,9 @@ static void add_depth(const DepthResiduals *residuals, const Motion *motion, con
                       Equations *to) {
   double products[UNKNOWNS][UNKNOWNS] = {{0}};
   for (Py_ssize_t n = 0; n < residuals->count; ++n) {
-    Row row = {.weight = residuals->weights[n], .value = residuals->values[n]};
+    Row row;
+    row.weight = residuals->weights[n];
+    row.value = residuals->values[n];
     depth_row(residuals, n, motion, nodes, &row);
     add_known(&row, products, to->gradient);
     add_nodes(&row, to);

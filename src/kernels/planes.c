@@ -12,6 +12,7 @@
 #include "kernels.h"
 #include "processors.h"
 #include "sensor.h"
+#include "weights.h"
 
 // The surface of the target, on a grid of cells.
 typedef struct {
@@ -145,7 +146,8 @@ static inline void seek(const Sought *source, const double *pose, const int64_t 
   displace(&source->back, moved, to->points);
 }
 
-// Look up the cells that points project to; another one, where there is none.
+// Look up the cells that points project to; another one, where there is none. All are on their way
+// from the memory before the first one is needed.
 static inline void look_up(const Cells *cells, int count, Candidates *to) {
   Column places[2];
   for (int i = 0; i < 2; ++i) {
@@ -155,9 +157,16 @@ static inline void look_up(const Cells *cells, int count, Candidates *to) {
       places[i][n] = rint(to->rays[i][n] * scale + centre);
     }
   }
+  Py_ssize_t looked_up[BATCH];
   for (int n = 0; n < BATCH; ++n) {
     to->cells[n] = n < count ? cell_at(cells, to->points[2][n], places[0][n], places[1][n]) : -1;
-    const Py_ssize_t cell = to->cells[n] < 0 ? 0 : to->cells[n];
+    const Py_ssize_t cell = looked_up[n] = to->cells[n] < 0 ? 0 : to->cells[n];
+    __builtin_prefetch(cells->points[cell]);
+    __builtin_prefetch(cells->normals[cell]);
+    __builtin_prefetch(cells->roughness + cell);
+  }
+  for (int n = 0; n < BATCH; ++n) {
+    const Py_ssize_t cell = looked_up[n];
     for (int i = 0; i < 3; ++i) {
       to->planes[i][n] = cells->points[cell][i];
       to->plane_normals[i][n] = cells->normals[cell][i];
@@ -272,17 +281,19 @@ static void find_pairs(const Sought *source, const Cells *cells, const Pairing *
 }
 
 PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
-  PyObject *objects[17];
+  PyObject *objects[18];
   Cells cells = {0};
   Pairing pairing = {0};
   Sought source = {0};
-  if (!PyArg_ParseTuple(arguments, "OOOOOdOOdOOOOnnOddddOOOOO", &objects[0], &objects[1],
+  Robustness robustness;
+  if (!PyArg_ParseTuple(arguments, "OOOOOdOOdOOOOnnOdddddddOOOOOO", &objects[0], &objects[1],
                         &objects[2], &objects[3], &objects[4], &source.moves.height, &objects[5],
                         &objects[6], &source.back.height, &objects[7], &objects[8], &objects[9],
                         &objects[10], &cells.width, &cells.height, &objects[11],
                         &pairing.sigma, &pairing.exponent, &pairing.reach,
-                        &pairing.smallest_cosine, &objects[12], &objects[13], &objects[14],
-                        &objects[15], &objects[16]) ||
+                        &pairing.smallest_cosine, &robustness.width, &robustness.typical,
+                        &robustness.most, &objects[12], &objects[13], &objects[14], &objects[15],
+                        &objects[16], &objects[17]) ||
       !is_size(cells.width, cells.height))
     return NULL;
   source.all = row_count(objects[0]);
@@ -304,9 +315,10 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
       {"the intrinsics", objects[11], 'd', 4, false},
       {"the values", objects[12], 'd', count, true},
       {"the jacobian", objects[13], 'd', 6 * count, true},
-      {"the points", objects[14], 'd', 3 * count, true},
-      {"the blocks", objects[15], 'q', count, true},
-      {"the sums", objects[16], 'd', 72, true},
+      {"the weights", objects[14], 'd', count, true},
+      {"the points", objects[15], 'd', 3 * count, true},
+      {"the blocks", objects[16], 'q', count, true},
+      {"the sums", objects[17], 'd', 72, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
@@ -325,14 +337,15 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
   cells.usable = arrays.views[9].buf;
   cells.roughness = arrays.views[10].buf;
   cells.intrinsics = arrays.views[11].buf;
-  Pairs pairs = {arrays.views[12].buf, arrays.views[13].buf, arrays.views[14].buf,
-                 arrays.views[15].buf, 0,
-                 arrays.views[16].buf, (double(*)[6])arrays.views[16].buf + 6};
+  Pairs pairs = {arrays.views[12].buf, arrays.views[13].buf, arrays.views[15].buf,
+                 arrays.views[16].buf, 0,
+                 arrays.views[17].buf, (double(*)[6])arrays.views[17].buf + 6};
   bool are_cells;
   Py_BEGIN_ALLOW_THREADS
   are_cells = are_points(&source);
   if (are_cells && size > 0)
     find_pairs(&source, &cells, &pairing, &pairs);
+  weigh(pairs.values, pairs.count, &robustness, arrays.views[14].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   if (!are_cells) {

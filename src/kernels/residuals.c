@@ -11,6 +11,7 @@
 #include "kernels.h"
 #include "sensor.h"
 #include "vectors.h"
+#include "weights.h"
 
 // A point rotated by a pose, 4x4, and moved by it.
 static void move(const double *pose, const double *point, double *arm, double *moved) {
@@ -22,10 +23,12 @@ static void move(const double *pose, const double *point, double *arm, double *m
 
 PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
   PyObject *point_array, *ray_array, *sigma_array, *pose_array;
-  PyObject *value_array, *jacobian_array, *square_array, *block_array;
+  PyObject *value_array, *jacobian_array, *weight_array, *block_array;
   double noise;
-  if (!PyArg_ParseTuple(arguments, "OOOOdOOOO", &point_array, &ray_array, &sigma_array,
-                        &pose_array, &noise, &value_array, &jacobian_array, &square_array,
+  Robustness robustness;
+  if (!PyArg_ParseTuple(arguments, "OOOOddddOOOO", &point_array, &ray_array, &sigma_array,
+                        &pose_array, &noise, &robustness.width, &robustness.typical,
+                        &robustness.most, &value_array, &jacobian_array, &weight_array,
                         &block_array))
     return NULL;
   const Py_ssize_t count = row_count(point_array);
@@ -36,7 +39,7 @@ PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
       {"the pose", pose_array, 'd', 16, false},
       {"the values", value_array, 'd', 2 * count, true},
       {"the jacobian", jacobian_array, 'd', 12 * count, true},
-      {"the squares", square_array, 'd', count, true},
+      {"the weights", weight_array, 'd', 2 * count, true},
       {"the blocks", block_array, 'q', 2 * count, true},
   };
   Arrays arrays;
@@ -45,7 +48,6 @@ PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
   const double *points = arrays.views[0].buf, *rays = arrays.views[1].buf;
   const double *sigmas = arrays.views[2].buf, *pose = arrays.views[3].buf;
   double *values = arrays.views[4].buf, *jacobian = arrays.views[5].buf;
-  double *squares = arrays.views[6].buf;
   int64_t *blocks = arrays.views[7].buf;
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < count; ++i) {
@@ -70,9 +72,9 @@ PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
     values[count + i] = v[0];
     by_twist(u + 1, arm, jacobian + 6 * i);
     by_twist(v + 1, arm, jacobian + 6 * (count + i));
-    squares[i] = u[0] * u[0] + v[0] * v[0];
     blocks[i] = blocks[count + i] = block_at(ray[0], ray[1]);
   }
+  weigh_pairs(values, count, &robustness, arrays.views[6].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
@@ -80,10 +82,12 @@ PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
 
 PyObject *kernel_track_depth(PyObject *module, PyObject *arguments) {
   PyObject *point_array, *ray_array, *depth_array, *pose_array;
-  PyObject *value_array, *jacobian_array, *block_array;
+  PyObject *value_array, *jacobian_array, *weight_array, *block_array;
   double noise, exponent;
-  if (!PyArg_ParseTuple(arguments, "OOOOddOOO", &point_array, &ray_array, &depth_array,
-                        &pose_array, &noise, &exponent, &value_array, &jacobian_array,
+  Robustness robustness;
+  if (!PyArg_ParseTuple(arguments, "OOOOdddddOOOO", &point_array, &ray_array, &depth_array,
+                        &pose_array, &noise, &exponent, &robustness.width, &robustness.typical,
+                        &robustness.most, &value_array, &jacobian_array, &weight_array,
                         &block_array))
     return NULL;
   const Py_ssize_t count = row_count(point_array);
@@ -94,6 +98,7 @@ PyObject *kernel_track_depth(PyObject *module, PyObject *arguments) {
       {"the pose", pose_array, 'd', 16, false},
       {"the values", value_array, 'd', count, true},
       {"the jacobian", jacobian_array, 'd', 6 * count, true},
+      {"the weights", weight_array, 'd', count, true},
       {"the blocks", block_array, 'q', count, true},
   };
   Arrays arrays;
@@ -102,7 +107,7 @@ PyObject *kernel_track_depth(PyObject *module, PyObject *arguments) {
   const double *points = arrays.views[0].buf, *rays = arrays.views[1].buf;
   const double *depths = arrays.views[2].buf, *pose = arrays.views[3].buf;
   double *values = arrays.views[4].buf, *jacobian = arrays.views[5].buf;
-  int64_t *blocks = arrays.views[6].buf;
+  int64_t *blocks = arrays.views[7].buf;
   Py_ssize_t found = 0;
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < count; ++i) {
@@ -117,6 +122,7 @@ PyObject *kernel_track_depth(PyObject *module, PyObject *arguments) {
     blocks[found] = block_at(rays[2 * i], rays[2 * i + 1]);
     ++found;
   }
+  weigh(values, found, &robustness, arrays.views[6].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   return PyLong_FromSsize_t(found);

@@ -10,6 +10,8 @@
 
 #include "arrays.h"
 #include "kernels.h"
+#include "processors.h"
+#include "vectors.h"
 
 static const double SMALL_ANGLE = 1e-4;  // rad; derived: the next terms are below the rounding
 static const double MAX_SKEW = 1e-4;     // of R R^T; chosen: a rotation written with five digits
@@ -302,6 +304,34 @@ PyObject *kernel_composed_poses(PyObject *module, PyObject *arguments) {
     return NULL;
   compose(arrays.views[0].buf, arrays.views[1].buf, arrays.views[2].buf, arrays.views[3].buf,
           arrays.views[4].buf, arrays.views[5].buf);
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+FOR_EACH_PROCESSOR
+static void transform(const double *pose, const double (*points)[3], Py_ssize_t count,
+                      double (*moved)[3]) {
+  for (Py_ssize_t n = 0; n < count; ++n)
+    for (int i = 0; i < 3; ++i)
+      moved[n][i] = dot(pose + 4 * i, points[n]) + pose[4 * i + 3];
+}
+
+PyObject *kernel_transform(PyObject *module, PyObject *arguments) {
+  PyObject *pose_array, *point_array, *moved_array;
+  if (!PyArg_ParseTuple(arguments, "OOO", &pose_array, &point_array, &moved_array))
+    return NULL;
+  const Py_ssize_t count = row_count(point_array);
+  const Argument needed[] = {
+      {"the pose", pose_array, 'd', 16, false},
+      {"the points", point_array, 'd', 3 * count, false},
+      {"the moved points", moved_array, 'd', 3 * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  Py_BEGIN_ALLOW_THREADS
+  transform(arrays.views[0].buf, arrays.views[1].buf, count, arrays.views[2].buf);
+  Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
 }

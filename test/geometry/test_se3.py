@@ -126,11 +126,21 @@ def test_point_jacobian_is_the_numeric_derivative(rng):
     np.testing.assert_allclose(se3.point_jacobian(points @ pose[:3, :3].T), numeric, atol=1e-8)
 
 
-def test_transform_keeps_the_type_of_the_points(rng):
-    pose, points = random_pose(rng), rng.normal(0, 1, (5, 3))
-    expected = np.c_[points, np.ones(5)] @ pose.T
-    np.testing.assert_allclose(se3.transform(pose, points), expected[:, :3], atol=1e-12)
-    assert se3.transform(pose, points.astype(np.float32)).dtype == np.float32
+@pytest.mark.parametrize('count', [0, 1, 2, 5, 33])
+@pytest.mark.parametrize('kind, error', [(np.float64, 1e-12), (np.float32, 1e-6)])
+def test_transform_keeps_the_type_of_the_points(rng, count, kind, error):
+    pose, points = random_pose(rng), rng.normal(0, 1, (2 * count, 3)).astype(kind)[::2]
+    expected = np.c_[points, np.ones(count)] @ pose.T
+    moved = se3.transform(pose, points)
+    np.testing.assert_allclose(moved, expected[:, :3], atol=error)
+    assert moved.dtype == kind
+
+
+def test_points_have_three_coordinates_each():
+    with pytest.raises(ValueError, match='the points has 8 numbers: 12 are required'):
+        se3.transform(np.eye(4), np.ones((4, 2)))
+    with pytest.raises(ValueError, match='the pose has 9 numbers: 16 are required'):
+        se3.transform(np.eye(3), np.ones((4, 3)))
 
 
 @given(POSES, POSES, POSES)

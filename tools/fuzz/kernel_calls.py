@@ -67,18 +67,18 @@ pairs_of_similar_bits B:n,w B:m,w %w %f
 perturbed_pose d:4,4 d:6 d>4,4
 plane_jacobians d:n,3 d:n,3 d:4,4 %f d>n,2,2
 point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 d:2,6 %f f:h,v,3 f:h,v,3 ?:h,v f:h,v \
- %v %h d:4 %f %f %f %f d>n d>n,6 d>n,3 q>n d>2,6,6
+ %v %h d:4 %f %f %f %f %f %f %f d>n d>n,6 d>n d>n,3 q>n d>2,6,6
 project d:n,3 d:4 d:12 d>n,2
 rays_moved_by_rows d:n,2 d:n,3 d:4,4 d:6 %f d>n,2
-reprojection d:n,3 d:n,2 d:n d:4,4 %f d>2,n d>2,n,6 d>n q>2,n
-robust_weights d:n %f %f %f d>n
+reprojection d:n,3 d:n,2 d:n d:4,4 %f %f %f %f d>2,n d>2,n,6 d>2,n q>2,n
 sample_depth f:h,v d:n,2 %f %f %f d>n
 scaled_to_depth f:h,v d:n,2 %f %f %f d:n,3 d:n,3 d>n,3
 shrink B:h,v B>h,v
 solve_definite d:n,n d>n,k %k
 spread d:n,2 %f q>k
 to_quaternion d:3,3 d>4
-track_depth d:n,3 d:n,2 d:n d:4,4 %f %f d>n d>n,6 q>n
+track_depth d:n,3 d:n,2 d:n d:4,4 %f %f %f %f %f d>n d>n,6 d>n q>n
+transform d:4,4 d:n,3 d>n,3
 undistort_depth f:h,v f:h,v %f f>h,v
 valid_depth f:h,v %f %f f>h,v
 window_shifts d:n,2,2 d:n,2,2 d:n,3,3 %f %f d>n,2

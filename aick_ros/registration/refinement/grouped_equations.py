@@ -13,6 +13,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros.geometry import definite
+
 # Chosen on two excerpts of real recordings and on rendered rooms with nine kinds of cameras.
 _GROUPS = 8
 _JACKKNIFE = (_GROUPS - 1) / _GROUPS  # by definition: variance by the squares that it sums up
@@ -62,14 +64,14 @@ class GroupedEquations:
         :returns: N, and N for each group.
         """
         size = len(self._prior)
-        known = np.broadcast_to(known, size)
         information = self._information[:, chosen[:, None], chosen]
-        gradient = (self._gradient - self._information @ known)[:, chosen]
-        total, prior = information.sum(axis=0), self._prior[chosen[:, None], chosen]
+        gradient = (self._gradient - self._information @ np.full(size, known))[:, chosen]
+        total = information.sum(axis=0) + self._prior[chosen[:, None], chosen]
+        total_gradient = gradient.sum(axis=0)
         estimate, scatter = np.zeros(size), np.zeros((_GROUPS, size))
-        estimate[chosen] = np.linalg.solve(total + prior, gradient.sum(axis=0))
-        without = np.linalg.solve(total - information + prior,
-                                  (gradient.sum(axis=0) - gradient)[:, :, None])[:, :, 0]
+        estimate[chosen] = definite.solve(total, total_gradient)
+        without = np.linalg.solve(total - information,
+                                  (total_gradient - gradient)[:, :, None])[:, :, 0]
         scatter[:, chosen] = without - estimate[chosen]
         return estimate, scatter
 
@@ -81,8 +83,7 @@ class GroupedEquations:
         F(n, 7 n), if all directions have the same noise, and F(1, 7), if one has nearly all.
         """
         metric = self._information.sum(axis=0)[part, part]
-        variance = _JACKKNIFE * np.einsum(
-            'gi,ij,gj->', scatter[:, part], metric, scatter[:, part])
+        variance = _JACKKNIFE * float(np.vdot(scatter[:, part] @ metric, scatter[:, part]))
         square = float(estimate[part] @ metric @ estimate[part])
         return square / variance if variance > 0.0 else 0.0
 
@@ -93,5 +94,5 @@ class GroupedEquations:
         :param design_effect: of the information.
         """
         information = self._information.sum(axis=0) + self._prior
-        return float(design_effect * np.linalg.inv(information)[unknown, unknown]
+        return float(design_effect * definite.inverse(information)[unknown, unknown]
                      + _JACKKNIFE * np.sum(scatter[:, unknown] ** 2))

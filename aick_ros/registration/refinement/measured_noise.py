@@ -87,8 +87,8 @@ class Noise:
 
     :param keypoints: factor of the variance of keypoints, relative to that of depth.
     :param bias: 6x6 covariance of the bias between keypoints and depth [m^2, m rad, rad^2].
-    :param depth_bias: that of the part of it which is due to depth.
-    :param keypoint_jitter: 6x6 covariance of the jitter of the pose by keypoints.
+    :param depth_bias: that of the part of it which is due to depth; diagonal.
+    :param keypoint_jitter: 6x6 covariance of the jitter of the pose by keypoints; diagonal.
     """
 
     keypoints: float = 1.0

@@ -22,7 +22,7 @@ from aick_ros import kernels
 from aick_ros.frames.depth_distortion import COLUMNS, ROWS, places_among_nodes
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
-from aick_ros.geometry import definite
+from aick_ros.geometry import definite, se3
 from aick_ros.registration.refinement.misalignment import Misalignment, image_height
 from aick_ros.registration.refinement.residuals import Residuals
 from aick_ros.registration.refinement.tracks import Tracks
@@ -130,7 +130,7 @@ def _add_depth(residuals: Residuals, pair: MovingPair, information: np.ndarray,
             residuals.points, residuals.directions, residuals.jacobian, residuals.values,
             residuals.weights))
     source, target, pose = pair.source, pair.target, pair.T_target_source
-    points = (moved - pose[:3, 3]) @ pose[:3, :3]
+    points = se3.transform(se3.inverse(pose), moved)
     kernels.depth_equations(
         moved, directions, jacobian, values, _EVERY * weights, pose, pair.twists, pair.heights,
         places_among_nodes(points, source.frame.camera),

@@ -335,13 +335,13 @@ class _Estimate:
         Return what the residuals contribute to a joint estimate, if they see the pose with a bias.
 
         :param weight: of the residuals.
-        :param bias: its covariance, 6x6.
+        :param bias: its covariance, 6x6, diagonal.
         :returns: their equations, and the covariance of the gradient by the scatter, 6x6.
         """
         equations = self.equations.weighted(weight)
         if not bias.any():
             return equations, weight ** 2 * self.gradient_noise
-        damping = equations.damping(bias)
+        damping = equations.damping(np.sqrt(bias))
         gain = weight * damping
         return equations.damped(damping), gain @ self.gradient_noise @ gain.T
 

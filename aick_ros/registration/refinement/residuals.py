@@ -4,6 +4,11 @@
 """
 Whitened residuals of a pose with their Jacobians: one function per kind of residual.
 
+At most half of them are outliers. The robust weights are those of the cost of Geman and McClure
+(1985): a quarter at the width. Errors of calibration and shutter, which the noise model lacks,
+enlarge all residuals of some pairs of frames. The width grows with their median, so that a few
+consistent residuals cannot outweigh the rest.
+
 The Jacobians are with respect to the pose error of :mod:`aick_ros.geometry.se3`: [R p] becomes
 [exp(theta) R, p + delta], columns (delta, theta).
 """
@@ -19,7 +24,7 @@ import numpy as np
 
 from aick_ros import kernels
 from aick_ros.frames.surface import Surface
-from aick_ros.geometry.definite import solved
+from aick_ros.geometry import definite
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Correction
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import SensorSettings
@@ -40,7 +45,8 @@ _LARGEST_SCALE = 4.0  # chosen: of the residuals of a right pose, in units of th
 _MEDIAN_1 = NormalDist().inv_cdf(0.75) ** 2
 _MEDIAN_2 = 2.0 * math.log(2.0)
 
-_REGULARIZATION = 1e-3 * np.eye(6)  # chosen: 30 m and 30 rad; makes any information invertible
+_IDENTITY = np.eye(6)
+_REGULARIZATION = 1e-3 * _IDENTITY  # chosen: 30 m and 30 rad; makes any information invertible
 
 
 _NO_POINTS = np.empty((0, 3))
@@ -102,15 +108,19 @@ class NormalEquations:
         """Return the normal equations of residuals with a weight."""
         return NormalEquations(weight * self.information, weight * self.gradient)
 
-    def damping(self, covariance: np.ndarray) -> np.ndarray:
+    def damping(self, root: np.ndarray) -> np.ndarray:
         """
         Return what a bias of the pose that the residuals see multiplies the equations by, 6x6.
 
         So they become those of the pose with the bias marginalised.
 
-        :param covariance: of the bias, in the error of the pose, 6x6.
+        :param root: of the covariance of the bias, in the error of the pose: a matrix, 6xK, that
+            times its transpose is the covariance.
         """
-        return np.linalg.inv(np.eye(6) + self.information @ covariance)
+        seen = self.information @ root
+        damping: np.ndarray = _IDENTITY - seen @ definite.solve(
+            np.eye(root.shape[1]) + root.T @ seen, root.T)
+        return damping
 
     def damped(self, damping: np.ndarray) -> NormalEquations:
         """Return the normal equations multiplied by a :meth:`damping`."""
@@ -133,24 +143,6 @@ def gradient_noise(kinds: Iterable[Residuals], error: np.ndarray = np.zeros(6)) 
     return noise
 
 
-def robust_weights(squares: np.ndarray, width: float, typical: float = _MEDIAN_1) -> np.ndarray:
-    """
-    Return the weights of residuals of which at most half are outliers.
-
-    They are those of the cost of Geman and McClure (1985): a quarter at the width. Errors of
-    calibration and shutter, which the noise model lacks, enlarge all residuals of some pairs of
-    frames. The width grows with their median, so that a few consistent residuals cannot
-    outweigh the rest.
-
-    :param squares: of the whitened residuals.
-    :param width: in standard deviations of the noise, or of the residuals if these are larger.
-    :param typical: median of the squares if noise alone causes them.
-    """
-    weights = np.empty(len(squares))
-    kernels.robust_weights(squares, width, typical, _LARGEST_SCALE ** 2, weights)
-    return weights
-
-
 def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
                  width: float) -> Residuals:
     """
@@ -159,15 +151,16 @@ def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     Their noise is that of the image and, along the epipolar line, that of the source's depth.
 
     :param ray_sigma: standard deviation of a track on the plane z = 1.
+    :param width: of the robust weights, in standard deviations.
     :returns: two residuals per track: the first coordinates of all, then the second ones.
     """
     count = len(tracks)
-    values, jacobian, squares = np.empty(2 * count), np.empty((2 * count, 6)), np.empty(count)
+    values, jacobian, weights = np.empty(2 * count), np.empty((2 * count, 6)), np.empty(2 * count)
     blocks = np.empty(2 * count, np.int64)
-    kernels.reprojection(tracks.points, tracks.rays, tracks.sigmas, _pose(T_target_source),
-                         ray_sigma, values, jacobian, squares, blocks)
-    weights = robust_weights(squares, width, _MEDIAN_2)
-    return Residuals(values, jacobian, np.concatenate([weights, weights]), blocks)
+    kernels.reprojection(
+        tracks.points, tracks.rays, tracks.sigmas, _pose(T_target_source), ray_sigma, width,
+        _MEDIAN_2, _LARGEST_SCALE ** 2, values, jacobian, weights, blocks)
+    return Residuals(values, jacobian, weights, blocks)
 
 
 def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSettings,
@@ -178,12 +171,13 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
     Corners lie on edges, where the error of a depth is far larger than on a surface.
     """
     count = len(tracks)
-    values, jacobian, blocks = np.empty(count), np.empty((count, 6)), np.empty(count, np.int64)
+    values, jacobian, weights = np.empty(count), np.empty((count, 6)), np.empty(count)
+    blocks = np.empty(count, np.int64)
     found = kernels.track_depth(
         tracks.points, tracks.rays, tracks.depths, _pose(T_target_source),
-        _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, values, jacobian, blocks)
-    values = values[:found]
-    return Residuals(values, jacobian[:found], robust_weights(values ** 2, width), blocks[:found])
+        _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, width, _MEDIAN_1,
+        _LARGEST_SCALE ** 2, values, jacobian, weights, blocks)
+    return Residuals(values[:found], jacobian[:found], weights[:found], blocks[:found])
 
 
 def contradict(residuals: Residuals) -> bool:
@@ -213,7 +207,7 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     :param correction: of what both frames see.
     """
     count = len(source.chosen)
-    values, blocks = np.empty(count), np.empty(count, np.int64)
+    values, weights, blocks = np.empty(count), np.empty(count), np.empty(count, np.int64)
     jacobian, points, sums = np.empty((count, 6)), np.empty((count, 3)), np.zeros((2, 6, 6))
     found = kernels.point_to_plane(
         source.points, source.chosen, source.normals, source.roughness,
@@ -221,12 +215,12 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
         correction.target.undone, correction.target.height, target.points, target.normals,
         target.usable, target.roughness, target.grid.width, target.grid.height,
         target.grid.intrinsics, SURFACE_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0,
-        reach, _SMALLEST_COSINE, values, jacobian, points, blocks, sums)
-    values, jacobian = values[:found], jacobian[:found]
+        reach, _SMALLEST_COSINE, width, _MEDIAN_1, _LARGEST_SCALE ** 2, values, jacobian, weights,
+        points, blocks, sums)
+    jacobian = jacobian[:found]
     projection = _observable_projection(*sums)
-    return Residuals(values, jacobian if projection is None else jacobian @ projection,
-                     robust_weights(values ** 2, width), blocks[:found], points[:found],
-                     jacobian[:, :3])
+    return Residuals(values[:found], jacobian if projection is None else jacobian @ projection,
+                     weights[:found], blocks[:found], points[:found], jacobian[:, :3])
 
 
 def _pose(T_target_source: np.ndarray) -> np.ndarray:
@@ -246,7 +240,7 @@ def _observable_projection(information: np.ndarray, noise: np.ndarray) -> np.nda
     :returns: 6x6; None, where all directions are observed.
     """
     information = information + _REGULARIZATION
-    if solved(_SHARE_OBSERVED * information - noise, np.empty((6, 0))) is not None:
+    if definite.solved(_SHARE_OBSERVED * information - noise, np.empty((6, 0))) is not None:
         return None  # positive definite: all shares are smaller
     root = np.linalg.cholesky(information)
     shares, directions = np.linalg.eigh(

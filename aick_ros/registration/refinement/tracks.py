@@ -64,8 +64,9 @@ class Tracks:
 
     def __getitem__(self, chosen: np.ndarray) -> Tracks:
         """Return some of the tracks, by their indices or by a mask."""
-        return Tracks(self.keypoints[chosen], self.points[chosen], self.rays[chosen],
-                      self.depths[chosen], self.sigmas[chosen])
+        rows = np.arange(len(self))[chosen]
+        return Tracks(*(of.take(rows, axis=0) for of in (
+            self.keypoints, self.points, self.rays, self.depths, self.sigmas)))
 
 
 class Tracker:

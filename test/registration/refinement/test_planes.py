@@ -14,6 +14,7 @@ INTRINSICS = np.array([20.0, 21.0, 11.4, 8.7])
 POSE = se3.exp(np.array([0.1, -0.05, 0.06, 0.03, -0.06, 0.08]))
 SIGMA, REACH, SMALLEST_COSINE = 0.002, 0.05, 0.8
 IMAGE_HEIGHT = 0.8
+ROBUST_WIDTH = 1.7
 
 
 def surface(rng):
@@ -64,16 +65,19 @@ def test_pairs_are_those_of_one_after_the_other(count, exponent):
     twists = rng.normal(0, 0.02, (2, 2, 6))
     pairs = [pair for cell in chosen
              if (pair := pair_of(cell, source, target, usable, twists, exponent))]
-    found = np.empty(count), np.empty((count, 6)), np.empty((count, 3)), np.empty(count, int)
+    found = (np.empty(count), np.empty((count, 6)), np.empty(count), np.empty((count, 3)),
+             np.empty(count, int))
     sums = np.zeros((2, 6, 6))
     number = kernels.point_to_plane(
         source[0], chosen, source[1], source[2], twists[0], IMAGE_HEIGHT, POSE, twists[1],
         IMAGE_HEIGHT, target[0], target[1], usable, target[2], WIDTH, HEIGHT, INTRINSICS, SIGMA,
-        exponent, REACH, SMALLEST_COSINE, *found, sums)
+        exponent, REACH, SMALLEST_COSINE, ROBUST_WIDTH, 0.5, 4.0, *found, sums)
     assert number == len(pairs) and (count < COUNT or number > 50)
     if pairs:
         values, rows, others, points = map(np.array, zip(*pairs))
-        for computed, expected in zip(found, (values, rows, points)):
+        limit = ROBUST_WIDTH ** 2 * np.clip(np.median(values ** 2) / 0.5, 1.0, 4.0)
+        weights = 1 / (1 + values ** 2 / limit) ** 2  # of the cost of Geman and McClure
+        for computed, expected in zip(found, (values, rows, weights, points)):
             np.testing.assert_allclose(computed[:number], expected, rtol=1e-6, atol=1e-6)
         differences = rows - others
         for computed, expected in zip(sums, (rows.T @ rows, differences.T @ differences / 2)):
@@ -85,5 +89,5 @@ def test_no_cells_are_no_pairs():
     assert not kernels.point_to_plane(
         source[0], np.arange(1, 5), source[1], source[2], np.zeros((2, 6)), 1.0, POSE,
         np.zeros((2, 6)), 1.0, none, none, np.empty(0, bool), none[:, 0].copy(), 0, 0, INTRINSICS,
-        SIGMA, 0.0, REACH, SMALLEST_COSINE, np.empty(4), np.empty((4, 6)), np.empty((4, 3)),
-        np.empty(4, int), np.zeros((2, 6, 6)))
+        SIGMA, 0.0, REACH, SMALLEST_COSINE, ROBUST_WIDTH, 1.0, 4.0, np.empty(4), np.empty((4, 6)),
+        np.empty(4), np.empty((4, 3)), np.empty(4, int), np.zeros((2, 6, 6)))

@@ -46,8 +46,8 @@ class Told:
             monkeypatch.setattr(refinement, name, lambda *of, name=name: self._tell(name, of))
         monkeypatch.setattr(refinement, 'misalignment_sample', lambda *of: self.given.setdefault(
             'misalignment_sample', of) and 'misalignment_sample')
-        roots = 0.002 * rng.standard_normal((3, 6, 6))
-        jitter, by_depth, bias = (root @ root.T for root in roots)
+        jitter, by_depth, bias = (np.diag(np.square(root))
+                                  for root in 0.004 * rng.standard_normal((3, 6)))
         self.noise = Noise(keypoints=3.0, bias=bias, keypoint_jitter=jitter, depth_bias=by_depth)
         self.motions = []
         self.source, self.target = (SimpleNamespace(

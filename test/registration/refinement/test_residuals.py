@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from aick_ros import kernels
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import Correction, Displacement
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, _observable_projection, contradict, gradient_noise, point_to_plane,
-    reprojection, robust_weights, track_depth)
+    reprojection, track_depth)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
@@ -154,7 +155,8 @@ def test_reprojection_is_whitened_by_the_covariance_of_each_track():
         np.testing.assert_allclose(jacobian.T @ jacobian, jacobians[i].T @ inverse @ jacobians[i],
                                    rtol=1e-3, atol=1e-5 * np.abs(jacobian.T @ jacobian).max())
         squares.append(square)
-    expected = robust_weights(np.array(squares), WIDTH, stats.chi2.median(2))
+    scale = np.clip(np.median(squares) / stats.chi2.median(2), 1.0, 16.0)
+    expected = geman_mcclure(np.array(squares), WIDTH * np.sqrt(scale))
     np.testing.assert_allclose(found.weights, np.tile(expected, 2), rtol=1e-3)
 
 
@@ -302,6 +304,36 @@ def geman_mcclure(squares, width):
     return 1 / (1 + squares / width ** 2) ** 2
 
 
+def robust_weights(squares, width, typical):
+    """Return the weights of reprojection errors with such squares, of an exact camera at rest."""
+    count = len(squares)
+    points = np.column_stack([np.sqrt(squares), np.zeros(count), np.ones(count)])
+    weights = np.empty((2, count))
+    kernels.reprojection(points, np.zeros((count, 2)), np.zeros(count), np.eye(4), 1.0, width,
+                         typical, 16.0, np.empty(2 * count), np.empty((2 * count, 6)), weights,
+                         np.empty(2 * count, int))
+    np.testing.assert_array_equal(weights[0], weights[1])
+    return weights[0]
+
+
+@pytest.mark.parametrize('count', [1, 2, 9, 50])
+@pytest.mark.parametrize('noise', [0.0, 0.02, 0.2, 0.9])
+def test_depths_have_weights_by_the_median_of_their_squares(count, noise):
+    found = track_depth(tracks_of(noise, count), POSE, SENSOR, WIDTH)
+    squares = found.values ** 2
+    scale = np.clip(np.median(squares) / stats.chi2.median(1), 1.0, 16.0)
+    np.testing.assert_allclose(found.weights, geman_mcclure(squares, WIDTH * np.sqrt(scale)))
+
+
+def test_distances_have_weights_by_the_median_of_their_squares():
+    off = se3.perturbed(POSE, np.array([0.02, 0.01, -0.02, 0.0, 0.0, 0.0]))
+    found = point_to_plane(corner(POSE), corner(), off, SENSOR, WIDTH, REACH)
+    squares = found.values ** 2
+    scale = np.clip(np.median(squares) / stats.chi2.median(1), 1.0, 16.0)
+    assert 1.0 < scale < 16.0
+    np.testing.assert_allclose(found.weights, geman_mcclure(squares, WIDTH * np.sqrt(scale)))
+
+
 @pytest.mark.parametrize('width', [0.5, 1.7, 10.0])
 def test_weights_are_those_of_geman_mcclures_cost(width):
     def cost(square):
@@ -391,14 +423,13 @@ def test_a_bias_is_marginalised(directions):
     """As the Schur complement of a problem with it as unknowns, also in some directions only."""
     rng = np.random.default_rng(7)
     equations = NormalEquations.of([random_residuals(rng, 30)])
-    root = np.zeros((6, 6))
-    root[:, :directions] = 0.3 * rng.normal(size=(6, directions))
+    root = 0.3 * rng.normal(size=(6, directions))
     j, g = equations.information, equations.gradient
     # unknowns: the error of the pose, and the bias in units of its standard deviations
-    both = np.block([[j, j @ root], [root.T @ j, root.T @ j @ root + np.eye(6)]])
+    both = np.block([[j, j @ root], [root.T @ j, root.T @ j @ root + np.eye(directions)]])
     gradient = np.concatenate([g, root.T @ g])
     gains = np.linalg.solve(both[6:, 6:], both[6:, :6]).T
-    found = equations.damped(equations.damping(root @ root.T))
+    found = equations.damped(equations.damping(root))
     np.testing.assert_allclose(found.information, both[:6, :6] - gains @ both[6:, :6], rtol=1e-7)
     np.testing.assert_allclose(found.gradient, gradient[:6] - gains @ gradient[6:], rtol=1e-7)
 
