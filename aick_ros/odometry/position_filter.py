@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate, propagated
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.settings import OdometrySettings
@@ -91,6 +91,5 @@ class PositionFilter:
         transition = np.eye(6)
         transition[:3, 3:] = elapsed * _AXES
         by_acceleration = np.concatenate([0.5 * elapsed ** 2 * _AXES, elapsed * _AXES])
-        self._covariance = (
-            transition @ self._covariance @ transition.T
-            + self._acceleration_sigma ** 2 * by_acceleration @ by_acceleration.T)
+        self._covariance = propagated(transition, self._covariance, by_acceleration,
+                                      self._acceleration_sigma ** 2 * _AXES)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import KalmanUpdate
+from aick_ros.geometry.kalman import KalmanUpdate, propagated
 from aick_ros.geometry.pose import PoseWithCovariance
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -69,8 +69,7 @@ class Level:
         gain[:3] = 0.0  # positions stay where they are
         kept, left = np.eye(6) - gain @ _TILT, gain @ self._left
         return PoseWithCovariance(
-            matrix, kept @ pose.covariance @ kept.T + gain @ self._noise @ gain.T
-            + np.outer(left, left))
+            matrix, propagated(kept, pose.covariance, gain, self._noise) + np.outer(left, left))
 
     def approach(self, up: Direction, pose: PoseWithCovariance, elapsed: float) -> None:
         """
