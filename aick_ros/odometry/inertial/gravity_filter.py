@@ -28,7 +28,9 @@ from aick_ros.settings import ImuSettings
 GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]; by definition."""
 
-_GRAVITY_SIGMA = 0.02  # m/s^2; derived: from the equator to the poles it is 9.78 to 9.83
+_GRAVITY_VARIANCE = np.array([[0.02 ** 2]])
+"""Variance of its length [m^2/s^4]; derived: from the equator to the poles it is 9.78 to 9.83."""
+
 _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
 
 _P, _V, _G, _B = (slice(first, first + 3) for first in (0, 3, 6, 9))
@@ -67,8 +69,9 @@ class GravityFilter:
     @property
     def up(self) -> Direction:
         """Direction of gravity, upwards."""
-        length = math.hypot(*self.gravity)
-        return Direction(self.gravity / length, self.covariance[_G, _G] / length ** 2)
+        gravity = self.gravity
+        length = math.hypot(*gravity)
+        return Direction(gravity / length, self.covariance[_G, _G] / length ** 2)
 
     @property
     def bias(self) -> np.ndarray:
@@ -122,9 +125,10 @@ class GravityFilter:
 
     def _hold_length(self) -> None:
         """Update by the length of gravity, which is known."""
-        length = math.hypot(*self.gravity)
+        gravity = self.gravity
+        length = math.hypot(*gravity)
         row = np.zeros((1, 12))
-        row[0, _G] = self.gravity / length
-        update = KalmanUpdate.of(self.covariance, row, np.array([[_GRAVITY_SIGMA ** 2]]))
-        self.values = self.values + update.gain @ np.array([GRAVITY - length])
+        row[0, _G] = gravity / length
+        update = KalmanUpdate.of(self.covariance, row, _GRAVITY_VARIANCE)
+        self.values = self.values + update.gain[:, 0] * (GRAVITY - length)
         self.covariance = update.covariance
