@@ -116,6 +116,11 @@ def point_to_plane(
     intrinsics: np.ndarray, sigma: float, exponent: float, reach: float,
     smallest_cosine: float, values: np.ndarray, jacobian: np.ndarray, moved: np.ndarray,
     blocks: np.ndarray, sums: np.ndarray) -> int: ...
+def predict_gravity(
+    values: np.ndarray, covariance: np.ndarray, duration: float, velocity: np.ndarray,
+    position: np.ndarray, velocity_by_bias: np.ndarray, position_by_bias: np.ndarray,
+    orientation: np.ndarray, force_variance: float, walk_variance: float,
+    later: np.ndarray, later_covariance: np.ndarray) -> None: ...
 def project(
     points: np.ndarray, intrinsics: np.ndarray, distortion: np.ndarray,
     pixels: np.ndarray) -> None: ...

@@ -3,13 +3,13 @@
 
 // Covariances of a Kalman filter; matrices row by row.
 
+#include "kalman.h"
+
 #include <string.h>
 
 #include "arrays.h"
 #include "cholesky.h"
 #include "kernels.h"
-
-enum { MOST_VALUES = 32 };
 
 // Whether matrices of these sizes are small enough; else there is an exception.
 static bool are_few(Py_ssize_t size, Py_ssize_t count) {
@@ -44,10 +44,8 @@ static void add_propagated(const double *matrix, const double *covariance, Py_ss
   add_product(left, transposed, height, width, height, sum);
 }
 
-// Fill a covariance after a transition with noise; it is symmetric to the last bit.
-static void propagate(const double *transition, const double *covariance,
-                      const double *influence, const double *noise, Py_ssize_t size,
-                      Py_ssize_t count, double *result) {
+void propagate(const double *transition, const double *covariance, const double *influence,
+               const double *noise, Py_ssize_t size, Py_ssize_t count, double *result) {
   double sum[MOST_VALUES * MOST_VALUES] = {0};
   add_propagated(transition, covariance, size, size, sum);
   add_propagated(influence, noise, size, count, sum);

@@ -47,6 +47,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(perturbed_pose),
     KERNEL(plane_jacobians),
     KERNEL(point_to_plane),
+    KERNEL(predict_gravity),
     KERNEL(project),
     KERNEL(propagated_covariance),
     KERNEL(rays_moved_by_rows),

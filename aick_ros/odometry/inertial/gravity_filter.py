@@ -19,8 +19,9 @@ import math
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate, propagated
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate
 from aick_ros.odometry.inertial.force_integral import Impulse
 from aick_ros.odometry.inertial.level import Direction
 from aick_ros.settings import ImuSettings
@@ -35,11 +36,6 @@ _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is n
 
 _P, _V, _G, _B = (slice(first, first + 3) for first in (0, 3, 6, 9))
 _POSITION = np.eye(3, 12)  # by definition: it is what the camera measures
-_AXES = np.eye(3)
-
-# by definition: derivatives by time, and by half of its square
-_BY_TIME, _BY_SQUARE = np.zeros((2, 12, 12))
-_BY_TIME[_P, _V], _BY_TIME[_V, _G], _BY_SQUARE[_P, _G] = _AXES, -_AXES, -_AXES
 
 
 class GravityFilter:
@@ -92,20 +88,13 @@ class GravityFilter:
         :param impulse: of the forces in it.
         :param orientation: 3x3, covariance of the orientation in it [rad^2].
         """
-        time = impulse.duration
-        transition = np.eye(12) + time * _BY_TIME + 0.5 * time ** 2 * _BY_SQUARE
-        transition[_P, _B] = -impulse.position_by_bias
-        transition[_V, _B] = -impulse.velocity_by_bias
-        self.values = transition @ self.values
-        self.values[_P] += impulse.position
-        self.values[_V] += impulse.velocity
-        by_force = np.zeros((12, 3))
-        by_force[_P], by_force[_V] = 0.5 * time * _AXES, _AXES
-        arm = se3.skew(self.gravity)
-        noise = (self._settings.accelerometer_noise ** 2 * time * _AXES
-                 + time ** 2 * arm @ orientation @ arm.T)
-        self.covariance = propagated(transition, self.covariance, by_force, noise)
-        self.covariance[_B, _B] += self._settings.accelerometer_bias_walk ** 2 * time * _AXES
+        values, covariance = np.empty(12), np.empty((12, 12))
+        kernels.predict_gravity(
+            self.values, self.covariance, impulse.duration, impulse.velocity, impulse.position,
+            impulse.velocity_by_bias, impulse.position_by_bias,
+            np.ascontiguousarray(orientation), self._settings.accelerometer_noise ** 2,
+            self._settings.accelerometer_bias_walk ** 2, values, covariance)
+        self.values, self.covariance = values, covariance
 
     def drift(self, covariance: np.ndarray) -> None:
         """Let the frame of the poses have moved by an error, with its covariance, 6x6."""
