@@ -116,6 +116,7 @@ def point_to_plane(
     intrinsics: np.ndarray, sigma: float, exponent: float, reach: float,
     smallest_cosine: float, values: np.ndarray, jacobian: np.ndarray, moved: np.ndarray,
     blocks: np.ndarray, sums: np.ndarray) -> int: ...
+def pose_difference(pose: np.ndarray, reference: np.ndarray, error: np.ndarray) -> None: ...
 def predict_gravity(
     values: np.ndarray, covariance: np.ndarray, duration: float, velocity: np.ndarray,
     position: np.ndarray, velocity_by_bias: np.ndarray, position_by_bias: np.ndarray,

@@ -14,10 +14,10 @@ try:
         inverse_pose, is_rigid, kalman_update, keypoint_equations, log_pose, log_rotation,
         lower_quartile, mean_inverse_depths, moments, moved_by_rows, nodes_around, normal_buckets,
         normal_equations, normalize, pairs_of_near_points, pairs_of_similar_bits, perturbed_pose,
-        plane_jacobians, point_to_plane, predict_gravity, project, propagated_covariance,
-        rays_moved_by_rows, reprojection, robust_weights, sample_depth, scaled_to_depth, shrink,
-        solve_definite, spread, to_quaternion, track_depth, undistort_depth, valid_depth,
-        window_shifts)
+        plane_jacobians, point_to_plane, pose_difference, predict_gravity, project,
+        propagated_covariance, rays_moved_by_rows, reprojection, robust_weights, sample_depth,
+        scaled_to_depth, shrink, solve_definite, spread, to_quaternion, track_depth,
+        undistort_depth, valid_depth, window_shifts)
 except ModuleNotFoundError as error:
     raise InputError('aick_ros is not compiled: install it (pip install . or colcon build), '
                      'which takes a C compiler') from error
@@ -30,7 +30,8 @@ __all__ = ['DIGEST', 'align_windows', 'bit_distances', 'bit_distances_of_pairs',
            'kalman_update', 'keypoint_equations', 'log_pose', 'log_rotation', 'lower_quartile',
            'mean_inverse_depths', 'moments', 'moved_by_rows', 'nodes_around', 'normal_buckets',
            'normal_equations', 'normalize', 'pairs_of_near_points', 'pairs_of_similar_bits',
-           'perturbed_pose', 'plane_jacobians', 'point_to_plane', 'predict_gravity', 'project',
-           'propagated_covariance', 'rays_moved_by_rows', 'reprojection', 'robust_weights',
-           'sample_depth', 'scaled_to_depth', 'shrink', 'solve_definite', 'spread',
-           'to_quaternion', 'track_depth', 'undistort_depth', 'valid_depth', 'window_shifts']
+           'perturbed_pose', 'plane_jacobians', 'point_to_plane', 'pose_difference',
+           'predict_gravity', 'project', 'propagated_covariance', 'rays_moved_by_rows',
+           'reprojection', 'robust_weights', 'sample_depth', 'scaled_to_depth', 'shrink',
+           'solve_definite', 'spread', 'to_quaternion', 'track_depth', 'undistort_depth',
+           'valid_depth', 'window_shifts']

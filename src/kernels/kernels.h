@@ -51,6 +51,7 @@ PyObject *kernel_pairs_of_similar_bits(PyObject *module, PyObject *arguments);
 PyObject *kernel_perturbed_pose(PyObject *module, PyObject *arguments);
 PyObject *kernel_plane_jacobians(PyObject *module, PyObject *arguments);
 PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments);
+PyObject *kernel_pose_difference(PyObject *module, PyObject *arguments);
 PyObject *kernel_predict_gravity(PyObject *module, PyObject *arguments);
 PyObject *kernel_project(PyObject *module, PyObject *arguments);
 PyObject *kernel_propagated_covariance(PyObject *module, PyObject *arguments);

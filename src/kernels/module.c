@@ -47,6 +47,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(perturbed_pose),
     KERNEL(plane_jacobians),
     KERNEL(point_to_plane),
+    KERNEL(pose_difference),
     KERNEL(predict_gravity),
     KERNEL(project),
     KERNEL(propagated_covariance),

@@ -69,6 +69,7 @@ perturbed_pose d:4,4 d:6 d>4,4
 plane_jacobians d:n,3 d:n,3 d:4,4 %f d>n,2,2
 point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 d:2,6 %f f:h,v,3 f:h,v,3 ?:h,v f:h,v \
  %v %h d:4 %f %f %f %f d>n d>n,6 d>n,3 q>n d>2,6,6
+pose_difference d:4,4 d:4,4 d>6
 predict_gravity d:12 d:12,12 %f d:3 d:3 d:3,3 d:3,3 d:3,3 %f %f d>12 d>12,12
 project d:n,3 d:4 d:12 d>n,2
 propagated_covariance d:n,n d:n,n d:n,k d:k,k d>n,n
