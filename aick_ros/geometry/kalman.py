@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Kalman update: what a linear measurement changes in an estimate."""
+"""Kalman filter: what a linear measurement changes in an estimate, and what time does."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.geometry import definite
 
 LARGEST_SQUARED_DISTANCE = 16.3
@@ -21,41 +22,51 @@ class KalmanUpdate:
     """
     Update of an estimate of N values by K linear measurements of them.
 
-    :param prior: NxN, covariance of the estimate before.
-    :param rows: KxN, derivatives of what is measured by the values.
-    :param noise: KxK, covariance of the measurements.
     :param expected: KxK, covariance of the measurement less the estimate.
     :param gain: NxK; times that difference it is the change of the estimate.
+    :param kept: NxN, share of the errors of the estimate that is left.
+    :param covariance: NxN, of the estimate afterwards.
     """
 
-    prior: np.ndarray
-    rows: np.ndarray
-    noise: np.ndarray
     expected: np.ndarray
     gain: np.ndarray
+    kept: np.ndarray
+    covariance: np.ndarray
 
     @classmethod
     def of(cls, covariance: np.ndarray, rows: np.ndarray, noise: np.ndarray) -> KalmanUpdate:
-        """Return the update of an estimate with a covariance; parameters as of the class."""
-        seen = rows @ covariance
-        expected = seen @ rows.T + noise
-        return cls(covariance, rows, noise, expected, definite.solve(expected, seen).T)
+        """
+        Return the update of an estimate.
 
-    @property
-    def kept(self) -> np.ndarray:
-        """Share of the errors of the estimate that is left, NxN."""
-        kept: np.ndarray = np.eye(len(self.prior)) - self.gain @ self.rows
-        return kept
-
-    @property
-    def covariance(self) -> np.ndarray:
-        """Covariance of the estimate afterwards, NxN."""
-        # in the form of Joseph, which stays positive definite
-        kept = self.kept
-        left = kept @ self.prior @ kept.T + self.gain @ self.noise @ self.gain.T
-        symmetric: np.ndarray = 0.5 * (left + left.T)
-        return symmetric
+        :param covariance: NxN, of the estimate before.
+        :param rows: KxN, derivatives of what is measured by the values.
+        :param noise: KxK, covariance of the measurements.
+        """
+        covariance, rows, noise = map(np.ascontiguousarray, (covariance, rows, noise))
+        size, count = len(covariance), len(noise)
+        expected, gain = np.empty((count, count)), np.empty((size, count))
+        kept, updated = np.empty((2, size, size))
+        if not kernels.kalman_update(covariance, rows, noise, expected, gain, kept, updated):
+            gain = np.linalg.solve(expected, rows @ covariance).T
+            kept = np.eye(size) - gain @ rows
+            updated = propagated(kept, covariance, gain, noise)
+        return cls(expected, gain, kept, updated)
 
     def squared_distance(self, error: np.ndarray) -> float:
         """Return the square of a difference, K, by its covariance; noise gives K in the mean."""
         return float(error @ definite.solve(self.expected, error))
+
+
+def propagated(transition: np.ndarray, covariance: np.ndarray, influence: np.ndarray,
+               noise: np.ndarray) -> np.ndarray:
+    """
+    Return the covariance of values that are a linear function of others and of noise, NxN.
+
+    :param transition: NxN, derivatives by the values before; their covariance, NxN.
+    :param influence: NxK, derivatives by the noise; its covariance, KxK.
+    """
+    result = np.empty((len(covariance), len(covariance)))
+    transition, covariance, influence, noise = map(
+        np.ascontiguousarray, (transition, covariance, influence, noise))
+    kernels.propagated_covariance(transition, covariance, influence, noise, result)
+    return result

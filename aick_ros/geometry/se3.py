@@ -177,8 +177,9 @@ def perturbed(pose: np.ndarray, error: np.ndarray) -> np.ndarray:
 
 def difference(pose: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Return the error of a pose against a reference, 6: the inverse of :func:`perturbed`."""
-    return np.concatenate([pose[:3, 3] - reference[:3, 3],
-                           log_rotation(pose[:3, :3] @ reference[:3, :3].T)])
+    error = np.empty(6)
+    kernels.pose_difference(_array(pose), _array(reference), error)
+    return error
 
 
 def point_jacobian(arms: np.ndarray) -> np.ndarray:

@@ -13,6 +13,8 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.settings import OdometrySettings
 
+_HALF_TURN = np.repeat([0.0, np.pi], 3)  # by definition: no two orientations differ by more
+
 
 class MotionModel:
     """
@@ -27,6 +29,7 @@ class MotionModel:
         self._max_speed, self._max_turn_rate = settings.max_speed, settings.max_turn_rate
         self._acceleration_sigmas = np.repeat(
             [settings.acceleration_sigma, settings.angular_acceleration_sigma], 3)
+        self._max_speeds = np.repeat([settings.max_speed, 0.0], 3)
 
     def holds(self, elapsed: float) -> bool:
         """Return whether the velocity is still used some time [s] after it was measured."""
@@ -42,9 +45,9 @@ class MotionModel:
             that may be anywhere within the speed limit and turned in any direction.
         """
         velocity = np.zeros(6) if twist is None else twist
-        sigmas = np.minimum(0.5 * self._acceleration_sigmas * elapsed ** 2,
-                            np.repeat([self._max_speed * elapsed, np.pi], 3))
-        return PoseWithCovariance(se3.exp(velocity * min(elapsed, self._hold_time)),
+        sigmas = np.minimum(0.5 * elapsed ** 2 * self._acceleration_sigmas,
+                            elapsed * self._max_speeds + _HALF_TURN)
+        return PoseWithCovariance(se3.exp(min(elapsed, self._hold_time) * velocity),
                                   np.diag(sigmas ** 2))
 
     def time_to_rest(self, twist: np.ndarray | None) -> float:

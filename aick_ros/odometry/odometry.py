@@ -334,7 +334,8 @@ class Odometry:
         seen = registration.pose
         increment = self._increment(prepared, attempt, references)
         recovered, self._is_lost = self._is_lost, False
-        prepared = self._with_velocity(prepared, attempt, increment)
+        measured = reference.pose.matrix @ seen
+        prepared = self._with_velocity(prepared, attempt, increment, measured)
         self._pose = self._plane.joined(reference.pose @ seen)
         last = Reference(prepared, self._plane.joined(reference.pose @ registration.image_pose),
                          in_keyframe=attempt.seen.varying_pose)
@@ -354,7 +355,7 @@ class Odometry:
         self._keyframes.advance(references, last, attempt)
         self._twist_covariance = increment.pose.covariance / increment.interval ** 2
         memory.track(references.keyframe, self._pose.matrix, detour, effort, interval)
-        self._gravity.update(prepared.stamp, reference.pose, seen, memory.T_odom_reckoned)
+        self._gravity.update(prepared.stamp, reference.pose, measured, memory.T_odom_reckoned)
         return self._update(
             prepared, Status.OK, registration.reason, increment=increment, recovered=recovered,
             reference=reference.prepared.keypoints, matches=registration.matches,
@@ -371,12 +372,11 @@ class Odometry:
         return Effort.LEAST if is_shortest else Effort.MORE
 
     def _with_velocity(self, prepared: PreparedFrame, attempt: Attempt,
-                       increment: Increment) -> PreparedFrame:
+                       increment: Increment, measured: PoseWithCovariance) -> PreparedFrame:
         """Return a tracked frame with its velocity: filtered, as increments have all the noise."""
         twist = self._expected.twist_at(prepared.stamp, increment.twist)
         if not attempt.registration.is_by_depth:
-            self._filter.update(prepared.stamp,
-                                attempt.reference.pose.matrix @ attempt.registration.pose)
+            self._filter.update(prepared.stamp, measured)
             velocity = self._filter.velocity
             if velocity is not None:
                 twist = np.concatenate([velocity, twist[3:]])

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate, propagated
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.settings import OdometrySettings
 
-_POSITION = np.eye(3, 6)  # by definition: of position and velocity, the former is measured
+_POSITION, _VELOCITY = np.eye(3, 6), np.eye(3, 6, 3)  # by definition: the former is measured
 _AXES = np.eye(3)
+_STEADY, _BY_TIME = np.eye(6), np.eye(6, 6, 3)  # by definition: the former moves by the latter
 _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
 
 
@@ -88,9 +89,7 @@ class PositionFilter:
     def _predict(self, elapsed: float) -> None:
         """Move on by some time [s]."""
         self._position = self._position + elapsed * self._velocity
-        transition = np.eye(6)
-        transition[:3, 3:] = elapsed * _AXES
-        by_acceleration = np.concatenate([0.5 * elapsed ** 2 * _AXES, elapsed * _AXES])
-        self._covariance = (
-            transition @ self._covariance @ transition.T
-            + self._acceleration_sigma ** 2 * by_acceleration @ by_acceleration.T)
+        by_acceleration = 0.5 * elapsed ** 2 * _POSITION + elapsed * _VELOCITY
+        self._covariance = propagated(
+            _STEADY + elapsed * _BY_TIME, self._covariance, by_acceleration.T,
+            self._acceleration_sigma ** 2 * _AXES)

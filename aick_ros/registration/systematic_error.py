@@ -47,7 +47,7 @@ interval old, and a quarter of it is taken from that before. The errors measured
 real recordings and three rendered cameras are 0.66 to 0.74 of the change in one interval. The
 filtered velocity of earlier frames errs by no more on the excerpts."""
 
-_REST = np.eye(4)
+_REST, _AXES = np.eye(4), np.eye(6)
 
 
 class SystematicError:
@@ -77,51 +77,55 @@ class SystematicError:
             velocity = se3.difference(motion, _REST) / interval
             if expected is not None:
                 change = se3.difference(motion, expected) / min(elapsed, abs(interval))
-        timing = _timing(max(source.stamp_jitter, target.stamp_jitter), velocity, change)
-        covariance = registration.covariance + timing + _delayed(delay, delay_sigma, change)
+        changes = _squares(change)
+        timing = _along_any_axis(_of_stamps(
+            max(source.stamp_jitter, target.stamp_jitter), _squares(velocity), changes))
+        others = _of_lag(delay, changes)
         if registration.bias is not None:
-            covariance += self._unusual(registration.bias)
+            others += self._unusual(registration.bias)
             self._learn(registration.bias)
+        # an error of the delay shifts the motion by this change, and in no other direction
+        covariance = (registration.covariance + timing + _along_any_axis(others)
+                      + delay_sigma ** 2 * np.outer(change, change))
         return dataclasses.replace(registration, covariance=covariance, timing=timing)
 
     def _unusual(self, bias: SensorBias) -> np.ndarray:
-        """Return the covariance of the share of a bias that is not usual, 6x6."""
+        """Return the mean squares of the share of a bias that is not usual, 2 [m^2, rad^2]."""
         noise, systematic = _UNUSUAL_BOUNDS
         ratio = bias.normalised / max(self._normalised, 1.0)
         share = min(max((ratio - noise) / (systematic - noise), 0.0), 1.0)
-        return _along_any_axis(share * bias.squares)
+        return share * bias.squares
 
     def _learn(self, bias: SensorBias) -> None:
         self._count = min(self._count + 1, _MEMORY)
         self._normalised += (bias.normalised - self._normalised) / self._count
 
 
-def _timing(jitter: float, velocity: np.ndarray, change: np.ndarray) -> np.ndarray:
+def _of_stamps(jitter: float, velocities: np.ndarray, changes: np.ndarray) -> np.ndarray:
     """
-    Return the covariance of a motion due to errors of the two stamps, 6x6.
+    Return the variances of a motion due to errors of the two stamps, 2 [m^2, rad^2].
 
     :param jitter: of the stamps [s].
-    :param velocity: 6 [m/s, rad/s].
-    :param change: of the velocity since the frame before, 6.
+    :param velocities: squares of the velocity, 2 [m^2/s^2, rad^2/s^2].
+    :param changes: of its change since the frame before, 2.
     """
     stamp_sigma = max(jitter, min(_STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER * jitter))
     latency_sigma = min(_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER * jitter)
     # a common delay shifts the motion by the change of the velocity, in a third per axis
-    return _along_any_axis(2 * stamp_sigma ** 2 * _squares(velocity)
-                           + latency_sigma ** 2 * _squares(change) / 3)
+    variances: np.ndarray = (2 * stamp_sigma ** 2 * velocities
+                             + latency_sigma ** 2 / 3 * changes)
+    return variances
 
 
-def _delayed(delay: float, sigma: float, change: np.ndarray) -> np.ndarray:
+def _of_lag(delay: float, changes: np.ndarray) -> np.ndarray:
     """
-    Return the covariance due to the velocities that a delay is corrected by, and to its own, 6x6.
+    Return the variances due to the velocities that a delay is corrected by, 2 [m^2, rad^2].
 
-    Both frames are off by the lag of their velocities, in a third per axis. An error of the delay
-    shifts the motion by the change of the velocity, and in no other direction.
+    Both frames are off by the lag of their velocities, in a third per axis.
 
-    :param change: as for :func:`_timing`.
+    :param changes: as for :func:`_of_stamps`.
     """
-    lag = 2 * (_VELOCITY_LAG * delay) ** 2 * _squares(change) / 3
-    return _along_any_axis(lag) + sigma ** 2 * np.outer(change, change)
+    return 2 * (_VELOCITY_LAG * delay) ** 2 / 3 * changes
 
 
 def _squares(rates: np.ndarray) -> np.ndarray:
@@ -132,4 +136,5 @@ def _squares(rates: np.ndarray) -> np.ndarray:
 
 def _along_any_axis(variances: np.ndarray) -> np.ndarray:
     """Return a variance along and one about an axis as a covariance, for three axes each, 6x6."""
-    return np.diag(variances.repeat(3))
+    covariance: np.ndarray = _AXES * variances.repeat(3)
+    return covariance

@@ -3,6 +3,8 @@
 
 // Linear equations with a positive definite matrix, by its Cholesky factor.
 
+#include "cholesky.h"
+
 #include <math.h>
 #include <string.h>
 
@@ -11,9 +13,7 @@
 
 enum { MOST_UNKNOWNS = 64, MOST_SIDES = 1 << 20 };
 
-// Replace the lower triangle of a matrix by its Cholesky factor, with inverse pivots on the
-// diagonal; return false where the matrix is not positive definite, or not finite.
-static bool factorize(double *matrix, Py_ssize_t size) {
+bool factorize(double *matrix, Py_ssize_t size) {
   for (Py_ssize_t i = 0; i < size; ++i) {
     double *row = matrix + size * i;
     for (Py_ssize_t j = 0; j <= i; ++j) {
@@ -32,8 +32,7 @@ static bool factorize(double *matrix, Py_ssize_t size) {
   return true;
 }
 
-// Replace the right sides, a row for each equation, by the solutions.
-static void substitute(const double *factor, Py_ssize_t size, double *sides, Py_ssize_t count) {
+void substitute(const double *factor, Py_ssize_t size, double *sides, Py_ssize_t count) {
   for (Py_ssize_t i = 0; i < size; ++i) {
     for (Py_ssize_t k = 0; k < i; ++k)
       for (Py_ssize_t n = 0; n < count; ++n)

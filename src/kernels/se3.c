@@ -215,6 +215,29 @@ PyObject *kernel_perturbed_pose(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
+PyObject *kernel_pose_difference(PyObject *module, PyObject *arguments) {
+  PyObject *pose_array, *reference_array, *error_array;
+  if (!PyArg_ParseTuple(arguments, "OOO", &pose_array, &reference_array, &error_array))
+    return NULL;
+  const Argument needed[] = {{"the pose", pose_array, 'd', 16, false},
+                             {"the reference", reference_array, 'd', 16, false},
+                             {"the error", error_array, 'd', 6, true}};
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const double *pose = arrays.views[0].buf, *reference = arrays.views[1].buf;
+  double *error = arrays.views[2].buf, rotation[9], back[9], turn[9];
+  rotation_of(pose, rotation);
+  for (int i = 0; i < 9; ++i)
+    back[i] = reference[4 * (i % 3) + i / 3];
+  multiply(rotation, back, turn);
+  log_rotation(turn, error + 3);
+  for (int i = 0; i < 3; ++i)
+    error[i] = pose[4 * i + 3] - reference[4 * i + 3];
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
 static double row_product(const double *pose, int one, int other) {
   return pose[4 * one] * pose[4 * other] + pose[4 * one + 1] * pose[4 * other + 1] +
          pose[4 * one + 2] * pose[4 * other + 2];

@@ -1,13 +1,14 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""The update against the information form, and against samples."""
+"""The update against the information form, NumPy and samples; propagation against NumPy."""
 
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate
+from aick_ros import kernels
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate, propagated
 
 
 @pytest.fixture
@@ -62,3 +63,66 @@ def test_covariances_stay_symmetric_to_the_last_bit(problem):
 
 def test_one_of_a_thousand_updates_by_three_values_is_beyond_the_largest_distance():
     assert chi2.sf(LARGEST_SQUARED_DISTANCE, 3) == pytest.approx(0.001, rel=0.03)
+
+
+@pytest.mark.parametrize('size, count', [(1, 1), (6, 2), (6, 6), (12, 3), (2, 5), (32, 32)])
+def test_updates_of_any_size_are_those_of_numpy(size, count):
+    rng = np.random.default_rng(size + count)
+    a, b, rows = (rng.normal(size=shape) for shape in (
+        (size, size), (count, count), (count, size)))
+    covariance, noise = a @ a.T, b @ b.T + np.eye(count)
+    expected = rows @ covariance @ rows.T + noise
+    gain = covariance @ rows.T @ np.linalg.inv(expected)
+    kept = np.eye(size) - gain @ rows
+    update = KalmanUpdate.of(covariance, rows, noise)
+    for found, right in ((update.expected, expected), (update.gain, gain), (update.kept, kept),
+                         (update.covariance, kept @ covariance)):
+        np.testing.assert_allclose(found, right, rtol=1e-9, atol=1e-9 * abs(right).max())
+
+
+def test_matrices_may_be_parts_of_larger_ones(problem):
+    covariance, rows, noise = problem
+    parts = [np.repeat(matrix, 2, axis=0)[::2].T.copy().T for matrix in problem]
+    for found, right in zip(vars(KalmanUpdate.of(*parts)).values(),
+                            vars(KalmanUpdate.of(covariance, rows, noise)).values()):
+        np.testing.assert_array_equal(found, right)
+
+
+def test_where_the_difference_has_no_covariance_the_gain_is_that_of_numpy(problem):
+    covariance, rows, noise = problem
+    update = KalmanUpdate.of(covariance, rows, -4.0 * noise - rows @ covariance @ rows.T)
+    np.testing.assert_allclose(update.gain, covariance @ rows.T @ np.linalg.inv(-4.0 * noise))
+    np.testing.assert_allclose(update.kept, np.eye(4) - update.gain @ rows)
+
+
+@pytest.mark.parametrize('size, count', [(1, 1), (3, 0), (6, 3), (12, 3), (32, 32)])
+def test_propagation_is_that_of_numpy(size, count):
+    rng = np.random.default_rng(size)
+    transition, influence = rng.normal(size=(size, size)), rng.normal(size=(size, count))
+    a, b = rng.normal(size=(size, size)), rng.normal(size=(count, count))
+    found = propagated(transition, a @ a.T, influence, b @ b.T)
+    moved, added = transition @ a, influence @ b
+    np.testing.assert_allclose(found, moved @ moved.T + added @ added.T, atol=1e-9)
+    np.testing.assert_array_equal(found, found.T)
+
+
+def test_matrices_that_do_not_fit_are_refused(problem):
+    covariance, rows, noise = problem
+    for wrong in ((covariance[:3], rows, noise), (covariance, rows[:, :3], noise),
+                  (covariance, rows, noise[:, :1])):
+        with pytest.raises(ValueError, match='are required'):
+            KalmanUpdate.of(*wrong)
+        with pytest.raises(ValueError, match='are required'):
+            propagated(covariance, wrong[0], wrong[1].T, wrong[2])
+    with pytest.raises(ValueError, match='6 numbers: 8 are required'):
+        kernels.kalman_update(covariance, rows, noise, np.empty((2, 2)), np.empty((3, 2)),
+                              np.empty((4, 4)), np.empty((4, 4)))
+
+
+def test_too_many_values_are_refused():
+    for size, count in ((33, 1), (1, 33)):
+        rows, noise = np.zeros((count, size)), np.eye(count)
+        with pytest.raises(ValueError, match='at most 32 values'):
+            KalmanUpdate.of(np.eye(size), rows, noise)
+        with pytest.raises(ValueError, match='at most 32 values'):
+            propagated(np.eye(size), np.eye(size), rows.T, noise)

@@ -169,6 +169,21 @@ def test_difference_is_the_inverse_of_perturbed(pose, error):
     np.testing.assert_allclose(se3.difference(se3.perturbed(pose, error), pose), error, atol=1e-9)
 
 
+def test_a_difference_is_along_and_about_the_axes_of_the_target(rng):
+    pose, reference = random_pose(rng), random_pose(rng)
+    turn = Rotation.from_matrix(pose[:3, :3]) * Rotation.from_matrix(reference[:3, :3]).inv()
+    expected = np.r_[pose[:3, 3] - reference[:3, 3], turn.as_rotvec()]
+    np.testing.assert_allclose(se3.difference(pose, reference), expected, atol=1e-12)
+    np.testing.assert_allclose(se3.difference(pose.T.copy().T, reference), expected, atol=1e-12)
+    assert not se3.difference(np.eye(4), np.eye(4)).any()
+
+
+def test_matrices_that_are_no_poses_have_no_difference():
+    for pose, reference in ((np.eye(3), np.eye(4)), (np.eye(4), np.eye(4)[:3])):
+        with pytest.raises(ValueError, match='16 are required'):
+            se3.difference(pose, reference)
+
+
 @given(st.tuples(*[NUMBERS] * 4), st.tuples(*[NUMBERS] * 3))
 def test_any_quaternion_and_translation_are_a_pose_or_rejected(quaternion, translation):
     try:

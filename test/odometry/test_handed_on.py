@@ -218,10 +218,10 @@ def test_by_depth_alone_the_gyroscope_and_the_filter_learn_nothing(parts, tracke
 
 def test_gravity_gets_the_measurement_and_the_correction(parts, tracked, attempt_to):
     _, update = tracked(attempt_to())
-    stamp, reference, seen, T_odom_reckoned = parts.asked('Gravity', 'update')[0]
+    stamp, reference, measured, T_odom_reckoned = parts.asked('Gravity', 'update')[0]
     assert stamp == update.stamp
     assert_same(reference, PoseWithCovariance(START))
-    assert_same(seen, parts.attempt.registration.pose)
+    assert_same(measured, START @ parts.attempt.registration.pose)
     np.testing.assert_allclose(T_odom_reckoned, parts.corrected, atol=1e-12)
 
 

@@ -51,6 +51,7 @@ interpolate f:h,v f:n f:n f>n
 inverse_depth_slopes f:h,v d:n,2 d:n %i d>n,2
 inverse_pose d:4,4 d>4,4
 is_rigid d:4,4
+kalman_update d:n,n d:k,n d:k,k d>k,k d>n,k d>n,n d>n,n
 keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:2 %f d>u,u d>u
 log_pose d:4,4 d>6
 log_rotation d:3,3 d>3
@@ -68,7 +69,10 @@ perturbed_pose d:4,4 d:6 d>4,4
 plane_jacobians d:n,3 d:n,3 d:4,4 %f d>n,2,2
 point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 d:2,6 %f f:h,v,3 f:h,v,3 ?:h,v f:h,v \
  %v %h d:4 %f %f %f %f %f %f %f d>n d>n,6 d>n d>n,3 q>n d>2,6,6
+pose_difference d:4,4 d:4,4 d>6
+predict_gravity d:12 d:12,12 %f d:3 d:3 d:3,3 d:3,3 d:3,3 %f %f d>12 d>12,12
 project d:n,3 d:4 d:12 d>n,2
+propagated_covariance d:n,n d:n,n d:n,k d:k,k d>n,n
 rays_moved_by_rows d:n,2 d:n,3 d:4,4 d:6 %f d>n,2
 reprojection d:n,3 d:n,2 d:n d:4,4 %f %f %f %f d>2,n d>2,n,6 d>2,n q>2,n
 sample_depth f:h,v d:n,2 %f %f %f d>n

@@ -122,19 +122,19 @@ class Gravity:
         """Return a pose of the odometry in the level frame."""
         return self._level.apply(pose)
 
-    def update(self, stamp: int, reference: PoseWithCovariance, seen: PoseWithCovariance,
+    def update(self, stamp: int, reference: PoseWithCovariance, measured: PoseWithCovariance,
                T_odom_reckoned: np.ndarray) -> None:
         """
         Add a pose that was measured.
 
         :param stamp: of the frame [ns].
         :param reference: ``T_reckoned_reference``, by dead reckoning.
-        :param seen: ``T_reference_camera``.
+        :param measured: ``T_reckoned_camera``, with the covariance of this measurement alone.
         :param T_odom_reckoned: correction of the dead reckoning, 4x4.
         """
         if self.start is None or not self._settings.gravity:
             return
-        measured, elapsed = reference.matrix @ seen, seconds(self._stamp, stamp)
+        elapsed = seconds(self._stamp, stamp)
         self._advance(stamp, reference, measured)
         self._stamp, self._last, self._reference = stamp, measured, reference
         if self._filter is not None and not self.complaint:

@@ -19,6 +19,7 @@ import math
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.geometry import se3
 from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate
 from aick_ros.odometry.inertial.force_integral import Impulse
@@ -28,12 +29,13 @@ from aick_ros.settings import ImuSettings
 GRAVITY = 9.80665
 """Standard acceleration of gravity [m/s^2]; by definition."""
 
-_GRAVITY_SIGMA = 0.02  # m/s^2; derived: from the equator to the poles it is 9.78 to 9.83
+_GRAVITY_VARIANCE = np.array([[0.02 ** 2]])
+"""Variance of its length [m^2/s^4]; derived: from the equator to the poles it is 9.78 to 9.83."""
+
 _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
 
 _P, _V, _G, _B = (slice(first, first + 3) for first in (0, 3, 6, 9))
 _POSITION = np.eye(3, 12)  # by definition: it is what the camera measures
-_AXES = np.eye(3)
 
 
 class GravityFilter:
@@ -63,8 +65,9 @@ class GravityFilter:
     @property
     def up(self) -> Direction:
         """Direction of gravity, upwards."""
-        length = math.hypot(*self.gravity)
-        return Direction(self.gravity / length, self.covariance[_G, _G] / length ** 2)
+        gravity = self.gravity
+        length = math.hypot(*gravity)
+        return Direction(gravity / length, self.covariance[_G, _G] / length ** 2)
 
     @property
     def bias(self) -> np.ndarray:
@@ -85,23 +88,13 @@ class GravityFilter:
         :param impulse: of the forces in it.
         :param orientation: 3x3, covariance of the orientation in it [rad^2].
         """
-        time = impulse.duration
-        transition = np.eye(12)
-        transition[_P, _V] = time * _AXES
-        transition[_P, _G], transition[_V, _G] = -0.5 * time ** 2 * _AXES, -time * _AXES
-        transition[_P, _B] = -impulse.position_by_bias
-        transition[_V, _B] = -impulse.velocity_by_bias
-        self.values = transition @ self.values
-        self.values[_P] += impulse.position
-        self.values[_V] += impulse.velocity
-        self.covariance = transition @ self.covariance @ transition.T
-        by_force = np.zeros((12, 3))
-        by_force[_P], by_force[_V] = 0.5 * time * _AXES, _AXES
-        arm = se3.skew(self.gravity)
-        noise = (self._settings.accelerometer_noise ** 2 * time * _AXES
-                 + time ** 2 * arm @ orientation @ arm.T)
-        self.covariance += by_force @ noise @ by_force.T
-        self.covariance[_B, _B] += self._settings.accelerometer_bias_walk ** 2 * time * _AXES
+        values, covariance = np.empty(12), np.empty((12, 12))
+        kernels.predict_gravity(
+            self.values, self.covariance, impulse.duration, impulse.velocity, impulse.position,
+            impulse.velocity_by_bias, impulse.position_by_bias,
+            np.ascontiguousarray(orientation), self._settings.accelerometer_noise ** 2,
+            self._settings.accelerometer_bias_walk ** 2, values, covariance)
+        self.values, self.covariance = values, covariance
 
     def drift(self, covariance: np.ndarray) -> None:
         """Let the frame of the poses have moved by an error, with its covariance, 6x6."""
@@ -121,9 +114,10 @@ class GravityFilter:
 
     def _hold_length(self) -> None:
         """Update by the length of gravity, which is known."""
-        length = math.hypot(*self.gravity)
+        gravity = self.gravity
+        length = math.hypot(*gravity)
         row = np.zeros((1, 12))
-        row[0, _G] = self.gravity / length
-        update = KalmanUpdate.of(self.covariance, row, np.array([[_GRAVITY_SIGMA ** 2]]))
-        self.values = self.values + update.gain @ np.array([GRAVITY - length])
+        row[0, _G] = gravity / length
+        update = KalmanUpdate.of(self.covariance, row, _GRAVITY_VARIANCE)
+        self.values = self.values + update.gain[:, 0] * (GRAVITY - length)
         self.covariance = update.covariance

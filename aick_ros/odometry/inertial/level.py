@@ -11,11 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import KalmanUpdate
+from aick_ros.geometry.kalman import KalmanUpdate, propagated
 from aick_ros.geometry.pose import PoseWithCovariance
 
 _UP = np.array([0.0, 0.0, 1.0])
-_TILT = np.eye(2, 6, 3)  # by definition: rotations about x and y
+_POSITION, _TILT = np.eye(3, 6), np.eye(2, 6, 3)  # by definition: rotations about x and y
 _TILT_BY_UP = se3.skew(_UP)[:2]  # derivative of these by the direction
 
 _TIME = 3.0  # s; chosen: the direction of gravity changes by less than noise meanwhile
@@ -65,12 +65,11 @@ class Level:
         matrix: np.ndarray = self._T_level_drifted @ pose.matrix
         if self._noise is None:
             return PoseWithCovariance(matrix, pose.covariance)
-        gain = KalmanUpdate.of(pose.covariance, _TILT, self._noise).gain
-        gain[:3] = 0.0  # positions stay where they are
-        kept, left = np.eye(6) - gain @ _TILT, gain @ self._left
-        return PoseWithCovariance(
-            matrix, kept @ pose.covariance @ kept.T + gain @ self._noise @ gain.T
-            + np.outer(left, left))
+        update = KalmanUpdate.of(pose.covariance, _TILT, self._noise)
+        gain, kept = update.gain, update.kept
+        gain[:3], kept[:3] = 0.0, _POSITION  # positions stay where they are
+        error = self._noise + np.outer(self._left, self._left)
+        return PoseWithCovariance(matrix, propagated(kept, pose.covariance, gain, error))
 
     def approach(self, up: Direction, pose: PoseWithCovariance, elapsed: float) -> None:
         """

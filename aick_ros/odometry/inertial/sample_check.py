@@ -45,11 +45,8 @@ class SampleCheck:
         :param stamps: N int64.
         :param values: Nx3; NaN where the sensor has not measured.
         """
-        # comparisons with NaN are false
-        sensible = (np.abs(values) <= self._largest).all(axis=1)
-        if not sensible.all():
-            measured = ~np.isnan(values).all(axis=1)
-            self.dropped += int(np.count_nonzero(measured & ~sensible))
+        if not np.abs(values).max(initial=0.0) <= self._largest:  # or NaN
+            sensible = self._sensible(values)
             stamps, values = stamps[sensible], values[sensible]
         if not len(stamps):
             return stamps, values
@@ -60,6 +57,15 @@ class SampleCheck:
         if len(stamps):
             self._note(stamps, values)
         return stamps, values
+
+    def _sensible(self, values: np.ndarray) -> np.ndarray:
+        """Return which values can be right."""
+        missing = np.isnan(values)
+        if missing.all():
+            return np.zeros(len(values), bool)
+        sensible: np.ndarray = (np.abs(values) <= self._largest).all(axis=1)
+        self.dropped += int(np.count_nonzero(~sensible & ~missing.all(axis=1)))
+        return sensible
 
     def _are_ordered(self, stamps: np.ndarray) -> bool:
         """Return whether no sample repeats or goes back."""
@@ -77,9 +83,10 @@ class SampleCheck:
     def _note(self, stamps: np.ndarray, values: np.ndarray) -> None:
         """Note since when the value is that of the last sample."""
         before = np.concatenate([self._value[None], values[:-1]])
-        changes = (values != before).any(axis=1)
-        changes[1:] |= stamps[1:] < stamps[:-1]
+        changes = values != before
+        changes[1:] |= (stamps[1:] < stamps[:-1])[:, None]
         changes[0] |= self._last is None or int(stamps[0]) < self._last
-        if changes.any():
-            self._unchanged_since = int(stamps[np.flatnonzero(changes)[-1]])
+        changed = np.flatnonzero(changes) // 3  # values of each sample
+        if len(changed):
+            self._unchanged_since = int(stamps[changed[-1]])
         self._value, self._last = values[-1], int(stamps[-1])

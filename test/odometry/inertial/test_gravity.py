@@ -68,7 +68,7 @@ def follow(samples, path=moving, seconds=15, drift=0.4):
                                 ORIENTATION_SIGMA * rng.standard_normal(3)])
         seen = PoseWithCovariance(
             se3.perturbed(se3.inverse(keyframe) @ truth, error), noise)
-        gravity.update(stamp, reference, seen, np.eye(4))
+        gravity.update(stamp, reference, reference.matrix @ seen, np.eye(4))
         measured = reference @ seen
         rows.append([tilt(pose.rotation, truth)
                      for pose in (measured, gravity.levelled(measured))])
@@ -165,7 +165,7 @@ def test_after_a_pause_the_frame_turns_by_no_more_than_in_a_fifth_of_a_second(re
         stamp = START + round(second * NANOSECONDS)
         gravity.add(recorded.until(stamp, before), 0.0)
         before = stamp
-        gravity.update(stamp, begun, PoseWithCovariance(
+        gravity.update(stamp, begun, begun.matrix @ PoseWithCovariance(
             se3.inverse(moving(START)) @ moving(stamp), noise), np.eye(4))
     assert steps == pytest.approx([0.2, 0.05, 0.1, 0.2, 0.1])
 

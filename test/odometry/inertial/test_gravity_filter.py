@@ -155,6 +155,39 @@ def test_a_prediction_is_the_motion_of_each_possible_state():
     np.testing.assert_allclose(estimate.covariance, np.cov(moved), atol=0.012)
 
 
+def test_a_prediction_is_that_of_its_linear_equations():
+    rng, time, settings = np.random.default_rng(8), 0.1, ImuSettings()
+    estimate, (once, twice) = any_filter(settings), rng.normal(size=(2, 3, 3))
+    impulse = Impulse(time, rng.normal(size=3), rng.normal(size=3), once, twice)
+    turned, none, one = covariance_of(rng, 3), np.zeros((3, 3)), np.eye(3)
+    transition = np.block([[one, time * one, -0.5 * time ** 2 * one, -twice],
+                           [none, one, -time * one, -once],
+                           [none, none, one, none], [none, none, none, one]])
+    arm = np.cross(np.eye(3), estimate.gravity)
+    force = settings.accelerometer_noise ** 2 * time * one + time ** 2 * arm @ turned @ arm.T
+    by_force = np.concatenate([0.5 * time * one, one, none, none])
+    covariance = transition @ estimate.covariance @ transition.T + by_force @ force @ by_force.T
+    covariance[9:, 9:] += settings.accelerometer_bias_walk ** 2 * time * one
+    values = transition @ estimate.values + np.r_[impulse.position, impulse.velocity, np.zeros(6)]
+    estimate.predict(impulse, turned)
+    np.testing.assert_allclose(estimate.values, values, rtol=1e-12)
+    np.testing.assert_allclose(estimate.covariance, covariance, rtol=1e-9, atol=1e-14)
+    np.testing.assert_array_equal(estimate.covariance, estimate.covariance.T)
+
+
+def test_a_prediction_with_what_does_not_fit_is_refused_and_changes_nothing():
+    estimate, two = any_filter(), np.eye(2)
+    before, covariance = estimate.values.copy(), estimate.covariance.copy()
+    for impulse, turned in ((Impulse(0.1, np.ones(3), np.ones(3), np.eye(3), two), np.eye(3)),
+                            (Impulse(0.1, np.ones(2), np.ones(3), np.eye(3), np.eye(3)),
+                             np.eye(3)),
+                            (Impulse(0.1, np.ones(3), np.ones(3), np.eye(3), np.eye(3)), two)):
+        with pytest.raises(ValueError, match='are required'):
+            estimate.predict(impulse, turned)
+    np.testing.assert_array_equal(estimate.values, before)
+    np.testing.assert_array_equal(estimate.covariance, covariance)
+
+
 def test_a_drift_is_that_of_each_axis():
     """About x it moves what is up along y."""
     estimate, drift = any_filter(), np.diag([1.0, 2, 3, 4, 5, 6]) * 0.01 ** 2

@@ -83,7 +83,7 @@ class Played:
     def update(self, seconds, seen=SEEN[0], reference=REFERENCE):
         self.log.clear()
         stamp = START + round(seconds * NANOSECONDS)
-        self.gravity.update(stamp, reference, seen, CORRECTION)
+        self.gravity.update(stamp, reference, reference.matrix @ seen, CORRECTION)
         return self.log
 
     def kinds(self):

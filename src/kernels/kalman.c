@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: 2026 The aick_ros authors
+// SPDX-License-Identifier: Apache-2.0
+
+// Covariances of a Kalman filter; matrices row by row.
+
+#include "kalman.h"
+
+#include <string.h>
+
+#include "arrays.h"
+#include "cholesky.h"
+#include "kernels.h"
+
+// Whether matrices of these sizes are small enough; else there is an exception.
+static bool are_few(Py_ssize_t size, Py_ssize_t count) {
+  if (size <= MOST_VALUES && count <= MOST_VALUES)
+    return true;
+  PyErr_Format(PyExc_ValueError, "a filter has at most %d values", MOST_VALUES);
+  return false;
+}
+
+// Add the product of a matrix, height x depth, and another one of some width.
+static void add_product(const double *one, const double *other, Py_ssize_t height,
+                        Py_ssize_t depth, Py_ssize_t width, double *sum) {
+  for (Py_ssize_t i = 0; i < height; ++i)
+    for (Py_ssize_t k = 0; k < depth; ++k)
+      for (Py_ssize_t j = 0; j < width; ++j)
+        sum[width * i + j] += one[depth * i + k] * other[width * k + j];
+}
+
+static void transpose(const double *matrix, Py_ssize_t height, Py_ssize_t width,
+                      double *transposed) {
+  for (Py_ssize_t i = 0; i < height; ++i)
+    for (Py_ssize_t j = 0; j < width; ++j)
+      transposed[height * j + i] = matrix[width * i + j];
+}
+
+// Add M C M^T to a covariance; M is height x width.
+static void add_propagated(const double *matrix, const double *covariance, Py_ssize_t height,
+                           Py_ssize_t width, double *sum) {
+  double left[MOST_VALUES * MOST_VALUES] = {0}, transposed[MOST_VALUES * MOST_VALUES];
+  add_product(matrix, covariance, height, width, width, left);
+  transpose(matrix, height, width, transposed);
+  add_product(left, transposed, height, width, height, sum);
+}
+
+void propagate(const double *transition, const double *covariance, const double *influence,
+               const double *noise, Py_ssize_t size, Py_ssize_t count, double *result) {
+  double sum[MOST_VALUES * MOST_VALUES] = {0};
+  add_propagated(transition, covariance, size, size, sum);
+  add_propagated(influence, noise, size, count, sum);
+  for (Py_ssize_t i = 0; i < size; ++i)
+    for (Py_ssize_t j = 0; j < size; ++j)
+      result[size * i + j] = 0.5 * (sum[size * i + j] + sum[size * j + i]);
+}
+
+// A measurement of some values by a filter, and what it changes.
+typedef struct {
+  Py_ssize_t size, count;
+  const double *prior, *rows, *noise;
+  double *expected, *gain, *kept, *covariance;
+} Update;
+
+// Fill the expected covariance, and the gain; return false where there is none.
+static bool fill_gain(const Update *update) {
+  const Py_ssize_t size = update->size, count = update->count;
+  double seen[MOST_VALUES * MOST_VALUES] = {0}, factor[MOST_VALUES * MOST_VALUES];
+  const size_t bytes = (size_t)(count * count) * sizeof(*factor);
+  add_product(update->rows, update->prior, count, size, size, seen);
+  memcpy(update->expected, update->noise, bytes);
+  transpose(update->rows, count, size, factor);
+  add_product(seen, factor, count, size, count, update->expected);
+  memcpy(factor, update->expected, bytes);
+  if (!factorize(factor, count))
+    return false;
+  substitute(factor, count, seen, size);
+  transpose(seen, count, size, update->gain);
+  return true;
+}
+
+// Fill the covariance afterwards in the form of Joseph, which stays positive definite.
+static void fill_covariance(const Update *update) {
+  const Py_ssize_t size = update->size, count = update->count;
+  double product[MOST_VALUES * MOST_VALUES] = {0};
+  add_product(update->gain, update->rows, size, count, size, product);
+  for (Py_ssize_t i = 0; i < size; ++i)
+    for (Py_ssize_t j = 0; j < size; ++j)
+      update->kept[size * i + j] = (i == j) - product[size * i + j];
+  propagate(update->kept, update->prior, update->gain, update->noise, size, count,
+            update->covariance);
+}
+
+PyObject *kernel_kalman_update(PyObject *module, PyObject *arguments) {
+  PyObject *objects[7];
+  if (!PyArg_ParseTuple(arguments, "OOOOOOO", &objects[0], &objects[1], &objects[2], &objects[3],
+                        &objects[4], &objects[5], &objects[6]))
+    return NULL;
+  const Py_ssize_t size = row_count(objects[0]), count = row_count(objects[2]);
+  if (!are_few(size, count))
+    return NULL;
+  const Argument needed[] = {
+      {"the covariance", objects[0], 'd', size * size, false},
+      {"the rows", objects[1], 'd', count * size, false},
+      {"the noise", objects[2], 'd', count * count, false},
+      {"the expected covariance", objects[3], 'd', count * count, true},
+      {"the gain", objects[4], 'd', size * count, true},
+      {"the share kept", objects[5], 'd', size * size, true},
+      {"the updated covariance", objects[6], 'd', size * size, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Py_buffer *views = arrays.views;
+  const Update update = {size,         count,        views[0].buf, views[1].buf, views[2].buf,
+                         views[3].buf, views[4].buf, views[5].buf, views[6].buf};
+  const bool is_definite = fill_gain(&update);
+  if (is_definite)
+    fill_covariance(&update);
+  close_arrays(&arrays);
+  return PyBool_FromLong(is_definite);
+}
+
+PyObject *kernel_propagated_covariance(PyObject *module, PyObject *arguments) {
+  PyObject *transition_array, *prior_array, *influence_array, *noise_array, *result_array;
+  if (!PyArg_ParseTuple(arguments, "OOOOO", &transition_array, &prior_array, &influence_array,
+                        &noise_array, &result_array))
+    return NULL;
+  const Py_ssize_t size = row_count(prior_array), count = row_count(noise_array);
+  if (!are_few(size, count))
+    return NULL;
+  const Argument needed[] = {
+      {"the transition", transition_array, 'd', size * size, false},
+      {"the covariance", prior_array, 'd', size * size, false},
+      {"the influence", influence_array, 'd', size * count, false},
+      {"the noise", noise_array, 'd', count * count, false},
+      {"the result", result_array, 'd', size * size, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  propagate(arrays.views[0].buf, arrays.views[1].buf, arrays.views[2].buf, arrays.views[3].buf,
+            size, count, arrays.views[4].buf);
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
