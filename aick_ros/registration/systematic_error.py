@@ -24,9 +24,10 @@ _MEMORY = 30  # registrations; chosen
 _PRIOR_NORMALISED, _PRIOR_WEIGHT = 1.7, 3
 """Prior of the normalised squared bias, and its weight in registrations. Chosen; noise gives 1."""
 
-_UNUSUAL_BOUNDS = 1.7, 2.3
+_UNUSUAL_BOUNDS = 2.5, 3.0
 """Normalised squared bias of one registration, as a ratio to the usual one (at least 1): up to the
-first it is noise, from the second on fully systematic, linear in between. Chosen."""
+first it is noise, from the second on fully systematic, linear in between. Derived: noise of six
+values exceeds them in 20 and in 6 of 1000 registrations."""
 
 _STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER = 0.005, 3.3
 """Standard deviation of each stamp that is given on arrival [s], and its bound by the jitter.
@@ -111,9 +112,9 @@ def _of_stamps(jitter: float, velocities: np.ndarray, changes: np.ndarray) -> np
     """
     stamp_sigma = max(jitter, min(_STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER * jitter))
     latency_sigma = min(_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER * jitter)
-    # a common delay shifts the motion by the change of the velocity, in a third per axis
-    variances: np.ndarray = (2 * stamp_sigma ** 2 * velocities
-                             + latency_sigma ** 2 / 3 * changes)
+    # errors of stamps shift the motion by the velocity, a common delay by its change; in a third
+    # per axis
+    variances: np.ndarray = (2 * stamp_sigma ** 2 * velocities + latency_sigma ** 2 * changes) / 3
     return variances
 
 
