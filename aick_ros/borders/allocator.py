@@ -26,3 +26,14 @@ def keep_freed_memory() -> None:
         mallopt(_MMAP_THRESHOLD, _LARGEST)
         mallopt(_TRIM_THRESHOLD, _FREE)
         mallopt(_MOST_ARENAS, 1)
+
+
+def release_freed_memory() -> None:
+    """
+    Give memory that is free back to the system, as of more images at once than usual.
+
+    It takes some milliseconds, as the next frame does that uses it again.
+    """
+    trim = getattr(ctypes.CDLL(None), 'malloc_trim', None)
+    if trim is not None:
+        trim(0)

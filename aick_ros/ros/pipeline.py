@@ -18,6 +18,7 @@ from rclpy.node import Node
 from rclpy.timer import Timer
 
 from aick_ros.borders import no_memory
+from aick_ros.borders.allocator import release_freed_memory
 from aick_ros.errors import InputError
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.messages.synchronizer import Pair
@@ -50,6 +51,7 @@ from aick_ros.settings import NodeSettings, Settings
 
 _LONGEST_BACKLOG = 100  # pairs; chosen: 3 s at 30 Hz
 _LARGEST_BACKLOG = 256 * 2 ** 20  # bytes; chosen: a pair of 640x480 takes 1.5 to 2.1 MB
+_RELEASE_EVERY = 60  # seconds; chosen: a frame that then takes some milliseconds more is rare
 _THROTTLE = 5.0  # seconds between two log lines of the same kind; chosen
 _POSE_THROTTLE = 1.0  # likewise, for poses that are set
 
@@ -108,6 +110,7 @@ class Pipeline:
         self._core, self._arrived, self._shedding = core, 0, LoadShedding()
         self._images: ImageStream | None = None
         self._report_timer: Timer | None = None
+        self._reports = 0
         self._worker = self._new_worker()
         self._between_frames(lambda: warm_up(core))
 
@@ -286,6 +289,9 @@ class Pipeline:
             self._logger.warning(self._shedding.sentence or 'everything is computed again')
 
     def _report(self, images: ImageStream) -> None:
+        self._reports += 1
+        if self._reports % _RELEASE_EVERY == 0:
+            self._between_frames(release_freed_memory)
         self._shed_load()
         complaint = '; '.join(filter(None, (
             images.complaint(), self._expectations.complaint(), self._imu.complaint,

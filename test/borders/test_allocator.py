@@ -46,3 +46,28 @@ def test_images_are_put_where_others_were(program):
     pages = 3 * 480 * 640 * 4 / 4096
     assert faults[0] > 0.5 * pages  # else it is not needed
     assert faults[1] < 0.05 * pages
+
+
+RELEASED = '''
+import numpy as np
+from pathlib import Path
+from aick_ros.borders.allocator import keep_freed_memory, release_freed_memory
+def resident():
+    pages = [int(line.split()[1]) for line in Path('/proc/self/status').open()
+             if line.startswith('VmRSS')]
+    return pages[0] / 1024
+keep_freed_memory()
+images = [np.ones((480, 640), np.float32) for _ in range(40)]
+del images[::2], images[:-1]  # what stays in use is behind what is freed
+before = resident()
+release_freed_memory()
+print(before - resident())
+'''
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != 'glibc', reason='the allocator of glibc')
+def test_what_is_freed_is_given_back_when_it_is_asked_for():
+    released = float(subprocess.run([sys.executable, '-c', RELEASED], capture_output=True,
+                                    text=True, check=True).stdout)
+    freed = 39 * 480 * 640 * 4 / 2 ** 20
+    assert released > 0.9 * freed

@@ -531,6 +531,15 @@ def raises(error):
     return fail
 
 
+def test_freed_memory_is_released_once_a_minute(make, monkeypatch):
+    made, released = make(), []
+    monkeypatch.setattr('aick_ros.ros.pipeline.release_freed_memory', lambda: released.append(1))
+    monkeypatch.setattr(made.pipeline._worker, 'put_task', lambda task: task())
+    for _ in range(119):
+        made.pipeline._report(Stream())
+    assert released == [1]
+
+
 def lose(made, images):
     made.camera.status = Status.TOO_FEW_MATCHES
     made.see(*(STAMP + i * MS for i in range(20)))
