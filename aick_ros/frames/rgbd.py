@@ -29,7 +29,7 @@ class RgbdFrame:
     :param colour: HxWx3 (red, green, blue) or HxW uint8.
     :param depth: HxW float32, z in the optical frame of the colour camera [m]; NaN, infinite, zero
         or negative where invalid. Whoever keeps a frame copies its images: their arrays may be
-        filled again.
+        filled again, unless they are handed over.
     :param camera: calibration of the colour camera.
     :param depth_stamp: stamp of the depth image [ns]; None: that of the colour image.
     :param imu: samples of an IMU since the frame before, in the axes of the optical frame; None:
@@ -75,18 +75,21 @@ class RgbdFrame:
         if self.imu is not None:
             required(self.imu, ImuSamples, 'imu')
 
+    def handed_over(self) -> RgbdFrame:
+        """Return the frame itself, whose images are constant from now on: nobody changes them."""
+        self.colour.flags.writeable = self.depth.flags.writeable = False
+        return self
+
     def owned(self) -> RgbdFrame:
         """
         Return the frame with images that nobody can change, and depth that can be, or is NaN.
 
-        They are copied: many cameras write the next images over these ones.
+        Those that are not constant are copied: many cameras write the next images over these ones.
         """
-        colour, depth = np.array(self.colour), np.empty(self.depth.shape, np.float32)
-        if depth.size:
-            kernels.valid_depth(np.ascontiguousarray(self.depth), MIN_DEPTH, MAX_DEPTH, depth)
-        for image in (colour, depth):
-            image.flags.writeable = False
-        return dataclasses.replace(self, colour=colour, depth=depth)
+        colour = self.colour if _is_constant(self.colour) else np.array(self.colour)
+        depth = self.depth if _is_constant(self.depth) and _is_valid(self.depth) else _valid(
+            self.depth)
+        return dataclasses.replace(self, colour=colour, depth=depth).handed_over()
 
     @cached_property
     def grey(self) -> np.ndarray:
@@ -96,6 +99,25 @@ class RgbdFrame:
         grey = cv2.cvtColor(self.colour, cv2.COLOR_RGB2GRAY)
         grey.flags.writeable = False
         return grey
+
+
+def _is_constant(image: np.ndarray) -> bool:
+    """Return whether an array has memory of its own that nobody writes to."""
+    return image.base is None and not image.flags.writeable
+
+
+def _is_valid(depth: np.ndarray) -> bool:
+    """Return whether all depths are NaN, or such that a camera may measure."""
+    return not depth.size or kernels.is_valid_depth(
+        np.ascontiguousarray(depth), MIN_DEPTH, MAX_DEPTH)
+
+
+def _valid(depth: np.ndarray) -> np.ndarray:
+    """Return a copy of a depth image, NaN instead of what no camera measures."""
+    valid = np.empty(depth.shape, np.float32)
+    if depth.size:
+        kernels.valid_depth(np.ascontiguousarray(depth), MIN_DEPTH, MAX_DEPTH, valid)
+    return valid
 
 
 def _is_image(array: np.ndarray) -> bool:

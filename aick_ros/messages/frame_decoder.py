@@ -43,7 +43,7 @@ class FrameDecoder:
         colour, depth = self._images(pair)
         try:
             return RgbdFrame(pair.colour_stamp, colour, enlarge(depth, *colour.shape[1::-1]),
-                             camera, pair.depth_stamp)
+                             camera, pair.depth_stamp).handed_over()
         except InputError as error:
             raise _named(self._colour_name, pair.colour_stamp, error) from None
 
@@ -61,7 +61,7 @@ class FrameDecoder:
         _require_size(self._depth_name, pair.depth_stamp, depth, depth_camera)
         reprojection = self._reprojection(depth_camera, camera, T_colour_depth)
         return RgbdFrame(pair.colour_stamp, colour, reprojection.reproject(depth), camera,
-                         pair.depth_stamp)
+                         pair.depth_stamp).handed_over()
 
     def _reprojection(self, depth_camera: Camera, camera: Camera,
                       T_colour_depth: np.ndarray) -> DepthToColour:

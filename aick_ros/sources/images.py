@@ -99,7 +99,7 @@ class ImagesSource:
                                                         self._calibration)
         try:
             return RgbdFrame(_stamp(number), colour, to_metres(depth, MILLIMETRES),
-                             self._calibration)
+                             self._calibration).handed_over()
         except InputError as error:
             raise InputError(f'{path}: {error}') from None
 

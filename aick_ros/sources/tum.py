@@ -111,7 +111,8 @@ class TumSource:
         colour, depth = read_colour(path), read_units(self._folder / pair.depth)
         try:
             return RgbdFrame(pair.colour_stamp, colour, to_metres(depth, UNITS_PER_METRE),
-                             self._camera, pair.depth_stamp, self._samples(pair, before))
+                             self._camera, pair.depth_stamp,
+                             self._samples(pair, before)).handed_over()
         except InputError as error:
             raise InputError(f'{path}: {error}') from None
 

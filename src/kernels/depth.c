@@ -133,6 +133,34 @@ static void keep_valid(const float *restrict depths, Py_ssize_t count, float low
     valid[i] = depths[i] >= low && depths[i] <= high ? depths[i] : NAN;
 }
 
+// Whether each depth is in a range or NaN.
+FOR_EACH_PROCESSOR
+static bool are_valid(const float *depths, Py_ssize_t count, float low, float high) {
+  int32_t are_all = 1;
+  for (Py_ssize_t i = 0; i < count; ++i)
+    are_all &= ((depths[i] >= low) & (depths[i] <= high)) | (depths[i] != depths[i]);
+  return are_all;
+}
+
+PyObject *kernel_is_valid_depth(PyObject *module, PyObject *arguments) {
+  PyObject *image_array;
+  double nearest, farthest;
+  if (!PyArg_ParseTuple(arguments, "Odd", &image_array, &nearest, &farthest))
+    return NULL;
+  const Argument needed[] = {{"the depths", image_array, 'f', IMAGE, false}};
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Size size = size_of(&arrays.views[0]);
+  bool is_valid;
+  Py_BEGIN_ALLOW_THREADS
+  is_valid = are_valid(arrays.views[0].buf, size.height * size.width, (float)nearest,
+                       (float)farthest);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  return PyBool_FromLong(is_valid);
+}
+
 PyObject *kernel_valid_depth(PyObject *module, PyObject *arguments) {
   PyObject *image_array, *valid_array;
   double nearest, farthest;

@@ -30,6 +30,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(inverse_depth_slopes),
     KERNEL(inverse_pose),
     KERNEL(is_rigid),
+    KERNEL(is_valid_depth),
     KERNEL(kalman_update),
     KERNEL(keypoint_equations),
     KERNEL(log_pose),

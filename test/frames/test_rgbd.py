@@ -69,6 +69,34 @@ def test_an_owned_frame_is_a_copy_whose_depth_is_positive_or_nan():
             image += 1
 
 
+def test_images_that_are_handed_over_are_not_copied():
+    frame = RgbdFrame(0, COLOUR.copy(), np.where(DEPTH > 0, DEPTH, np.float32(np.nan)), CAMERA)
+    assert frame.handed_over() is frame
+    owned = frame.owned()
+    assert owned.colour is frame.colour and owned.depth is frame.depth
+    for image in (frame.colour, frame.depth):
+        with pytest.raises(ValueError, match='read-only'):
+            image += 1
+
+
+@pytest.mark.parametrize('wrong', [0.0, -1.0, np.inf, 1e6])
+def test_depth_that_is_handed_over_is_nevertheless_checked(wrong):
+    depth = np.full(DEPTH.shape, 1.5, np.float32)
+    depth[-1, -1] = wrong
+    owned = RgbdFrame(0, COLOUR.copy(), depth, CAMERA).handed_over().owned()
+    assert np.isnan(owned.depth[-1, -1]) and np.isfinite(owned.depth).sum() == depth.size - 1
+    assert depth[-1, -1] == wrong
+
+
+def test_a_view_of_an_array_that_is_filled_again_is_copied():
+    """As of a message: the view is constant, what it shows is not."""
+    data = bytearray(COLOUR.tobytes())
+    colour = np.frombuffer(data, np.uint8).reshape(COLOUR.shape)
+    owned = RgbdFrame(0, colour, DEPTH.copy(), CAMERA).handed_over().owned()
+    data[0] ^= 255
+    assert owned.colour[0, 0, 0] == COLOUR[0, 0, 0] != colour[0, 0, 0]
+
+
 def test_depth_that_no_camera_measures_is_none():
     """As of bytes in another order: its inverse, or its square, is no float32."""
     depth = np.array([[1e-45, 9.9e-6, 1.01e-5, 1.0, 9.9e4, 1.01e5, 3e38, np.nan]], np.float32)

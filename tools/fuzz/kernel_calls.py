@@ -52,6 +52,7 @@ inverse_depth_slopes f:h,v d:n,2 d:n %i d>n,2
 inverse_pose d:4,4 d>4,4
 is_rigid d:4,4
 kalman_update d:n,n d:k,n d:k,k d>k,k d>n,k d>n,n d>n,n
+is_valid_depth f:h,v %f %f
 keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:2 %f d>u,u d>u
 log_pose d:4,4 d>6
 log_rotation d:3,3 d>3
