@@ -73,14 +73,15 @@ class SystematicError:
         if not registration.status.ok:
             return registration
         motion, interval = registration.T_target_source, seconds(target.stamp, source.stamp)
-        velocity, change = np.zeros(6), np.zeros(6)
+        rates, change = np.zeros((2, 6)), np.zeros(6)
         if interval != 0.0:  # else no velocity is known
-            velocity = se3.difference(motion, _REST) / interval
+            rates = _rates(motion, interval, source.twist, target.twist)
             if expected is not None:
                 change = se3.difference(motion, expected) / min(elapsed, abs(interval))
         changes = _squares(change)
-        timing = _along_any_axis(_of_stamps(
-            max(source.stamp_jitter, target.stamp_jitter), _squares(velocity), changes))
+        jitter = max(source.stamp_jitter, target.stamp_jitter)
+        timing = (_stamp_sigma(jitter) ** 2 * rates.T @ rates
+                  + _along_any_axis(_latency_sigma(jitter) ** 2 / 3 * changes))
         others = _of_lag(delay, changes)
         if registration.bias is not None:
             others += self._unusual(registration.bias)
@@ -102,20 +103,39 @@ class SystematicError:
         self._normalised += (bias.normalised - self._normalised) / self._count
 
 
-def _of_stamps(jitter: float, velocities: np.ndarray, changes: np.ndarray) -> np.ndarray:
+def _rates(motion: np.ndarray, interval: float, source: np.ndarray | None,
+           target: np.ndarray | None) -> np.ndarray:
     """
-    Return the variances of a motion due to errors of the two stamps, 2 [m^2, rad^2].
+    Return by how much a motion differs if the source, or the target, is taken later, 2x6.
 
-    :param jitter: of the stamps [s].
-    :param velocities: squares of the velocity, 2 [m^2/s^2, rad^2/s^2].
-    :param changes: of its change since the frame before, 2.
+    :param motion: ``T_target_source``, 4x4.
+    :param interval: between the two frames [s].
+    :param source: body velocity of the source [m/s, rad/s]; ``target``: likewise. Where one is not
+        known both are that of the motion.
+    :returns: [m/s, rad/s], without signs: errors of two stamps are independent.
     """
-    stamp_sigma = max(jitter, min(_STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER * jitter))
-    latency_sigma = min(_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER * jitter)
-    # errors of stamps shift the motion by the velocity, a common delay by its change; in a third
-    # per axis
-    variances: np.ndarray = (2 * stamp_sigma ** 2 * velocities + latency_sigma ** 2 * changes) / 3
-    return variances
+    if source is None or target is None:
+        velocity = se3.difference(motion, _REST) / interval
+        return np.array([velocity, velocity])
+    rates = np.empty((2, 6))
+    rates[0] = (source.reshape(2, 3) @ motion[:3, :3].T).reshape(6)
+    rates[1] = target
+    rates[1, :3] += se3.skew(target[3:]) @ motion[:3, 3]
+    return rates
+
+
+def _stamp_sigma(jitter: float) -> float:
+    """Return the standard deviation of each stamp [s], by their jitter [s]."""
+    return max(jitter, min(_STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER * jitter))
+
+
+def _latency_sigma(jitter: float) -> float:
+    """
+    Return the standard deviation of the common delay of all stamps [s], by their jitter [s].
+
+    It shifts the motion by the change of the velocity, in a third per axis.
+    """
+    return min(_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER * jitter)
 
 
 def _of_lag(delay: float, changes: np.ndarray) -> np.ndarray:
@@ -124,7 +144,7 @@ def _of_lag(delay: float, changes: np.ndarray) -> np.ndarray:
 
     Both frames are off by the lag of their velocities, in a third per axis.
 
-    :param changes: as for :func:`_of_stamps`.
+    :param changes: squares of the change of the velocity since the frame before, 2.
     """
     return 2 * (_VELOCITY_LAG * delay) ** 2 / 3 * changes
 
