@@ -5,10 +5,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
+
+from aick_ros import kernels
+from aick_ros.features.mirrored_border import with_border
 
 # Chosen on two excerpts of real recordings and on rendered rooms, in which blur by the camera's
 # own motion leaves at least 0.33 and 0.63 of a keyframe, and a smear by 31 pixels 0.26 and 0.59.
@@ -33,16 +37,10 @@ class Sharpness:
     def of(cls, grey: np.ndarray) -> Sharpness:
         """Return the sharpness of an image, HxW uint8."""
         half = cv2.resize(grey, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-        detail, gradient = _size(cv2.Laplacian(half, cv2.CV_16S)), np.hypot(
-            _size(cv2.Sobel(half, cv2.CV_16S, 1, 0)), _size(cv2.Sobel(half, cv2.CV_16S, 0, 1)))
-        return cls(detail, float(detail / max(gradient, 1e-6)))
+        laplacian, gradient = kernels.derivative_squares(with_border(half, 1))
+        return cls(math.sqrt(laplacian / half.size), math.sqrt(laplacian / max(gradient, 1)))
 
     def is_blurred_beside(self, other: Sharpness) -> bool:
         """Return whether this image is blurred beyond use, if another one of the view is not."""
         return (self.detail < _LEAST_DETAIL * other.detail
                 and self.fineness < _LEAST_FINENESS * other.fineness)
-
-
-def _size(image: np.ndarray) -> float:
-    """Return the root mean square of an image."""
-    return float(cv2.norm(image) / np.sqrt(image.size))

@@ -19,6 +19,7 @@ PyObject *kernel_closest_pairs(PyObject *module, PyObject *arguments);
 PyObject *kernel_composed_poses(PyObject *module, PyObject *arguments);
 PyObject *kernel_corners(PyObject *module, PyObject *arguments);
 PyObject *kernel_depth_equations(PyObject *module, PyObject *arguments);
+PyObject *kernel_derivative_squares(PyObject *module, PyObject *arguments);
 PyObject *kernel_describe_points(PyObject *module, PyObject *arguments);
 PyObject *kernel_disc_directions(PyObject *module, PyObject *arguments);
 PyObject *kernel_edges_beside(PyObject *module, PyObject *arguments);

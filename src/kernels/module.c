@@ -15,6 +15,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(composed_poses),
     KERNEL(corners),
     KERNEL(depth_equations),
+    KERNEL(derivative_squares),
     KERNEL(describe_points),
     KERNEL(disc_directions),
     KERNEL(edges_beside),

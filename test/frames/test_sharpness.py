@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from aick_ros import kernels
+from aick_ros.features.mirrored_border import with_border
 from aick_ros.frames.sharpness import Sharpness
 
 
@@ -72,3 +74,18 @@ def test_it_is_the_root_mean_square_of_laplacian_and_gradient():
 def test_blur_takes_seven_tenths_of_the_detail_and_a_quarter_of_the_fineness(
         detail, fineness, is_blurred):
     assert Sharpness(detail, fineness).is_blurred_beside(Sharpness(10.0, 1.0)) == is_blurred
+
+
+@pytest.mark.parametrize('height, width', [(2, 3), (5, 256), (7, 257), (40, 700)])
+def test_squares_of_derivatives_are_those_of_opencv(height, width):
+    image = np.random.default_rng(width).integers(0, 256, (height, width), np.uint8)
+    image[:2, :3] = 255, 0, 255
+    laplacian = cv2.Laplacian(image, cv2.CV_64F)
+    gradient = [cv2.Sobel(image, cv2.CV_64F, *order) for order in ((1, 0), (0, 1))]
+    assert kernels.derivative_squares(with_border(image, 1)) == (
+        np.square(laplacian).sum(), np.square(gradient).sum())
+
+
+def test_an_image_without_a_border_has_no_derivatives_there():
+    with pytest.raises(ValueError, match='border'):
+        kernels.derivative_squares(np.zeros((1, 9), np.uint8))

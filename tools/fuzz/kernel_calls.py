@@ -36,6 +36,7 @@ composed_poses d:4,4 d:6,6 d:4,4 d:6,6 d>4,4 d>6,6
 corners B:h,v %b %i %i %i
 depth_equations d:n,3 d:n,3 d:n,6 d:n d:n d:4,4 d:2,6 d:2 d:n,2 d:n,2 %a %e d:a,e d:a,e \
  d>u,u d>2,u
+derivative_squares B:h,v
 describe_points B>x,y %z f:4,256 %i f:n,2 d:n B>n,32
 disc_directions B:h,v %b q:r f:n,2 d>n
 edges_beside f:h,v d:n,2 d:n %i %f %f d>n ?>n
