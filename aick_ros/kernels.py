@@ -12,12 +12,12 @@ try:
         edges_beside, exp_pose, exp_rotation, fit_moments, fit_planes, gradient_moments,
         gradient_noise, integrate_forces, integrate_turns, interpolate, inverse_depth_slopes,
         inverse_pose, is_rigid, kalman_update, keypoint_equations, log_pose, log_rotation,
-        lower_quartile, mean_inverse_depths, moments, moved_by_rows, nodes_around, normal_buckets,
-        normal_equations, normalize, pairs_of_near_points, pairs_of_similar_bits, perturbed_pose,
-        plane_jacobians, point_to_plane, pose_difference, predict_gravity, project,
-        propagated_covariance, rays_moved_by_rows, reprojection, sample_depth, scaled_to_depth,
-        shrink, solve_definite, spread, to_quaternion, track_depth, transform, undistort_depth,
-        valid_depth, window_shifts)
+        lower_quartile, mean_displacement, mean_inverse_depths, moments, moved_by_rows,
+        nodes_around, normal_buckets, normal_equations, normalize, pairs_of_near_points,
+        pairs_of_similar_bits, perturbed_pose, plane_jacobians, point_to_plane, pose_difference,
+        predict_gravity, project, propagated_covariance, rays_moved_by_rows, reprojection,
+        reversed_tracks, sample_depth, scaled_to_depth, shrink, solve_definite, spread,
+        to_quaternion, track_depth, transform, undistort_depth, valid_depth, window_shifts)
 except ModuleNotFoundError as error:
     raise InputError('aick_ros is not compiled: install it (pip install . or colcon build), '
                      'which takes a C compiler') from error
@@ -28,10 +28,10 @@ __all__ = ['DIGEST', 'align_windows', 'bit_distances', 'bit_distances_of_pairs',
            'fit_moments', 'fit_planes', 'gradient_moments', 'gradient_noise', 'integrate_forces',
            'integrate_turns', 'interpolate', 'inverse_depth_slopes', 'inverse_pose', 'is_rigid',
            'kalman_update', 'keypoint_equations', 'log_pose', 'log_rotation', 'lower_quartile',
-           'mean_inverse_depths', 'moments', 'moved_by_rows', 'nodes_around', 'normal_buckets',
-           'normal_equations', 'normalize', 'pairs_of_near_points', 'pairs_of_similar_bits',
-           'perturbed_pose', 'plane_jacobians', 'point_to_plane', 'pose_difference',
-           'predict_gravity', 'project', 'propagated_covariance', 'rays_moved_by_rows',
-           'reprojection', 'sample_depth', 'scaled_to_depth', 'shrink', 'solve_definite', 'spread',
-           'to_quaternion', 'track_depth', 'transform', 'undistort_depth', 'valid_depth',
-           'window_shifts']
+           'mean_displacement', 'mean_inverse_depths', 'moments', 'moved_by_rows', 'nodes_around',
+           'normal_buckets', 'normal_equations', 'normalize', 'pairs_of_near_points',
+           'pairs_of_similar_bits', 'perturbed_pose', 'plane_jacobians', 'point_to_plane',
+           'pose_difference', 'predict_gravity', 'project', 'propagated_covariance',
+           'rays_moved_by_rows', 'reprojection', 'reversed_tracks', 'sample_depth',
+           'scaled_to_depth', 'shrink', 'solve_definite', 'spread', 'to_quaternion', 'track_depth',
+           'transform', 'undistort_depth', 'valid_depth', 'window_shifts']

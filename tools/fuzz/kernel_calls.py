@@ -56,6 +56,7 @@ keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:2 %f
 log_pose d:4,4 d>6
 log_rotation d:3,3 d>3
 lower_quartile f:h,v
+mean_displacement d:n,3 d:n,2
 mean_inverse_depths f:h,v %w %f %f f>a,e
 moments f:n,3 f:m,3 q:k,2 d>4,4
 moved_by_rows d:n,3 d:6 d:6 %f d>n,3
@@ -75,6 +76,7 @@ project d:n,3 d:4 d:12 d>n,2
 propagated_covariance d:n,n d:n,n d:n,k d:k,k d>n,n
 rays_moved_by_rows d:n,2 d:n,3 d:4,4 d:6 %f d>n,2
 reprojection d:n,3 d:n,2 d:n d:4,4 %f %f %f %f d>2,n d>2,n,6 d>2,n q>2,n
+reversed_tracks q:n d:n,3 d:n,2 d:n d:n %f %f q>n d>n,3 d>n,2 d>n d>n
 sample_depth f:h,v d:n,2 %f %f %f d>n
 scaled_to_depth f:h,v d:n,2 %f %f %f d:n,3 d:n,3 d>n,3
 shrink B:h,v B>h,v
