@@ -29,6 +29,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(interpolate),
     KERNEL(inverse_depth_slopes),
     KERNEL(inverse_pose),
+    KERNEL(inverted_turns),
     KERNEL(is_rigid),
     KERNEL(kalman_update),
     KERNEL(keypoint_equations),

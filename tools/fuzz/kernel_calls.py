@@ -26,7 +26,7 @@ from aick_ros.errors import InputError
 # An array is TYPE:SIZES, TYPE>SIZES where it is written; %NAME is a size as an integer, %i any
 # integer, %f any number.
 _CALLS = """
-align_windows B:x,y B:x,y %z %w %f f:n,2 d:n,4 f>n,2 ?>n
+align_windows B:x,y B:x,y %z %w %f %f f:n,2 d:n,4 f>n,2 ?>n
 bit_distances B:n,w B:m,w %w f>n,m
 bit_distances_of_pairs B:n,w B:m,w %w q:k q:k f>k
 cells_at d:n,3 ?:h,v %v %h d:4 q>n q>n
@@ -50,6 +50,7 @@ integrate_turns q:n d:n,3 d>n,3,3 d>n,3,3
 interpolate f:h,v f:n f:n f>n
 inverse_depth_slopes f:h,v d:n,2 d:n %i d>n,2
 inverse_pose d:4,4 d>4,4
+inverted_turns d:n,2,2 d>n,2,2
 is_rigid d:4,4
 kalman_update d:n,n d:k,n d:k,k d>k,k d>n,k d>n,n d>n,n
 keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:2 %f d>u,u d>u
