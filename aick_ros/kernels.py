@@ -18,7 +18,7 @@ try:
         point_to_plane, pose_difference, predict_gravity, project, propagated_covariance,
         rays_moved_by_rows, reprojection, reversed_tracks, sample_depth, scaled_to_depth, shrink,
         solve_definite, spread, to_quaternion, track_depth, transform, undistort_depth,
-        valid_depth, window_shifts)
+        valid_depth, visible, window_shifts)
 except ModuleNotFoundError as error:
     raise InputError('aick_ros is not compiled: install it (pip install . or colcon build), '
                      'which takes a C compiler') from error
@@ -36,4 +36,4 @@ __all__ = ['DIGEST', 'align_windows', 'bit_distances', 'bit_distances_of_pairs',
            'propagated_covariance', 'rays_moved_by_rows', 'reprojection', 'reversed_tracks',
            'sample_depth', 'scaled_to_depth', 'shrink', 'solve_definite', 'spread',
            'to_quaternion', 'track_depth', 'transform', 'undistort_depth', 'valid_depth',
-           'window_shifts']
+           'visible', 'window_shifts']

@@ -70,6 +70,7 @@ PyObject *kernel_track_depth(PyObject *module, PyObject *arguments);
 PyObject *kernel_transform(PyObject *module, PyObject *arguments);
 PyObject *kernel_undistort_depth(PyObject *module, PyObject *arguments);
 PyObject *kernel_valid_depth(PyObject *module, PyObject *arguments);
+PyObject *kernel_visible(PyObject *module, PyObject *arguments);
 PyObject *kernel_window_shifts(PyObject *module, PyObject *arguments);
 
 #endif

@@ -66,6 +66,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(transform),
     KERNEL(undistort_depth),
     KERNEL(valid_depth),
+    KERNEL(visible),
     KERNEL(window_shifts),
     {NULL, NULL, 0, NULL},
 };

@@ -10,6 +10,42 @@
 #include "kernels.h"
 #include "sensor.h"
 
+PyObject *kernel_visible(PyObject *module, PyObject *arguments) {
+  PyObject *point_array, *pixel_array, *index_array, *found_array;
+  double nearest;
+  Py_ssize_t width, height;
+  if (!PyArg_ParseTuple(arguments, "OOdnnOO", &point_array, &pixel_array, &nearest, &width,
+                        &height, &index_array, &found_array))
+    return NULL;
+  const Py_ssize_t count = row_count(point_array);
+  const Argument needed[] = {
+      {"the points", point_array, 'd', 3 * count, false},
+      {"the pixels", pixel_array, 'd', 2 * count, false},
+      {"the indices", index_array, 'q', count, true},
+      {"the pixels found", found_array, 'f', 2 * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const double(*points)[3] = arrays.views[0].buf, (*pixels)[2] = arrays.views[1].buf;
+  const double last_column = (double)width - 1.0, last_row = (double)height - 1.0;
+  int64_t *indices = arrays.views[2].buf;
+  float(*found)[2] = arrays.views[3].buf;
+  Py_ssize_t visible = 0;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    const double u = pixels[i][0], v = pixels[i][1];
+    if (points[i][2] > nearest && u >= 0.0 && u <= last_column && v >= 0.0 && v <= last_row) {
+      indices[visible] = i;
+      found[visible][0] = (float)u;
+      found[visible++][1] = (float)v;
+    }
+  }
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  return PyLong_FromSsize_t(visible);
+}
+
 PyObject *kernel_mean_displacement(PyObject *module, PyObject *arguments) {
   PyObject *point_array, *ray_array;
   if (!PyArg_ParseTuple(arguments, "OO", &point_array, &ray_array))

@@ -88,6 +88,7 @@ track_depth d:n,3 d:n,2 d:n d:4,4 %f %f %f %f %f d>n d>n,6 d>n q>n
 transform d:4,4 d:n,3 d>n,3
 undistort_depth f:h,v f:h,v %f f>h,v
 valid_depth f:h,v %f %f f>h,v
+visible d:n,3 d:n,2 %f %v %h q>n f>n,2
 window_shifts d:n,2,2 d:n,2,2 d:n,3,3 %f %f d>n,2
 """.replace('\\\n', '')
 CALLS: dict[str, list[str]] = {line.split()[0]: line.split()[1:]

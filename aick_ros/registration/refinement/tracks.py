@@ -148,11 +148,10 @@ def _visible(points: np.ndarray, T_target_source: np.ndarray,
              camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Return the K indices of points that a pose puts into the image, and their pixels, Kx2."""
     moved = se3.transform(T_target_source, points)
-    ahead = np.flatnonzero(moved[:, 2] > _NEAREST)
-    pixels = camera.project(moved[ahead])
-    u, v = pixels.T
-    inside = (u >= 0) & (u <= camera.width - 1) & (v >= 0) & (v <= camera.height - 1)
-    return ahead[inside], pixels[inside].astype(np.float32)
+    kept, pixels = np.empty(len(points), np.int64), np.empty((len(points), 2), np.float32)
+    count = kernels.visible(moved, camera.project(moved), _NEAREST, camera.width, camera.height,
+                            kept, pixels)
+    return kept[:count], pixels[:count]
 
 
 def _turns(points: np.ndarray, T_target_source: np.ndarray, camera: Camera) -> np.ndarray:

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
+from aick_ros import kernels
 from aick_ros.frames import depth
 from aick_ros.frames.keypoints import KeypointExtractor, KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
@@ -142,6 +143,28 @@ def test_points_beyond_the_centres_of_the_last_pixels_are_not_in_the_image():
     kept, seen = _visible(camera.back_project(pixels, np.full(6, 2.0)), np.eye(4), camera)
     assert kept.tolist() == [0, 1]
     np.testing.assert_allclose(seen, pixels[:2], atol=1e-4)
+
+
+@pytest.mark.parametrize('camera', [
+    Camera(64, 48, 50.0, 52.0, 31.5, 23.5, 'plumb_bob', (0.1, -0.05, 0.001, 0.002, 0.01)),
+    Camera(64, 48, 50.0, 52.0, 31.5, 23.5, 'equidistant', (0.1, -0.05, 0.01, 0.0))])
+@pytest.mark.parametrize('count', [0, 100])
+def test_visible_points_are_ahead_and_within_the_image(camera, count):
+    points = np.random.default_rng(7).normal(0.0, (0.4, 0.4, 1.0), (count, 3))
+    points[:2, 2] = 0.0  # these have no pixels
+    kept, seen = _visible(points, np.eye(4), camera)
+    ahead = np.flatnonzero(points[:, 2] > 0.05)
+    pixels = camera.project(points[ahead])
+    inside = ((pixels >= 0) & (pixels <= (63, 47))).all(axis=1)
+    np.testing.assert_array_equal(kept, ahead[inside])
+    np.testing.assert_array_equal(seen, pixels[inside].astype(np.float32))
+    assert count == 0 or 0.1 < len(kept) / count < 0.9
+
+
+def test_visible_points_have_a_pixel_each():
+    with pytest.raises(ValueError, match='the pixels has 4 numbers: 6 are required'):
+        kernels.visible(np.ones((3, 3)), np.ones((2, 2)), 0.1, 64, 48, np.zeros(3, np.int64),
+                        np.zeros((3, 2), np.float32))
 
 
 def test_the_displacement_is_the_mean_way_of_the_tracks_in_pixels():
