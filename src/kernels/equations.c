@@ -3,6 +3,8 @@
 
 // Sums over residuals, six unknowns each.
 
+#include "equations.h"
+
 #include <stdint.h>
 #include <stdlib.h>
 
@@ -28,11 +30,10 @@ static void mirror(double *matrix) {
       matrix[UNKNOWNS * row + column] = matrix[UNKNOWNS * column + row];
 }
 
-// Add the weighted products of rows with themselves and with their values; the sums are kept in
-// registers until the end.
+// The sums are kept in registers until the end.
 FOR_EACH_PROCESSOR
-static void add_equations(const double *jacobian, const double *values, const double *weights,
-                          Py_ssize_t count, double *information, double *gradient) {
+static void add_rows(const double *jacobian, const double *values, const double *weights,
+                     Py_ssize_t count, double *information, double *gradient) {
   double products[UNKNOWNS][UNKNOWNS] = {0}, sums[UNKNOWNS] = {0};
   for (Py_ssize_t i = 0; i < count; ++i) {
     const double *row = jacobian + UNKNOWNS * i;
@@ -48,6 +49,11 @@ static void add_equations(const double *jacobian, const double *values, const do
     for (int n = 0; n < UNKNOWNS; ++n)
       information[UNKNOWNS * k + n] += n < k ? products[n][k] : products[k][n];
   }
+}
+
+void add_equations(const double *jacobian, const double *values, const double *weights,
+                   Py_ssize_t count, double *information, double *gradient) {
+  add_rows(jacobian, values, weights, count, information, gradient);
 }
 
 PyObject *kernel_normal_equations(PyObject *module, PyObject *arguments) {

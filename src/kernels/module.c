@@ -63,6 +63,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(spread),
     KERNEL(to_quaternion),
     KERNEL(track_depth),
+    KERNEL(track_equations),
     KERNEL(transform),
     KERNEL(undistort_depth),
     KERNEL(valid_depth),

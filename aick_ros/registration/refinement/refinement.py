@@ -29,7 +29,7 @@ from aick_ros.registration.refinement.misalignment_estimate import MisalignmentE
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, contradict, gradient_noise, point_to_plane, reprojection,
-    track_depth)
+    track_depth, track_equations)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
 from aick_ros.registration.result import SensorBias
 from aick_ros.settings import RefinementSettings, SensorSettings
@@ -228,8 +228,10 @@ class _Problem:
 
     def step(self, pose: np.ndarray, coarse: bool) -> np.ndarray:
         """Return the Gauss-Newton step from a pose, 6; coarse: by keypoints if there are any."""
-        residuals = self._of_keypoints(pose, _COARSE_WIDTH if coarse else 1.0)
-        equations = NormalEquations.of(residuals).weighted(1 / self._noise.keypoints)
+        equations = track_equations(
+            self._tracks, pose, self._ray_sigma, self._sensor,
+            (_COARSE_WIDTH if coarse else 1.0) * self._settings.robust_width,
+            1 / self._noise.keypoints)
         if not coarse or not len(self._tracks):
             equations += NormalEquations.of(self._of_depth(pose))
         return -definite.solve(equations.information + _PRIOR, equations.gradient)
@@ -288,8 +290,8 @@ class _Problem:
         return NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
                            bias.normalised, bias.squares, poses)
 
-    def _of_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
-        width = widen * self._settings.robust_width
+    def _of_keypoints(self, pose: np.ndarray) -> list[Residuals]:
+        width = self._settings.robust_width
         return [reprojection(self._tracks, pose, self._ray_sigma, width),
                 track_depth(self._tracks, pose, self._sensor, width)]
 

@@ -180,6 +180,21 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
     return Residuals(values[:found], jacobian[:found], weights[:found], blocks[:found])
 
 
+def track_equations(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
+                    sensor: SensorSettings, width: float, weight: float) -> NormalEquations:
+    """
+    Return the normal equations of :func:`reprojection` and :func:`track_depth` together.
+
+    :param weight: of these residuals.
+    """
+    information, gradient = np.zeros((6, 6)), np.zeros(6)
+    kernels.track_equations(
+        tracks.points, tracks.rays, tracks.sigmas, tracks.depths, _pose(T_target_source),
+        ray_sigma, _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, width,
+        _MEDIAN_2, _MEDIAN_1, _LARGEST_SCALE ** 2, weight, information, gradient)
+    return NormalEquations(information, gradient)
+
+
 def contradict(residuals: Residuals) -> bool:
     """
     Return whether most residuals, of one number each, are larger than those of a right pose are.

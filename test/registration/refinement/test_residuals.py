@@ -16,7 +16,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import Correction, Displacement
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, _observable_projection, contradict, gradient_noise, point_to_plane,
-    reprojection, track_depth)
+    reprojection, track_depth, track_equations)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
@@ -416,6 +416,28 @@ def test_normal_equations_solve_the_weighted_least_squares():
     expected = np.linalg.lstsq(rows, -values, rcond=None)[0]
     np.testing.assert_allclose(-np.linalg.solve(equations.information, equations.gradient),
                                expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize('count', [0, 1, 50])
+@pytest.mark.parametrize('width', [WIDTH, 3 * WIDTH])
+def test_track_equations_are_those_of_both_kinds_of_residuals(count, width):
+    tracks = tracks_of(0.01, count)
+    tracks.depths[::3] = np.nan
+    found = track_equations(tracks, np.eye(4), RAY_SIGMA, SENSOR, width, 0.4)
+    kinds = (reprojection(tracks, np.eye(4), RAY_SIGMA, width),
+             track_depth(tracks, np.eye(4), SENSOR, width))
+    information = sum((kind.jacobian.T * kind.weights) @ kind.jacobian for kind in kinds)
+    gradient = sum((kind.jacobian.T * kind.weights) @ kind.values for kind in kinds)
+    np.testing.assert_allclose(found.information, 0.4 * information, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(found.gradient, 0.4 * gradient, rtol=1e-9, atol=1e-6)
+
+
+@pytest.mark.parametrize('name', ['rays', 'depths', 'sigmas'])
+def test_track_equations_have_a_row_for_each_track(name):
+    tracks = tracks_of()
+    short = dataclasses.replace(tracks, **{name: getattr(tracks, name)[1:]})
+    with pytest.raises(ValueError, match=f'the {name} has .* numbers: .* are required'):
+        track_equations(short, POSE, RAY_SIGMA, SENSOR, WIDTH, 1.0)
 
 
 @pytest.mark.parametrize('directions', [0, 2, 6])
