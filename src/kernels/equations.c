@@ -12,7 +12,7 @@
 #include "kernels.h"
 #include "processors.h"
 
-enum { UNKNOWNS = 6, MOST_BLOCKS = 1 << 20 };
+enum { MOST_BLOCKS = 1 << 20 };
 
 // Add the outer product of a vector, times a factor, to the upper triangle of a matrix.
 static void add_outer(const double *vector, double factor, double *matrix) {
@@ -30,25 +30,15 @@ static void mirror(double *matrix) {
       matrix[UNKNOWNS * row + column] = matrix[UNKNOWNS * column + row];
 }
 
-// The sums are kept in registers until the end.
 FOR_EACH_PROCESSOR
 static void add_rows(const double *jacobian, const double *values, const double *weights,
                      Py_ssize_t count, double *information, double *gradient) {
-  double products[UNKNOWNS][UNKNOWNS] = {0}, sums[UNKNOWNS] = {0};
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    const double *row = jacobian + UNKNOWNS * i;
-    for (int k = 0; k < UNKNOWNS; ++k) {
-      const double scaled = weights[i] * row[k];
-      sums[k] += scaled * values[i];
-      for (int n = 0; n < UNKNOWNS; ++n)
-        products[k][n] += scaled * row[n];
-    }
-  }
-  for (int k = 0; k < UNKNOWNS; ++k) {
-    gradient[k] += sums[k];
-    for (int n = 0; n < UNKNOWNS; ++n)
-      information[UNKNOWNS * k + n] += n < k ? products[n][k] : products[k][n];
-  }
+  Products products = {0};
+  for (Py_ssize_t i = 0; i < count; ++i)
+    add_row(jacobian + UNKNOWNS * i, values[i], weights[i], &products);
+  add_squares(&products, 1.0, information);
+  for (int k = 0; k < UNKNOWNS; ++k)
+    gradient[k] += products.right[k][2];
 }
 
 void add_equations(const double *jacobian, const double *values, const double *weights,
