@@ -40,6 +40,7 @@ PyObject *kernel_keypoint_equations(PyObject *module, PyObject *arguments);
 PyObject *kernel_log_pose(PyObject *module, PyObject *arguments);
 PyObject *kernel_log_rotation(PyObject *module, PyObject *arguments);
 PyObject *kernel_lower_quartile(PyObject *module, PyObject *arguments);
+PyObject *kernel_marginal_equations(PyObject *module, PyObject *arguments);
 PyObject *kernel_mean_displacement(PyObject *module, PyObject *arguments);
 PyObject *kernel_mean_inverse_depths(PyObject *module, PyObject *arguments);
 PyObject *kernel_moments(PyObject *module, PyObject *arguments);

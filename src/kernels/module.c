@@ -36,6 +36,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(log_pose),
     KERNEL(log_rotation),
     KERNEL(lower_quartile),
+    KERNEL(marginal_equations),
     KERNEL(mean_displacement),
     KERNEL(mean_inverse_depths),
     KERNEL(moments),

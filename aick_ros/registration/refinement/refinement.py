@@ -248,8 +248,8 @@ class _Problem:
         by_keypoints, by_depth = self._of_keypoints(pose), self._of_depth(pose)
         keypoints, depth = _Estimate.of(by_keypoints), _Estimate.of(by_depth)
         (equations, scatter), (of_depth, scatter_of_depth) = (
-            keypoints.contribution(1 / noise.keypoints, noise.keypoint_jitter),
-            depth.contribution(1.0, noise.depth_bias))
+            keypoints.marginalised(1 / noise.keypoints, noise.keypoint_jitter),
+            depth.marginalised(1.0, noise.depth_bias))
         equations += of_depth
         scatter += scatter_of_depth + _SMALLEST_FACTOR * equations.information
         inverse = definite.inverse(equations.information + _PRIOR)
@@ -331,21 +331,10 @@ class _Estimate:
         noise = gradient_noise(residuals, error)
         return cls(equations, error, noise, inverse)
 
-    def contribution(self, weight: float,
+    def marginalised(self, weight: float,
                      bias: np.ndarray) -> tuple[NormalEquations, np.ndarray]:
-        """
-        Return what the residuals contribute to a joint estimate, if they see the pose with a bias.
-
-        :param weight: of the residuals.
-        :param bias: its covariance, 6x6, diagonal.
-        :returns: their equations, and the covariance of the gradient by the scatter, 6x6.
-        """
-        equations = self.equations.weighted(weight)
-        if not bias.any():
-            return equations, weight ** 2 * self.gradient_noise
-        damping = equations.damping(np.sqrt(bias))
-        gain = weight * damping
-        return equations.damped(damping), gain @ self.gradient_noise @ gain.T
+        """Return what the residuals contribute to a joint estimate, with their scatter."""
+        return self.equations.marginalised(self.gradient_noise, weight, bias)
 
     @cached_property
     def covariance(self) -> np.ndarray:

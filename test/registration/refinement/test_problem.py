@@ -42,7 +42,9 @@ class Told:
         self.told = {'reprojection': residuals(rng, 2 * tracks, 30.0),
                      'track_depth': residuals(rng, tracks, 10.0),
                      'point_to_plane': residuals(rng, 200, 20.0)}
-        self.told['track_equations'] = NormalEquations.of(self.kinds()[0]).weighted(1 / 3.0)
+        keypoints = self.kinds()[0]
+        self.told['track_equations'] = NormalEquations(information(keypoints) / 3.0,
+                                                       gradient(keypoints) / 3.0)
         for name in self.told:
             monkeypatch.setattr(refinement, name, lambda *of, name=name: self._tell(name, of))
         monkeypatch.setattr(refinement, 'misalignment_sample', lambda *of: self.given.setdefault(
