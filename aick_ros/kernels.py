@@ -11,13 +11,15 @@ try:
         closest_pairs, composed_poses, corners, depth_equations, derivative_squares,
         describe_points, disc_directions, edges_beside, exp_pose, exp_rotation, fit_moments,
         fit_planes, gradient_moments, gradient_noise, integrate_forces, integrate_turns,
-        interpolate, inverse_depth_slopes, inverse_pose, is_rigid, is_valid_depth, kalman_update,
-        keypoint_equations, log_pose, log_rotation, lower_quartile, mean_inverse_depths, moments,
-        moved_by_rows, nodes_around, normal_buckets, normal_equations, normalize,
-        pairs_of_near_points, pairs_of_similar_bits, perturbed_pose, plane_jacobians,
-        point_to_plane, pose_difference, predict_gravity, project, propagated_covariance,
-        rays_moved_by_rows, reprojection, sample_depth, scaled_to_depth, shrink, solve_definite,
-        spread, to_quaternion, track_depth, transform, undistort_depth, valid_depth, window_shifts)
+        interpolate, inverse_depth_slopes, inverse_pose, inverted_turns, is_rigid, is_valid_depth,
+        kalman_update, keypoint_equations, log_pose, log_rotation, lower_quartile,
+        marginal_equations, mean_displacement, mean_inverse_depths, moments, moved_by_rows,
+        nodes_around, normal_buckets, normal_equations, normalize, pairs_of_near_points,
+        pairs_of_similar_bits, perturbed_pose, plane_jacobians, point_to_plane, pose_difference,
+        predict_gravity, project, propagated_covariance, rays_moved_by_rows, reprojection,
+        reversed_tracks, sample_depth, scaled_to_depth, shrink, solve_definite, spread,
+        to_quaternion, track_depth, track_equations, transform, undistort_depth, valid_depth,
+        visible, window_shifts)
 except ModuleNotFoundError as error:
     raise InputError('aick_ros is not compiled: install it (pip install . or colcon build), '
                      'which takes a C compiler') from error
@@ -27,11 +29,13 @@ __all__ = ['DIGEST', 'align_windows', 'bit_distances', 'bit_distances_of_pairs',
            'derivative_squares', 'describe_points', 'disc_directions', 'edges_beside', 'exp_pose',
            'exp_rotation', 'fit_moments', 'fit_planes', 'gradient_moments', 'gradient_noise',
            'integrate_forces', 'integrate_turns', 'interpolate', 'inverse_depth_slopes',
-           'inverse_pose', 'is_rigid', 'is_valid_depth', 'kalman_update', 'keypoint_equations',
-           'log_pose', 'log_rotation', 'lower_quartile', 'mean_inverse_depths', 'moments',
+           'inverse_pose', 'inverted_turns', 'is_rigid', 'is_valid_depth', 'kalman_update',
+           'keypoint_equations', 'log_pose', 'log_rotation', 'lower_quartile',
+           'marginal_equations', 'mean_displacement', 'mean_inverse_depths', 'moments',
            'moved_by_rows', 'nodes_around', 'normal_buckets', 'normal_equations', 'normalize',
            'pairs_of_near_points', 'pairs_of_similar_bits', 'perturbed_pose', 'plane_jacobians',
            'point_to_plane', 'pose_difference', 'predict_gravity', 'project',
-           'propagated_covariance', 'rays_moved_by_rows', 'reprojection', 'sample_depth',
-           'scaled_to_depth', 'shrink', 'solve_definite', 'spread', 'to_quaternion', 'track_depth',
-           'transform', 'undistort_depth', 'valid_depth', 'window_shifts']
+           'propagated_covariance', 'rays_moved_by_rows', 'reprojection', 'reversed_tracks',
+           'sample_depth', 'scaled_to_depth', 'shrink', 'solve_definite', 'spread',
+           'to_quaternion', 'track_depth', 'track_equations', 'transform', 'undistort_depth',
+           'valid_depth', 'visible', 'window_shifts']

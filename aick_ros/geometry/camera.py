@@ -189,7 +189,7 @@ class Camera:
         """
         Return the pixels onto which points project.
 
-        :param points: Nx3 in the optical frame [m], z > 0.
+        :param points: Nx3 in the optical frame [m], z > 0; the pixels of others mean nothing.
         :returns: Nx2 float64 (u, v) [px]; may lie outside the image.
         :raises InputError: where these are no points.
         """

@@ -308,25 +308,26 @@ INLINE bool take(Window *window, Block *block, Py_ssize_t border, const Lattice 
   return true;
 }
 
-// Find the windows on lattices of one image in another, from places there.
+// Find the windows on lattices of one image in another, from places there. A scale makes pixels of
+// the images of the pixels and places.
 FOR_EACH_PROCESSOR
 static void align_all(Window *window, Block *before, Block *now, Py_ssize_t border, float step,
-                      const float (*pixels)[2], const double (*turns)[2][2], float (*places)[2],
-                      Py_ssize_t count, Pixel *found) {
+                      float scale, const float (*pixels)[2], const double (*turns)[2][2],
+                      float (*places)[2], Py_ssize_t count, Pixel *found) {
   const float half = 0.5f * (float)(window->side - 1);
   for (Py_ssize_t i = 0; i < count; ++i) {
-    const Lattice lattice = {{pixels[i][0], pixels[i][1]},
+    const Lattice lattice = {{pixels[i][0] * scale, pixels[i][1] * scale},
                              {(float)turns[i][0][0], (float)turns[i][1][0]},
                              {(float)turns[i][0][1], (float)turns[i][1][1]}};
     found[i] = take(window, before, border, &lattice);
     if (!found[i])
       continue;
     measure(window);
-    float place[2] = {places[i][0] - half, places[i][1] - half};
+    float place[2] = {places[i][0] * scale - half, places[i][1] * scale - half};
     found[i] = has_texture(window) && align(window, now, step, &place[0], &place[1]);
     if (found[i]) {
-      places[i][0] = place[0] + half;
-      places[i][1] = place[1] + half;
+      places[i][0] = (place[0] + half) / scale;
+      places[i][1] = (place[1] + half) / scale;
     }
   }
 }
@@ -362,9 +363,9 @@ static Window make_window(Py_ssize_t side, Block *before, Block *now) {
 PyObject *kernel_align_windows(PyObject *module, PyObject *arguments) {
   PyObject *before_array, *now_array, *pixel_array, *turn_array, *place_array, *found_array;
   Py_ssize_t border, side;
-  float step;
-  if (!PyArg_ParseTuple(arguments, "OOnnfOOOO", &before_array, &now_array, &border, &side,
-                        &step, &pixel_array, &turn_array, &place_array, &found_array))
+  float step, scale;
+  if (!PyArg_ParseTuple(arguments, "OOnnffOOOO", &before_array, &now_array, &border, &side,
+                        &step, &scale, &pixel_array, &turn_array, &place_array, &found_array))
     return NULL;
   const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
@@ -392,8 +393,8 @@ PyObject *kernel_align_windows(PyObject *module, PyObject *arguments) {
   const bool is_made = window.grey != NULL;
   if (is_made) {
     Py_BEGIN_ALLOW_THREADS
-    align_all(&window, &before, &now, border, step, arrays.views[2].buf, arrays.views[3].buf,
-              arrays.views[4].buf, count, arrays.views[5].buf);
+    align_all(&window, &before, &now, border, step, scale, arrays.views[2].buf,
+              arrays.views[3].buf, arrays.views[4].buf, count, arrays.views[5].buf);
     Py_END_ALLOW_THREADS
   }
   free(window.grey);

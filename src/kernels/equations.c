@@ -3,14 +3,18 @@
 
 // Sums over residuals, six unknowns each.
 
+#include "equations.h"
+
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 
 #include "arrays.h"
+#include "cholesky.h"
 #include "kernels.h"
 #include "processors.h"
 
-enum { UNKNOWNS = 6, MOST_BLOCKS = 1 << 20 };
+enum { MOST_BLOCKS = 1 << 20 };
 
 // Add the outer product of a vector, times a factor, to the upper triangle of a matrix.
 static void add_outer(const double *vector, double factor, double *matrix) {
@@ -28,26 +32,20 @@ static void mirror(double *matrix) {
       matrix[UNKNOWNS * row + column] = matrix[UNKNOWNS * column + row];
 }
 
-// Add the weighted products of rows with themselves and with their values; the sums are kept in
-// registers until the end.
 FOR_EACH_PROCESSOR
-static void add_equations(const double *jacobian, const double *values, const double *weights,
-                          Py_ssize_t count, double *information, double *gradient) {
-  double products[UNKNOWNS][UNKNOWNS] = {0}, sums[UNKNOWNS] = {0};
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    const double *row = jacobian + UNKNOWNS * i;
-    for (int k = 0; k < UNKNOWNS; ++k) {
-      const double scaled = weights[i] * row[k];
-      sums[k] += scaled * values[i];
-      for (int n = 0; n < UNKNOWNS; ++n)
-        products[k][n] += scaled * row[n];
-    }
-  }
-  for (int k = 0; k < UNKNOWNS; ++k) {
-    gradient[k] += sums[k];
-    for (int n = 0; n < UNKNOWNS; ++n)
-      information[UNKNOWNS * k + n] += n < k ? products[n][k] : products[k][n];
-  }
+static void add_rows(const double *jacobian, const double *values, const double *weights,
+                     Py_ssize_t count, double *information, double *gradient) {
+  Products products = {0};
+  for (Py_ssize_t i = 0; i < count; ++i)
+    add_row(jacobian + UNKNOWNS * i, values[i], weights[i], &products);
+  add_squares(&products, 1.0, information);
+  for (int k = 0; k < UNKNOWNS; ++k)
+    gradient[k] += products.right[k][2];
+}
+
+void add_equations(const double *jacobian, const double *values, const double *weights,
+                   Py_ssize_t count, double *information, double *gradient) {
+  add_rows(jacobian, values, weights, count, information, gradient);
 }
 
 PyObject *kernel_normal_equations(PyObject *module, PyObject *arguments) {
@@ -146,5 +144,77 @@ PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments) {
   close_arrays(&arrays);
   if (!is_done)
     return NULL;
+  Py_RETURN_NONE;
+}
+
+typedef double Matrix[UNKNOWNS][UNKNOWNS];
+
+// Add the product of two matrices, times a factor, to a third one.
+static void add_product(const Matrix a, const Matrix b, double factor, Matrix sum) {
+  for (int i = 0; i < UNKNOWNS; ++i)
+    for (int k = 0; k < UNKNOWNS; ++k)
+      for (int j = 0; j < UNKNOWNS; ++j)
+        sum[i][j] += factor * a[i][k] * b[k][j];
+}
+
+// What a bias of the unknowns with a diagonal covariance, marginalised, multiplies equations by:
+// I - A R (I + R A R)^-1 R, R the root of the covariance; NaN where there is none.
+static void find_damping(const Matrix information, double weight, const Matrix bias,
+                         Matrix damping) {
+  double root[UNKNOWNS];
+  Matrix factor, gains = {{0.0}}, seen;
+  for (int i = 0; i < UNKNOWNS; ++i)
+    gains[i][i] = root[i] = sqrt(bias[i][i]);
+  for (int i = 0; i < UNKNOWNS; ++i) {
+    for (int j = 0; j < UNKNOWNS; ++j) {
+      seen[i][j] = weight * information[i][j] * root[j];
+      factor[i][j] = (i == j) + root[i] * seen[i][j];
+      damping[i][j] = i == j;
+    }
+  }
+  if (factorize(*factor, UNKNOWNS))
+    substitute(*factor, UNKNOWNS, *gains, UNKNOWNS);
+  else
+    gains[0][0] = NAN;
+  add_product(seen, gains, -1.0, damping);
+}
+
+PyObject *kernel_marginal_equations(PyObject *module, PyObject *arguments) {
+  PyObject *objects[7];
+  double weight;
+  if (!PyArg_ParseTuple(arguments, "OOOdOOOO", &objects[0], &objects[1], &objects[2], &weight,
+                        &objects[3], &objects[4], &objects[5], &objects[6]))
+    return NULL;
+  const Py_ssize_t size = UNKNOWNS * UNKNOWNS;
+  const Argument needed[] = {
+      {"the information", objects[0], 'd', size, false},
+      {"the gradient", objects[1], 'd', UNKNOWNS, false},
+      {"the noise", objects[2], 'd', size, false},
+      {"the bias", objects[3], 'd', size, false},
+      {"the marginal information", objects[4], 'd', size, true},
+      {"the marginal gradient", objects[5], 'd', UNKNOWNS, true},
+      {"the marginal noise", objects[6], 'd', size, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Py_buffer *views = arrays.views;
+  const double(*information)[UNKNOWNS] = views[0].buf, *gradient = views[1].buf;
+  double(*marginal)[UNKNOWNS] = views[4].buf, *slopes = views[5].buf;
+  double(*noise)[UNKNOWNS] = views[6].buf;
+  Matrix damping, transposed, gains = {{0.0}};
+  find_damping(information, weight, views[3].buf, damping);
+  for (int i = 0; i < UNKNOWNS; ++i) {
+    slopes[i] = 0.0;
+    for (int j = 0; j < UNKNOWNS; ++j) {
+      slopes[i] += weight * damping[i][j] * gradient[j];
+      marginal[i][j] = noise[i][j] = 0.0;
+      transposed[j][i] = damping[i][j];
+    }
+  }
+  add_product(damping, information, weight, marginal);
+  add_product(damping, views[2].buf, weight * weight, gains);
+  add_product(gains, transposed, 1.0, noise);
+  close_arrays(&arrays);
   Py_RETURN_NONE;
 }

@@ -9,6 +9,7 @@
 #include "arrays.h"
 #include "blocks.h"
 #include "displacement.h"
+#include "equations.h"
 #include "kernels.h"
 #include "processors.h"
 #include "sensor.h"
@@ -241,18 +242,12 @@ static inline int append(const Candidates *of, const Residuals *found, Pairs *to
   return count;
 }
 
-// Add the products of rows with themselves, times a factor; the sums are kept in registers until
-// the end.
-static inline void add_squares(double (*rows)[6], int count, double factor,
-                               double (*sums)[6]) {
-  double products[6][6] = {{0}};
+// Add the products of rows with themselves, times a factor.
+static inline void add_rows(double (*rows)[6], int count, double factor, double (*sums)[6]) {
+  Products products = {0};
   for (int n = 0; n < count; ++n)
-    for (int i = 0; i < 6; ++i)
-      for (int j = 0; j < 6; ++j)
-        products[i][j] += rows[n][i] * rows[n][j];
-  for (int i = 0; i < 6; ++i)
-    for (int j = 0; j < 6; ++j)
-      sums[i][j] += factor * products[i][j];
+    add_row(rows[n], 0.0, 1.0, &products);
+  add_squares(&products, factor, *sums);
 }
 
 // Return whether all numbers are those of points of the source.
@@ -275,8 +270,8 @@ static void find_pairs(const Sought *source, const Cells *cells, const Pairing *
     look_up(cells, count, &candidates);
     compare(&candidates, pairing, &found);
     const int added = append(&candidates, &found, pairs, differences);
-    add_squares(pairs->jacobian + pairs->count - added, added, 1.0, pairs->information);
-    add_squares(differences, added, 0.5, pairs->noise);
+    add_rows(pairs->jacobian + pairs->count - added, added, 1.0, pairs->information);
+    add_rows(differences, added, 0.5, pairs->noise);
   }
 }
 

@@ -5,9 +5,11 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <stdlib.h>
 
 #include "arrays.h"
 #include "blocks.h"
+#include "equations.h"
 #include "kernels.h"
 #include "sensor.h"
 #include "vectors.h"
@@ -19,6 +21,72 @@ static void move(const double *pose, const double *point, double *arm, double *m
     arm[i] = dot(pose + 4 * i, point);
     moved[i] = arm[i] + pose[4 * i + 3];
   }
+}
+
+// Keypoints that a target sees.
+typedef struct {
+  const double (*points)[3], (*rays)[2], *sigmas, *depths;
+  Py_ssize_t count;
+} Tracks;
+
+// Residuals, a row each.
+typedef struct {
+  double *values, (*jacobian)[6], *weights;
+  int64_t *blocks;  // NULL: not asked for
+} Residuals;
+
+// Two residuals of a track: the first coordinates of all tracks come before the second ones.
+static void reproject(const Tracks *tracks, const double *pose, double noise,
+                      const Robustness *robustness, Residuals *to) {
+  const Py_ssize_t count = tracks->count;
+  const double precision = 1.0 / noise;
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    const double *point = tracks->points[i], *ray = tracks->rays[i];
+    double arm[3], moved[3];
+    move(pose, point, arm, moved);
+    const double inverse = 1.0 / moved[2], x = moved[0] * inverse, y = moved[1] * inverse;
+    // of both coordinates: the error, and the derivatives by the moved point
+    double u[4] = {x - ray[0], inverse, 0.0, -x * inverse};
+    double v[4] = {y - ray[1], 0.0, inverse, -y * inverse};
+    // whiten by S^(-1/2), S = noise^2 I + s s^T, s the effect of one sigma of inverse depth
+    const double scale = tracks->sigmas[i] * point[2] * inverse;
+    const double s = (arm[0] - arm[2] * x) * scale, t = (arm[1] - arm[2] * y) * scale;
+    const double square = s * s + t * t;
+    const double shrink = (1.0 - noise / sqrt(noise * noise + square)) / fmax(square, 1e-30);
+    for (int k = 0; k < 4; ++k) {
+      const double along = shrink * (s * u[k] + t * v[k]);
+      u[k] = (u[k] - s * along) * precision;
+      v[k] = (v[k] - t * along) * precision;
+    }
+    to->values[i] = u[0];
+    to->values[count + i] = v[0];
+    by_twist(u + 1, arm, to->jacobian[i]);
+    by_twist(v + 1, arm, to->jacobian[count + i]);
+    if (to->blocks != NULL)
+      to->blocks[i] = to->blocks[count + i] = block_at(ray[0], ray[1]);
+  }
+  weigh_pairs(to->values, count, robustness, to->weights);
+}
+
+// A residual of each track that the target measures a depth of; return how many they are.
+static Py_ssize_t compare_depths(const Tracks *tracks, const double *pose, double noise,
+                                 double exponent, const Robustness *robustness, Residuals *to) {
+  Py_ssize_t found = 0;
+  for (Py_ssize_t i = 0; i < tracks->count; ++i) {
+    if (!isfinite(tracks->depths[i]))
+      continue;
+    double arm[3], moved[3];
+    move(pose, tracks->points[i], arm, moved);
+    const double z = moved[2], sigma = inverse_depth_sigma(z, noise, exponent);
+    const double direction[3] = {0.0, 0.0, 1.0 / (sigma * z * z)};
+    to->values[found] = (1.0 / tracks->depths[i] - 1.0 / z) / sigma;
+    by_twist(direction, arm, to->jacobian[found]);
+    if (to->blocks != NULL)
+      to->blocks[found] = block_at(tracks->rays[i][0], tracks->rays[i][1]);
+    ++found;
+  }
+  weigh(to->values, found, robustness, to->weights);
+  return found;
 }
 
 PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
@@ -45,36 +113,11 @@ PyObject *kernel_reprojection(PyObject *module, PyObject *arguments) {
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const double *points = arrays.views[0].buf, *rays = arrays.views[1].buf;
-  const double *sigmas = arrays.views[2].buf, *pose = arrays.views[3].buf;
-  double *values = arrays.views[4].buf, *jacobian = arrays.views[5].buf;
-  int64_t *blocks = arrays.views[7].buf;
+  const Py_buffer *views = arrays.views;
+  const Tracks tracks = {views[0].buf, views[1].buf, views[2].buf, NULL, count};
+  Residuals residuals = {views[4].buf, views[5].buf, views[6].buf, views[7].buf};
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    const double *point = points + 3 * i, *ray = rays + 2 * i;
-    double arm[3], moved[3];
-    move(pose, point, arm, moved);
-    const double inverse = 1.0 / moved[2], x = moved[0] * inverse, y = moved[1] * inverse;
-    // of both coordinates: the error, and the derivatives by the moved point
-    double u[4] = {x - ray[0], inverse, 0.0, -x * inverse};
-    double v[4] = {y - ray[1], 0.0, inverse, -y * inverse};
-    // whiten by S^(-1/2), S = noise^2 I + s s^T, s the effect of one sigma of inverse depth
-    const double scale = sigmas[i] * point[2] * inverse;
-    const double s = (arm[0] - arm[2] * x) * scale, t = (arm[1] - arm[2] * y) * scale;
-    const double square = s * s + t * t;
-    const double shrink = (1.0 - noise / sqrt(noise * noise + square)) / fmax(square, 1e-30);
-    for (int k = 0; k < 4; ++k) {
-      const double along = shrink * (s * u[k] + t * v[k]);
-      u[k] = (u[k] - s * along) / noise;
-      v[k] = (v[k] - t * along) / noise;
-    }
-    values[i] = u[0];
-    values[count + i] = v[0];
-    by_twist(u + 1, arm, jacobian + 6 * i);
-    by_twist(v + 1, arm, jacobian + 6 * (count + i));
-    blocks[i] = blocks[count + i] = block_at(ray[0], ray[1]);
-  }
-  weigh_pairs(values, count, &robustness, arrays.views[6].buf);
+  reproject(&tracks, views[3].buf, noise, &robustness, &residuals);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
@@ -104,26 +147,76 @@ PyObject *kernel_track_depth(PyObject *module, PyObject *arguments) {
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const double *points = arrays.views[0].buf, *rays = arrays.views[1].buf;
-  const double *depths = arrays.views[2].buf, *pose = arrays.views[3].buf;
-  double *values = arrays.views[4].buf, *jacobian = arrays.views[5].buf;
-  int64_t *blocks = arrays.views[7].buf;
-  Py_ssize_t found = 0;
+  const Py_buffer *views = arrays.views;
+  const Tracks tracks = {views[0].buf, views[1].buf, NULL, views[2].buf, count};
+  Residuals residuals = {views[4].buf, views[5].buf, views[6].buf, views[7].buf};
+  Py_ssize_t found;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    if (!isfinite(depths[i]))
-      continue;
-    double arm[3], moved[3];
-    move(pose, points + 3 * i, arm, moved);
-    const double z = moved[2], sigma = inverse_depth_sigma(z, noise, exponent);
-    const double direction[3] = {0.0, 0.0, 1.0 / (sigma * z * z)};
-    values[found] = (1.0 / depths[i] - 1.0 / z) / sigma;
-    by_twist(direction, arm, jacobian + 6 * found);
-    blocks[found] = block_at(rays[2 * i], rays[2 * i + 1]);
-    ++found;
-  }
-  weigh(values, found, &robustness, arrays.views[6].buf);
+  found = compare_depths(&tracks, views[3].buf, noise, exponent, &robustness, &residuals);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   return PyLong_FromSsize_t(found);
+}
+
+typedef struct {
+  double ray_noise, depth_noise, depth_exponent, weight;
+  Robustness rays, depths;
+} Weighting;
+
+// Add the normal equations of both kinds of residuals; false without memory for these.
+static bool add_tracks(const Tracks *tracks, const double *pose, const Weighting *by,
+                       double *information, double *gradient) {
+  const size_t rows = 2 * (size_t)tracks->count + 1;  // one, where there are no tracks
+  double *memory = malloc(rows * (1 + 6 + 1) * sizeof(*memory));
+  if (memory == NULL)
+    return false;
+  Residuals residuals = {memory, (double(*)[6])(memory + rows), memory + 7 * rows, NULL};
+  double sums[36] = {0}, slopes[6] = {0};
+  reproject(tracks, pose, by->ray_noise, &by->rays, &residuals);
+  add_equations(*residuals.jacobian, residuals.values, residuals.weights, 2 * tracks->count, sums,
+                slopes);
+  const Py_ssize_t found = compare_depths(tracks, pose, by->depth_noise, by->depth_exponent,
+                                          &by->depths, &residuals);
+  add_equations(*residuals.jacobian, residuals.values, residuals.weights, found, sums, slopes);
+  free(memory);
+  for (int i = 0; i < 36; ++i)
+    information[i] += by->weight * sums[i];
+  for (int i = 0; i < 6; ++i)
+    gradient[i] += by->weight * slopes[i];
+  return true;
+}
+
+PyObject *kernel_track_equations(PyObject *module, PyObject *arguments) {
+  PyObject *objects[7];
+  Weighting by;
+  if (!PyArg_ParseTuple(arguments, "OOOOOddddddddOO", &objects[0], &objects[1], &objects[2],
+                        &objects[3], &objects[4], &by.ray_noise, &by.depth_noise,
+                        &by.depth_exponent, &by.rays.width, &by.rays.typical,
+                        &by.depths.typical, &by.rays.most, &by.weight, &objects[5], &objects[6]))
+    return NULL;
+  by.depths.width = by.rays.width;
+  by.depths.most = by.rays.most;
+  const Py_ssize_t count = row_count(objects[0]);
+  const Argument needed[] = {
+      {"the points", objects[0], 'd', 3 * count, false},
+      {"the rays", objects[1], 'd', 2 * count, false},
+      {"the sigmas", objects[2], 'd', count, false},
+      {"the depths", objects[3], 'd', count, false},
+      {"the pose", objects[4], 'd', 16, false},
+      {"the information", objects[5], 'd', 36, true},
+      {"the gradient", objects[6], 'd', 6, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Py_buffer *views = arrays.views;
+  const Tracks tracks = {views[0].buf, views[1].buf, views[2].buf, views[3].buf, count};
+  bool is_done;
+  Py_BEGIN_ALLOW_THREADS
+  is_done = add_tracks(&tracks, views[4].buf, &by, views[5].buf, views[6].buf);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  if (!is_done)
+    return PyErr_NoMemory();
+  Py_RETURN_NONE;
 }

@@ -347,6 +347,35 @@ static void solve(const double matrix[2][2], const double *right, double *soluti
   solution[1] = (matrix[0][0] * right[1] - matrix[1][0] * right[0]) / determinant;
 }
 
+PyObject *kernel_inverted_turns(PyObject *module, PyObject *arguments) {
+  PyObject *turn_array, *inverted_array;
+  if (!PyArg_ParseTuple(arguments, "OO", &turn_array, &inverted_array))
+    return NULL;
+  const Py_ssize_t count = row_count(turn_array);
+  const Argument needed[] = {
+      {"the turns", turn_array, 'd', 4 * count, false},
+      {"the inverted turns", inverted_array, 'd', 4 * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const double(*turns)[2][2] = arrays.views[0].buf;
+  double(*inverted)[2][2] = arrays.views[1].buf;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t n = 0; n < count; ++n) {
+    for (int i = 0; i < 2; ++i) {
+      const double unit[2] = {i == 0, i == 1};
+      double column[2];
+      solve(turns[n], unit, column);
+      inverted[n][0][i] = column[0];
+      inverted[n][1][i] = column[1];
+    }
+  }
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
 // How far off its centre a window is found that is stretched, before it is turned.
 static void shift_of(double stretch[2][2], const double *moments, double limit, double smallest,
                      double *shift) {

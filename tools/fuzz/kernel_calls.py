@@ -26,7 +26,7 @@ from aick_ros.errors import InputError
 # An array is TYPE:SIZES, TYPE>SIZES where it is written; %NAME is a size as an integer, %i any
 # integer, %f any number.
 _CALLS = """
-align_windows B:x,y B:x,y %z %w %f f:n,2 d:n,4 f>n,2 ?>n
+align_windows B:x,y B:x,y %z %w %f %f f:n,2 d:n,4 f>n,2 ?>n
 bit_distances B:n,w B:m,w %w f>n,m
 bit_distances_of_pairs B:n,w B:m,w %w q:k q:k f>k
 cells_at d:n,3 ?:h,v %v %h d:4 q>n q>n
@@ -51,6 +51,7 @@ integrate_turns q:n d:n,3 d>n,3,3 d>n,3,3
 interpolate f:h,v f:n f:n f>n
 inverse_depth_slopes f:h,v d:n,2 d:n %i d>n,2
 inverse_pose d:4,4 d>4,4
+inverted_turns d:n,2,2 d>n,2,2
 is_rigid d:4,4
 kalman_update d:n,n d:k,n d:k,k d>k,k d>n,k d>n,n d>n,n
 is_valid_depth f:h,v %f %f
@@ -58,6 +59,8 @@ keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:2 %f
 log_pose d:4,4 d>6
 log_rotation d:3,3 d>3
 lower_quartile f:h,v
+marginal_equations d:6,6 d:6 d:6,6 %f d:6,6 d>6,6 d>6 d>6,6
+mean_displacement d:n,3 d:n,2
 mean_inverse_depths f:h,v %w %f %f f>a,e
 moments f:n,3 f:m,3 q:k,2 d>4,4
 moved_by_rows d:n,3 d:6 d:6 %f d>n,3
@@ -77,6 +80,7 @@ project d:n,3 d:4 d:12 d>n,2
 propagated_covariance d:n,n d:n,n d:n,k d:k,k d>n,n
 rays_moved_by_rows d:n,2 d:n,3 d:4,4 d:6 %f d>n,2
 reprojection d:n,3 d:n,2 d:n d:4,4 %f %f %f %f d>2,n d>2,n,6 d>2,n q>2,n
+reversed_tracks q:n d:n,3 d:n,2 d:n d:n %f %f q>n d>n,3 d>n,2 d>n d>n
 sample_depth f:h,v d:n,2 %f %f %f d>n
 scaled_to_depth f:h,v d:n,2 %f %f %f d:n,3 d:n,3 d>n,3
 shrink B:h,v B>h,v
@@ -84,9 +88,11 @@ solve_definite d:n,n d>n,k %k
 spread d:n,2 %f q>k
 to_quaternion d:3,3 d>4
 track_depth d:n,3 d:n,2 d:n d:4,4 %f %f %f %f %f d>n d>n,6 d>n q>n
+track_equations d:n,3 d:n,2 d:n d:n d:4,4 %f %f %f %f %f %f %f %f d>6,6 d>6
 transform d:4,4 d:n,3 d>n,3
 undistort_depth f:h,v f:h,v %f f>h,v
 valid_depth f:h,v %f %f f>h,v
+visible d:n,3 d:n,2 %f %v %h q>n f>n,2
 window_shifts d:n,2,2 d:n,2,2 d:n,3,3 %f %f d>n,2
 """.replace('\\\n', '')
 CALLS: dict[str, list[str]] = {line.split()[0]: line.split()[1:]

@@ -73,6 +73,7 @@ def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
         are seen in ``now``: derivatives of places there by those in ``before``; None: not at all.
     :returns: Nx2 float32, the pixels in ``now``, and N bool, whether each was found.
     """
+    pixels = np.ascontiguousarray(pixels)
     turns = not_turned(len(pixels)) if turns is None else turns
     levels = len(before.sizes)
     if expected is not None:
@@ -112,10 +113,9 @@ def not_turned(count: int) -> np.ndarray:
 
 def inverted(turns: np.ndarray) -> np.ndarray:
     """Return the turns back, Nx2x2; inf or NaN where there is none."""
-    (uu, uv), (vu, vv) = turns.transpose(1, 2, 0)
-    with np.errstate(divide='ignore', invalid='ignore'):
-        back = np.array([[vv, -uv], [-vu, uu]]) / (uu * vv - uv * vu)
-    return np.ascontiguousarray(back.transpose(2, 0, 1))
+    back = np.empty((len(turns), 2, 2))
+    kernels.inverted_turns(np.ascontiguousarray(turns, np.float64), back)
+    return back
 
 
 def _track(before: Pyramid, now: Pyramid, pixels: np.ndarray, start: np.ndarray,
@@ -129,10 +129,7 @@ def _track(before: Pyramid, now: Pyramid, pixels: np.ndarray, start: np.ndarray,
     """
     places, found = start.copy(), np.empty(len(pixels), bool)
     for level in reversed(range(levels)):
-        scale = np.float32(0.5 ** level)
-        places *= scale
         kernels.align_windows(before.level(level), now.level(level), before.border,
                               before.window, last_step if level == 0 else _COARSE_STEP,
-                              pixels * scale, lattices, places, found)
-        places /= scale
+                              0.5 ** level, pixels, lattices, places, found)
     return places, found

@@ -29,7 +29,7 @@ from aick_ros.registration.refinement.misalignment_estimate import MisalignmentE
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, contradict, gradient_noise, point_to_plane, reprojection,
-    track_depth)
+    track_depth, track_equations)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
 from aick_ros.registration.result import SensorBias
 from aick_ros.settings import RefinementSettings, SensorSettings
@@ -228,8 +228,10 @@ class _Problem:
 
     def step(self, pose: np.ndarray, coarse: bool) -> np.ndarray:
         """Return the Gauss-Newton step from a pose, 6; coarse: by keypoints if there are any."""
-        residuals = self._of_keypoints(pose, _COARSE_WIDTH if coarse else 1.0)
-        equations = NormalEquations.of(residuals).weighted(1 / self._noise.keypoints)
+        equations = track_equations(
+            self._tracks, pose, self._ray_sigma, self._sensor,
+            (_COARSE_WIDTH if coarse else 1.0) * self._settings.robust_width,
+            1 / self._noise.keypoints)
         if not coarse or not len(self._tracks):
             equations += NormalEquations.of(self._of_depth(pose))
         return -definite.solve(equations.information + _PRIOR, equations.gradient)
@@ -246,8 +248,8 @@ class _Problem:
         by_keypoints, by_depth = self._of_keypoints(pose), self._of_depth(pose)
         keypoints, depth = _Estimate.of(by_keypoints), _Estimate.of(by_depth)
         (equations, scatter), (of_depth, scatter_of_depth) = (
-            keypoints.contribution(1 / noise.keypoints, noise.keypoint_jitter),
-            depth.contribution(1.0, noise.depth_bias))
+            keypoints.marginalised(1 / noise.keypoints, noise.keypoint_jitter),
+            depth.marginalised(1.0, noise.depth_bias))
         equations += of_depth
         scatter += scatter_of_depth + _SMALLEST_FACTOR * equations.information
         inverse = definite.inverse(equations.information + _PRIOR)
@@ -288,8 +290,8 @@ class _Problem:
         return NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
                            bias.normalised, bias.squares, poses)
 
-    def _of_keypoints(self, pose: np.ndarray, widen: float = 1.0) -> list[Residuals]:
-        width = widen * self._settings.robust_width
+    def _of_keypoints(self, pose: np.ndarray) -> list[Residuals]:
+        width = self._settings.robust_width
         return [reprojection(self._tracks, pose, self._ray_sigma, width),
                 track_depth(self._tracks, pose, self._sensor, width)]
 
@@ -329,21 +331,10 @@ class _Estimate:
         noise = gradient_noise(residuals, error)
         return cls(equations, error, noise, inverse)
 
-    def contribution(self, weight: float,
+    def marginalised(self, weight: float,
                      bias: np.ndarray) -> tuple[NormalEquations, np.ndarray]:
-        """
-        Return what the residuals contribute to a joint estimate, if they see the pose with a bias.
-
-        :param weight: of the residuals.
-        :param bias: its covariance, 6x6, diagonal.
-        :returns: their equations, and the covariance of the gradient by the scatter, 6x6.
-        """
-        equations = self.equations.weighted(weight)
-        if not bias.any():
-            return equations, weight ** 2 * self.gradient_noise
-        damping = equations.damping(np.sqrt(bias))
-        gain = weight * damping
-        return equations.damped(damping), gain @ self.gradient_noise @ gain.T
+        """Return what the residuals contribute to a joint estimate, with their scatter."""
+        return self.equations.marginalised(self.gradient_noise, weight, bias)
 
     @cached_property
     def covariance(self) -> np.ndarray:

@@ -45,8 +45,7 @@ _LARGEST_SCALE = 4.0  # chosen: of the residuals of a right pose, in units of th
 _MEDIAN_1 = NormalDist().inv_cdf(0.75) ** 2
 _MEDIAN_2 = 2.0 * math.log(2.0)
 
-_IDENTITY = np.eye(6)
-_REGULARIZATION = 1e-3 * _IDENTITY  # chosen: 30 m and 30 rad; makes any information invertible
+_REGULARIZATION = 1e-3 * np.eye(6)  # chosen: 30 m and 30 rad; makes any information invertible
 
 
 _NO_POINTS = np.empty((0, 3))
@@ -104,27 +103,21 @@ class NormalEquations:
         return NormalEquations(self.information + other.information,
                                self.gradient + other.gradient)
 
-    def weighted(self, weight: float) -> NormalEquations:
-        """Return the normal equations of residuals with a weight."""
-        return NormalEquations(weight * self.information, weight * self.gradient)
-
-    def damping(self, root: np.ndarray) -> np.ndarray:
+    def marginalised(self, noise: np.ndarray, weight: float,
+                     bias: np.ndarray) -> tuple[NormalEquations, np.ndarray]:
         """
-        Return what a bias of the pose that the residuals see multiplies the equations by, 6x6.
+        Return the normal equations of residuals with a weight that see the pose with a bias.
 
-        So they become those of the pose with the bias marginalised.
+        They are those of the pose, with the bias marginalised.
 
-        :param root: of the covariance of the bias, in the error of the pose: a matrix, 6xK, that
-            times its transpose is the covariance.
+        :param noise: covariance of the gradient, 6x6.
+        :param bias: its covariance, 6x6, diagonal.
+        :returns: the equations, and the covariance of their gradient, 6x6.
         """
-        seen = self.information @ root
-        damping: np.ndarray = _IDENTITY - seen @ definite.solve(
-            np.eye(root.shape[1]) + root.T @ seen, root.T)
-        return damping
-
-    def damped(self, damping: np.ndarray) -> NormalEquations:
-        """Return the normal equations multiplied by a :meth:`damping`."""
-        return NormalEquations(damping @ self.information, damping @ self.gradient)
+        information, gradient, scatter = np.empty((6, 6)), np.empty(6), np.empty((6, 6))
+        kernels.marginal_equations(self.information, self.gradient, noise, weight, bias,
+                                   information, gradient, scatter)
+        return NormalEquations(information, gradient), scatter
 
 
 def gradient_noise(kinds: Iterable[Residuals], error: np.ndarray = np.zeros(6)) -> np.ndarray:
@@ -178,6 +171,21 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
         _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, width, _MEDIAN_1,
         _LARGEST_SCALE ** 2, values, jacobian, weights, blocks)
     return Residuals(values[:found], jacobian[:found], weights[:found], blocks[:found])
+
+
+def track_equations(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
+                    sensor: SensorSettings, width: float, weight: float) -> NormalEquations:
+    """
+    Return the normal equations of :func:`reprojection` and :func:`track_depth` together.
+
+    :param weight: of these residuals.
+    """
+    information, gradient = np.zeros((6, 6)), np.zeros(6)
+    kernels.track_equations(
+        tracks.points, tracks.rays, tracks.sigmas, tracks.depths, _pose(T_target_source),
+        ray_sigma, _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, width,
+        _MEDIAN_2, _MEDIAN_1, _LARGEST_SCALE ** 2, weight, information, gradient)
+    return NormalEquations(information, gradient)
 
 
 def contradict(residuals: Residuals) -> bool:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.frames import depth
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
@@ -56,11 +57,15 @@ class Tracks:
 
     def displacement(self, focal_length: float) -> float:
         """Return the mean displacement of the tracks in an image of a focal length [px]."""
-        if not len(self):
-            return 0.0
-        x, y, z = self.points.T
-        u, v = self.rays.T
-        return focal_length * float(np.hypot(u - x / z, v - y / z).mean())
+        return focal_length * kernels.mean_displacement(self.points, self.rays)
+
+    def reversed(self, sensor: SensorSettings) -> Tracks:
+        """Return tracks with source and target swapped, where the target measures a depth."""
+        known = self.keypoints, self.points, self.rays, self.depths, self.sigmas
+        found = [np.empty_like(of) for of in known]
+        count = kernels.reversed_tracks(*known, sensor.depth_sigma, sensor.depth_exponent - 2.0,
+                                        *found)
+        return Tracks(*(of[:count] for of in found))
 
     def __getitem__(self, chosen: np.ndarray) -> Tracks:
         """Return some of the tracks, by their indices or by a mask."""
@@ -126,11 +131,7 @@ class Tracker:
         """
         seen = self._track(target, source, se3.inverse(T_target_source),
                            self._windows(target).__getitem__)
-        seen = seen[np.isfinite(seen.depths)]
-        rays, depths = np.column_stack([seen.rays, np.ones(len(seen))]), seen.depths
-        sigmas = np.maximum(depth.inverse_depth_sigma(depths, self._sensor), seen.sigmas)
-        return Tracks(seen.keypoints, rays * depths[:, None],
-                      seen.points[:, :2] / seen.points[:, 2:], seen.points[:, 2].copy(), sigmas)
+        return seen.reversed(self._sensor)
 
     def _pyramid_of(self, frame: PreparedFrame) -> Pyramid:
         return Pyramid(frame.grey, self._settings.track_window, _LEVELS)
@@ -147,11 +148,10 @@ def _visible(points: np.ndarray, T_target_source: np.ndarray,
              camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Return the K indices of points that a pose puts into the image, and their pixels, Kx2."""
     moved = se3.transform(T_target_source, points)
-    ahead = np.flatnonzero(moved[:, 2] > _NEAREST)
-    pixels = camera.project(moved[ahead])
-    u, v = pixels.T
-    inside = (u >= 0) & (u <= camera.width - 1) & (v >= 0) & (v <= camera.height - 1)
-    return ahead[inside], pixels[inside].astype(np.float32)
+    kept, pixels = np.empty(len(points), np.int64), np.empty((len(points), 2), np.float32)
+    count = kernels.visible(moved, camera.project(moved), _NEAREST, camera.width, camera.height,
+                            kept, pixels)
+    return kept[:count], pixels[:count]
 
 
 def _turns(points: np.ndarray, T_target_source: np.ndarray, camera: Camera) -> np.ndarray:

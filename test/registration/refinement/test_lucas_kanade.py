@@ -69,7 +69,7 @@ def test_expected_pixels_are_sought_at_first_in_small_images(monkeypatch, width,
     """All levels are used where they are not found there, or where none is expected."""
     sought = []
 
-    def align(before, now, border, side, last_step, pixels, turns, places, found):
+    def align(before, now, border, side, last_step, scale, pixels, turns, places, found):
         sought.append(before.shape[1] - 2 * border)
         found[:] = len(sought) > all_found_after
 
@@ -192,6 +192,9 @@ def test_windows_are_not_found_that_no_border_has(texture, turn):
 def test_turns_back():
     turns = np.random.default_rng(1).normal(size=(20, 2, 2))
     np.testing.assert_allclose(inverted(turns) @ turns, not_turned(20), atol=1e-9)
+    assert not np.isfinite(inverted(np.ones((1, 2, 2)))).any()
+    with pytest.raises(ValueError, match='the turns has 60 numbers: 80 are required'):
+        inverted(np.ones((20, 3)))
 
 
 @pytest.mark.parametrize('move', [(0.37, -0.61), (-0.5, 0.5), (0.05, 0.95)])
@@ -273,7 +276,7 @@ def test_a_pixel_has_to_be_found_both_ways(monkeypatch):
 
 def tracked_by(monkeypatch, answers):
     """Let windows be found at these pixels, or not."""
-    def align(before, now, border, side, last_step, pixels, turns, places, found):
+    def align(before, now, border, side, last_step, scale, pixels, turns, places, found):
         places[:], found[:] = next(answers)
     monkeypatch.setattr(kernels, 'align_windows', align)
 

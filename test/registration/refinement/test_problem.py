@@ -15,7 +15,7 @@ from aick_ros.registration.refinement import refinement
 from aick_ros.registration.refinement.measured_noise import Noise
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Misalignment, image_height
 from aick_ros.registration.refinement.refinement import _Problem
-from aick_ros.registration.refinement.residuals import Residuals, gradient_noise
+from aick_ros.registration.refinement.residuals import NormalEquations, Residuals, gradient_noise
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import Settings
 
@@ -42,6 +42,9 @@ class Told:
         self.told = {'reprojection': residuals(rng, 2 * tracks, 30.0),
                      'track_depth': residuals(rng, tracks, 10.0),
                      'point_to_plane': residuals(rng, 200, 20.0)}
+        keypoints = self.kinds()[0]
+        self.told['track_equations'] = NormalEquations(information(keypoints) / 3.0,
+                                                       gradient(keypoints) / 3.0)
         for name in self.told:
             monkeypatch.setattr(refinement, name, lambda *of, name=name: self._tell(name, of))
         monkeypatch.setattr(refinement, 'misalignment_sample', lambda *of: self.given.setdefault(
@@ -103,10 +106,9 @@ def test_a_step_is_by_keypoints_first_and_then_by_both(tell, coarse):
         A, g = A + information(depth), g + gradient(depth)
     np.testing.assert_allclose(told.problem.step(POSE, coarse), -np.linalg.solve(A + PRIOR, g))
     width = SETTINGS.refinement.robust_width * (3.0 if coarse else 1.0)
-    tracks, pose, ray_sigma, rays_width = told.given['reprojection']
-    assert tracks is told.tracks and pose is POSE and rays_width == width
-    assert ray_sigma == SETTINGS.refinement.track_sigma / OTHER.fx
-    assert told.given['track_depth'] == (told.tracks, POSE, SETTINGS.sensor, width)
+    assert told.given['track_equations'] == (
+        told.tracks, POSE, SETTINGS.refinement.track_sigma / OTHER.fx, SETTINGS.sensor, width,
+        1 / 3.0)
 
 
 def test_without_tracks_depth_takes_the_coarse_step_too(tell):

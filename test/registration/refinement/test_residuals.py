@@ -16,7 +16,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import Correction, Displacement
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, _observable_projection, contradict, gradient_noise, point_to_plane,
-    reprojection, track_depth)
+    reprojection, track_depth, track_equations)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
@@ -418,20 +418,57 @@ def test_normal_equations_solve_the_weighted_least_squares():
                                expected, rtol=1e-9)
 
 
+@pytest.mark.parametrize('count', [0, 1, 50])
+@pytest.mark.parametrize('width', [WIDTH, 3 * WIDTH])
+def test_track_equations_are_those_of_both_kinds_of_residuals(count, width):
+    tracks = tracks_of(0.01, count)
+    tracks.depths[::3] = np.nan
+    found = track_equations(tracks, np.eye(4), RAY_SIGMA, SENSOR, width, 0.4)
+    kinds = (reprojection(tracks, np.eye(4), RAY_SIGMA, width),
+             track_depth(tracks, np.eye(4), SENSOR, width))
+    information = sum((kind.jacobian.T * kind.weights) @ kind.jacobian for kind in kinds)
+    gradient = sum((kind.jacobian.T * kind.weights) @ kind.values for kind in kinds)
+    np.testing.assert_allclose(found.information, 0.4 * information, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(found.gradient, 0.4 * gradient, rtol=1e-9, atol=1e-6)
+
+
+@pytest.mark.parametrize('name', ['rays', 'depths', 'sigmas'])
+def test_track_equations_have_a_row_for_each_track(name):
+    tracks = tracks_of()
+    short = dataclasses.replace(tracks, **{name: getattr(tracks, name)[1:]})
+    with pytest.raises(ValueError, match=f'the {name} has .* numbers: .* are required'):
+        track_equations(short, POSE, RAY_SIGMA, SENSOR, WIDTH, 1.0)
+
+
 @pytest.mark.parametrize('directions', [0, 2, 6])
 def test_a_bias_is_marginalised(directions):
     """As the Schur complement of a problem with it as unknowns, also in some directions only."""
     rng = np.random.default_rng(7)
     equations = NormalEquations.of([random_residuals(rng, 30)])
-    root = 0.3 * rng.normal(size=(6, directions))
-    j, g = equations.information, equations.gradient
+    deviations = 0.3 * rng.normal(size=6) * (np.arange(6) < directions)
+    root = np.diag(deviations)[:, :directions]
+    noise = rng.normal(size=(6, 6))
+    j, g = 0.4 * equations.information, 0.4 * equations.gradient
     # unknowns: the error of the pose, and the bias in units of its standard deviations
     both = np.block([[j, j @ root], [root.T @ j, root.T @ j @ root + np.eye(directions)]])
     gradient = np.concatenate([g, root.T @ g])
     gains = np.linalg.solve(both[6:, 6:], both[6:, :6]).T
-    found = equations.damped(equations.damping(root))
+    found, scatter = equations.marginalised(noise, 0.4, np.diag(deviations ** 2))
     np.testing.assert_allclose(found.information, both[:6, :6] - gains @ both[6:, :6], rtol=1e-7)
     np.testing.assert_allclose(found.gradient, gradient[:6] - gains @ gradient[6:], rtol=1e-7)
+    gain = 0.4 * (np.eye(6) - gains @ root.T)
+    np.testing.assert_allclose(scatter, gain @ noise @ gain.T, rtol=1e-7, atol=1e-12)
+
+
+def test_equations_are_marginalised_by_matrices_of_their_size():
+    equations = NormalEquations.of([random_residuals(np.random.default_rng(7), 30)])
+    with pytest.raises(ValueError, match='the bias has 9 numbers: 36 are required'):
+        equations.marginalised(np.eye(6), 1.0, np.eye(3))
+    with pytest.raises(ValueError, match='the noise has 6 numbers: 36 are required'):
+        equations.marginalised(np.ones(6), 1.0, np.eye(6))
+    for no_bias in (-1.0, np.nan):
+        found, _ = equations.marginalised(np.eye(6), 1.0, no_bias * np.eye(6))
+        assert np.isnan(found.information).all()
 
 
 def test_the_jacobian_of_a_scaled_error_is_scaled():
