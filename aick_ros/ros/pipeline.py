@@ -49,6 +49,7 @@ from aick_ros.ros.work_queue import WorkQueue
 from aick_ros.ros.worker import Worker
 from aick_ros.settings import NodeSettings, Settings
 
+_BURST = 1  # pair; chosen: a frame that takes three times as long as most makes no other one lost
 _LONGEST_BACKLOG = 100  # pairs; chosen: 3 s at 30 Hz
 _LARGEST_BACKLOG = 256 * 2 ** 20  # bytes; chosen: a pair of 640x480 takes 1.5 to 2.1 MB
 _RELEASE_EVERY = 60  # seconds; chosen: a frame that then takes some milliseconds more is rare
@@ -315,5 +316,6 @@ class Pipeline:
 
 
 def _queue(settings: NodeSettings) -> WorkQueue[Arrival]:
-    capacity = _LONGEST_BACKLOG if settings.process_every_frame else 1
-    return WorkQueue(capacity, lambda arrival: arrival.size, _LARGEST_BACKLOG)
+    """Return the queue of the pairs: all of them, or the newest, and one before it in a burst."""
+    capacity, burst = (_LONGEST_BACKLOG, 0) if settings.process_every_frame else (1, _BURST)
+    return WorkQueue(capacity, lambda arrival: arrival.size, _LARGEST_BACKLOG, burst)

@@ -21,14 +21,17 @@ class WorkQueue(Generic[Item]):
 
     :param capacity: largest number of items; the oldest is dropped for a new one, so that with a
         capacity of 1 the newest item is the next.
+    :param burst: number of items beyond it that may wait after the thread has waited for one; with
+        the first that is dropped they may no longer, so that in a lasting overload none is older.
     :param size: returns the size of an item [bytes].
     :param max_bytes: largest total size of the items; one item is kept however large it is.
     :ivar dropped: number of items dropped for newer ones since the start, or the last clearing.
     """
 
     def __init__(self, capacity: int, size: Callable[[Item], int] = lambda item: 0,
-                 max_bytes: float = math.inf) -> None:
+                 max_bytes: float = math.inf, burst: int = 0) -> None:
         self._capacity, self._max_bytes, self._size = capacity, max_bytes, size
+        self._burst, self._is_behind = burst, False
         self._items: deque[Item] = deque()
         self._bytes = 0
         self._tasks: deque[Job] = deque()
@@ -38,7 +41,7 @@ class WorkQueue(Generic[Item]):
 
     @property
     def keeps_newest(self) -> bool:
-        """A new item takes the place of the one that waits."""
+        """A new item takes the place of the one that waits, but in a burst."""
         return self._capacity == 1
 
     @property
@@ -55,10 +58,12 @@ class WorkQueue(Generic[Item]):
         """Append an item."""
         size = self._size(item)
         with self._changed:
-            while self._items and (len(self._items) >= self._capacity
+            most = self._capacity + (0 if self._is_behind else self._burst)
+            while self._items and (len(self._items) >= most
                                    or self._bytes + size > self._max_bytes):
                 self._pop()
                 self.dropped += 1
+                self._is_behind = True
             self._items.append(item)
             self._bytes += size
             self._changed.notify()
@@ -94,6 +99,8 @@ class WorkQueue(Generic[Item]):
         :param is_ready: whether the oldest item can be worked on; until then it stays.
         """
         with self._changed:
+            if not self._items:
+                self._is_behind = False
             self._changed.wait_for(lambda: self._is_closed or self._tasks or (
                 self._items and is_ready(self._items[0])))
             if self._is_closed:

@@ -81,7 +81,8 @@ class NodeSettings(Checked):
         (), 'Pose of the optical frame of the depth camera in that of the colour camera: x y z '
         'qx qy qz qw; empty: from TF.')
     process_every_frame: bool = parameter(
-        False, 'Whether to register every frame, in order; false: only the newest one.')
+        False, 'Whether to register every frame, in order; false: only the newest one, while '
+        'frames come faster than they can be registered.')
     shed_load: bool = parameter(
         True, 'Whether less is computed while frames come faster than they can be registered: '
         'fewer keypoints, then fewer points of the depth image, then every second frame. '

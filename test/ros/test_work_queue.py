@@ -30,6 +30,32 @@ def test_the_oldest_are_dropped_for_new_ones():
     assert do_next(queue) + do_next(queue) == ['c', 'd']
 
 
+def test_one_more_may_wait_until_one_has_to_be_dropped():
+    """Then only the newest waits, until the thread has waited for an item."""
+    queue, done = WorkQueue(capacity=1, burst=1), []
+    for item in 'ab':
+        queue.put(item)
+    assert (queue.backlog, queue.dropped) == (2, 0)
+    assert do_next(queue) == ['a']
+    for item in 'cde':
+        queue.put(item)
+    assert (queue.backlog, queue.dropped) == (1, 3)
+    assert do_next(queue) == ['e']
+    for item in 'fg':  # the thread has not waited meanwhile
+        queue.put(item)
+    assert (queue.backlog, queue.dropped) == (1, 4)
+    assert do_next(queue) == ['g']
+    with ThreadPoolExecutor(1) as thread:
+        taken = thread.submit(queue.take, done.append, ready)
+        assert not wait([taken], 0.05).done
+        queue.put('h')
+        taken.result()()
+    for item in 'ij':
+        queue.put(item)
+    assert (queue.backlog, queue.dropped) == (2, 4)
+    assert do_next(queue) + do_next(queue) == ['i', 'j'] and done == ['h']
+
+
 def test_the_oldest_are_dropped_where_all_are_too_large():
     queue = WorkQueue(capacity=100, size=len, max_bytes=10)
     for item in ('aaaa', 'bbbb', 'cc', 'ddd', 'longer than all'):
