@@ -43,6 +43,7 @@ def slow_core(plan: Plan) -> Iterator[Row]:
         with (_busy_loop(), Listener() as listener,
               NodeProcess((*_ON_ONE_CORE, *NODE_COMMAND), **parameters) as node):
             sent, cpu = shoot(plan.recording('640x480'), plan.seconds, node)
+            _await_the_last(listener)
         yield Row(f'640x480 at 30 Hz, half of a core, {name}: share of frames lost',
                   must, False, 1.0 - len(listener.received) / sent, '', command,
                   f'of {sent}, {cpu:.2f} cores')
