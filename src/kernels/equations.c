@@ -13,6 +13,7 @@
 #include "cholesky.h"
 #include "kernels.h"
 #include "processors.h"
+#include "products.h"
 
 enum { MOST_BLOCKS = 1 << 20 };
 
@@ -150,11 +151,8 @@ PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments) {
 typedef double Matrix[UNKNOWNS][UNKNOWNS];
 
 // Add the product of two matrices, times a factor, to a third one.
-static void add_product(const Matrix a, const Matrix b, double factor, Matrix sum) {
-  for (int i = 0; i < UNKNOWNS; ++i)
-    for (int k = 0; k < UNKNOWNS; ++k)
-      for (int j = 0; j < UNKNOWNS; ++j)
-        sum[i][j] += factor * a[i][k] * b[k][j];
+static void add_square_product(const double *a, const double *b, double factor, Matrix sum) {
+  add_product(a, b, UNKNOWNS, UNKNOWNS, UNKNOWNS, factor, *sum);
 }
 
 // What a bias of the unknowns with a diagonal covariance, marginalised, multiplies equations by:
@@ -176,7 +174,7 @@ static void find_damping(const Matrix information, double weight, const Matrix b
     substitute(*factor, UNKNOWNS, *gains, UNKNOWNS);
   else
     gains[0][0] = NAN;
-  add_product(seen, gains, -1.0, damping);
+  add_square_product(*seen, *gains, -1.0, damping);
 }
 
 PyObject *kernel_marginal_equations(PyObject *module, PyObject *arguments) {
@@ -212,9 +210,9 @@ PyObject *kernel_marginal_equations(PyObject *module, PyObject *arguments) {
       transposed[j][i] = damping[i][j];
     }
   }
-  add_product(damping, information, weight, marginal);
-  add_product(damping, views[2].buf, weight * weight, gains);
-  add_product(gains, transposed, 1.0, noise);
+  add_square_product(*damping, *information, weight, marginal);
+  add_square_product(*damping, views[2].buf, weight * weight, gains);
+  add_square_product(*gains, *transposed, 1.0, noise);
   close_arrays(&arrays);
   Py_RETURN_NONE;
 }

@@ -10,6 +10,7 @@
 #include "arrays.h"
 #include "cholesky.h"
 #include "kernels.h"
+#include "products.h"
 
 // Whether matrices of these sizes are small enough; else there is an exception.
 static bool are_few(Py_ssize_t size, Py_ssize_t count) {
@@ -17,15 +18,6 @@ static bool are_few(Py_ssize_t size, Py_ssize_t count) {
     return true;
   PyErr_Format(PyExc_ValueError, "a filter has at most %d values", MOST_VALUES);
   return false;
-}
-
-// Add the product of a matrix, height x depth, and another one of some width.
-static void add_product(const double *one, const double *other, Py_ssize_t height,
-                        Py_ssize_t depth, Py_ssize_t width, double *sum) {
-  for (Py_ssize_t i = 0; i < height; ++i)
-    for (Py_ssize_t k = 0; k < depth; ++k)
-      for (Py_ssize_t j = 0; j < width; ++j)
-        sum[width * i + j] += one[depth * i + k] * other[width * k + j];
 }
 
 static void transpose(const double *matrix, Py_ssize_t height, Py_ssize_t width,
@@ -39,9 +31,9 @@ static void transpose(const double *matrix, Py_ssize_t height, Py_ssize_t width,
 static void add_propagated(const double *matrix, const double *covariance, Py_ssize_t height,
                            Py_ssize_t width, double *sum) {
   double left[MOST_VALUES * MOST_VALUES] = {0}, transposed[MOST_VALUES * MOST_VALUES];
-  add_product(matrix, covariance, height, width, width, left);
+  add_product(matrix, covariance, height, width, width, 1.0, left);
   transpose(matrix, height, width, transposed);
-  add_product(left, transposed, height, width, height, sum);
+  add_product(left, transposed, height, width, height, 1.0, sum);
 }
 
 void propagate(const double *transition, const double *covariance, const double *influence,
@@ -66,10 +58,10 @@ static bool fill_gain(const Update *update) {
   const Py_ssize_t size = update->size, count = update->count;
   double seen[MOST_VALUES * MOST_VALUES] = {0}, factor[MOST_VALUES * MOST_VALUES];
   const size_t bytes = (size_t)(count * count) * sizeof(*factor);
-  add_product(update->rows, update->prior, count, size, size, seen);
+  add_product(update->rows, update->prior, count, size, size, 1.0, seen);
   memcpy(update->expected, update->noise, bytes);
   transpose(update->rows, count, size, factor);
-  add_product(seen, factor, count, size, count, update->expected);
+  add_product(seen, factor, count, size, count, 1.0, update->expected);
   memcpy(factor, update->expected, bytes);
   if (!factorize(factor, count))
     return false;
@@ -82,7 +74,7 @@ static bool fill_gain(const Update *update) {
 static void fill_covariance(const Update *update) {
   const Py_ssize_t size = update->size, count = update->count;
   double product[MOST_VALUES * MOST_VALUES] = {0};
-  add_product(update->gain, update->rows, size, count, size, product);
+  add_product(update->gain, update->rows, size, count, size, 1.0, product);
   for (Py_ssize_t i = 0; i < size; ++i)
     for (Py_ssize_t j = 0; j < size; ++j)
       update->kept[size * i + j] = (i == j) - product[size * i + j];
