@@ -46,16 +46,26 @@ class KeyframePolicy:
         """
         if self._settings.reference == 'previous':
             return False
-        variance = scene_variance(prepared, registration.image_pose.covariance)
-        last, step = self._variances or (variance, variance)
-        is_better_than_a_chain = variance <= last + step
-        self._variances = variance, step
+        variance, last, step = self._variances_with(prepared, registration)
         possible = min(sought, self._max_support)
         is_visible = registration.support >= self._settings.min_overlap * possible
-        if not (is_better_than_a_chain and is_visible):
+        return variance <= last + step and is_visible
+
+    def advance(self, prepared: PreparedFrame, registration: Registration, sought: int) -> bool:
+        """Return what :meth:`keeps` does, and advance to the frame, or to another keyframe."""
+        is_kept = self.keeps(prepared, registration, sought)
+        if is_kept:
+            variance, _, step = self._variances_with(prepared, registration)
+            self._variances = variance, step
+        else:
             self.begin()
-            return False
-        return True
+        return is_kept
+
+    def _variances_with(self, prepared: PreparedFrame,
+                        registration: Registration) -> tuple[float, float, float]:
+        """Return the variance of a frame, that of the frame before, and that of one step."""
+        variance = scene_variance(prepared, registration.image_pose.covariance)
+        return variance, *(self._variances or (variance, variance))
 
     @staticmethod
     def keeps_shape(registration: Registration) -> bool:

@@ -5,11 +5,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.odometry.attempts import Attempt
 from aick_ros.odometry.keyframe import KeyframePolicy
 from aick_ros.odometry.reference import Reference, References
 from aick_ros.registration.registrar import Registrar
+from aick_ros.registration.result import Registration
 from aick_ros.settings import Settings
 
 
@@ -23,6 +27,10 @@ class KeyframeChoice:
     def begin(self) -> None:
         """Start with another keyframe."""
         self._policy.begin()
+
+    def replaces(self, prepared: PreparedFrame, attempt: Attempt) -> bool:
+        """Return whether a frame that was registered to the keyframe will be the next one."""
+        return not _is_kept(prepared, attempt, self._policy.keeps)
 
     def advance(self, references: References, last: Reference, attempt: Attempt) -> None:
         """
@@ -47,13 +55,20 @@ class KeyframeChoice:
         prepared, reference = last.prepared, attempt.reference
         if reference is not references.keyframe:
             self._policy.begin()
-        of_support = reference.prepared if prepared.is_tracked else prepared
-        if (prepared.repeat is not Repeat.NONE
-                or self._policy.keeps(prepared, attempt.registration, len(of_support.keypoints))
-                or prepared.is_blurred_beside(reference.prepared)):
+        if _is_kept(prepared, attempt, self._policy.advance):
             references.track(last, Reference(reference.prepared, reference.pose))
         else:
             if prepared.is_tracked:
                 prepared = self._registrar.with_own_keypoints(prepared)
             keyframe = Reference(prepared, last.pose)
             references.track(keyframe, keyframe)
+
+
+def _is_kept(prepared: PreparedFrame, attempt: Attempt,
+             rule: Callable[[PreparedFrame, Registration, int], bool]) -> bool:
+    """Return whether a keyframe serves on, by a rule for frames that could be the next one."""
+    before = attempt.reference.prepared
+    of_support = before if prepared.is_tracked else prepared
+    return (prepared.repeat is not Repeat.NONE
+            or rule(prepared, attempt.registration, len(of_support.keypoints))
+            or prepared.is_blurred_beside(before))

@@ -265,7 +265,7 @@ class Odometry:
                             expected=Increment(motion, elapsed))
 
     def _register(self, preparation: Preparation, repeat: Repeat) -> OdometryUpdate:
-        """Return the update of a frame: by tracking, unless AICK is due or has to decide."""
+        """Return the update of a frame: by tracking, unless AICK has to decide."""
         references, memory = self._references, self._memory
         if (references is None or memory is None
                 or not self._may_track(preparation.frame, repeat, references)):
@@ -276,13 +276,20 @@ class Odometry:
             self._confirmed)
         if attempt is None or not attempt.status.ok:
             return self._register_prepared(self._registrar.with_own_keypoints(prepared))
-        self._stamp = self._unchanged_since = prepared.stamp
         self._tracked_frames += 1
+        if (self._tracked_frames >= self._settings.odometry.aick_interval
+                or self._keyframes.replaces(prepared, attempt)):
+            own = self._registrar.with_own_keypoints(prepared)
+            if self._registrar.contradicts(own, attempt.reference.prepared,
+                                           attempt.seen.T_target_source):
+                return self._register_prepared(own)
+            self._tracked_frames = 0
+        self._stamp = self._unchanged_since = prepared.stamp
         return self._track(prepared, attempt, references, memory)
 
     def _may_track(self, frame: RgbdFrame, repeat: Repeat, references: References) -> bool:
-        """Return whether AICK is not due, and the keyframe is what the frame is registered to."""
-        return (self._tracked_frames + 1 < self._settings.odometry.aick_interval
+        """Return whether a frame may be tracked, and the keyframe is what it is registered to."""
+        return (self._settings.odometry.aick_interval > 1
                 and repeat is Repeat.NONE and not self._is_lost
                 and references.shape is None and not references.is_blurred()
                 and references.last.stamp < frame.stamp)

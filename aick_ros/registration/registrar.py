@@ -26,6 +26,7 @@ from aick_ros.geometry.stamps import MAX_STAMP, seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.common_distortion import CommonDistortion
 from aick_ros.registration.depth_alone import DepthAlone
+from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.preparation import Preparation, Preparer
 from aick_ros.registration.refinement.distortion_estimate import DistortionEstimate
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
@@ -37,6 +38,7 @@ from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.registration.systematic_error import SystematicError
+from aick_ros.registration.unexpected_motion import NEAR_POSE, is_same
 from aick_ros.registration.verified_aick import VerifiedAick
 from aick_ros.settings import Settings
 
@@ -77,6 +79,7 @@ class Registrar:
             detector)
         self._learned.misalignment.assume(Misalignment.by(settings.misalignment))
         self._preparer.distortion = self._learned.distortion.distortion
+        self._own_keypoints = LastResults(self._preparer.keypoints, 1)
         self._alike = CommonDistortion(self._preparer)
         self._sought_alike = CommonDistortion(self._preparer)  # sources are older ones there
 
@@ -130,7 +133,7 @@ class Registrar:
         """Return a frame that was prepared for tracking as :meth:`prepared` would."""
         required(prepared, PreparedFrame, 'the frame')
         with self._times.stage('features'):
-            keypoints = self._preparer.keypoints(prepared.corrected)
+            keypoints = self._own_keypoints(prepared.corrected)
         return dataclasses.replace(prepared, keypoints=keypoints, is_tracked=False)
 
     def _prepared(self, preparation: Preparation, keypoints: KeypointFrame,
@@ -177,6 +180,19 @@ class Registrar:
         target = self._alike(target, source)
         source, found = self._verified.track(source, target, expected, elapsed)
         return source, self._learned_from(found, source, target, expected, elapsed)
+
+    def contradicts(self, source: PreparedFrame, target: PreparedFrame,
+                    T_target_source: np.ndarray) -> bool:
+        """
+        Return whether AICK, without a guess, finds another pose than one that was tracked.
+
+        Where it finds none in one attempt it does not.
+        """
+        _require_frames(source, target)
+        with self._times.stage('registration'):
+            aligned = self._aick.align(source.keypoints, self._alike(target, source).keypoints)
+        return aligned.status.ok and not is_same(aligned.T_target_source, T_target_source,
+                                                 NEAR_POSE)
 
     def _learned_from(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
                       expected: np.ndarray | None, elapsed: float) -> Registration:

@@ -29,12 +29,9 @@ from aick_ros.registration.refinement.refinement import CONTRADICTION, Refined, 
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM
 from aick_ros.registration.result import Evidence, Registration, failed
 from aick_ros.registration.status import Status
-from aick_ros.registration.unexpected_motion import is_same, sudden_accelerations, suddenness
+from aick_ros.registration.unexpected_motion import (
+    NEAR_POSE, is_same, sudden_accelerations, suddenness)
 from aick_ros.settings import OdometrySettings
-
-_EXPECTED = 0.05, np.radians(3.0)
-"""m and rad; chosen: a motion is not checked that differs by less from the one expected, unless
-it is sudden."""
 
 _FAR_LIKELIER = 0.9  # chosen: probability from which on the second of two poses is returned
 _SAME_KEYPOINTS = 0.5  # chosen: share of a registration's keypoints that confirm another pose, too
@@ -78,7 +75,7 @@ class RepeatingSceneCheck:
     def _of_two(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
                 expected: np.ndarray, elapsed: float) -> Registration:
         change = se3.inverse(expected) @ found.T_target_source
-        if (is_same(expected, found.T_target_source, _EXPECTED)
+        if (is_same(expected, found.T_target_source, NEAR_POSE)
                 and suddenness(change, elapsed, self._sudden) <= 1.0
                 or source.grey.shape != target.grey.shape):
             return found

@@ -23,11 +23,11 @@ from aick_ros.registration.refinement.refinement import CONTRADICTION, Refined, 
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.status import Status
-from aick_ros.registration.unexpected_motion import is_same, sudden_accelerations, suddenness
+from aick_ros.registration.unexpected_motion import (
+    NEAR_POSE, is_same, sudden_accelerations, suddenness)
 from aick_ros.settings import Settings
 
 _SHARE_TRACKED = 0.35  # chosen: share of the keypoints that must be tracked
-_EXPECTED = 0.05, np.radians(3.0)  # m and rad; chosen: a motion that differs by more is checked
 
 
 class TrackedKeypoints:
@@ -58,7 +58,7 @@ class TrackedKeypoints:
         if refined.is_contradicted:
             return source, failed(Status.TOO_FEW_MATCHES, CONTRADICTION)
         change = se3.inverse(expected) @ refined.T_target_source
-        if (not is_same(expected, refined.T_target_source, _EXPECTED)
+        if (not is_same(expected, refined.T_target_source, NEAR_POSE)
                 or suddenness(change, elapsed, self._sudden) > 1.0):
             return source, failed(Status.TOO_FEW_MATCHES, f'{reason} show a sudden motion')
         source = dataclasses.replace(source, is_tracked=True, keypoints=_keypoints(

@@ -131,10 +131,10 @@ class OdometrySettings(Checked):
         'keyframe.',
         choices=('previous', 'keyframe'))
     aick_interval: int = parameter(
-        1, 'Every so many frames AICK registers the frame; those between are registered by '
-        'keypoints tracked from the keyframe, where enough of them are found, and need no '
-        'keypoints of their own. 1: AICK registers every frame.', unit='frames', minimum=1,
-        maximum=1000)
+        1, 'Every so many frames, and where the keyframe is replaced, AICK checks the pose of '
+        'frames that are registered by keypoints tracked from the keyframe, and decides where '
+        'too few of them are found; the others need no keypoints of their own. 1: AICK registers '
+        'every frame.', unit='frames', minimum=1, maximum=1000)
     min_overlap: float = parameter(
         0.7, 'Minimum fraction of keypoints matched to the keyframe; below it the keyframe is '
         'replaced.', minimum=0.0, maximum=1.0)

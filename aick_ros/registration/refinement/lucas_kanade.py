@@ -56,8 +56,8 @@ class Pyramid:
 
 
 def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
-                         expected: np.ndarray | None = None, turns: np.ndarray | None = None
-                         ) -> tuple[np.ndarray, np.ndarray]:
+                         expected: np.ndarray | None = None, turns: np.ndarray | None = None,
+                         is_near: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """
     Track pixels from one image to another, and keep those that track back to their start.
 
@@ -71,17 +71,30 @@ def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
     :param expected: Nx2 float32, about where the pixels are in ``now``; None: unknown.
     :param turns: Nx2x2 float64, how the windows around them are turned and stretched until they
         are seen in ``now``: derivatives of places there by those in ``before``; None: not at all.
+    :param is_near: whether they are as near to it as a window is wide: sought in ``now`` itself.
     :returns: Nx2 float32, the pixels in ``now``, and N bool, whether each was found.
     """
     pixels = np.ascontiguousarray(pixels)
     turns = not_turned(len(pixels)) if turns is None else turns
     levels = len(before.sizes)
     if expected is not None:
-        first = _levels_expected(before)
+        first = 1 if is_near else _levels_expected(before)
         seen, found = _track_twice(before, now, pixels, expected, turns, first)
-        if first == levels or np.count_nonzero(found) >= _MOST_FOUND * len(found):
+        if is_near or first == levels or np.count_nonzero(found) >= _MOST_FOUND * len(found):
             return seen, found
     return _track_twice(before, now, pixels, expected, turns, levels)
+
+
+def track_coarsely(before: Pyramid, now: Pyramid, pixels: np.ndarray, expected: np.ndarray,
+                   turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """
+    Track pixels from one image to another, from the coarsest level to half of the resolution.
+
+    Parameters and results as of :func:`track_there_and_back`; nothing is tracked back.
+    """
+    levels = len(before.sizes)
+    return _track(before, now, pixels, expected, inverted(turns),
+                  range(min(1, levels - 1), levels), _COARSE_STEP)
 
 
 def _levels_expected(pyramid: Pyramid) -> int:
@@ -97,9 +110,9 @@ def _track_twice(before: Pyramid, now: Pyramid, pixels: np.ndarray, expected: np
     if not len(pixels):
         return np.empty((0, 2), np.float32), np.empty(0, bool)
     seen, found = _track(before, now, pixels, pixels if expected is None else expected,
-                         inverted(turns), levels, _LAST_STEP)
+                         inverted(turns), range(levels), _LAST_STEP)
     start, levels = (seen, levels) if expected is None else (pixels, 1)
-    returned, found_again = _track(now, before, seen, start, turns, levels, _COARSE_STEP)
+    returned, found_again = _track(now, before, seen, start, turns, range(levels), _COARSE_STEP)
     u, v = np.abs(returned - pixels).T
     return seen, found & found_again & (np.maximum(u, v) < _MAX_RETURN_ERROR)
 
@@ -119,16 +132,17 @@ def inverted(turns: np.ndarray) -> np.ndarray:
 
 
 def _track(before: Pyramid, now: Pyramid, pixels: np.ndarray, start: np.ndarray,
-           lattices: np.ndarray, levels: int,
+           lattices: np.ndarray, levels: range,
            last_step: float) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the pixels in the other image, Nx2, and whether each was found, N bool.
 
     :param lattices: Nx2x2, derivatives of places in ``before`` by those in ``now``.
-    :param last_step: how small the last step of a window is [px].
+    :param levels: of the pyramids; the last one is the coarsest.
+    :param last_step: how small the last step of a window is at full resolution [px].
     """
     places, found = start.copy(), np.empty(len(pixels), bool)
-    for level in reversed(range(levels)):
+    for level in reversed(levels):
         kernels.align_windows(before.level(level), now.level(level), before.border,
                               before.window, last_step if level == 0 else _COARSE_STEP,
                               0.5 ** level, pixels, lattices, places, found)

@@ -19,6 +19,7 @@ import numpy as np
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import definite, se3
 from aick_ros.geometry.stamps import seconds
+from aick_ros.registration.refinement.approach import Approach
 from aick_ros.registration.refinement.first_tracks import FirstTracks
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
@@ -28,7 +29,7 @@ from aick_ros.registration.refinement.misalignment_equations import (
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.residuals import (
-    NormalEquations, Residuals, contradict, gradient_noise, point_to_plane, reprojection,
+    PRIOR, NormalEquations, Residuals, contradict, gradient_noise, point_to_plane, reprojection,
     track_depth, track_equations)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
 from aick_ros.registration.result import SensorBias
@@ -55,13 +56,6 @@ Residuals that vanish, as those of an image that is repeated, are no measurement
 
 CONTRADICTION = 'the depths of the two frames contradict each other at most keypoints tracked'
 """Why a pose is rejected although keypoints confirm it."""
-
-_PRIOR = np.eye(6)
-"""Information of a weak prior about the pose, chosen: standard deviations of 1 m and 1 rad.
-
-Keeps finite what no residual observes.
-"""
-
 
 @dataclass(frozen=True, eq=False)
 class Refined:
@@ -115,6 +109,7 @@ class Refinement:
         self._noise = noise or MeasuredNoise()
         self._misalignment = misalignment or MisalignmentEstimate()
         self._tracker = Tracker(settings, sensor)
+        self._approach = Approach(self._tracker, settings, sensor)
         self.first_tracks = FirstTracks(self._tracker, settings.max_tracks)
         """The tracks that refinements of the last source began with."""
         self.count = 0
@@ -169,8 +164,10 @@ class Refinement:
 
         The keypoints tracked are those of the target; parameters as for :meth:`refine`.
         """
-        tracks = self._tracker.track_back(source, target, T_target_source)
-        return self._solve(source, target, tracks, T_target_source, predicted)
+        nearer = self._approach.nearer(source, target, T_target_source)
+        pose = T_target_source if nearer is None else nearer
+        tracks = self._tracker.track_back(source, target, pose, is_near=nearer is not None)
+        return self._solve(source, target, tracks, pose, predicted)
 
     def _solve(self, source: PreparedFrame, target: PreparedFrame, tracks: Tracks,
                pose: np.ndarray, predicted: Prediction | None) -> Refined:
@@ -234,7 +231,7 @@ class _Problem:
             1 / self._noise.keypoints)
         if not coarse or not len(self._tracks):
             equations += NormalEquations.of(self._of_depth(pose))
-        return -definite.solve(equations.information + _PRIOR, equations.gradient)
+        return -definite.solve(equations.information + PRIOR, equations.gradient)
 
     def finish(self, pose: np.ndarray) -> Refined:
         """
@@ -252,7 +249,7 @@ class _Problem:
             depth.marginalised(1.0, noise.depth_bias))
         equations += of_depth
         scatter += scatter_of_depth + _SMALLEST_FACTOR * equations.information
-        inverse = definite.inverse(equations.information + _PRIOR)
+        inverse = definite.inverse(equations.information + PRIOR)
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
         bias, measure = None, None
         if by_depth:
@@ -263,7 +260,7 @@ class _Problem:
                                   by_depth[0])
         return Refined(
             se3.perturbed(pose, -inverse @ equations.gradient),
-            inverse @ (scatter + _PRIOR) @ inverse + noise.bias, noise.bias,
+            inverse @ (scatter + PRIOR) @ inverse + noise.bias, noise.bias,
             self._seen[inliers], contradict(by_keypoints[1]), bias, measure=measure)
 
     def _measure(self, bias: SensorBias, pose: np.ndarray, keypoints: _Estimate, depth: _Estimate,
@@ -326,7 +323,7 @@ class _Estimate:
     def of(cls, residuals: list[Residuals]) -> _Estimate:
         """Return the estimate by some residuals."""
         equations = NormalEquations.of(residuals)
-        inverse = definite.inverse(equations.information + _PRIOR)
+        inverse = definite.inverse(equations.information + PRIOR)
         error = inverse @ equations.gradient
         noise = gradient_noise(residuals, error)
         return cls(equations, error, noise, inverse)
@@ -339,13 +336,13 @@ class _Estimate:
     @cached_property
     def covariance(self) -> np.ndarray:
         """Covariance of the error by the scatter, 6x6."""
-        covariance: np.ndarray = self.inverse @ (self.gradient_noise + _PRIOR) @ self.inverse
+        covariance: np.ndarray = self.inverse @ (self.gradient_noise + PRIOR) @ self.inverse
         return covariance
 
     @property
     def design_effect(self) -> float:
         """Variance by the scatter, as a ratio to that by the noise assumed; 1 without data."""
-        return float(np.vdot(self.inverse, self.gradient_noise + _PRIOR)) / 6
+        return float(np.vdot(self.inverse, self.gradient_noise + PRIOR)) / 6
 
 
 def mean_depth_lag(source: PreparedFrame, target: PreparedFrame) -> float:

@@ -45,6 +45,12 @@ _LARGEST_SCALE = 4.0  # chosen: of the residuals of a right pose, in units of th
 _MEDIAN_1 = NormalDist().inv_cdf(0.75) ** 2
 _MEDIAN_2 = 2.0 * math.log(2.0)
 
+PRIOR = np.eye(6)
+"""Information of a weak prior about a pose, chosen: standard deviations of 1 m and 1 rad.
+
+Keeps finite what no residual observes.
+"""
+
 _REGULARIZATION = 1e-3 * np.eye(6)  # chosen: 30 m and 30 rad; makes any information invertible
 
 

@@ -16,7 +16,8 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.last_results import LastResults
-from aick_ros.registration.refinement.lucas_kanade import Pyramid, not_turned, track_there_and_back
+from aick_ros.registration.refinement.lucas_kanade import (
+    Pyramid, not_turned, track_coarsely, track_there_and_back)
 from aick_ros.registration.refinement.windows import Windows, jacobians
 from aick_ros.settings import RefinementSettings, SensorSettings
 
@@ -100,14 +101,14 @@ class Tracker:
                            lambda chosen: self._windows_of(source, chosen))
 
     def _track(self, source: PreparedFrame, target: PreparedFrame, T_target_source: np.ndarray,
-               windows_of: Callable[[np.ndarray], Windows]) -> Tracks:
+               windows_of: Callable[[np.ndarray], Windows], is_near: bool = False) -> Tracks:
         camera = target.frame.camera
         points = source.keypoints.positions[:self._settings.max_tracks].astype(np.float64)
         kept, expected = _visible(points, T_target_source, camera)
         turns = _turns(points[kept], T_target_source, camera)
         seen, found = track_there_and_back(
             self._pyramids(source), self._pyramids(target), source.keypoints.pixels[kept],
-            expected, turns)
+            expected, turns, is_near)
         kept, seen = kept[found], seen[found]
         windows = windows_of(kept)
         seen = seen - windows.shifts(camera, T_target_source, turns[found])
@@ -119,19 +120,44 @@ class Tracker:
                       depth.sample(target.corrected.depth, seen, self._sensor), windows.sigmas)
 
     def track_back(self, source: PreparedFrame, target: PreparedFrame,
-                   T_target_source: np.ndarray) -> Tracks:
+                   T_target_source: np.ndarray, is_near: bool = False) -> Tracks:
         """
         Find the keypoints of the target in the source, which needs none of its own.
 
         What the windows around them show is measured once for a target.
 
         :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
+        :param is_near: whether it has one of at most two pixels.
         :returns: tracks of the source in the target all the same, with depths of the source;
             ``keypoints`` are those of the target.
         """
         seen = self._track(target, source, se3.inverse(T_target_source),
-                           self._windows(target).__getitem__)
+                           self._windows(target).__getitem__, is_near)
         return seen.reversed(self._sensor)
+
+    def track_few(self, source: PreparedFrame, target: PreparedFrame,
+                  T_target_source: np.ndarray, count: int) -> Tracks:
+        """
+        Find some keypoints of the source in the target, to half a pixel, without their depths.
+
+        What the windows around keypoints of the source show is measured once for it.
+
+        :param T_target_source: first pose, 4x4, with an error of at most some thirty pixels.
+        :param count: about how many keypoints are sought, weak and strong ones.
+        """
+        camera = target.frame.camera
+        windows = self._windows(source)
+        rows = np.arange(0, len(windows.points), max(1, len(windows.points) // count))
+        kept, expected = _visible(windows.points[rows], T_target_source, camera)
+        rows = rows[kept]
+        points = windows.points[rows]
+        seen, found = track_coarsely(
+            self._pyramids(source), self._pyramids(target), source.keypoints.pixels[rows],
+            expected, _turns(points, T_target_source, camera))
+        rays = camera.normalize(seen)
+        found &= np.isfinite(rays).all(axis=1)
+        return Tracks(rows, points, rays, np.full(len(rows), np.nan),
+                      windows.sigmas[rows])[found]
 
     def _pyramid_of(self, frame: PreparedFrame) -> Pyramid:
         return Pyramid(frame.grey, self._settings.track_window, _LEVELS)
