@@ -28,7 +28,7 @@ def registration(support, deviation, timing=0.0):
 
 
 def kept(policy, *registrations):
-    return [policy.keeps(VIEW, registration(*numbers), len(VIEW.keypoints))
+    return [policy.advance(VIEW, registration(*numbers), len(VIEW.keypoints))
             for numbers in registrations]
 
 
@@ -50,7 +50,7 @@ def test_at_the_variance_of_a_chain_it_is_kept():
         policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.0}))
         found = [dataclasses.replace(registration(90, 0.0), covariance=variance * np.eye(6))
                  for variance in (1.0, 2.0, third)]
-        assert [policy.keeps(VIEW, one, KEYPOINTS) for one in found] == [True, True, is_kept]
+        assert [policy.advance(VIEW, one, KEYPOINTS) for one in found] == [True, True, is_kept]
 
 
 @pytest.mark.parametrize(('overlap', 'expected'), [
@@ -84,6 +84,16 @@ def test_another_keyframe_begins_anew():
     policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.7}))
     assert kept(policy, (90, 0.01), (10, 0.01), (90, 0.05), (90, 0.06)) == [
         True, False, True, True]
+
+
+def test_what_is_asked_beforehand_changes_nothing():
+    """A frame that is looked at twice is one step of the chain, and not the next two."""
+    policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.7}))
+    assert kept(policy, (90, 1.0)) == [True]
+    for support, deviation, is_kept in ((90, 1.4, True), (90, 1.5, False), (10, 1.0, False)):
+        asked = [policy.keeps(VIEW, registration(support, deviation), KEYPOINTS) for _ in '123']
+        assert asked == 3 * [is_kept]
+    assert kept(policy, (90, 1.4), (90, 1.7)) == [True, True]
 
 
 def test_frame_to_frame_keeps_none():

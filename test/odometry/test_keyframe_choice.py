@@ -45,9 +45,12 @@ class Policy:
         self.begun += 1
 
     def keeps(self, prepared, registration, count):
+        return self._keeps
+
+    def advance(self, prepared, registration, count):
         self.counts.append(count)
         self.asked.append((prepared, registration))
-        return self._keeps
+        return self.keeps(prepared, registration, count)
 
     def keeps_shape(self, seen):
         self.asked.append(seen)
@@ -79,6 +82,18 @@ def test_a_frame_becomes_the_keyframe_unless_it_is_blurred_or_repeats(keeps, cha
     assert references.keyframe.stamp == (first.stamp if is_kept else last.stamp)
     assert references.last.stamp == last.stamp
     assert policy.begun == 0
+
+
+@pytest.mark.parametrize('keeps, changes, replaces', [
+    (True, {}, False), (False, {}, True), (False, {'sharpness': 0}, False),
+    (False, {'repeat': Repeat.COLOUR}, False)])
+def test_the_next_keyframe_is_known_before_it_is_made(keeps, changes, replaces):
+    choice, policy = KeyframeChoice(Settings(), None), Policy(keeps)
+    choice._policy = policy
+    found = choice.replaces(View(2, **changes), SimpleNamespace(
+        reference=Reference(View(0), pose_at(0)), registration='by keypoints'))
+    assert found is replaces
+    assert policy.begun == 0 and policy.asked == []
 
 
 def test_registered_to_another_frame_the_policy_begins_with_that():

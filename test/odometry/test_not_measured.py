@@ -256,19 +256,53 @@ def tracking(parts):
             for prepared, *_ in parts.asked('Attempts', 'by_tracking')]
 
 
-def test_every_third_frame_is_registered_by_aick(parts, steps, attempt_to):
+def checking(parts):
+    """Return the numbers of frames, tenths of a second, that AICK has checked."""
+    return [round((own.stamp - 100 * NANOSECONDS) / NANOSECONDS * 10)
+            for own, *_ in parts.asked('Registrar', 'contradicts')]
+
+
+def test_aick_checks_every_third_frame(parts, steps, attempt_to):
     one, parts.attempts, parts.tracked = every(steps, 3), [attempt_to()], attempt_to()
     updates = [one.take(0.1 * number) for number in range(9)]
-    assert tracking(parts) == [1, 2, 4, 5, 7, 8]
+    assert tracking(parts) == list(range(1, 9)) and checking(parts) == [3, 6]
     assert statuses(updates) == [Status.FIRST_FRAME] + 8 * [Status.OK]
     _, references, twist, confirmed = parts.asked('Attempts', 'by_tracking')[-1]
     assert references is one.odometry._references
     np.testing.assert_allclose(twist, updates[7].increment.twist)
     assert confirmed == updates[7].stamp
-    assert updates[8].prepared.is_tracked and not updates[6].prepared.is_tracked
+    assert all(update.prepared.is_tracked for update in updates[1:])
     found = parts.tracked(None, references).registration
     assert_same(updates[8].pose, parts.published(
         PoseWithCovariance(START) @ found.pose @ parts.joined))
+    own, keyframe, pose = parts.asked('Registrar', 'contradicts')[-1]
+    assert not own.is_tracked and keyframe is references.keyframe.prepared
+    assert pose is parts.tracked(None, references).seen.T_target_source
+
+
+def test_where_aick_contradicts_it_decides(parts, steps, attempt_to):
+    """From there it is not due for as many frames."""
+    one, parts.attempts, parts.tracked = every(steps, 3), [attempt_to()], attempt_to()
+    parts.answers['Registrar', 'contradicts'] = lambda own, *_: round(
+        own.stamp / NANOSECONDS * 10) == 1003
+    updates = [one.take(0.1 * number) for number in range(7)]
+    assert [update.prepared.is_tracked for update in updates[1:]] == [
+        True, True, False, True, True, True]
+    assert len(parts.asked('Registrar', 'with_own_keypoints')) == 2
+    assert parts.asked('Registrar', 'prepared') == [parts.asked('Registrar', 'prepared')[0]]
+    assert checking(parts) == [3, 6]
+
+
+def test_aick_checks_each_keyframe(parts, steps, attempt_to):
+    """From there it is not due for as many frames."""
+    one, parts.attempts, parts.tracked = every(steps, 3), [attempt_to()], attempt_to()
+    parts.answers['KeyframeChoice', 'replaces'] = lambda prepared, attempt: round(
+        prepared.stamp / NANOSECONDS * 10) == 1002
+    for number in range(8):
+        one.take(0.1 * number)
+    assert checking(parts) == [2, 5]
+    assert {attempt.seen for _, attempt in parts.asked('KeyframeChoice', 'replaces')} == {
+        attempt.seen for *_, attempt in parts.asked('KeyframeChoice', 'advance')}
 
 
 def test_a_frame_that_cannot_be_tracked_is_registered_with_keypoints_of_its_own(
@@ -288,7 +322,7 @@ def test_a_frame_that_cannot_be_tracked_is_registered_with_keypoints_of_its_own(
     parts.log.clear()
     for number in range(4, 8):
         one.take(0.1 * number)
-    assert tracking(parts) == [4, 5, 7]
+    assert tracking(parts) == [4, 5, 6, 7] and checking(parts) == [6]
 
 
 def test_a_stamp_that_is_late_does_not_put_off_aick(parts, steps, attempt_to):
@@ -297,7 +331,7 @@ def test_a_stamp_that_is_late_does_not_put_off_aick(parts, steps, attempt_to):
     for number in range(7):
         one.take(0.1 * number)
         assert one.take(0.1 * number).status is Status.BAD_STAMP
-    assert tracking(parts) == [1, 2, 4, 5]
+    assert tracking(parts) == [1, 2, 3, 4, 5, 6] and checking(parts) == [3, 6]
 
 
 def test_a_tracked_frame_begins_the_time_without_change(parts, steps, attempt_to):

@@ -70,6 +70,32 @@ def test_keypoints_of_its_own_are_those_of_a_frame_that_is_not_tracked(views):
     assert not own.is_tracked
 
 
+def test_keypoints_of_its_own_are_found_once(views):
+    registrar, source, target, motion = views
+    found = registrar.with_own_keypoints(source)
+    again = registrar.with_own_keypoints(dataclasses.replace(source, twist=np.ones(6)))
+    assert again.keypoints is found.keypoints
+    assert registrar.with_own_keypoints(target).keypoints is not found.keypoints
+
+
+@pytest.mark.parametrize('error, is_contradicted', [
+    ([0.04, 0.0, 0.0, 0.0, 0.0, 0.0], False), ([0.06, 0.0, 0.0, 0.0, 0.0, 0.0], True),
+    ([0.0, 0.0, 0.0, 0.0, 0.0, np.radians(2.5)], False),
+    ([0.0, 0.0, 0.0, 0.0, 0.0, np.radians(3.5)], True)])
+def test_aick_contradicts_poses_that_are_wrong_by_more_than_it_may_be(
+        views, error, is_contradicted):
+    registrar, source, target, motion = views
+    own = registrar.with_own_keypoints(source)
+    assert registrar.contradicts(own, target, se3.perturbed(motion, error)) is is_contradicted
+
+
+def test_where_aick_finds_no_pose_it_contradicts_none(views):
+    registrar, source, target, motion = views
+    away = se3.perturbed(motion, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    assert registrar.contradicts(registrar.with_own_keypoints(source), target, away)
+    assert not registrar.contradicts(source, target, away)  # it has no keypoints of its own
+
+
 @pytest.mark.parametrize(('error', 'elapsed', 'reason'), [
     (np.array([0.0, 0.0, 0.0, 0.0, 0.5, 0.0]), LONG, 'keypoints tracked from the keyframe, of'),
     (ERROR, 1e-3, 'sudden'),  # no camera is off by so much after a millisecond

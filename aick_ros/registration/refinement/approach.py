@@ -16,10 +16,12 @@ import numpy as np
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import definite, se3
 from aick_ros.registration.refinement.residuals import PRIOR, track_equations
-from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker
+from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
 from aick_ros.settings import RefinementSettings, SensorSettings
 
 _COUNT = 60  # chosen: keypoints that are tracked at first
+_NEAR = 3.0  # px; chosen: error of those that are sought at full resolution alone
+_SHARE_NEAR = 0.5  # chosen: share of the tracks that confirm a pose
 _WIDTHS = 3.0, 1.0, 1.0
 """Robust widths of the steps to the pose, as ratios to that of the settings. Chosen."""
 
@@ -36,7 +38,7 @@ class Approach:
     def nearer(self, source: PreparedFrame, target: PreparedFrame,
                T_target_source: np.ndarray) -> np.ndarray | None:
         """
-        Return a pose by a few keypoints of the target; None where too few of them are found.
+        Return a pose by a few keypoints of the target; None where too few of them agree with it.
 
         :param T_target_source: expected, 4x4.
         """
@@ -50,4 +52,12 @@ class Approach:
                                         width * self._settings.robust_width, 1.0)
             pose = se3.perturbed(
                 pose, -definite.solve(equations.information + PRIOR, equations.gradient))
-        return se3.inverse(pose)
+        return se3.inverse(pose) if self._agree(tracks, pose, source) else None
+
+    @staticmethod
+    def _agree(tracks: Tracks, T_source_target: np.ndarray, source: PreparedFrame) -> bool:
+        """Return whether most tracks, and enough of them, are where a pose puts them."""
+        moved = se3.transform(T_source_target, tracks.points)
+        errors = np.hypot(*(moved[:, :2] / moved[:, 2:] - tracks.rays).T)
+        near = np.count_nonzero(errors < _NEAR / source.frame.camera.fx)
+        return bool(near >= max(FEWEST_TO_CONFIRM, _SHARE_NEAR * len(tracks)))

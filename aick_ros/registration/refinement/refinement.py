@@ -57,6 +57,7 @@ Residuals that vanish, as those of an image that is repeated, are no measurement
 CONTRADICTION = 'the depths of the two frames contradict each other at most keypoints tracked'
 """Why a pose is rejected although keypoints confirm it."""
 
+
 @dataclass(frozen=True, eq=False)
 class Refined:
     """

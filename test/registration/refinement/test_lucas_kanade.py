@@ -9,7 +9,7 @@ import pytest
 
 from aick_ros import kernels
 from aick_ros.registration.refinement.lucas_kanade import (
-    Pyramid, _track, inverted, not_turned, track_there_and_back)
+    Pyramid, _track, inverted, not_turned, track_coarsely, track_there_and_back)
 
 HEIGHT, WIDTH = 160, 200
 FLAT = Pyramid(np.zeros((HEIGHT, WIDTH), np.uint8), 5, 0)
@@ -62,6 +62,37 @@ def test_a_large_shift_requires_levels_or_an_expectation(texture):
     seen, found = track(*images, start, 11, 0, expected)
     assert found.all()
     np.testing.assert_allclose(seen, start + shift, atol=0.1)
+
+
+def test_from_nearby_pixels_are_sought_at_full_resolution_alone(texture, monkeypatch):
+    images = [Pyramid(view(texture, *shift), 9, 2) for shift in ((0, 0), (5, -3))]
+    start, levels = pixels(), []
+    align = kernels.align_windows
+    monkeypatch.setattr(kernels, 'align_windows', lambda *given: (
+        levels.append(given[5]), align(*given)))
+    seen, found = track_there_and_back(
+        *images, start, (start + (4, -2)).astype(np.float32), is_near=True)
+    assert found.all() and levels == [1.0, 1.0]
+    np.testing.assert_allclose(seen, start + (5, -3), atol=0.1)
+    _, found = track_there_and_back(
+        *images, start, (start + (-12, 9)).astype(np.float32), is_near=True)
+    assert found.mean() < 0.2 and levels == 4 * [1.0]  # they are not sought again
+
+
+@pytest.mark.parametrize('levels, passed', [(3, [0.125, 0.25, 0.5]), (1, [0.5]), (0, [1.0])])
+def test_coarse_tracking_ends_at_half_of_the_resolution(texture, monkeypatch, levels, passed):
+    """It reaches as far as its levels, and is right to half a pixel."""
+    images = [Pyramid(view(texture, *shift), 11, levels) for shift in ((0, 0), (7, -4))]
+    start, scales = pixels(), []
+    align = kernels.align_windows
+    monkeypatch.setattr(kernels, 'align_windows', lambda *given: (
+        scales.append(given[5]), align(*given)))
+    seen, found = track_coarsely(*images, start, start + np.float32(1.0),
+                                 not_turned(len(start)))
+    assert scales == passed
+    if levels:
+        assert found.mean() > 0.9
+        assert np.median(np.linalg.norm(seen[found] - start[found] - (7, -4), axis=1)) < 0.3
 
 
 @pytest.mark.parametrize('width, levels', [(320, 2), (640, 2), (801, 3), (1280, 3), (3840, 3)])
@@ -133,7 +164,7 @@ def test_it_finds_what_opencv_finds(texture, window, levels):
     expected = (start + (1.2, -0.7)).astype(np.float32)
     seen, found = _track(*(Pyramid(image, window, levels) for image in (before, now)), start,
                          expected, not_turned(len(start)),
-                         len(Pyramid(before, window, levels).sizes), 0.03)
+                         range(len(Pyramid(before, window, levels).sizes)), 0.03)
     known, status, _ = cv2.calcOpticalFlowPyrLK(
         before, now, start[:, None], expected[:, None].copy(), winSize=(window, window),
         maxLevel=levels, criteria=(cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 0.03),

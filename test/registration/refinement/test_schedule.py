@@ -60,6 +60,8 @@ class Played:
         module = 'aick_ros.registration.refinement.refinement'
         monkeypatch.setattr(f'{module}.Tracker', self._make_tracker)
         monkeypatch.setattr(f'{module}._Problem', self._make_problem)
+        monkeypatch.setattr(f'{module}.Approach', lambda *made_with: SimpleNamespace(
+            nearer=lambda *of: self.log.append(('nearer', *of)) or self.nearer))
         self.settings = with_values(Settings(), {
             'refinement.iterations': ITERATIONS, 'refinement.max_tracks': most,
             'refinement.track_window': window})
@@ -75,7 +77,8 @@ class Played:
     def _make_tracker(self, *made_with):
         self.log.append(('tracker', *made_with))
         return SimpleNamespace(track=lambda *of: self._track('track', *of),
-                               track_back=lambda *of: self._track('track_back', *of))
+                               track_back=lambda *of, is_near: self._track(
+                                   'track_back', *of, is_near))
 
     def _track(self, *of):
         self.log.append(of)
@@ -208,12 +211,19 @@ def test_tracked_again_all_begins_at_the_better_pose(play):
     assert played.asked('correct')[3][1] == 'a twist'
 
 
-def test_without_keypoints_of_the_source_those_of_the_target_are_tracked_once(play):
+@pytest.mark.parametrize('nearer', [None, np.diag([-1.0, -1.0, 1.0, 1.0])])
+def test_without_keypoints_of_the_source_those_of_the_target_are_tracked_once(play, nearer):
+    """From a pose that a few of them show to be near, or from the first one."""
     played = play(counts=(10,), tracked=(3,))
+    played.nearer = nearer
     predicted = SimpleNamespace(twist_with=lambda pose: 'a twist')
     found = played.refinement.refine_back(played.source, played.target, FIRST, predicted)
-    assert played.asked('track_back') == [(played.source, played.target, FIRST)]
+    begin = FIRST if nearer is None else nearer
+    assert played.asked('nearer') == [(played.source, played.target, FIRST)]
+    (source, target, pose, is_near), = played.asked('track_back')
+    assert (source, target, is_near) == (played.source, played.target, nearer is not None)
+    assert pose is begin
     assert played.asked('track') == [] and len(played.asked('problem')) == 1
     assert len(played.asked('problem')[0][2]) == 10
-    assert played.asked('correct')[0][2] is FIRST and played.asked('correct')[1][1] == 'a twist'
+    assert played.asked('correct')[0][2] is begin and played.asked('correct')[1][1] == 'a twist'
     assert len(found.tracked) == 3
