@@ -87,9 +87,10 @@ class DynamicObjectCheck:
     def _without_keypoints_of(self, found: Registration, source: PreparedFrame,
                               target: PreparedFrame, expected: np.ndarray) -> Refined:
         """Return the pose from all keypoints but those that support a registration."""
-        rest = np.arange(len(source.keypoints))
+        is_free = np.ones(len(source.keypoints), bool)
         if found.tracks is not None:
-            rest = np.setdiff1d(rest, found.tracks.keypoints)
+            is_free[found.tracks.keypoints] = False
+        rest = np.flatnonzero(is_free)
         refined = self._refinement.refine(
             _with_keypoints(source, rest), target, expected, None,
             self._refinement.first_tracks.of_some(source, target, expected, rest))

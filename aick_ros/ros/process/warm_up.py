@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+import importlib
+
 import numpy as np
 
 from aick_ros.frames.rgbd import RgbdFrame
@@ -19,7 +21,9 @@ def warm_up(settings: Settings) -> None:
     Register two frames of noise, a column of pixels apart.
 
     The libraries load and allocate at their first use, which takes as long as several frames.
+    NumPy loads a module at the first median, percentile or set, as of the diagnostics.
     """
+    importlib.import_module('numpy.ma')
     tiles = np.random.default_rng(0).integers(0, 256, (48, 64), np.uint8)
     grey = np.kron(tiles, np.ones((10, 10), np.uint8))
     colour = np.repeat(grey[..., None], 3, axis=2)
