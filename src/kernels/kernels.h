@@ -39,7 +39,7 @@ PyObject *kernel_is_valid_depth(PyObject *module, PyObject *arguments);
 PyObject *kernel_keypoint_equations(PyObject *module, PyObject *arguments);
 PyObject *kernel_log_pose(PyObject *module, PyObject *arguments);
 PyObject *kernel_log_rotation(PyObject *module, PyObject *arguments);
-PyObject *kernel_lower_quartile(PyObject *module, PyObject *arguments);
+PyObject *kernel_low_quantiles(PyObject *module, PyObject *arguments);
 PyObject *kernel_marginal_equations(PyObject *module, PyObject *arguments);
 PyObject *kernel_mean_displacement(PyObject *module, PyObject *arguments);
 PyObject *kernel_mean_inverse_depths(PyObject *module, PyObject *arguments);

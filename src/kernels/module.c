@@ -35,7 +35,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(keypoint_equations),
     KERNEL(log_pose),
     KERNEL(log_rotation),
-    KERNEL(lower_quartile),
+    KERNEL(low_quantiles),
     KERNEL(marginal_equations),
     KERNEL(mean_displacement),
     KERNEL(mean_inverse_depths),

@@ -56,7 +56,7 @@ is_valid_depth f:h,v %f %f
 keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:2 %f d>u,u d>u
 log_pose d:4,4 d>6
 log_rotation d:3,3 d>3
-lower_quartile f:h,v
+low_quantiles f:h,v
 marginal_equations d:6,6 d:6 d:6,6 %f d:6,6 d>6,6 d>6 d>6,6
 mean_displacement d:n,3 d:n,2
 mean_inverse_depths f:h,v %w %f %f f>a,e
