@@ -133,7 +133,7 @@ enum { LONGEST_ROW = LARGEST_SIDE + 2 };
 static const float UNKNOWN = -1e30f;  // as far as can be
 
 typedef struct {
-  float rows[3][LONGEST_ROW];  // above, in the middle, below
+  float rows[3][LONGEST_ROW];  // the last three, in turn
 } Relief;
 
 // What counts of a relief: from which step on [1/m] an edge is that of the nearer surface, and how
@@ -200,7 +200,7 @@ INLINE void add_reliefs(const uint8_t *first, Py_ssize_t width, const float *dep
   }
 }
 
-// The rule at any depth: the step is a power of it, the largest relief a share of the inverse depth.
+// The rule at any depth: the step is noise, the largest relief a share of the inverse depth.
 typedef struct {
   double step, exponent, most;
 } Steps;
@@ -421,7 +421,7 @@ PyObject *kernel_inverted_turns(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
-// How far off its centre a window is found that is stretched, and whose relief is displaced, before
+// How far off its centre a window is found that is stretched and whose relief is displaced, before
 // it is turned.
 static void shift_of(double stretch[2][2], const double *displaced, const double *moments,
                      const double *reliefs, double limit, double smallest, double *shift) {
