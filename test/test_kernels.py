@@ -69,8 +69,11 @@ def test_windows_larger_than_the_image_are_refused():
     with pytest.raises(ValueError, match='larger than the image'):
         kernels.gradient_moments(np.zeros((8, 8), np.uint8), np.ones((1, 2)), 7, np.zeros((1, 9)))
     with pytest.raises(ValueError, match='larger than the image'):
-        kernels.inverse_depth_slopes(np.ones((8, 8), np.float32), np.ones((1, 2)), np.ones(1), 9,
-                                     np.zeros((1, 2)))
+        kernels.relief_moments(np.zeros((8, 9), np.uint8), np.ones((9, 9), np.float32),
+                               np.ones((1, 2)), np.ones(1), 7, 1.0, 0.0, 0.1, np.zeros((1, 3)))
+    with pytest.raises(ValueError, match='larger than the image'):
+        kernels.relief_moments(np.zeros((9, 9), np.uint8), np.ones((8, 9), np.float32),
+                               np.ones((1, 2)), np.ones(1), 7, 1.0, 0.0, 0.1, np.zeros((1, 3)))
 
 
 @pytest.mark.parametrize('block', [-1, 1 << 20, np.iinfo(np.int64).max])
@@ -151,8 +154,8 @@ def test_windows_have_a_side(side):
 @pytest.mark.parametrize('reach', [-1, 2 ** 62])
 def test_edges_are_not_sought_without_end(reach):
     with pytest.raises(ValueError, match=f'a reach of {reach} pixels: 0 to 32768 are required'):
-        kernels.edges_beside(np.ones((8, 8), np.float32), np.ones((1, 2)), np.ones(1), reach, 0.1,
-                             0.5, np.zeros(1), np.zeros(1, bool))
+        kernels.nearer_beside(np.ones((8, 8), np.float32), np.ones((1, 2)), np.ones(1), reach,
+                              0.1, 0.5, np.zeros(1))
 
 
 @pytest.mark.parametrize('size', [0, 13, 14 + 2 ** 10 + 1])

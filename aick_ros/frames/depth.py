@@ -5,15 +5,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from aick_ros import kernels
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
-_LEAST_RISE = 0.1  # chosen: of the inverse depth at an edge, as a ratio
+LEAST_RISE = 0.1  # chosen
+"""Ratio by which the inverse depth rises at least at the edge of another surface."""
+
 _LEAST_STEP = 0.5  # chosen: share of the rise within a pixel; at a crease it is spread over all
 
 
@@ -52,38 +52,25 @@ def scaled_to(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings, see
     return scaled
 
 
-@dataclass(frozen=True, eq=False)
-class Edges:
+def nearer_beside(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
+                  reach: int) -> np.ndarray:
     """
-    Edges of surfaces beside pixels.
+    Return the depths of surfaces that end beside pixels, N [m]; NaN where there is none.
 
-    :param nearer: N float64, depth of the surface that ends beside each pixel in front of what it
-        shows [m]; NaN where there is none.
-    :param any: N bool, whether there is an edge, of that surface or of what the pixel shows.
-    """
-
-    nearer: np.ndarray
-    any: np.ndarray
-
-
-def edges_beside(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray, reach: int) -> Edges:
-    """
-    Return the edges beside pixels.
-
-    An edge in the colour image there is the edge of the nearer surface, and moves with it. It is a
-    step in inverse depth that no plane through the pixel explains: on a plane, two pixels that are
-    opposite each other are in the mean as near as the one between them.
+    They are in front of what the pixel shows: an edge in the colour image there is their edge, and
+    moves with them. It is a step in inverse depth that no plane through the pixel explains: on a
+    plane, two pixels that are opposite each other are in the mean as near as the one between them.
 
     :param image: HxW float32 [m], NaN where invalid.
     :param pixels: Nx2 (u, v) [px].
     :param depths: N, at these pixels [m].
     :param reach: distance at which they are sought [px].
     """
-    nearer, found = np.empty(len(depths)), np.empty(len(depths), bool)
-    kernels.edges_beside(
+    nearer = np.empty(len(depths))
+    kernels.nearer_beside(
         np.ascontiguousarray(image, np.float32), np.ascontiguousarray(pixels, np.float64),
-        np.ascontiguousarray(depths, np.float64), reach, _LEAST_RISE, _LEAST_STEP, nearer, found)
-    return Edges(nearer, found)
+        np.ascontiguousarray(depths, np.float64), reach, LEAST_RISE, _LEAST_STEP, nearer)
+    return nearer
 
 
 def inverse_depth_sigma(z: np.ndarray, sensor: SensorSettings) -> np.ndarray | float:

@@ -30,12 +30,13 @@ FINE_CELL = 2
 of registrations by depth end a quarter nearer to the truth in the mean."""
 
 _ROUGHNESS_BOUNDS = 1.0, 8.0  # chosen: standard deviations of the depth noise, of one pixel
-_RELATIVE_ROUGHNESS = 4.0
-"""Largest roughness of a plane, as a ratio to that of the smoothest quarter of the cells.
+_RELATIVE_ROUGHNESS = 8.0, 4.0
+"""Largest roughness of a plane, as ratios to those of the smoothest tenth and quarter of cells.
 
-That is the noise of the camera. A plane that is fitted across a corner is rougher, and changes
-with the distance from which it is seen. Chosen on two excerpts of real recordings and on rendered
-rooms with five kinds of cameras."""
+Both are the noise of the camera, and differ by a tenth to a quarter. Where the quarter is much
+rougher than the tenth, most of what is seen is no plane, as along shelves. A plane that is fitted
+across a corner or a relief is rougher, and changes with the place from which it is seen. Chosen on
+two excerpts of real recordings, on rendered corridors and on rooms with five kinds of cameras."""
 
 _MIN_COSINE = 0.17  # chosen: between ray and normal, about 80 degrees
 _BUCKETS = 8  # chosen: intervals of the normals, along x and along y
@@ -176,8 +177,9 @@ def _largest_roughness(roughness: np.ndarray) -> float:
     :param roughness: HxW by the standard deviation of the depth noise; NaN where there is none.
     """
     low, high = _ROUGHNESS_BOUNDS
-    quartile = kernels.lower_quartile(roughness)
-    return high if math.isnan(quartile) else min(max(_RELATIVE_ROUGHNESS * quartile, low), high)
+    largest = min(ratio * quantile for ratio, quantile
+                  in zip(_RELATIVE_ROUGHNESS, kernels.low_quantiles(roughness)))
+    return high if math.isnan(largest) else min(max(largest, low), high)
 
 
 def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:

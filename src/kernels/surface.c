@@ -324,7 +324,7 @@ static Py_ssize_t sample(const float *numbers, Size size, double *sampled) {
   return count;
 }
 
-PyObject *kernel_lower_quartile(PyObject *module, PyObject *arguments) {
+PyObject *kernel_low_quantiles(PyObject *module, PyObject *arguments) {
   PyObject *number_array;
   if (!PyArg_ParseTuple(arguments, "O", &number_array))
     return NULL;
@@ -333,20 +333,22 @@ PyObject *kernel_lower_quartile(PyObject *module, PyObject *arguments) {
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const Size size = size_of(&arrays.views[0]);
-  double quartile = NAN;
+  double quartile = NAN, decile = NAN;
   double *sampled = malloc((size_t)((size.height / 2 + 1) * (size.width / 2 + 1)) *
                            sizeof(*sampled));
   if (sampled != NULL) {
     Py_BEGIN_ALLOW_THREADS
     const Py_ssize_t count = sample(arrays.views[0].buf, size, sampled);
-    if (count > 0)
+    if (count > 0) {
       quartile = selected(sampled, count, count / 4);
+      decile = selected(sampled, count / 4 + 1, count / 10);  // of those that are not larger
+    }
     Py_END_ALLOW_THREADS
   }
   const bool is_done = sampled != NULL;
   free(sampled);
   close_arrays(&arrays);
-  return is_done ? PyFloat_FromDouble(quartile) : PyErr_NoMemory();
+  return is_done ? Py_BuildValue("dd", decile, quartile) : PyErr_NoMemory();
 }
 
 // The interval of -1 to 1, one of some of equal width, that a coordinate lies in.

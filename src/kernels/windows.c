@@ -11,6 +11,7 @@
 #include "kernels.h"
 #include "lanes.h"
 #include "processors.h"
+#include "sensor.h"
 
 enum { LARGEST_SIDE = 256 };  // of a window [px], whose sums fit into 32 bits
 
@@ -127,77 +128,127 @@ PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
-// Sums over a window of how much nearer its pixels are than its centre, times their offsets; those
-// with an invalid depth count as as far.
-INLINE void add_slopes(const float *first, Py_ssize_t width, Py_ssize_t side, float inverse,
-                       double *slopes) {
-  const Py_ssize_t middle = side / 2;
-  double along_u = 0.0, along_v = 0.0;
-  Py_ssize_t column = 0;
-  for (; column + EIGHT <= side; column += EIGHT) {
-    Floats sums = {0}, by_row = {0};
-    for (Py_ssize_t row = 0; row < side; ++row) {
-      Floats nearer = 1.0f / load(first + row * width + column) - inverse;
-      nearer = (Floats)((Integers)nearer & (nearer - nearer == 0.0f));
-      sums += nearer;
-      by_row += nearer * (float)(row - middle);
-    }
-    for (int lane = 0; lane < EIGHT; ++lane) {
-      along_u += (double)sums[lane] * (double)(column + lane - middle);
-      along_v += (double)by_row[lane];
-    }
+// Rows of a window with one pixel around it, by how much nearer than its centre they are [1/m].
+enum { LONGEST_ROW = LARGEST_SIDE + 2 };
+static const float UNKNOWN = -1e30f;  // as far as can be
+
+typedef struct {
+  float rows[3][LONGEST_ROW];  // the last three, in turn
+} Relief;
+
+// What counts of a relief: from which step on [1/m] an edge is that of the nearer surface, and how
+// much nearer or farther the surface in the centre is at most.
+typedef struct {
+  float step, most;
+} ReliefRule;
+
+INLINE void fill_row(const float *depths, Py_ssize_t count, float inverse, float *nearer) {
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    const float found = 1.0f / depths[i] - inverse;
+    nearer[i] = found - found == 0.0f ? found : UNKNOWN;
   }
-  for (; column < side; ++column) {
-    for (Py_ssize_t row = 0; row < side; ++row) {
-      const float nearer = 1.0f / first[row * width + column] - inverse;
-      const double known = nearer - nearer == 0.0f ? (double)nearer : 0.0;
-      along_u += known * (double)(column - middle);
-      along_v += known * (double)(row - middle);
-    }
-  }
-  slopes[0] = along_u;
-  slopes[1] = along_v;
 }
+
+INLINE float larger(float one, float other) { return one > other ? one : other; }
+
+// How much nearer the surfaces are that the gradients of a row are on, each of which is between
+// the pixels around one.
+INLINE void find_owners(const float *above, const float *middle, const float *below,
+                        Py_ssize_t side, const ReliefRule *rule, float *owners) {
+  for (Py_ssize_t i = 0; i < side; ++i) {
+    const float own = middle[i + 1];
+    const float near = larger(larger(middle[i], middle[i + 2]),
+                              larger(above[i + 1], below[i + 1]));
+    const float owner = near - own > rule->step ? near : own;
+    owners[i] = fabsf(owner) < rule->most ? owner : 0.0f;
+  }
+}
+
+// Sums over a window of the products of its gradients times how much nearer they are: uu uv vv.
+INLINE void add_reliefs(const uint8_t *first, Py_ssize_t width, const float *depths,
+                        Py_ssize_t depth_width, Py_ssize_t side, float inverse,
+                        const ReliefRule *rule, double *reliefs) {
+  Relief relief;
+  float owners[LARGEST_SIDE];
+  Floats sums[3] = {{0}};
+  double rest[3] = {0};
+  for (int row = 0; row < 2; ++row)
+    fill_row(depths + row * depth_width, side + 2, inverse, relief.rows[row]);
+  for (Py_ssize_t row = 0; row < side; ++row) {
+    fill_row(depths + (row + 2) * depth_width, side + 2, inverse, relief.rows[(row + 2) % 3]);
+    find_owners(relief.rows[row % 3], relief.rows[(row + 1) % 3], relief.rows[(row + 2) % 3],
+                side, rule, owners);
+    const uint8_t *pixels = first + (row + 1) * width + 1;
+    Py_ssize_t column = 0;
+    for (; column + EIGHT <= side; column += EIGHT) {
+      Columns columns = {{{0}}, {{0}}};
+      add_row(&columns, pixels + column, width, 0);
+      for (int k = 0; k < 3; ++k)
+        sums[k] += to_floats(columns.sums[k]) * load(owners + column);
+    }
+    for (; column < side; ++column) {
+      int32_t of_column[2][3] = {{0}};
+      add_pixel(of_column, pixels + column, width, 0);
+      for (int k = 0; k < 3; ++k)
+        rest[k] += (double)of_column[0][k] * (double)owners[column];
+    }
+  }
+  for (int k = 0; k < 3; ++k) {
+    reliefs[k] = rest[k];
+    for (int lane = 0; lane < EIGHT; ++lane)
+      reliefs[k] += (double)sums[k][lane];
+  }
+}
+
+// The rule at any depth: the step is noise, the largest relief a share of the inverse depth.
+typedef struct {
+  double step, exponent, most;
+} Steps;
 
 FOR_EACH_PROCESSOR
-static void write_slopes(const float *image, Size size, const double (*pixels)[2],
-                         const double *depths, Py_ssize_t count, Py_ssize_t side,
-                         double (*slopes)[2]) {
-  double square = 0.0;  // of the offsets, summed over a window
-  for (Py_ssize_t i = 0; i < side; ++i)
-    square += (double)side * (double)(i - side / 2) * (double)(i - side / 2);
+static void write_reliefs(const uint8_t *image, Size size, const float *depth_image,
+                          Size depth_size, const double (*pixels)[2], const double *depths,
+                          Py_ssize_t count, Py_ssize_t side, const Steps *steps,
+                          double (*reliefs)[3]) {
   for (Py_ssize_t i = 0; i < count; ++i) {
-    add_slopes(image + first_of(pixels[i], size, side), size.width, side,
-               (float)(1.0 / depths[i]), slopes[i]);
-    slopes[i][0] /= square;
-    slopes[i][1] /= square;
+    const double inverse = 1.0 / depths[i];
+    const ReliefRule rule = {
+        (float)inverse_depth_sigma(depths[i], steps->step, steps->exponent),
+        (float)(steps->most * inverse)};
+    add_reliefs(image + first_of(pixels[i], size, side + 2), size.width,
+                depth_image + first_of(pixels[i], depth_size, side + 2), depth_size.width, side,
+                (float)inverse, &rule, reliefs[i]);
   }
 }
 
-PyObject *kernel_inverse_depth_slopes(PyObject *module, PyObject *arguments) {
-  PyObject *image_array, *pixel_array, *depth_array, *slope_array;
+PyObject *kernel_relief_moments(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *depth_array, *pixel_array, *centre_array, *relief_array;
   Py_ssize_t side;
-  if (!PyArg_ParseTuple(arguments, "OOOnO", &image_array, &pixel_array, &depth_array, &side,
-                        &slope_array))
+  Steps steps;
+  if (!PyArg_ParseTuple(arguments, "OOOOndddO", &image_array, &depth_array, &pixel_array,
+                        &centre_array, &side, &steps.step, &steps.exponent, &steps.most,
+                        &relief_array))
     return NULL;
   const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
-      {"the image", image_array, 'f', IMAGE, false},
+      {"the image", image_array, 'B', IMAGE, false},
+      {"the depth image", depth_array, 'f', IMAGE, false},
       {"the pixels", pixel_array, 'd', 2 * count, false},
-      {"the depths", depth_array, 'd', count, false},
-      {"the slopes", slope_array, 'd', 2 * count, true},
+      {"the depths", centre_array, 'd', count, false},
+      {"the reliefs", relief_array, 'd', 3 * count, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const Size size = size_of(&arrays.views[0]);
-  if (!fits(size, side, 0)) {
+  const Py_buffer *views = arrays.views;
+  const Size size = size_of(&views[0]), depth_size = size_of(&views[1]);
+  if (!fits(size, side, 1) || !fits(depth_size, side, 1)) {
     close_arrays(&arrays);
     return NULL;
   }
   Py_BEGIN_ALLOW_THREADS
-  write_slopes(arrays.views[0].buf, size, arrays.views[1].buf, arrays.views[2].buf, count, side,
-               arrays.views[3].buf);
+  write_reliefs(views[0].buf, size, views[1].buf, depth_size, views[2].buf, views[3].buf, count,
+                side, &steps, views[4].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
@@ -228,46 +279,38 @@ static double rise_at(const float *image, Size size, double u, double v, const i
 static bool is_step(const float *image, Size size, double u, double v, const int *direction,
                     double depth, const EdgeRule *rule, double rise) {
   double before = 0.0, largest = 0.0;
-  const double sign = rise > 0.0 ? 1.0 : -1.0;
   for (Py_ssize_t distance = 1; distance <= rule->reach; ++distance) {
     const double there = rise_at(image, size, u, v, direction, distance, depth);
-    largest = fmax(largest, sign * (there - before));
+    largest = fmax(largest, there - before);
     before = there;
   }
-  return largest > rule->least_step * sign * rise;
+  return largest > rule->least_step * rise;
 }
 
-// Return whether there is an edge beside a pixel, and the depth of a nearer surface or NaN.
-static bool edge_beside(const float *image, Size size, const double *pixel, double depth,
-                        const EdgeRule *rule, double *nearer) {
+// The depth of a nearer surface that ends beside a pixel; NaN where there is none.
+static double nearer_beside(const float *image, Size size, const double *pixel, double depth,
+                            const EdgeRule *rule) {
   const double u = rint(pixel[0]), v = rint(pixel[1]);
   double rises[DIRECTIONS], sum = 0.0;
-  bool is_edge = false;
   int near = 0;
   for (int i = 0; i < DIRECTIONS; ++i)
     rises[i] = rise_at(image, size, u, v, AROUND[i], rule->reach, depth);
   for (int i = 0; i < DIRECTIONS; ++i) {
     const double rise = rises[i], bend = rise + rises[i ^ 1];
-    const bool is_nearer = fmin(rise, bend) > rule->least_rise;
-    const bool is_farther = fmax(rise, bend) < -rule->least_rise;
-    if ((is_nearer || is_farther) && is_step(image, size, u, v, AROUND[i], depth, rule, rise)) {
-      is_edge = true;
-      if (is_nearer) {
-        sum += rise;
-        ++near;
-      }
+    if (fmin(rise, bend) > rule->least_rise &&
+        is_step(image, size, u, v, AROUND[i], depth, rule, rise)) {
+      sum += rise;
+      ++near;
     }
   }
-  *nearer = near ? depth / (1.0 + sum / near) : NAN;
-  return is_edge;
+  return near ? depth / (1.0 + sum / near) : NAN;
 }
 
-PyObject *kernel_edges_beside(PyObject *module, PyObject *arguments) {
-  PyObject *image_array, *pixel_array, *depth_array, *nearer_array, *any_array;
+PyObject *kernel_nearer_beside(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *pixel_array, *depth_array, *nearer_array;
   EdgeRule rule;
-  if (!PyArg_ParseTuple(arguments, "OOOnddOO", &image_array, &pixel_array, &depth_array,
-                        &rule.reach, &rule.least_rise, &rule.least_step, &nearer_array,
-                        &any_array))
+  if (!PyArg_ParseTuple(arguments, "OOOnddO", &image_array, &pixel_array, &depth_array,
+                        &rule.reach, &rule.least_rise, &rule.least_step, &nearer_array))
     return NULL;
   const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
@@ -275,7 +318,6 @@ PyObject *kernel_edges_beside(PyObject *module, PyObject *arguments) {
       {"the pixels", pixel_array, 'd', 2 * count, false},
       {"the depths", depth_array, 'd', count, false},
       {"the nearer depths", nearer_array, 'd', count, true},
-      {"the edges", any_array, '?', count, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
@@ -290,24 +332,39 @@ PyObject *kernel_edges_beside(PyObject *module, PyObject *arguments) {
   const float *image = arrays.views[0].buf;
   const double *pixels = arrays.views[1].buf, *depths = arrays.views[2].buf;
   double *nearer = arrays.views[3].buf;
-  bool *any = arrays.views[4].buf;
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t i = 0; i < count; ++i)
-    any[i] = edge_beside(image, size, pixels + 2 * i, depths[i], &rule, nearer + i);
+    nearer[i] = nearer_beside(image, size, pixels + 2 * i, depths[i], &rule);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
 }
 
-PyObject *kernel_plane_jacobians(PyObject *module, PyObject *arguments) {
-  PyObject *normal_array, *point_array, *pose_array, *jacobian_array;
+// The derivatives of where a point is seen after a motion by where it was, at the same depth
+// [px/px], and by its inverse depth [px m].
+static void derive(const double *pose, const double *point, const double *focal,
+                   double jacobian[2][2], double *parallax) {
+  double moved[3];  // of the point at unit depth
+  for (int i = 0; i < 3; ++i)
+    moved[i] = (pose[4 * i] * point[0] + pose[4 * i + 1] * point[1] + pose[4 * i + 2] * point[2] +
+                pose[4 * i + 3]) / point[2];
+  for (int k = 0; k < 2; ++k) {
+    double by[4];  // the coordinates of the ray, its third one, and the inverse depth
+    for (int i = 0; i < 4; ++i)
+      by[i] = (pose[4 * k + i] - moved[k] / moved[2] * pose[8 + i]) / moved[2];
+    for (int i = 0; i < 2; ++i)
+      jacobian[k][i] = by[i] * focal[k] / focal[i];
+    parallax[k] = by[3] * focal[k];
+  }
+}
+
+PyObject *kernel_pixel_jacobians(PyObject *module, PyObject *arguments) {
+  PyObject *point_array, *pose_array, *jacobian_array;
   double ratio;  // of the focal lengths, fx / fy
-  if (!PyArg_ParseTuple(arguments, "OOOdO", &normal_array, &point_array, &pose_array, &ratio,
-                        &jacobian_array))
+  if (!PyArg_ParseTuple(arguments, "OOdO", &point_array, &pose_array, &ratio, &jacobian_array))
     return NULL;
   const Py_ssize_t count = row_count(point_array);
   const Argument needed[] = {
-      {"the normals", normal_array, 'd', 3 * count, false},
       {"the points", point_array, 'd', 3 * count, false},
       {"the pose", pose_array, 'd', 16, false},
       {"the jacobians", jacobian_array, 'd', 4 * count, true},
@@ -315,25 +372,13 @@ PyObject *kernel_plane_jacobians(PyObject *module, PyObject *arguments) {
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const double *normals = arrays.views[0].buf, *points = arrays.views[1].buf;
-  const double *pose = arrays.views[2].buf;
-  double(*jacobians)[2][2] = arrays.views[3].buf;
+  const double *points = arrays.views[0].buf, *pose = arrays.views[1].buf;
+  double(*jacobians)[2][2] = arrays.views[2].buf;
+  const double focal[2] = {ratio, 1.0};
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t n = 0; n < count; ++n) {
-    const double *point = points + 3 * n, *normal = normals + 3 * n;
-    double moved[3];  // of the point at unit depth
-    for (int i = 0; i < 3; ++i)
-      moved[i] = (pose[4 * i] * point[0] + pose[4 * i + 1] * point[1] +
-                  pose[4 * i + 2] * point[2] + pose[4 * i + 3]) / point[2];
-    for (int i = 0; i < 2; ++i) {  // by the coordinates of the ray
-      double by[3];
-      for (int k = 0; k < 3; ++k)
-        by[k] = pose[4 * k + i] + normal[i] * pose[4 * k + 3];
-      for (int k = 0; k < 2; ++k)
-        jacobians[n][k][i] = (by[k] - moved[k] / moved[2] * by[2]) / moved[2];
-    }
-    jacobians[n][0][1] *= ratio;
-    jacobians[n][1][0] /= ratio;
+    double parallax[2];
+    derive(pose, points + 3 * n, focal, jacobians[n], parallax);
   }
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
@@ -376,9 +421,10 @@ PyObject *kernel_inverted_turns(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
-// How far off its centre a window is found that is stretched, before it is turned.
-static void shift_of(double stretch[2][2], const double *moments, double limit, double smallest,
-                     double *shift) {
+// How far off its centre a window is found that is stretched and whose relief is displaced, before
+// it is turned.
+static void shift_of(double stretch[2][2], const double *displaced, const double *moments,
+                     const double *reliefs, double limit, double smallest, double *shift) {
   bool is_known = true;
   for (int i = 0; i < 4; ++i)
     is_known = is_known && fabs(stretch[i / 2][i % 2]) < limit;
@@ -386,9 +432,11 @@ static void shift_of(double stretch[2][2], const double *moments, double limit, 
   if (!is_known)
     return;
   for (int k = 0; k < 2; ++k)
-    for (int along = 0; along < 2; ++along)
-      for (int i = 0; i < 2; ++i)
+    for (int i = 0; i < 2; ++i) {
+      shift[k] += reliefs[k + i] * displaced[i];
+      for (int along = 0; along < 2; ++along)
         shift[k] += moments[3 * (1 + along) + k + i] * stretch[i][along];
+    }
   const double uu = moments[0], uv = moments[1], vv = moments[2];
   const double determinant = fmax(uu * vv - uv * uv, smallest);
   const double u = (vv * shift[0] - uv * shift[1]) / determinant;
@@ -397,35 +445,41 @@ static void shift_of(double stretch[2][2], const double *moments, double limit, 
 }
 
 PyObject *kernel_window_shifts(PyObject *module, PyObject *arguments) {
-  PyObject *moved_array, *turn_array, *moment_array, *shift_array;
-  double limit, smallest;
-  if (!PyArg_ParseTuple(arguments, "OOOddO", &moved_array, &turn_array, &moment_array, &limit,
-                        &smallest, &shift_array))
+  PyObject *point_array, *pose_array, *turn_array, *moment_array, *relief_array, *shift_array;
+  double focal[2], limit, smallest;
+  if (!PyArg_ParseTuple(arguments, "OOddOOOddO", &point_array, &pose_array, &focal[0], &focal[1],
+                        &turn_array, &moment_array, &relief_array, &limit, &smallest,
+                        &shift_array))
     return NULL;
-  const Py_ssize_t count = row_count(moved_array);
+  const Py_ssize_t count = row_count(point_array);
   const Argument needed[] = {
-      {"the jacobians", moved_array, 'd', 4 * count, false},
+      {"the points", point_array, 'd', 3 * count, false},
+      {"the pose", pose_array, 'd', 16, false},
       {"the jacobians of the turn", turn_array, 'd', 4 * count, false},
       {"the moments", moment_array, 'd', 9 * count, false},
+      {"the reliefs", relief_array, 'd', 3 * count, false},
       {"the shifts", shift_array, 'd', 2 * count, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  double(*moved)[2][2] = arrays.views[0].buf, (*turns)[2][2] = arrays.views[1].buf;
-  const double *moments = arrays.views[2].buf;
-  double *shifts = arrays.views[3].buf;
+  const double *points = arrays.views[0].buf, *pose = arrays.views[1].buf;
+  double(*turns)[2][2] = arrays.views[2].buf;
+  const double *moments = arrays.views[3].buf, *reliefs = arrays.views[4].buf;
+  double *shifts = arrays.views[5].buf;
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t n = 0; n < count; ++n) {
-    double stretch[2][2], shift[2];
+    double moved[2][2], parallax[2], stretch[2][2], displaced[2], shift[2];
+    derive(pose, points + 3 * n, focal, moved, parallax);
     for (int i = 0; i < 2; ++i) {
-      const double column[2] = {moved[n][0][i], moved[n][1][i]};
+      const double column[2] = {moved[0][i], moved[1][i]};
       double solved[2];
       solve(turns[n], column, solved);
       for (int k = 0; k < 2; ++k)
         stretch[k][i] = solved[k] - (double)(k == i);
     }
-    shift_of(stretch, moments + 9 * n, limit, smallest, shift);
+    solve(turns[n], parallax, displaced);
+    shift_of(stretch, displaced, moments + 9 * n, reliefs + 3 * n, limit, smallest, shift);
     for (int k = 0; k < 2; ++k)
       shifts[2 * n + k] = turns[n][k][0] * shift[0] + turns[n][k][1] * shift[1];
   }

@@ -65,14 +65,11 @@ def test_beside_an_edge_the_nearer_surface_is_found(turns):
     image = np.where(is_near, near, far).astype(np.float32)
     pixels = np.stack([u, v], axis=-1)[8:-8, 8:-8].reshape(-1, 2)
     columns, rows = pixels.astype(int).T
-    edges = depth.edges_beside(image, pixels, image[rows, columns].astype(float), 4)
-    found = edges.nearer
+    found = depth.nearer_beside(image, pixels, image[rows, columns].astype(float), 4)
     reached = cv2.dilate(is_near.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
     behind = (reached & ~is_near)[rows, columns]
     np.testing.assert_array_equal(np.isfinite(found), behind)
     np.testing.assert_allclose(found[behind], near[rows, columns][behind], rtol=0.02)
-    before = (cv2.dilate((~is_near).astype(np.uint8), np.ones((9, 9), np.uint8)) > 0) & is_near
-    np.testing.assert_array_equal(edges.any, behind | before[rows, columns])
 
 
 def test_points_are_scaled_by_the_depth_that_is_measured():
@@ -96,12 +93,11 @@ def test_edges_are_those_beside_the_nearest_pixel():
     rng = np.random.default_rng(4)
     image = rng.uniform(1.0, 1.3, (60, 80)).astype(np.float32)
     v, u = (index.ravel() for index in np.indices(image.shape))
-    at_pixels = depth.edges_beside(image, np.column_stack([u, v]), image.ravel(), 4)
+    at_pixels = depth.nearer_beside(image, np.column_stack([u, v]), image.ravel(), 4)
     within = np.column_stack([u, v]) + rng.uniform(-0.49, 0.49, (len(u), 2))
-    found = depth.edges_beside(image, within, image.ravel(), 4)
-    assert 0.1 < at_pixels.any.mean() and np.isfinite(at_pixels.nearer).mean() < 0.95
-    np.testing.assert_array_equal(found.any, at_pixels.any)
-    np.testing.assert_array_equal(found.nearer, at_pixels.nearer)
+    found = depth.nearer_beside(image, within, image.ravel(), 4)
+    assert 0.1 < np.isfinite(at_pixels).mean() < 0.95
+    np.testing.assert_array_equal(found, at_pixels)
 
 
 def test_creases_steps_behind_and_holes_are_no_nearer_surface():
@@ -114,9 +110,9 @@ def test_creases_steps_behind_and_holes_are_no_nearer_surface():
     for image in (crease, box, holes, grazing, ridge):
         known = np.isfinite(image)
         pixels = np.column_stack([u[known], v[known]])
-        edges = depth.edges_beside(image.astype(np.float32), pixels, image[known], 4)
-        assert np.isnan(edges.nearer).all() and not edges.any.any()
-    assert not len(depth.edges_beside(crease, np.empty((0, 2)), np.empty(0), 4).nearer)
+        assert np.isnan(
+            depth.nearer_beside(image.astype(np.float32), pixels, image[known], 4)).all()
+    assert not len(depth.nearer_beside(crease, np.empty((0, 2)), np.empty(0), 4))
 
 
 def test_beside_a_hole_the_nearest_pixel_is_taken():
@@ -203,35 +199,23 @@ def test_an_edge_rises_by_a_tenth_of_the_inverse_depth(rise, is_edge, reach):
     """A step between two walls: in front of the far one, and behind the near one."""
     image = np.full((9, 20), 2.0, np.float32)
     image[:, 10:] = 2.0 / (1.0 + rise)
-    far, = np.isfinite(depth.edges_beside(
-        image, np.array([(9.0, 4.0)]), np.array([2.0]), reach).nearer)
+    far, = np.isfinite(
+        depth.nearer_beside(image, np.array([(9.0, 4.0)]), np.array([2.0]), reach))
     assert far == is_edge
-    behind = 1 / (1.0 + rise) - 1.0
-    near = depth.edges_beside(image, np.array([(10.0, 4.0)]),
-                              np.array([2.0 / (1.0 + rise)]), reach)
-    assert np.isnan(near.nearer).all() and near.any[0] == (behind < -0.1)
+    near, = depth.nearer_beside(image, np.array([(10.0, 4.0)]), np.array([2.0 / (1.0 + rise)]),
+                                reach)
+    assert np.isnan(near)
 
 
 @pytest.mark.parametrize('share, is_edge', [(0.48, False), (0.52, True)])
 def test_at_an_edge_half_of_the_rise_is_between_two_pixels(share, is_edge):
-    """The inverse depth rises by a third in two steps, or falls by a third."""
-    for total in (1 / 3, -1 / 3):
-        inverse = np.full((9, 30), 0.5)
-        inverse[:, 12] *= 1 + (1 - share) * total
-        inverse[:, 13:] *= 1 + total
-        if is_edge:
-            beside = depth.edges_beside(np.float32(1 / inverse), np.array([(11.0, 4.0)]),
-                                        np.array([2.0]), 2)
-            assert beside.any.all() and np.isfinite(beside.nearer).all() == (total > 0)
-        else:  # both steps are the same, so that none has more than half
-            inverse[:, 12] = 0.5 * (1 + 0.5 * total)
-            beside = depth.edges_beside(np.float32(1 / inverse), np.array([(11.0, 4.0)]),
-                                        np.array([2.0]), 3)
-            inverse[:, 12] = 0.5 * (1 + total / 3)
-            inverse[:, 13] = 0.5 * (1 + 2 * total / 3)
-            beside = depth.edges_beside(np.float32(1 / inverse), np.array([(11.0, 4.0)]),
-                                        np.array([2.0]), 3)
-            assert not beside.any.any()
+    """The inverse depth rises by a third in three steps, of which the second is the largest."""
+    image = np.full((9, 30), 0.5)
+    for n, part in enumerate(((1 - share) / 2, (1 + share) / 2, 1.0)):
+        image[:, 12 + n:] = 0.5 * (1 + part / 3)
+    found, = depth.nearer_beside(np.float32(1 / image), np.array([(11.0, 4.0)]), np.array([2.0]),
+                                 3)
+    assert np.isfinite(found) == is_edge
 
 
 def test_edges_further_away_than_the_reach_are_not_beside():
@@ -240,7 +224,7 @@ def test_edges_further_away_than_the_reach_are_not_beside():
     columns = np.arange(10, 20)
     pixels = np.column_stack([columns, np.full(10, 10)]).astype(float)
     for reach in (1, 2, 5):
-        found = depth.edges_beside(image, pixels, np.full(10, 2.0), reach).any
+        found = np.isfinite(depth.nearer_beside(image, pixels, np.full(10, 2.0), reach))
         np.testing.assert_array_equal(found, columns + reach >= 20)
 
 
@@ -258,8 +242,8 @@ def test_a_steep_plane_has_no_edge_between_pixels():
     for axis in (0, 1):
         index = np.indices((7, 7))[axis]
         image = (1 / (0.6 + 0.1 * (index - 3))).astype(np.float32)
-        found = depth.edges_beside(image, np.array([(3.0, 3.0)]), image[3, 3:4], 1)
-        assert not found.any.any()
+        assert np.isnan(
+            depth.nearer_beside(image, np.array([(3.0, 3.0)]), image[3, 3:4], 1)).all()
 
 
 def test_the_nearer_surface_is_that_at_the_reach():
@@ -267,8 +251,8 @@ def test_the_nearer_surface_is_that_at_the_reach():
     image = np.full((21, 40), 3.0, np.float32)
     image[:, 20] = 1.5
     image[:, 21:] = 1.0
-    found = depth.edges_beside(image, np.array([(17.0, 10.0)]), np.array([3.0]), 3)
-    assert found.nearer == pytest.approx([1.5])
+    found = depth.nearer_beside(image, np.array([(17.0, 10.0)]), np.array([3.0]), 3)
+    assert found == pytest.approx([1.5])
 
 
 @pytest.mark.parametrize('far, is_smooth', [

@@ -410,15 +410,15 @@ def test_one_row_of_cells_cannot_be_interpolated_between():
 
 @pytest.mark.parametrize('height, width', [(1, 1), (2, 3), (31, 48), (30, 47)])
 @pytest.mark.parametrize('share', [0.0, 0.2, 1.0])
-def test_the_lower_quartile_is_that_of_finite_numbers(height, width, share):
+def test_the_low_quantiles_are_those_of_finite_numbers(height, width, share):
     """Of every second row and column; where there is none it is not a number."""
     rng = np.random.default_rng(height)
     numbers = rng.gamma(1.0, size=(height, width)).astype(np.float32).round(2)
     missing = rng.random((height, width)) < share
     numbers[missing] = rng.choice([np.nan, np.inf], missing.sum())
     finite = np.sort(numbers[::2, ::2][np.isfinite(numbers[::2, ::2])])
-    expected = finite[len(finite) // 4] if len(finite) else np.nan
-    np.testing.assert_equal(kernels.lower_quartile(numbers), float(expected))
+    expected = [finite[len(finite) // n] if len(finite) else np.nan for n in (10, 4)]
+    np.testing.assert_equal(kernels.low_quantiles(numbers), np.array(expected, float))
 
 
 def test_the_first_of_each_bucket_in_the_order_are_chosen():
@@ -508,18 +508,24 @@ def test_normals_point_away_from_the_camera():
     assert (np.einsum('ij,ij->i', surface.normals, surface.points)[surface.usable] > 0).all()
 
 
-@pytest.mark.parametrize('ratio, is_usable', [(3.9, True), (4.1, False)])
-def test_a_plane_may_be_four_times_as_rough_as_the_smoothest_quarter(ratio, is_usable):
-    """Columns of cells lie before and behind a wall in turn, on the right further off it."""
+@pytest.mark.parametrize('first, smooth, ratio, is_usable', [
+    (100, 1.5, 3.9, True), (100, 1.5, 4.1, False), (30, 0.25, 7.9, True), (30, 0.25, 8.1, False)])
+def test_a_plane_may_be_as_many_times_as_rough_as_the_smoothest_ones(
+        first, smooth, ratio, is_usable):
+    """
+    Four times as a quarter, eight times as a tenth of the cells.
+
+    Columns of cells lie before and behind a wall in turn, on the right further off it.
+    """
     signs = (-1.0) ** np.arange(2 * RADIUS + 1)
     roughness = np.std(signs - signs.mean())
     column = np.arange(PINHOLE.width) // CELL
-    relief = 1.5 * SENSOR.depth_sigma / roughness * (-1.0) ** column
-    relief[column >= 100] *= ratio
+    relief = smooth * SENSOR.depth_sigma / roughness * (-1.0) ** column
+    relief[column >= first] *= ratio
     depth = np.tile(1 / (0.5 + relief), (PINHOLE.height, 1)).astype(np.float32)
     usable = in_image(surface_of(depth).usable)[RADIUS:-RADIUS]
-    assert usable[:, RADIUS:100 - RADIUS].all()
-    beyond = usable[:, 100 + RADIUS:-RADIUS]
+    assert usable[:, RADIUS:first - RADIUS].all()
+    beyond = usable[:, first + RADIUS:-RADIUS]
     assert beyond.all() if is_usable else not beyond.any()
 
 

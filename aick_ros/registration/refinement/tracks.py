@@ -167,7 +167,7 @@ class Tracker:
                                                      self._settings.max_tracks)))
 
     def _windows_of(self, frame: PreparedFrame, chosen: np.ndarray) -> Windows:
-        return Windows.of(frame, chosen, self._settings.track_window)
+        return Windows.of(frame, chosen, self._settings.track_window, self._sensor)
 
 
 def _visible(points: np.ndarray, T_target_source: np.ndarray,
@@ -191,4 +191,4 @@ def _turns(points: np.ndarray, T_target_source: np.ndarray, camera: Camera) -> n
         return not_turned(len(points))
     rotation = np.eye(4)
     rotation[:3, :3] = T_target_source[:3, :3]
-    return jacobians(np.zeros_like(points), points, camera, rotation)
+    return jacobians(points, camera, rotation)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Windows around keypoints: their planes, how they are stretched, and where they are found."""
+"""Windows around keypoints: their relief, how they are stretched, and where they are found."""
 
 import dataclasses
 
@@ -17,8 +17,9 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.lucas_kanade import not_turned
 from aick_ros.registration.refinement.tracks import Tracker
-from aick_ros.registration.refinement.windows import Windows, gradient_moments, jacobians, planes
-from aick_ros.settings import Settings
+from aick_ros.registration.refinement.windows import (
+    Windows, gradient_moments, jacobians, relief_moments)
+from aick_ros.settings import SensorSettings, Settings
 
 CAMERA = Camera(320, 240, 270.0, 250.0, 159.5, 119.5)
 SETTINGS = Settings()
@@ -45,78 +46,111 @@ def depth_image():
 PIXELS = np.random.default_rng(0).uniform((60, 20), (300, 220), (50, 2)).round()
 
 
-def test_planes_of_windows():
-    points = points_at(PIXELS)
-    found = planes(depth_image(), PIXELS, points, CAMERA, WINDOW)
-    np.testing.assert_allclose(found, np.tile(PLANE, (50, 1)), atol=1e-4)
+def reliefs(grey, image, points=None):
+    return relief_moments(grey, image, PIXELS, points_at(PIXELS) if points is None else points,
+                          WINDOW, SETTINGS.sensor)
 
 
-def test_of_a_curved_surface_a_window_has_the_tangent_plane_at_its_centre():
-    """Inverse depths are quadratic in the pixels: their mean slope is that of the centre."""
-    def inverse(u, v):
-        return 0.6 + 1e-3 * u - 5e-4 * v + 4e-6 * (u - 90) ** 2 - 6e-6 * u * v + 2e-6 * v ** 2
-
-    v, u = np.mgrid[:CAMERA.height, :CAMERA.width]
-    points = rays(PIXELS) / inverse(*PIXELS.T)[:, None]
-    found = planes((1 / inverse(u, v)).astype(np.float32), PIXELS, points, CAMERA, WINDOW)
-    u, v = PIXELS.T
-    slopes = np.column_stack([CAMERA.fx * (1e-3 + 8e-6 * (u - 90) - 6e-6 * v),
-                              CAMERA.fy * (-5e-4 - 6e-6 * u + 4e-6 * v)])
-    np.testing.assert_allclose(found[:, :2], slopes, atol=1e-4)
-    np.testing.assert_allclose(np.einsum('ij,ij->i', found, points), 1.0, atol=1e-9)
+def noise(seed):
+    return cv2.GaussianBlur(np.random.default_rng(seed).integers(0, 256, (240, 320), np.uint8),
+                            (5, 5), 1.0)
 
 
-def test_without_depth_a_window_faces_the_camera():
-    points = points_at(PIXELS)
-    found = planes(np.full((240, 320), np.nan, np.float32), PIXELS, points, CAMERA, WINDOW)
-    np.testing.assert_allclose(found, np.outer(1 / points[:, 2], [0, 0, 1]), atol=1e-9)
+def gradient_at(grey, u, v):
+    return np.array([float(grey[v, u + 1]) - grey[v, u - 1],
+                     float(grey[v + 1, u]) - grey[v - 1, u]])
 
 
-@pytest.mark.parametrize('depth', [0.0, 1e-45, 1e-39])
-def test_depths_that_cannot_be_count_as_none(depth):
-    """Their reciprocals would be infinite, and NumPy warn of them."""
-    points, image = points_at(PIXELS), depth_image()
-    image[:, ::2] = depth
-    expected = np.where(image == np.float32(depth), np.nan, image)
+def test_reliefs_are_sums_over_pixels():
+    """Pixel by pixel: a gradient is on the nearest of five, where there is a step between them."""
+    rng = np.random.default_rng(5)
+    grey, z = noise(6), np.full(50, 2.0)
+    inverse = rng.choice([0.5, 0.505, 0.52, 0.54, 0.56, 0.47, 0.44, np.nan], (240, 320))
+    points = rays(PIXELS) * z[:, None]
+    found = reliefs(grey, (1 / inverse).astype(np.float32), points)
+    least_step, most = 8 * SETTINGS.sensor.depth_sigma, 0.1 * 0.5
+    for (u, v), relief in zip(PIXELS.astype(int), found):
+        expected = np.zeros(3)
+        for row in range(v - 4, v + 5):
+            for column in range(u - 4, u + 5):
+                own, *others = np.nan_to_num(
+                    [inverse[row, column], inverse[row, column - 1], inverse[row, column + 1],
+                     inverse[row - 1, column], inverse[row + 1, column]], nan=-np.inf)
+                nearest = max(own, *others)
+                owner = nearest if nearest > own + least_step else own
+                nearer = owner - 0.5 if abs(owner - 0.5) < most else 0.0
+                by_u, by_v = gradient_at(grey, column, row)
+                expected += nearer * np.array([by_u * by_u, by_u * by_v, by_v * by_v])
+        np.testing.assert_allclose(relief, expected, rtol=1e-4, atol=0.01)
+
+
+def test_a_step_is_one_that_the_noise_of_the_depth_does_not_make():
+    """Of a sensor whose noise of the inverse depth falls with the distance."""
+    sensor = SensorSettings(depth_sigma=0.001, depth_exponent=1.0)  # 0.0005/m at 2 m
+    grey = noise(7)
+    for step, is_one in ((0.0038, False), (0.0042, True)):
+        inverse = np.full((240, 320), 0.5)
+        inverse[:, 160:] += step
+        found = relief_moments(grey, (1 / inverse).astype(np.float32), np.array([(160.0, 120.0)]),
+                               np.array([(0.0, 0.0, 2.0)]), WINDOW, sensor)
+        nearer = [(u, v) for v in range(116, 125) for u in range(159 if is_one else 160, 165)]
+        expected = step * sum(gradient_at(grey, u, v)[0] ** 2 for u, v in nearer)
+        np.testing.assert_allclose(found[0, 0], expected, rtol=1e-3)
+
+
+@pytest.mark.parametrize('depth', [np.nan, 0.0, 1e-45, 1e-39, np.inf])
+def test_without_depth_a_window_is_as_far_as_its_centre(depth):
+    """Reciprocals of depths that cannot be would be infinite, and NumPy warn of them."""
     with np.errstate(all='raise'):
-        found = planes(image, PIXELS, points, CAMERA, WINDOW)
-    np.testing.assert_array_equal(found, planes(expected, PIXELS, points, CAMERA, WINDOW))
+        found = reliefs(noise(1), np.full((240, 320), depth, np.float32))
+    np.testing.assert_array_equal(found, np.zeros((50, 3)))
 
 
-def test_jacobians_are_the_derivatives_of_where_a_plane_is_seen():
+@pytest.mark.parametrize('turn', [np.eye(3), se3.exp_rotation((0.1, 0.2, 0.3))])
+def test_jacobians_are_the_derivatives_of_where_a_depth_is_seen(turn):
     """By differences."""
-    found = jacobians(np.tile(PLANE, (50, 1)), points_at(PIXELS), CAMERA, MOTION)
+    motion = MOTION.copy()
+    motion[:3, :3] = turn
+    z = points_at(PIXELS)[:, 2:]
+    found = jacobians(points_at(PIXELS), CAMERA, motion)
 
     def seen(pixels):
-        return CAMERA.project(se3.transform(MOTION, points_at(pixels)))
+        return CAMERA.project(se3.transform(motion, rays(pixels) * z))
 
     for i, step in enumerate(0.01 * np.eye(2)):
         slope = (seen(PIXELS + step) - seen(PIXELS - step)) / 0.02
         np.testing.assert_allclose(found[:, :, i], slope, atol=1e-5)
 
 
+def displacement(at, offset, by_turn, motion):
+    """Return by how much a pixel of the plane is displaced beside the one at the centre."""
+    def seen(pixel):
+        return CAMERA.project(se3.transform(motion, points_at(np.array([pixel]))))[0]
+
+    step = 1e-3
+    moved = (seen(at + step * offset) - seen(at - step * offset)) / (2 * step)
+    return moved - by_turn @ offset
+
+
 @pytest.mark.parametrize('turn', [np.eye(3), se3.exp_rotation((0.1, 0.2, 0.3))])
 def test_the_shift_is_the_weighted_mean_of_the_displacements(turn):
-    """Pixel by pixel, in the turned image."""
-    rng = np.random.default_rng(1)
-    grey = cv2.GaussianBlur(rng.integers(0, 256, (240, 320), np.uint8), (5, 5), 1.0)
-    points, normals = points_at(PIXELS), np.tile(PLANE, (50, 1))
-    windows = Windows(points, np.ones(50), normals, gradient_moments(grey, PIXELS, WINDOW))
+    """Pixel by pixel, in the turned image, on a slanted plane."""
+    grey = noise(1)
+    points = points_at(PIXELS)
+    windows = Windows(points, np.ones(50), gradient_moments(grey, PIXELS, WINDOW),
+                      reliefs(grey, depth_image()))
     turned = np.eye(4)
     turned[:3, :3] = turn
-    turns = jacobians(normals, points, CAMERA, turned)
+    turns = jacobians(points, CAMERA, turned)
     shifts = windows.shifts(CAMERA, MOTION, turns)
-    for centre, by_turn, moved, shift in zip(
-            PIXELS.astype(int), turns, jacobians(normals, points, CAMERA, MOTION), shifts):
+    for centre, by_turn, shift in zip(PIXELS.astype(int), turns, shifts):
         matrix, right = np.zeros((2, 2)), np.zeros(2)
         for offset in np.ndindex(WINDOW, WINDOW):
             offset = np.array(offset) - WINDOW // 2
-            u, v = centre + offset
-            gradient = np.linalg.solve(by_turn.T, [float(grey[v, u + 1]) - grey[v, u - 1],
-                                                   float(grey[v + 1, u]) - grey[v - 1, u]])
+            gradient = np.linalg.solve(by_turn.T, gradient_at(grey, *(centre + offset)))
             matrix += np.outer(gradient, gradient)
-            right += gradient * (gradient @ ((moved - by_turn) @ offset))
-        np.testing.assert_allclose(shift, np.linalg.solve(matrix, right), rtol=1e-4, atol=1e-6)
+            right += gradient * (gradient @ displacement(centre, offset, by_turn, MOTION))
+        np.testing.assert_allclose(shift, np.linalg.solve(matrix, right), rtol=2e-3, atol=2e-4)
 
 
 def view(grey, depth):
@@ -133,10 +167,12 @@ def pattern():
 
 
 def test_no_windows_and_windows_without_gradient():
-    windows = Windows.of(view(pattern(), depth_image()), np.empty(0, int), WINDOW)
+    windows = Windows.of(view(pattern(), depth_image()), np.empty(0, int), WINDOW,
+                         SETTINGS.sensor)
     assert windows.shifts(CAMERA, MOTION, not_turned(0)).shape == (0, 2)
-    flat = Windows(points_at(PIXELS), np.ones(50), np.tile(PLANE, (50, 1)),
-                   gradient_moments(np.full((240, 320), 7, np.uint8), PIXELS, WINDOW))
+    grey = np.full((240, 320), 7, np.uint8)
+    flat = Windows(points_at(PIXELS), np.ones(50), gradient_moments(grey, PIXELS, WINDOW),
+                   reliefs(grey, depth_image()))
     np.testing.assert_array_equal(flat.shifts(CAMERA, MOTION, not_turned(50)), np.zeros((50, 2)))
 
 
@@ -145,7 +181,7 @@ def test_windows_of_an_image_that_is_smaller_than_they_are():
     frame = RgbdFrame(0, np.dstack(3 * [grey]), depth, dataclasses.replace(CAMERA, height=10))
     keypoints = view(pattern(), depth_image()).keypoints
     inside = np.flatnonzero(keypoints.pixels[:, 1] < 9)
-    windows = Windows.of(PreparedFrame(frame, keypoints, grey), inside, 31)
+    windows = Windows.of(PreparedFrame(frame, keypoints, grey), inside, 31, SETTINGS.sensor)
     assert len(windows.points) == len(inside) > 0
     assert np.isfinite(windows.shifts(CAMERA, MOTION, not_turned(len(inside)))).all()
 
@@ -167,8 +203,8 @@ def edged():
 
 
 def test_a_window_on_an_edge_is_where_the_nearer_surface_is(edged):
-    """And is not taken for slanted."""
-    windows = Windows.of(edged, np.arange(len(edged.keypoints)), WINDOW)
+    """And of the other one it knows nothing."""
+    windows = Windows.of(edged, np.arange(len(edged.keypoints)), WINDOW, SETTINGS.sensor)
     positions, u = edged.keypoints.positions, edged.keypoints.pixels[:, 0]
     beside = u == 161.0
     np.testing.assert_allclose(windows.points[beside, 2], 1.0)
@@ -177,15 +213,13 @@ def test_a_window_on_an_edge_is_where_the_nearer_surface_is(edged):
     # a quarter of the step of inverse depth besides
     variances = SETTINGS.sensor.depth_sigma ** 2 + beside * (0.25 * 0.5) ** 2
     np.testing.assert_allclose(windows.sigmas ** 2, variances, rtol=1e-3)
-    on_edge = beside | (u == 158.0)
-    assert not windows.moments[on_edge, 1:].any()
-    assert windows.moments[~on_edge, 1:].any(axis=(1, 2)).all()
+    assert not windows.reliefs.any() and np.count_nonzero(u == 158.0) > 3
 
 
 def test_tracked_back_a_window_on_an_edge_is_as_uncertain(edged):
     """From the frame to itself: points are those of the keypoints, with their sigmas."""
     tracks = Tracker(SETTINGS.refinement, SETTINGS.sensor).track_back(edged, edged, np.eye(4))
-    windows = Windows.of(edged, tracks.keypoints, WINDOW)
+    windows = Windows.of(edged, tracks.keypoints, WINDOW, SETTINGS.sensor)
     u = edged.keypoints.pixels[tracks.keypoints, 0]
     assert len(tracks) > 0.8 * len(edged.keypoints)
     np.testing.assert_allclose(tracks.sigmas, windows.sigmas, rtol=1e-3)
@@ -215,6 +249,38 @@ def test_keypoints_of_a_slanted_wall_are_tracked_more_exactly(monkeypatch, roll)
     with_slant = error()
     monkeypatch.setattr(Windows, 'shifts', lambda self, *_: np.zeros((len(self.points), 2)))
     assert with_slant < 0.6 * error()
+
+
+def books(place, step):
+    """Return a view from a place along x: of books side by side every second one stands out."""
+    covers = np.random.default_rng(0).integers(30, 226, (2, 120, 200)).astype(np.float32)
+    v, u = np.mgrid[:240, :320].astype(float)
+
+    def seen(u, v):
+        x, y = (u - CAMERA.cx) / CAMERA.fx, (v - CAMERA.cy) / CAMERA.fy
+        is_front = np.floor((place + 2.0 * x) / 0.12) % 2 == 0
+        z = np.where(is_front, 2.0, 2.0 + step)
+        on_cover = [(a / 0.03 + 60).astype(np.float32) for a in (place + z * x + 1.0, z * y)]
+        front, behind = (cv2.remap(cover, *on_cover, cv2.INTER_LINEAR,
+                                   borderMode=cv2.BORDER_WRAP) for cover in covers)
+        return np.where(is_front, front, behind), z
+
+    parts = np.arange(-2, 3) / 5
+    grey = np.mean([seen(u + i, v + j)[0] for i in parts for j in parts], axis=0)
+    return view(np.rint(grey).astype(np.uint8), seen(u, v)[1].astype(np.float32))
+
+
+@pytest.mark.parametrize('step', [0.06, 0.1, 0.15])
+@pytest.mark.parametrize('motion', [-0.05, 0.05])
+def test_keypoints_of_a_relief_are_where_they_are_in_the_mean(step, motion):
+    """A camera that passes books: the edge of one that stands out moves as that one does."""
+    T_target_source = se3.exp(np.array([motion, 0, 0, 0, 0, 0]))
+    tracks = Tracker(SETTINGS.refinement, SETTINGS.sensor).track(
+        books(0.0, step), books(-motion, step), T_target_source)
+    true = (tracks.points[:, 0] + motion) / tracks.points[:, 2]
+    farther = np.sign(motion) * CAMERA.fx * (true - tracks.rays[:, 0])
+    assert len(tracks) > 300
+    assert abs(farther[np.abs(farther) < 1].mean()) < 0.015
 
 
 @pytest.mark.parametrize('beyond', [0, 1, 3])
