@@ -340,7 +340,7 @@ class Odometry:
         prepared = self._with_velocity(prepared, attempt, increment, measured)
         self._pose = self._plane.joined(reference.pose @ seen)
         last = Reference(prepared, self._plane.joined(reference.pose @ registration.image_pose),
-                         in_keyframe=attempt.seen.varying_pose, bias=attempt.seen.bias)
+                         in_keyframe=attempt.seen.unbiased_pose, bias=attempt.seen.bias)
         detour = np.zeros((6, 6))
         effort = self._effort_for(prepared, attempt, references)
         interval = seconds(references.last.stamp, prepared.stamp)

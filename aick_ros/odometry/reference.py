@@ -33,8 +33,8 @@ class Reference:
 
     :param pose: ``T_odom_camera`` of the image, whenever it was taken: errors of stamps do not
         add up from image to image.
-    :param in_keyframe: ``T_keyframe_camera`` as registered, with the covariance of what differs
-        from frame to frame; the identity, without error, if the frame is a keyframe itself. By
+    :param in_keyframe: ``T_keyframe_camera`` as registered, with the covariance of all but
+        biases; the identity, without error, if the frame is a keyframe itself. By
         depth alone, the pose in the frame whose depth it was registered to.
     :param bias: between keypoints and depth, of that registration; None where it has none.
     """
@@ -56,6 +56,7 @@ class Reference:
 
         The noise of the keyframe is in both registrations, about half of each variance, and
         cancels. The bias that both have in common is not in the difference of their biases either.
+        From the keyframe itself one registration shows the bias, so that an unusual one counts.
 
         :param registration: of the other frame, ``T_keyframe_camera``.
         :returns: ``T_camera0_camera1``, with the covariance of all but the bias, and the
@@ -64,7 +65,7 @@ class Reference:
         if not self.in_keyframe.covariance.any():
             known = registration.pose if registration.bias is None else registration.varying_pose
             return known, registration.bias
-        motion = registration.varying_pose.relative_to(self.in_keyframe)
+        motion = registration.unbiased_pose.relative_to(self.in_keyframe)
         bias = None
         if self.bias is not None and registration.bias is not None:
             arm = registration.T_target_source[:3, 3] - self.in_keyframe.translation

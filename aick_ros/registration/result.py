@@ -86,9 +86,10 @@ class Registration:
     :param tracks: keypoints of the source that the refinement found in the target; None without
         a refinement.
     :param evidence: what supports the pose, where the status is OK.
-    :param systematic: 6x6, the part of the covariance that is a bias between keypoints and depth,
-        expected or unusual, or due to an uncertain delay; registrations with about the same motion
-        have it in common.
+    :param systematic: 6x6, the part of the covariance that is the bias expected between keypoints
+        and depth; registrations with about the same motion have it in common.
+    :param unusual: 6x6, the part that is an unusual bias, or due to an uncertain delay; what
+        keypoints and depth differ by between two registrations shows it too.
     :param timing: 6x6, the part that is due to errors of the two stamps; the pose of one image in
         the other does not have it.
     :param noise: noise measured from the residuals; None unless a refinement used both.
@@ -109,6 +110,7 @@ class Registration:
     tracks: Tracks | None = None
     evidence: Evidence = Evidence.KEYPOINTS
     systematic: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    unusual: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     timing: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     noise: NoiseSample | None = None
     misalignment: MisalignmentSample | None = None
@@ -134,6 +136,12 @@ class Registration:
     def varying_pose(self) -> PoseWithCovariance:
         """``T_target_source`` with the covariance of all but the systematic error."""
         return PoseWithCovariance(self.T_target_source, self.covariance - self.systematic)
+
+    @cached_property
+    def unbiased_pose(self) -> PoseWithCovariance:
+        """``T_target_source`` with the covariance of all but biases, expected or unusual."""
+        return PoseWithCovariance(self.T_target_source,
+                                  self.covariance - self.systematic - self.unusual)
 
 
 def failed(status: Status, reason: str, iterations: int = 0) -> Registration:

@@ -85,13 +85,13 @@ class SystematicError:
         # an error of the delay shifts the motion by this change, and in no other direction; so
         # does a velocity that lags
         along_change = np.outer(change, change)
-        lag, bias = _lag_squared(delay) * along_change, delay_sigma ** 2 * along_change
+        lag, unusual = _lag_squared(delay) * along_change, delay_sigma ** 2 * along_change
         if registration.bias is not None:
-            bias += _along_any_axis(self._unusual(registration.bias))
+            unusual += _along_any_axis(self._unusual(registration.bias))
             self._learn(registration.bias)
         return dataclasses.replace(
-            registration, covariance=registration.covariance + timing + lag + bias, timing=timing,
-            systematic=registration.systematic + bias)
+            registration, covariance=registration.covariance + timing + lag + unusual,
+            timing=timing, unusual=unusual)
 
     def _unusual(self, bias: SensorBias) -> np.ndarray:
         """Return the mean squares of the share of a bias that is not usual, 2 [m^2, rad^2]."""

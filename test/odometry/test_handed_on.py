@@ -152,7 +152,7 @@ def test_a_pose_is_that_of_its_keyframe_with_the_registration(parts, tracked, at
     assert_same(update.pose, parts.published(pose))
     references, last, attempt = parts.asked('KeyframeChoice', 'advance')[0]
     assert_same(last.pose, PoseWithCovariance(START) @ found.image_pose @ parts.joined)
-    assert_same(last.in_keyframe, attempt.seen.varying_pose)
+    assert_same(last.in_keyframe, attempt.seen.unbiased_pose)
     assert last.prepared is update.prepared
     assert attempt.registration is found
     assert (update.status, update.reason, update.support, update.evidence, update.recovered) == (

@@ -3,6 +3,7 @@
 
 """The frames that a new frame is registered to, and motions between frames of one keyframe."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -59,11 +60,12 @@ def test_the_motion_between_two_frames_of_a_keyframe(poses):
 
 @pytest.mark.parametrize('is_known', [True, False])
 def test_the_motion_from_a_keyframe_is_its_registration(poses, is_known):
-    """Its systematic error is left to what the bias shows, where that is known."""
+    """The bias expected is left to what the bias shows, where that is known, not an unusual one."""
     noise, systematic = np.diag(np.arange(1.0, 7.0)), 3.0 * np.eye(6)
     bias = drawn_bias(np.random.default_rng(1)) if is_known else None
-    found, shown = Reference(VIEW, ORIGIN).motion_to(registered_at(
-        PoseWithCovariance(poses[0], noise), systematic, bias))
+    registration = registered_at(PoseWithCovariance(poses[0], noise), systematic, bias)
+    found, shown = Reference(VIEW, ORIGIN).motion_to(
+        dataclasses.replace(registration, unusual=0.5 * noise))
     assert shown is bias
     np.testing.assert_allclose(found.matrix, poses[0], atol=1e-12)
     np.testing.assert_allclose(found.covariance, noise if is_known else noise + systematic,
@@ -75,9 +77,12 @@ def test_what_two_registrations_have_in_common_is_no_error_of_the_motion(poses):
     noise = 1e-6 * np.eye(6)
     first, second = (PoseWithCovariance(pose, noise) for pose in poses)
     before = Reference(VIEW, ORIGIN, first)
-    motions = [before.motion_to(registered_at(second, systematic))[0].covariance
-               for systematic in (np.zeros((6, 6)), np.eye(6))]
+    plain, biased = registered_at(second), registered_at(second, np.eye(6))
+    unusual = dataclasses.replace(biased, covariance=biased.covariance + np.eye(6),
+                                  unusual=np.eye(6))
+    motions = [before.motion_to(found)[0].covariance for found in (plain, biased, unusual)]
     np.testing.assert_allclose(motions[1], motions[0], atol=1e-12)
+    np.testing.assert_allclose(motions[2], motions[0], atol=1e-12)
 
 
 def test_the_bias_of_a_motion_is_what_the_two_kinds_say_of_it(poses):

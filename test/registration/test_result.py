@@ -35,15 +35,17 @@ def registration():
     motion = np.eye(4)
     motion[:3, 3] = 1.0, 2.0, 3.0
     return Registration(Status.OK, '', motion, 6 * COVARIANCE, np.empty((0, 2), np.intp), 3,
-                        systematic=2 * COVARIANCE, timing=np.diag(np.arange(6.0)))
+                        systematic=2 * COVARIANCE, unusual=0.5 * COVARIANCE,
+                        timing=np.diag(np.arange(6.0)))
 
 
 def test_poses_have_the_covariance_less_what_does_not_apply(registration):
-    parts = {'pose': 0.0, 'image_pose': np.diag(np.arange(6.0)), 'varying_pose': 2 * COVARIANCE}
+    parts = {'pose': 0.0, 'image_pose': np.diag(np.arange(6.0)), 'varying_pose': 2 * COVARIANCE,
+             'unbiased_pose': 2.5 * COVARIANCE}
     for name, part in parts.items():
         pose = getattr(registration, name)
         np.testing.assert_array_equal(pose.matrix, registration.T_target_source)
-        np.testing.assert_array_equal(pose.covariance, 6 * COVARIANCE - part)
+        np.testing.assert_allclose(pose.covariance, 6 * COVARIANCE - part, atol=1e-12)
 
 
 def test_by_depth_means_by_depth_alone(registration):
@@ -60,7 +62,7 @@ def test_a_failure_knows_nothing_of_the_pose():
     assert np.isinf(np.diag(nothing.covariance)).all()
     assert nothing.matches.shape == (0, 2) and nothing.support == 0
     assert failed(Status.BAD_FRAME, '').iterations == 0
-    for part in (nothing.systematic, nothing.timing):
+    for part in (nothing.systematic, nothing.unusual, nothing.timing):
         np.testing.assert_array_equal(part, np.zeros((6, 6)))
 
 

@@ -88,8 +88,8 @@ def test_an_unusual_bias_adds_its_size_at_once():
     np.testing.assert_array_equal(added(model, 0.6 * sigmas), 0.0)
 
 
-def test_an_unusual_bias_and_an_uncertain_delay_are_systematic():
-    """Besides what was so before; noise and errors of stamps are not."""
+def test_an_unusual_bias_and_an_uncertain_delay_are_told_apart():
+    """From what is expected, from noise and from errors of stamps."""
     before, difference = np.diag(np.arange(1.0, 7.0)), 3 * np.sqrt(1.7 * np.diag(NOISE))
     moved = dataclasses.replace(
         registration(se3.exp([0.01, 0, 0, 0, 0, 0]), difference, OWN + before), systematic=before)
@@ -97,9 +97,9 @@ def test_an_unusual_bias_and_an_uncertain_delay_are_systematic():
         moved, view(1 + PERIOD, 0.002), view(1, 0.002), np.eye(4), PERIOD, delay_sigma=0.01)
     unusual = np.repeat(np.mean(difference.reshape(2, 3) ** 2, axis=1), 3)
     delay = np.diag([(0.01 * 0.01 / PERIOD) ** 2] + 5 * [0.0])
-    np.testing.assert_allclose(complete.systematic, before + np.diag(unusual) + delay, rtol=1e-9,
-                               atol=1e-15)
-    np.testing.assert_allclose(complete.varying_pose.covariance, OWN + complete.timing,
+    np.testing.assert_allclose(complete.unusual, np.diag(unusual) + delay, rtol=1e-9, atol=1e-15)
+    assert complete.systematic is before
+    np.testing.assert_allclose(complete.unbiased_pose.covariance, OWN + complete.timing,
                                atol=1e-12)
 
 
@@ -223,7 +223,7 @@ def test_a_delay_is_corrected_by_a_velocity_that_lags():
     # of each of two frames, along the change; half of it counts between two of one keyframe
     np.testing.assert_allclose(complete.covariance - OWN, np.diag([2 * error ** 2] + 5 * [0.0]),
                                atol=1e-12)
-    assert complete.systematic[0, 0] == 0.0  # it is no bias that registrations have in common
+    assert complete.unusual[0, 0] == 0.0
     steady = used().add_to(registration(fast), view(1 + PERIOD), view(1), fast, PERIOD, delay)
     np.testing.assert_allclose(steady.covariance, OWN, atol=1e-12)
 
