@@ -60,7 +60,7 @@ def test_the_motion_between_two_frames_of_a_keyframe(poses):
 
 @pytest.mark.parametrize('is_known', [True, False])
 def test_the_motion_from_a_keyframe_is_its_registration(poses, is_known):
-    """The bias expected is left to what the bias shows, where that is known, not an unusual one."""
+    """The bias expected is left to what the bias shows, where that is known."""
     noise, systematic = np.diag(np.arange(1.0, 7.0)), 3.0 * np.eye(6)
     bias = drawn_bias(np.random.default_rng(1)) if is_known else None
     registration = registered_at(PoseWithCovariance(poses[0], noise), systematic, bias)
