@@ -87,7 +87,8 @@ class ExpectedMotion:
             joined, kept = term.added_to(seen.pose), term.kept(seen.pose)
             seen = dataclasses.replace(
                 seen, T_target_source=joined.matrix, covariance=joined.covariance,
-                systematic=kept @ seen.systematic @ kept.T, timing=kept @ seen.timing @ kept.T)
+                systematic=kept @ seen.systematic @ kept.T, unusual=kept @ seen.unusual @ kept.T,
+                timing=kept @ seen.timing @ kept.T)
         return seen
 
     def joined_increment(self, seen: Increment, start: int, end: int) -> Increment:

@@ -22,6 +22,7 @@ from aick_ros.geometry.stamps import NANOSECONDS, RESTART_AFTER, seconds
 from aick_ros.odometry.attempts import Attempt, Attempts
 from aick_ros.odometry.effort import Effort
 from aick_ros.odometry.expected_motion import ExpectedMotion
+from aick_ros.odometry.increment_bias import IncrementBias
 from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.keyframe_choice import KeyframeChoice
@@ -80,6 +81,7 @@ class Odometry:
         self._other = OtherOdometry(settings.odometry)
         self._plane = Plane(settings.odometry)
         self._filter = PositionFilter(settings.odometry)
+        self._increment_bias = IncrementBias()
         self._memory: KeyframeMemory | None = None
         self._apply(settings, Registrar(settings, self._times, self._learned, detector))
         self.reset(T_odom_camera)
@@ -345,7 +347,7 @@ class Odometry:
         prepared = self._with_velocity(prepared, attempt, increment, measured)
         self._pose = self._plane.joined(reference.pose @ seen)
         last = Reference(prepared, self._plane.joined(reference.pose @ registration.image_pose),
-                         in_keyframe=attempt.seen.varying_pose)
+                         in_keyframe=attempt.seen.unbiased_pose, bias=attempt.seen.bias)
         detour = np.zeros((6, 6))
         effort = self._effort_for(prepared, attempt, references)
         interval = seconds(references.last.stamp, prepared.stamp)
@@ -395,7 +397,9 @@ class Odometry:
         if attempt.reference is not (references.shape or references.keyframe):
             return attempt.increment
         last = references.last
-        increment = Increment(last.motion_to(attempt.seen), seconds(last.stamp, prepared.stamp))
+        motion = self._increment_bias.add_to(
+            *last.motion_to(attempt.seen), last.prepared.scene_depth)
+        increment = Increment(motion, seconds(last.stamp, prepared.stamp))
         if attempt.registration.is_by_depth:
             return increment
         return self._expected.joined_increment(increment, last.stamp, prepared.stamp)

@@ -5,34 +5,20 @@
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-import numpy as np
-
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.geometry import se3
-from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.pose import PoseWithCovariance, at_point, in_axes
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.registration.result import Registration
+from aick_ros.registration.result import Registration, SensorBias
 
 # chosen on a rendered camera that is lifted while a hand covers it
 _EARLIER_FRAMES = 3
 _EARLIER_SPACING = 0.3  # s; chosen likewise
 
-_SYSTEMATIC_POWER = 4
-"""Power of the ratio of two motions by which the variance of their systematic errors grows.
-
-Chosen on two excerpts of real recordings and five rendered cameras: with 4 the mean NEES of
-increments is 1.2 to 5.0; with 2 it was below 1.7 on six of the seven.
-"""
-
-_SMALLEST_SIZE = 0.004
-"""Displacement of an image below which it is the same one [rad]; chosen: a pixel at 320x240.
-
-At rest the displacement is noise, and so would be the ratio."""
+_OWN_NOISE = 0.5  # derived: share of the variance of a registration that is not the keyframe's
 
 _LONGEST_BLUR = 5.0  # s; chosen: what stays blurred for longer is how the camera sees
 
@@ -47,46 +33,45 @@ class Reference:
 
     :param pose: ``T_odom_camera`` of the image, whenever it was taken: errors of stamps do not
         add up from image to image.
-    :param in_keyframe: ``T_keyframe_camera`` as registered, with the covariance of what differs
-        from frame to frame; the identity, without error, if the frame is a keyframe itself. By
+    :param in_keyframe: ``T_keyframe_camera`` as registered, with the covariance of all but
+        biases; the identity, without error, if the frame is a keyframe itself. By
         depth alone, the pose in the frame whose depth it was registered to.
+    :param bias: between keypoints and depth, of that registration; None where it has none.
     """
 
     prepared: PreparedFrame
     pose: PoseWithCovariance
     in_keyframe: PoseWithCovariance = field(default_factory=PoseWithCovariance.identity)
+    bias: SensorBias | None = None
 
     @property
     def stamp(self) -> int:
         """Stamp of the frame [ns]."""
         return self.prepared.stamp
 
-    def motion_to(self, registration: Registration) -> PoseWithCovariance:
+    def motion_to(self, registration: Registration
+                  ) -> tuple[PoseWithCovariance, SensorBias | None]:
         """
         Return the motion from this frame to another one registered to the same keyframe.
 
         The noise of the keyframe is in both registrations, about half of each variance, and
-        cancels. Systematic errors of the two have most in common if the frames are near each
-        other: what is left grows with their distance by that from the keyframe. At rest they have
-        all in common.
+        cancels. The bias that both have in common is not in the difference of their biases either.
+        From the keyframe itself one registration shows the bias, so that an unusual one counts.
 
         :param registration: of the other frame, ``T_keyframe_camera``.
-        :returns: ``T_camera0_camera1``.
+        :returns: ``T_camera0_camera1``, with the covariance of all but the bias, and the
+            difference of the two biases in the same axes; None where one of them is not known.
         """
         if not self.in_keyframe.covariance.any():
-            return registration.pose
-        motion = registration.varying_pose.relative_to(self.in_keyframe)
-        depth = self.prepared.scene_depth
-        ratio = _size(motion.matrix, depth) / max(
-            _size(registration.T_target_source, depth), _SMALLEST_SIZE)
-        share = min(ratio, 1.0) ** _SYSTEMATIC_POWER
-        return PoseWithCovariance(motion.matrix,
-                                  0.5 * motion.covariance + share * registration.systematic)
-
-
-def _size(motion: np.ndarray, depth: float) -> float:
-    """Return about how far a motion displaces the image of a scene at a depth [rad]."""
-    return math.hypot(*motion[:3, 3]) / depth + se3.angle(motion[:3, :3])
+            known = registration.pose if registration.bias is None else registration.varying_pose
+            return known, registration.bias
+        motion = registration.unbiased_pose.relative_to(self.in_keyframe)
+        bias = None
+        if self.bias is not None and registration.bias is not None:
+            arm = registration.T_target_source[:3, 3] - self.in_keyframe.translation
+            bias = registration.bias.since(self.bias, at_point(arm), _OWN_NOISE).seen_along(
+                in_axes(self.in_keyframe.rotation.T))
+        return PoseWithCovariance(motion.matrix, _OWN_NOISE * motion.covariance), bias
 
 
 class References:

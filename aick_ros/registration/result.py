@@ -26,10 +26,12 @@ class SensorBias:
 
     :param difference: 6 (x, y, z, rot x, rot y, rot z), to first order [m, rad].
     :param covariance: 6x6, of the difference if it is caused by noise alone.
+    :param gain: 6x6, by which the joint pose follows depth; keypoints by the rest.
     """
 
     difference: np.ndarray
     covariance: np.ndarray
+    gain: np.ndarray
 
     @cached_property
     def normalised(self) -> float:
@@ -41,6 +43,23 @@ class SensorBias:
         """Mean squares of the difference along an axis and about an axis [m^2, rad^2], 2."""
         squares: np.ndarray = np.square(self.difference).reshape(2, 3).sum(axis=1) / 3
         return squares
+
+    def since(self, before: SensorBias, transport: np.ndarray, own: float) -> SensorBias:
+        """
+        Return what the bias of a motion is, by those of two poses in one frame.
+
+        :param before: of the first pose.
+        :param transport: 6x6, moves an error of the first pose to the second one.
+        :param own: share of the noise of each that the other one does not have.
+        """
+        return SensorBias(
+            self.difference - transport @ before.difference,
+            own * (self.covariance + transport @ before.covariance @ transport.T), self.gain)
+
+    def seen_along(self, axes: np.ndarray) -> SensorBias:
+        """Return the same bias in other axes, by the 6x6 matrix that expresses an error there."""
+        return SensorBias(axes @ self.difference, axes @ self.covariance @ axes.T,
+                          axes @ self.gain @ axes.T)
 
 
 class Evidence(Enum):
@@ -69,6 +88,8 @@ class Registration:
     :param evidence: what supports the pose, where the status is OK.
     :param systematic: 6x6, the part of the covariance that is the bias expected between keypoints
         and depth; registrations with about the same motion have it in common.
+    :param unusual: 6x6, the part that is an unusual bias, or due to an uncertain delay; what
+        keypoints and depth differ by between two registrations shows it too.
     :param timing: 6x6, the part that is due to errors of the two stamps; the pose of one image in
         the other does not have it.
     :param noise: noise measured from the residuals; None unless a refinement used both.
@@ -89,6 +110,7 @@ class Registration:
     tracks: Tracks | None = None
     evidence: Evidence = Evidence.KEYPOINTS
     systematic: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
+    unusual: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     timing: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     noise: NoiseSample | None = None
     misalignment: MisalignmentSample | None = None
@@ -114,6 +136,12 @@ class Registration:
     def varying_pose(self) -> PoseWithCovariance:
         """``T_target_source`` with the covariance of all but the systematic error."""
         return PoseWithCovariance(self.T_target_source, self.covariance - self.systematic)
+
+    @cached_property
+    def unbiased_pose(self) -> PoseWithCovariance:
+        """``T_target_source`` with the covariance of all but biases, expected or unusual."""
+        return PoseWithCovariance(self.T_target_source,
+                                  self.covariance - self.systematic - self.unusual)
 
 
 def failed(status: Status, reason: str, iterations: int = 0) -> Registration:

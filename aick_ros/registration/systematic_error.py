@@ -82,14 +82,16 @@ class SystematicError:
         jitter = max(source.stamp_jitter, target.stamp_jitter)
         timing = (_stamp_sigma(jitter) ** 2 * rates.T @ rates
                   + _along_any_axis(_latency_sigma(jitter) ** 2 / 3 * changes))
-        others = _of_lag(delay, changes)
+        # an error of the delay shifts the motion by this change, and in no other direction; so
+        # does a velocity that lags
+        along_change = np.outer(change, change)
+        lag, unusual = _lag_squared(delay) * along_change, delay_sigma ** 2 * along_change
         if registration.bias is not None:
-            others += self._unusual(registration.bias)
+            unusual += _along_any_axis(self._unusual(registration.bias))
             self._learn(registration.bias)
-        # an error of the delay shifts the motion by this change, and in no other direction
-        covariance = (registration.covariance + timing + _along_any_axis(others)
-                      + delay_sigma ** 2 * np.outer(change, change))
-        return dataclasses.replace(registration, covariance=covariance, timing=timing)
+        return dataclasses.replace(
+            registration, covariance=registration.covariance + timing + lag + unusual,
+            timing=timing, unusual=unusual)
 
     def _unusual(self, bias: SensorBias) -> np.ndarray:
         """Return the mean squares of the share of a bias that is not usual, 2 [m^2, rad^2]."""
@@ -138,15 +140,13 @@ def _latency_sigma(jitter: float) -> float:
     return min(_LATENCY_SIGMA, _LATENCY_SIGMA_PER_JITTER * jitter)
 
 
-def _of_lag(delay: float, changes: np.ndarray) -> np.ndarray:
+def _lag_squared(delay: float) -> float:
     """
-    Return the variances due to the velocities that a delay is corrected by, 2 [m^2, rad^2].
+    Return the mean square of a delay times the lag of the velocities that correct it [s^2].
 
-    Both frames are off by the lag of their velocities, in a third per axis.
-
-    :param changes: squares of the change of the velocity since the frame before, 2.
+    Both frames are off by the lag of their velocities; that of the target is taken for parallel.
     """
-    return 2 * (_VELOCITY_LAG * delay) ** 2 / 3 * changes
+    return 2 * (_VELOCITY_LAG * delay) ** 2
 
 
 def _squares(rates: np.ndarray) -> np.ndarray:

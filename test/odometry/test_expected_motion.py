@@ -171,7 +171,7 @@ def test_a_registration_is_joined_with_both_sensors_and_their_noise_adds_up():
     assert_same(joined.pose, wheels.term(0, STEP, is_summed=True).added_to(pose))
 
 
-@pytest.mark.parametrize('part', ['systematic', 'timing'])
+@pytest.mark.parametrize('part', ['systematic', 'unusual', 'timing'])
 def test_a_part_of_the_covariance_shrinks_as_the_error_it_stands_for(part):
     """The share that a sensor leaves of each error, measured by moving the pose."""
     root = 1e-3 * np.random.default_rng(3).standard_normal((6, 6))

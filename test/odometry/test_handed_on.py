@@ -152,7 +152,7 @@ def test_a_pose_is_that_of_its_keyframe_with_the_registration(parts, tracked, at
     assert_same(update.pose, parts.published(pose))
     references, last, attempt = parts.asked('KeyframeChoice', 'advance')[0]
     assert_same(last.pose, PoseWithCovariance(START) @ found.image_pose @ parts.joined)
-    assert_same(last.in_keyframe, attempt.seen.varying_pose)
+    assert_same(last.in_keyframe, attempt.seen.unbiased_pose)
     assert last.prepared is update.prepared
     assert attempt.registration is found
     assert (update.status, update.reason, update.support, update.evidence, update.recovered) == (
@@ -250,7 +250,7 @@ def test_an_increment_is_since_the_last_frame_with_the_terms_of_sensors(
     last = parts.asked('KeyframeChoice', 'advance')[0][1]
     seen, start, end = parts.asked('ExpectedMotion', 'joined_increment')[-1]
     assert (start, end) == (one.frame(0.1).stamp, update.stamp)
-    assert_same(seen.pose, last.motion_to(parts.attempt.seen))
+    assert_same(seen.pose, last.motion_to(parts.attempt.seen)[0])
     assert seen.interval == update.increment.interval == pytest.approx(0.1)
     assert_same(update.increment.pose, seen.pose @ parts.with_terms)
 
@@ -282,7 +282,7 @@ def test_in_the_dark_an_increment_is_that_between_frames_of_one_shape(
                         attempt_to(to, evidence=DARK))
     if is_to_shape:
         last = parts.asked('KeyframeChoice', 'advance')[1][1]
-        assert_same(update.increment.pose, last.motion_to(parts.attempt.seen))
+        assert_same(update.increment.pose, last.motion_to(parts.attempt.seen)[0])
         assert update.increment.interval == pytest.approx(0.1)
     else:
         assert_same(update.increment.pose, parts.attempt.increment.pose)

@@ -3,6 +3,7 @@
 
 """The frames that a new frame is registered to, and motions between frames of one keyframe."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,17 +13,23 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.reference import Reference, References
-from aick_ros.registration.result import Registration
+from aick_ros.registration.result import Registration, SensorBias
 from aick_ros.registration.status import Status
 
 ORIGIN = PoseWithCovariance.identity()
 VIEW = SimpleNamespace(scene_depth=2.0)
 
 
-def registered_at(pose, systematic=np.zeros((6, 6))):
+def registered_at(pose, systematic=np.zeros((6, 6)), bias=None):
     """Return a registration with a pose, and a systematic error besides."""
     return Registration(Status.OK, '', pose.matrix, pose.covariance + systematic,
-                        np.empty((0, 2), np.intp), 1, systematic=systematic)
+                        np.empty((0, 2), np.intp), 1, systematic=systematic, bias=bias)
+
+
+def drawn_bias(rng):
+    """Return a small bias with a covariance and a gain of its own."""
+    root, gain = rng.normal(0, 1e-3, (6, 6)), rng.normal(0, 0.3, (6, 6))
+    return SensorBias(rng.normal(0, 1e-5, 6), root @ root.T, gain)
 
 
 @pytest.fixture
@@ -36,7 +43,8 @@ def test_the_motion_between_two_frames_of_a_keyframe(poses):
     rng = np.random.default_rng(6)
     deviation = 1e-4
     registered = [PoseWithCovariance(pose, 2 * deviation ** 2 * np.eye(6)) for pose in poses]
-    motion = Reference(VIEW, ORIGIN, registered[0]).motion_to(registered_at(registered[1]))
+    motion, bias = Reference(VIEW, ORIGIN, registered[0]).motion_to(registered_at(registered[1]))
+    assert bias is None
     np.testing.assert_allclose(motion.matrix, se3.inverse(poses[0]) @ poses[1], atol=1e-12)
     errors = []
     for _ in range(4000):
@@ -50,59 +58,61 @@ def test_the_motion_between_two_frames_of_a_keyframe(poses):
     assert np.trace(motion.covariance[:3, :3]) == pytest.approx(np.trace(found[:3, :3]), rel=0.25)
 
 
-def test_the_motion_from_a_keyframe_is_its_registration(poses):
-    registered = PoseWithCovariance(poses[0], np.diag(np.arange(1.0, 7.0)))
-    found = Reference(VIEW, ORIGIN).motion_to(registered_at(registered))
+@pytest.mark.parametrize('is_known', [True, False])
+def test_the_motion_from_a_keyframe_is_its_registration(poses, is_known):
+    """The bias expected is left to what the bias shows, where that is known."""
+    noise, systematic = np.diag(np.arange(1.0, 7.0)), 3.0 * np.eye(6)
+    bias = drawn_bias(np.random.default_rng(1)) if is_known else None
+    registration = registered_at(PoseWithCovariance(poses[0], noise), systematic, bias)
+    found, shown = Reference(VIEW, ORIGIN).motion_to(
+        dataclasses.replace(registration, unusual=0.5 * noise))
+    assert shown is bias
     np.testing.assert_allclose(found.matrix, poses[0], atol=1e-12)
-    np.testing.assert_allclose(found.covariance, registered.covariance, atol=1e-12)
+    np.testing.assert_allclose(found.covariance, noise if is_known else noise + systematic,
+                               atol=1e-12)
 
 
-@pytest.mark.parametrize('step, share', [(0.0, 0.0), (0.01, 1e-4), (0.1, 1.0), (-0.2, 1.0)])
-def test_neighbours_have_most_of_the_systematic_error_in_common(step, share):
-    """The second frame is a step farther from the keyframe, or on its other side."""
-    systematic = np.diag(np.arange(1.0, 7.0))
-    poses = [PoseWithCovariance(se3.from_quaternion((0, 0, 0, 1), (x, 0, 0)), 1e-6 * np.eye(6))
-             for x in (0.1 - step, 0.1)]
-    before = Reference(VIEW, ORIGIN, poses[0])
-    systematic_part = (before.motion_to(registered_at(poses[1], systematic)).covariance
-                       - before.motion_to(registered_at(poses[1])).covariance)
-    np.testing.assert_allclose(systematic_part, share * systematic, atol=1e-9)
+def test_what_two_registrations_have_in_common_is_no_error_of_the_motion(poses):
+    """However large it is, and however far the camera moves between them."""
+    noise = 1e-6 * np.eye(6)
+    first, second = (PoseWithCovariance(pose, noise) for pose in poses)
+    before = Reference(VIEW, ORIGIN, first)
+    plain, biased = registered_at(second), registered_at(second, np.eye(6))
+    unusual = dataclasses.replace(biased, covariance=biased.covariance + np.eye(6),
+                                  unusual=np.eye(6))
+    motions = [before.motion_to(found)[0].covariance for found in (plain, biased, unusual)]
+    np.testing.assert_allclose(motions[1], motions[0], atol=1e-12)
+    np.testing.assert_allclose(motions[2], motions[0], atol=1e-12)
 
 
-@pytest.mark.parametrize('depth, share', [(1.0, (2 / 3) ** 4), (2.0, 0.5 ** 4), (6.0, 0.25 ** 4)])
-def test_a_distance_displaces_the_image_by_the_depth_of_the_scene(depth, share):
-    """A step of 0.1 m after a turn of 0.05 rad, both since the keyframe."""
-    systematic, noise = np.diag(np.arange(1.0, 7.0)), 1e-6 * np.eye(6)
-    turned, now = (PoseWithCovariance(se3.exp([x, 0, 0, 0.05, 0, 0]), noise) for x in (0.0, 0.1))
-    before = Reference(SimpleNamespace(scene_depth=depth), ORIGIN, turned)
-    systematic_part = (before.motion_to(registered_at(now, systematic)).covariance
-                       - before.motion_to(registered_at(now)).covariance)
-    np.testing.assert_allclose(systematic_part, share * systematic, rtol=1e-6, atol=1e-9)
+def test_the_bias_of_a_motion_is_what_the_two_kinds_say_of_it(poses):
+    """By keypoints alone and by depth alone, each pose in the keyframe off by its own error."""
+    rng = np.random.default_rng(7)
+    biases = [drawn_bias(rng) for _ in poses]
+    before = Reference(VIEW, ORIGIN, PoseWithCovariance(poses[0], np.eye(6)), biases[0])
+    _, shown = before.motion_to(registered_at(
+        PoseWithCovariance(poses[1], np.eye(6)), bias=biases[1]))
+    by_keypoints = se3.inverse(se3.perturbed(poses[0], biases[0].difference)) @ se3.perturbed(
+        poses[1], biases[1].difference)
+    by_depth = se3.inverse(poses[0]) @ poses[1]
+    np.testing.assert_allclose(shown.difference, se3.difference(by_keypoints, by_depth),
+                               atol=1e-8)
+    of_noise = [PoseWithCovariance(pose, bias.covariance) for pose, bias in zip(poses, biases)]
+    np.testing.assert_allclose(shown.covariance,
+                               0.5 * of_noise[1].relative_to(of_noise[0]).covariance, atol=1e-15)
+    # by how much depth moves the second pose, seen by the first camera
+    error, turn = rng.normal(0, 1.0, 6), poses[0][:3, :3]
+    moved = (biases[1].gain @ error).reshape(2, 3) @ turn
+    np.testing.assert_allclose(shown.gain @ (error.reshape(2, 3) @ turn).ravel(), moved.ravel(),
+                               atol=1e-12)
 
 
-def test_at_rest_the_systematic_error_is_common():
-    """What noise displaces the frames by is no motion, however it compares."""
-    still, moved = (PoseWithCovariance(se3.from_quaternion((0, 0, 0, 1), (x, 0, 0)),
-                                       1e-8 * np.eye(6)) for x in (-2e-4, 1e-4))
-    motion = Reference(VIEW, ORIGIN, still).motion_to(registered_at(moved, np.eye(6)))
-    assert np.diag(motion.covariance).max() < 1e-4
-
-
-@pytest.mark.parametrize('step, share', [(0.002, 0.25 ** 4), (0.004, 0.5 ** 4), (0.008, 1.0)])
-def test_displacements_below_four_milliradians_are_compared_with_that(step, share):
-    """At a depth of 2 m; the keyframe is as far away as the frame before."""
-    noise, systematic = 1e-6 * np.eye(6), np.diag(np.arange(1.0, 7.0))
-    poses = [PoseWithCovariance(se3.exp([x, 0, 0, 0, 0, 0]), noise) for x in (0.0, step)]
-    before = Reference(VIEW, ORIGIN, poses[0])
-    added = (before.motion_to(registered_at(poses[1], systematic)).covariance
-             - before.motion_to(registered_at(poses[1])).covariance)
-    np.testing.assert_allclose(added, share * systematic, atol=1e-9)
-
-
-def test_from_a_keyframe_the_systematic_error_counts_in_full():
-    registration = registered_at(ORIGIN, np.eye(6))
-    np.testing.assert_array_equal(
-        Reference(VIEW, ORIGIN).motion_to(registration).covariance, np.eye(6))
+@pytest.mark.parametrize('known', [0, 1])
+def test_of_one_bias_alone_none_of_the_motion_is_known(poses, known):
+    first, second = (PoseWithCovariance(pose, np.eye(6)) for pose in poses)
+    biases = [drawn_bias(np.random.default_rng(2)) if i == known else None for i in range(2)]
+    before = Reference(VIEW, ORIGIN, first, biases[0])
+    assert before.motion_to(registered_at(second, bias=biases[1]))[1] is None
 
 
 class View:

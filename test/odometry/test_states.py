@@ -17,10 +17,11 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry import Odometry
+from aick_ros.odometry.increment_bias import IncrementBias
 from aick_ros.odometry.keyframe import KeyframePolicy
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
 from aick_ros.registration.preparation import Preparer
-from aick_ros.registration.result import Evidence, Registration, failed
+from aick_ros.registration.result import Evidence, Registration, SensorBias, failed
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
@@ -41,6 +42,7 @@ class Registrar:
     :ivar refused: pairs of stamps, source and target, that do not match.
     :ivar shapes: pairs of stamps, source and target, that were registered by depth alone.
     :ivar systematic: 6x6, added to the covariance of what differs from frame to frame.
+    :ivar bias: between keypoints and depth, of all registrations.
     :ivar asked: what :meth:`register` was asked, stamps for frames, and the twist of the source.
     """
 
@@ -50,7 +52,7 @@ class Registrar:
         self.path, self.dark, self.blind, self.few = path, set(), set(), set()
         self.asked, self.unobserved, self.refused = [], [], set()
         self.leaving, self.shapes = set(), []
-        self.systematic = np.zeros((6, 6))
+        self.systematic, self.bias = np.zeros((6, 6)), None
         self.preparer = Preparer(Settings())
 
     def prepared(self, preparation, repeat=Repeat.NONE):
@@ -80,7 +82,7 @@ class Registrar:
         T = se3.inverse(self.path(target.stamp)) @ self.path(source.stamp)
         return Registration(Status.OK, '', T, COVARIANCE + self.systematic,
                             np.empty((0, 2), np.intp), 1, 200, tracks='some', evidence=evidence,
-                            systematic=self.systematic)
+                            systematic=self.systematic, bias=self.bias)
 
 
 def at_constant_velocity(stamp):
@@ -171,16 +173,45 @@ def test_in_the_dark_a_frame_has_the_velocity_that_depth_shows(made):
         assert is_shown == 4 * [bool(dark)]
 
 
-def test_the_systematic_error_of_an_increment_is_what_two_registrations_do_not_share(made):
-    """Along a line: of the variance, the fourth power of the step by the way from the keyframe."""
+def test_the_systematic_error_that_two_registrations_share_is_none_of_their_increment(made):
     odometry, registrar = made(lambda stamp: se3.exp([
         0.3 * (stamp - START) / NANOSECONDS, 0, 0, 0, 0, 0]))
     registrar.systematic = 1e-4 * np.eye(6)
     odometry.register_frame(frame(0))
     for number in range(1, 6):
         increment = odometry.register_frame(frame(number)).increment
-        np.testing.assert_allclose(increment.pose.covariance,
-                                   COVARIANCE + 1e-4 * number ** -4 * np.eye(6), atol=2e-8)
+        shown = registrar.systematic if number == 1 else 0.0
+        np.testing.assert_allclose(increment.pose.covariance, COVARIANCE + shown, atol=2e-8)
+
+
+def test_increments_have_the_bias_of_the_camera_which_is_kept_at_a_reset(made, monkeypatch):
+    given, models = [], []
+
+    class Told(IncrementBias):
+        def __init__(self):
+            models.append(self)
+
+        def add_to(self, motion, shown, depth):
+            given.append((motion, shown, depth))
+            return PoseWithCovariance(motion.matrix, 7.0 * motion.covariance)
+
+    monkeypatch.setattr('aick_ros.odometry.odometry.IncrementBias', Told)
+    odometry, registrar = made()
+    registrar.systematic = 1e-4 * np.eye(6)
+    registrar.bias = SensorBias(np.full(6, 1e-4), 1e-8 * np.eye(6), 0.5 * np.eye(6))
+    for numbers in (range(3), range(3, 6)):
+        updates = [odometry.register_frame(frame(number)) for number in numbers]
+        for update, (motion, _, depth) in zip(updates[1:], given):
+            np.testing.assert_allclose(update.increment.pose.covariance, 7.0 * motion.covariance)
+            assert depth == 2.0
+        (first, shown, _), (second, between, _) = given
+        assert shown is registrar.bias
+        np.testing.assert_allclose(first.covariance, COVARIANCE, atol=1e-15)
+        assert np.abs(between.difference).max() < 1e-5  # the same one twice
+        np.testing.assert_allclose(second.covariance, COVARIANCE, atol=4e-8)
+        given.clear()
+        odometry.reset()
+    assert len(models) == 1
 
 
 def test_after_a_reset_there_is_no_velocity(made):

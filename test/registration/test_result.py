@@ -19,14 +19,14 @@ COVARIANCE = ROOT @ ROOT.T
 def test_a_bias_by_noise_has_a_normalised_square_of_one():
     """The sum of six squares follows chi squared."""
     rng = np.random.default_rng(1)
-    squares = [6 * SensorBias(difference, COVARIANCE).normalised
+    squares = [6 * SensorBias(difference, COVARIANCE, np.eye(6)).normalised
                for difference in rng.multivariate_normal(np.zeros(6), COVARIANCE, 4000)]
     assert np.mean(squares) == pytest.approx(6, rel=0.05)
     assert np.mean(np.array(squares) < chi2.ppf(0.95, 6)) == pytest.approx(0.95, abs=0.015)
 
 
 def test_the_squares_of_a_bias_are_means_of_three_axes():
-    bias = SensorBias(np.array([1.0, 2.0, -3.0, 0.1, 0.0, -0.2]), np.eye(6))
+    bias = SensorBias(np.array([1.0, 2.0, -3.0, 0.1, 0.0, -0.2]), np.eye(6), np.eye(6))
     np.testing.assert_allclose(bias.squares, [14 / 3, 0.05 / 3])
 
 
@@ -35,15 +35,17 @@ def registration():
     motion = np.eye(4)
     motion[:3, 3] = 1.0, 2.0, 3.0
     return Registration(Status.OK, '', motion, 6 * COVARIANCE, np.empty((0, 2), np.intp), 3,
-                        systematic=2 * COVARIANCE, timing=np.diag(np.arange(6.0)))
+                        systematic=2 * COVARIANCE, unusual=0.5 * COVARIANCE,
+                        timing=np.diag(np.arange(6.0)))
 
 
 def test_poses_have_the_covariance_less_what_does_not_apply(registration):
-    parts = {'pose': 0.0, 'image_pose': np.diag(np.arange(6.0)), 'varying_pose': 2 * COVARIANCE}
+    parts = {'pose': 0.0, 'image_pose': np.diag(np.arange(6.0)), 'varying_pose': 2 * COVARIANCE,
+             'unbiased_pose': 2.5 * COVARIANCE}
     for name, part in parts.items():
         pose = getattr(registration, name)
         np.testing.assert_array_equal(pose.matrix, registration.T_target_source)
-        np.testing.assert_array_equal(pose.covariance, 6 * COVARIANCE - part)
+        np.testing.assert_allclose(pose.covariance, 6 * COVARIANCE - part, atol=1e-12)
 
 
 def test_by_depth_means_by_depth_alone(registration):
@@ -60,7 +62,7 @@ def test_a_failure_knows_nothing_of_the_pose():
     assert np.isinf(np.diag(nothing.covariance)).all()
     assert nothing.matches.shape == (0, 2) and nothing.support == 0
     assert failed(Status.BAD_FRAME, '').iterations == 0
-    for part in (nothing.systematic, nothing.timing):
+    for part in (nothing.systematic, nothing.unusual, nothing.timing):
         np.testing.assert_array_equal(part, np.zeros((6, 6)))
 
 

@@ -37,7 +37,7 @@ def view(seconds, jitter=0.0):
 
 def registration(motion=np.eye(4), difference=np.zeros(6), covariance=OWN):
     return Registration(Status.OK, '', motion, covariance, np.empty((0, 2), np.intp), 1,
-                        bias=SensorBias(difference, NOISE))
+                        bias=SensorBias(difference, NOISE, np.eye(6)))
 
 
 def added(model, difference):
@@ -86,6 +86,21 @@ def test_an_unusual_bias_adds_its_size_at_once():
     for part in (slice(0, 3), slice(3, 6)):
         np.testing.assert_allclose(once[part], np.mean(9 * np.diag(NOISE)[part]))
     np.testing.assert_array_equal(added(model, 0.6 * sigmas), 0.0)
+
+
+def test_an_unusual_bias_and_an_uncertain_delay_are_told_apart():
+    """From what is expected, from noise and from errors of stamps."""
+    before, difference = np.diag(np.arange(1.0, 7.0)), 3 * np.sqrt(1.7 * np.diag(NOISE))
+    moved = dataclasses.replace(
+        registration(se3.exp([0.01, 0, 0, 0, 0, 0]), difference, OWN + before), systematic=before)
+    complete = SystematicError().add_to(
+        moved, view(1 + PERIOD, 0.002), view(1, 0.002), np.eye(4), PERIOD, delay_sigma=0.01)
+    unusual = np.repeat(np.mean(difference.reshape(2, 3) ** 2, axis=1), 3)
+    delay = np.diag([(0.01 * 0.01 / PERIOD) ** 2] + 5 * [0.0])
+    np.testing.assert_allclose(complete.unusual, np.diag(unusual) + delay, rtol=1e-9, atol=1e-15)
+    assert complete.systematic is before
+    np.testing.assert_allclose(complete.unbiased_pose.covariance, OWN + complete.timing,
+                               atol=1e-12)
 
 
 @pytest.mark.parametrize('ratio, share', [(2.5, 0.0), (2.625, 0.25), (2.75, 0.5), (3.2, 1.0)])
@@ -205,8 +220,10 @@ def test_a_delay_is_corrected_by_a_velocity_that_lags():
     complete = used().add_to(registration(fast), view(1 + PERIOD), view(1), slow, PERIOD, delay)
     velocity = Prediction(slow, [means[0], 0, 0, 0, 0, 0] * np.ones(6), PERIOD).twist_with(fast)[0]
     error = delay * (means[1] + acceleration * PERIOD / 2 - velocity)
-    # of each of two frames, in any direction; half of it counts between two of one keyframe
-    assert np.diag(complete.covariance - OWN)[:3] == pytest.approx(2 * error ** 2 / 3)
+    # of each of two frames, along the change; half of it counts between two of one keyframe
+    np.testing.assert_allclose(complete.covariance - OWN, np.diag([2 * error ** 2] + 5 * [0.0]),
+                               atol=1e-12)
+    assert complete.unusual[0, 0] == 0.0
     steady = used().add_to(registration(fast), view(1 + PERIOD), view(1), fast, PERIOD, delay)
     np.testing.assert_allclose(steady.covariance, OWN, atol=1e-12)
 

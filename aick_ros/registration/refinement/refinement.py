@@ -255,7 +255,8 @@ class _Problem:
         bias, measure = None, None
         if by_depth:
             bias = SensorBias(depth.error - keypoints.error,
-                              keypoints.covariance + depth.covariance)
+                              keypoints.covariance + depth.covariance,
+                              inverse @ of_depth.information)
             if len(self._tracks) >= FEWEST_TO_CONFIRM:
                 measure = partial(self._measure, bias, pose, keypoints, depth, by_keypoints[0],
                                   by_depth[0])

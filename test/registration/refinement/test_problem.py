@@ -168,7 +168,7 @@ def test_tracked_are_those_whose_weight_is_more_than_a_quarter(tell):
     assert told.tracks.keypoints[1] in tracked.keypoints
 
 
-def test_the_two_kinds_show_their_bias_and_their_noise(tell):
+def test_the_two_kinds_show_their_bias(tell):
     told = tell()
     refined = told.problem.finish(POSE).measured()
     (error, scatter, inverse), (by_depth, depth_scatter, depth_inverse) = map(own, told.kinds())
@@ -177,6 +177,25 @@ def test_the_two_kinds_show_their_bias_and_their_noise(tell):
     np.testing.assert_allclose(refined.bias.difference, by_depth - error, rtol=1e-9)
     np.testing.assert_allclose(refined.bias.covariance, covariance + depth_covariance, rtol=1e-9,
                                atol=1e-12)
+
+
+def test_the_gain_of_depth_is_how_far_it_moves_the_joint_pose(tell):
+    """By its information, its bias marginalised, as a share of all information."""
+    told = tell()
+    refined, noise = told.problem.finish(POSE), told.noise
+    by_keypoints, by_depth = (
+        np.linalg.inv(np.linalg.inv(weight * information(kinds)) + bias)
+        for kinds, weight, bias in zip(told.kinds(), (1 / 3.0, 1.0),
+                                       (noise.keypoint_jitter, noise.depth_bias)))
+    np.testing.assert_allclose((by_keypoints + by_depth + PRIOR) @ refined.bias.gain, by_depth,
+                               rtol=1e-8, atol=1e-8 * np.abs(by_depth).max())
+
+
+def test_the_two_kinds_show_their_noise(tell):
+    told = tell()
+    refined = told.problem.finish(POSE).measured()
+    (error, scatter, inverse), (by_depth, depth_scatter, depth_inverse) = map(own, told.kinds())
+    covariance = inverse @ (scatter + PRIOR) @ inverse
     noise = refined.noise
     assert noise.motion == told.motions[0]
     assert noise.ratio == pytest.approx(np.trace(inverse @ (scatter + PRIOR)) / np.trace(
