@@ -29,7 +29,7 @@ _PRIOR = math.radians(2.0) ** 2
 _PRIOR_COUNT = 2  # increments that the prior counts for
 _MEMORY = 30  # increments that the mean is over
 _LARGEST_CHANGE = 4.0  # of the estimate by one increment, and of its inverse
-_SMALLEST = math.radians(0.001) ** 2  # of an estimate: it takes few increments to grow again
+_SMALLEST = math.radians(0.001) ** 2  # of an estimate; from it few increments let it grow
 _SMALLEST_MOTION = 0.001  # rad; smaller displacements of the image show noise alone
 _NOISE = 0.83
 """Variance of an increment by noise, as a ratio to what the scatter of the residuals shows.

@@ -15,8 +15,10 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.refinement import Refined
 from aick_ros.registration.refinement.tracks import Tracks
+from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Registration
 from aick_ros.registration.status import Status
+from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 CAMERA = Camera(12, 10, 10.0, 10.0, 5.5, 4.5)
 
@@ -122,3 +124,15 @@ def parts(monkeypatch):
 def made():
     """Return the maker of frames and results."""
     return Made()
+
+
+@pytest.fixture(scope='session')
+def rendered_views():
+    """Return a registrar, a view prepared for tracking, a keyframe, and the exact motion."""
+    source = SyntheticSource(SyntheticOptions.perfect(
+        seed=5, frames=16, camera=Camera(320, 240, 262.5, 262.5, 159.5, 119.5)))
+    registrar = Registrar()
+    keyframe, frame = source.frame(0), source.frame(3)
+    poses = [source.ground_truth.at(stamp, 0.0) for stamp in (keyframe.stamp, frame.stamp)]
+    tracked = registrar.prepared_for_tracking(registrar.preparer.begin(frame))
+    return registrar, tracked, registrar.prepare(keyframe), se3.inverse(poses[0]) @ poses[1]

@@ -12,23 +12,10 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.approach import Approach
 from aick_ros.registration.refinement.tracks import Tracker
-from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
-from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
 SETTINGS = Settings()
-
-
-@pytest.fixture(scope='module')
-def views():
-    """Return a view without keypoints, a keyframe, and the exact motion."""
-    source = SyntheticSource(SyntheticOptions.perfect(seed=5, frames=16, camera=CAMERA))
-    registrar = Registrar()
-    keyframe, frame = source.frame(0), source.frame(3)
-    poses = [source.ground_truth.at(stamp, 0.0) for stamp in (keyframe.stamp, frame.stamp)]
-    return (registrar.prepared_for_tracking(registrar.preparer.begin(frame)),
-            registrar.prepare(keyframe), se3.inverse(poses[0]) @ poses[1])
 
 
 def tracker():
@@ -40,24 +27,24 @@ def nearer(source, target, pose):
 
 
 @pytest.mark.parametrize('turn', [[0.04, 0.0, 0.0], [0.0, -0.06, 0.0], [0.0, 0.0, 0.08]])
-def test_a_turn_that_was_not_expected_is_seen(views, turn):
+def test_a_turn_that_was_not_expected_is_seen(rendered_views, turn):
     """By 10 to 16 px, several times as far as a window reaches."""
-    source, target, motion = views
+    _, source, target, motion = rendered_views
     found = nearer(source, target, se3.perturbed(motion, np.r_[0.01, -0.01, 0.01, turn]))
     error = se3.difference(found, motion)
     assert np.linalg.norm(error[:3]) < 0.015 and np.linalg.norm(error[3:]) < 0.006
 
 
-def test_the_pose_does_not_depend_on_keypoints_of_the_source(views):
-    source, target, motion = views
+def test_the_pose_does_not_depend_on_keypoints_of_the_source(rendered_views):
+    _, source, target, motion = rendered_views
     none = dataclasses.replace(source, keypoints=dataclasses.replace(
         target.keypoints, positions=target.keypoints.positions + np.float32(1.0)))
     np.testing.assert_array_equal(nearer(source, target, motion), nearer(none, target, motion))
 
 
-def test_tracks_that_contradict_each_other_are_no_pose(views):
+def test_tracks_that_contradict_each_other_are_no_pose(rendered_views):
     """Half of the keypoints seem to be elsewhere, as those of a repeating texture."""
-    source, target, motion = views
+    _, source, target, motion = rendered_views
     positions = target.keypoints.positions.copy()
     assert nearer(source, target, motion) is not None
     positions[np.random.default_rng(3).permutation(len(positions))[len(positions) // 3:]] *= 1.3
@@ -66,8 +53,8 @@ def test_tracks_that_contradict_each_other_are_no_pose(views):
     assert nearer(source, moved, motion) is None
 
 
-def test_where_too_few_are_found_nothing_is_known(views):
-    source, target, motion = views
+def test_where_too_few_are_found_nothing_is_known(rendered_views):
+    _, source, target, motion = rendered_views
     away = se3.perturbed(motion, [0.0, 0.0, 0.0, 0.0, 2.0, 0.0])
     assert nearer(source, target, away) is None
     dark = dataclasses.replace(source, grey=np.zeros_like(source.grey))
@@ -75,8 +62,8 @@ def test_where_too_few_are_found_nothing_is_known(views):
 
 
 @pytest.mark.parametrize('count, expected', [(60, 60), (1000, None), (7, 7)])
-def test_a_few_keypoints_are_tracked_weak_and_strong_ones(views, count, expected):
-    source, target, motion = views
+def test_a_few_keypoints_are_tracked_weak_and_strong_ones(rendered_views, count, expected):
+    _, source, target, motion = rendered_views
     found = tracker().track_few(target, source, se3.inverse(motion), count)
     known = min(len(target.keypoints), SETTINGS.refinement.max_tracks)
     assert 0.7 * (expected or known) < len(found) < 2 * (expected or known)
