@@ -101,8 +101,9 @@ def test_a_step_is_one_that_the_noise_of_the_depth_does_not_make():
 @pytest.mark.parametrize('depth', [np.nan, 0.0, 1e-45, 1e-39, np.inf])
 def test_without_depth_a_window_is_as_far_as_its_centre(depth):
     """Reciprocals of depths that cannot be would be infinite, and NumPy warn of them."""
+    depths = np.full((240, 320), depth).astype(np.float32)
     with np.errstate(all='raise'):
-        found = reliefs(noise(1), np.full((240, 320), depth, np.float32))
+        found = reliefs(noise(1), depths)
     np.testing.assert_array_equal(found, np.zeros((50, 3)))
 
 
