@@ -24,12 +24,11 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import definite, se3
 from aick_ros.registration.refinement.misalignment import Misalignment, image_height
-from aick_ros.registration.refinement.residuals import Residuals
+from aick_ros.registration.refinement.residuals import PRIOR, Residuals
 from aick_ros.registration.refinement.tracks import Tracks
 
 _EVERY = 4  # chosen: of so many depth residuals one is used; neighbours are correlated
 _SMALLEST_COSINE = 0.2  # chosen: of a ray to a normal; more grazing surfaces count as this
-_PRIOR = np.eye(6)  # chosen, as in the refinement: 1 m and 1 rad
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +98,7 @@ def misalignment_sample(keypoints: Residuals, depth: Residuals, tracks: Tracks,
     information, gradients = np.zeros((unknowns, unknowns)), np.zeros((2, unknowns))
     _add_keypoints(keypoints, tracks, pair, weight, information, gradients[0])
     _add_depth(depth, pair, information, gradients)
-    gains = definite.solve(information[:6, :6] + _PRIOR, information[:6, 6:])
+    gains = definite.solve(information[:6, :6] + PRIOR, information[:6, 6:])
     information = information[6:, 6:] - information[6:, :6] @ gains
     by_values, by_applied = gradients[:, 6:] - gradients[:, :6] @ gains
     known = len(applied.values)
