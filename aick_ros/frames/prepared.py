@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -72,6 +73,22 @@ class PreparedFrame:
     def sharpness(self) -> Sharpness:
         """Sharpness of the colour image; measured only where it is asked for."""
         return Sharpness.of(self.grey)
+
+    def moving(self, twist: np.ndarray) -> PreparedFrame:
+        """Return the frame with a velocity, and with all that is known of its images."""
+        return self._with(twist=twist)
+
+    def with_keypoints(self, keypoints: KeypointFrame, is_tracked: bool) -> PreparedFrame:
+        """Return the frame with other keypoints, and with all that is known of its image."""
+        changed = self._with(keypoints=keypoints, is_tracked=is_tracked)
+        vars(changed).pop('scene_depth', None)
+        return changed
+
+    def _with(self, **changes: Any) -> PreparedFrame:
+        """Return the frame with other values of some fields, and what is cached of the others."""
+        changed = object.__new__(PreparedFrame)
+        vars(changed).update(vars(self), **changes)
+        return changed
 
     def is_blurred_beside(self, other: PreparedFrame) -> bool:
         """Return whether the image is blurred beyond use, if that of another frame is not."""

@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import dataclasses
 import mmap
 import weakref
 from collections.abc import Sequence
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.frames.depth_distortion import DepthDistortion
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
@@ -74,11 +74,11 @@ def compact(prepared: PreparedFrame, mappings: Mappings) -> PreparedFrame:
                   keypoints.descriptors, keypoints.covariances, keypoints.pixels, *of_surface],
                  mappings)
     grey, depth, positions, descriptors, covariances, pixels = own[:6]
-    return dataclasses.replace(
+    return replaced(
         prepared, grey=grey, undistorted=None,
-        frame=dataclasses.replace(prepared.corrected, colour=grey, depth=depth),
+        frame=replaced(prepared.corrected, colour=grey, depth=depth),
         distortion=DepthDistortion(prepared.distortion.nodes),
-        keypoints=dataclasses.replace(
+        keypoints=replaced(
             keypoints, positions=positions, descriptors=descriptors, covariances=covariances,
             pixels=pixels),
         surface=None if surface is None else Surface(surface.grid, *own[6:]))

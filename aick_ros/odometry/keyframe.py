@@ -44,12 +44,12 @@ class KeyframePolicy:
 
         :param sought: number of keypoints of which some support the registration.
         """
-        if self._settings.reference == 'previous':
+        possible = min(sought, self._max_support)
+        if (self._settings.reference == 'previous'
+                or registration.support < self._settings.min_overlap * possible):
             return False
         variance, last, step = self._variances_with(prepared, registration)
-        possible = min(sought, self._max_support)
-        is_visible = registration.support >= self._settings.min_overlap * possible
-        return variance <= last + step and is_visible
+        return variance <= last + step
 
     def advance(self, prepared: PreparedFrame, registration: Registration, sought: int) -> bool:
         """Return what :meth:`keeps` does, and advance to the frame, or to another keyframe."""
@@ -82,5 +82,5 @@ def scene_variance(prepared: PreparedFrame, covariance: np.ndarray) -> float:
 
     :param covariance: 6x6 of the pose.
     """
-    depth = prepared.scene_depth
-    return float(covariance[:3, :3].trace() + depth ** 2 * covariance[3:, 3:].trace())
+    x, y, z, *turns = covariance.diagonal().tolist()
+    return float(x + y + z + prepared.scene_depth ** 2 * sum(turns))

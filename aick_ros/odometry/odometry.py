@@ -389,7 +389,7 @@ class Odometry:
             velocity = self._filter.velocity
             if velocity is not None:
                 twist = np.concatenate([velocity, twist[3:]])
-        return dataclasses.replace(prepared, twist=twist)
+        return prepared.moving(twist)
 
     def _increment(self, prepared: PreparedFrame, attempt: Attempt,
                    references: References) -> Increment:

@@ -5,11 +5,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
@@ -66,7 +66,7 @@ class OdometryUpdate:
         def own(motion: Increment | None) -> Increment | None:
             return motion and Increment(_copy(motion.pose), motion.interval)
 
-        return dataclasses.replace(
+        return replaced(
             self, pose=_copy(self.pose), increment=own(self.increment),
             expected=own(self.expected), rejected=own(self.rejected),
             matches=self.matches.copy(), timing=timing,

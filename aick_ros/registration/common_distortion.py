@@ -10,8 +10,7 @@ Then what is left of it differs in the two, and would be taken for a motion.
 
 from __future__ import annotations
 
-import dataclasses
-
+from aick_ros.borders.records import replaced
 from aick_ros.frames.depth_distortion import NO_DISTORTION, DepthDistortion
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.registration.last_results import LastResults
@@ -44,9 +43,9 @@ class CommonDistortion:
     def _bring(self, prepared: PreparedFrame) -> PreparedFrame:
         change = DepthDistortion(self._distortion.nodes - prepared.distortion.nodes)
         before, keypoints = prepared.corrected, prepared.keypoints
-        frame = dataclasses.replace(before, depth=change.undistorted(before.depth))
+        frame = replaced(before, depth=change.undistorted(before.depth))
         positions = change.moved(keypoints.positions, frame.camera)
-        return dataclasses.replace(
+        return replaced(
             prepared, undistorted=frame, distortion=self._distortion,
-            keypoints=dataclasses.replace(keypoints, positions=positions),
+            keypoints=replaced(keypoints, positions=positions),
             surface=None if prepared.surface is None else self._preparer.surface(frame))

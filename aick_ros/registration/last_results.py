@@ -26,15 +26,23 @@ class LastResults(Generic[_Object, _Result]):
 
     def __init__(self, make: Callable[[_Object], _Result], count: int) -> None:
         self._make, self._count = make, count
-        self._known: weakref.WeakKeyDictionary[_Object, _Result] = weakref.WeakKeyDictionary()
+        self._known: dict[weakref.ref[_Object], _Result] = {}  # the last one at the end
+        results = weakref.ref(self)  # which forgets without a cycle
+
+        def forget(item: weakref.ref[_Object]) -> None:
+            if (remembering := results()) is not None:
+                remembering._known.pop(item, None)
+
+        self._forget = forget
 
     def __call__(self, item: _Object) -> _Result:
         """Return what the function returns for an object."""
-        if item in self._known:
-            result = self._known.pop(item)
+        key = weakref.ref(item, self._forget)  # equal to others of the object
+        if key in self._known:
+            result = self._known.pop(key)
         else:
             result = self._make(item)
-        self._known[item] = result
+        self._known[key] = result
         for oldest in list(self._known)[:-self._count]:
             self._known.pop(oldest, None)
         return result

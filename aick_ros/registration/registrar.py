@@ -5,11 +5,11 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.borders.values import number, numbers, required
 from aick_ros.errors import InputError
 from aick_ros.features.detector import Detector
@@ -134,7 +134,7 @@ class Registrar:
         required(prepared, PreparedFrame, 'the frame')
         with self._times.stage('features'):
             keypoints = self._own_keypoints(prepared.corrected)
-        return dataclasses.replace(prepared, keypoints=keypoints, is_tracked=False)
+        return prepared.with_keypoints(keypoints, is_tracked=False)
 
     def _prepared(self, preparation: Preparation, keypoints: KeypointFrame,
                   surface: Surface | None, repeat: Repeat) -> PreparedFrame:
@@ -199,7 +199,7 @@ class Registrar:
         """Learn from a registration; return it with the errors that it does not show itself."""
         if source.repeat is not Repeat.NONE or are_equal(source.grey, target.grey):
             # a repeated image shows no noise, or the same once more
-            found = dataclasses.replace(found, bias=None, noise=None, misalignment=None)
+            found = replaced(found, bias=None, noise=None, misalignment=None)
         if found.noise is not None:
             self._learned.noise.learn(found.noise)
         if (found.misalignment is not None
@@ -254,7 +254,7 @@ class Registrar:
                     target: PreparedFrame) -> Registration:
         """Return a registration that nothing is learned from, with its systematic errors."""
         return self._learned.systematic_error.add_to(
-            dataclasses.replace(found, bias=None), source, target)
+            replaced(found, bias=None), source, target)
 
     def register_depth(self, source: PreparedFrame, target: PreparedFrame,
                        expected: PoseWithCovariance, unobserved: np.ndarray) -> Registration:

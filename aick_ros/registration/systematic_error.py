@@ -10,10 +10,9 @@ front of the camera. Jitter of the stamps means that the clock lags.
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import seconds
@@ -89,7 +88,7 @@ class SystematicError:
         if registration.bias is not None:
             unusual += _along_any_axis(self._unusual(registration.bias))
             self._learn(registration.bias)
-        return dataclasses.replace(
+        return replaced(
             registration, covariance=registration.covariance + timing + lag + unusual,
             timing=timing, unusual=unusual)
 

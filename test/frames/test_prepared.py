@@ -3,6 +3,7 @@
 
 """Depth of the scene of a prepared frame, and its sharpness beside others."""
 
+import dataclasses
 from types import SimpleNamespace
 
 import cv2
@@ -50,3 +51,18 @@ def test_a_blurred_image_is_blurred_beside_that_of_another_frame_and_not_the_oth
 
 def test_its_stamp_is_that_of_its_colour_image():
     assert PreparedFrame(SimpleNamespace(stamp=7, depth_stamp=9), None, None).stamp == 7
+
+
+@pytest.mark.parametrize('change', ['velocity', 'keypoints'])
+def test_what_is_known_of_the_image_is_known_of_a_frame_that_differs_from_it(change):
+    before = dataclasses.replace(prepared([1.0, 4.0, 2.0]), grey=np.eye(32, dtype=np.uint8))
+    known, depth, others = before.sharpness, before.scene_depth, prepared([3.0]).keypoints
+    changes = {'twist': np.ones(6)} if change == 'velocity' else {
+        'keypoints': others, 'is_tracked': True}
+    after = (before.moving(changes['twist']) if change == 'velocity'
+             else before.with_keypoints(others, is_tracked=True))
+    expected = dataclasses.replace(before, **changes)
+    for field in dataclasses.fields(PreparedFrame):
+        assert getattr(after, field.name) is getattr(expected, field.name)
+    assert after.sharpness is known and after.scene_depth == expected.scene_depth
+    assert (before.twist, before.is_tracked, before.scene_depth) == (None, False, depth)
