@@ -5,11 +5,12 @@
 
 from __future__ import annotations
 
-import dataclasses
-import functools
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-_Record = TypeVar('_Record')
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+_Record = TypeVar('_Record', bound='DataclassInstance')
 
 
 def replaced(record: _Record, **changes: Any) -> _Record:
@@ -20,12 +21,7 @@ def replaced(record: _Record, **changes: Any) -> _Record:
     """
     values, changed = vars(record), object.__new__(type(record))
     kept = vars(changed)
-    for name in _fields(type(record)):  # not what a cached property has left
+    for name in record.__dataclass_fields__:  # not what a cached property has left
         kept[name] = values[name]
     kept.update(changes)
     return changed
-
-
-@functools.cache
-def _fields(kind: type[Any]) -> tuple[str, ...]:
-    return tuple(field.name for field in dataclasses.fields(kind))

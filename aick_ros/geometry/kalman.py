@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,6 +56,24 @@ class KalmanUpdate:
     def squared_distance(self, error: np.ndarray) -> float:
         """Return the square of a difference, K, by its covariance; noise gives K in the mean."""
         return float(error @ definite.solve(self.expected, error))
+
+
+def measured(values: np.ndarray, covariance: np.ndarray, rows: np.ndarray, noise: np.ndarray,
+             error: np.ndarray, largest: float = math.inf) -> tuple[np.ndarray, np.ndarray] | None:
+    """
+    Return an estimate of N values and its covariance, NxN, after K linear measurements of them.
+
+    :param rows: KxN, derivatives of what is measured by the values.
+    :param noise: KxK, covariance of the measurements.
+    :param error: K, the measurements less what the estimate lets expect.
+    :param largest: squared distance of the error by its covariance from which on, and where it
+        has none, the measurement is no noise: then there is no estimate.
+    """
+    updated, updated_covariance = np.empty(len(values)), np.empty(covariance.shape)
+    covariance, rows, noise = map(np.ascontiguousarray, (covariance, rows, noise))
+    is_noise = kernels.kalman_measurement(
+        values, covariance, rows, noise, error, largest, updated, updated_covariance)
+    return (updated, updated_covariance) if is_noise else None
 
 
 def propagated(transition: np.ndarray, covariance: np.ndarray, influence: np.ndarray,

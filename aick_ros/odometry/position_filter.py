@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate, propagated
+from aick_ros.geometry import kalman
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.settings import OdometrySettings
 
-_POSITION, _VELOCITY = np.eye(3, 6), np.eye(3, 6, 3)  # by definition: the former is measured
+_POSITION = np.eye(3, 6)  # by definition: it is what is measured
+_OF_POSITION, _OF_VELOCITY = np.eye(6, 3), np.eye(6, 3, -3)  # by definition: their rows
 _AXES = np.eye(3)
 _STEADY, _BY_TIME = np.eye(6), np.eye(6, 6, 3)  # by definition: the former moves by the latter
 _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
@@ -42,20 +44,20 @@ class PositionFilter:
         """Forget all poses."""
         self._stamp: int | None = None
         self._measured, self._covariance = np.eye(4), np.zeros((6, 6))
-        self._position, self._velocity = np.zeros(3), np.zeros(3)
+        self._values = np.zeros(6)  # position and velocity
         self._is_velocity_known = False
 
     @property
     def T_measured_filtered(self) -> np.ndarray:
         """Filtered pose of the last frame in the frame of the measured one, 4x4."""
         offset = np.eye(4)
-        offset[:3, 3] = self._measured[:3, :3].T @ (self._position - self._measured[:3, 3])
+        offset[:3, 3] = self._measured[:3, :3].T @ (self._values[:3] - self._measured[:3, 3])
         return offset
 
     @property
     def velocity(self) -> np.ndarray | None:
         """Velocity of the last frame along the axes of its camera, 3 [m/s]; None: not known."""
-        return self._measured[:3, :3].T @ self._velocity if self._is_velocity_known else None
+        return self._measured[:3, :3].T @ self._values[3:] if self._is_velocity_known else None
 
     def update(self, stamp: int, measured: PoseWithCovariance) -> None:
         """
@@ -70,26 +72,27 @@ class PositionFilter:
             self._begin(measured)
             return
         self._predict(seconds(last, stamp))
-        error = measured.translation - self._position
-        update = KalmanUpdate.of(self._covariance, _POSITION, measured.covariance[:3, :3])
-        if update.squared_distance(error) > LARGEST_SQUARED_DISTANCE:  # the camera was knocked
+        error = measured.translation - self._values[:3]
+        estimate = kalman.measured(self._values, self._covariance, _POSITION,
+                                   measured.covariance[:3, :3], error, LARGEST_SQUARED_DISTANCE)
+        if estimate is None:  # the camera was knocked
             self._begin(measured)
             return
-        self._position = self._position + update.gain[:3] @ error
-        self._velocity = self._velocity + update.gain[3:] @ error
-        self._covariance, self._is_velocity_known = update.covariance, True
+        self._values, self._covariance = estimate
+        self._is_velocity_known = True
 
     def _begin(self, measured: PoseWithCovariance) -> None:
         """Take a position as it is measured, and forget the velocity."""
-        self._position, self._velocity = measured.translation, np.zeros(3)
+        self._values = np.zeros(6)
+        self._values[:3] = measured.translation
         self._is_velocity_known = False
         self._covariance = np.diag(np.repeat([0.0, _FIRST_VELOCITY ** 2], 3))
         self._covariance[:3, :3] = measured.covariance[:3, :3]
 
     def _predict(self, elapsed: float) -> None:
         """Move on by some time [s]."""
-        self._position = self._position + elapsed * self._velocity
-        by_acceleration = 0.5 * elapsed ** 2 * _POSITION + elapsed * _VELOCITY
-        self._covariance = propagated(
-            _STEADY + elapsed * _BY_TIME, self._covariance, by_acceleration.T,
-            self._acceleration_sigma ** 2 * _AXES)
+        transition = _STEADY + elapsed * _BY_TIME
+        by_acceleration = 0.5 * elapsed ** 2 * _OF_POSITION + elapsed * _OF_VELOCITY
+        self._values = transition @ self._values
+        self._covariance = kalman.propagated(
+            transition, self._covariance, by_acceleration, self._acceleration_sigma ** 2 * _AXES)

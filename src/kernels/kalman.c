@@ -53,10 +53,10 @@ typedef struct {
   double *expected, *gain, *kept, *covariance;
 } Update;
 
-// Fill the expected covariance, and the gain; return false where there is none.
-static bool fill_gain(const Update *update) {
+// Fill the expected covariance with its factor, and the gain; return false where there is none.
+static bool fill_gain(const Update *update, double *factor) {
   const Py_ssize_t size = update->size, count = update->count;
-  double seen[MOST_VALUES * MOST_VALUES] = {0}, factor[MOST_VALUES * MOST_VALUES];
+  double seen[MOST_VALUES * MOST_VALUES] = {0};
   const size_t bytes = (size_t)(count * count) * sizeof(*factor);
   add_product(update->rows, update->prior, count, size, size, 1.0, seen);
   memcpy(update->expected, update->noise, bytes);
@@ -105,11 +105,68 @@ PyObject *kernel_kalman_update(PyObject *module, PyObject *arguments) {
   const Py_buffer *views = arrays.views;
   const Update update = {size,         count,        views[0].buf, views[1].buf, views[2].buf,
                          views[3].buf, views[4].buf, views[5].buf, views[6].buf};
-  const bool is_definite = fill_gain(&update);
+  double factor[MOST_VALUES * MOST_VALUES];
+  const bool is_definite = fill_gain(&update, factor);
   if (is_definite)
     fill_covariance(&update);
   close_arrays(&arrays);
   return PyBool_FromLong(is_definite);
+}
+
+// The square of an error by its covariance, of which a factor is given.
+static double squared_distance(const double *factor, const double *error, Py_ssize_t count) {
+  double solution[MOST_VALUES], sum = 0.0;
+  memcpy(solution, error, (size_t)count * sizeof(*solution));
+  substitute(factor, count, solution, 1);
+  for (Py_ssize_t i = 0; i < count; ++i)
+    sum += error[i] * solution[i];
+  return sum;
+}
+
+// Update values by an error of what is measured of them; return false, and change nothing, where
+// its squared distance is not at most the largest one.
+static bool measure(const Update *update, const double *values, const double *error,
+                    double largest, double *updated) {
+  const Py_ssize_t size = update->size, count = update->count;
+  double factor[MOST_VALUES * MOST_VALUES];
+  if (!fill_gain(update, factor) || !(squared_distance(factor, error, count) <= largest))
+    return false;
+  memcpy(updated, values, (size_t)size * sizeof(*updated));
+  add_product(update->gain, error, size, count, 1, 1.0, updated);
+  fill_covariance(update);
+  return true;
+}
+
+PyObject *kernel_kalman_measurement(PyObject *module, PyObject *arguments) {
+  PyObject *objects[7];
+  double largest;
+  if (!PyArg_ParseTuple(arguments, "OOOOOdOO", &objects[0], &objects[1], &objects[2], &objects[3],
+                        &objects[4], &largest, &objects[5], &objects[6]))
+    return NULL;
+  const Py_ssize_t size = row_count(objects[0]), count = row_count(objects[4]);
+  if (!are_few(size, count))
+    return NULL;
+  const Argument needed[] = {
+      {"the values", objects[0], 'd', size, false},
+      {"the covariance", objects[1], 'd', size * size, false},
+      {"the rows", objects[2], 'd', count * size, false},
+      {"the noise", objects[3], 'd', count * count, false},
+      {"the error", objects[4], 'd', count, false},
+      {"the updated values", objects[5], 'd', size, true},
+      {"the updated covariance", objects[6], 'd', size * size, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Py_buffer *views = arrays.views;
+  double expected[MOST_VALUES * MOST_VALUES], gain[MOST_VALUES * MOST_VALUES];
+  double kept[MOST_VALUES * MOST_VALUES];
+  const Update update = {size,     count, views[1].buf, views[2].buf, views[3].buf,
+                         expected, gain,  kept,         views[6].buf};
+  const bool is_near =
+      measure(&update, views[0].buf, views[4].buf, largest, views[5].buf);
+  close_arrays(&arrays);
+  return PyBool_FromLong(is_near);
 }
 
 PyObject *kernel_propagated_covariance(PyObject *module, PyObject *arguments) {

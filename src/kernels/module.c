@@ -31,6 +31,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(inverted_turns),
     KERNEL(is_rigid),
     KERNEL(is_valid_depth),
+    KERNEL(kalman_measurement),
     KERNEL(kalman_update),
     KERNEL(keypoint_equations),
     KERNEL(log_pose),

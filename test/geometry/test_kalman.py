@@ -8,7 +8,7 @@ import pytest
 from scipy.stats import chi2
 
 from aick_ros import kernels
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate, propagated
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate, measured, propagated
 
 
 @pytest.fixture
@@ -95,6 +95,39 @@ def test_where_the_difference_has_no_covariance_the_gain_is_that_of_numpy(proble
     np.testing.assert_allclose(update.kept, np.eye(4) - update.gain @ rows)
 
 
+@pytest.mark.parametrize('size, count', [(1, 1), (6, 3), (12, 1), (12, 3), (32, 32)])
+def test_an_estimate_that_is_measured_is_that_of_the_information_form(size, count):
+    rng = np.random.default_rng(size + count)
+    a, b, rows = (rng.normal(size=shape) for shape in (
+        (size, size), (count, count), (count, size)))
+    covariance, noise = a @ a.T + np.eye(size), b @ b.T + np.eye(count)
+    values, readings = rng.normal(size=size), rng.normal(size=count)
+    found, its_covariance = measured(values, covariance, rows, noise, readings - rows @ values)
+    information = np.linalg.inv(covariance) + rows.T @ np.linalg.inv(noise) @ rows
+    np.testing.assert_allclose(its_covariance, np.linalg.inv(information), atol=1e-9)
+    right = np.linalg.solve(information, np.linalg.inv(covariance) @ values
+                            + rows.T @ np.linalg.inv(noise) @ readings)
+    np.testing.assert_allclose(found, right, atol=1e-9)
+    np.testing.assert_array_equal(its_covariance, its_covariance.T)
+
+
+def test_a_measurement_too_far_away_is_none(problem):
+    covariance, rows, noise = problem
+    error = np.array([3.0, -1.0])
+    distance = error @ np.linalg.inv(rows @ covariance @ rows.T + noise) @ error
+    assert measured(np.zeros(4), covariance, rows, noise, error, 1.001 * distance) is not None
+    assert measured(np.zeros(4), covariance, rows, noise, error, 0.999 * distance) is None
+
+
+@pytest.mark.parametrize('covariance, noise', [
+    (np.zeros((4, 4)), np.zeros((2, 2))), (np.eye(4), -9.0 * np.eye(2)),
+    (np.full((4, 4), np.nan), np.eye(2))])
+def test_a_measurement_whose_error_has_no_covariance_is_none(covariance, noise):
+    rows, values = np.eye(2, 4), np.arange(4.0)
+    assert measured(values, covariance, rows, noise, np.ones(2)) is None
+    np.testing.assert_array_equal(values, np.arange(4.0))
+
+
 @pytest.mark.parametrize('size, count', [(1, 1), (3, 0), (6, 3), (12, 3), (32, 32)])
 def test_propagation_is_that_of_numpy(size, count):
     rng = np.random.default_rng(size)
@@ -114,6 +147,8 @@ def test_matrices_that_do_not_fit_are_refused(problem):
             KalmanUpdate.of(*wrong)
         with pytest.raises(ValueError, match='are required'):
             propagated(covariance, wrong[0], wrong[1].T, wrong[2])
+        with pytest.raises(ValueError, match='are required'):
+            measured(np.zeros(4), *wrong, np.zeros(2))
     with pytest.raises(ValueError, match='6 numbers: 8 are required'):
         kernels.kalman_update(covariance, rows, noise, np.empty((2, 2)), np.empty((3, 2)),
                               np.empty((4, 4)), np.empty((4, 4)))
@@ -126,3 +161,5 @@ def test_too_many_values_are_refused():
             KalmanUpdate.of(np.eye(size), rows, noise)
         with pytest.raises(ValueError, match='at most 32 values'):
             propagated(np.eye(size), np.eye(size), rows.T, noise)
+        with pytest.raises(ValueError, match='at most 32 values'):
+            measured(np.zeros(size), np.eye(size), rows, noise, np.zeros(count))

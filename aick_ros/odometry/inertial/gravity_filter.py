@@ -21,7 +21,7 @@ import numpy as np
 
 from aick_ros import kernels
 from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, measured
 from aick_ros.odometry.inertial.force_integral import Impulse
 from aick_ros.odometry.inertial.level import Direction
 from aick_ros.settings import ImuSettings
@@ -105,10 +105,11 @@ class GravityFilter:
     def measure(self, position: np.ndarray, covariance: np.ndarray) -> bool:
         """Update by a position [m], and return whether it is one of noise; else change nothing."""
         error = position - self.values[_P]
-        update = KalmanUpdate.of(self.covariance, _POSITION, covariance)
-        if update.squared_distance(error) > LARGEST_SQUARED_DISTANCE:
+        estimate = measured(self.values, self.covariance, _POSITION, covariance, error,
+                            LARGEST_SQUARED_DISTANCE)
+        if estimate is None:
             return False
-        self.values, self.covariance = self.values + update.gain @ error, update.covariance
+        self.values, self.covariance = estimate
         self._hold_length()
         return True
 
@@ -118,6 +119,7 @@ class GravityFilter:
         length = math.hypot(*gravity)
         row = np.zeros((1, 12))
         row[0, _G] = gravity / length
-        update = KalmanUpdate.of(self.covariance, row, _GRAVITY_VARIANCE)
-        self.values = self.values + update.gain[:, 0] * (GRAVITY - length)
-        self.covariance = update.covariance
+        estimate = measured(self.values, self.covariance, row, _GRAVITY_VARIANCE,
+                            np.array([GRAVITY - length]))
+        if estimate is not None:
+            self.values, self.covariance = estimate
