@@ -6,11 +6,14 @@
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "arrays.h"
 #include "blocks.h"
+#include "cholesky.h"
 #include "equations.h"
 #include "kernels.h"
+#include "se3.h"
 #include "sensor.h"
 #include "vectors.h"
 #include "weights.h"
@@ -163,60 +166,80 @@ typedef struct {
   Robustness rays, depths;
 } Weighting;
 
-// Add the normal equations of both kinds of residuals; false without memory for these.
-static bool add_tracks(const Tracks *tracks, const double *pose, const Weighting *by,
-                       double *information, double *gradient) {
-  const size_t rows = 2 * (size_t)tracks->count + 1;  // one, where there are no tracks
-  double *memory = malloc(rows * (1 + 6 + 1) * sizeof(*memory));
-  if (memory == NULL)
-    return false;
+// Set the normal equations of both kinds of residuals and of others, with memory for a row of a
+// Jacobian, value and weight of each of two residuals of a track.
+static void sum_up(const Tracks *tracks, const double *pose, const Weighting *by,
+                   const double *others, const double *other_slopes, double *memory,
+                   double *information, double *gradient) {
+  const Py_ssize_t rows = 2 * tracks->count;
   Residuals residuals = {memory, (double(*)[6])(memory + rows), memory + 7 * rows, NULL};
   double sums[36] = {0}, slopes[6] = {0};
   reproject(tracks, pose, by->ray_noise, &by->rays, &residuals);
-  add_equations(*residuals.jacobian, residuals.values, residuals.weights, 2 * tracks->count, sums,
-                slopes);
+  add_equations(*residuals.jacobian, residuals.values, residuals.weights, rows, sums, slopes);
   const Py_ssize_t found = compare_depths(tracks, pose, by->depth_noise, by->depth_exponent,
                                           &by->depths, &residuals);
   add_equations(*residuals.jacobian, residuals.values, residuals.weights, found, sums, slopes);
-  free(memory);
   for (int i = 0; i < 36; ++i)
-    information[i] += by->weight * sums[i];
+    information[i] = others[i] + by->weight * sums[i];
   for (int i = 0; i < 6; ++i)
-    gradient[i] += by->weight * slopes[i];
-  return true;
+    gradient[i] = other_slopes[i] + by->weight * slopes[i];
 }
 
-PyObject *kernel_track_equations(PyObject *module, PyObject *arguments) {
-  PyObject *objects[7];
+// The Gauss-Newton step of normal equations, which are used up; NaN where they are not definite.
+static void solve_step(double *information, const double *gradient, double *step) {
+  const bool is_definite = factorize(information, UNKNOWNS);
+  for (int i = 0; i < UNKNOWNS; ++i)
+    step[i] = is_definite ? -gradient[i] : NAN;
+  if (is_definite)
+    substitute(information, UNKNOWNS, step, 1);
+}
+
+PyObject *kernel_track_steps(PyObject *module, PyObject *arguments) {
+  PyObject *objects[10];
   Weighting by;
-  if (!PyArg_ParseTuple(arguments, "OOOOOddddddddOO", &objects[0], &objects[1], &objects[2],
+  if (!PyArg_ParseTuple(arguments, "OOOOOdddOddddOOOO", &objects[0], &objects[1], &objects[2],
                         &objects[3], &objects[4], &by.ray_noise, &by.depth_noise,
-                        &by.depth_exponent, &by.rays.width, &by.rays.typical,
-                        &by.depths.typical, &by.rays.most, &by.weight, &objects[5], &objects[6]))
+                        &by.depth_exponent, &objects[5], &by.rays.typical, &by.depths.typical,
+                        &by.rays.most, &by.weight, &objects[6], &objects[7], &objects[8],
+                        &objects[9]))
     return NULL;
-  by.depths.width = by.rays.width;
   by.depths.most = by.rays.most;
-  const Py_ssize_t count = row_count(objects[0]);
+  const Py_ssize_t count = row_count(objects[0]), steps = row_count(objects[5]);
   const Argument needed[] = {
       {"the points", objects[0], 'd', 3 * count, false},
       {"the rays", objects[1], 'd', 2 * count, false},
       {"the sigmas", objects[2], 'd', count, false},
       {"the depths", objects[3], 'd', count, false},
       {"the pose", objects[4], 'd', 16, false},
-      {"the information", objects[5], 'd', 36, true},
-      {"the gradient", objects[6], 'd', 6, true},
+      {"the widths", objects[5], 'd', steps, false},
+      {"the information", objects[6], 'd', 36, false},
+      {"the gradient", objects[7], 'd', 6, false},
+      {"the last step", objects[8], 'd', 6, true},
+      {"the result", objects[9], 'd', 16, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const Py_buffer *views = arrays.views;
   const Tracks tracks = {views[0].buf, views[1].buf, views[2].buf, views[3].buf, count};
-  bool is_done;
-  Py_BEGIN_ALLOW_THREADS
-  is_done = add_tracks(&tracks, views[4].buf, &by, views[5].buf, views[6].buf);
-  Py_END_ALLOW_THREADS
+  const double *widths = views[5].buf;
+  double *step = views[8].buf, *pose = views[9].buf;
+  double *memory = malloc((16 * (size_t)count + 1) * sizeof(*memory));
+  if (memory != NULL) {
+    Py_BEGIN_ALLOW_THREADS
+    memcpy(pose, views[4].buf, 16 * sizeof(*pose));
+    for (Py_ssize_t i = 0; i < steps; ++i) {
+      double information[36], gradient[6];
+      by.rays.width = by.depths.width = widths[i];
+      sum_up(&tracks, pose, &by, views[6].buf, views[7].buf, memory, information, gradient);
+      solve_step(information, gradient, step);
+      perturb(pose, step, pose);
+    }
+    Py_END_ALLOW_THREADS
+  }
   close_arrays(&arrays);
-  if (!is_done)
+  if (memory == NULL)
     return PyErr_NoMemory();
+  free(memory);
   Py_RETURN_NONE;
 }
