@@ -11,8 +11,10 @@
 #include "arrays.h"
 #include "blocks.h"
 #include "cholesky.h"
+#include "displacement.h"
 #include "equations.h"
 #include "kernels.h"
+#include "processors.h"
 #include "se3.h"
 #include "sensor.h"
 #include "vectors.h"
@@ -38,37 +40,91 @@ typedef struct {
   int64_t *blocks;  // NULL: not asked for
 } Residuals;
 
-// Two residuals of a track: the first coordinates of all tracks come before the second ones.
-static void reproject(const Tracks *tracks, const double *pose, double noise,
-                      const Robustness *robustness, Residuals *to) {
-  const Py_ssize_t count = tracks->count;
+// Tracks side by side: points turned by the pose and moved by it, where they are seen, how far
+// one standard deviation of their inverse depth moves them there, and 1 / z.
+typedef struct {
+  Column arms[3], places[2], spreads[2], inverses;
+} Seen;
+
+static inline void see(const Tracks *tracks, const double *pose, Py_ssize_t first, int count,
+                       Seen *to) {
+  Column points[3], sigmas;
+  for (int n = 0; n < BATCH; ++n) {
+    const Py_ssize_t track = first + (n < count ? n : 0);
+    for (int i = 0; i < 3; ++i)
+      points[i][n] = tracks->points[track][i];
+    sigmas[n] = tracks->sigmas[track];
+  }
+  for (int i = 0; i < 3; ++i)
+    for (int n = 0; n < BATCH; ++n)
+      to->arms[i][n] = pose[4 * i] * points[0][n] + pose[4 * i + 1] * points[1][n] +
+                       pose[4 * i + 2] * points[2][n];
+  for (int n = 0; n < BATCH; ++n) {
+    const double inverse = 1.0 / (to->arms[2][n] + pose[11]);
+    const double x = (to->arms[0][n] + pose[3]) * inverse;
+    const double y = (to->arms[1][n] + pose[7]) * inverse;
+    const double scale = sigmas[n] * points[2][n] * inverse;
+    to->inverses[n] = inverse;
+    to->places[0][n] = x;
+    to->places[1][n] = y;
+    to->spreads[0][n] = (to->arms[0][n] - to->arms[2][n] * x) * scale;
+    to->spreads[1][n] = (to->arms[1][n] - to->arms[2][n] * y) * scale;
+  }
+}
+
+// Residuals of a batch of tracks, u and v, with their derivatives by the moved points: whitened by
+// S^(-1/2), S = noise^2 I + s s^T, s the spread of a track.
+static inline void whiten(const Seen *seen, Column *rays, double noise, Column (*rows)[4]) {
   const double precision = 1.0 / noise;
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    const double *point = tracks->points[i], *ray = tracks->rays[i];
-    double arm[3], moved[3];
-    move(pose, point, arm, moved);
-    const double inverse = 1.0 / moved[2], x = moved[0] * inverse, y = moved[1] * inverse;
-    // of both coordinates: the error, and the derivatives by the moved point
-    double u[4] = {x - ray[0], inverse, 0.0, -x * inverse};
-    double v[4] = {y - ray[1], 0.0, inverse, -y * inverse};
-    // whiten by S^(-1/2), S = noise^2 I + s s^T, s the effect of one sigma of inverse depth
-    const double scale = tracks->sigmas[i] * point[2] * inverse;
-    const double s = (arm[0] - arm[2] * x) * scale, t = (arm[1] - arm[2] * y) * scale;
-    const double square = s * s + t * t;
-    const double shrink = (1.0 - noise / sqrt(noise * noise + square)) / fmax(square, 1e-30);
+  for (int n = 0; n < BATCH; ++n) {
+    const double inverse = seen->inverses[n], x = seen->places[0][n], y = seen->places[1][n];
+    const double s = seen->spreads[0][n], t = seen->spreads[1][n], square = s * s + t * t;
+    const double shrink = (1.0 - noise / sqrt(noise * noise + square)) /
+                          (square > 1e-30 ? square : 1e-30);
+    const double u[4] = {x - rays[0][n], inverse, 0.0, -x * inverse};
+    const double v[4] = {y - rays[1][n], 0.0, inverse, -y * inverse};
     for (int k = 0; k < 4; ++k) {
       const double along = shrink * (s * u[k] + t * v[k]);
-      u[k] = (u[k] - s * along) * precision;
-      v[k] = (v[k] - t * along) * precision;
+      rows[0][k][n] = (u[k] - s * along) * precision;
+      rows[1][k][n] = (v[k] - t * along) * precision;
     }
-    to->values[i] = u[0];
-    to->values[count + i] = v[0];
-    by_twist(u + 1, arm, to->jacobian[i]);
-    by_twist(v + 1, arm, to->jacobian[count + i]);
-    if (to->blocks != NULL)
-      to->blocks[i] = to->blocks[count + i] = block_at(ray[0], ray[1]);
   }
-  weigh_pairs(to->values, count, robustness, to->weights);
+}
+
+// Write the residuals of one coordinate of a batch with their derivatives by the pose.
+static inline void write_rows(Column *rows, const Seen *seen, int count, double *values,
+                              double (*jacobian)[6]) {
+  for (int n = 0; n < count; ++n) {
+    const double direction[3] = {rows[1][n], rows[2][n], rows[3][n]};
+    const double arm[3] = {seen->arms[0][n], seen->arms[1][n], seen->arms[2][n]};
+    values[n] = rows[0][n];
+    by_twist(direction, arm, jacobian[n]);
+  }
+}
+
+// Two residuals of a track: the first coordinates of all tracks come before the second ones.
+FOR_EACH_PROCESSOR
+static void reproject(const Tracks *tracks, const double *pose, double noise,
+                      const Robustness *robustness, Residuals *to) {
+  const Py_ssize_t all = tracks->count;
+  for (Py_ssize_t first = 0; first < all; first += BATCH) {
+    const int count = all - first < BATCH ? (int)(all - first) : BATCH;
+    Seen seen;
+    Column rays[2] = {{0}}, rows[2][4];
+    for (int n = 0; n < count; ++n) {
+      const double *ray = tracks->rays[first + n];
+      rays[0][n] = ray[0];
+      rays[1][n] = ray[1];
+      if (to->blocks != NULL)
+        to->blocks[first + n] = to->blocks[all + first + n] = block_at(ray[0], ray[1]);
+    }
+    see(tracks, pose, first, count, &seen);
+    whiten(&seen, rays, noise, rows);
+    for (int i = 0; i < 2; ++i)
+      write_rows(rows[i], &seen, count, to->values + i * all + first,
+                 to->jacobian + i * all + first);
+  }
+  weigh_pairs(to->values, all, robustness, to->weights);
 }
 
 // A residual of each track that the target measures a depth of; return how many they are.
