@@ -71,7 +71,7 @@ PyObject *kernel_solve_definite(PyObject *module, PyObject *arguments);
 PyObject *kernel_spread(PyObject *module, PyObject *arguments);
 PyObject *kernel_to_quaternion(PyObject *module, PyObject *arguments);
 PyObject *kernel_track_depth(PyObject *module, PyObject *arguments);
-PyObject *kernel_track_equations(PyObject *module, PyObject *arguments);
+PyObject *kernel_track_steps(PyObject *module, PyObject *arguments);
 PyObject *kernel_transform(PyObject *module, PyObject *arguments);
 PyObject *kernel_undistort_depth(PyObject *module, PyObject *arguments);
 PyObject *kernel_valid_depth(PyObject *module, PyObject *arguments);

@@ -67,7 +67,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(spread),
     KERNEL(to_quaternion),
     KERNEL(track_depth),
-    KERNEL(track_equations),
+    KERNEL(track_steps),
     KERNEL(transform),
     KERNEL(undistort_depth),
     KERNEL(valid_depth),

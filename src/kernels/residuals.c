@@ -6,11 +6,16 @@
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "arrays.h"
 #include "blocks.h"
+#include "cholesky.h"
+#include "displacement.h"
 #include "equations.h"
 #include "kernels.h"
+#include "processors.h"
+#include "se3.h"
 #include "sensor.h"
 #include "vectors.h"
 #include "weights.h"
@@ -35,37 +40,91 @@ typedef struct {
   int64_t *blocks;  // NULL: not asked for
 } Residuals;
 
-// Two residuals of a track: the first coordinates of all tracks come before the second ones.
-static void reproject(const Tracks *tracks, const double *pose, double noise,
-                      const Robustness *robustness, Residuals *to) {
-  const Py_ssize_t count = tracks->count;
+// Tracks side by side: points turned by the pose and moved by it, where they are seen, how far
+// one standard deviation of their inverse depth moves them there, and 1 / z.
+typedef struct {
+  Column arms[3], places[2], spreads[2], inverses;
+} Seen;
+
+static inline void see(const Tracks *tracks, const double *pose, Py_ssize_t first, int count,
+                       Seen *to) {
+  Column points[3], sigmas;
+  for (int n = 0; n < BATCH; ++n) {
+    const Py_ssize_t track = first + (n < count ? n : 0);
+    for (int i = 0; i < 3; ++i)
+      points[i][n] = tracks->points[track][i];
+    sigmas[n] = tracks->sigmas[track];
+  }
+  for (int i = 0; i < 3; ++i)
+    for (int n = 0; n < BATCH; ++n)
+      to->arms[i][n] = pose[4 * i] * points[0][n] + pose[4 * i + 1] * points[1][n] +
+                       pose[4 * i + 2] * points[2][n];
+  for (int n = 0; n < BATCH; ++n) {
+    const double inverse = 1.0 / (to->arms[2][n] + pose[11]);
+    const double x = (to->arms[0][n] + pose[3]) * inverse;
+    const double y = (to->arms[1][n] + pose[7]) * inverse;
+    const double scale = sigmas[n] * points[2][n] * inverse;
+    to->inverses[n] = inverse;
+    to->places[0][n] = x;
+    to->places[1][n] = y;
+    to->spreads[0][n] = (to->arms[0][n] - to->arms[2][n] * x) * scale;
+    to->spreads[1][n] = (to->arms[1][n] - to->arms[2][n] * y) * scale;
+  }
+}
+
+// Residuals of a batch of tracks, u and v, with their derivatives by the moved points: whitened by
+// S^(-1/2), S = noise^2 I + s s^T, s the spread of a track.
+static inline void whiten(const Seen *seen, Column *rays, double noise, Column (*rows)[4]) {
   const double precision = 1.0 / noise;
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    const double *point = tracks->points[i], *ray = tracks->rays[i];
-    double arm[3], moved[3];
-    move(pose, point, arm, moved);
-    const double inverse = 1.0 / moved[2], x = moved[0] * inverse, y = moved[1] * inverse;
-    // of both coordinates: the error, and the derivatives by the moved point
-    double u[4] = {x - ray[0], inverse, 0.0, -x * inverse};
-    double v[4] = {y - ray[1], 0.0, inverse, -y * inverse};
-    // whiten by S^(-1/2), S = noise^2 I + s s^T, s the effect of one sigma of inverse depth
-    const double scale = tracks->sigmas[i] * point[2] * inverse;
-    const double s = (arm[0] - arm[2] * x) * scale, t = (arm[1] - arm[2] * y) * scale;
-    const double square = s * s + t * t;
-    const double shrink = (1.0 - noise / sqrt(noise * noise + square)) / fmax(square, 1e-30);
+  for (int n = 0; n < BATCH; ++n) {
+    const double inverse = seen->inverses[n], x = seen->places[0][n], y = seen->places[1][n];
+    const double s = seen->spreads[0][n], t = seen->spreads[1][n], square = s * s + t * t;
+    const double shrink = (1.0 - noise / sqrt(noise * noise + square)) /
+                          (square > 1e-30 ? square : 1e-30);
+    const double u[4] = {x - rays[0][n], inverse, 0.0, -x * inverse};
+    const double v[4] = {y - rays[1][n], 0.0, inverse, -y * inverse};
     for (int k = 0; k < 4; ++k) {
       const double along = shrink * (s * u[k] + t * v[k]);
-      u[k] = (u[k] - s * along) * precision;
-      v[k] = (v[k] - t * along) * precision;
+      rows[0][k][n] = (u[k] - s * along) * precision;
+      rows[1][k][n] = (v[k] - t * along) * precision;
     }
-    to->values[i] = u[0];
-    to->values[count + i] = v[0];
-    by_twist(u + 1, arm, to->jacobian[i]);
-    by_twist(v + 1, arm, to->jacobian[count + i]);
-    if (to->blocks != NULL)
-      to->blocks[i] = to->blocks[count + i] = block_at(ray[0], ray[1]);
   }
-  weigh_pairs(to->values, count, robustness, to->weights);
+}
+
+// Write the residuals of one coordinate of a batch with their derivatives by the pose.
+static inline void write_rows(Column *rows, const Seen *seen, int count, double *values,
+                              double (*jacobian)[6]) {
+  for (int n = 0; n < count; ++n) {
+    const double direction[3] = {rows[1][n], rows[2][n], rows[3][n]};
+    const double arm[3] = {seen->arms[0][n], seen->arms[1][n], seen->arms[2][n]};
+    values[n] = rows[0][n];
+    by_twist(direction, arm, jacobian[n]);
+  }
+}
+
+// Two residuals of a track: the first coordinates of all tracks come before the second ones.
+FOR_EACH_PROCESSOR
+static void reproject(const Tracks *tracks, const double *pose, double noise,
+                      const Robustness *robustness, Residuals *to) {
+  const Py_ssize_t all = tracks->count;
+  for (Py_ssize_t first = 0; first < all; first += BATCH) {
+    const int count = all - first < BATCH ? (int)(all - first) : BATCH;
+    Seen seen;
+    Column rays[2] = {{0}}, rows[2][4];
+    for (int n = 0; n < count; ++n) {
+      const double *ray = tracks->rays[first + n];
+      rays[0][n] = ray[0];
+      rays[1][n] = ray[1];
+      if (to->blocks != NULL)
+        to->blocks[first + n] = to->blocks[all + first + n] = block_at(ray[0], ray[1]);
+    }
+    see(tracks, pose, first, count, &seen);
+    whiten(&seen, rays, noise, rows);
+    for (int i = 0; i < 2; ++i)
+      write_rows(rows[i], &seen, count, to->values + i * all + first,
+                 to->jacobian + i * all + first);
+  }
+  weigh_pairs(to->values, all, robustness, to->weights);
 }
 
 // A residual of each track that the target measures a depth of; return how many they are.
@@ -163,60 +222,80 @@ typedef struct {
   Robustness rays, depths;
 } Weighting;
 
-// Add the normal equations of both kinds of residuals; false without memory for these.
-static bool add_tracks(const Tracks *tracks, const double *pose, const Weighting *by,
-                       double *information, double *gradient) {
-  const size_t rows = 2 * (size_t)tracks->count + 1;  // one, where there are no tracks
-  double *memory = malloc(rows * (1 + 6 + 1) * sizeof(*memory));
-  if (memory == NULL)
-    return false;
+// Set the normal equations of both kinds of residuals and of others, with memory for a row of a
+// Jacobian, value and weight of each of two residuals of a track.
+static void sum_up(const Tracks *tracks, const double *pose, const Weighting *by,
+                   const double *others, const double *other_slopes, double *memory,
+                   double *information, double *gradient) {
+  const Py_ssize_t rows = 2 * tracks->count;
   Residuals residuals = {memory, (double(*)[6])(memory + rows), memory + 7 * rows, NULL};
   double sums[36] = {0}, slopes[6] = {0};
   reproject(tracks, pose, by->ray_noise, &by->rays, &residuals);
-  add_equations(*residuals.jacobian, residuals.values, residuals.weights, 2 * tracks->count, sums,
-                slopes);
+  add_equations(*residuals.jacobian, residuals.values, residuals.weights, rows, sums, slopes);
   const Py_ssize_t found = compare_depths(tracks, pose, by->depth_noise, by->depth_exponent,
                                           &by->depths, &residuals);
   add_equations(*residuals.jacobian, residuals.values, residuals.weights, found, sums, slopes);
-  free(memory);
   for (int i = 0; i < 36; ++i)
-    information[i] += by->weight * sums[i];
+    information[i] = others[i] + by->weight * sums[i];
   for (int i = 0; i < 6; ++i)
-    gradient[i] += by->weight * slopes[i];
-  return true;
+    gradient[i] = other_slopes[i] + by->weight * slopes[i];
 }
 
-PyObject *kernel_track_equations(PyObject *module, PyObject *arguments) {
-  PyObject *objects[7];
+// The Gauss-Newton step of normal equations, which are used up; NaN where they are not definite.
+static void solve_step(double *information, const double *gradient, double *step) {
+  const bool is_definite = factorize(information, UNKNOWNS);
+  for (int i = 0; i < UNKNOWNS; ++i)
+    step[i] = is_definite ? -gradient[i] : NAN;
+  if (is_definite)
+    substitute(information, UNKNOWNS, step, 1);
+}
+
+PyObject *kernel_track_steps(PyObject *module, PyObject *arguments) {
+  PyObject *objects[10];
   Weighting by;
-  if (!PyArg_ParseTuple(arguments, "OOOOOddddddddOO", &objects[0], &objects[1], &objects[2],
+  if (!PyArg_ParseTuple(arguments, "OOOOOdddOddddOOOO", &objects[0], &objects[1], &objects[2],
                         &objects[3], &objects[4], &by.ray_noise, &by.depth_noise,
-                        &by.depth_exponent, &by.rays.width, &by.rays.typical,
-                        &by.depths.typical, &by.rays.most, &by.weight, &objects[5], &objects[6]))
+                        &by.depth_exponent, &objects[5], &by.rays.typical, &by.depths.typical,
+                        &by.rays.most, &by.weight, &objects[6], &objects[7], &objects[8],
+                        &objects[9]))
     return NULL;
-  by.depths.width = by.rays.width;
   by.depths.most = by.rays.most;
-  const Py_ssize_t count = row_count(objects[0]);
+  const Py_ssize_t count = row_count(objects[0]), steps = row_count(objects[5]);
   const Argument needed[] = {
       {"the points", objects[0], 'd', 3 * count, false},
       {"the rays", objects[1], 'd', 2 * count, false},
       {"the sigmas", objects[2], 'd', count, false},
       {"the depths", objects[3], 'd', count, false},
       {"the pose", objects[4], 'd', 16, false},
-      {"the information", objects[5], 'd', 36, true},
-      {"the gradient", objects[6], 'd', 6, true},
+      {"the widths", objects[5], 'd', steps, false},
+      {"the information", objects[6], 'd', 36, false},
+      {"the gradient", objects[7], 'd', 6, false},
+      {"the last step", objects[8], 'd', 6, true},
+      {"the result", objects[9], 'd', 16, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const Py_buffer *views = arrays.views;
   const Tracks tracks = {views[0].buf, views[1].buf, views[2].buf, views[3].buf, count};
-  bool is_done;
-  Py_BEGIN_ALLOW_THREADS
-  is_done = add_tracks(&tracks, views[4].buf, &by, views[5].buf, views[6].buf);
-  Py_END_ALLOW_THREADS
+  const double *widths = views[5].buf;
+  double *step = views[8].buf, *pose = views[9].buf;
+  double *memory = malloc((16 * (size_t)count + 1) * sizeof(*memory));
+  if (memory != NULL) {
+    Py_BEGIN_ALLOW_THREADS
+    memcpy(pose, views[4].buf, 16 * sizeof(*pose));
+    for (Py_ssize_t i = 0; i < steps; ++i) {
+      double information[36], gradient[6];
+      by.rays.width = by.depths.width = widths[i];
+      sum_up(&tracks, pose, &by, views[6].buf, views[7].buf, memory, information, gradient);
+      solve_step(information, gradient, step);
+      perturb(pose, step, pose);
+    }
+    Py_END_ALLOW_THREADS
+  }
   close_arrays(&arrays);
-  if (!is_done)
+  if (memory == NULL)
     return PyErr_NoMemory();
+  free(memory);
   Py_RETURN_NONE;
 }

@@ -187,17 +187,7 @@ PyObject *kernel_inverse_pose(PyObject *module, PyObject *arguments) {
   return filled(arguments, "the pose", 16, 16, inverse_pose);
 }
 
-PyObject *kernel_perturbed_pose(PyObject *module, PyObject *arguments) {
-  PyObject *pose_array, *error_array, *result_array;
-  if (!PyArg_ParseTuple(arguments, "OOO", &pose_array, &error_array, &result_array))
-    return NULL;
-  const Argument needed[] = {{"the pose", pose_array, 'd', 16, false},
-                             {"the error", error_array, 'd', 6, false},
-                             {"the result", result_array, 'd', 16, true}};
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  const double *pose = arrays.views[0].buf, *error = arrays.views[1].buf;
+void perturb(const double *pose, const double *error, double *perturbed) {
   double turn[9], before[9], rotation[9], transposed[9], square[9], corrected[9], position[3];
   exp_rotation(error + 3, turn);
   rotation_of(pose, before);
@@ -210,7 +200,20 @@ PyObject *kernel_perturbed_pose(PyObject *module, PyObject *arguments) {
     corrected[i] = 1.5 * rotation[i] - 0.5 * corrected[i];
   for (int i = 0; i < 3; ++i)
     position[i] = pose[4 * i + 3] + error[i];
-  fill_pose(corrected, position, arrays.views[2].buf);
+  fill_pose(corrected, position, perturbed);
+}
+
+PyObject *kernel_perturbed_pose(PyObject *module, PyObject *arguments) {
+  PyObject *pose_array, *error_array, *result_array;
+  if (!PyArg_ParseTuple(arguments, "OOO", &pose_array, &error_array, &result_array))
+    return NULL;
+  const Argument needed[] = {{"the pose", pose_array, 'd', 16, false},
+                             {"the error", error_array, 'd', 6, false},
+                             {"the result", result_array, 'd', 16, true}};
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  perturb(arrays.views[0].buf, arrays.views[1].buf, arrays.views[2].buf);
   close_arrays(&arrays);
   Py_RETURN_NONE;
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The aick_ros authors
 // SPDX-License-Identifier: Apache-2.0
 
-// Rotations, 3x3, row by row.
+// Rotations, 3x3, and poses, 4x4, row by row.
 
 #ifndef AICK_ROS_SE3_H
 #define AICK_ROS_SE3_H
@@ -11,6 +11,10 @@ void exp_rotation(const double *theta, double *rotation);
 
 // The rotation vector [rad] of a rotation; its length is 0 to pi.
 void log_rotation(const double *rotation, double *theta);
+
+// A pose with an error added in the axes of the target frame, its rotation orthonormal to rounding;
+// it may be the pose itself.
+void perturb(const double *pose, const double *error, double *perturbed);
 
 // The product of two matrices, which is neither of them.
 void multiply(const double *a, const double *b, double *product);

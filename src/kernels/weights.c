@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "order.h"
+#include "processors.h"
 
 static double median(double *values, Py_ssize_t count) {
   const Py_ssize_t middle = count / 2;
@@ -24,11 +25,12 @@ static double limit_by(double *squares, Py_ssize_t count, const Robustness *by) 
   return by->width * by->width * (scale > 1.0 ? (scale < by->most ? scale : by->most) : 1.0);
 }
 
-static double weight(double square, double limit) {
+static inline double weight(double square, double limit) {
   const double root = 1.0 / (1.0 + square / limit);
   return root * root;
 }
 
+FOR_EACH_PROCESSOR
 void weigh(const double *values, Py_ssize_t count, const Robustness *by, double *weights) {
   if (count == 0)
     return;
@@ -39,6 +41,7 @@ void weigh(const double *values, Py_ssize_t count, const Robustness *by, double 
     weights[i] = weight(values[i] * values[i], limit);
 }
 
+FOR_EACH_PROCESSOR
 void weigh_pairs(const double *values, Py_ssize_t count, const Robustness *by, double *weights) {
   if (count == 0)
     return;

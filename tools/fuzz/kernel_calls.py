@@ -89,7 +89,7 @@ solve_definite d:n,n d>n,k %k
 spread d:n,2 %f q>k
 to_quaternion d:3,3 d>4
 track_depth d:n,3 d:n,2 d:n d:4,4 %f %f %f %f %f d>n d>n,6 d>n q>n
-track_equations d:n,3 d:n,2 d:n d:n d:4,4 %f %f %f %f %f %f %f %f d>6,6 d>6
+track_steps d:n,3 d:n,2 d:n d:n d:4,4 %f %f %f d:k %f %f %f %f d:6,6 d:6 d>6 d>4,4
 transform d:4,4 d:n,3 d>n,3
 undistort_depth f:h,v f:h,v %f f>h,v
 valid_depth f:h,v %f %f f>h,v

@@ -14,8 +14,9 @@ from __future__ import annotations
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.geometry import definite, se3
-from aick_ros.registration.refinement.residuals import PRIOR, track_equations
+from aick_ros.geometry import se3
+from aick_ros.registration.refinement.residuals import (
+    PRIOR, NormalEquations, track_steps)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
 from aick_ros.settings import RefinementSettings, SensorSettings
 
@@ -32,7 +33,8 @@ class Approach:
     def __init__(self, tracker: Tracker, settings: RefinementSettings,
                  sensor: SensorSettings) -> None:
         self._tracker = tracker
-        self._settings = settings
+        self._track_sigma = settings.track_sigma
+        self._widths = settings.robust_width * np.array(_WIDTHS)
         self._sensor = sensor
 
     def nearer(self, source: PreparedFrame, target: PreparedFrame,
@@ -42,16 +44,12 @@ class Approach:
 
         :param T_target_source: expected, 4x4.
         """
-        tracks = self._tracker.track_few(target, source, se3.inverse(T_target_source), _COUNT)
+        first = se3.inverse(T_target_source)
+        tracks = self._tracker.track_few(target, source, first, _COUNT)
         if len(tracks) < FEWEST_TO_CONFIRM:
             return None
-        pose = se3.inverse(T_target_source)
-        ray_sigma = self._settings.track_sigma / source.frame.camera.fx
-        for width in _WIDTHS:
-            equations = track_equations(tracks, pose, ray_sigma, self._sensor,
-                                        width * self._settings.robust_width, 1.0)
-            pose = se3.perturbed(
-                pose, -definite.solve(equations.information + PRIOR, equations.gradient))
+        pose, _ = track_steps(tracks, first, self._track_sigma / source.frame.camera.fx,
+                              self._sensor, self._widths, 1.0, NormalEquations.of((), PRIOR))
         return se3.inverse(pose) if self._agree(tracks, pose, source) else None
 
     @staticmethod

@@ -30,7 +30,7 @@ from aick_ros.registration.refinement.misalignment_estimate import MisalignmentE
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.residuals import (
     PRIOR, NormalEquations, Residuals, contradict, gradient_noise, point_to_plane, reprojection,
-    track_depth, track_equations)
+    track_depth, track_steps)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
 from aick_ros.registration.result import SensorBias
 from aick_ros.settings import RefinementSettings, SensorSettings
@@ -177,8 +177,7 @@ class Refinement:
         misalignment = self._misalignment.misalignment
         problem.correct(misalignment, source.twist, pose)
         for i in range(self._settings.iterations - 1):
-            step = problem.step(pose, coarse=i < _COARSE_STEPS)
-            pose = se3.perturbed(pose, step)
+            pose, step = problem.step(pose, coarse=i < _COARSE_STEPS)
             if i == _COARSE_STEPS and predicted is not None:
                 problem.correct(misalignment, predicted.twist_with(pose), pose)
             if i > _COARSE_STEPS and np.abs(step).max() < _SMALLEST_STEP:
@@ -224,15 +223,12 @@ class _Problem:
             for twist, prepared in zip(self._twists, (self._source, self._target))))
         self._tracks = self._correction.tracks(self._seen, self._source, self._sensor, pose)
 
-    def step(self, pose: np.ndarray, coarse: bool) -> np.ndarray:
-        """Return the Gauss-Newton step from a pose, 6; coarse: by keypoints if there are any."""
-        equations = track_equations(
-            self._tracks, pose, self._ray_sigma, self._sensor,
-            (_COARSE_WIDTH if coarse else 1.0) * self._settings.robust_width,
-            1 / self._noise.keypoints)
-        if not coarse or not len(self._tracks):
-            equations += NormalEquations.of(self._of_depth(pose))
-        return -definite.solve(equations.information + PRIOR, equations.gradient)
+    def step(self, pose: np.ndarray, coarse: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Return the pose after a Gauss-Newton step and the step; coarse: by keypoints, if any."""
+        by_depth = () if coarse and len(self._tracks) else self._of_depth(pose)
+        width = (_COARSE_WIDTH if coarse else 1.0) * self._settings.robust_width
+        return track_steps(self._tracks, pose, self._ray_sigma, self._sensor, np.array([width]),
+                           1 / self._noise.keypoints, NormalEquations.of(by_depth, PRIOR))
 
     def finish(self, pose: np.ndarray) -> Refined:
         """

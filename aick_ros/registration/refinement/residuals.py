@@ -55,6 +55,7 @@ _REGULARIZATION = 1e-3 * np.eye(6)  # chosen: 30 m and 30 rad; makes any informa
 
 
 _NO_POINTS = np.empty((0, 3))
+_NONE = np.zeros((6, 6))
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,9 +97,13 @@ class NormalEquations:
     gradient: np.ndarray
 
     @classmethod
-    def of(cls, kinds: Iterable[Residuals]) -> NormalEquations:
-        """Return the sum over residuals of several kinds."""
-        information, gradient = np.zeros((6, 6)), np.zeros(6)
+    def of(cls, kinds: Iterable[Residuals], prior: np.ndarray = _NONE) -> NormalEquations:
+        """
+        Return the sum over residuals of several kinds.
+
+        :param prior: information that is added, 6x6.
+        """
+        information, gradient = prior.copy(), np.zeros(6)
         for kind in kinds:
             kernels.normal_equations(kind.jacobian, kind.values, kind.weights, information,
                                      gradient)
@@ -179,19 +184,26 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
     return Residuals(values[:found], jacobian[:found], weights[:found], blocks[:found])
 
 
-def track_equations(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
-                    sensor: SensorSettings, width: float, weight: float) -> NormalEquations:
+def track_steps(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
+                sensor: SensorSettings, widths: np.ndarray, weight: float,
+                others: NormalEquations) -> tuple[np.ndarray, np.ndarray]:
     """
-    Return the normal equations of :func:`reprojection` and :func:`track_depth` together.
+    Return a pose after Gauss-Newton steps by both kinds of residuals of tracks, and the last step.
 
+    They are those of :func:`reprojection` and :func:`track_depth`.
+
+    :param widths: of the robust weights in each step.
     :param weight: of these residuals.
+    :param others: what is added to their normal equations; with them they are definite.
+    :returns: 4x4, and 6.
     """
-    information, gradient = np.zeros((6, 6)), np.zeros(6)
-    kernels.track_equations(
+    step, pose = np.empty(6), np.empty((4, 4))
+    kernels.track_steps(
         tracks.points, tracks.rays, tracks.sigmas, tracks.depths, _pose(T_target_source),
-        ray_sigma, _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, width,
-        _MEDIAN_2, _MEDIAN_1, _LARGEST_SCALE ** 2, weight, information, gradient)
-    return NormalEquations(information, gradient)
+        ray_sigma, _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, widths,
+        _MEDIAN_2, _MEDIAN_1, _LARGEST_SCALE ** 2, weight, others.information, others.gradient,
+        step, pose)
+    return pose, step
 
 
 def contradict(residuals: Residuals) -> bool:

@@ -15,7 +15,7 @@ from aick_ros.registration.refinement import refinement
 from aick_ros.registration.refinement.measured_noise import Noise
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Misalignment, image_height
 from aick_ros.registration.refinement.refinement import _Problem
-from aick_ros.registration.refinement.residuals import NormalEquations, Residuals, gradient_noise
+from aick_ros.registration.refinement.residuals import Residuals, gradient_noise
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import Settings
 
@@ -42,9 +42,7 @@ class Told:
         self.told = {'reprojection': residuals(rng, 2 * tracks, 30.0),
                      'track_depth': residuals(rng, tracks, 10.0),
                      'point_to_plane': residuals(rng, 200, 20.0)}
-        keypoints = self.kinds()[0]
-        self.told['track_equations'] = NormalEquations(information(keypoints) / 3.0,
-                                                       gradient(keypoints) / 3.0)
+        self.told['track_steps'] = 'a pose', 'a step'
         for name in self.told:
             monkeypatch.setattr(refinement, name, lambda *of, name=name: self._tell(name, of))
         monkeypatch.setattr(refinement, 'misalignment_sample', lambda *of: self.given.setdefault(
@@ -97,25 +95,28 @@ def own(kinds):
     return error, gradient_noise(about), inverse
 
 
+def assert_others(told, kinds):
+    """Check that some residuals and the prior were added to those of the tracks."""
+    *_, others = told.given['track_steps']
+    np.testing.assert_allclose(others.information, information(kinds) + PRIOR)
+    np.testing.assert_allclose(others.gradient, gradient(kinds) + np.zeros(6))
+
+
 @pytest.mark.parametrize('coarse', [True, False])
 def test_a_step_is_by_keypoints_first_and_then_by_both(tell, coarse):
     told = tell()
-    keypoints, depth = told.kinds()
-    A, g = information(keypoints) / 3.0, gradient(keypoints) / 3.0
-    if not coarse:
-        A, g = A + information(depth), g + gradient(depth)
-    np.testing.assert_allclose(told.problem.step(POSE, coarse), -np.linalg.solve(A + PRIOR, g))
-    width = SETTINGS.refinement.robust_width * (3.0 if coarse else 1.0)
-    assert told.given['track_equations'] == (
-        told.tracks, POSE, SETTINGS.refinement.track_sigma / OTHER.fx, SETTINGS.sensor, width,
-        1 / 3.0)
+    assert told.problem.step(POSE, coarse) == ('a pose', 'a step')
+    tracks, pose, sigma, sensor, widths, weight, _ = told.given['track_steps']
+    assert tracks is told.tracks and pose is POSE and sensor is SETTINGS.sensor
+    assert sigma == SETTINGS.refinement.track_sigma / OTHER.fx and weight == 1 / 3.0
+    assert widths.tolist() == [SETTINGS.refinement.robust_width * (3.0 if coarse else 1.0)]
+    assert_others(told, [] if coarse else told.kinds()[1])
 
 
 def test_without_tracks_depth_takes_the_coarse_step_too(tell):
     told = tell(tracks=0)
-    _, depth = told.kinds()
-    np.testing.assert_allclose(told.problem.step(POSE, True), -np.linalg.solve(
-        information(depth) + PRIOR, gradient(depth)))
+    told.problem.step(POSE, True)
+    assert_others(told, told.kinds()[1])
 
 
 def test_depth_is_compared_over_the_time_between_its_own_images(tell):

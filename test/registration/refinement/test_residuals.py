@@ -16,7 +16,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import Correction, Displacement
 from aick_ros.registration.refinement.residuals import (
     NormalEquations, Residuals, _observable_projection, contradict, gradient_noise, point_to_plane,
-    reprojection, track_depth, track_equations)
+    reprojection, track_depth, track_steps)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
@@ -419,25 +419,37 @@ def test_normal_equations_solve_the_weighted_least_squares():
 
 
 @pytest.mark.parametrize('count', [0, 1, 50])
-@pytest.mark.parametrize('width', [WIDTH, 3 * WIDTH])
-def test_track_equations_are_those_of_both_kinds_of_residuals(count, width):
+@pytest.mark.parametrize('widths', [[WIDTH], [3 * WIDTH, WIDTH, 2 * WIDTH]])
+def test_steps_by_tracks_are_those_of_both_kinds_of_residuals_and_of_others(count, widths):
     tracks = tracks_of(0.01, count)
     tracks.depths[::3] = np.nan
-    found = track_equations(tracks, np.eye(4), RAY_SIGMA, SENSOR, width, 0.4)
-    kinds = (reprojection(tracks, np.eye(4), RAY_SIGMA, width),
-             track_depth(tracks, np.eye(4), SENSOR, width))
-    information = sum((kind.jacobian.T * kind.weights) @ kind.jacobian for kind in kinds)
-    gradient = sum((kind.jacobian.T * kind.weights) @ kind.values for kind in kinds)
-    np.testing.assert_allclose(found.information, 0.4 * information, rtol=1e-9, atol=1e-6)
-    np.testing.assert_allclose(found.gradient, 0.4 * gradient, rtol=1e-9, atol=1e-6)
+    others = NormalEquations.of([random_residuals(np.random.default_rng(6), 20)], np.eye(6))
+    pose, step = track_steps(tracks, np.eye(4), RAY_SIGMA, SENSOR, np.array(widths), 0.4, others)
+    expected = np.eye(4)
+    for width in widths:
+        kinds = (reprojection(tracks, expected, RAY_SIGMA, width),
+                 track_depth(tracks, expected, SENSOR, width))
+        information = sum((kind.jacobian.T * kind.weights) @ kind.jacobian for kind in kinds)
+        gradient = sum((kind.jacobian.T * kind.weights) @ kind.values for kind in kinds)
+        last = -np.linalg.solve(others.information + 0.4 * information,
+                                others.gradient + 0.4 * gradient)
+        expected = se3.perturbed(expected, last)
+    np.testing.assert_allclose(pose, expected, atol=1e-10)
+    np.testing.assert_allclose(step, last, atol=1e-10)
+
+
+def test_equations_that_are_not_definite_have_no_step():
+    none = NormalEquations.of([])
+    pose, step = track_steps(tracks_of(count=0), POSE, RAY_SIGMA, SENSOR, np.ones(1), 1.0, none)
+    assert np.isnan(step).all() and np.isnan(pose[:3]).all()
 
 
 @pytest.mark.parametrize('name', ['rays', 'depths', 'sigmas'])
-def test_track_equations_have_a_row_for_each_track(name):
+def test_steps_by_tracks_have_a_row_for_each_track(name):
     tracks = tracks_of()
     short = dataclasses.replace(tracks, **{name: getattr(tracks, name)[1:]})
     with pytest.raises(ValueError, match=f'the {name} has .* numbers: .* are required'):
-        track_equations(short, POSE, RAY_SIGMA, SENSOR, WIDTH, 1.0)
+        track_steps(short, POSE, RAY_SIGMA, SENSOR, np.ones(1), 1.0, NormalEquations.of([]))
 
 
 @pytest.mark.parametrize('directions', [0, 2, 6])

@@ -94,7 +94,8 @@ class Played:
     def _step(self, pose, coarse):
         self._number += 1
         self.log.append(('step', pose, coarse))
-        return self._steps[min(self._number, len(self._steps) - 1)]
+        step = self._steps[min(self._number, len(self._steps) - 1)]
+        return se3.perturbed(pose, step), step
 
     def _finish(self, pose):
         self.log.append(('finish', pose))
