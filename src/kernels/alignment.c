@@ -18,7 +18,6 @@ enum {
   LANES = EIGHT,      // pixels of a row that are looked at together
   LARGEST_SIDE = 64,  // of a window [px]
   MOST_STEPS = 20,
-  SLACK = 1,  // pixels that a block has beyond a window, on each side
 };
 
 // Chosen, as those of OpenCV: two steps whose sum is smaller [px] go to and fro, and half of the
@@ -36,21 +35,9 @@ typedef struct {
   float uu, uv, vv;                 // sums of the products of gradients
 } Window;
 
-// Grey levels of an image about a window, as numbers: steps are small, so that most of them stay
-// in what has been converted.
+// A place in an image: the pixel before it, and how far it is beyond.
 typedef struct {
-  Image image;
-  Py_ssize_t column, row;    // of the image, which the first one is of
-  Py_ssize_t columns, rows;  // converted
-  float *grey;
-} Block;
-
-// A block that has nothing yet.
-#define NOWHERE {.column = -LONGEST, .row = -LONGEST}
-
-// A place in a block: the pixel before it, and how far it is beyond.
-typedef struct {
-  const float *pixel;
+  const Pixel *pixel;
   float u, v;
 } Place;
 
@@ -60,49 +47,28 @@ INLINE bool touches(const Image *image, Py_ssize_t side, float u, float v) {
          v < (float)image->height;
 }
 
-// Convert the grey levels from one before a pixel on.
-INLINE void fill_block(Block *block, Py_ssize_t column, Py_ssize_t row) {
-  const Py_ssize_t rows = block->rows, columns = block->columns, step = block->image.step;
-  block->column = column - SLACK;
-  block->row = row - SLACK;
-  const Pixel *pixels = block->image.pixels + block->row * step + block->column;
-  float *grey = block->grey;
-  for (Py_ssize_t i = 0; i < rows; ++i, pixels += step, grey += columns)
-    for (Py_ssize_t first = 0; first < columns; first += LANES)
-      store(to_floats(to_integers(load_pixels(pixels + first))), grey + first);
-}
-
-// The place of (u, v) of the image in its block, which is filled anew where it does not have it.
-INLINE Place place_at(Block *block, float u, float v) {
+INLINE Place place_at(const Image *image, float u, float v) {
   const float column = floorf(u), row = floorf(v);
-  Py_ssize_t x = (Py_ssize_t)column - block->column, y = (Py_ssize_t)row - block->row;
-  if (x < 0 || y < 0 || x > 2 * SLACK || y > 2 * SLACK) {
-    fill_block(block, (Py_ssize_t)column, (Py_ssize_t)row);
-    x = y = SLACK;
-  }
-  return (Place){block->grey + y * block->columns + x, u - column, v - row};
+  return (Place){image->pixels + (Py_ssize_t)row * image->step + (Py_ssize_t)column, u - column,
+                 v - row};
 }
 
 // Grey levels between neighbours of a row.
-INLINE Floats interpolate(const float *pixel, float fraction) {
-  const Floats left = load(pixel);
-  return left + fraction * (load(pixel + 1) - left);
+INLINE Floats interpolate(const Pixel *pixels, float fraction) {
+  const Floats left = to_floats(to_integers(load_pixels(pixels)));
+  return left + fraction * (to_floats(to_integers(load_pixels(pixels + 1))) - left);
 }
 
-INLINE float sum_of(Floats lanes) {
-  float sums[LANES];
-  store(lanes, sums);
-  for (int count = LANES / 2; count > 0; count /= 2)
-    for (int lane = 0; lane < count; ++lane)
-      sums[lane] += sums[lane + count];
-  return sums[0];
+INLINE float sum_of(Floats f) {
+  const Quads halves = (Quads){f[0], f[1], f[2], f[3]} + (Quads){f[4], f[5], f[6], f[7]};
+  return (halves[0] + halves[2]) + (halves[1] + halves[3]);
 }
 
 // The grey levels of a window with one pixel around, in whole lanes.
-INLINE void sample_patch(const Window *window, const Block *block, Place place) {
-  const Py_ssize_t rows = window->side + 2, step = window->step, columns = block->columns;
+INLINE void sample_patch(const Window *window, const Image *image, Place place) {
+  const Py_ssize_t rows = window->side + 2, step = window->step, columns = image->step;
   for (Py_ssize_t first = 0; first < rows; first += LANES) {
-    const float *pixel = place.pixel + first;
+    const Pixel *pixel = place.pixel + first;
     float *patch = window->patch + first;
     Floats above = interpolate(pixel, place.u);
     for (Py_ssize_t row = 0; row < rows; ++row, patch += step) {
@@ -142,8 +108,8 @@ INLINE bool has_all_of(const Image *image, float border, const Lattice *lattice,
 INLINE uint16_t load_two(const Pixel *pixels) { return (uint16_t)(pixels[0] | pixels[1] << 8); }
 
 INLINE Floats between(UnsignedShorts neighbours, Floats fraction) {
-  const Floats left = to_floats(__builtin_convertvector(neighbours & 255, Integers));
-  const Floats right = to_floats(__builtin_convertvector(neighbours >> 8, Integers));
+  const Floats left = to_floats(to_integers((Shorts)(neighbours & 255)));
+  const Floats right = to_floats(to_integers((Shorts)(neighbours >> 8)));
   return left + fraction * (right - left);
 }
 
@@ -241,12 +207,12 @@ INLINE void add_row(Sums *sums, const Window *window, Py_ssize_t start, Floats s
 
 // Compare a window with the image at a place. Two rows at a time have sums of their own, which do
 // not wait for each other.
-INLINE void compare(const Window *window, const Block *block, Place place, float *by_u,
+INLINE void compare(const Window *window, const Image *image, Place place, float *by_u,
                     float *by_v) {
-  const Py_ssize_t side = window->side, width = window->width, columns = block->columns;
+  const Py_ssize_t side = window->side, width = window->width, columns = image->step;
   Sums sums = {{0}, {0}}, others = {{0}, {0}};
   for (Py_ssize_t first = 0; first < width; first += LANES) {
-    const float *pixel = place.pixel + first;
+    const Pixel *pixel = place.pixel + first;
     Floats above = interpolate(pixel, place.u);
     Py_ssize_t row = 0;
     for (; row + 1 < side; row += 2) {
@@ -267,15 +233,15 @@ INLINE void compare(const Window *window, const Block *block, Place place, float
 
 // Move the first pixel of a window to where an image shows it; false where it leaves the image.
 // A step that is not larger [px] is the last one.
-INLINE bool align(const Window *window, Block *block, float last_step, float *u, float *v) {
+INLINE bool align(const Window *window, const Image *image, float last_step, float *u, float *v) {
   const float inverse = 1.0f / (window->uu * window->vv - window->uv * window->uv);
   const float uu = inverse * window->uu, uv = inverse * window->uv, vv = inverse * window->vv;
   float before_u = 0.0f, before_v = 0.0f;  // the step before
   for (int i = 0; i < MOST_STEPS; ++i) {
-    if (!touches(&block->image, window->side, *u, *v))
+    if (!touches(image, window->side, *u, *v))
       return false;
     float by_u, by_v;
-    compare(window, block, place_at(block, *u, *v), &by_u, &by_v);
+    compare(window, image, place_at(image, *u, *v), &by_u, &by_v);
     const float du = uv * by_v - vv * by_u, dv = uv * by_u - uu * by_v;
     *u += du;
     *v += dv;
@@ -294,15 +260,15 @@ INLINE bool align(const Window *window, Block *block, float last_step, float *u,
 }
 
 // Take what an image shows on a lattice; false where that is not in it and its border.
-INLINE bool take(Window *window, Block *block, Py_ssize_t border, const Lattice *lattice) {
+INLINE bool take(Window *window, const Image *image, Py_ssize_t border, const Lattice *lattice) {
   const float half = 0.5f * (float)(window->side - 1);
   const float u = lattice->centre[0] - half, v = lattice->centre[1] - half;
-  if (!touches(&block->image, window->side, u, v))
+  if (!touches(image, window->side, u, v))
     return false;
   if (is_upright(lattice))
-    sample_patch(window, block, place_at(block, u - 1.0f, v - 1.0f));
-  else if (has_all_of(&block->image, (float)border, lattice, half + 1.0f))
-    sample_lattice(window, &block->image, border, lattice);
+    sample_patch(window, image, place_at(image, u - 1.0f, v - 1.0f));
+  else if (has_all_of(image, (float)border, lattice, half + 1.0f))
+    sample_lattice(window, image, border, lattice);
   else
     return false;
   return true;
@@ -311,7 +277,7 @@ INLINE bool take(Window *window, Block *block, Py_ssize_t border, const Lattice 
 // Find the windows on lattices of one image in another, from places there. A scale makes pixels of
 // the images of the pixels and places.
 FOR_EACH_PROCESSOR
-static void align_all(Window *window, Block *before, Block *now, Py_ssize_t border, float step,
+static void align_all(Window *window, const Image *before, const Image *now, Py_ssize_t border, float step,
                       float scale, const float (*pixels)[2], const double (*turns)[2][2],
                       float (*places)[2], Py_ssize_t count, Pixel *found) {
   const float half = 0.5f * (float)(window->side - 1);
@@ -333,15 +299,11 @@ static void align_all(Window *window, Block *before, Block *now, Py_ssize_t bord
 }
 
 // Make room for a window and the blocks of two images; the grey levels are NULL without memory.
-static Window make_window(Py_ssize_t side, Block *before, Block *now) {
+static Window make_window(Py_ssize_t side) {
   const Py_ssize_t width = (side + LANES - 1) / LANES * LANES;
   Window window = {.side = side, .width = width, .step = width + LANES};
   const Py_ssize_t size = side * width, patch_size = (side + 2) * window.step;
-  before->rows = side + 3 + 2 * SLACK;
-  now->rows = side + 1 + 2 * SLACK;
-  before->columns = now->columns = (side + 1 + LANES) / LANES * LANES + LANES;
-  const Py_ssize_t block_size = before->rows * before->columns;
-  window.grey = calloc((size_t)(3 * size + patch_size + width + window.step + 2 * block_size),
+  window.grey = calloc((size_t)(3 * size + patch_size + width + window.step),
                        sizeof(*window.grey));
   if (window.grey == NULL)
     return window;
@@ -355,8 +317,6 @@ static Window make_window(Py_ssize_t side, Block *before, Block *now) {
   const float reach = 0.5f * (float)(side + 1);
   for (Py_ssize_t column = 0; column < window.step; ++column)
     window.offsets[column] = fminf((float)column - reach, reach);
-  before->grey = window.offsets + window.step;
-  now->grey = before->grey + block_size;
   return window;
 }
 
@@ -380,13 +340,13 @@ PyObject *kernel_align_windows(PyObject *module, PyObject *arguments) {
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   Window window = {0};
-  Block before = NOWHERE, now = NOWHERE;
+  Image before, now;
   if (side < 1 || side > LARGEST_SIDE) {
     PyErr_Format(PyExc_ValueError, "windows of %zd pixels: 1 to %d are required", side,
                  LARGEST_SIDE);
-  } else if (set_image(&arrays.views[0], border, side + 2 * LANES, &before.image) &&
-             set_image(&arrays.views[1], border, side + 2 * LANES, &now.image)) {
-    window = make_window(side, &before, &now);
+  } else if (set_image(&arrays.views[0], border, side + 2 * LANES, &before) &&
+             set_image(&arrays.views[1], border, side + 2 * LANES, &now)) {
+    window = make_window(side);
     if (window.grey == NULL)
       PyErr_NoMemory();
   }

@@ -33,13 +33,18 @@ INLINE Floats multiply_add(Floats factors, float weight, Floats sums, bool is_fu
   return sums;
 }
 
+// Wide integers are made of narrow ones all at once: not all that fuse have an instruction for it.
+INLINE Floats load_levels(const Pixel *pixels) {
+  return to_floats(__builtin_convertvector(load_pixels(pixels), Integers));
+}
+
 // The weighted sums of rows of a strip, from the leftmost pixels that they are of. All pixels are
 // converted first: what has just been stored in lanes is not read at once in others.
 INLINE void sum_rows(const Pixel *pixels, Py_ssize_t step, float *sums, bool is_fused) {
   float levels[ROWS][READ];
   for (int row = 0; row < ROWS; ++row)
     for (int i = 0; i < READ; i += EIGHT)
-      store(to_floats(to_integers(load_pixels(pixels + row * step + i))), levels[row] + i);
+      store(load_levels(pixels + row * step + i), levels[row] + i);
   for (int row = 0; row < ROWS; ++row) {
     for (int column = 0; column < STRIP; column += EIGHT) {
       Floats sum = load(levels[row] + column) * WEIGHTS[0];
