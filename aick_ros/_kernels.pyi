@@ -140,6 +140,9 @@ def propagated_covariance(
 def rays_moved_by_rows(
     rays: np.ndarray, points: np.ndarray, pose: np.ndarray, by_row: np.ndarray, height: float,
     moved: np.ndarray) -> None: ...
+def relative_pose(
+    start: np.ndarray, start_covariance: np.ndarray, pose: np.ndarray, covariance: np.ndarray,
+    times: float, motion: np.ndarray, motion_covariance: np.ndarray) -> None: ...
 def relief_moments(
     image: np.ndarray, depth: np.ndarray, pixels: np.ndarray, depths: np.ndarray, side: int,
     step: float, exponent: float, most: float, reliefs: np.ndarray) -> None: ...

@@ -16,10 +16,10 @@ try:
         mean_displacement, mean_inverse_depths, moments, moved_by_rows, nearer_beside,
         nodes_around, normal_buckets, normal_equations, normalize, pairs_of_near_points,
         pairs_of_similar_bits, perturbed_pose, pixel_jacobians, point_to_plane, pose_difference,
-        predict_gravity, project, propagated_covariance, rays_moved_by_rows, relief_moments,
-        reprojection, reversed_tracks, sample_depth, scaled_to_depth, shrink, solve_definite,
-        spread, to_quaternion, track_depth, track_steps, transform, undistort_depth, valid_depth,
-        visible, window_shifts)
+        predict_gravity, project, propagated_covariance, rays_moved_by_rows, relative_pose,
+        relief_moments, reprojection, reversed_tracks, sample_depth, scaled_to_depth, shrink,
+        solve_definite, spread, to_quaternion, track_depth, track_steps, transform,
+        undistort_depth, valid_depth, visible, window_shifts)
 except ModuleNotFoundError as error:
     raise InputError('aick_ros is not compiled: install it (pip install . or colcon build), '
                      'which takes a C compiler') from error
@@ -35,7 +35,7 @@ __all__ = ['DIGEST', 'align_windows', 'bit_distances', 'bit_distances_of_pairs',
            'normal_buckets', 'normal_equations', 'normalize', 'pairs_of_near_points',
            'pairs_of_similar_bits', 'perturbed_pose', 'pixel_jacobians', 'point_to_plane',
            'pose_difference', 'predict_gravity', 'project', 'propagated_covariance',
-           'rays_moved_by_rows', 'relief_moments', 'reprojection', 'reversed_tracks',
-           'sample_depth', 'scaled_to_depth', 'shrink', 'solve_definite', 'spread',
-           'to_quaternion', 'track_depth', 'track_steps', 'transform', 'undistort_depth',
+           'rays_moved_by_rows', 'relative_pose', 'relief_moments', 'reprojection',
+           'reversed_tracks', 'sample_depth', 'scaled_to_depth', 'shrink', 'solve_definite',
+           'spread', 'to_quaternion', 'track_depth', 'track_steps', 'transform', 'undistort_depth',
            'valid_depth', 'visible', 'window_shifts']

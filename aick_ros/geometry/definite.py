@@ -13,6 +13,8 @@ import numpy as np
 
 from aick_ros import kernels
 
+_NO_SIDES = np.empty(0)
+
 
 def solved(matrix: np.ndarray, sides: np.ndarray) -> np.ndarray | None:
     """
@@ -37,6 +39,15 @@ def solve(matrix: np.ndarray, sides: np.ndarray) -> np.ndarray:
     """
     solution = solved(matrix, sides)
     return np.linalg.solve(matrix, sides) if solution is None else solution
+
+
+def nonnegative(covariance: np.ndarray) -> np.ndarray:
+    """Return a covariance, NxN, without variances that rounding has left just below zero."""
+    if kernels.solve_definite(np.ascontiguousarray(covariance), _NO_SIDES, 0):
+        return covariance
+    variances, axes = np.linalg.eigh(covariance)
+    rounded: np.ndarray = axes * np.maximum(variances, 0.0) @ axes.T
+    return rounded
 
 
 def inverse(matrix: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.borders.values import number, numbers, required
 from aick_ros.errors import InputError
-from aick_ros.geometry import se3
+from aick_ros.geometry import definite, se3
 
 _EXACT = np.zeros((6, 6))
 _EXACT.flags.writeable = False
@@ -49,8 +49,8 @@ class PoseWithCovariance:
                 covariance, (6, 6), 'the covariance of a pose'))
 
     @classmethod
-    def _made(cls, matrix: np.ndarray, covariance: np.ndarray) -> PoseWithCovariance:
-        """Return a pose of arrays that come from those of other poses, which were checked."""
+    def trusted(cls, matrix: np.ndarray, covariance: np.ndarray) -> PoseWithCovariance:
+        """Return a pose of float64 arrays made of those of other poses, which were checked."""
         pose = object.__new__(cls)
         object.__setattr__(pose, 'matrix', matrix)
         object.__setattr__(pose, 'covariance', covariance)
@@ -59,7 +59,7 @@ class PoseWithCovariance:
     @classmethod
     def identity(cls) -> PoseWithCovariance:
         """Return the identity, without error."""
-        return cls._made(np.eye(4), np.zeros((6, 6)))
+        return cls.trusted(np.eye(4), np.zeros((6, 6)))
 
     @property
     def rotation(self) -> np.ndarray:
@@ -75,7 +75,7 @@ class PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of this pose and another one."""
         pose, covariance = np.empty((4, 4)), np.empty((6, 6))
         kernels.composed_poses(*self._arrays, *_pose(other)._arrays, pose, covariance)
-        return PoseWithCovariance._made(pose, covariance)
+        return PoseWithCovariance.trusted(pose, covariance)
 
     def __rmatmul__(self, matrix: np.ndarray) -> PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of an exact pose and this one."""
@@ -87,16 +87,11 @@ class PoseWithCovariance:
 
     def inverse(self) -> PoseWithCovariance:
         """Return ``T_source_target``, its covariance in the axes of the source."""
-        back = in_axes(self.rotation.T) @ at_point(-self.translation)
-        return PoseWithCovariance._made(se3.inverse(self.matrix),
-                                        back @ self.covariance @ back.T)
+        return PoseWithCovariance.identity().relative_to(self)
 
     def relative_to(self, start: PoseWithCovariance) -> PoseWithCovariance:
         """Return ``inverse(start) @ self`` of two poses with independent errors in one frame."""
-        start = _pose(start)
-        T_start_odom = PoseWithCovariance._made(se3.inverse(start.matrix), _EXACT)
-        return T_start_odom @ PoseWithCovariance._made(
-            self.matrix, self.covariance + self._inherited_from(start, T_start_odom.matrix))
+        return self._seen_from(start, 1.0)
 
     def since(self, start: PoseWithCovariance) -> PoseWithCovariance:
         """
@@ -105,20 +100,14 @@ class PoseWithCovariance:
         Its covariance is what has been added along the path: that of the later pose contains that
         of the start.
         """
-        start = _pose(start)
-        T_start_odom = PoseWithCovariance._made(se3.inverse(start.matrix), _EXACT)
-        if not start.covariance.any():
-            return T_start_odom @ self
-        variances, axes = np.linalg.eigh(
-            self.covariance - self._inherited_from(start, T_start_odom.matrix))
-        # rounding may leave variances just below zero
-        added = axes * np.maximum(variances, 0.0) @ axes.T
-        return T_start_odom @ PoseWithCovariance._made(self.matrix, added)
+        motion = self._seen_from(start, -1.0)
+        return PoseWithCovariance.trusted(motion.matrix, definite.nonnegative(motion.covariance))
 
-    def _inherited_from(self, start: PoseWithCovariance, T_start_odom: np.ndarray) -> np.ndarray:
-        """Return the covariance that the error of another pose has at this one, 6x6."""
-        motion = PoseWithCovariance._made(T_start_odom @ self.matrix, _EXACT)
-        return (start @ motion).covariance
+    def _seen_from(self, start: PoseWithCovariance, times: float) -> PoseWithCovariance:
+        """Return ``inverse(start) @ self``, with the covariance of the start some times added."""
+        motion, covariance = np.empty((4, 4)), np.empty((6, 6))
+        kernels.relative_pose(*_pose(start)._arrays, *self._arrays, times, motion, covariance)
+        return PoseWithCovariance.trusted(motion, covariance)
 
     def in_body(self, T_base_camera: np.ndarray) -> PoseWithCovariance:
         """
@@ -167,7 +156,7 @@ class Increment:
 def _pose(pose: PoseWithCovariance | np.ndarray) -> PoseWithCovariance:
     """Return a pose, an exact one of a matrix."""
     return (pose if isinstance(pose, PoseWithCovariance)
-            else PoseWithCovariance._made(_rigid(pose), _EXACT))
+            else PoseWithCovariance.trusted(_rigid(pose), _EXACT))
 
 
 def _rigid(matrix: np.ndarray) -> np.ndarray:

@@ -61,6 +61,7 @@ PyObject *kernel_predict_gravity(PyObject *module, PyObject *arguments);
 PyObject *kernel_project(PyObject *module, PyObject *arguments);
 PyObject *kernel_propagated_covariance(PyObject *module, PyObject *arguments);
 PyObject *kernel_rays_moved_by_rows(PyObject *module, PyObject *arguments);
+PyObject *kernel_relative_pose(PyObject *module, PyObject *arguments);
 PyObject *kernel_relief_moments(PyObject *module, PyObject *arguments);
 PyObject *kernel_reprojection(PyObject *module, PyObject *arguments);
 PyObject *kernel_reversed_tracks(PyObject *module, PyObject *arguments);

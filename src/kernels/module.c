@@ -57,6 +57,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(project),
     KERNEL(propagated_covariance),
     KERNEL(rays_moved_by_rows),
+    KERNEL(relative_pose),
     KERNEL(relief_moments),
     KERNEL(reprojection),
     KERNEL(reversed_tracks),

@@ -290,9 +290,26 @@ static void add_propagated(double m[6][6], const double *covariance, double *sum
         sum[6 * i + j] += left[i][k] * m[j][k];
 }
 
+// Fill the matrix that moves an error to a point displaced by a lever arm.
+static void fill_lever(const double *arm, double lever[6][6]) {
+  const double turn[3][3] = {{0, arm[2], -arm[1]}, {-arm[2], 0, arm[0]}, {arm[1], -arm[0], 0}};
+  memset(lever, 0, 36 * sizeof(**lever));
+  for (int i = 0; i < 6; ++i)
+    lever[i][i] = 1.0;
+  for (int i = 0; i < 3; ++i)
+    memcpy(lever[i] + 3, turn[i], sizeof(turn[i]));
+}
+
+// Fill the matrix that expresses an error in rotated axes.
+static void fill_axes(const double *rotation, double axes[6][6]) {
+  memset(axes, 0, 36 * sizeof(**axes));
+  for (int i = 0; i < 9; ++i)
+    axes[i / 3][i % 3] = axes[3 + i / 3][3 + i % 3] = rotation[i];
+}
+
 static void compose(const double *one, const double *its_covariance, const double *other,
                     const double *other_covariance, double *pose, double *covariance) {
-  double a[9], b[9], rotation[9], arm[3], position[3];
+  double a[9], b[9], rotation[9], arm[3], position[3], lever[6][6], axes[6][6];
   const double shift[3] = {other[3], other[7], other[11]};
   rotation_of(one, a);
   rotation_of(other, b);
@@ -301,12 +318,8 @@ static void compose(const double *one, const double *its_covariance, const doubl
   for (int i = 0; i < 3; ++i)
     position[i] = arm[i] + one[4 * i + 3];
   fill_pose(rotation, position, pose);
-  double lever[6][6] = {{1, 0, 0, 0, arm[2], -arm[1]}, {0, 1, 0, -arm[2], 0, arm[0]},
-                        {0, 0, 1, arm[1], -arm[0], 0}, {0, 0, 0, 1, 0, 0},
-                        {0, 0, 0, 0, 1, 0},            {0, 0, 0, 0, 0, 1}};
-  double axes[6][6] = {{0}};
-  for (int i = 0; i < 9; ++i)
-    axes[i / 3][i % 3] = axes[3 + i / 3][3 + i % 3] = a[i];
+  fill_lever(arm, lever);
+  fill_axes(a, axes);
   memset(covariance, 0, 36 * sizeof(*covariance));
   add_propagated(lever, its_covariance, covariance);
   add_propagated(axes, other_covariance, covariance);
@@ -330,6 +343,53 @@ PyObject *kernel_composed_poses(PyObject *module, PyObject *arguments) {
     return NULL;
   compose(arrays.views[0].buf, arrays.views[1].buf, arrays.views[2].buf, arrays.views[3].buf,
           arrays.views[4].buf, arrays.views[5].buf);
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+// Fill a pose as it is seen from another one, in its axes. The covariance is that of the pose and
+// some times that of the other one, where the pose is.
+static void relate(const double *start, const double *start_covariance, const double *pose,
+                   const double *covariance, double times, double *motion,
+                   double *motion_covariance) {
+  double back[9], rotation[9], turn[9], arm[3], position[3], lever[6][6], axes[6][6];
+  double sum[36] = {0};
+  for (int i = 0; i < 9; ++i)
+    back[i] = start[4 * (i % 3) + i / 3];
+  rotation_of(pose, rotation);
+  multiply(back, rotation, turn);
+  for (int i = 0; i < 3; ++i)
+    arm[i] = pose[4 * i + 3] - start[4 * i + 3];
+  rotated(back, arm, position);
+  fill_pose(turn, position, motion);
+  fill_lever(arm, lever);
+  fill_axes(back, axes);
+  add_propagated(lever, start_covariance, sum);
+  for (int i = 0; i < 36; ++i)
+    sum[i] = covariance[i] + times * sum[i];
+  memset(motion_covariance, 0, sizeof(sum));
+  add_propagated(axes, sum, motion_covariance);
+}
+
+PyObject *kernel_relative_pose(PyObject *module, PyObject *arguments) {
+  PyObject *objects[6];
+  double times;
+  if (!PyArg_ParseTuple(arguments, "OOOOdOO", &objects[0], &objects[1], &objects[2], &objects[3],
+                        &times, &objects[4], &objects[5]))
+    return NULL;
+  const Argument needed[] = {
+      {"the start", objects[0], 'd', 16, false},
+      {"its covariance", objects[1], 'd', 36, false},
+      {"the pose", objects[2], 'd', 16, false},
+      {"its covariance", objects[3], 'd', 36, false},
+      {"the motion", objects[4], 'd', 16, true},
+      {"its covariance", objects[5], 'd', 36, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  relate(arrays.views[0].buf, arrays.views[1].buf, arrays.views[2].buf, arrays.views[3].buf,
+         times, arrays.views[4].buf, arrays.views[5].buf);
   close_arrays(&arrays);
   Py_RETURN_NONE;
 }

@@ -79,6 +79,7 @@ predict_gravity d:12 d:12,12 %f d:3 d:3 d:3,3 d:3,3 d:3,3 %f %f d>12 d>12,12
 project d:n,3 d:4 d:12 d>n,2
 propagated_covariance d:n,n d:n,n d:n,k d:k,k d>n,n
 rays_moved_by_rows d:n,2 d:n,3 d:4,4 d:6 %f d>n,2
+relative_pose d:4,4 d:6,6 d:4,4 d:6,6 %f d>4,4 d>6,6
 relief_moments B:h,v f:h,v d:n,2 d:n %i %f %f %f d>n,3
 reprojection d:n,3 d:n,2 d:n d:4,4 %f %f %f %f d>2,n d>2,n,6 d>2,n q>2,n
 reversed_tracks q:n d:n,3 d:n,2 d:n d:n %f %f q>n d>n,3 d>n,2 d>n d>n
