@@ -49,8 +49,8 @@ class PoseWithCovariance:
                 covariance, (6, 6), 'the covariance of a pose'))
 
     @classmethod
-    def trusted(cls, matrix: np.ndarray, covariance: np.ndarray) -> PoseWithCovariance:
-        """Return a pose of float64 arrays made of those of other poses, which were checked."""
+    def _made(cls, matrix: np.ndarray, covariance: np.ndarray) -> PoseWithCovariance:
+        """Return a pose of arrays that come from those of other poses, which were checked."""
         pose = object.__new__(cls)
         object.__setattr__(pose, 'matrix', matrix)
         object.__setattr__(pose, 'covariance', covariance)
@@ -59,7 +59,7 @@ class PoseWithCovariance:
     @classmethod
     def identity(cls) -> PoseWithCovariance:
         """Return the identity, without error."""
-        return cls.trusted(np.eye(4), np.zeros((6, 6)))
+        return cls._made(np.eye(4), np.zeros((6, 6)))
 
     @property
     def rotation(self) -> np.ndarray:
@@ -75,7 +75,7 @@ class PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of this pose and another one."""
         pose, covariance = np.empty((4, 4)), np.empty((6, 6))
         kernels.composed_poses(*self._arrays, *_pose(other)._arrays, pose, covariance)
-        return PoseWithCovariance.trusted(pose, covariance)
+        return PoseWithCovariance._made(pose, covariance)
 
     def __rmatmul__(self, matrix: np.ndarray) -> PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of an exact pose and this one."""
@@ -101,13 +101,13 @@ class PoseWithCovariance:
         of the start.
         """
         motion = self._seen_from(start, -1.0)
-        return PoseWithCovariance.trusted(motion.matrix, definite.nonnegative(motion.covariance))
+        return PoseWithCovariance._made(motion.matrix, definite.nonnegative(motion.covariance))
 
     def _seen_from(self, start: PoseWithCovariance, times: float) -> PoseWithCovariance:
         """Return ``inverse(start) @ self``, with the covariance of the start some times added."""
         motion, covariance = np.empty((4, 4)), np.empty((6, 6))
         kernels.relative_pose(*_pose(start)._arrays, *self._arrays, times, motion, covariance)
-        return PoseWithCovariance.trusted(motion, covariance)
+        return PoseWithCovariance._made(motion, covariance)
 
     def in_body(self, T_base_camera: np.ndarray) -> PoseWithCovariance:
         """
@@ -156,7 +156,7 @@ class Increment:
 def _pose(pose: PoseWithCovariance | np.ndarray) -> PoseWithCovariance:
     """Return a pose, an exact one of a matrix."""
     return (pose if isinstance(pose, PoseWithCovariance)
-            else PoseWithCovariance.trusted(_rigid(pose), _EXACT))
+            else PoseWithCovariance._made(_rigid(pose), _EXACT))
 
 
 def _rigid(matrix: np.ndarray) -> np.ndarray:

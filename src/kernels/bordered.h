@@ -21,4 +21,8 @@ typedef struct {
 // narrower than the least, or none is left.
 bool set_image(const Py_buffer *view, Py_ssize_t border, Py_ssize_t least, Image *image);
 
+// Fill the border of an image, whose pixels these are: mirrored at the centres of the outermost
+// pixels, of which there are two at least along each side.
+void mirror(const Image *image, Pixel *pixels, Py_ssize_t border);
+
 #endif

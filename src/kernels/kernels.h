@@ -28,6 +28,7 @@ PyObject *kernel_fit_moments(PyObject *module, PyObject *arguments);
 PyObject *kernel_fit_planes(PyObject *module, PyObject *arguments);
 PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments);
 PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments);
+PyObject *kernel_halve(PyObject *module, PyObject *arguments);
 PyObject *kernel_integrate_forces(PyObject *module, PyObject *arguments);
 PyObject *kernel_integrate_turns(PyObject *module, PyObject *arguments);
 PyObject *kernel_interpolate(PyObject *module, PyObject *arguments);

@@ -24,6 +24,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(fit_planes),
     KERNEL(gradient_moments),
     KERNEL(gradient_noise),
+    KERNEL(halve),
     KERNEL(integrate_forces),
     KERNEL(integrate_turns),
     KERNEL(interpolate),

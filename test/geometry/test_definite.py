@@ -52,6 +52,14 @@ def test_what_is_not_finite_is_not_positive_definite(number):
     assert definite.solved(matrix, np.ones(6)) is None
 
 
+def test_variances_just_below_zero_are_rounded_to_it():
+    covariance = matrix_of(6, -1e-12)
+    rounded = definite.nonnegative(covariance)
+    np.testing.assert_allclose(rounded, matrix_of(6, 0.0), atol=1e-11)
+    assert np.linalg.eigvalsh(rounded)[0] > -1e-14
+    np.testing.assert_array_equal(definite.nonnegative(matrix_of(6)), matrix_of(6))
+
+
 @pytest.mark.parametrize('size, count', [(65, 1), (2, -1), (2, 1 << 40)])
 def test_too_many_equations_are_refused(size, count):
     with pytest.raises(ValueError, match='too many'):

@@ -45,6 +45,7 @@ fit_moments d:4,4 %f %f d>4,4
 fit_planes f:h,v d:4 f>c,3 f>c,3 f>c f>c
 gradient_moments B:h,v d:n,2 %i d>n,3,3
 gradient_noise d:n,6 d:n d:n q:n d:6 d>6,6
+halve B:x,y %z B>i,j
 integrate_forces q:n d:n,3 %i %i d:3,3 d:3,3 d>2,12
 integrate_turns q:n d:n,3 d>n,3,3 d>n,3,3
 interpolate f:h,v f:n f:n f>n
@@ -135,7 +136,9 @@ def call_kernel(data: bytes, _: Path) -> None:
     name = choices.one(list(CALLS))
     specs, sizes = CALLS[name], {key: choices.one(values) for key, values in _SIZES.items()}
     sizes |= {'c': sizes['h'] * sizes['v'], 's': sizes['w'] ** 2,
-              'u': 14 + sizes['a'] * sizes['e']}
+              'u': 14 + sizes['a'] * sizes['e'],
+              **{half: max((sizes[side] + 2 * sizes['z'] + 1) // 2, 1)
+                 for side, half in zip('xy', 'ij')}}
     arguments = [_argument(spec, sizes, choices, area) for area, spec in enumerate(specs)]
     for _ in range(choices.among(3)):
         place = choices.among(len(arguments))

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
 from aick_ros import kernels
@@ -48,10 +47,11 @@ class Pyramid:
 
     def level(self, number: int) -> np.ndarray:
         """Return the image of a level, uint8; 0 is full resolution."""
-        inside = slice(self.border, -self.border)
         while len(self._levels) <= number:
-            smaller = np.asarray(cv2.pyrDown(self._levels[-1][inside, inside]))
-            self._levels.append(with_border(smaller, self.border))
+            height, width = self.sizes[len(self._levels)]
+            level = np.empty((height + 2 * self.border, width + 2 * self.border), np.uint8)
+            kernels.halve(self._levels[-1], self.border, level)
+            self._levels.append(level)
         return self._levels[number]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from aick_ros import kernels
+from aick_ros.features.mirrored_border import with_border
 from aick_ros.registration.refinement.lucas_kanade import (
     Pyramid, _track, inverted, not_turned, track_coarsely, track_there_and_back)
 
@@ -285,6 +286,27 @@ def test_a_pyramid_ends_where_its_images_are_as_small_as_a_window(shape, levels)
     border = 2 * pyramid.border
     for k in reversed(range(levels)):
         assert tuple(np.subtract(pyramid.level(k).shape, border)) == sizes[k]
+
+
+@pytest.mark.parametrize('height', [19, 20, 31, 160])
+@pytest.mark.parametrize('width', [19, 33, 200, 641])
+def test_smaller_images_are_those_of_opencv_with_a_mirrored_border(height, width):
+    """Extremes round as the others do; a border wider than the image is mirrored again."""
+    image = np.random.default_rng(height).integers(0, 256, (height, width), np.uint8)
+    image[:6, :9], image[-6:, -9:] = 255, 0
+    pyramid = Pyramid(image, 9, 2)
+    for number in range(1, len(pyramid.sizes)):
+        image = cv2.pyrDown(image)
+        np.testing.assert_array_equal(pyramid.level(number), with_border(image, pyramid.border))
+
+
+@pytest.mark.parametrize('shape', [(100, 61), (99, 60), (3, 3)])
+def test_an_image_that_is_not_half_as_large_is_refused(shape):
+    border = 4
+    image, smaller = (np.zeros(np.add(sides, 2 * border), np.uint8)
+                      for sides in ((200, 120), shape))
+    with pytest.raises(ValueError, match='not half as large'):
+        kernels.halve(image, border, smaller)
 
 
 def test_a_pixel_is_kept_up_to_half_a_pixel_from_its_start(monkeypatch):
