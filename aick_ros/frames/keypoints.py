@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.borders.values import numbers, required, required_method
 from aick_ros.errors import InputError
 from aick_ros.features import Detector, make_detector
@@ -54,15 +55,18 @@ class KeypointFrame:
         object.__setattr__(self, name, numbers(
             getattr(self, name), shape, f'{name} of keypoints', np.float32))
 
-    @classmethod
-    def none(cls, stamp: int) -> KeypointFrame:
+    @staticmethod
+    def none(stamp: int) -> KeypointFrame:
         """Return a frame without keypoints."""
-        return cls(stamp, np.empty((0, 3), np.float32), np.empty((0, 32), np.uint8),
-                   np.empty((0, 3, 3), np.float32), np.empty((0, 2), np.float32))
+        return replaced(_NONE, stamp=stamp)
 
     def __len__(self) -> int:
         """Return the number of keypoints."""
         return len(self.positions)
+
+
+_NONE = KeypointFrame(0, np.empty((0, 3), np.float32), np.empty((0, 32), np.uint8),
+                      np.empty((0, 3, 3), np.float32), np.empty((0, 2), np.float32))
 
 
 def required_pair(source: KeypointFrame, target: KeypointFrame) -> None:

@@ -15,6 +15,7 @@ import dataclasses
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
@@ -77,7 +78,8 @@ def _registration(refined: Refined, reason: str) -> Registration:
 
 def _keypoints(tracks: Tracks, source: PreparedFrame, known: KeypointFrame) -> KeypointFrame:
     """Return tracked keypoints as the source sees them, with the descriptors they are known by."""
-    return KeypointFrame(
-        source.stamp, tracks.points.astype(np.float32), known.descriptors[tracks.keypoints],
-        known.covariances[tracks.keypoints],
-        source.frame.camera.project(tracks.points).astype(np.float32))
+    return replaced(
+        known, stamp=source.stamp, positions=tracks.points.astype(np.float32),
+        descriptors=known.descriptors[tracks.keypoints],
+        covariances=known.covariances[tracks.keypoints],
+        pixels=source.frame.camera.project(tracks.points).astype(np.float32), words=None)
