@@ -69,7 +69,8 @@ class Attempts:
         unconfirmed = seconds(confirmed, prepared.stamp)
         doubtful = []
         if prepared.repeat is not Repeat.COLOUR:
-            for attempt in self._by_keypoints(prepared, references, motion, unconfirmed):
+            steady = self._expected.steady(references.last.stamp, prepared.stamp, twist)
+            for attempt in self._by_keypoints(prepared, references, motion, steady, unconfirmed):
                 if _is_doubtful(attempt, prepared):
                     doubtful.append(attempt)
                 else:
@@ -89,11 +90,12 @@ class Attempts:
         moving, motion = self._moving(prepared, references.last, twist)
         if motion is None:
             return prepared, None
+        steady = self._expected.steady(references.last.stamp, prepared.stamp, twist)
+        keyframe, last = references.keyframe, references.last
         tracked, registration = self._registrar.track(
-            moving, references.keyframe.prepared,
-            _expected(references.keyframe, references.last, motion),
-            seconds(confirmed, prepared.stamp))
-        return tracked, self._checked(tracked, references.keyframe, registration)
+            moving, keyframe.prepared, _expected(keyframe, last, motion),
+            seconds(confirmed, prepared.stamp), steady and _expected(keyframe, last, steady))
+        return tracked, self._checked(tracked, keyframe, registration)
 
     def _moving(self, prepared: PreparedFrame, last: Reference, twist: np.ndarray | None
                 ) -> tuple[PreparedFrame, PoseWithCovariance | None]:
@@ -105,14 +107,16 @@ class Attempts:
         return prepared, self._expected.between(last.stamp, prepared.stamp, twist)
 
     def _by_keypoints(self, prepared: PreparedFrame, references: References,
-                      motion: PoseWithCovariance | None, unconfirmed: float) -> Iterator[Attempt]:
+                      motion: PoseWithCovariance | None, steady: PoseWithCovariance | None,
+                      unconfirmed: float) -> Iterator[Attempt]:
         candidates = references.candidates()
         if references.is_blurred() and not prepared.is_blurred_beside(references.sharp.prepared):
             candidates = chain([references.sharp], candidates)
         for reference in candidates:
-            expected = None if motion is None else _expected(reference, references.last, motion)
+            poses = [each and _expected(reference, references.last, each)
+                     for each in (motion, steady)]
             yield self._checked(prepared, reference, self._registrar.register(
-                prepared, reference.prepared, expected, unconfirmed))
+                prepared, reference.prepared, poses[0], unconfirmed, poses[1]))
 
     def _by_depth(self, prepared: PreparedFrame, references: References,
                   motion: PoseWithCovariance, confirmed: int) -> Iterator[Attempt]:

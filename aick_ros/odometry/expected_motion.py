@@ -63,6 +63,13 @@ class ExpectedMotion:
                 motion = term.added_to(motion)
         return motion
 
+    def steady(self, start: int, end: int, twist: np.ndarray | None) -> PoseWithCovariance | None:
+        """Return the motion at constant velocity; None: unknown, or what is expected anyway."""
+        if twist is None or not self._motion_model.holds(seconds(start, end)) or not any(
+                True for _ in self._terms(start, end)):
+            return None
+        return self._motion_model.predict(twist, seconds(start, end))
+
     def without_images(self, start: int, end: int, twist: np.ndarray | None
                        ) -> PoseWithCovariance:
         """Return the motion of a camera that is not seen: by another odometry, if there is one."""

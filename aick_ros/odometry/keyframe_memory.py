@@ -49,6 +49,7 @@ class KeyframeMemory:
         self._frames = {0: compact(first.prepared, self._mappings)}
         self._view_covariances = {0: np.zeros((6, 6))}
         self._newest, self._reckoned = 0, first.pose
+        self._found = PoseWithCovariance.identity()  # the last one that was found again
         self._added: list[int] = []  # keys of those that nothing else was done for
         self._put_off = 0  # frames that have left no time for that
         self._copies = KeyframeCopies()
@@ -106,13 +107,14 @@ class KeyframeMemory:
         Return the pose that is published for one by dead reckoning.
 
         Its covariance is that of the newest keyframe in the graph, of the error that all
-        registrations of its view share, of the motion since, and of the correction that is left.
+        registrations of a view found again share, of the motion since, and of the correction that
+        is left.
         """
         if self.reused == 0:
             return pose
         newest = self._graph.pose(self._newest)
-        keyframe = PoseWithCovariance(
-            newest.matrix, newest.covariance + self._view_covariances[self._newest])
+        shared = self._found @ (se3.inverse(self._found.matrix) @ newest.matrix)
+        keyframe = PoseWithCovariance(newest.matrix, newest.covariance + shared.covariance)
         estimate = keyframe @ pose.since(self._reckoned)
         return PoseWithCovariance(self.T_odom_reckoned @ pose.matrix,
                                   estimate.covariance + np.outer(self._error, self._error))
@@ -186,6 +188,8 @@ class KeyframeMemory:
         if accepted:
             self._graph.update(accepted)
             self.reused += len(accepted)
+            self._found = PoseWithCovariance(self._graph.pose(search.key).matrix,
+                                             self._view_covariances[search.key])
         if search.is_finished:
             self._copies.learn(search, self._graph, self._settings.odometry)
             self._search = None

@@ -144,12 +144,16 @@ class Registrar:
                              undistorted=undistorted, distortion=preparation.distortion)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
-                 expected: np.ndarray | None = None, elapsed: float = np.inf) -> Registration:
+                 expected: np.ndarray | None = None, elapsed: float = np.inf,
+                 steady: np.ndarray | None = None) -> Registration:
         """
         Return the pose of the source in the target.
 
         :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
         :param elapsed: time since that velocity was measured [s].
+        :param steady: at constant velocity, 4x4, where other sensors have a part in the pose
+            expected. The images are as uncertain as their motion has changed since, whatever
+            others say.
         :raises InputError: where the frames are not prepared, the pose expected is not rigid, or
             the time is less than 1 ns.
         """
@@ -162,10 +166,12 @@ class Registrar:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
         found = self._verified.register(source, target, expected, elapsed)
-        return self._learned_from(found, source, target, expected, elapsed)
+        return self._learned_from(found, source, target, expected if steady is None else steady,
+                                  elapsed)
 
     def track(self, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
-              elapsed: float) -> tuple[PreparedFrame, Registration]:
+              elapsed: float, steady: np.ndarray | None = None
+              ) -> tuple[PreparedFrame, Registration]:
         """
         Return the source with keypoints of the target tracked into it, and its pose in the target.
 
@@ -179,7 +185,8 @@ class Registrar:
             return source, failed(Status.TOO_FEW_MATCHES, 'no refinement')
         target = self._alike(target, source)
         source, found = self._verified.track(source, target, expected, elapsed)
-        return source, self._learned_from(found, source, target, expected, elapsed)
+        return source, self._learned_from(
+            found, source, target, expected if steady is None else steady, elapsed)
 
     def contradicts(self, source: PreparedFrame, target: PreparedFrame,
                     T_target_source: np.ndarray) -> bool:
@@ -195,7 +202,7 @@ class Registrar:
                                                  NEAR_POSE)
 
     def _learned_from(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
-                      expected: np.ndarray | None, elapsed: float) -> Registration:
+                      steady: np.ndarray | None, elapsed: float) -> Registration:
         """Learn from a registration; return it with the errors that it does not show itself."""
         if source.repeat is not Repeat.NONE or are_equal(source.grey, target.grey):
             # a repeated image shows no noise, or the same once more
@@ -211,7 +218,7 @@ class Registrar:
                 self._preparer.distortion = self._learned.distortion.distortion
         delay = self._learned.misalignment.misalignment.delay + mean_depth_lag(source, target)
         return self._learned.systematic_error.add_to(
-            found, source, target, expected, elapsed, delay,
+            found, source, target, steady, elapsed, delay,
             self._learned.misalignment.delay_sigma)
 
     def align(self, source: PreparedFrame, target: PreparedFrame) -> Registration:

@@ -46,7 +46,8 @@ class Registrar:
         self._doubt = doubt
         self.by_keypoints, self.by_depth = [], []
 
-    def register(self, source, target, expected, elapsed):
+    def register(self, source, target, expected, elapsed, steady):
+        assert steady is None  # no other sensor has a part in the motion expected
         self.by_keypoints.append((expected, elapsed))
         return dataclasses.replace(FOUND, tracks=None if self._doubt else 'some')
 
@@ -143,6 +144,7 @@ def test_registrations_know_the_motion_expected_and_the_time_since_keypoints_wer
 
 MOTION = PoseWithCovariance(se3.exp([0.1, -0.05, 0.2, 0.1, 0.3, -0.2]),
                             np.diag([1e-4, 4e-4, 9e-4, 1e-5, 4e-5, 9e-5]))
+STEADY = PoseWithCovariance(se3.exp([0.2, 0.1, -0.1, 0.2, 0.1, 0.1]))
 BLIND = PoseWithCovariance(se3.exp([0.7, 0, 0, 0, 0, 0]),
                            np.diag([9e-2, 4e-2, 1e-2, 9e-3, 4e-3, 1e-3]))
 JOINED = dataclasses.replace(FOUND, T_target_source=se3.exp([0.02, 0.01, 0, 0, 0.01, 0]),
@@ -165,6 +167,9 @@ class Expected:
     def between(self, start, end, twist):
         self.asked.append(('between', start, end, twist))
         return BLIND if twist is None else MOTION
+
+    def steady(self, start, end, twist):
+        return None if twist is None else STEADY
 
     def twist_at(self, stamp, twist):
         return np.r_[twist[:3], stamp / NANOSECONDS * RATE]
@@ -212,11 +217,12 @@ def test_a_frame_is_tracked_from_the_keyframe_with_its_velocity_and_expected_the
         view(0.3), moved, TWIST, stamp(0.05))
     assert expected.asked[:2] == [('is_known', stamp(0.1), stamp(0.3), TWIST),
                                   ('between', stamp(0.1), stamp(0.3), TWIST)]
-    (source, target, pose, elapsed), = registrar.given
+    (source, target, pose, elapsed, steady), = registrar.given
     np.testing.assert_allclose(source.twist, np.r_[TWIST[:3], 0.3 * RATE])
     assert target is moved.keyframe.prepared and elapsed == pytest.approx(0.25)
-    np.testing.assert_allclose(pose, se3.inverse(
-        moved.keyframe.pose.matrix) @ moved.last.pose.matrix @ MOTION.matrix, atol=1e-12)
+    for given, motion in ((pose, MOTION), (steady, STEADY)):
+        np.testing.assert_allclose(given, se3.inverse(
+            moved.keyframe.pose.matrix) @ moved.last.pose.matrix @ motion.matrix, atol=1e-12)
     assert tracked.surface == 'tracked'
     assert attempt.reference is moved.keyframe
     assert attempt.increment.interval == pytest.approx(0.3)
@@ -226,8 +232,8 @@ def test_without_a_velocity_a_frame_is_tracked_where_another_sensor_knows_the_mo
     registrar = Playing()
     _, attempt = Attempts(Settings(), registrar, Expected()).by_tracking(
         view(0.3), moved, None, stamp(0.05))
-    (source, _, pose, _), = registrar.given
-    assert source.twist is None and attempt.status is Status.OK
+    (source, _, pose, _, steady), = registrar.given
+    assert source.twist is None and steady is None and attempt.status is Status.OK
     np.testing.assert_allclose(pose, se3.inverse(
         moved.keyframe.pose.matrix) @ moved.last.pose.matrix @ BLIND.matrix, atol=1e-12)
 
@@ -254,8 +260,18 @@ def test_a_frame_gets_the_velocity_that_is_known_of_it(moved, twist):
 def test_where_no_motion_is_known_nothing_is_expected(moved):
     registrar = Playing()
     list(Attempts(Settings(), registrar, Expected(False)).of(view(0.3), moved, TWIST, 0))
-    assert [(source.twist, expected) for source, _, expected, _ in registrar.given] == (
+    assert [(source.twist, expected) for source, _, expected, *_ in registrar.given] == (
         2 * [(None, None)])
+
+
+def test_what_is_expected_by_sensors_and_at_constant_velocity_is_in_each_reference(moved):
+    registrar = Playing(failed(Status.TOO_FEW_MATCHES, ''))
+    list(Attempts(Settings(), registrar, Expected()).of(
+        view(0.3, repeat=Repeat.DEPTH), moved, TWIST, 0))
+    for (_, _, *given), reference in zip(registrar.given, (moved.keyframe, moved.last)):
+        for pose, motion in zip(given[::2], (MOTION, STEADY)):
+            np.testing.assert_allclose(pose, se3.inverse(
+                reference.pose.matrix) @ moved.last.pose.matrix @ motion.matrix, atol=1e-12)
 
 
 def test_by_depth_the_motion_and_what_nothing_observes_are_in_the_axes_of_the_reference(moved):

@@ -142,6 +142,17 @@ def test_past_the_hold_time_wheels_replace_the_velocity():
     assert_same(expected(wheels=MOTION).between(0, STEP, None), other.with_slip(MOTION))
 
 
+@pytest.mark.parametrize('turns, wheels', [(MOTION, None), (None, MOTION), (MOTION, MOTION)])
+def test_beside_what_sensors_expect_there_is_the_motion_at_constant_velocity(turns, wheels):
+    model, late = expected(Turns(turns), wheels), round(SETTINGS.hold_time * NANOSECONDS) + 1
+    assert_same(model.steady(STEP, 2 * STEP, TWIST), MotionModel(SETTINGS).predict(TWIST, 0.05))
+    assert model.steady(0, STEP, None) is None and model.steady(0, late, TWIST) is None
+
+
+def test_without_sensors_the_motion_at_constant_velocity_is_what_is_expected_anyway():
+    assert expected().steady(STEP, 2 * STEP, TWIST) is None
+
+
 @pytest.mark.parametrize('sigmas', [0.5, 1000.0])
 def test_without_images_wheels_move_and_the_gyroscope_turns(sigmas):
     """However much they disagree: there is nothing else."""

@@ -88,6 +88,23 @@ def test_increments_turn_by_smaller_errors_and_are_honest(rendered, updates):
     assert np.mean(nees) < stats.chi2.ppf(0.999, 6 * len(nees)) / len(nees)
 
 
+LIES = {'turned axes': lambda rates: rates @ se3.exp_rotation((np.pi / 2, 0, 0)).T,
+        'sign': lambda rates: -rates, 'degrees': np.degrees}
+
+
+@pytest.mark.parametrize('lie', LIES)
+def test_a_gyroscope_that_lies_from_the_first_frame_on_costs_nothing(rendered, updates, lie):
+    """Where it contradicts the images, they are no less certain, and do not follow it."""
+    frames, poses = (part[:DARK[0]] for part in rendered)
+    lying = track([dataclasses.replace(frame, imu=frame.imu and dataclasses.replace(
+        frame.imu, turn_rates=LIES[lie](frame.imu.turn_rates))) for frame in frames], True)
+    without, (found, nees) = (errors(each, poses) for each in (updates[False], lying))
+    for kind in (slice(3), slice(3, 6)):
+        sizes = [np.sqrt(np.mean(each[:, kind] ** 2)) for each in (found, without[0])]
+        assert sizes[0] < 1.05 * sizes[1]
+    assert np.mean(nees) < stats.chi2.ppf(0.999, 6 * len(nees)) / len(nees)
+
+
 class Registrar:
     """Registers frames by their true poses, with noise of the camera; half is of each frame."""
 
@@ -104,7 +121,7 @@ class Registrar:
             np.tile(np.eye(3, dtype=np.float32), (count, 1, 1)),
             np.zeros((count, 2), np.float32)), frame.grey, repeat=repeat)
 
-    def register(self, source, target, expected=None, elapsed=np.inf):
+    def register(self, source, target, expected=None, elapsed=np.inf, steady=None):
         errors = [self._noise.setdefault(frame.stamp, SEEN_SIGMAS / np.sqrt(2)
                                          * self._rng.standard_normal(6))
                   for frame in (source, target)]

@@ -302,6 +302,22 @@ def test_errors_by_delays_are_those_of_all_that_is_corrected(frames, lag, delay)
     assert delays == [pytest.approx(lag + delay, abs=2e-3)]
 
 
+@pytest.mark.parametrize('steady', [None, se3.exp([0.01, 0, 0, 0, 0.02, 0])])
+def test_errors_by_a_change_of_velocity_are_by_that_of_the_images(frames, steady):
+    """Where another sensor expects another pose, what it says makes no image less certain."""
+    given = []
+    known = SimpleNamespace(add_to=lambda found, source, target, expected, *_:
+                            given.append(expected) or found)
+    registrar = Registrar(learned=Learned(systematic_error=known))
+    target, source = (registrar.prepare(frame) for frame in frames[:2])
+    expected = np.eye(4)
+    registrar.register(source, target, expected, 0.03, steady)
+    registrar.track(source, target, expected, 0.03, steady)
+    for each in given:
+        np.testing.assert_array_equal(each, expected if steady is None else steady)
+    assert len(given) == 2
+
+
 def test_each_sensor_is_taken_at_its_own_time(two_clocks):
     source, frames = two_clocks
     medians = []

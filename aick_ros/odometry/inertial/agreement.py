@@ -15,16 +15,28 @@ _FLOOR = np.radians(0.15)
 """Error of a rotation of the camera that its covariance may miss [rad], chosen."""
 
 _MEMORY = 8.0  # frames; chosen: a share that has settled after a quarter of a second
+_FIRST = 8  # rotations that have to agree before any is used; chosen: a quarter of a second
 _WRONG, _RIGHT = 0.5, 0.1  # chosen: shares of them from which on it is used no more, or again
 
 
 class Agreement:
-    """Compares rotations; while most of the recent ones disagree, the gyroscope is not used."""
+    """
+    Compares rotations; while most of the recent ones disagree, the gyroscope is not used.
+
+    Nor is it before some have agreed: one that is mounted otherwise, or counts in degrees, would
+    turn the first poses.
+    """
 
     def __init__(self) -> None:
+        self._agreed = 0  # number of rotations so far
         self._disagreeing = 0.0  # share of the recent rotations
         self._turned = np.zeros(2)  # by the gyroscope and by the camera, of those [rad]
         self._is_wrong = False
+
+    @property
+    def is_confirmed(self) -> bool:
+        """Whether the camera has seen enough rotations as the gyroscope has, and still does."""
+        return self._agreed >= _FIRST and not self._is_wrong
 
     @property
     def complaint(self) -> str:
@@ -46,7 +58,9 @@ class Agreement:
         expected = covariance + _FLOOR ** 2 * np.eye(3)
         agrees = float(error @ definite.solve(expected, error)) / 3 <= LARGEST_DISAGREEMENT
         self._disagreeing += (float(not agrees) - self._disagreeing) / _MEMORY
-        if not agrees:
+        if agrees:
+            self._agreed += 1
+        else:
             seen = se3.exp_rotation(error) @ turn.rotation
             self._turned = np.array([se3.angle(turn.rotation), se3.angle(seen)])
         self._is_wrong = self._disagreeing > (_RIGHT if self._is_wrong else _WRONG)

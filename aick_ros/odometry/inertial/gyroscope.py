@@ -92,9 +92,13 @@ class Gyroscope:
                 + (f'; {dropped} samples dropped' if dropped else ''))
 
     @property
-    def _is_used(self) -> bool:
+    def _is_plausible(self) -> bool:
         return (self._integral.last is not None
                 and not self._samples.unchanged and not self._agreement.complaint)
+
+    @property
+    def _is_used(self) -> bool:
+        return self._is_plausible and self._agreement.is_confirmed
 
     def add(self, samples: ImuSamples) -> None:
         """Add samples; those that cannot be used are counted and dropped."""
@@ -125,8 +129,12 @@ class Gyroscope:
         return None if turn is None else turn.rates[1]
 
     def rotation(self, start: int, end: int) -> np.ndarray | None:
-        """Return the rotation between two stamps of images [ns], 3x3; None: it is not known."""
-        turn = self._turn(start, end) if self._is_used else None
+        """
+        Return the rotation between two stamps of images [ns], 3x3; None: it is not known.
+
+        It may be from before the first image, so that no camera has confirmed it.
+        """
+        turn = self._turn(start, end) if self._is_plausible else None
         return None if turn is None else turn.rotation
 
     def learn(self, start: int, end: int, seen: PoseWithCovariance) -> None:

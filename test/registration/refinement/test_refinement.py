@@ -396,20 +396,24 @@ def test_the_tracked_keypoints_are_those_the_pose_explains():
 
 @pytest.mark.parametrize('threshold', [20, 40])
 def test_where_few_keypoints_are_found_they_are_sought_again_from_the_better_pose(threshold):
-    """From a first pose with a large error few are tracked; the refined one rests on more."""
+    """
+    From a first pose with a large error few are found; the refined one rests on more than these.
+
+    Without another search it would rest on fewer. How many more depends on the better pose.
+    """
     settings = with_values(SETTINGS, {'features.orb.fast_threshold': threshold})
     source, target, truth = rendered(3, 0, 8)
     source, target = look(settings, (source, target))
     tracker = Tracker(settings.refinement, settings.sensor)
-    firsts = [se3.exp([0, 0, 0, 0, np.radians(angle), 0]) @ truth for angle in (2.5, 3, 3.5, 4)]
+    firsts = [se3.exp([0, 0, 0, 0, np.radians(angle), 0]) @ truth for angle in (2, 2.5, 3)]
     counts = [len(tracker.track(source, target, first)) for first in firsts]
     few = [(first, count) for first, count in zip(firsts, counts)
-           if 7 <= count < 0.6 * len(source.keypoints)]  # of which fewer agree
+           if count < 0.6 * len(source.keypoints)]  # of which fewer agree
     assert few, counts
-    first, count = few[0]
-    refined = refine(settings, source, target, first)
-    assert len(refined.tracked) > 1.25 * count
-    assert np.linalg.norm(error_of(refined.T_target_source, truth)[:3]) < 0.002
+    for first, count in few:
+        refined = refine(settings, source, target, first)
+        assert len(refined.tracked) > count
+        assert np.linalg.norm(error_of(refined.T_target_source, truth)[:3]) < 0.002
 
 
 def test_the_bias_is_the_pose_by_keypoints_less_the_one_by_depth():
