@@ -115,11 +115,12 @@ def row(name: str, frames: Frames, truth: Trajectory) -> str:
     translations, rotations = errors.relative()
     ate, rpe, turn = (np.sqrt(np.mean(values ** 2))
                       for values in (errors.positions(), translations, rotations))
-    found = [(se3.difference(now.increment.pose.matrix, se3.inverse(first) @ second),
-              now.increment.pose.covariance)
-             for now, before, first, second in zip(updates[1:], updates, truth.poses,
-                                                   truth.poses[1:])
-             if now.increment is not None and before.status.ok]
+    poses = dict(zip((truth.stamps / NANOSECONDS).round(3), truth.poses))
+    # of a frame that was not registered to its keyframe it is over a longer time
+    found = [(se3.difference(now.increment.pose.matrix, se3.inverse(
+                  poses[round(now.stamp / NANOSECONDS - now.increment.interval, 3)])
+                  @ poses[round(now.stamp / NANOSECONDS, 3)]), now.increment.pose.covariance)
+             for now in updates if now.increment is not None]
     off = sum(bool(np.linalg.norm(e[:3]) > OFF[0] or np.linalg.norm(e[3:]) > OFF[1])
               for e, _ in found)
     nees = np.mean([e @ np.linalg.solve(covariance, e) for e, covariance in found])
