@@ -277,9 +277,10 @@ INLINE bool take(Window *window, const Image *image, Py_ssize_t border, const La
 // Find the windows on lattices of one image in another, from places there. A scale makes pixels of
 // the images of the pixels and places.
 FOR_EACH_PROCESSOR
-static void align_all(Window *window, const Image *before, const Image *now, Py_ssize_t border, float step,
-                      float scale, const float (*pixels)[2], const double (*turns)[2][2],
-                      float (*places)[2], Py_ssize_t count, Pixel *found) {
+static void align_all(Window *window, const Image *before, const Image *now, Py_ssize_t border,
+                      float step, float scale, const float (*pixels)[2],
+                      const double (*turns)[2][2], float (*places)[2], Py_ssize_t count,
+                      Pixel *found) {
   const float half = 0.5f * (float)(window->side - 1);
   for (Py_ssize_t i = 0; i < count; ++i) {
     const Lattice lattice = {{pixels[i][0] * scale, pixels[i][1] * scale},
@@ -298,7 +299,7 @@ static void align_all(Window *window, const Image *before, const Image *now, Py_
   }
 }
 
-// Make room for a window and the blocks of two images; the grey levels are NULL without memory.
+// Make room for a window; its grey levels are NULL without memory.
 static Window make_window(Py_ssize_t side) {
   const Py_ssize_t width = (side + LANES - 1) / LANES * LANES;
   Window window = {.side = side, .width = width, .step = width + LANES};
