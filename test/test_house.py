@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).parents[1] / 'aick_ros'
+KERNELS = PACKAGE.parent / 'src' / 'kernels'
 
 IMPORTS = {
     'errors': '',
@@ -32,6 +33,7 @@ IMPORTS = {
            'sources ros evaluation reports',
 }
 LONGEST_FUNCTION = 40  # lines, docstring included
+LONGEST_LINE = 99
 CORE = ('errors kernels borders geometry settings features frames messages registration '
         'odometry').split()
 
@@ -101,3 +103,10 @@ def test_functions_fit_on_a_screen():
 
 def test_the_package_has_few_folders():
     assert len([path for path in PACKAGE.iterdir() if (path / '__init__.py').is_file()]) <= 13
+
+
+def test_lines_of_the_kernels_are_no_longer_than_those_of_python():
+    long = [f'{path.name}: {number}' for path in KERNELS.glob('*.[ch]')
+            for number, line in enumerate(path.read_text().splitlines(), 1)
+            if len(line) > LONGEST_LINE]
+    assert not long

@@ -12,8 +12,8 @@ void exp_rotation(const double *theta, double *rotation);
 // The rotation vector [rad] of a rotation; its length is 0 to pi.
 void log_rotation(const double *rotation, double *theta);
 
-// A pose with an error added in the axes of the target frame, its rotation orthonormal to rounding;
-// it may be the pose itself.
+// A pose with an error added in the axes of the target frame, its rotation orthonormal to
+// rounding; it may be the pose itself.
 void perturb(const double *pose, const double *error, double *perturbed);
 
 // The product of two matrices, which is neither of them.
