@@ -8,8 +8,10 @@ Processor time of a frame beside other methods, as ratios from one run.
 
 Each contestant is a process of its own with one thread. They take the same frames in turn, one
 frame at a time, so that a machine whose speed drifts slows all of them alike. The methods that
-register two frames are timed on each fifth one. Without a SOURCE the recordings in AICK_DATA are
-used, or a rendered one. Last comes the node, over DDS with a camera of 30 Hz (``--node 0``: not).
+register two frames are timed on each fifth one. All take images alone, as not all can use an IMU;
+with ``--imu`` the odometry has the samples of one that the recordings have. Without a SOURCE the
+recordings in AICK_DATA are used, or a rendered one. Last comes the node, over DDS with a camera of
+30 Hz (``--node 0``: not).
 
 The ratios are compared with those of the last release in ``speed_history.json``: what got worse by
 more than its noise is named, and the exit code is 1. ``--record`` adds this run to the history.
@@ -52,13 +54,14 @@ WARM_UP = 5  # frames, not counted
 class Worker:
     """A contestant in a process of its own, see :mod:`speed_worker`."""
 
-    def __init__(self, name: str, source: str) -> None:
+    def __init__(self, name: str, source: str, has_imu: bool) -> None:
         self.name = name
         self._every = 1 if name in STREAMS else EVERY
         script = Path(__file__).with_name('speed_worker.py')
         self._process = subprocess.Popen(
-            [sys.executable, script, name, source], stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE, text=True, env={**os.environ, **ONE_THREAD})
+            [sys.executable, script, name, source, *['--imu'] * has_imu],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            env={**os.environ, **ONE_THREAD})
 
     def frame(self, index: int) -> Mapping[str, float]:
         """Take the next frame; return the times of its stages, none where it is not timed."""
@@ -100,9 +103,10 @@ class Measured:
             stages.setdefault(stage, []).append(milliseconds)
 
 
-def measure(names: Sequence[str], source: str, frames: int, measured: Measured) -> None:
+def measure(names: Sequence[str], source: str, frames: int, has_imu: bool,
+            measured: Measured) -> None:
     """Let contestants take the frames of a source in turn, another one first each time."""
-    workers = [Worker(name, source) for name in names]
+    workers = [Worker(name, source, has_imu) for name in names]
     for index in range(frames):
         first = index % len(workers)
         for worker in (*workers[first:], *workers[:first]):
@@ -183,6 +187,7 @@ def main() -> None:
     parser.add_argument('sources', nargs='*', metavar='SOURCE')
     parser.add_argument('--frames', type=int, default=100, help='of each source')
     parser.add_argument('--runs', type=int, default=3, help='their differences are the noise')
+    parser.add_argument('--imu', action='store_true', help='samples of an IMU for the odometry')
     parser.add_argument('--node', type=float, default=20.0, help='seconds; 0: without the node')
     parser.add_argument('--json', help='file for machine and ratios, - for standard output')
     parser.add_argument('--record', metavar='RELEASE', help='add this run to the history')
@@ -194,7 +199,7 @@ def main() -> None:
     for _ in range(options.runs):
         run = Measured()
         for source in options.sources or sources():
-            measure(names, source, options.frames, run)
+            measure(names, source, options.frames, options.imu, run)
         runs.append({**ratios(run.times), **(node_ratios(options.node) if options.node else {})})
         measured = run
     found, machine = summary(runs), machine_facts()

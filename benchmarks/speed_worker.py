@@ -4,17 +4,18 @@
 """
 One way to register frames, in a process of its own that :mod:`speed` starts.
 
-    python benchmarks/speed_worker.py NAME SOURCE
+    python benchmarks/speed_worker.py NAME SOURCE [--imu]
 
 It reads lines from standard input: ``time`` registers the next frame and answers with a line of
 JSON, the milliseconds of processor time of each stage; ``skip`` only reads it. At the end it
 answers with the peak of its memory. NAME is ``default``, a preset, or a method of ``aick
 benchmark``, which registers each frame to the one before. Reading frames is not timed, nor is the
-undistortion that some methods need.
+undistortion that some methods need. All take images alone, unless ``--imu`` is given.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import sys
 import time
@@ -95,7 +96,7 @@ def _processor_ms(work: Callable[[], _Result]) -> tuple[_Result, float]:
 
 def main() -> None:
     """Answer line by line."""
-    name, source = sys.argv[1:]
+    name, source, *options = sys.argv[1:]
     cv2.setNumThreads(1)
     keep_freed_memory()  # as the programs do; all contestants alike
     stage_times.clock = time.process_time
@@ -103,6 +104,8 @@ def main() -> None:
     frames = open_source(source).frames(raise_damage)
     for line in sys.stdin:
         frame = next(frames)
+        if '--imu' not in options:
+            frame = dataclasses.replace(frame, imu=None)
         if line.strip() == 'time':
             print(json.dumps(contestant.timed(frame)), flush=True)
         else:
