@@ -145,54 +145,84 @@ PyObject *kernel_interpolate(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
-// What is known of the cells of a row.
+// What is known of the cells of a row, and of those beside it.
 typedef struct {
-  // sums over the columns of cells about them: of the values, of those times the row, of squares
+  // of each row of a window, its number by their count: inverse depths less a level, and squares
+  double *levels[SIDE], *level_squares[SIDE];
+  // sums over the columns of cells about them: of those, of those times the row, of the squares
   double *values, *slopes, *squares;
   float *mean, *along_x, *along_y;  // the plane: its inverse depth, and derivatives by the cell
+  float *rays;                      // x of the rays of the columns, on the plane z = 1
 } Row;
 
-enum { ROW_DOUBLES = 3, ROW_FLOATS = 3 };
+enum { ROW_DOUBLES = 2 * SIDE + 3, PLANE_FLOATS = 3, ROW_FLOATS = PLANE_FLOATS + 1 };
 
 FOR_EACH_PROCESSOR
-static void sum_columns(const float *restrict inverse, Py_ssize_t width, double level,
-                        double *restrict values, double *restrict slopes,
-                        double *restrict squares) {
+static void take_levels(const float *restrict inverse, Py_ssize_t width, double level,
+                        double *restrict levels, double *restrict squares) {
   for (Py_ssize_t x = 0; x < width; ++x) {
-    double value = 0.0, slope = 0.0, square = 0.0;
-    for (int row = -RADIUS; row <= RADIUS; ++row) {
-      const double v = (double)inverse[row * width + x] - level;
-      value += v;
-      slope += row * v;
-      square += v * v;
-    }
-    values[x] = value;
-    slopes[x] = slope;
-    squares[x] = square;
+    levels[x] = (double)inverse[x] - level;
+    squares[x] = levels[x] * levels[x];
   }
 }
+
+static inline double sum(double a, double b, double c, double d, double e) {
+  return a + b + c + d + e;
+}
+
+// The sum of five numbers, times their places from the middle one.
+static inline double moment(double a, double b, double d, double e) {
+  return 2.0 * (e - a) + (d - b);
+}
+
+FOR_EACH_PROCESSOR
+static void sum_columns(const double *restrict a, const double *restrict b,
+                        const double *restrict c, const double *restrict d,
+                        const double *restrict e, Py_ssize_t width, double *restrict sums) {
+  for (Py_ssize_t x = 0; x < width; ++x)
+    sums[x] = sum(a[x], b[x], c[x], d[x], e[x]);
+}
+
+FOR_EACH_PROCESSOR
+static void find_slopes(const double *restrict a, const double *restrict b,
+                        const double *restrict d, const double *restrict e, Py_ssize_t width,
+                        double *restrict slopes) {
+  for (Py_ssize_t x = 0; x < width; ++x)
+    slopes[x] = moment(a[x], b[x], d[x], e[x]);
+}
+
+// Sum up the columns of a window from its first row on.
+static void sum_window(const Row *row, Py_ssize_t first, Py_ssize_t width) {
+  const double *of[SIDE], *squares[SIDE];
+  for (int i = 0; i < SIDE; ++i) {
+    of[i] = row->levels[(first + i) % SIDE];
+    squares[i] = row->level_squares[(first + i) % SIDE];
+  }
+  sum_columns(of[0], of[1], of[2], of[3], of[4], width, row->values);
+  find_slopes(of[0], of[1], of[3], of[4], width, row->slopes);
+  sum_columns(squares[0], squares[1], squares[2], squares[3], squares[4], width, row->squares);
+}
+
+static inline double sum_about(const double *n) { return sum(n[-2], n[-1], n[0], n[1], n[2]); }
 
 // Fit planes about the cells of a row; nothing is known of the cells at its ends.
 FOR_EACH_PROCESSOR
 static void fit_row(const Row *row, Py_ssize_t width, double level, float *restrict roughness) {
-  const double count = SIDE * SIDE, spread = SIDE * 2.0 * (1.0 + 4.0);  // of columns, or rows
+  const double share = 1.0 / (SIDE * SIDE);                 // of one cell
+  const double by_spread = 1.0 / (SIDE * 2.0 * (1.0 + 4.0));  // of columns, or rows
   const double *restrict values = row->values, *restrict slopes = row->slopes;
   const double *restrict squares = row->squares;
   float *restrict mean = row->mean, *restrict to_right = row->along_x;
   float *restrict downwards = row->along_y;
   for (Py_ssize_t x = RADIUS; x < width - RADIUS; ++x) {
-    double value = 0.0, along_x = 0.0, along_y = 0.0, square = 0.0;
-    for (int column = -RADIUS; column <= RADIUS; ++column) {
-      value += values[x + column];
-      along_x += column * values[x + column];
-      along_y += slopes[x + column];
-      square += squares[x + column];
-    }
-    const double residual = square / count - value / count * (value / count) -
-                            (along_x * along_x + along_y * along_y) / (spread * count);
-    mean[x] = (float)(value / count + level);
-    to_right[x] = (float)(along_x / spread);
-    downwards[x] = (float)(along_y / spread);
+    const double *v = values + x;
+    const double average = share * sum_about(v), along_x = moment(v[-2], v[-1], v[1], v[2]);
+    const double along_y = sum_about(slopes + x);
+    const double residual = share * sum_about(squares + x) - average * average -
+                            (along_x * along_x + along_y * along_y) * (by_spread * share);
+    mean[x] = (float)(average + level);
+    to_right[x] = (float)(along_x * by_spread);
+    downwards[x] = (float)(along_y * by_spread);
     // not the root of a negative number, which rounding may leave on a plane
     roughness[x] = (float)sqrt(0.5 * (residual + fabs(residual)));
   }
@@ -213,11 +243,11 @@ FOR_EACH_PROCESSOR
 static void place_row(const Row *row, Py_ssize_t width, float y, const CellCamera *camera,
                       float *restrict points, float *restrict normals, float *restrict cosines) {
   const float ray_y = (y - camera->cy) / camera->fy, fx = camera->fx, fy = camera->fy;
-  const float cx = camera->cx;
+  const float *restrict rays = row->rays;
   const float *restrict means = row->mean, *restrict to_right = row->along_x;
   const float *restrict downwards = row->along_y;
   for (Py_ssize_t x = 0; x < width; ++x) {
-    const float ray_x = ((float)(int)x - cx) / fx, mean = means[x];
+    const float ray_x = rays[x], mean = means[x];
     const float a = to_right[x] * fx, b = downwards[x] * fy, c = mean - a * ray_x - b * ray_y;
     const float distance = 1.0f / sqrtf(a * a + b * b + c * c), z = 1.0f / mean;
     normals[3 * x] = a * distance;
@@ -238,16 +268,21 @@ static void fill(float *numbers, Py_ssize_t count, float value) {
 static void fit_planes(const float *inverse, Size size, double level, const CellCamera *camera,
                        const Row *row, const Planes *planes) {
   const Py_ssize_t width = size.width;
+  for (Py_ssize_t x = 0; x < width; ++x)
+    row->rays[x] = ((float)(int)x - camera->cx) / camera->fx;
   fill(planes->roughness, size.height * width, NAN);
+  Py_ssize_t taken = 0;  // rows
   for (Py_ssize_t y = 0; y < size.height; ++y) {
-    const Py_ssize_t first = y * width;
-    fill(row->mean, ROW_FLOATS * width, NAN);
+    fill(row->mean, PLANE_FLOATS * width, NAN);
     if (y >= RADIUS && y < size.height - RADIUS) {
-      sum_columns(inverse + first, width, level, row->values, row->slopes, row->squares);
-      fit_row(row, width, level, planes->roughness + first);
+      for (; taken <= y + RADIUS; ++taken)
+        take_levels(inverse + taken * width, width, level, row->levels[taken % SIDE],
+                    row->level_squares[taken % SIDE]);
+      sum_window(row, y - RADIUS, width);
+      fit_row(row, width, level, planes->roughness + y * width);
     }
-    place_row(row, width, (float)y, camera, planes->points + 3 * first,
-              planes->normals + 3 * first, planes->cosines + first);
+    place_row(row, width, (float)y, camera, planes->points + 3 * y * width,
+              planes->normals + 3 * y * width, planes->cosines + y * width);
   }
 }
 
@@ -262,6 +297,20 @@ static double rough_mean(const float *numbers, Py_ssize_t count) {
     }
   }
   return finite > 0 ? sum / (double)finite : 0.0;
+}
+
+// A row in memory for so many numbers for each cell.
+static Row make_row(double *doubles, float *floats, Py_ssize_t width) {
+  Row row = {.values = doubles, .slopes = doubles + width, .squares = doubles + 2 * width};
+  for (int i = 0; i < SIDE; ++i) {
+    row.levels[i] = doubles + (3 + 2 * i) * width;
+    row.level_squares[i] = row.levels[i] + width;
+  }
+  row.mean = floats;
+  row.along_x = floats + width;
+  row.along_y = floats + 2 * width;
+  row.rays = floats + PLANE_FLOATS * width;
+  return row;
 }
 
 PyObject *kernel_fit_planes(PyObject *module, PyObject *arguments) {
@@ -294,7 +343,7 @@ PyObject *kernel_fit_planes(PyObject *module, PyObject *arguments) {
   const bool is_ready = sums != NULL && fits != NULL && size.height * size.width == count;
   if (is_ready) {
     const float *inverse = arrays.views[0].buf;
-    const Row row = {sums, sums + width, sums + 2 * width, fits, fits + width, fits + 2 * width};
+    const Row row = make_row(sums, fits, size.width);
     Py_BEGIN_ALLOW_THREADS
     // centred, because differences of large squares cancel
     fit_planes(inverse, size, rough_mean(inverse, count), &camera, &row, &planes);
