@@ -78,6 +78,7 @@ def _registration(refined: Refined, reason: str) -> Registration:
 def _keypoints(tracks: Tracks, source: PreparedFrame, known: KeypointFrame) -> KeypointFrame:
     """Return tracked keypoints as the source sees them, with the descriptors they are known by."""
     return KeypointFrame(
-        source.stamp, tracks.points.astype(np.float32), known.descriptors[tracks.keypoints],
-        known.covariances[tracks.keypoints],
+        source.stamp, tracks.points.astype(np.float32),
+        known.descriptors.take(tracks.keypoints, axis=0),
+        known.covariances.take(tracks.keypoints, axis=0),
         source.frame.camera.project(tracks.points).astype(np.float32))
