@@ -15,6 +15,7 @@
 #include "kernels.h"
 #include "processors.h"
 #include "products.h"
+#include "se3.h"
 
 enum { MOST_BLOCKS = 1 << 20 };
 
@@ -331,4 +332,68 @@ PyObject *kernel_estimate(PyObject *module, PyObject *arguments) {
   }
   close_arrays(&arrays);
   return is_done ? PyFloat_FromDouble(found.design_effect) : NULL;
+}
+
+// The pose by both sensors, its covariance, and by how much it follows the second one.
+typedef struct {
+  double *pose, (*covariance)[UNKNOWNS], (*gain)[UNKNOWNS];
+} Joint;
+
+// Move a pose to the joint estimate by two equations and a prior. A share of the information is
+// added to the covariance of the gradient, and that of a bias to the one of the pose.
+static void join(const Equations *of, const Matrix prior, double share, const Matrix bias,
+                 const double *pose, Joint *to) {
+  Matrix information, scatter, with_prior, inverse, gains = {{0.0}};
+  add(of[0].information, of[1].information, information);
+  add(information, prior, with_prior);
+  invert(with_prior, inverse);
+  add(of[0].noise, of[1].noise, scatter);
+  add(scatter, prior, scatter);
+  double step[UNKNOWNS] = {0.0};
+  for (int i = 0; i < UNKNOWNS; ++i) {
+    for (int j = 0; j < UNKNOWNS; ++j) {
+      step[i] -= inverse[i][j] * (of[0].gradient[j] + of[1].gradient[j]);
+      scatter[i][j] += share * information[i][j];
+      to->covariance[i][j] = bias[i][j];
+      to->gain[i][j] = 0.0;
+    }
+  }
+  perturb(pose, step, to->pose);
+  add_square_product(*inverse, *scatter, 1.0, gains);
+  add_square_product(*gains, *inverse, 1.0, to->covariance);
+  add_square_product(*inverse, *of[1].information, 1.0, to->gain);
+}
+
+PyObject *kernel_joint_estimate(PyObject *module, PyObject *arguments) {
+  PyObject *objects[12];
+  double share;
+  if (!PyArg_ParseTuple(arguments, "OOOOOOOdOOOOO", &objects[0], &objects[1], &objects[2],
+                        &objects[3], &objects[4], &objects[5], &objects[6], &share, &objects[7],
+                        &objects[8], &objects[9], &objects[10], &objects[11]))
+    return NULL;
+  const Py_ssize_t size = UNKNOWNS * UNKNOWNS;
+  const Argument needed[] = {
+      {"the information", objects[0], 'd', size, false},
+      {"the gradient", objects[1], 'd', UNKNOWNS, false},
+      {"the noise", objects[2], 'd', size, false},
+      {"the other information", objects[3], 'd', size, false},
+      {"the other gradient", objects[4], 'd', UNKNOWNS, false},
+      {"the other noise", objects[5], 'd', size, false},
+      {"the prior", objects[6], 'd', size, false},
+      {"the bias", objects[7], 'd', size, false},
+      {"the pose", objects[8], 'd', 16, false},
+      {"the result", objects[9], 'd', 16, true},
+      {"the covariance", objects[10], 'd', size, true},
+      {"the gain", objects[11], 'd', size, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Py_buffer *views = arrays.views;
+  const Equations equations[2] = {{views[0].buf, views[1].buf, views[2].buf},
+                                  {views[3].buf, views[4].buf, views[5].buf}};
+  Joint joint = {views[9].buf, views[10].buf, views[11].buf};
+  join(equations, views[6].buf, share, views[7].buf, views[8].buf, &joint);
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
 }

@@ -32,6 +32,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(inverted_turns),
     KERNEL(is_rigid),
     KERNEL(is_valid_depth),
+    KERNEL(joint_estimate),
     KERNEL(kalman_update),
     KERNEL(keypoint_equations),
     KERNEL(log_pose),

@@ -52,6 +52,7 @@ interpolate f:h,v f:n f:n f>n
 inverse_pose d:4,4 d>4,4
 inverted_turns d:n,2,2 d>n,2,2
 is_rigid d:4,4
+joint_estimate d:6,6 d:6 d:6,6 d:6,6 d:6 d:6,6 d:6,6 %f d:6,6 d:4,4 d>4,4 d>6,6 d>6,6
 kalman_update d:n,n d:k,n d:k,k d>k,k d>n,k d>n,n d>n,n
 is_valid_depth f:h,v %f %f
 keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:2 %f d>u,u d>u

@@ -15,8 +15,7 @@ import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
-from aick_ros.registration.refinement.residuals import (
-    PRIOR, NormalEquations, track_steps)
+from aick_ros.registration.refinement.residuals import PRIOR, NormalEquations, track_steps
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
 from aick_ros.settings import RefinementSettings, SensorSettings
 

@@ -13,6 +13,12 @@ import numpy as np
 from aick_ros import kernels
 from aick_ros.registration.refinement.residuals import PRIOR, NormalEquations, Residuals
 
+_SMALLEST_FACTOR = 0.01
+"""Variance that is added, as a ratio to that by the sensor's noise: a tenth of its sigma, chosen.
+
+Residuals that vanish, as those of an image that is repeated, are no measurement without an error.
+"""
+
 _NONE = Residuals(np.empty(0), np.empty((0, 6)), np.empty(0), np.empty(0, np.int64))
 
 
@@ -52,3 +58,24 @@ class Estimate:
             gradient, scatter)
         return cls(error, covariance, design_effect, NormalEquations(information, gradient),
                    scatter)
+
+
+def joint_estimate(keypoints: Estimate, depth: Estimate, pose: np.ndarray,
+                   bias: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """
+    Return the pose by both sensors, its covariance, and by how much it follows depth.
+
+    The covariance is A^-1 B A^-1 and that of the bias. A is the information, B the covariance of
+    the gradient by the scatter that each sensor has about its own optimum; the prior is part of
+    both, once.
+
+    :param pose: 4x4, about which both are estimated.
+    :param bias: covariance of the one between them, 6x6.
+    :returns: 4x4, 6x6 and 6x6.
+    """
+    found, covariance, gain = np.empty((4, 4)), np.empty((6, 6)), np.empty((6, 6))
+    kernels.joint_estimate(
+        keypoints.marginal.information, keypoints.marginal.gradient, keypoints.scatter,
+        depth.marginal.information, depth.marginal.gradient, depth.scatter, PRIOR,
+        _SMALLEST_FACTOR, bias, np.ascontiguousarray(pose, np.float64), found, covariance, gain)
+    return found, covariance, gain

@@ -17,10 +17,10 @@ from functools import partial
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.geometry import definite, se3
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.refinement.approach import Approach
-from aick_ros.registration.refinement.estimate import Estimate
+from aick_ros.registration.refinement.estimate import Estimate, joint_estimate
 from aick_ros.registration.refinement.first_tracks import FirstTracks
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
@@ -49,12 +49,6 @@ Chosen on two excerpts of real recordings: those tracked again from so near are 
 the pose by a tenth of its standard deviation."""
 
 _INLIER_WEIGHT = 0.25  # by definition: the weight of a residual of one robust width
-_SMALLEST_FACTOR = 0.01
-"""Variance that is added, as a ratio to that by the sensor's noise: a tenth of its sigma, chosen.
-
-Residuals that vanish, as those of an image that is repeated, are no measurement without an error.
-"""
-
 CONTRADICTION = 'the depths of the two frames contradict each other at most keypoints tracked'
 """Why a pose is rejected although keypoints confirm it."""
 
@@ -233,33 +227,25 @@ class _Problem:
 
     def finish(self, pose: np.ndarray) -> Refined:
         """
-        Return the pose after a last step, with its covariance A^-1 B A^-1 and the bias expected.
+        Return the pose after a last step, with its covariance and the bias expected.
 
-        In that step depth has its part of the bias, and keypoints their jitter. A is the
-        information, B the covariance of the gradient by the scatter that each kind of residual has
-        about its own optimum; the prior is part of both, once.
+        In that step depth has its part of the bias, and keypoints their jitter.
         """
         noise = self._noise
         by_keypoints, by_depth = self._of_keypoints(pose), self._of_depth(pose)
         keypoints = Estimate.of(by_keypoints, 1 / noise.keypoints, noise.keypoint_jitter)
         depth = Estimate.of(by_depth, 1.0, noise.depth_bias)
-        equations = keypoints.marginal + depth.marginal
-        scatter = (keypoints.scatter + depth.scatter + _SMALLEST_FACTOR * equations.information
-                   + PRIOR)
-        inverse = definite.inverse(equations.information + PRIOR)
+        joint, covariance, gain = joint_estimate(keypoints, depth, pose, noise.bias)
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
         bias, measure = None, None
         if by_depth:
             bias = SensorBias(depth.error - keypoints.error,
-                              keypoints.covariance + depth.covariance,
-                              inverse @ depth.marginal.information)
+                              keypoints.covariance + depth.covariance, gain)
             if len(self._tracks) >= FEWEST_TO_CONFIRM:
                 measure = partial(self._measure, bias, pose, keypoints, depth, by_keypoints[0],
                                   by_depth[0])
-        return Refined(
-            se3.perturbed(pose, -inverse @ equations.gradient),
-            inverse @ scatter @ inverse + noise.bias, noise.bias,
-            self._seen[inliers], contradict(by_keypoints[1]), bias, measure=measure)
+        return Refined(joint, covariance, noise.bias, self._seen[inliers],
+                       contradict(by_keypoints[1]), bias, measure=measure)
 
     def _measure(self, bias: SensorBias, pose: np.ndarray, keypoints: Estimate, depth: Estimate,
                  by_keypoints: Residuals,

@@ -109,11 +109,6 @@ class NormalEquations:
                                      gradient)
         return cls(information, gradient)
 
-    def __add__(self, other: NormalEquations) -> NormalEquations:
-        """Return the normal equations of both problems together."""
-        return NormalEquations(self.information + other.information,
-                               self.gradient + other.gradient)
-
 
 def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
     """

@@ -8,7 +8,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aick_ros.registration.refinement.estimate import Estimate
+from aick_ros.geometry import se3
+from aick_ros.registration.refinement.estimate import Estimate, joint_estimate
 from aick_ros.registration.refinement.residuals import Residuals, gradient_noise
 
 PRIOR = np.eye(6)
@@ -92,3 +93,30 @@ def test_residuals_have_a_row_for_each_value(name, at, other):
     kinds[at] = dataclasses.replace(kinds[at], **{name: getattr(kinds[at], name)[1:]})
     with pytest.raises(ValueError, match=f'the {other}{name} has .* numbers: .* are required'):
         Estimate.of(kinds, 1.0, NO_BIAS)
+
+
+@pytest.mark.parametrize('kinds', [1, 2])
+def test_the_joint_estimate_is_that_of_the_sums_with_the_prior_once(kinds):
+    """Also of one sensor, where the other one has no residuals."""
+    rng = np.random.default_rng(9)
+    pose, root = se3.exp(rng.normal(size=6)), rng.normal(size=(6, 6))
+    ones = [Estimate.of([residuals(seed)][:seed <= kinds], weight, 0.01 * np.diag(rng.uniform(
+        size=6))) for seed, weight in ((1, 0.3), (2, 1.0))]
+    information = sum(one.marginal.information for one in ones)
+    inverse = np.linalg.inv(information + PRIOR)
+    scatter = sum(one.scatter for one in ones) + 0.01 * information + PRIOR
+    found, covariance, gain = joint_estimate(*ones, pose, root @ root.T)
+    np.testing.assert_allclose(found, se3.perturbed(pose, -inverse @ sum(
+        one.marginal.gradient for one in ones)), atol=1e-12)
+    np.testing.assert_allclose(covariance, inverse @ scatter @ inverse + root @ root.T,
+                               rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(gain, inverse @ ones[1].marginal.information, rtol=1e-9,
+                               atol=1e-12)
+
+
+def test_what_is_joined_are_equations_of_a_pose():
+    one = Estimate.of([residuals(1)], 1.0, NO_BIAS)
+    with pytest.raises(ValueError, match='the bias has 6 numbers: 36 are required'):
+        joint_estimate(one, one, np.eye(4), np.ones(6))
+    with pytest.raises(ValueError, match='the pose has 9 numbers: 16 are required'):
+        joint_estimate(one, one, np.eye(3), NO_BIAS)
