@@ -78,9 +78,14 @@ def test_windows_larger_than_the_image_are_refused():
 
 @pytest.mark.parametrize('block', [-1, 1 << 20, np.iinfo(np.int64).max])
 def test_blocks_out_of_range_are_refused(block):
+    good, bad = ((np.ones((2, 6)), np.ones(2), np.ones(2), np.array([0, last]))
+                 for last in (1, block))
+    found = [np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(6), np.zeros((6, 6))]
     with pytest.raises(ValueError, match='a block has a number out of range'):
-        kernels.gradient_noise(np.ones((2, 6)), np.ones(2), np.ones(2), np.array([0, block]),
-                               np.zeros(6), np.zeros((6, 6)))
+        kernels.gradient_noise(*bad, np.zeros((6, 6)))
+    for kinds in ((*bad, *good), (*good, *bad)):
+        with pytest.raises(ValueError, match='a block has a number out of range'):
+            kernels.estimate(*kinds, np.eye(6), 1.0, np.eye(6), *found)
 
 
 def test_arrays_that_are_not_aligned_are_refused():

@@ -80,6 +80,6 @@ def _keypoints(tracks: Tracks, source: PreparedFrame, known: KeypointFrame) -> K
     """Return tracked keypoints as the source sees them, with the descriptors they are known by."""
     return replaced(
         known, stamp=source.stamp, positions=tracks.points.astype(np.float32),
-        descriptors=known.descriptors[tracks.keypoints],
-        covariances=known.covariances[tracks.keypoints],
+        descriptors=known.descriptors.take(tracks.keypoints, axis=0),
+        covariances=known.covariances.take(tracks.keypoints, axis=0),
         pixels=source.frame.camera.project(tracks.points).astype(np.float32), words=None)

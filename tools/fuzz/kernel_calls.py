@@ -39,12 +39,13 @@ depth_equations d:n,3 d:n,3 d:n,6 d:n d:n d:4,4 d:2,6 d:2 d:n,2 d:n,2 %a %e d:a,
 derivative_squares B:h,v
 describe_points B>x,y %z f:4,256 %i f:n,2 d:n B>n,32
 disc_directions B:h,v %b q:r f:n,2 d>n
+estimate d:n,6 d:n d:n q:n d:m,6 d:m d:m q:m d:6,6 %f d:6,6 d>6 d>6,6 d>6,6 d>6 d>6,6
 exp_pose d:6 d>4,4
 exp_rotation d:3 d>3,3
 fit_moments d:4,4 %f %f d>4,4
 fit_planes f:h,v d:4 f>c,3 f>c,3 f>c f>c
 gradient_moments B:h,v d:n,2 %i d>n,3,3
-gradient_noise d:n,6 d:n d:n q:n d:6 d>6,6
+gradient_noise d:n,6 d:n d:n q:n d>6,6
 halve B:x,y %z B>i,j
 integrate_forces q:n d:n,3 %i %i d:3,3 d:3,3 d>2,12
 integrate_turns q:n d:n,3 d>n,3,3 d>n,3,3
@@ -52,6 +53,7 @@ interpolate f:h,v f:n f:n f>n
 inverse_pose d:4,4 d>4,4
 inverted_turns d:n,2,2 d>n,2,2
 is_rigid d:4,4
+joint_estimate d:6,6 d:6 d:6,6 d:6,6 d:6 d:6,6 d:6,6 %f d:6,6 d:4,4 d>4,4 d>6,6 d>6,6
 kalman_measurement d:n d:n,n d:k,n d:k,k d:k %f d>n d>n,n
 kalman_update d:n,n d:k,n d:k,k d>k,k d>n,k d>n,n d>n,n
 is_valid_depth f:h,v %f %f
@@ -59,7 +61,6 @@ keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:2 %f
 log_pose d:4,4 d>6
 log_rotation d:3,3 d>3
 low_quantiles f:h,v
-marginal_equations d:6,6 d:6 d:6,6 %f d:6,6 d>6,6 d>6 d>6,6
 mean_displacement d:n,3 d:n,2
 mean_inverse_depths f:h,v %w %f %f f>a,e
 moments f:n,3 f:m,3 q:k,2 d>4,4

@@ -12,14 +12,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.geometry import definite, se3
+from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.refinement.approach import Approach
+from aick_ros.registration.refinement.estimate import Estimate, joint_estimate
 from aick_ros.registration.refinement.first_tracks import FirstTracks
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
@@ -29,8 +30,8 @@ from aick_ros.registration.refinement.misalignment_equations import (
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.residuals import (
-    PRIOR, NormalEquations, Residuals, contradict, gradient_noise, point_to_plane, reprojection,
-    track_depth, track_steps)
+    PRIOR, NormalEquations, Residuals, contradict, point_to_plane, reprojection, track_depth,
+    track_steps)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
 from aick_ros.registration.result import SensorBias
 from aick_ros.settings import RefinementSettings, SensorSettings
@@ -48,12 +49,6 @@ Chosen on two excerpts of real recordings: those tracked again from so near are 
 the pose by a tenth of its standard deviation."""
 
 _INLIER_WEIGHT = 0.25  # by definition: the weight of a residual of one robust width
-_SMALLEST_FACTOR = 0.01
-"""Variance that is added, as a ratio to that by the sensor's noise: a tenth of its sigma, chosen.
-
-Residuals that vanish, as those of an image that is repeated, are no measurement without an error.
-"""
-
 CONTRADICTION = 'the depths of the two frames contradict each other at most keypoints tracked'
 """Why a pose is rejected although keypoints confirm it."""
 
@@ -232,36 +227,27 @@ class _Problem:
 
     def finish(self, pose: np.ndarray) -> Refined:
         """
-        Return the pose after a last step, with its covariance A^-1 B A^-1 and the bias expected.
+        Return the pose after a last step, with its covariance and the bias expected.
 
-        In that step depth has its part of the bias, and keypoints their jitter. A is the
-        information, B the covariance of the gradient by the scatter that each kind of residual has
-        about its own optimum; the prior is part of both, once.
+        In that step depth has its part of the bias, and keypoints their jitter.
         """
         noise = self._noise
         by_keypoints, by_depth = self._of_keypoints(pose), self._of_depth(pose)
-        keypoints, depth = _Estimate.of(by_keypoints), _Estimate.of(by_depth)
-        (equations, scatter), (of_depth, scatter_of_depth) = (
-            keypoints.marginalised(1 / noise.keypoints, noise.keypoint_jitter),
-            depth.marginalised(1.0, noise.depth_bias))
-        equations += of_depth
-        scatter += scatter_of_depth + _SMALLEST_FACTOR * equations.information
-        inverse = definite.inverse(equations.information + PRIOR)
+        keypoints = Estimate.of(by_keypoints, 1 / noise.keypoints, noise.keypoint_jitter)
+        depth = Estimate.of(by_depth, 1.0, noise.depth_bias)
+        joint, covariance, gain = joint_estimate(keypoints, depth, pose, noise.bias)
         inliers = by_keypoints[0].weights[:len(self._tracks)] > _INLIER_WEIGHT
         bias, measure = None, None
         if by_depth:
             bias = SensorBias(depth.error - keypoints.error,
-                              keypoints.covariance + depth.covariance,
-                              inverse @ of_depth.information)
+                              keypoints.covariance + depth.covariance, gain)
             if len(self._tracks) >= FEWEST_TO_CONFIRM:
                 measure = partial(self._measure, bias, pose, keypoints, depth, by_keypoints[0],
                                   by_depth[0])
-        return Refined(
-            se3.perturbed(pose, -inverse @ equations.gradient),
-            inverse @ (scatter + PRIOR) @ inverse + noise.bias, noise.bias,
-            self._seen[inliers], contradict(by_keypoints[1]), bias, measure=measure)
+        return Refined(joint, covariance, noise.bias, self._seen[inliers],
+                       contradict(by_keypoints[1]), bias, measure=measure)
 
-    def _measure(self, bias: SensorBias, pose: np.ndarray, keypoints: _Estimate, depth: _Estimate,
+    def _measure(self, bias: SensorBias, pose: np.ndarray, keypoints: Estimate, depth: Estimate,
                  by_keypoints: Residuals,
                  by_depth: Residuals) -> tuple[NoiseSample, MisalignmentSample | None]:
         return (self._noise_shown_by(bias, pose, keypoints, depth),
@@ -275,8 +261,8 @@ class _Problem:
         return misalignment_sample(keypoints, depth, self._tracks, pair,
                                    1 / self._noise.keypoints, self._misalignment)
 
-    def _noise_shown_by(self, bias: SensorBias, pose: np.ndarray, keypoints: _Estimate,
-                        depth: _Estimate) -> NoiseSample:
+    def _noise_shown_by(self, bias: SensorBias, pose: np.ndarray, keypoints: Estimate,
+                        depth: Estimate) -> NoiseSample:
         """Return the noise by two estimates, made at a pose, with the bias between them."""
         poses = PosesByKind((self._source.stamp, self._target.stamp),
                             se3.perturbed(pose, -keypoints.error),
@@ -299,48 +285,6 @@ class _Problem:
             source, target, se3.scaled(pose, self._depth_rate), self._sensor,
             self._settings.robust_width, self._settings.reach, self._correction)
         return [residuals.of_scaled_error(self._depth_rate)]
-
-
-@dataclass(frozen=True, eq=False)
-class _Estimate:
-    """
-    The error of a pose by one kind of residual alone, to first order.
-
-    :param equations: without the prior.
-    :param error: 6; the estimate has the prior for itself.
-    :param gradient_noise: 6x6, by the scatter about this estimate.
-    :param inverse: 6x6, of the information with the prior.
-    """
-
-    equations: NormalEquations
-    error: np.ndarray
-    gradient_noise: np.ndarray
-    inverse: np.ndarray
-
-    @classmethod
-    def of(cls, residuals: list[Residuals]) -> _Estimate:
-        """Return the estimate by some residuals."""
-        equations = NormalEquations.of(residuals)
-        inverse = definite.inverse(equations.information + PRIOR)
-        error = inverse @ equations.gradient
-        noise = gradient_noise(residuals, error)
-        return cls(equations, error, noise, inverse)
-
-    def marginalised(self, weight: float,
-                     bias: np.ndarray) -> tuple[NormalEquations, np.ndarray]:
-        """Return what the residuals contribute to a joint estimate, with their scatter."""
-        return self.equations.marginalised(self.gradient_noise, weight, bias)
-
-    @cached_property
-    def covariance(self) -> np.ndarray:
-        """Covariance of the error by the scatter, 6x6."""
-        covariance: np.ndarray = self.inverse @ (self.gradient_noise + PRIOR) @ self.inverse
-        return covariance
-
-    @property
-    def design_effect(self) -> float:
-        """Variance by the scatter, as a ratio to that by the noise assumed; 1 without data."""
-        return float(np.vdot(self.inverse, self.gradient_noise + PRIOR)) / 6
 
 
 def mean_depth_lag(source: PreparedFrame, target: PreparedFrame) -> float:

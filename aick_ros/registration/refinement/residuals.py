@@ -109,41 +109,17 @@ class NormalEquations:
                                      gradient)
         return cls(information, gradient)
 
-    def __add__(self, other: NormalEquations) -> NormalEquations:
-        """Return the normal equations of both problems together."""
-        return NormalEquations(self.information + other.information,
-                               self.gradient + other.gradient)
 
-    def marginalised(self, noise: np.ndarray, weight: float,
-                     bias: np.ndarray) -> tuple[NormalEquations, np.ndarray]:
-        """
-        Return the normal equations of residuals with a weight that see the pose with a bias.
-
-        They are those of the pose, with the bias marginalised.
-
-        :param noise: covariance of the gradient, 6x6.
-        :param bias: its covariance, 6x6, diagonal.
-        :returns: the equations, and the covariance of their gradient, 6x6.
-        """
-        information, gradient, scatter = np.empty((6, 6)), np.empty(6), np.empty((6, 6))
-        kernels.marginal_equations(self.information, self.gradient, noise, weight, bias,
-                                   information, gradient, scatter)
-        return NormalEquations(information, gradient), scatter
-
-
-def gradient_noise(kinds: Iterable[Residuals], error: np.ndarray = np.zeros(6)) -> np.ndarray:
+def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
     """
     Return the empirical covariance of the gradient, 6x6.
 
     Residuals of one block of the image may have a common error, so each block counts as one
     sample (cluster-robust, Liang and Zeger 1986), with the usual correction for few samples.
-
-    :param error: of the pose, 6; what it explains of the residuals is no noise.
     """
     noise = np.zeros((6, 6))
     for kind in kinds:
-        kernels.gradient_noise(kind.jacobian, kind.values, kind.weights, kind.blocks, error,
-                               noise)
+        kernels.gradient_noise(kind.jacobian, kind.values, kind.weights, kind.blocks, noise)
     return noise
 
 

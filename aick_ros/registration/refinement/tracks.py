@@ -105,16 +105,17 @@ class Tracker:
         camera = target.frame.camera
         points = source.keypoints.positions[:self._settings.max_tracks].astype(np.float64)
         kept, expected = _visible(points, T_target_source, camera)
-        turns = _turns(points[kept], T_target_source, camera)
+        turns = _turns(points.take(kept, axis=0), T_target_source, camera)
         seen, found = track_there_and_back(
-            self._pyramids(source), self._pyramids(target), source.keypoints.pixels[kept],
-            expected, turns, is_near)
-        kept, seen = kept[found], seen[found]
+            self._pyramids(source), self._pyramids(target),
+            source.keypoints.pixels.take(kept, axis=0), expected, turns, is_near)
+        rows = np.flatnonzero(found)
+        kept, seen, turns = kept.take(rows), seen.take(rows, axis=0), turns.take(rows, axis=0)
         windows = windows_of(kept)
-        seen = seen - windows.shifts(camera, T_target_source, turns[found])
+        seen = seen - windows.shifts(camera, T_target_source, turns)
         rays = camera.normalize(seen)
         if not np.isfinite(rays).all():
-            valid = np.isfinite(rays).all(axis=1)
+            valid = np.flatnonzero(np.isfinite(rays).all(axis=1))
             kept, seen, rays, windows = kept[valid], seen[valid], rays[valid], windows[valid]
         return Tracks(kept, windows.points, rays,
                       depth.sample(target.corrected.depth, seen, self._sensor), windows.sigmas)

@@ -71,9 +71,9 @@ class Windows:
                    relief_moments(prepared.grey, frame.depth, pixels, points, side, sensor))
 
     def __getitem__(self, chosen: np.ndarray) -> Windows:
-        """Return some of the windows, by their indices or by a mask."""
-        return Windows(self.points[chosen], self.sigmas[chosen], self.moments[chosen],
-                       self.reliefs[chosen])
+        """Return some of the windows, by their indices."""
+        return Windows(*(of.take(chosen, axis=0) for of in (
+            self.points, self.sigmas, self.moments, self.reliefs)))
 
     def shifts(self, camera: Camera, T_target_source: np.ndarray,
                turns: np.ndarray) -> np.ndarray:

@@ -185,7 +185,8 @@ def test_the_coarse_step_is_the_one_of_wider_weights_in_rays_and_depth(small_pai
     def steps(coarse, wider=1.0):
         wide = dataclasses.replace(settings.refinement,
                                    robust_width=wider * settings.refinement.robust_width)
-        return _Problem(*views, tracks, wide, settings.sensor, MeasuredNoise()).step(first, coarse)
+        return _Problem(*views, tracks, wide, settings.sensor, MeasuredNoise()).step(
+            first, coarse)[1]
 
     coarse, wide, fine = steps(True), steps(False, _COARSE_WIDTH), steps(False)
     for each, other in zip(coarse, wide):

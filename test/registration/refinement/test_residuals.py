@@ -452,37 +452,6 @@ def test_steps_by_tracks_have_a_row_for_each_track(name):
         track_steps(short, POSE, RAY_SIGMA, SENSOR, np.ones(1), 1.0, NormalEquations.of([]))
 
 
-@pytest.mark.parametrize('directions', [0, 2, 6])
-def test_a_bias_is_marginalised(directions):
-    """As the Schur complement of a problem with it as unknowns, also in some directions only."""
-    rng = np.random.default_rng(7)
-    equations = NormalEquations.of([random_residuals(rng, 30)])
-    deviations = 0.3 * rng.normal(size=6) * (np.arange(6) < directions)
-    root = np.diag(deviations)[:, :directions]
-    noise = rng.normal(size=(6, 6))
-    j, g = 0.4 * equations.information, 0.4 * equations.gradient
-    # unknowns: the error of the pose, and the bias in units of its standard deviations
-    both = np.block([[j, j @ root], [root.T @ j, root.T @ j @ root + np.eye(directions)]])
-    gradient = np.concatenate([g, root.T @ g])
-    gains = np.linalg.solve(both[6:, 6:], both[6:, :6]).T
-    found, scatter = equations.marginalised(noise, 0.4, np.diag(deviations ** 2))
-    np.testing.assert_allclose(found.information, both[:6, :6] - gains @ both[6:, :6], rtol=1e-7)
-    np.testing.assert_allclose(found.gradient, gradient[:6] - gains @ gradient[6:], rtol=1e-7)
-    gain = 0.4 * (np.eye(6) - gains @ root.T)
-    np.testing.assert_allclose(scatter, gain @ noise @ gain.T, rtol=1e-7, atol=1e-12)
-
-
-def test_equations_are_marginalised_by_matrices_of_their_size():
-    equations = NormalEquations.of([random_residuals(np.random.default_rng(7), 30)])
-    with pytest.raises(ValueError, match='the bias has 9 numbers: 36 are required'):
-        equations.marginalised(np.eye(6), 1.0, np.eye(3))
-    with pytest.raises(ValueError, match='the noise has 6 numbers: 36 are required'):
-        equations.marginalised(np.ones(6), 1.0, np.eye(6))
-    for no_bias in (-1.0, np.nan):
-        found, _ = equations.marginalised(np.eye(6), 1.0, no_bias * np.eye(6))
-        assert np.isnan(found.information).all()
-
-
 def test_the_jacobian_of_a_scaled_error_is_scaled():
     residuals = random_residuals(np.random.default_rng(5), 10)
     half = residuals.of_scaled_error(0.5)

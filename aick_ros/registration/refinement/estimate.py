@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""A pose by one sensor alone, keypoints or depth, and what that adds to the pose by both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from aick_ros import kernels
+from aick_ros.registration.refinement.residuals import PRIOR, NormalEquations, Residuals
+
+_SMALLEST_FACTOR = 0.01
+"""Variance that is added, as a ratio to that by the sensor's noise: a tenth of its sigma, chosen.
+
+Residuals that vanish, as those of an image that is repeated, are no measurement without an error.
+"""
+
+_NONE = Residuals(np.empty(0), np.empty((0, 6)), np.empty(0), np.empty(0, np.int64))
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """
+    The error of a pose by the residuals of one sensor, to first order, and their equations.
+
+    :param error: 6; the estimate has the prior for itself.
+    :param covariance: of the error by the scatter of the residuals about it, 6x6.
+    :param design_effect: variance by the scatter, as a ratio to that by the noise assumed; 1
+        without data.
+    :param marginal: weighted normal equations without the prior, the bias marginalised.
+    :param scatter: covariance of their gradient by the scatter, 6x6.
+    """
+
+    error: np.ndarray
+    covariance: np.ndarray
+    design_effect: float
+    marginal: NormalEquations
+    scatter: np.ndarray
+
+    @classmethod
+    def of(cls, kinds: Sequence[Residuals], weight: float, bias: np.ndarray) -> Estimate:
+        """
+        Return the estimate by residuals of up to two kinds.
+
+        :param weight: of them in the joint estimate.
+        :param bias: covariance of the one that they see the pose with, 6x6, diagonal.
+        """
+        one, other = (*kinds, _NONE, _NONE)[:2]
+        error, covariance = np.empty(6), np.empty((6, 6))
+        information, gradient, scatter = np.empty((6, 6)), np.empty(6), np.empty((6, 6))
+        design_effect = kernels.estimate(
+            one.jacobian, one.values, one.weights, one.blocks, other.jacobian, other.values,
+            other.weights, other.blocks, PRIOR, weight, bias, error, covariance, information,
+            gradient, scatter)
+        return cls(error, covariance, design_effect, NormalEquations(information, gradient),
+                   scatter)
+
+
+def joint_estimate(keypoints: Estimate, depth: Estimate, pose: np.ndarray,
+                   bias: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """
+    Return the pose by both sensors, its covariance, and by how much it follows depth.
+
+    The covariance is A^-1 B A^-1 and that of the bias. A is the information, B the covariance of
+    the gradient by the scatter that each sensor has about its own optimum; the prior is part of
+    both, once.
+
+    :param pose: 4x4, about which both are estimated.
+    :param bias: covariance of the one between them, 6x6.
+    :returns: 4x4, 6x6 and 6x6.
+    """
+    found, covariance, gain = np.empty((4, 4)), np.empty((6, 6)), np.empty((6, 6))
+    kernels.joint_estimate(
+        keypoints.marginal.information, keypoints.marginal.gradient, keypoints.scatter,
+        depth.marginal.information, depth.marginal.gradient, depth.scatter, PRIOR,
+        _SMALLEST_FACTOR, bias, np.ascontiguousarray(pose, np.float64), found, covariance, gain)
+    return found, covariance, gain
