@@ -101,7 +101,7 @@ typedef struct {
   Py_ssize_t count;
 } Kind;
 
-// A number that all blocks are below; -1, with a ValueError, where one has none of the right range.
+// A number that all blocks are below; -1, with a ValueError, where one is out of range.
 static Py_ssize_t end_of_blocks(const Kind *kind) {
   int64_t end = 0;
   for (Py_ssize_t i = 0; i < kind->count; ++i) {
