@@ -20,6 +20,9 @@ from collections.abc import Callable, Iterator
 import cv2
 import numpy as np
 
+from aick_ros.evaluation.scores.consistency import Consistency
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.evaluation.scores.run_errors import RunErrors
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.rgbd import RgbdFrame
@@ -34,7 +37,6 @@ from aick_ros.sources.synthetic.imu import IMU_MODELS
 CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
 SHAKE = np.radians([12.0, 14.0, 6.0]), np.array([3.0, 2.5, 2.8])  # amplitude, frequency [Hz]
 DARK = 3.0, 4.0  # s; the camera turns meanwhile
-OFF = 0.05, np.radians(3.0)  # m and rad: increments beyond are counted
 
 Frames = list[RgbdFrame]
 Motion = Callable[[float], np.ndarray]
@@ -115,14 +117,9 @@ def row(name: str, frames: Frames, truth: Trajectory) -> str:
     translations, rotations = errors.relative()
     ate, rpe, turn = (np.sqrt(np.mean(values ** 2))
                       for values in (errors.positions(), translations, rotations))
-    found = [(se3.difference(now.increment.pose.matrix, se3.inverse(first) @ second),
-              now.increment.pose.covariance)
-             for now, before, first, second in zip(updates[1:], updates, truth.poses,
-                                                   truth.poses[1:])
-             if now.increment is not None and before.status.ok]
-    off = sum(bool(np.linalg.norm(e[:3]) > OFF[0] or np.linalg.norm(e[3:]) > OFF[1])
-              for e, _ in found)
-    nees = np.mean([e @ np.linalg.solve(covariance, e) for e, covariance in found])
+    increments = RunErrors.of([FrameRecord.of(update) for update in updates], truth).accepted
+    off = sum(error.is_wrong for error in increments)
+    nees = Consistency.of(error.nees for error in increments).nees_mean
     lost = sum(not update.status.ok for update in updates)
     true_turn = truth.poses[0][:3, :3].T @ truth.poses[-1][:3, :3]
     end = se3.angle(true_turn.T @ updates[0].T_odom_camera[:3, :3].T

@@ -94,7 +94,8 @@ class Attempts:
         keyframe, last = references.keyframe, references.last
         tracked, registration = self._registrar.track(
             moving, keyframe.prepared, _expected(keyframe, last, motion),
-            seconds(confirmed, prepared.stamp), steady and _expected(keyframe, last, steady))
+            seconds(confirmed, prepared.stamp),
+            None if steady is None else _expected(keyframe, last, steady))
         return tracked, self._checked(tracked, keyframe, registration)
 
     def _moving(self, prepared: PreparedFrame, last: Reference, twist: np.ndarray | None
@@ -114,7 +115,7 @@ class Attempts:
         if references.is_blurred() and not prepared.is_blurred_beside(references.sharp.prepared):
             candidates = chain([references.sharp], candidates)
         for reference in candidates:
-            poses = [each and _expected(reference, references.last, each)
+            poses = [None if each is None else _expected(reference, references.last, each)
                      for each in (motion, steady)]
             yield self._checked(prepared, reference, self._registrar.register(
                 prepared, reference.prepared, poses[0], unconfirmed, poses[1]))
