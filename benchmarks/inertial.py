@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What the gyroscope of an IMU brings, and what one that lies costs.
+What an IMU brings, with and without its gyroscope, and what a gyroscope that lies costs.
 
     python benchmarks/inertial.py SEED...
 
@@ -97,6 +97,16 @@ def with_rates(frames: Frames, change: Rates) -> Frames:
     return [dataclasses.replace(frame, imu=frame.imu and changed(frame.imu)) for frame in frames]
 
 
+def not_measured(rates: np.ndarray) -> np.ndarray:
+    """Return the turn rates of an IMU without a gyroscope."""
+    return np.full_like(rates, np.nan)
+
+
+def without_imu(frames: Frames) -> Frames:
+    """Return frames that have neither turn rates nor accelerations."""
+    return [dataclasses.replace(frame, imu=None) for frame in frames]
+
+
 def in_the_dark(frames: Frames) -> Frames:
     """Return frames of which those of the turn have neither light nor depth."""
     start, end = (frames[0].stamp + round(NANOSECONDS * time) for time in DARK)
@@ -130,16 +140,14 @@ def row(name: str, frames: Frames, truth: Trajectory) -> str:
 
 def rows(seed: int) -> Iterator[str]:
     """Yield the rows of one room."""
-    def none(rates: np.ndarray) -> np.ndarray:
-        return np.full_like(rates, np.nan)
-
     handheld = rendered(seed, 150)
     for name, (frames, truth) in (
             ('handheld', handheld), ('shaken', rendered(seed, 90, after=shaken, shutter=0.01)),
             ('dark turn', rendered(seed, 123, before=turned))):
         if name == 'dark turn':
             frames = in_the_dark(frames)
-        yield row(f'{name}:{seed}, no IMU', with_rates(frames, none), truth)
+        yield row(f'{name}:{seed}, no IMU', without_imu(frames), truth)
+        yield row(f'{name}:{seed}, no gyroscope', with_rates(frames, not_measured), truth)
         yield row(f'{name}:{seed}, with it', frames, truth)
     for name, lie in LIES.items():
         yield row(f'handheld:{seed}, {name}', with_rates(handheld[0], lie), handheld[1])
