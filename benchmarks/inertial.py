@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-What the gyroscope of an IMU brings, and what one that lies costs.
+What an IMU brings, with and without its gyroscope, and what a gyroscope that lies costs.
 
     python benchmarks/inertial.py SEED...
 
@@ -20,6 +20,9 @@ from collections.abc import Callable, Iterator
 import cv2
 import numpy as np
 
+from aick_ros.evaluation.scores.consistency import Consistency
+from aick_ros.evaluation.scores.frame_record import FrameRecord
+from aick_ros.evaluation.scores.run_errors import RunErrors
 from aick_ros.evaluation.scores.trajectory_errors import compare
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.rgbd import RgbdFrame
@@ -34,7 +37,6 @@ from aick_ros.sources.synthetic.imu import IMU_MODELS
 CAMERA = Camera(320, 240, 262.5, 262.5, 159.5, 119.5)
 SHAKE = np.radians([12.0, 14.0, 6.0]), np.array([3.0, 2.5, 2.8])  # amplitude, frequency [Hz]
 DARK = 3.0, 4.0  # s; the camera turns meanwhile
-OFF = 0.05, np.radians(3.0)  # m and rad: increments beyond are counted
 
 Frames = list[RgbdFrame]
 Motion = Callable[[float], np.ndarray]
@@ -95,6 +97,16 @@ def with_rates(frames: Frames, change: Rates) -> Frames:
     return [dataclasses.replace(frame, imu=frame.imu and changed(frame.imu)) for frame in frames]
 
 
+def not_measured(rates: np.ndarray) -> np.ndarray:
+    """Return the turn rates of an IMU without a gyroscope."""
+    return np.full_like(rates, np.nan)
+
+
+def without_imu(frames: Frames) -> Frames:
+    """Return frames that have neither turn rates nor accelerations."""
+    return [dataclasses.replace(frame, imu=None) for frame in frames]
+
+
 def in_the_dark(frames: Frames) -> Frames:
     """Return frames of which those of the turn have neither light nor depth."""
     start, end = (frames[0].stamp + round(NANOSECONDS * time) for time in DARK)
@@ -115,15 +127,9 @@ def row(name: str, frames: Frames, truth: Trajectory) -> str:
     translations, rotations = errors.relative()
     ate, rpe, turn = (np.sqrt(np.mean(values ** 2))
                       for values in (errors.positions(), translations, rotations))
-    poses = dict(zip((truth.stamps / NANOSECONDS).round(3), truth.poses))
-    # of a frame that was not registered to its keyframe it is over a longer time
-    found = [(se3.difference(now.increment.pose.matrix, se3.inverse(
-                  poses[round(now.stamp / NANOSECONDS - now.increment.interval, 3)])
-                  @ poses[round(now.stamp / NANOSECONDS, 3)]), now.increment.pose.covariance)
-             for now in updates if now.increment is not None]
-    off = sum(bool(np.linalg.norm(e[:3]) > OFF[0] or np.linalg.norm(e[3:]) > OFF[1])
-              for e, _ in found)
-    nees = np.mean([e @ np.linalg.solve(covariance, e) for e, covariance in found])
+    increments = RunErrors.of([FrameRecord.of(update) for update in updates], truth).accepted
+    off = sum(error.is_wrong for error in increments)
+    nees = Consistency.of(error.nees for error in increments).nees_mean
     lost = sum(not update.status.ok for update in updates)
     true_turn = truth.poses[0][:3, :3].T @ truth.poses[-1][:3, :3]
     end = se3.angle(true_turn.T @ updates[0].T_odom_camera[:3, :3].T
@@ -134,16 +140,14 @@ def row(name: str, frames: Frames, truth: Trajectory) -> str:
 
 def rows(seed: int) -> Iterator[str]:
     """Yield the rows of one room."""
-    def none(rates: np.ndarray) -> np.ndarray:
-        return np.full_like(rates, np.nan)
-
     handheld = rendered(seed, 150)
     for name, (frames, truth) in (
             ('handheld', handheld), ('shaken', rendered(seed, 90, after=shaken, shutter=0.01)),
             ('dark turn', rendered(seed, 123, before=turned))):
         if name == 'dark turn':
             frames = in_the_dark(frames)
-        yield row(f'{name}:{seed}, no IMU', with_rates(frames, none), truth)
+        yield row(f'{name}:{seed}, no IMU', without_imu(frames), truth)
+        yield row(f'{name}:{seed}, no gyroscope', with_rates(frames, not_measured), truth)
         yield row(f'{name}:{seed}, with it', frames, truth)
     for name, lie in LIES.items():
         yield row(f'handheld:{seed}, {name}', with_rates(handheld[0], lie), handheld[1])

@@ -34,7 +34,8 @@ _SMALLEST_MOTION = 0.001  # rad; smaller displacements of the image show noise a
 _NOISE = 0.83
 """Variance of an increment by noise, as a ratio to what the scatter of the residuals shows.
 
-Neighbours are matched to the keyframe alike: more than its noise is common to both."""
+Neighbours are matched to the keyframe alike: more than its noise is common to both. What keypoints
+and depth differ by has all of its noise, on cameras without a bias rather more."""
 
 _OF_DEPTH = 0.85
 """Share of the biases that are depth's. On rendered cameras all are, on real ones with blur and a
@@ -73,7 +74,7 @@ class IncrementBias:
         if shown is None:
             return motion
         squares = _squares(motion.matrix, depth)
-        expected = _NOISE * shown.covariance + np.diag(self._ratio * squares)
+        expected = shown.covariance + np.diag(self._ratio * squares)
         information = definite.inverse(expected)
         normalised = information @ shown.difference
         square = float(shown.difference @ normalised)

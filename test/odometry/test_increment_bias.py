@@ -20,13 +20,13 @@ SIGMAS = np.array([3e-4, 3e-4, 6e-4, 1e-4, 2e-4, 1e-4])  # of one increment by o
 NOISE = np.diag(SIGMAS ** 2)
 HALF = 0.5 * np.eye(6)
 OWN = PoseWithCovariance(MOTION, 1e-6 * np.eye(6))
-SCATTER = 0.83  # variance of an increment by noise, by what the scatter of residuals shows
+SCATTER = 0.83  # variance of the joint pose by noise, by what the scatter of residuals shows
 
 
 def biased(rng, degrees, noise=NOISE):
     """Return a bias of increments of a camera whose depth is registered wrong by an angle."""
     sigmas = np.radians(degrees) * np.repeat([SHIFT, TURN], 3)
-    return rng.multivariate_normal(np.zeros(6), SCATTER * noise + np.diag(sigmas ** 2))
+    return rng.multivariate_normal(np.zeros(6), noise + np.diag(sigmas ** 2))
 
 
 def learned(differences, covariance=NOISE, motion=OWN):
@@ -96,7 +96,7 @@ def test_a_difference_that_is_not_usual_enlarges_the_covariance_at_once_and_is_f
     rng = np.random.default_rng(8)
     model = learned(biased(rng, 0.5) for _ in range(60))
     ratio = model.ratio
-    size = np.sqrt(SCATTER * np.diag(NOISE) + ratio ** 2 * np.repeat([SHIFT, TURN], 3) ** 2)
+    size = np.sqrt(np.diag(NOISE) + ratio ** 2 * np.repeat([SHIFT, TURN], 3) ** 2)
 
     def added(times):
         return model.add_to(OWN, SensorBias(times * size, NOISE, HALF), DEPTH).covariance
@@ -113,7 +113,7 @@ def test_a_difference_on_the_quantile_is_usual():
     for factor, times in ((0.999, 1.0), (1.0, 1.0), (4.0, 4.0)):
         shown = SensorBias(np.zeros(6), NOISE, HALF)
         usual = IncrementBias().add_to(OWN, shown, DEPTH).covariance
-        sigma = np.sqrt(SCATTER * NOISE[0, 0] + (np.radians(2.0) * SHIFT) ** 2)
+        sigma = np.sqrt(NOISE[0, 0] + (np.radians(2.0) * SHIFT) ** 2)
         shown = SensorBias(np.sqrt(factor * chi2.ppf(0.9, 6)) * sigma * np.eye(6)[0], NOISE, HALF)
         found = IncrementBias().add_to(OWN, shown, DEPTH).covariance
         np.testing.assert_allclose(found, times * usual, rtol=1e-3)
