@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import mmap
 import weakref
@@ -20,7 +19,6 @@ from aick_ros.frames.surface import Surface
 
 _ALIGNMENT = 64  # bytes, of a cache line
 _GRAIN = 1 << 16  # bytes; chosen: frames of one size differ by less, in their keypoints
-_HUGE_PAGE = 1 << 21  # bytes; by definition of x86-64, and of ARM with pages of 4 KiB
 
 
 class Mappings:
@@ -28,35 +26,25 @@ class Mappings:
     Mappings of memory, one for each frame that is kept.
 
     That of a frame which is dropped serves the next one. The system clears the memory that it
-    gives, and finds it page by page, which takes longer than to fill it: where it has huge pages,
-    a mapping consists of them as far as it fills them.
+    gives, which takes longer than to fill it.
     """
 
     def __init__(self) -> None:
-        self._spare: memoryview | None = None
+        self._spare: mmap.mmap | None = None
 
     def take(self, size: int) -> memoryview:
         """Return memory of a size [bytes] or larger; it comes back with the last array in it."""
         memory, self._spare = self._spare, None
         if memory is None or not size <= len(memory) < 2 * (size + _GRAIN):
-            memory = _mapped((size // _GRAIN + 1) * _GRAIN)
+            flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS
+            flags |= getattr(mmap, 'MAP_POPULATE', 0)  # of Linux: all is written, so all at once
+            memory = mmap.mmap(-1, (size // _GRAIN + 1) * _GRAIN, flags=flags)
         owner = (ctypes.c_char * len(memory)).from_buffer(memory)  # lives as long as its views
         weakref.finalize(owner, self._give_back, memory).atexit = False
         return memoryview(owner)
 
-    def _give_back(self, memory: memoryview) -> None:
+    def _give_back(self, memory: mmap.mmap) -> None:
         self._spare = memory
-
-
-def _mapped(size: int) -> memoryview:
-    """Return memory of a size [bytes] in a mapping of its own."""
-    mapping = mmap.mmap(-1, size + _HUGE_PAGE, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
-    start = -ctypes.addressof(ctypes.c_char.from_buffer(mapping)) % _HUGE_PAGE
-    if hasattr(mmap, 'MADV_HUGEPAGE'):
-        with contextlib.suppress(OSError):  # of a system without them
-            mapping.madvise(mmap.MADV_NOHUGEPAGE)  # not even one that is used in part
-            mapping.madvise(mmap.MADV_HUGEPAGE, start, size // _HUGE_PAGE * _HUGE_PAGE)
-    return memoryview(mapping)[start:start + size]
 
 
 def compact(prepared: PreparedFrame, mappings: Mappings) -> PreparedFrame:

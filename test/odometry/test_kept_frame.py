@@ -6,10 +6,8 @@
 import ctypes
 import dataclasses
 import gc
-import mmap
 import pickle
 import weakref
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -115,49 +113,6 @@ def test_a_mapping_ends_unless_it_is_the_last_one_dropped(prepared):
     del mappings
     gc.collect()
     assert not any(memory() for memory in mapped)
-
-
-def taken_by(memory):
-    """Return the memory that the system has given for a mapping, and its huge pages [bytes]."""
-    first = ctypes.addressof(ctypes.c_char.from_buffer(memory))
-    taken = huge = 0
-    for line in Path('/proc/self/smaps').read_text().splitlines():
-        name, *fields = line.split()
-        if not name.endswith(':'):
-            begin, end = (int(number, 16) for number in name.split('-'))
-            is_within = begin < first + len(memory) and first < end
-        elif is_within and name == 'Rss:':
-            taken += 1024 * int(fields[0])
-        elif is_within and name == 'AnonHugePages:':
-            huge += 1024 * int(fields[0])
-    return taken, huge
-
-
-@pytest.mark.skipif(not Path('/proc/self/smaps').exists(), reason='a file of Linux')
-@pytest.mark.parametrize('size', [1 << 19, 5 << 20])
-def test_a_mapping_takes_no_more_than_it_has_though_it_has_huge_pages(size):
-    memory = Mappings().take(size)
-    assert taken_by(memory)[0] <= mmap.PAGESIZE
-    np.frombuffer(memory, np.uint8)[:] = 1
-    taken, huge = taken_by(memory)
-    assert size <= taken <= size + (1 << 17) and huge <= size
-    modes = Path('/sys/kernel/mm/transparent_hugepage/enabled')
-    if not modes.exists() or '[never]' in modes.read_text():
-        assert huge == 0
-
-
-@pytest.mark.parametrize('flaw', ['unknown', 'refused'])
-def test_a_system_without_huge_pages_maps_others(monkeypatch, flaw):
-    class Mapping(mmap.mmap):
-        def madvise(self, *arguments):
-            raise OSError('Invalid argument')
-
-    monkeypatch.setattr(mmap, 'mmap', Mapping)
-    if flaw == 'unknown':
-        monkeypatch.delattr(mmap, 'MADV_HUGEPAGE', raising=False)
-    memory = Mappings().take(3 << 20)
-    np.frombuffer(memory, np.uint8)[:] = 1
-    assert 3 << 20 <= len(memory) <= (3 << 20) + (1 << 16)
 
 
 def test_two_frames_share_no_memory(prepared):
