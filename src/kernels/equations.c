@@ -5,17 +5,13 @@
 
 #include "equations.h"
 
-#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "arrays.h"
-#include "cholesky.h"
 #include "kernels.h"
 #include "processors.h"
-#include "products.h"
-#include "se3.h"
 
 enum { MOST_BLOCKS = 1 << 20 };
 
@@ -94,15 +90,7 @@ static void add_noise(double (*sums)[UNKNOWNS], const char *has, Py_ssize_t size
     noise[i] += products[i] * ((double)blocks / most) * ((double)blocks / least);
 }
 
-// Residuals of one kind, with the blocks of the image that they are from.
-typedef struct {
-  const double *jacobian, *values, *weights;
-  const int64_t *blocks;
-  Py_ssize_t count;
-} Kind;
-
-// A number that all blocks are below; -1, with a ValueError, where one is out of range.
-static Py_ssize_t end_of_blocks(const Kind *kind) {
+Py_ssize_t end_of_blocks(const Kind *kind) {
   int64_t end = 0;
   for (Py_ssize_t i = 0; i < kind->count; ++i) {
     if (kind->blocks[i] < 0 || kind->blocks[i] >= MOST_BLOCKS) {
@@ -114,10 +102,7 @@ static Py_ssize_t end_of_blocks(const Kind *kind) {
   return (Py_ssize_t)end;
 }
 
-// Add the covariance of the gradient by what an error leaves of the residuals, whose blocks are
-// below a number; return false where there is no memory.
-static bool add_gradient_noise(const Kind *kind, Py_ssize_t end, const double *error,
-                               double *noise) {
+bool add_gradient_noise(const Kind *kind, Py_ssize_t end, const double *error, double *noise) {
   double(*sums)[UNKNOWNS] = calloc((size_t)end + 1, sizeof(*sums));
   char *has = calloc((size_t)end + 1, 1);
   const bool is_memory = sums != NULL && has != NULL;
@@ -169,231 +154,5 @@ PyObject *kernel_gradient_noise(PyObject *module, PyObject *arguments) {
   close_arrays(&arrays);
   if (!is_done)
     return NULL;
-  Py_RETURN_NONE;
-}
-
-typedef double Matrix[UNKNOWNS][UNKNOWNS];
-
-// Add the product of two matrices, times a factor, to a third one.
-static void add_square_product(const double *a, const double *b, double factor, Matrix sum) {
-  add_product(a, b, UNKNOWNS, UNKNOWNS, UNKNOWNS, factor, *sum);
-}
-
-// What a bias of the unknowns with a diagonal covariance, marginalised, multiplies equations by:
-// I - A R (I + R A R)^-1 R, R the root of the covariance; NaN where there is none.
-static void find_damping(const Matrix information, double weight, const Matrix bias,
-                         Matrix damping) {
-  double root[UNKNOWNS];
-  Matrix factor, gains = {{0.0}}, seen;
-  for (int i = 0; i < UNKNOWNS; ++i)
-    gains[i][i] = root[i] = sqrt(bias[i][i]);
-  for (int i = 0; i < UNKNOWNS; ++i) {
-    for (int j = 0; j < UNKNOWNS; ++j) {
-      seen[i][j] = weight * information[i][j] * root[j];
-      factor[i][j] = (i == j) + root[i] * seen[i][j];
-      damping[i][j] = i == j;
-    }
-  }
-  if (factorize(*factor, UNKNOWNS))
-    substitute(*factor, UNKNOWNS, *gains, UNKNOWNS);
-  else
-    gains[0][0] = NAN;
-  add_square_product(*seen, *gains, -1.0, damping);
-}
-
-// Equations of a pose, and the covariance of their gradient.
-typedef struct {
-  double (*information)[UNKNOWNS], *gradient, (*noise)[UNKNOWNS];
-} Equations;
-
-// Set the equations of residuals with a weight that see the pose with a bias of a covariance,
-// which is marginalised.
-static void marginalise(const Equations *of, double weight, const Matrix bias, Equations *to) {
-  Matrix damping, transposed, gains = {{0.0}};
-  find_damping(of->information, weight, bias, damping);
-  for (int i = 0; i < UNKNOWNS; ++i) {
-    to->gradient[i] = 0.0;
-    for (int j = 0; j < UNKNOWNS; ++j) {
-      to->gradient[i] += weight * damping[i][j] * of->gradient[j];
-      to->information[i][j] = to->noise[i][j] = 0.0;
-      transposed[j][i] = damping[i][j];
-    }
-  }
-  add_square_product(*damping, *of->information, weight, to->information);
-  add_square_product(*damping, *of->noise, weight * weight, gains);
-  add_square_product(*gains, *transposed, 1.0, to->noise);
-}
-
-static void add(const Matrix one, const Matrix other, Matrix sum) {
-  for (int i = 0; i < UNKNOWNS; ++i)
-    for (int j = 0; j < UNKNOWNS; ++j)
-      sum[i][j] = one[i][j] + other[i][j];
-}
-
-// Set the inverse of a matrix, NaN where it is not positive definite.
-static void invert(const Matrix matrix, Matrix inverse) {
-  Matrix factor;
-  memcpy(factor, matrix, sizeof(factor));
-  const bool is_definite = factorize(*factor, UNKNOWNS);
-  for (int i = 0; i < UNKNOWNS; ++i)
-    for (int j = 0; j < UNKNOWNS; ++j)
-      inverse[i][j] = is_definite ? i == j : NAN;
-  if (is_definite)
-    substitute(*factor, UNKNOWNS, *inverse, UNKNOWNS);
-}
-
-// The estimate of a pose by residuals and a prior.
-typedef struct {
-  double *error, (*covariance)[UNKNOWNS];
-  double design_effect;
-} Estimate;
-
-// Estimate by up to two kinds of residuals, whose blocks are below the numbers given; set their
-// equations too. Return false where there is no memory.
-static bool estimate(const Kind *kinds, const Py_ssize_t *ends, const Matrix prior, Equations *of,
-                     Estimate *to) {
-  Matrix sum, inverse, gains = {{0.0}};
-  for (int k = 0; k < 2; ++k)
-    add_equations(kinds[k].jacobian, kinds[k].values, kinds[k].weights, kinds[k].count,
-                  *of->information, of->gradient);
-  add(of->information, prior, sum);
-  invert(sum, inverse);
-  for (int i = 0; i < UNKNOWNS; ++i) {
-    to->error[i] = 0.0;
-    for (int j = 0; j < UNKNOWNS; ++j)
-      to->error[i] += inverse[i][j] * of->gradient[j];
-  }
-  for (int k = 0; k < 2; ++k)
-    if (!add_gradient_noise(&kinds[k], ends[k], to->error, *of->noise))
-      return false;
-  add(of->noise, prior, sum);
-  to->design_effect = 0.0;
-  for (int i = 0; i < UNKNOWNS; ++i) {
-    for (int j = 0; j < UNKNOWNS; ++j) {
-      to->design_effect += inverse[i][j] * sum[i][j] / UNKNOWNS;
-      to->covariance[i][j] = 0.0;
-    }
-  }
-  add_square_product(*inverse, *sum, 1.0, gains);
-  add_square_product(*gains, *inverse, 1.0, to->covariance);
-  return true;
-}
-
-PyObject *kernel_estimate(PyObject *module, PyObject *arguments) {
-  PyObject *objects[15];
-  double weight;
-  if (!PyArg_ParseTuple(arguments, "OOOOOOOOOdOOOOOO", &objects[0], &objects[1], &objects[2],
-                        &objects[3], &objects[4], &objects[5], &objects[6], &objects[7],
-                        &objects[8], &weight, &objects[9], &objects[10], &objects[11],
-                        &objects[12], &objects[13], &objects[14]))
-    return NULL;
-  const Py_ssize_t size = UNKNOWNS * UNKNOWNS;
-  const Py_ssize_t count = row_count(objects[1]), others = row_count(objects[5]);
-  const Argument needed[] = {
-      {"the jacobian", objects[0], 'd', UNKNOWNS * count, false},
-      {"the values", objects[1], 'd', count, false},
-      {"the weights", objects[2], 'd', count, false},
-      {"the blocks", objects[3], 'q', count, false},
-      {"the other jacobian", objects[4], 'd', UNKNOWNS * others, false},
-      {"the other values", objects[5], 'd', others, false},
-      {"the other weights", objects[6], 'd', others, false},
-      {"the other blocks", objects[7], 'q', others, false},
-      {"the prior", objects[8], 'd', size, false},
-      {"the bias", objects[9], 'd', size, false},
-      {"the error", objects[10], 'd', UNKNOWNS, true},
-      {"the covariance", objects[11], 'd', size, true},
-      {"the marginal information", objects[12], 'd', size, true},
-      {"the marginal gradient", objects[13], 'd', UNKNOWNS, true},
-      {"the marginal noise", objects[14], 'd', size, true},
-  };
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  const Py_buffer *views = arrays.views;
-  const Kind kinds[2] = {
-      {views[0].buf, views[1].buf, views[2].buf, views[3].buf, count},
-      {views[4].buf, views[5].buf, views[6].buf, views[7].buf, others}};
-  Matrix information = {{0.0}}, noise = {{0.0}};
-  double gradient[UNKNOWNS] = {0.0};
-  Equations equations = {information, gradient, noise};
-  Equations marginal = {views[12].buf, views[13].buf, views[14].buf};
-  Estimate found = {views[10].buf, views[11].buf, 0.0};
-  const Py_ssize_t end = end_of_blocks(&kinds[0]);
-  const Py_ssize_t ends[2] = {end, end < 0 ? end : end_of_blocks(&kinds[1])};
-  bool is_done = ends[1] >= 0;
-  if (is_done) {
-    Py_BEGIN_ALLOW_THREADS
-    is_done = estimate(kinds, ends, views[8].buf, &equations, &found);
-    if (is_done)
-      marginalise(&equations, weight, views[9].buf, &marginal);
-    Py_END_ALLOW_THREADS
-    if (!is_done)
-      PyErr_NoMemory();
-  }
-  close_arrays(&arrays);
-  return is_done ? PyFloat_FromDouble(found.design_effect) : NULL;
-}
-
-// The pose by both sensors, its covariance, and by how much it follows the second one.
-typedef struct {
-  double *pose, (*covariance)[UNKNOWNS], (*gain)[UNKNOWNS];
-} Joint;
-
-// Move a pose to the joint estimate by two equations and a prior. A share of the information is
-// added to the covariance of the gradient, and that of a bias to the one of the pose.
-static void join(const Equations *of, const Matrix prior, double share, const Matrix bias,
-                 const double *pose, Joint *to) {
-  Matrix information, scatter, with_prior, inverse, gains = {{0.0}};
-  add(of[0].information, of[1].information, information);
-  add(information, prior, with_prior);
-  invert(with_prior, inverse);
-  add(of[0].noise, of[1].noise, scatter);
-  add(scatter, prior, scatter);
-  double step[UNKNOWNS] = {0.0};
-  for (int i = 0; i < UNKNOWNS; ++i) {
-    for (int j = 0; j < UNKNOWNS; ++j) {
-      step[i] -= inverse[i][j] * (of[0].gradient[j] + of[1].gradient[j]);
-      scatter[i][j] += share * information[i][j];
-      to->covariance[i][j] = bias[i][j];
-      to->gain[i][j] = 0.0;
-    }
-  }
-  perturb(pose, step, to->pose);
-  add_square_product(*inverse, *scatter, 1.0, gains);
-  add_square_product(*gains, *inverse, 1.0, to->covariance);
-  add_square_product(*inverse, *of[1].information, 1.0, to->gain);
-}
-
-PyObject *kernel_joint_estimate(PyObject *module, PyObject *arguments) {
-  PyObject *objects[12];
-  double share;
-  if (!PyArg_ParseTuple(arguments, "OOOOOOOdOOOOO", &objects[0], &objects[1], &objects[2],
-                        &objects[3], &objects[4], &objects[5], &objects[6], &share, &objects[7],
-                        &objects[8], &objects[9], &objects[10], &objects[11]))
-    return NULL;
-  const Py_ssize_t size = UNKNOWNS * UNKNOWNS;
-  const Argument needed[] = {
-      {"the information", objects[0], 'd', size, false},
-      {"the gradient", objects[1], 'd', UNKNOWNS, false},
-      {"the noise", objects[2], 'd', size, false},
-      {"the other information", objects[3], 'd', size, false},
-      {"the other gradient", objects[4], 'd', UNKNOWNS, false},
-      {"the other noise", objects[5], 'd', size, false},
-      {"the prior", objects[6], 'd', size, false},
-      {"the bias", objects[7], 'd', size, false},
-      {"the pose", objects[8], 'd', 16, false},
-      {"the result", objects[9], 'd', 16, true},
-      {"the covariance", objects[10], 'd', size, true},
-      {"the gain", objects[11], 'd', size, true},
-  };
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  const Py_buffer *views = arrays.views;
-  const Equations equations[2] = {{views[0].buf, views[1].buf, views[2].buf},
-                                  {views[3].buf, views[4].buf, views[5].buf}};
-  Joint joint = {views[9].buf, views[10].buf, views[11].buf};
-  join(equations, views[6].buf, share, views[7].buf, views[8].buf, &joint);
-  close_arrays(&arrays);
   Py_RETURN_NONE;
 }

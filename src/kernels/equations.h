@@ -6,6 +6,8 @@
 #ifndef AICK_ROS_EQUATIONS_H
 #define AICK_ROS_EQUATIONS_H
 
+#include <stdint.h>
+
 #include "arrays.h"
 #include "lanes.h"
 
@@ -42,5 +44,19 @@ INLINE void add_squares(const Products *products, double factor, double *matrix)
 // Add the weighted products of rows of a Jacobian with themselves, 6x6, and with their values, 6.
 void add_equations(const double *jacobian, const double *values, const double *weights,
                    Py_ssize_t count, double *information, double *gradient);
+
+// Residuals of one kind, with the blocks of the image that they are from.
+typedef struct {
+  const double *jacobian, *values, *weights;
+  const int64_t *blocks;
+  Py_ssize_t count;
+} Kind;
+
+// A number that all blocks are below; -1, with a ValueError, where one is out of range.
+Py_ssize_t end_of_blocks(const Kind *kind);
+
+// Add the covariance of the gradient by what an error leaves of the residuals, whose blocks are
+// below a number; return false where there is no memory.
+bool add_gradient_noise(const Kind *kind, Py_ssize_t end, const double *error, double *noise);
 
 #endif
