@@ -3,6 +3,7 @@
 
 """Rendered places that are seen again, and places that only look alike."""
 
+import cv2
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -113,6 +114,9 @@ def test_the_accumulated_covariance_shrinks_when_a_place_is_seen_again(walked):
     others, along_correction = ratios[found:, :5], ratios[found:, 5]
     assert (others < 1.0).all()
     assert along_correction[-1] < along_correction[0]
+    if int(cv2.__version__.split('.')[0]) >= 5:  # by keypoints of OpenCV 4 fewer places are found
+        assert (others[-1] < 0.7).all()
+        assert along_correction[-1] < min(0.85 * along_correction[0], 1.1)
 
 
 def lookalike_room():

@@ -182,16 +182,14 @@ def test_the_coarse_step_is_the_one_of_wider_weights_in_rays_and_depth(small_pai
     views, first = look(settings, (source, target)), se3.perturbed(truth, OFF)
     tracks = Tracker(settings.refinement, settings.sensor).track(*views, first)
 
-    def steps(coarse, wider=1.0):
+    def step(coarse, wider=1.0):
         wide = dataclasses.replace(settings.refinement,
                                    robust_width=wider * settings.refinement.robust_width)
         return _Problem(*views, tracks, wide, settings.sensor, MeasuredNoise()).step(
             first, coarse)[1]
 
-    coarse, wide, fine = steps(True), steps(False, _COARSE_WIDTH), steps(False)
-    for each, other in zip(coarse, wide):
-        np.testing.assert_allclose(each, other)
-    assert np.linalg.norm(coarse[1] - fine[1]) > 1e-4
+    np.testing.assert_allclose(step(coarse=True), step(coarse=False, wider=_COARSE_WIDTH))
+    assert np.linalg.norm(step(coarse=True) - step(coarse=False)) > 1e-4
 
 
 def test_keypoints_alone_have_no_bias(small_pair):
@@ -400,7 +398,7 @@ def test_where_few_keypoints_are_found_they_are_sought_again_from_the_better_pos
     """
     From a first pose with a large error few are found; the refined one rests on more than these.
 
-    Without another search it would rest on fewer. How many more depends on the better pose.
+    Without another search it would rest on fewer. From some it rests on a quarter more.
     """
     settings = with_values(SETTINGS, {'features.orb.fast_threshold': threshold})
     source, target, truth = rendered(3, 0, 8)
@@ -411,10 +409,14 @@ def test_where_few_keypoints_are_found_they_are_sought_again_from_the_better_pos
     few = [(first, count) for first, count in zip(firsts, counts)
            if count < 0.6 * len(source.keypoints)]  # of which fewer agree
     assert few, counts
+    more = []
     for first, count in few:
         refined = refine(settings, source, target, first)
-        assert len(refined.tracked) > count
+        more.append(len(refined.tracked) / count)
         assert np.linalg.norm(error_of(refined.T_target_source, truth)[:3]) < 0.002
+    # keypoints of OpenCV 4 are others: of them more are found at once
+    assert min(more) > 1.0 and max(more) > (1.25 if int(cv2.__version__.split('.')[0]) >= 5
+                                            else 1.15)
 
 
 def test_the_bias_is_the_pose_by_keypoints_less_the_one_by_depth():
