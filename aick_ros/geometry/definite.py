@@ -41,9 +41,14 @@ def solve(matrix: np.ndarray, sides: np.ndarray) -> np.ndarray:
     return np.linalg.solve(matrix, sides) if solution is None else solution
 
 
+def is_definite(matrix: np.ndarray) -> bool:
+    """Return whether a matrix, NxN, is positive definite."""
+    return kernels.solve_definite(np.ascontiguousarray(matrix), _NO_SIDES, 0)
+
+
 def nonnegative(covariance: np.ndarray) -> np.ndarray:
     """Return a covariance, NxN, without variances that rounding has left just below zero."""
-    if kernels.solve_definite(np.ascontiguousarray(covariance), _NO_SIDES, 0):
+    if is_definite(covariance):
         return covariance
     variances, axes = np.linalg.eigh(covariance)
     rounded: np.ndarray = axes * np.maximum(variances, 0.0) @ axes.T

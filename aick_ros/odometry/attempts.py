@@ -11,7 +11,6 @@ from itertools import chain
 
 import numpy as np
 
-from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry import se3
@@ -104,7 +103,7 @@ class Attempts:
         if not self._expected.is_known(last.stamp, prepared.stamp, twist):
             return prepared, None
         if twist is not None:
-            prepared = replaced(prepared, twist=self._expected.twist_at(prepared.stamp, twist))
+            prepared = prepared.moving(self._expected.twist_at(prepared.stamp, twist))
         return prepared, self._expected.between(last.stamp, prepared.stamp, twist)
 
     def _by_keypoints(self, prepared: PreparedFrame, references: References,

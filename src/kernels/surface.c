@@ -206,7 +206,7 @@ static inline double sum_about(const double *n) { return sum(n[-2], n[-1], n[0],
 // Fit planes about the cells of a row; nothing is known of the cells at its ends.
 FOR_EACH_PROCESSOR
 static void fit_row(const Row *row, Py_ssize_t width, double level, float *restrict roughness) {
-  const double share = 1.0 / (SIDE * SIDE);                 // of one cell
+  const double share = 1.0 / (SIDE * SIDE);                   // of one cell
   const double by_spread = 1.0 / (SIDE * 2.0 * (1.0 + 4.0));  // of columns, or rows
   const double *restrict values = row->values, *restrict slopes = row->slopes;
   const double *restrict squares = row->squares;

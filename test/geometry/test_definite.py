@@ -52,6 +52,11 @@ def test_what_is_not_finite_is_not_positive_definite(number):
     assert definite.solved(matrix, np.ones(6)) is None
 
 
+@pytest.mark.parametrize('smallest, is_definite', [(1e-3, True), (-1e-3, False), (np.nan, False)])
+def test_a_matrix_is_definite_where_its_smallest_eigenvalue_is_positive(smallest, is_definite):
+    assert definite.is_definite(matrix_of(6, smallest)) is is_definite
+
+
 def test_variances_just_below_zero_are_rounded_to_it():
     covariance = matrix_of(6, -1e-12)
     rounded = definite.nonnegative(covariance)

@@ -38,6 +38,9 @@ class View:
     def is_blurred_beside(self, other):
         return self.sharpness < other.sharpness
 
+    def moving(self, twist):
+        return dataclasses.replace(self, twist=twist)
+
 
 class Registrar:
     """Confirms by tracks what is not in doubt, and records what it was given."""

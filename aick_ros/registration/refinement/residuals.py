@@ -242,8 +242,8 @@ def _observable_projection(information: np.ndarray, noise: np.ndarray) -> np.nda
     :returns: 6x6; None, where all directions are observed.
     """
     information = information + _REGULARIZATION
-    if definite.solved(_SHARE_OBSERVED * information - noise, np.empty((6, 0))) is not None:
-        return None  # positive definite: all shares are smaller
+    if definite.is_definite(_SHARE_OBSERVED * information - noise):  # all shares are smaller
+        return None
     root = np.linalg.cholesky(information)
     shares, directions = np.linalg.eigh(
         np.linalg.solve(root, np.linalg.solve(root, noise).T))
