@@ -38,6 +38,7 @@ from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
+from aick_ros.registration.systematic_error import errors_of_stamps
 from aick_ros.settings import Settings
 
 
@@ -399,10 +400,15 @@ class Odometry:
         last = references.last
         motion = self._increment_bias.add_to(
             *last.motion_to(attempt.seen), last.prepared.scene_depth)
-        increment = Increment(motion, seconds(last.stamp, prepared.stamp))
+        interval = seconds(last.stamp, prepared.stamp)
         if attempt.registration.is_by_depth:
-            return increment
-        return self._expected.joined_increment(increment, last.stamp, prepared.stamp)
+            return Increment(motion, interval)
+        change = (np.zeros(6) if self._twist is None else
+                  se3.log(motion.matrix) / interval - self._twist)
+        timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change)
+        motion = PoseWithCovariance(motion.matrix, motion.covariance + timing)
+        return self._expected.joined_increment(Increment(motion, interval), last.stamp,
+                                               prepared.stamp)
 
     def _lose(self, prepared: PreparedFrame, failure: Attempt,
               references: References) -> OdometryUpdate:

@@ -33,8 +33,8 @@ class Reference:
 
     :param pose: ``T_odom_camera`` of the image, whenever it was taken: errors of stamps do not
         add up from image to image.
-    :param in_keyframe: ``T_keyframe_camera`` as registered, with the covariance of all but
-        biases; the identity, without error, if the frame is a keyframe itself. By
+    :param in_keyframe: ``T_keyframe_camera`` of the two images as registered, with the covariance
+        of all but biases; the identity, without error, if the frame is a keyframe itself. By
         depth alone, the pose in the frame whose depth it was registered to.
     :param bias: between keypoints and depth, of that registration; None where it has none.
     """
@@ -52,19 +52,20 @@ class Reference:
     def motion_to(self, registration: Registration
                   ) -> tuple[PoseWithCovariance, SensorBias | None]:
         """
-        Return the motion from this frame to another one registered to the same keyframe.
+        Return the motion from this image to another one registered to the same keyframe.
 
         The noise of the keyframe is in both registrations, about half of each variance, and
         cancels. The bias that both have in common is not in the difference of their biases either.
         From the keyframe itself one registration shows the bias, so that an unusual one counts.
 
         :param registration: of the other frame, ``T_keyframe_camera``.
-        :returns: ``T_camera0_camera1``, with the covariance of all but the bias, and the
-            difference of the two biases in the same axes; None where one of them is not known.
+        :returns: ``T_camera0_camera1``, with the covariance of all but the bias and errors of
+            stamps, and the difference of the two biases in the same axes; None where one of them
+            is not known.
         """
         if not self.in_keyframe.covariance.any():
-            known = registration.pose if registration.bias is None else registration.varying_pose
-            return known, registration.bias
+            return (registration.image_pose if registration.bias is None
+                    else registration.varying_pose), registration.bias
         motion = registration.unbiased_pose.relative_to(self.in_keyframe)
         bias = None
         if self.bias is not None and registration.bias is not None:

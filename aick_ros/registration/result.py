@@ -134,14 +134,16 @@ class Registration:
 
     @cached_property
     def varying_pose(self) -> PoseWithCovariance:
-        """``T_target_source`` with the covariance of all but the systematic error."""
-        return PoseWithCovariance(self.T_target_source, self.covariance - self.systematic)
+        """``T_target_source`` of the two images, with the covariance of what they do not share."""
+        return PoseWithCovariance(self.T_target_source,
+                                  self.covariance - self.timing - self.systematic)
 
     @cached_property
     def unbiased_pose(self) -> PoseWithCovariance:
-        """``T_target_source`` with the covariance of all but biases, expected or unusual."""
-        return PoseWithCovariance(self.T_target_source,
-                                  self.covariance - self.systematic - self.unusual)
+        """``T_target_source`` of the two images, with the covariance of all but biases."""
+        return PoseWithCovariance(
+            self.T_target_source,
+            self.covariance - self.timing - self.systematic - self.unusual)
 
 
 def failed(status: Status, reason: str, iterations: int = 0) -> Registration:

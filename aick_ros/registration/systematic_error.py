@@ -72,15 +72,10 @@ class SystematicError:
         if not registration.status.ok:
             return registration
         motion, interval = registration.T_target_source, seconds(target.stamp, source.stamp)
-        rates, change = np.zeros((2, 6)), np.zeros(6)
-        if interval != 0.0:  # else no velocity is known
-            rates = _rates(motion, interval, source.twist, target.twist)
-            if expected is not None:
-                change = se3.difference(motion, expected) / min(elapsed, abs(interval))
-        changes = _squares(change)
-        jitter = max(source.stamp_jitter, target.stamp_jitter)
-        timing = (_stamp_sigma(jitter) ** 2 * rates.T @ rates
-                  + _along_any_axis(_latency_sigma(jitter) ** 2 / 3 * changes))
+        change = np.zeros(6)
+        if expected is not None and interval != 0.0:
+            change = se3.difference(motion, expected) / min(elapsed, abs(interval))
+        timing = errors_of_stamps(motion, source, target, change)
         # an error of the delay shifts the motion by this change, and in no other direction; so
         # does a velocity that lags
         along_change = np.outer(change, change)
@@ -102,6 +97,24 @@ class SystematicError:
     def _learn(self, bias: SensorBias) -> None:
         self._count = min(self._count + 1, _MEMORY)
         self._normalised += (bias.normalised - self._normalised) / self._count
+
+
+def errors_of_stamps(motion: np.ndarray, source: PreparedFrame, target: PreparedFrame,
+                     change: np.ndarray) -> np.ndarray:
+    """
+    Return the covariance that errors of two stamps add to a motion, 6x6.
+
+    :param motion: ``T_target_source`` as the images show it, 4x4.
+    :param change: of the velocity since it was measured [m/s, rad/s].
+    """
+    jitter = max(source.stamp_jitter, target.stamp_jitter)
+    interval = seconds(target.stamp, source.stamp)
+    rates = (np.zeros((2, 6)) if interval == 0.0  # no velocity is known
+             else _rates(motion, interval, source.twist, target.twist))
+    covariance: np.ndarray = (
+        _stamp_sigma(jitter) ** 2 * rates.T @ rates
+        + _along_any_axis(_latency_sigma(jitter) ** 2 / 3 * _squares(change)))
+    return covariance
 
 
 def _rates(motion: np.ndarray, interval: float, source: np.ndarray | None,

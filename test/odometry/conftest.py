@@ -73,6 +73,7 @@ class Parts:
     start = any_pose()
     """The level pose of the first frame."""
     time_to_rest = 0.25
+    stamp_jitter = 0.0
 
     def __init__(self):
         self.made, self.log, self.count = [], [], 40
@@ -123,7 +124,8 @@ class Parts:
         keypoints = KeypointFrame(
             frame.stamp, np.full((count, 3), 2.0, np.float32), np.zeros((count, 32), np.uint8),
             np.tile(np.eye(3, dtype=np.float32), (count, 1, 1)), np.zeros((count, 2), np.float32))
-        return PreparedFrame(frame, keypoints, frame.grey, **values)
+        return PreparedFrame(frame, keypoints, frame.grey, stamp_jitter=self.stamp_jitter,
+                             **values)
 
     def asked(self, name, method):
         """Return the arguments of all questions of a kind, oldest first."""

@@ -9,7 +9,7 @@ import pytest
 from aick_ros.errors import InputError
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.geometry import se3
-from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.effort import Effort
 from aick_ros.registration.result import Evidence
@@ -253,6 +253,22 @@ def test_an_increment_is_since_the_last_frame_with_the_terms_of_sensors(
     assert_same(seen.pose, last.motion_to(parts.attempt.seen)[0])
     assert seen.interval == update.increment.interval == pytest.approx(0.1)
     assert_same(update.increment.pose, seen.pose @ parts.with_terms)
+
+
+def test_an_increment_has_the_errors_of_its_two_stamps(parts, tracked, attempt_to):
+    """Of 5 ms each along the motion, and of 16 ms in common by what the velocity changes."""
+    parts.stamp_jitter = 0.004
+    tracked(attempt_to(), attempt_to())
+    last = parts.asked('KeyframeChoice', 'advance')[0][1]
+    (before, *_), (seen, *_) = parts.asked('ExpectedMotion', 'joined_increment')
+    twist = Increment(before.pose @ parts.with_terms, before.interval).twist
+    of_images = last.motion_to(parts.attempt.seen)[0].covariance
+    velocity = se3.difference(seen.pose.matrix, np.eye(4)) / seen.interval
+    changes = np.square(seen.twist - twist).reshape(2, 3).sum(1)
+    np.testing.assert_allclose(
+        seen.pose.covariance - of_images,
+        2 * 0.005 ** 2 * np.outer(velocity, velocity)
+        + 0.016 ** 2 / 3 * np.diag(changes.repeat(3)), atol=1e-12)
 
 
 def test_registered_to_another_frame_the_increment_is_that_registration(

@@ -107,6 +107,19 @@ def test_the_bias_of_a_motion_is_what_the_two_kinds_say_of_it(poses):
                                atol=1e-12)
 
 
+def test_images_do_not_know_errors_of_their_stamps(poses):
+    """To the keyframe, whose bias is known or not, and between two frames of it."""
+    noise, stamps = 1e-6 * np.eye(6), np.diag(np.arange(6.0))
+    first, second = (PoseWithCovariance(pose, noise) for pose in poses)
+    bias = drawn_bias(np.random.default_rng(3))
+    for before in (Reference(VIEW, ORIGIN, first), Reference(VIEW, ORIGIN)):
+        for of_bias in (None, bias):
+            plain = registered_at(second, bias=of_bias)
+            late = dataclasses.replace(plain, covariance=plain.covariance + stamps, timing=stamps)
+            np.testing.assert_allclose(before.motion_to(late)[0].covariance,
+                                       before.motion_to(plain)[0].covariance, atol=1e-12)
+
+
 @pytest.mark.parametrize('known', [0, 1])
 def test_of_one_bias_alone_none_of_the_motion_is_known(poses, known):
     first, second = (PoseWithCovariance(pose, np.eye(6)) for pose in poses)

@@ -40,8 +40,9 @@ def registration():
 
 
 def test_poses_have_the_covariance_less_what_does_not_apply(registration):
-    parts = {'pose': 0.0, 'image_pose': np.diag(np.arange(6.0)), 'varying_pose': 2 * COVARIANCE,
-             'unbiased_pose': 2.5 * COVARIANCE}
+    timing = np.diag(np.arange(6.0))
+    parts = {'pose': 0.0, 'image_pose': timing, 'varying_pose': timing + 2 * COVARIANCE,
+             'unbiased_pose': timing + 2.5 * COVARIANCE}
     for name, part in parts.items():
         pose = getattr(registration, name)
         np.testing.assert_array_equal(pose.matrix, registration.T_target_source)
