@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -19,10 +19,18 @@ from aick_ros.geometry.stamps import seconds
 from aick_ros.odometry.expected_motion import ExpectedMotion
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.reference import Reference, References
+from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.result import Evidence, Registration
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
+
+KnownViews = Callable[[Reference, np.ndarray], Sequence[KnownView]]
+"""Returns the views beside a reference, by it and the pose expected of a frame in it, 4x4."""
+
+
+def _no_views(reference: Reference, T_reference_frame: np.ndarray) -> Sequence[KnownView]:
+    return ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +63,7 @@ class Attempts:
         self._expected = expected
 
     def of(self, prepared: PreparedFrame, references: References, twist: np.ndarray | None,
-           confirmed: int) -> Iterator[Attempt]:
+           confirmed: int, views: KnownViews = _no_views) -> Iterator[Attempt]:
         """
         Yield registrations of a frame, until one is accepted: by keypoints, then by depth alone.
 
@@ -63,6 +71,7 @@ class Attempts:
 
         :param twist: body velocity at the last tracked frame [m/s, rad/s]; None: unknown.
         :param confirmed: stamp of the last frame that was registered by keypoints [ns].
+        :param views: what is known beside a reference, where the frame is expected in it.
         """
         prepared, motion = self._moving(prepared, references.last, twist)
         unconfirmed = seconds(confirmed, prepared.stamp)
@@ -75,7 +84,7 @@ class Attempts:
                 else:
                     yield attempt
         if motion is not None:
-            yield from self._by_depth(prepared, references, motion, confirmed)
+            yield from self._by_depth(prepared, references, motion, confirmed, views)
         yield from doubtful
 
     def by_tracking(self, prepared: PreparedFrame, references: References,
@@ -120,14 +129,16 @@ class Attempts:
                 prepared, reference.prepared, expected, unconfirmed, at_constant_velocity))
 
     def _by_depth(self, prepared: PreparedFrame, references: References,
-                  motion: PoseWithCovariance, confirmed: int) -> Iterator[Attempt]:
+                  motion: PoseWithCovariance, confirmed: int,
+                  views: KnownViews) -> Iterator[Attempt]:
         blind = PoseWithCovariance(
             motion.matrix, self._expected.between(confirmed, prepared.stamp, None).covariance)
         for reference in references.shapes():
             T_reference_last = _from(reference, references.last)
+            expected = T_reference_last @ motion
             yield self._checked(prepared, reference, self._registrar.register_depth(
-                prepared, reference.prepared, T_reference_last @ motion,
-                (T_reference_last @ blind).covariance))
+                prepared, reference.prepared, expected, (T_reference_last @ blind).covariance,
+                views(reference, expected.matrix)))
 
     def _checked(self, prepared: PreparedFrame, reference: Reference,
                  seen: Registration) -> Attempt:

@@ -18,6 +18,7 @@ from aick_ros.odometry.keyframe_graph import KeyframeGraph
 from aick_ros.odometry.keyframe_search import KeyframeSearch, candidates, view_distances
 from aick_ros.odometry.pose_correction import PoseCorrection
 from aick_ros.odometry.reference import Reference
+from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.registrar import Registrar
 from aick_ros.settings import Settings
 
@@ -135,6 +136,19 @@ class KeyframeMemory:
             se3.transform(se3.inverse(T_odom_camera) @ T_odom_keyframe,
                           self._frames[key].keypoints.positions)
             for key, T_odom_keyframe in zip(self._graph.keys, self._graph.matrices)])
+
+    def views_beside(self, T_newest_target: np.ndarray, count: int) -> list[KnownView]:
+        """
+        Return the keyframes whose views are nearest to that of a frame, some at most.
+
+        :param T_newest_target: pose of the frame in the newest keyframe, 4x4.
+        """
+        T_odom_target = self._graph.pose(self._newest).matrix @ T_newest_target
+        poses = self._graph.matrices
+        apart = view_distances(poses, T_odom_target[None], self._settings.odometry)[:, 0]
+        return [KnownView(self._frames[self._graph.keys[row]],
+                          se3.inverse(poses[row]) @ T_odom_target)
+                for row in np.argsort(apart, kind='stable')[:count]]
 
     def _add(self, keyframe: Reference, detour: np.ndarray) -> None:
         """Add a keyframe to the graph."""

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import dataclasses
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from aick_ros.odometry.inertial.gravity import Gravity
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
 from aick_ros.odometry.keyframe_choice import KeyframeChoice
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
+from aick_ros.odometry.known_views import known_views
 from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.other_odometry import OtherOdometry, Predict, no_odometry
 from aick_ros.odometry.plane import Plane
@@ -310,8 +312,10 @@ class Odometry:
         if self._references is None or self._memory is None:
             return self._start(prepared)
         failures = []
+        views = partial(known_views, self._references, self._memory,
+                        settings=self._settings.odometry)
         for attempt in self._attempts.of(prepared, self._references, self._twist,
-                                         self._confirmed):
+                                         self._confirmed, views):
             if attempt.status.ok:
                 return self._track(prepared, attempt, self._references, self._memory)
             failures.append(attempt)
@@ -401,14 +405,14 @@ class Odometry:
         motion = self._increment_bias.add_to(
             *last.motion_to(attempt.seen), last.prepared.scene_depth)
         interval = seconds(last.stamp, prepared.stamp)
-        if attempt.registration.is_by_depth:
-            return Increment(motion, interval)
         change = (np.zeros(6) if self._twist is None else
                   se3.log(motion.matrix) / interval - self._twist)
         timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change)
-        motion = PoseWithCovariance(motion.matrix, motion.covariance + timing)
-        return self._expected.joined_increment(Increment(motion, interval), last.stamp,
-                                               prepared.stamp)
+        increment = Increment(
+            PoseWithCovariance(motion.matrix, motion.covariance + timing), interval)
+        if attempt.registration.is_by_depth:
+            return increment
+        return self._expected.joined_increment(increment, last.stamp, prepared.stamp)
 
     def _lose(self, prepared: PreparedFrame, failure: Attempt,
               references: References) -> OdometryUpdate:

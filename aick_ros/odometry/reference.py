@@ -22,6 +22,8 @@ _OWN_NOISE = 0.5  # derived: share of the variance of a registration that is not
 
 _LONGEST_BLUR = 5.0  # s; chosen: what stays blurred for longer is how the camera sees
 
+_EARLIER_SHAPES = 4  # chosen: shapes of one darkness that are remembered
+
 _MAX_ATTEMPTS = 3
 """Most registrations per frame, chosen: one that fails costs about 45 ms, mostly in AICK."""
 
@@ -81,7 +83,7 @@ class References:
 
     While frames are registered by depth alone the keyframe stays, for keypoints that are seen
     again. The shape is what they are registered to: the last frame with keypoints, and where that
-    is out of view a later one; None while there are keypoints.
+    is out of view a later one; None while there are keypoints. The shapes before it are kept too.
 
     While the image is blurred, blurred frames may have to be keyframes. The last one that was
     sharp is kept: what is seen after the blur is registered to what was seen before it.
@@ -92,6 +94,7 @@ class References:
     def __init__(self, first: Reference) -> None:
         self.keyframe = self.last = self.sharp = first
         self.shape: Reference | None = None
+        self.earlier_shapes: deque[Reference] = deque(maxlen=_EARLIER_SHAPES)
         self._earlier: deque[Reference] = deque(maxlen=_EARLIER_FRAMES)
         self._lost: Reference | None = None
         self._turn = 0
@@ -106,10 +109,13 @@ class References:
                 and keyframe.prepared.is_blurred_beside(self.sharp.prepared)):
             self.sharp = keyframe
         self.keyframe, self.last, self.shape = keyframe, last, None
+        self.earlier_shapes.clear()
         self._lost, self._turn = None, 0
 
     def track_shape(self, last: Reference, shape: Reference) -> None:
         """Advance to a frame that was registered to the depth image of another."""
+        if self.shape is not None and shape is not self.shape:
+            self.earlier_shapes.append(self.shape)
         self.last, self.shape = last, shape
         self._lost, self._turn = None, 0
 

@@ -16,7 +16,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.preparation import Preparer
 
-_CACHED_FRAMES = 4  # chosen: those that a frame is registered to
+_CACHED_FRAMES = 8  # chosen: those that a frame is registered to, in the dark several at once
 
 
 class CommonDistortion:

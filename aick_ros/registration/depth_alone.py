@@ -8,9 +8,14 @@ Point-to-plane distances hold the camera in all directions in which the scene ha
 with furniture in all six, a single wall along its normal and in two rotations. The rest is left
 to the motion that is expected, with its covariance. The expected motion is part of the same
 least-squares problem, so no threshold decides which directions count as observed.
+
+Chains of registrations drift, the faster the less of a view the next one shows. So earlier views
+of the same take part too, as a map would: each frame is held where all of them see it.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -19,12 +24,11 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import CELL, FINE_CELL, Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
+from aick_ros.registration.depth_pair import DepthPair, KnownView
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
 from aick_ros.registration.refinement.misalignment import Correction, Displacement, Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
-from aick_ros.registration.refinement.residuals import (
-    NormalEquations, Residuals, gradient_noise, point_to_plane)
 from aick_ros.registration.result import Evidence, Registration, failed
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
@@ -33,9 +37,13 @@ _MOST_STEPS = 12  # chosen: planes are associated anew in each
 _SMALLEST_STEP = 1e-4  # m and rad; chosen: a smaller step ends the iteration
 _FEWEST_POINTS = 300  # chosen: with fewer the depth image has too many holes
 _MIN_OVERLAP = 0.5  # chosen on rendered rooms: share of the points that must lie on a plane
-_LARGEST_RESIDUAL = 4.0  # chosen: in standard deviations of the noise, of a point on its plane
-_CACHED_FRAMES = 4  # derived: the frame, the shape, the last frame, and one in reserve
-_SMALLEST_FACTOR = 0.01  # chosen: floor of the variance, as a ratio to that by the sensor's noise
+_SHARED_BOUNDS = 0.3, 0.6
+"""Share of the points that another view shows, where the frame is expected. Up to the first it has
+no part, from the second on a whole one, linear in between, so that none comes or goes at once.
+Chosen on an excerpt of a real recording and six rendered rooms."""
+
+_CACHED_FRAMES = 12  # chosen: the frame, the shape, the last frame, and views that come and go
+_COARSE, _FINE = 0, 1  # by definition: the surfaces of a frame
 
 
 class DepthAlone:
@@ -54,7 +62,8 @@ class DepthAlone:
         self._surfaces = LastResults(self._new_surfaces, _CACHED_FRAMES)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
-                 expected: PoseWithCovariance, unobserved: np.ndarray) -> Registration:
+                 expected: PoseWithCovariance, unobserved: np.ndarray,
+                 others: Sequence[KnownView] = ()) -> Registration:
         """
         Return the pose of the source in the target by depth and by the motion expected.
 
@@ -63,28 +72,55 @@ class DepthAlone:
         :param expected: ``T_target_source`` by the motion model since the last frame.
         :param unobserved: 6x6, the covariance of the pose if no frame had been registered since
             keypoints were last seen.
+        :param others: views beside the target; those that show much of the same have a part too.
         """
         if source.surface is None or target.surface is None:
             return failed(Status.TOO_FEW_KEYPOINTS, '0 points with depth')
-        (surface, of_source), (other, of_target) = map(
-            self._surfaces, (source.corrected, target.corrected))
+        surface = self._surfaces(source.corrected)[_COARSE]
         count = len(surface.chosen)
         if count < _FEWEST_POINTS:
             return failed(Status.TOO_FEW_KEYPOINTS, f'{count} points with depth')
-        correction = _correction(source, target, self._misalignment.misalignment)
-        coarse = _Depth(surface, other, correction, self._settings)
-        fine = _Depth(of_source, of_target, correction, self._settings)
-        problem = _Problem(fine, expected)
-        pose = problem.solve(_Problem(coarse, expected).solve(expected.matrix))
-        overlap = coarse.overlap(pose)
+        views = [(KnownView(target, np.eye(4)), 1.0),
+                 *self._weighted(source, others, expected.matrix)]
+        coarse, fine = ([self._pair(source, view, of, weight) for view, weight in views]
+                        for of in (_COARSE, _FINE))
+        pose = _solve(fine, expected, _solve(coarse, expected, expected.matrix))
+        overlap = coarse[0].overlap(pose)
         reason = f'by depth alone, {overlap:.0%} of {count} points'
         if overlap < _MIN_OVERLAP:
             return failed(Status.TOO_FEW_MATCHES, reason)
         bias = self._noise.expected(
             _displacement(surface, pose, source.frame.camera.fx)).bias
         return Registration(
-            Status.OK, reason, pose, problem.covariance(pose, unobserved) + bias,
+            Status.OK, reason, pose, fine[0].covariance(pose, unobserved) + bias,
             np.empty((0, 2), np.intp), 0, evidence=Evidence.DEPTH_ALONE, overlap=overlap)
+
+    def _weighted(self, source: PreparedFrame, views: Sequence[KnownView],
+                  T_target_source: np.ndarray) -> Iterator[tuple[KnownView, float]]:
+        """
+        Yield the views that show much of what a frame does, and their weights.
+
+        Surfaces take time to be made: with each frame those of one more view alone.
+        """
+        none_is_new = True
+        nothing, all_of_it = _SHARED_BOUNDS
+        for view in views:
+            is_known = self._surfaces.knows(view.prepared.corrected)
+            if view.prepared.surface is None or not (is_known or none_is_new):
+                continue
+            none_is_new &= is_known
+            shared = self._pair(source, view, _COARSE).overlap(T_target_source)
+            if shared > nothing:
+                yield view, min((shared - nothing) / (all_of_it - nothing), 1.0)
+
+    def _pair(self, source: PreparedFrame, view: KnownView, of: int,
+              weight: float = 1.0) -> DepthPair:
+        """Return the depth of two frames, of their coarse or their fine surfaces."""
+        return DepthPair(
+            self._surfaces(source.corrected)[of], self._surfaces(view.prepared.corrected)[of],
+            view.T_view_target,
+            _correction(source, view.prepared, self._misalignment.misalignment), self._settings,
+            weight)
 
     def _new_surfaces(self, frame: RgbdFrame) -> tuple[Surface, Surface]:
         """Return the coarse and the fine surface of a frame."""
@@ -94,63 +130,21 @@ class DepthAlone:
         return coarse, fine
 
 
-class _Depth:
-    """
-    A pair of depth images.
-
-    :param correction: of both, by their motion and the misalignment of the camera.
-    """
-
-    def __init__(self, source: Surface, target: Surface, correction: Correction,
-                 settings: Settings) -> None:
-        self._source, self._target, self._correction = source, target, correction
-        self._sensor, self._settings = settings.sensor, settings.refinement
-
-    def residuals(self, pose: np.ndarray) -> Residuals:
-        """Return the distances of the source's points from planes of the target, whitened."""
-        return point_to_plane(self._source, self._target, pose, self._sensor,
-                              self._settings.robust_width, self._settings.reach,
-                              self._correction)
-
-    def overlap(self, pose: np.ndarray) -> float:
-        """Return the share of the source's points that lie on planes of the target."""
-        on_planes = np.abs(self.residuals(pose).values) < _LARGEST_RESIDUAL
-        return float(np.count_nonzero(on_planes)) / len(self._source.chosen)
-
-
-class _Problem:
-    """The least-squares problem of one pair of depth images."""
-
-    def __init__(self, depth: _Depth, expected: PoseWithCovariance) -> None:
-        self._depth, self._expected = depth, expected
-        self._prior = np.linalg.inv(expected.covariance)
-
-    def solve(self, pose: np.ndarray) -> np.ndarray:
-        """Return the pose at the minimum near a first one, 4x4."""
-        for _ in range(_MOST_STEPS):
-            equations = NormalEquations.of([self._depth.residuals(pose)])
-            deviation = se3.difference(pose, self._expected.matrix)
-            step = -np.linalg.solve(equations.information + self._prior,
-                                    equations.gradient + self._prior @ deviation)
-            pose = se3.perturbed(pose, step)
-            if np.abs(step).max() < _SMALLEST_STEP:
-                break
-        return pose
-
-    def covariance(self, pose: np.ndarray, unobserved: np.ndarray) -> np.ndarray:
-        """
-        Return the covariance A^-1 B A^-1, 6x6; B has the scatter of the residuals.
-
-        Velocities are wrong by the same error for many frames, so the motion expected from frame
-        to frame holds the solution together, but does not make it more certain.
-        """
-        residuals = self._depth.residuals(pose)
-        information = NormalEquations.of([residuals]).information
-        noise = gradient_noise([residuals]) + _SMALLEST_FACTOR * information
-        prior = np.linalg.inv(unobserved)
-        inverse = np.linalg.inv(information + prior)
-        covariance: np.ndarray = inverse @ (noise + prior) @ inverse
-        return covariance
+def _solve(pairs: Sequence[DepthPair], expected: PoseWithCovariance,
+           pose: np.ndarray) -> np.ndarray:
+    """Return the pose at the minimum near a first one, 4x4: by all pairs and the expected one."""
+    prior = np.linalg.inv(expected.covariance)
+    for _ in range(_MOST_STEPS):
+        information, gradient = prior, prior @ se3.difference(pose, expected.matrix)
+        for pair in pairs:
+            equations = pair.equations(pose)
+            information = information + equations.information
+            gradient = gradient + equations.gradient
+        step = -np.linalg.solve(information, gradient)
+        pose = se3.perturbed(pose, step)
+        if np.abs(step).max() < _SMALLEST_STEP:
+            break
+    return pose
 
 
 def _correction(source: PreparedFrame, target: PreparedFrame,

@@ -47,6 +47,10 @@ class LastResults(Generic[_Object, _Result]):
             self._known.pop(oldest, None)
         return result
 
+    def knows(self, item: _Object) -> bool:
+        """Return whether the result of an object is remembered."""
+        return weakref.ref(item) in self._known
+
     def __getstate__(self) -> tuple[Callable[[_Object], _Result], int]:
         """Return what a copy has."""
         return self._make, self._count

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -26,6 +27,7 @@ from aick_ros.geometry.stamps import MAX_STAMP, seconds
 from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.common_distortion import CommonDistortion
 from aick_ros.registration.depth_alone import DepthAlone
+from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.preparation import Preparation, Preparer
 from aick_ros.registration.refinement.distortion_estimate import DistortionEstimate
@@ -81,6 +83,7 @@ class Registrar:
         self._preparer.distortion = self._learned.distortion.distortion
         self._own_keypoints = LastResults(self._preparer.keypoints, 1)
         self._alike = CommonDistortion(self._preparer)
+        self._beside_alike = CommonDistortion(self._preparer)
         self._sought_alike = CommonDistortion(self._preparer)  # sources are older ones there
 
     @property
@@ -264,13 +267,15 @@ class Registrar:
             replaced(found, bias=None), source, target)
 
     def register_depth(self, source: PreparedFrame, target: PreparedFrame,
-                       expected: PoseWithCovariance, unobserved: np.ndarray) -> Registration:
+                       expected: PoseWithCovariance, unobserved: np.ndarray,
+                       others: Sequence[KnownView] = ()) -> Registration:
         """
         Return the pose of the source in the target by depth alone, whatever the keypoints.
 
         :param expected: ``T_target_source`` by the motion model since the last frame.
         :param unobserved: 6x6, the covariance of the pose if no frame had been registered since
             keypoints were last seen.
+        :param others: views beside the target.
         :raises InputError: where the frames are not prepared, or the others are of another kind.
         """
         _require_frames(source, target)
@@ -278,7 +283,9 @@ class Registrar:
         unobserved = numbers(unobserved, (6, 6), 'the covariance unobserved')
         target = self._alike(target, source)
         with self._times.stage('refinement'):
-            return self._depth_alone.register(source, target, expected, unobserved)
+            others = [replaced(view, prepared=self._beside_alike(view.prepared, source))
+                      for view in others]
+            return self._depth_alone.register(source, target, expected, unobserved, others)
 
     def _depth_lag(self, frame: RgbdFrame) -> float:
         """Return how much later than the colour image the depth image was taken [s]."""

@@ -54,7 +54,8 @@ class Registrar:
         self.by_keypoints.append((expected, elapsed))
         return dataclasses.replace(FOUND, tracks=None if self._doubt else 'some')
 
-    def register_depth(self, source, target, expected, unobserved):
+    def register_depth(self, source, target, expected, unobserved, others):
+        assert others == ()
         self.by_depth.append((expected, unobserved))
         return dataclasses.replace(FOUND, evidence=Evidence.DEPTH_ALONE)
 
@@ -286,7 +287,8 @@ def test_by_depth_the_motion_and_what_nothing_observes_are_in_the_axes_of_the_re
     by_depth = list(attempts.of(view(0.3, repeat=Repeat.COLOUR), moved, TWIST, stamp(0.02)))
     assert ('between', stamp(0.02), stamp(0.3), None) in expected.asked
     assert [attempt.reference for attempt in by_depth] == [shape, moved.last]
-    for (_, target, motion, unobserved), reference in zip(registrar.given, (shape, moved.last)):
+    for (_, target, motion, unobserved, _), reference in zip(
+            registrar.given, (shape, moved.last)):
         assert target is reference.prepared
         T_reference_last = PoseWithCovariance(
             se3.inverse(reference.pose.matrix) @ moved.last.pose.matrix)
@@ -295,6 +297,21 @@ def test_by_depth_the_motion_and_what_nothing_observes_are_in_the_axes_of_the_re
         np.testing.assert_allclose(motion.covariance, since.covariance, atol=1e-12)
         blind = T_reference_last @ PoseWithCovariance(MOTION.matrix, BLIND.covariance)
         np.testing.assert_allclose(unobserved, blind.covariance, atol=1e-12)
+
+
+def test_by_depth_it_is_told_what_is_known_beside_each_reference(moved):
+    shape, asked = moved.keyframe, []
+    moved.track_shape(moved.last, shape)
+
+    def views(reference, expected):
+        asked.append((reference, expected))
+        return [reference.stamp]
+    registrar = Playing()
+    list(Attempts(Settings(), registrar, Expected()).of(
+        view(0.3, repeat=Repeat.COLOUR), moved, TWIST, stamp(0.02), views))
+    assert [reference for reference, _ in asked] == [shape, moved.last]
+    for (_, _, motion, _, others), (reference, expected) in zip(registrar.given, asked):
+        assert others == [reference.stamp] and expected is motion.matrix
 
 
 def one_attempt(moved, found=SEEN, **changes):

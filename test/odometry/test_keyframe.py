@@ -54,7 +54,7 @@ def test_at_the_variance_of_a_chain_it_is_kept():
 
 
 @pytest.mark.parametrize(('overlap', 'expected'), [
-    (0.6, True), (float(np.nextafter(0.6, 0.0)), False)])
+    (0.8, True), (float(np.nextafter(0.8, 0.0)), False)])
 def test_a_depth_image_serves_while_enough_of_it_is_seen(overlap, expected):
     by_depth = dataclasses.replace(registration(0, 0.01), overlap=overlap)
     assert KeyframePolicy.keeps_shape(by_depth) is expected

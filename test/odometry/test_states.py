@@ -40,7 +40,8 @@ class Registrar:
     :ivar dark: stamps without matches; ``blind``: without depth; ``few``: with few keypoints.
     :ivar leaving: stamps of frames that show little of what was seen before.
     :ivar refused: pairs of stamps, source and target, that do not match.
-    :ivar shapes: pairs of stamps, source and target, that were registered by depth alone.
+    :ivar shapes: pairs of stamps, source and target, that were registered by depth alone;
+        ``beside``: stamps and poses of other views in each of these.
     :ivar systematic: 6x6, added to the covariance of what differs from frame to frame.
     :ivar bias: between keypoints and depth, of all registrations.
     :ivar asked: what :meth:`register` was asked, stamps for frames, and the twist of the source.
@@ -51,7 +52,7 @@ class Registrar:
     def __init__(self, path):
         self.path, self.dark, self.blind, self.few = path, set(), set(), set()
         self.asked, self.unobserved, self.refused = [], [], set()
-        self.leaving, self.shapes = set(), []
+        self.leaving, self.shapes, self.beside = set(), [], []
         self.systematic, self.bias = np.zeros((6, 6)), None
         self.preparer = Preparer(Settings())
 
@@ -70,7 +71,8 @@ class Registrar:
             return failed(Status.TOO_FEW_MATCHES, 'dark')
         return self._found(source, target, Evidence.KEYPOINTS)
 
-    def register_depth(self, source, target, expected, unobserved):
+    def register_depth(self, source, target, expected, unobserved, others):
+        self.beside.append([(view.prepared.stamp, view.T_view_target) for view in others])
         self.unobserved.append((expected.covariance, unobserved))
         if self.blind & {source.stamp, target.stamp}:
             return failed(Status.TOO_FEW_KEYPOINTS, 'blind')
@@ -157,6 +159,24 @@ def test_in_the_dark_frames_are_registered_to_one_depth_image_until_little_of_it
         increment = updates[number].increment
         assert increment.interval == pytest.approx(PERIOD)
         np.testing.assert_allclose(increment.pose.matrix, se3.exp(PERIOD * TWIST), atol=1e-9)
+
+
+def test_in_the_dark_keyframes_and_earlier_shapes_are_known_beside_the_present_one(made):
+    """Nearest first, where they truly are; and none of them once there are keypoints again."""
+    odometry, registrar = made()
+    registrar.dark = {stamp_of(number) for number in (*range(3, 10), 11, 12)}
+    registrar.leaving = {stamp_of(5), stamp_of(7)}
+    for number in range(13):
+        odometry.register_frame(frame(number))
+    stamps = [[stamp for stamp, _ in beside] for beside in registrar.beside]
+    keyframe, *shapes = (stamp_of(number) for number in (0, 2, 5))
+    in_order = [[keyframe]] * 3 + [[shapes[0], keyframe]] * 2 + [[*shapes[::-1], keyframe]] * 2
+    assert stamps[:7] == in_order
+    assert stamps[7:] == [[keyframe], [keyframe]]
+    for (_, target), beside in zip(registrar.shapes, registrar.beside):
+        for stamp, pose in beside:
+            np.testing.assert_allclose(pose, se3.inverse(
+                at_constant_velocity(stamp)) @ at_constant_velocity(target), atol=1e-9)
 
 
 def test_in_the_dark_a_frame_has_the_velocity_that_depth_shows(made):

@@ -19,6 +19,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration import depth_alone
 from aick_ros.registration.depth_alone import DepthAlone
+from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.refinement.measured_noise import Noise
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
@@ -242,34 +243,46 @@ def test_the_pose_is_that_of_the_stamp_where_a_shutter_rolls():
     assert uncorrected.max() > 3 * corrected.max()
 
 
-def test_the_expected_motion_counts_with_all_of_its_covariance(monkeypatch):
+def test_the_expected_motion_counts_with_all_of_its_covariance():
     """Depth that measures x alone moves what is correlated with it: the update of Kalman."""
     root = 0.01 * np.random.default_rng(1).standard_normal((6, 6))
     covariance, sigma, measured = root @ root.T, 0.003, 0.002
     along_x = np.eye(6)[0]
 
-    def equations(residuals):
-        error = se3.difference(residuals[0], np.eye(4))[0] - measured
-        return SimpleNamespace(information=np.outer(along_x, along_x) / sigma ** 2,
-                               gradient=error * along_x / sigma ** 2)
+    def equations(pose):
+        error = se3.difference(pose, np.eye(4))[0] - measured
+        return NormalEquations(np.outer(along_x, along_x) / sigma ** 2,
+                               error * along_x / sigma ** 2)
 
-    monkeypatch.setattr(depth_alone.NormalEquations, 'of', equations)
-    problem = depth_alone._Problem(SimpleNamespace(residuals=lambda pose: pose),
-                                   PoseWithCovariance(np.eye(4), covariance))
+    solution = depth_alone._solve([SimpleNamespace(equations=equations)],
+                                  PoseWithCovariance(np.eye(4), covariance), np.eye(4))
     gain = covariance[:, 0] / (covariance[0, 0] + sigma ** 2)
-    np.testing.assert_allclose(se3.difference(problem.solve(np.eye(4)), np.eye(4)),
-                               measured * gain, atol=2e-6)
+    np.testing.assert_allclose(se3.difference(solution, np.eye(4)), measured * gain, atol=2e-6)
+
+
+class Surfaces:
+    """Surfaces of frames; those of new ones are made where they are asked for."""
+
+    def __init__(self, known):
+        self.known = known
+
+    def __call__(self, frame):
+        return self.known.setdefault(id(frame), tuple(
+            SimpleNamespace(name=f'{name} of a view') for name in ('coarse', 'fine')))
+
+    def knows(self, frame):
+        return id(frame) in self.known
 
 
 class Played:
     """Depth alone whose problems have known answers, with notes of what they are given."""
 
     def __init__(self, monkeypatch, made, count=300, overlap=0.5):
-        self.log, self.overlap = [], overlap
+        self.log, self.overlap, self.shared = [], overlap, {}
         self.poses = {'coarse': made.pose(), 'fine': made.pose()}
         self.covariance, self.bias, self.asked = made.covariance(), made.covariance(), []
-        monkeypatch.setattr(depth_alone, '_Depth', self._depth)
-        monkeypatch.setattr(depth_alone, '_Problem', self._problem)
+        monkeypatch.setattr(depth_alone, 'DepthPair', self._pair)
+        monkeypatch.setattr(depth_alone, '_solve', self._solve)
         self.twist = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
         self.source, self.target = (made.prepared(
             stamp, surface='a surface', twist=twist, depth_lag=lag) for stamp, twist, lag in (
@@ -281,29 +294,32 @@ class Played:
         self.misalignment = MisalignmentEstimate(Misalignment(np.zeros(6), 0.005, 0.03))
         self.alone = DepthAlone(Settings(), SimpleNamespace(expected=self._noise),
                                 self.misalignment)
-        self.alone._surfaces = lambda frame: self.surfaces[frame is self.target.frame]
+        self.alone._surfaces = Surfaces({
+            id(frame.frame): surfaces for frame, surfaces in zip(
+                (self.source, self.target), self.surfaces)})
 
     def _noise(self, displacement):
         self.asked.append(displacement)
         return Noise(bias=self.bias)
 
-    def _depth(self, *made_with):
-        self.log.append(('depth', *made_with))
-        name = made_with[0].name
-        return SimpleNamespace(name=name, overlap=lambda pose: self.log.append(
-            ('overlap', name, pose)) or self.overlap)
-
-    def _problem(self, depth, expected):
-        self.log.append(('problem', depth.name, expected))
+    def _pair(self, source, view, T_view_target, correction, settings, weight):
+        name = source.name
+        self.log.append(('pair', source, view, T_view_target, correction, settings, weight))
         return SimpleNamespace(
-            solve=lambda pose: self.log.append(('solve', depth.name, pose)) or self.poses[
-                depth.name],
+            name=name, view=view, weight=weight,
+            overlap=lambda pose: self.log.append(('overlap', name, pose)) or (
+                self.shared.get(id(view), self.overlap)),
             covariance=lambda pose, unobserved: self.log.append(
-                ('covariance', depth.name, pose, unobserved)) or self.covariance)
+                ('covariance', name, pose, unobserved)) or self.covariance)
 
-    def register(self):
+    def _solve(self, pairs, expected, pose):
+        name, = {pair.name for pair in pairs}
+        self.log.append(('solve', name, pose, expected, pairs))
+        return self.poses[name]
+
+    def register(self, *others):
         return self.alone.register(self.source, self.target,
-                                   PoseWithCovariance(MOTION, PRIOR), 9 * PRIOR)
+                                   PoseWithCovariance(MOTION, PRIOR), 9 * PRIOR, *others)
 
     def only(self, kind):
         (entry,) = [entry[1:] for entry in self.log if entry[0] == kind]
@@ -318,11 +334,11 @@ def play(monkeypatch, made):
 def test_coarse_surfaces_give_the_first_pose_and_fine_ones_the_last(play):
     played = play()
     found = played.register()
-    coarse, fine = ([entry[1:] for entry in played.log if entry[0] == 'solve'])
+    coarse, fine = ([entry[1:4] for entry in played.log if entry[0] == 'solve'])
     assert coarse[0] == 'coarse' and coarse[1] is MOTION
-    assert fine == ('fine', played.poses['coarse'])
+    assert fine[0] == 'fine' and fine[1] is played.poses['coarse']
     assert found.T_target_source is played.poses['fine']
-    assert all(entry[2].covariance is PRIOR for entry in played.log if entry[0] == 'problem')
+    assert coarse[2].covariance is fine[2].covariance is PRIOR
     assert played.only('overlap') == ('coarse', played.poses['fine'])
     name, pose, unobserved = played.only('covariance')
     assert name == 'fine' and pose is played.poses['fine']
@@ -378,10 +394,12 @@ def test_depth_is_corrected_by_the_velocity_of_each_frame(play, known, twists):
     for name in {'source', 'target'} - ({known} if known != 'both' else {'source', 'target'}):
         setattr(played, name, dataclasses.replace(getattr(played, name), twist=None))
     played.register()
-    for entry, *surfaces in zip([entry for entry in played.log if entry[0] == 'depth'],
+    for entry, *surfaces in zip([entry for entry in played.log if entry[0] == 'pair'],
                                 *played.surfaces, strict=True):
-        _, source, target, correction, settings = entry
+        _, source, target, pose, correction, settings, weight = entry
         assert [source, target] == surfaces and settings is played.alone._settings
+        assert weight == 1.0
+        np.testing.assert_array_equal(pose, np.eye(4))
         for moved, twist, lag in zip((correction.source, correction.target), twists,
                                      (0.01, 0.02)):
             np.testing.assert_allclose(moved.depth, (lag + 0.005) * twist * played.twist)
@@ -399,52 +417,102 @@ def test_each_frame_has_two_surfaces_made_once(monkeypatch, made):
     assert given == [(*expected, cell, True) for cell in (CELL, FINE_CELL)]
 
 
-def test_residuals_are_those_of_both_surfaces_corrected(monkeypatch):
-    given = []
-    residuals = SimpleNamespace(values=np.array([3.9, -3.9, 4.0, -4.1, 0.0]))
-    monkeypatch.setattr(depth_alone, 'point_to_plane', lambda *of: given.append(of) or residuals)
-    source, settings = SimpleNamespace(chosen=range(10)), Settings()
-    depth = depth_alone._Depth(source, 'target', 'correction', settings)
-    assert depth.residuals(MOTION) is residuals
-    refinement = settings.refinement
-    assert given == [(source, 'target', MOTION, settings.sensor, refinement.robust_width,
-                      refinement.reach, 'correction')]
-    # of ten points five have a plane, three of these within four sigmas
-    assert depth.overlap(MOTION) == 0.3
-
-
-def told(monkeypatch, information, noise):
-    """Return a problem around the identity with known information and noise of the gradient."""
-    def equations(residuals):
-        error = se3.difference(residuals[0], np.eye(4))
-        return SimpleNamespace(information=information, gradient=information @ error)
-    monkeypatch.setattr(depth_alone.NormalEquations, 'of', equations)
-    monkeypatch.setattr(depth_alone, 'gradient_noise', lambda residuals: noise)
-    asked = []
-    depth = SimpleNamespace(residuals=lambda pose: asked.append(pose) or pose)
-    return depth_alone._Problem(depth, PoseWithCovariance(np.eye(4), PRIOR)), asked
-
-
-def test_the_covariance_has_the_scatter_of_depth_and_what_is_unobserved(monkeypatch, made):
-    information = np.linalg.inv(made.covariance() + 1e-6 * np.eye(6))
-    noise, unobserved = 1e4 * made.covariance(), 25 * PRIOR
-    problem, _ = told(monkeypatch, information, noise)
-    prior = np.linalg.inv(unobserved)
-    inverse = np.linalg.inv(information + prior)
-    np.testing.assert_allclose(
-        problem.covariance(MOTION, unobserved),
-        inverse @ (noise + 0.01 * information + prior) @ inverse, rtol=1e-6)
-
-
-def test_the_iteration_ends_with_a_small_step_or_after_twelve(monkeypatch):
+def test_the_iteration_ends_with_a_small_step_or_after_twelve():
     """From 1 m away: depth is a thousand times as sure as the motion expected, and exact."""
-    problem, asked = told(monkeypatch, 1000 * np.linalg.inv(PRIOR), np.zeros((6, 6)))
+    asked, information = [], 1000 * np.linalg.inv(PRIOR)
+    expected = PoseWithCovariance(np.eye(4), PRIOR)
+
+    def exact(pose):
+        asked.append(pose)
+        return NormalEquations(information, information @ se3.difference(pose, np.eye(4)))
+
     far = se3.exp([1.0, 0, 0, 0, 0, 0])
-    np.testing.assert_allclose(problem.solve(far), np.eye(4), atol=1e-9)
+    np.testing.assert_allclose(depth_alone._solve(
+        [SimpleNamespace(equations=exact)], expected, far), np.eye(4), atol=1e-9)
     assert len(asked) == 2  # the second step is none
-    monkeypatch.setattr(depth_alone.NormalEquations, 'of', lambda residuals: SimpleNamespace(
-        information=1e9 * np.eye(6), gradient=1e9 * np.full(6, 1.01e-4)))
     asked.clear()
-    found = problem.solve(np.eye(4))
+    endless = SimpleNamespace(equations=lambda pose: asked.append(pose) or NormalEquations(
+        1e9 * np.eye(6), 1e9 * np.full(6, 1.01e-4)))
+    found = depth_alone._solve([endless], expected, np.eye(4))
     assert len(asked) == 12
     np.testing.assert_allclose(found[:3, 3], -12 * 1.01e-4, rtol=1e-3)
+
+
+def test_all_pairs_have_a_part_in_the_pose():
+    """Two that are as sure of two places meet halfway; one of three times the weight nearer."""
+    def at(place, information):
+        return SimpleNamespace(equations=lambda pose: NormalEquations(
+            information * np.eye(6), information * (
+                se3.difference(pose, np.eye(4)) - place * np.eye(6)[0])))
+    expected = PoseWithCovariance(np.eye(4), 1e6 * np.eye(6))
+    for sure, place in ((1e4, 0.02), (3e4, 0.03)):
+        found = depth_alone._solve([at(0.0, 1e4), at(0.04, sure)], expected, np.eye(4))
+        np.testing.assert_allclose(found, se3.exp([place, 0, 0, 0, 0, 0]), atol=1e-8)
+
+
+def beside(play, made, *overlaps):
+    """Return a registration with views that share so much with the source, some known before."""
+    played = play()
+    views = [KnownView(made.prepared(stamp, surface='a surface', twist=np.zeros(6)), made.pose())
+             for stamp in range(len(overlaps))]
+    for view, share in zip(views, overlaps):
+        coarse, _ = played.alone._surfaces(view.prepared.corrected)
+        played.shared[id(coarse)] = share
+    return played, views
+
+
+@pytest.mark.parametrize('share, weight', [
+    (0.3, None), (0.375, 0.25), (0.45, 0.5), (0.6, 1.0), (0.9, 1.0)])
+def test_views_that_show_much_of_the_same_have_a_part(play, made, share, weight):
+    """They come and go by degrees, judged where the frame is expected."""
+    played, (view,) = beside(play, made, share)
+    found = played.register([view])
+    assert found.status.ok
+    for _, _, _, _, pairs in [entry for entry in played.log if entry[0] == 'solve']:
+        assert [pair.weight for pair in pairs] == pytest.approx(
+            [1.0] if weight is None else [1.0, weight])
+    assert played.log[1] == ('overlap', 'coarse', MOTION)
+    poses = [entry[3] for entry in played.log if entry[0] == 'pair']
+    assert sum(pose is view.T_view_target for pose in poses) == (1 if weight is None else 3)
+    assert played.only('covariance')[0] == 'fine'
+
+
+def test_the_surfaces_of_one_new_view_are_made_with_each_frame(play, made):
+    played, views = beside(play, made, 0.9, 0.8, 0.7)
+    for new in views[1:]:
+        del played.alone._surfaces.known[id(new.prepared.corrected)]
+    parts = []
+    for _ in range(3):
+        played.log.clear()
+        played.register(views)
+        parts.append(len([entry for entry in played.log if entry[0] == 'solve'][0][4]))
+    assert parts == [3, 4, 4]
+
+
+def test_a_view_without_a_surface_has_no_part(play, made):
+    played, (view,) = beside(play, made, 0.9)
+    without = KnownView(dataclasses.replace(view.prepared, surface=None), view.T_view_target)
+    played.register([without])
+    assert [entry for entry in played.log if entry[0] == 'pair'][0][3] is not view.T_view_target
+
+
+def test_a_third_view_holds_what_drifts():
+    """The target is known wrong, the others right: two of three hold it, and it is doubted."""
+    rng = np.random.default_rng(0)
+    off = se3.exp([0.008, -0.006, 0.004, 0, 0, 0])
+    poses = [np.eye(4), *(se3.exp(beside) for beside in (
+        [-0.02, 0.01, 0, 0, 0.01, 0], [0.01, 0, 0.02, 0.01, 0, 0]))]
+    target, *others = (prepared(CORNER, pose, stamp, rng) for stamp, pose in enumerate(poses))
+    source = prepared(CORNER, MOTION, 33_000_000, rng)
+    expected = PoseWithCovariance(MOTION, PRIOR)
+    views = [KnownView(view, se3.inverse(pose) @ off) for view, pose in zip(others, poses[1:])]
+    alone = DepthAlone(Settings())
+    by_target = alone.register(source, target, expected, PRIOR)
+    for _ in views:
+        by_all = alone.register(source, target, expected, PRIOR, views)
+    errors = [np.linalg.norm(se3.difference(found.T_target_source,
+                                            se3.inverse(off) @ MOTION)[:3])
+              for found in (by_target, by_all)]
+    assert errors[0] == pytest.approx(0.0108, abs=0.002)
+    assert errors[1] == pytest.approx(errors[0] / 3, abs=0.002)
+    assert np.trace(by_all.covariance) > 1.5 * np.trace(by_target.covariance)

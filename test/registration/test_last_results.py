@@ -25,6 +25,7 @@ def test_the_results_of_the_frames_seen_last_are_remembered():
         frame = frames[index]
         is_known = any(frame is one for one in seen[-3:])
         before = len(made)
+        assert results.knows(frame) == is_known
         result = results(frame)
         assert len(made) == before + (not is_known)
         assert not is_known or result is known[index]

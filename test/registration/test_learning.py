@@ -14,6 +14,7 @@ from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration import stage_times
+from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_equations import Equations, MisalignmentSample
 from aick_ros.registration.registrar import Learned, Registrar
@@ -349,9 +350,11 @@ def test_depth_alone_gets_the_motion_expected_and_what_is_unobserved(steps, part
     by_depth = failed(Status.TOO_FEW_KEYPOINTS, '')
     parts.answers['DepthAlone', 'register'] = by_depth
     expected, unobserved = PoseWithCovariance(EXPECTED, np.eye(6)), np.diag(np.arange(1.0, 7.0))
+    beside = KnownView(steps.target, EXPECTED)
     assert steps.registrar.register_depth(
-        steps.source, steps.target, expected, unobserved) is by_depth
-    (source, target, motion, covariance), = parts.asked('DepthAlone', 'register')
+        steps.source, steps.target, expected, unobserved, [beside]) is by_depth
+    (source, target, motion, covariance, (other,)), = parts.asked('DepthAlone', 'register')
+    assert other.prepared is steps.target and other.T_view_target is EXPECTED
     assert source is steps.source and target is steps.target and motion is expected
     np.testing.assert_array_equal(covariance, unobserved)
     timing = steps.times.take()

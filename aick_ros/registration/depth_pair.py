@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""The depth of a frame and of a view that shows the same."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from aick_ros.frames.prepared import PreparedFrame
+from aick_ros.frames.surface import Surface
+from aick_ros.geometry.pose import in_axes
+from aick_ros.registration.refinement.misalignment import Correction
+from aick_ros.registration.refinement.residuals import (
+    NormalEquations, Residuals, gradient_noise, point_to_plane)
+from aick_ros.settings import Settings
+
+_SMALLEST_FACTOR = 0.01  # chosen: floor of the variance, as a ratio to that by the sensor's noise
+_LARGEST_RESIDUAL = 4.0  # chosen: in standard deviations of the noise, of a point on its plane
+
+
+@dataclass(frozen=True, eq=False)
+class KnownView:
+    """
+    A frame whose pose beside another one is known.
+
+    :param T_view_target: pose of the other one in this frame, 4x4.
+    """
+
+    prepared: PreparedFrame
+    T_view_target: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class DepthPair:
+    """
+    What the depth of a frame and of a view says about the pose of the frame in a target.
+
+    :param source: surface of the frame; ``view``: that of the view.
+    :param T_view_target: pose of the target in the view, 4x4; the identity where they are the
+        same.
+    :param correction: of both, by their motion and the misalignment of the camera.
+    :param weight: beside other pairs of the frame.
+    """
+
+    source: Surface
+    view: Surface
+    T_view_target: np.ndarray
+    correction: Correction
+    settings: Settings
+    weight: float = 1.0
+
+    def overlap(self, T_target_source: np.ndarray) -> float:
+        """Return the share of the frame's points that lie on planes of the view."""
+        residuals = self._residuals(self.T_view_target @ T_target_source)
+        on_planes = np.abs(residuals.values) < _LARGEST_RESIDUAL
+        return float(np.count_nonzero(on_planes)) / len(self.source.chosen)
+
+    def equations(self, T_target_source: np.ndarray) -> NormalEquations:
+        """Return the normal equations in the error of the pose of the frame in the target."""
+        residuals = self._residuals(self.T_view_target @ T_target_source)
+        in_view, axes = NormalEquations.of([residuals]), in_axes(self.T_view_target[:3, :3])
+        return NormalEquations(self.weight * axes.T @ in_view.information @ axes,
+                               self.weight * axes.T @ in_view.gradient)
+
+    def covariance(self, T_view_source: np.ndarray, unobserved: np.ndarray) -> np.ndarray:
+        """
+        Return the covariance A^-1 B A^-1 of the pose in the view by this pair alone, 6x6.
+
+        B has the scatter of the residuals. Velocities are wrong by the same error for many frames,
+        so the motion expected from frame to frame holds the solution together, but does not make
+        it more certain.
+
+        :param unobserved: 6x6, the covariance of what no surface shows.
+        """
+        residuals = self._residuals(T_view_source)
+        information = NormalEquations.of([residuals]).information
+        noise = gradient_noise([residuals]) + _SMALLEST_FACTOR * information
+        prior = np.linalg.inv(unobserved)
+        inverse = np.linalg.inv(information + prior)
+        covariance: np.ndarray = inverse @ (noise + prior) @ inverse
+        return covariance
+
+    def _residuals(self, T_view_source: np.ndarray) -> Residuals:
+        """Return the distances of the frame's points from planes of the view, whitened."""
+        refinement = self.settings.refinement
+        return point_to_plane(
+            self.source, self.view, T_view_source, self.settings.sensor, refinement.robust_width,
+            refinement.reach, self.correction)

@@ -1,0 +1,71 @@
+# SPDX-FileCopyrightText: 2026 The aick_ros authors
+# SPDX-License-Identifier: Apache-2.0
+
+"""What the depth of two frames says about a pose, by residuals that are told."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from aick_ros.geometry import se3
+from aick_ros.registration import depth_pair
+from aick_ros.registration.depth_pair import DepthPair
+from aick_ros.registration.refinement.residuals import NormalEquations
+from aick_ros.settings import Settings
+
+MOTION = se3.exp([0.02, -0.01, 0.03, 0.01, -0.02, 0.015])
+BESIDE = se3.exp([0.3, 0.1, -0.2, 0.4, -0.3, 0.9])
+UNOBSERVED = np.diag(np.repeat([0.05, 0.06], 3) ** 2)
+
+
+def test_residuals_are_those_of_both_surfaces_corrected(monkeypatch):
+    given = []
+    residuals = SimpleNamespace(values=np.array([3.9, -3.9, 4.0, -4.1, 0.0]))
+    monkeypatch.setattr(depth_pair, 'point_to_plane', lambda *of: given.append(of) or residuals)
+    source, settings = SimpleNamespace(chosen=range(10)), Settings()
+    pair = DepthPair(source, 'view', BESIDE, 'correction', settings)
+    # of ten points five have a plane, three of these within four sigmas
+    assert pair.overlap(MOTION) == 0.3
+    refinement = settings.refinement
+    (first, view, pose, *rest), = given
+    assert (first, view) == (source, 'view')
+    np.testing.assert_allclose(pose, BESIDE @ MOTION)
+    assert rest == [settings.sensor, refinement.robust_width, refinement.reach, 'correction']
+
+
+@pytest.fixture
+def told(monkeypatch):
+    """Return a pair of known information and noise, the truth being that the view sees MOTION."""
+    def make(information, noise, weight=1.0, T_view_target=BESIDE):
+        def equations(residuals):
+            error = se3.difference(residuals[0], T_view_target @ MOTION)
+            return NormalEquations(information, information @ error)
+        monkeypatch.setattr(depth_pair, 'point_to_plane', lambda *of: of[2])
+        monkeypatch.setattr(depth_pair.NormalEquations, 'of', equations)
+        monkeypatch.setattr(depth_pair, 'gradient_noise', lambda residuals: noise)
+        return DepthPair('source', 'view', T_view_target, 'correction', Settings(), weight)
+    return make
+
+
+@pytest.mark.parametrize('weight', [1.0, 0.25])
+def test_equations_are_in_the_error_of_the_pose_in_the_target(told, made, weight):
+    """A step by them leads to the pose that the view sees; two views of one weight add up."""
+    information = np.linalg.inv(made.covariance() + 1e-6 * np.eye(6))
+    pair = told(information, np.zeros((6, 6)), weight)
+    off = se3.perturbed(MOTION, np.array([1e-4, -2e-4, 3e-4, 2e-4, 1e-4, -1e-4]))
+    equations = pair.equations(off)
+    step = -np.linalg.solve(equations.information, equations.gradient)
+    np.testing.assert_allclose(se3.perturbed(off, step), MOTION, atol=1e-7)
+    assert np.linalg.det(equations.information) == pytest.approx(
+        weight ** 6 * np.linalg.det(information))
+
+
+def test_the_covariance_has_the_scatter_of_depth_and_what_is_unobserved(told, made):
+    information = np.linalg.inv(made.covariance() + 1e-6 * np.eye(6))
+    noise = 1e4 * made.covariance()
+    prior = np.linalg.inv(UNOBSERVED)
+    inverse = np.linalg.inv(information + prior)
+    np.testing.assert_allclose(
+        told(information, noise).covariance(MOTION, UNOBSERVED),
+        inverse @ (noise + 0.01 * information + prior) @ inverse, rtol=1e-6)
