@@ -25,7 +25,7 @@ from weights import frames_of
 from aick_ros.evaluation.scores.increment_error import IncrementError
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
-from aick_ros.geometry.stamps import seconds
+from aick_ros.geometry.stamps import NANOSECONDS, seconds
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry, OdometryUpdate
 
@@ -59,9 +59,11 @@ def nees_of(updates: Sequence[OdometryUpdate], truth: Trajectory, dark: range) -
     """Return the NEES of the increments of dark frames."""
     found = []
     for index in dark:
-        increment = updates[index].increment
-        true = [truth.at(updates[at].stamp) for at in (index - 1, index)]
-        if increment is not None and true[0] is not None and true[1] is not None:
+        increment, stamp = updates[index].increment, updates[index].stamp
+        if increment is None:
+            continue
+        true = [truth.at(at) for at in (stamp - round(NANOSECONDS * increment.interval), stamp)]
+        if true[0] is not None and true[1] is not None:
             error = IncrementError.of(increment.pose.matrix, increment.pose.covariance,
                                       se3.inverse(true[0]) @ true[1])
             found.append(np.nan if error.nees is None else error.nees)

@@ -72,8 +72,8 @@ class DepthDistortion:
         if self.is_none:
             return depth
         undistorted = np.empty(depth.shape, np.float32)
-        kernels.undistort_depth(np.ascontiguousarray(depth), self._image(*depth.shape),
-                                _SMALLEST_SCALE, undistorted)
+        kernels.undistort_depth(np.ascontiguousarray(depth), self._nodes, _SMALLEST_SCALE,
+                                undistorted)
         undistorted.flags.writeable = False
         return undistorted
 
@@ -89,16 +89,9 @@ class DepthDistortion:
         scale = np.maximum(scale, _SMALLEST_SCALE)
         return np.asarray(points / scale[:, None], points.dtype)
 
-    def _image(self, height: int, width: int) -> np.ndarray:
-        """Return the distortion of each pixel, HxW float32 [1/m]."""
-        if (height, width) not in self._images:
-            rows, columns = _interpolation(height, ROWS), _interpolation(width, COLUMNS)
-            self._images[height, width] = (rows @ self.nodes @ columns.T).astype(np.float32)
-        return self._images[height, width]
-
     @functools.cached_property
-    def _images(self) -> dict[tuple[int, int], np.ndarray]:
-        return {}
+    def _nodes(self) -> np.ndarray:
+        return np.ascontiguousarray(self.nodes, np.float64)
 
 
 NO_DISTORTION = DepthDistortion()
@@ -149,11 +142,3 @@ def nodes_around(points: np.ndarray, camera: Camera) -> tuple[np.ndarray, np.nda
     nodes, weights = np.empty((len(points), 4), np.int64), np.empty((len(points), 4))
     kernels.nodes_around(places, ROWS, COLUMNS, nodes, weights)
     return nodes, weights
-
-
-@functools.lru_cache(maxsize=8)
-def _interpolation(length: int, nodes: int) -> np.ndarray:
-    """Return the weights of nodes at the pixels of a side of the image, linear between them."""
-    places = np.linspace(0, nodes - 1, length)[:, None]
-    weights: np.ndarray = np.maximum(1.0 - np.abs(places - np.arange(nodes)), 0.0)
-    return weights

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from aick_ros.borders.records import replaced
-from aick_ros.frames.depth_distortion import DepthDistortion
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
 
@@ -52,8 +51,7 @@ def compact(prepared: PreparedFrame, mappings: Mappings) -> PreparedFrame:
     Return a frame with the images that registrations need alone: grey, and depth corrected.
 
     They are copied to a mapping of their own, which is released as a whole: among the images of
-    other frames, which come and go, they would keep the heap from shrinking. The distortion is a
-    copy without the image of it that was made for the frame.
+    other frames, which come and go, they would keep the heap from shrinking.
     """
     surface, keypoints = prepared.surface, prepared.keypoints
     of_surface = [] if surface is None else [
@@ -65,7 +63,6 @@ def compact(prepared: PreparedFrame, mappings: Mappings) -> PreparedFrame:
     return replaced(
         prepared, grey=grey, undistorted=None,
         frame=replaced(prepared.corrected, colour=grey, depth=depth),
-        distortion=DepthDistortion(prepared.distortion.nodes),
         keypoints=replaced(
             keypoints, positions=positions, descriptors=descriptors, covariances=covariances,
             pixels=pixels),

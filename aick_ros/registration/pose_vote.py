@@ -20,6 +20,7 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.geometry.median import median
 from aick_ros.registration.refinement.residuals import SURFACE_NOISE
 from aick_ros.settings import SensorSettings
 
@@ -189,7 +190,7 @@ def _grey_misfits(before: np.ndarray, now: np.ndarray, tolerance: np.ndarray) ->
     """Return the squared differences of brightness, bounded by 1, N."""
     if not len(now):
         return now
-    gain = np.median(now / np.maximum(before, 1.0))  # the exposure may have changed
+    gain = median(now / np.maximum(before, 1.0))  # the exposure may have changed
     misfits: np.ndarray = np.minimum(((now - gain * before) / tolerance) ** 2, 1.0)
     return misfits
 

@@ -188,41 +188,78 @@ PyObject *kernel_valid_depth(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
+// Add to the inverse depths of neighbours in a row what is missing there, linear in the column.
 FOR_EACH_PROCESSOR
-static void undistort(const float *restrict depths, const float *restrict missing,
-                      Py_ssize_t count, float least, float *restrict undistorted) {
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    const float scale = 1.0f + depths[i] * missing[i];
+static void undistort(const float *restrict depths, int count, float first, float slope,
+                      float least, float *restrict undistorted) {
+  for (int i = 0; i < count; ++i) {
+    const float scale = 1.0f + depths[i] * (first + slope * (float)i);
     undistorted[i] = depths[i] / (scale > least ? scale : least);
   }
 }
 
+// What is missing is known at nodes, of which the first and last lie on the borders of the image.
+typedef struct {
+  const double *values;
+  Size size;
+} Nodes;
+
+// The place of a pixel among the nodes along a side of the image, 0 at the first.
+static double place_of(Py_ssize_t pixel, Py_ssize_t pixels, Py_ssize_t nodes) {
+  return pixels > 1 ? (double)(pixel * (nodes - 1)) / (double)(pixels - 1) : 0.0;
+}
+
+static void undistort_row(const float *depths, Size size, const Nodes *nodes, Py_ssize_t row,
+                          float least, float *undistorted) {
+  const Py_ssize_t gaps = nodes->size.width - 1, lowest = nodes->size.height - 2;
+  const double place = place_of(row, size.height, nodes->size.height);
+  const Py_ssize_t upper = (Py_ssize_t)place < lowest ? (Py_ssize_t)place : lowest;
+  const double *above = nodes->values + upper * nodes->size.width;
+  const double *below = above + nodes->size.width;
+  const double downwards = place - (double)upper;
+  for (Py_ssize_t gap = 0, begin = 0, end; begin < size.width; ++gap, begin = end) {
+    end = gap + 1 < gaps && size.width > 1 ? ((gap + 1) * (size.width - 1) + gaps - 1) / gaps
+                                           : size.width;
+    const double left = above[gap] + (below[gap] - above[gap]) * downwards;
+    const double right = above[gap + 1] + (below[gap + 1] - above[gap + 1]) * downwards;
+    const double across = place_of(begin, size.width, nodes->size.width) - (double)gap;
+    const double step = place_of(1, size.width, nodes->size.width);
+    undistort(depths + begin, (int)(end - begin), (float)(left + (right - left) * across),
+              (float)((right - left) * step), least, undistorted + begin);
+  }
+}
+
 PyObject *kernel_undistort_depth(PyObject *module, PyObject *arguments) {
-  PyObject *image_array, *missing_array, *undistorted_array;
+  PyObject *image_array, *node_array, *undistorted_array;
   float least;
-  if (!PyArg_ParseTuple(arguments, "OOfO", &image_array, &missing_array, &least,
+  if (!PyArg_ParseTuple(arguments, "OOfO", &image_array, &node_array, &least,
                         &undistorted_array))
     return NULL;
   const Argument needed[] = {
       {"the image", image_array, 'f', IMAGE, false},
-      {"what is missing", missing_array, 'f', IMAGE, false},
+      {"the nodes", node_array, 'd', IMAGE, false},
       {"the undistorted image", undistorted_array, 'f', IMAGE, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const Py_buffer *views = arrays.views;
-  const Py_ssize_t count = views[0].len / (Py_ssize_t)sizeof(float);
-  const bool fits = views[1].len == views[0].len && views[2].len == views[0].len;
-  if (fits) {
+  const Size size = size_of(&views[0]), undistorted = size_of(&views[2]);
+  const Nodes nodes = {views[1].buf, size_of(&views[1])};
+  const bool fits = size.width == undistorted.width && size.height == undistorted.height;
+  const bool has_nodes = nodes.size.width > 1 && nodes.size.height > 1;
+  if (fits && has_nodes) {
     Py_BEGIN_ALLOW_THREADS
-    undistort(views[0].buf, views[1].buf, count, least, views[2].buf);
+    for (Py_ssize_t row = 0; row < size.height; ++row)
+      undistort_row((const float *)views[0].buf + row * size.width, size, &nodes, row, least,
+                    (float *)views[2].buf + row * size.width);
     Py_END_ALLOW_THREADS
   } else {
-    PyErr_SetString(PyExc_ValueError, "the images are not of the same size");
+    PyErr_SetString(PyExc_ValueError, fits ? "there are less than 2 x 2 nodes"
+                                           : "the images are not of the same size");
   }
   close_arrays(&arrays);
-  if (!fits)
+  if (!fits || !has_nodes)
     return NULL;
   Py_RETURN_NONE;
 }

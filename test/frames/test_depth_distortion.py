@@ -3,6 +3,7 @@
 
 import copy
 import dataclasses
+import itertools
 import pickle
 
 import numpy as np
@@ -76,11 +77,27 @@ class TestDepthImage:
                                    1.0 / depth.astype(float) + missing, rtol=1e-6)
 
     def test_images_of_another_size_are_refused(self):
-        images = [np.ones(shape, np.float32) for shape in ((4, 6), (4, 6), (4, 5))]
-        for places in ((0, 1, 2), (0, 2, 1), (2, 0, 1)):
+        images = [np.ones(shape, np.float32) for shape in ((4, 6), (4, 5), (6, 4))]
+        for first, second in itertools.permutations(images, 2):
             with pytest.raises(ValueError, match='not of the same size'):
-                first, second, third = (images[place] for place in places)
-                kernels.undistort_depth(first, second, 0.5, third)
+                kernels.undistort_depth(first, np.ones((2, 2)), 0.5, second)
+
+    @pytest.mark.parametrize('shape', [(1, 2), (2, 1)])
+    def test_less_than_four_nodes_are_refused(self, shape):
+        image = np.ones((4, 6), np.float32)
+        with pytest.raises(ValueError, match='less than 2 x 2 nodes'):
+            kernels.undistort_depth(image, np.ones(shape), 0.5, image.copy())
+
+    @pytest.mark.parametrize('shape', [(1, 1), (1, 61), (47, 1), (2, 3), (5, 6), (6, 11)])
+    def test_images_hardly_larger_than_the_grid_are_bilinear_too(self, shape):
+        """The first and last pixels of a side lie on nodes; a single one on the first."""
+        random = random_one()
+        corrected = random.undistorted(np.ones(shape, np.float32))
+        rows, columns = (np.linspace(0, nodes - 1, count)
+                         for nodes, count in zip((ROWS, COLUMNS), shape))
+        along = np.stack([np.interp(columns, np.arange(COLUMNS), row) for row in random.nodes])
+        expected = np.stack([np.interp(rows, np.arange(ROWS), column) for column in along.T]).T
+        np.testing.assert_allclose(1.0 / corrected.astype(float) - 1.0, expected, atol=2e-7)
 
     def test_far_depth_does_not_end_up_behind_the_camera(self):
         depth = np.full((48, 60), 1000.0, np.float32)

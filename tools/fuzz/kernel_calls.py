@@ -94,7 +94,7 @@ to_quaternion d:3,3 d>4
 track_depth d:n,3 d:n,2 d:n d:4,4 %f %f %f %f %f d>n d>n,6 d>n q>n
 track_steps d:n,3 d:n,2 d:n d:n d:4,4 %f %f %f d:k %f %f %f %f d:6,6 d:6 d>6 d>4,4
 transform d:4,4 d:n,3 d>n,3
-undistort_depth f:h,v f:h,v %f f>h,v
+undistort_depth f:h,v d:n,k %f f>h,v
 valid_depth f:h,v %f %f f>h,v
 visible d:n,3 d:n,2 %f %v %h q>n f>n,2
 window_shifts d:n,3 d:4,4 %f %f d:n,2,2 d:n,3,3 d:n,3 %f %f d>n,2
