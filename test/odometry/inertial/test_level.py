@@ -34,8 +34,16 @@ def test_a_camera_that_looks_ahead_looks_along_x():
     assert np.allclose(down @ UP, [np.cos(0.5), 0, -np.sin(0.5)])
 
 
+def settled():
+    """Return a level frame some time after its begin, which has not turned meanwhile."""
+    level = Level()
+    level.approach(up(np.radians(3.0)), CAMERA, 20.0)
+    assert tilt(level) == pytest.approx(np.radians(np.sqrt(5.0)))
+    return level
+
+
 def test_it_becomes_level_about_the_camera_and_no_faster_than_poses_err():
-    level, tilts, position = Level(), [np.radians(np.sqrt(5.0))], CAMERA.translation
+    level, tilts, position = settled(), [np.radians(np.sqrt(5.0))], CAMERA.translation
     for _ in range(30):
         level.approach(up(1e-5), CAMERA, 1 / 30)
         assert np.allclose(level.apply(CAMERA).translation, position, atol=1e-9)
@@ -44,6 +52,16 @@ def test_it_becomes_level_about_the_camera_and_no_faster_than_poses_err():
     for _ in range(120 * 30):
         level.approach(up(1e-5), CAMERA, 1 / 30)
     assert tilt(level) < np.radians(0.01)
+
+
+def test_in_its_first_seconds_it_turns_the_slower_the_younger_it_is():
+    level, tilts = Level(), []
+    for _ in range(50 * 30):
+        level.approach(up(1e-5), CAMERA, 1 / 30)
+        tilts.append(tilt(level))
+    speeds = -np.diff(tilts) * 30
+    for seconds, share in ((1, 0.05), (5, 0.25), (10, 0.5), (20, 1.0), (45, 1.0)):
+        assert speeds[30 * seconds - 2] == pytest.approx(share * 0.5 * NOISE, rel=0.04)
 
 
 def test_what_gravity_does_not_know_is_not_corrected():
@@ -57,7 +75,7 @@ def test_what_gravity_does_not_know_is_not_corrected():
 
 
 def test_a_step_is_no_jump_however_noisy_the_poses():
-    level = Level()
+    level = settled()
     noisy = PoseWithCovariance(CAMERA.matrix, np.eye(6))
     level.approach(up(), noisy, 0.2)
     turned = level.apply(CAMERA).rotation @ CAMERA.rotation.T
@@ -65,8 +83,8 @@ def test_a_step_is_no_jump_however_noisy_the_poses():
 
 
 def test_roll_and_pitch_are_as_uncertain_as_gravity_and_what_is_left():
-    level, uncertain = Level(), PoseWithCovariance(CAMERA.matrix, 0.05 ** 2 * np.eye(6))
-    assert np.array_equal(level.apply(uncertain).covariance, uncertain.covariance)
+    level, uncertain = settled(), PoseWithCovariance(CAMERA.matrix, 0.05 ** 2 * np.eye(6))
+    assert np.array_equal(Level().apply(uncertain).covariance, uncertain.covariance)
     level.approach(up(0.001), CAMERA, 1e-9)
     roll, pitch, yaw = np.sqrt(np.diag(level.apply(uncertain).covariance)[3:])
     assert roll == pytest.approx(np.hypot(0.001, np.radians(2.0)), rel=0.02)
@@ -122,7 +140,7 @@ def test_a_third_of_the_error_is_corrected_in_a_second_at_most():
     small = se3.exp_rotation([1e-4, 0.0, 0.0])
     noisy = PoseWithCovariance(CAMERA.matrix, np.eye(6))
     for elapsed, share in ((0.3, 0.1), (1.5, 0.5), (3.0, 1.0), (9.0, 1.0)):
-        level = Level()
+        level = settled()
         level.approach(Direction(small.T @ UP, 1e-20 * np.eye(3)), noisy, elapsed)
         turned = se3.log_rotation(level.apply(CAMERA).rotation @ CAMERA.rotation.T)
         np.testing.assert_allclose(turned, [share * 1e-4, 0, 0], atol=1e-9)
