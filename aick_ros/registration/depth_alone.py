@@ -59,6 +59,10 @@ class DepthAlone:
         self._settings = settings
         self._noise = noise or MeasuredNoise()
         self._misalignment = misalignment or MisalignmentEstimate()
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget the surfaces of the last frames, which take some megabytes each."""
         self._surfaces = LastResults(self._new_surfaces, _CACHED_FRAMES)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,

@@ -44,6 +44,8 @@ from aick_ros.registration.unexpected_motion import NEAR_POSE, is_same
 from aick_ros.registration.verified_aick import VerifiedAick
 from aick_ros.settings import Settings
 
+_FORGOTTEN = 60  # registrations by keypoints after which surfaces for the dark go; chosen
+
 
 @dataclass(frozen=True)
 class Learned:
@@ -83,8 +85,9 @@ class Registrar:
         self._preparer.distortion = self._learned.distortion.distortion
         self._own_keypoints = LastResults(self._preparer.keypoints, 1)
         self._alike = CommonDistortion(self._preparer)
-        self._beside_alike = CommonDistortion(self._preparer)
         self._sought_alike = CommonDistortion(self._preparer)  # sources are older ones there
+        self._beside_alike = CommonDistortion(self._preparer)
+        self._since_dark = 0  # registrations by keypoints
 
     @property
     def preparer(self) -> Preparer:
@@ -207,6 +210,7 @@ class Registrar:
     def _learned_from(self, found: Registration, source: PreparedFrame, target: PreparedFrame,
                       steady: np.ndarray | None, elapsed: float) -> Registration:
         """Learn from a registration; return it with the errors that it does not show itself."""
+        self._note_light(found)
         if source.repeat is not Repeat.NONE or are_equal(source.grey, target.grey):
             # a repeated image shows no noise, or the same once more
             found = replaced(found, bias=None, noise=None, misalignment=None)
@@ -223,6 +227,13 @@ class Registrar:
         return self._learned.systematic_error.add_to(
             found, source, target, steady, elapsed, delay,
             self._learned.misalignment.delay_sigma)
+
+    def _note_light(self, found: Registration) -> None:
+        """Forget what the dark needed, some time after it."""
+        self._since_dark += found.status.ok
+        if self._since_dark == _FORGOTTEN:
+            self._depth_alone.forget()
+            self._beside_alike = CommonDistortion(self._preparer)
 
     def align(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
         """Return the pose of the source in the target by AICK in one attempt, not refined."""
@@ -283,6 +294,7 @@ class Registrar:
         unobserved = numbers(unobserved, (6, 6), 'the covariance unobserved')
         target = self._alike(target, source)
         with self._times.stage('refinement'):
+            self._since_dark = 0
             others = [replaced(view, prepared=self._beside_alike(view.prepared, source))
                       for view in others]
             return self._depth_alone.register(source, target, expected, unobserved, others)

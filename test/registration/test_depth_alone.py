@@ -415,6 +415,8 @@ def test_each_frame_has_two_surfaces_made_once(monkeypatch, made):
     assert alone._surfaces(frame) is alone._surfaces(frame)
     expected = (frame.depth, frame.camera, settings.sensor, settings.refinement.surface_points)
     assert given == [(*expected, cell, True) for cell in (CELL, FINE_CELL)]
+    alone.forget()
+    assert not alone._surfaces.knows(frame)
 
 
 def test_the_iteration_ends_with_a_small_step_or_after_twelve():

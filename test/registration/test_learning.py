@@ -362,6 +362,24 @@ def test_depth_alone_gets_the_motion_expected_and_what_is_unobserved(steps, part
     assert steps.samples() == []
 
 
+def test_what_the_dark_needs_is_forgotten_some_time_after_it(steps, parts, made):
+    """Not between frames in the dark, nor while the camera is lost; and once."""
+    def register(count):
+        for _ in range(count):
+            steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+        return len(parts.asked('DepthAlone', 'forget'))
+    in_the_dark = PoseWithCovariance(EXPECTED, np.eye(6))
+    parts.answers['DepthAlone', 'register'] = failed(Status.TOO_FEW_KEYPOINTS, '')
+    parts.answers['DepthAlone', 'forget'] = None
+    for _ in range(2):
+        steps.registrar.register_depth(steps.source, steps.target, in_the_dark, np.eye(6))
+        assert register(59) == 0
+    found, steps.found = steps.found, failed(Status.TOO_FEW_MATCHES, '')
+    assert register(5) == 0
+    steps.found = found
+    assert [register(1), register(200)] == [1, 1]
+
+
 @pytest.mark.parametrize('bad', [
     lambda one, a, b: one.register(None, b), lambda one, a, b: one.register(a, None),
     lambda one, a, b: one.register(a, b, np.zeros((4, 4))),
