@@ -14,10 +14,9 @@ thirty, when something is known of the camera.
 
 from __future__ import annotations
 
-import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator
 
-import cv2
+from camera_table import print_camera_table
 from weights import frames_of
 
 from aick_ros.evaluation.scores.consistency import Consistency
@@ -25,6 +24,7 @@ from aick_ros.evaluation.scores.frame_record import FrameRecord
 from aick_ros.evaluation.scores.run_errors import RunErrors
 from aick_ros.odometry import Odometry
 
+FRAMES = 150
 FIRST = 30  # frames, until something is known of the camera
 
 
@@ -39,23 +39,18 @@ def consistencies(camera: str, count: int) -> tuple[Consistency, Consistency]:
     return all_of_them, later
 
 
-def row(name: str, found: Sequence[Consistency]) -> str:
-    """Return a row of the table."""
-    return f'| {name} | ' + ' | '.join(
+def rows(camera: str, count: int) -> Iterator[str]:
+    """Yield the row of a camera."""
+    found = consistencies(camera, count)
+    yield f'| {camera} | ' + ' | '.join(
         f'{each.nees_mean or 0.0:.1f} | {each.inside_95 or 0.0:.2f}' for each in found) + ' |'
 
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('cameras', nargs='+', metavar='CAMERA')
-    parser.add_argument('--frames', type=int, default=150)
-    options = parser.parse_args()
-    cv2.setNumThreads(1)
-    print('| camera | mean NEES | inside 95 % | later: mean NEES | inside 95 % |')
-    print('|---|---|---|---|---|')
-    for camera in options.cameras:
-        print(row(camera, consistencies(camera, options.frames)), flush=True)
+    print_camera_table(
+        __doc__, ('camera', 'mean NEES', 'inside 95 %', 'later: mean NEES', 'inside 95 %'), FRAMES,
+        rows)
 
 
 if __name__ == '__main__':

@@ -16,14 +16,13 @@ weigh.
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import itertools
 from collections.abc import Iterator
 from unittest import mock
 
-import cv2
 import numpy as np
+from camera_table import print_camera_table
 from misalignment import Misaligned
 
 from aick_ros.evaluation.scores.pair_evaluation import PairEvaluation
@@ -110,16 +109,10 @@ def rows(camera: str, count: int) -> Iterator[str]:
 
 def main() -> None:
     """Print a table, some rows per camera."""
-    parser = argparse.ArgumentParser(description=__doc__.split('\n\n')[0])
-    parser.add_argument('cameras', nargs='+', metavar='CAMERA')
-    parser.add_argument('--frames', type=int, default=FRAMES, help='of each camera')
-    arguments = parser.parse_args()
-    cv2.setNumThreads(1)
-    print('| camera | weights | within 3.3 mm, gap '
-          f'{" / ".join(map(str, GAPS))} | within 10 mm |\n|---|---|---|---|')
-    for camera in arguments.cameras:
-        for line in rows(camera, arguments.frames):
-            print(line, flush=True)
+    gaps = ' / '.join(map(str, GAPS))
+    print_camera_table(__doc__.split('\n\n')[0],
+                       ('camera', 'weights', f'within 3.3 mm, gap {gaps}', 'within 10 mm'),
+                       FRAMES, rows)
 
 
 if __name__ == '__main__':
