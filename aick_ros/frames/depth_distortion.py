@@ -72,8 +72,9 @@ class DepthDistortion:
         if self.is_none:
             return depth
         undistorted = np.empty(depth.shape, np.float32)
-        kernels.undistort_depth(np.ascontiguousarray(depth), self._nodes, _SMALLEST_SCALE,
-                                undistorted)
+        kernels.undistort_depth(
+            np.ascontiguousarray(depth), np.ascontiguousarray(self.nodes, np.float64),
+            _SMALLEST_SCALE, undistorted)
         undistorted.flags.writeable = False
         return undistorted
 
@@ -88,10 +89,6 @@ class DepthDistortion:
         scale = 1.0 + points[:, 2].astype(np.float64) * self.at(points, camera)
         scale = np.maximum(scale, _SMALLEST_SCALE)
         return np.asarray(points / scale[:, None], points.dtype)
-
-    @functools.cached_property
-    def _nodes(self) -> np.ndarray:
-        return np.ascontiguousarray(self.nodes, np.float64)
 
 
 NO_DISTORTION = DepthDistortion()

@@ -29,10 +29,6 @@ KnownViews = Callable[[Reference, np.ndarray], Sequence[KnownView]]
 """Returns the views beside a reference, by it and the pose expected of a frame in it, 4x4."""
 
 
-def _no_views(reference: Reference, T_reference_frame: np.ndarray) -> Sequence[KnownView]:
-    return ()
-
-
 @dataclass(frozen=True, eq=False)
 class Attempt:
     """
@@ -63,7 +59,7 @@ class Attempts:
         self._expected = expected
 
     def of(self, prepared: PreparedFrame, references: References, twist: np.ndarray | None,
-           confirmed: int, views: KnownViews = _no_views) -> Iterator[Attempt]:
+           confirmed: int, views: KnownViews) -> Iterator[Attempt]:
         """
         Yield registrations of a frame, until one is accepted: by keypoints, then by depth alone.
 

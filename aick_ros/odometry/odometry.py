@@ -404,12 +404,11 @@ class Odometry:
         last = references.last
         motion = self._increment_bias.add_to(
             *last.motion_to(attempt.seen), last.prepared.scene_depth)
-        interval = seconds(last.stamp, prepared.stamp)
-        change = (np.zeros(6) if self._twist is None else
-                  se3.log(motion.matrix) / interval - self._twist)
+        increment = Increment(motion, seconds(last.stamp, prepared.stamp))
+        change = np.zeros(6) if self._twist is None else increment.twist - self._twist
         timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change)
-        increment = Increment(
-            PoseWithCovariance(motion.matrix, motion.covariance + timing), interval)
+        increment = Increment(PoseWithCovariance(motion.matrix, motion.covariance + timing),
+                              increment.interval)
         if attempt.registration.is_by_depth:
             return increment
         return self._expected.joined_increment(increment, last.stamp, prepared.stamp)

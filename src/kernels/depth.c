@@ -217,13 +217,13 @@ static void undistort_row(const float *depths, Size size, const Nodes *nodes, Py
   const double *above = nodes->values + upper * nodes->size.width;
   const double *below = above + nodes->size.width;
   const double downwards = place - (double)upper;
+  const double step = place_of(1, size.width, nodes->size.width);
   for (Py_ssize_t gap = 0, begin = 0, end; begin < size.width; ++gap, begin = end) {
     end = gap + 1 < gaps && size.width > 1 ? ((gap + 1) * (size.width - 1) + gaps - 1) / gaps
                                            : size.width;
     const double left = above[gap] + (below[gap] - above[gap]) * downwards;
     const double right = above[gap + 1] + (below[gap + 1] - above[gap + 1]) * downwards;
     const double across = place_of(begin, size.width, nodes->size.width) - (double)gap;
-    const double step = place_of(1, size.width, nodes->size.width);
     undistort(depths + begin, (int)(end - begin), (float)(left + (right - left) * across),
               (float)((right - left) * step), least, undistorted + begin);
   }

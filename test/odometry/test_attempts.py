@@ -64,6 +64,11 @@ def view(seconds, **values):
     return View(round(seconds * NANOSECONDS), **values)
 
 
+def none_known(reference, T_reference_frame):
+    """Return what is known beside a reference: nothing."""
+    return ()
+
+
 def attempts_by(registrar):
     """Return attempts without other sensors."""
     settings = Settings()
@@ -74,7 +79,8 @@ def attempts_by(registrar):
 
 def order(now, references, doubt=False, twist=np.zeros(6)):
     """Return the evidence of all attempts in their order, with the times of the references."""
-    attempts = attempts_by(Registrar(doubt)).of(now, references, twist, references.last.stamp)
+    attempts = attempts_by(Registrar(doubt)).of(now, references, twist, references.last.stamp,
+                                                none_known)
     return [(attempt.registration.evidence, attempt.reference.stamp / NANOSECONDS)
             for attempt in attempts]
 
@@ -132,7 +138,8 @@ def test_registrations_know_the_motion_expected_and_the_time_since_keypoints_wer
     references, registrar = References(first), Registrar()
     references.track(Reference(view(0.1), last), first)
     twist, settings = np.array([0.5, -0.2, 0.1, 0.3, 0.2, -0.4]), Settings().odometry
-    list(attempts_by(registrar).of(view(0.2), references, twist, round(confirmed * NANOSECONDS)))
+    list(attempts_by(registrar).of(
+        view(0.2), references, twist, round(confirmed * NANOSECONDS), none_known))
     moved = last.matrix @ se3.exp(0.1 * twist)
     for (expected, elapsed), reference in zip(registrar.by_keypoints, (keyframe, last)):
         np.testing.assert_allclose(expected, np.linalg.inv(reference.matrix) @ moved, atol=1e-12)
@@ -253,7 +260,7 @@ def test_nothing_is_tracked_to_where_nothing_is_expected(moved):
 def test_a_frame_gets_the_velocity_that_is_known_of_it(moved, twist):
     """Where another sensor knows the motion, but not the velocity, it gets none."""
     expected, registrar = Expected(), Playing()
-    list(Attempts(Settings(), registrar, expected).of(view(0.3), moved, twist, 0))
+    list(Attempts(Settings(), registrar, expected).of(view(0.3), moved, twist, 0, none_known))
     for source, *_ in registrar.given:
         if twist is None:
             assert source.twist is None
@@ -263,7 +270,8 @@ def test_a_frame_gets_the_velocity_that_is_known_of_it(moved, twist):
 
 def test_where_no_motion_is_known_nothing_is_expected(moved):
     registrar = Playing()
-    list(Attempts(Settings(), registrar, Expected(False)).of(view(0.3), moved, TWIST, 0))
+    list(Attempts(Settings(), registrar, Expected(False)).of(
+        view(0.3), moved, TWIST, 0, none_known))
     assert [(source.twist, expected) for source, _, expected, *_ in registrar.given] == (
         2 * [(None, None)])
 
@@ -271,7 +279,7 @@ def test_where_no_motion_is_known_nothing_is_expected(moved):
 def test_what_is_expected_by_sensors_and_at_constant_velocity_is_in_each_reference(moved):
     registrar = Playing(failed(Status.TOO_FEW_MATCHES, ''))
     list(Attempts(Settings(), registrar, Expected()).of(
-        view(0.3, repeat=Repeat.DEPTH), moved, TWIST, 0))
+        view(0.3, repeat=Repeat.DEPTH), moved, TWIST, 0, none_known))
     for (_, _, *given), reference in zip(registrar.given, (moved.keyframe, moved.last)):
         for pose, motion in zip(given[::2], (MOTION, STEADY)):
             np.testing.assert_allclose(pose, se3.inverse(
@@ -284,7 +292,8 @@ def test_by_depth_the_motion_and_what_nothing_observes_are_in_the_axes_of_the_re
     moved.track_shape(moved.last, shape)
     expected, registrar = Expected(), Playing()
     attempts = Attempts(Settings(), registrar, expected)
-    by_depth = list(attempts.of(view(0.3, repeat=Repeat.COLOUR), moved, TWIST, stamp(0.02)))
+    by_depth = list(attempts.of(view(0.3, repeat=Repeat.COLOUR), moved, TWIST, stamp(0.02),
+                                none_known))
     assert ('between', stamp(0.02), stamp(0.3), None) in expected.asked
     assert [attempt.reference for attempt in by_depth] == [shape, moved.last]
     for (_, target, motion, unobserved, _), reference in zip(
@@ -318,7 +327,8 @@ def one_attempt(moved, found=SEEN, **changes):
     settings = with_values(Settings(), {
         f'odometry.{name}': value for name, value in changes.items()})
     expected = Expected()
-    attempt = next(Attempts(settings, Playing(found), expected).of(view(0.5), moved, TWIST, 0))
+    attempt = next(Attempts(settings, Playing(found), expected).of(
+        view(0.5), moved, TWIST, 0, none_known))
     return attempt, [asked for asked in expected.asked if asked[0] == 'joined']
 
 
@@ -370,7 +380,7 @@ def test_what_no_track_confirms_and_a_check_rejects_is_no_doubt(moved):
     for least in (80, 81):
         settings = with_values(Settings(), {'odometry.min_matches': least})
         attempts = Attempts(settings, Playing(FOUND), Expected()).of(
-            view(0.5), moved, TWIST, 0)
+            view(0.5), moved, TWIST, 0, none_known)
         orders.append([attempt.reference.stamp for attempt in attempts])
     keyframe, last = moved.keyframe.stamp, moved.last.stamp
     assert orders == [[last, keyframe, last], [keyframe, last, last]]
