@@ -34,24 +34,42 @@ def read_only(array):
 
 
 @pytest.mark.parametrize('arguments, message', [
-    ({'points': np.ones((3, 3), np.float32)}, 'the points has numbers of type f: d is required'),
     ({'points': np.ones((3, 2))}, 'the points has 6 numbers: 9 are required'),
     ({'intrinsics': np.ones(3)}, 'the intrinsics has 3 numbers: 4 are required'),
-    ({'intrinsics': np.ones(4, int)}, 'type l: d is required'),
-    ({'distortion': np.ones(12, '>f8')}, 'type >d: d is required'),
+    ({'intrinsics': 'fx fy'}, 'could not convert string to float'),
+    ({'pixels': np.ones((3, 2), np.float32)}, 'the pixels has numbers of type f: d is required'),
+    ({'pixels': np.ones((3, 2), '>f8')}, 'type >d: d is required'),
     ({'pixels': np.ones((2, 2))}, 'the pixels has 4 numbers: 6 are required')])
 def test_arrays_of_another_type_or_size_are_refused(arguments, message):
     with pytest.raises((TypeError, ValueError), match=message):
         project(**arguments)
 
 
-@pytest.mark.parametrize('arguments', [
-    {'points': np.ones((3, 6))[:, ::2]}, {'points': np.ones((3, 3)).T[::-1]},
-    {'pixels': np.zeros((3, 4))[:, :2]}, {'pixels': read_only(np.zeros((3, 2)))},
-    {'points': [1.0, 1.0, 1.0]}])
-def test_arrays_that_are_not_contiguous_or_not_writable_are_refused(arguments):
+@pytest.mark.parametrize('pixels', [
+    np.zeros((3, 4))[:, :2], read_only(np.zeros((3, 2))), [[0.0, 0.0]] * 3])
+def test_what_cannot_be_written_to_in_one_piece_is_refused(pixels):
     with pytest.raises((TypeError, ValueError, BufferError)):
-        project(**arguments)
+        project(pixels=pixels)
+
+
+@pytest.mark.parametrize('convert', [
+    np.float32, np.int64, lambda points: points.astype('>f8'), np.asfortranarray,
+    lambda points: np.repeat(points, 2, axis=1)[:, ::2], np.ndarray.tolist],
+    ids=['float32', 'int64', 'big-endian', 'by column', 'strided', 'list'])
+def test_numbers_that_are_read_alone_may_have_another_type_or_layout(convert):
+    points = np.array([[1.0, 2.0, 4.0], [-3.0, 1.0, 2.0], [5.0, 0.0, 1.0]])
+    expected = project(points)
+    assert np.ptp(expected) > 1.0
+    np.testing.assert_array_equal(project(convert(points), pixels=np.zeros((3, 2))), expected)
+
+
+def test_whole_numbers_and_truth_values_are_not_converted():
+    usable, found = np.ones(12, bool), [np.empty(3, np.int64) for _ in range(2)]
+    with pytest.raises(TypeError, match=r'the usable cells has .* \? is required'):
+        kernels.cells_at(POINTS, usable.astype(np.uint8), 4, 3, INTRINSICS, *found)
+    with pytest.raises(TypeError, match='q is required'):
+        kernels.gradient_noise(np.ones((2, 6)), np.ones(2), np.ones(2), np.zeros(2, np.int32),
+                               np.zeros((6, 6)))
 
 
 def test_no_points_are_no_pixels():

@@ -31,7 +31,7 @@ def descriptor_distances(source: np.ndarray, target: np.ndarray) -> np.ndarray:
     """
     distances = np.empty((len(source), len(target)), np.float32)
     if _are_binary(source):
-        kernels.bit_distances(*_contiguous(source, target), source.shape[1], distances)
+        kernels.bit_distances(source, target, source.shape[1], distances)
         return distances
     start = 0
     for block in _float_blocks(source, target):
@@ -52,8 +52,7 @@ def pair_distances(source: np.ndarray, target: np.ndarray, source_rows: np.ndarr
     distances = np.empty(len(source_rows), np.float32)
     if _are_binary(source):
         kernels.bit_distances_of_pairs(
-            *_contiguous(source, target), source.shape[1],
-            *_contiguous(source_rows, target_rows), distances)
+            source, target, source.shape[1], source_rows, target_rows, distances)
         return distances
     step = max(_CHUNK_BYTES // source[:1].nbytes, 1) if len(source) else 1
     for start in range(0, len(distances), step):
@@ -80,7 +79,7 @@ def pairs_below(source: np.ndarray, target: np.ndarray,
     """
     if _are_binary(source):
         rows = np.frombuffer(kernels.pairs_of_similar_bits(
-            *_contiguous(source, target), source.shape[1], bound), np.int64).reshape(2, -1)
+            source, target, source.shape[1], bound), np.int64).reshape(2, -1)
         return rows, pair_distances(source, target, *rows)
     numbers, distances, first = [np.empty(0, np.int64)], [np.empty(0, np.float32)], 0
     for block in _float_blocks(source, target):
@@ -94,10 +93,6 @@ def pairs_below(source: np.ndarray, target: np.ndarray,
 
 def _are_binary(descriptors: np.ndarray) -> bool:
     return descriptors.dtype == np.uint8
-
-
-def _contiguous(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return np.ascontiguousarray(one), np.ascontiguousarray(other)
 
 
 def _float_blocks(source: np.ndarray, target: np.ndarray) -> Iterator[np.ndarray]:

@@ -23,5 +23,5 @@ def spread(pixels: np.ndarray, count: int, cell_size: float) -> np.ndarray:
     :returns: indices, the strongest first.
     """
     chosen = np.empty(min(count, len(pixels)), np.int64)
-    kernels.spread(np.ascontiguousarray(pixels, np.float64), cell_size, chosen)
+    kernels.spread(pixels, cell_size, chosen)
     return chosen

@@ -29,10 +29,9 @@ def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.
     :param pixels: Nx2 (u, v) [px].
     :returns: N float64 [m], NaN where invalid or outside of the range of the sensor.
     """
-    pixels = np.ascontiguousarray(pixels, np.float64).reshape(-1, 2)
     depths = np.empty(len(pixels))
-    kernels.sample_depth(np.ascontiguousarray(image, np.float32), pixels, sensor.depth_jump,
-                         sensor.min_depth, sensor.max_depth, depths)
+    kernels.sample_depth(image, pixels, sensor.depth_jump, sensor.min_depth, sensor.max_depth,
+                         depths)
     return depths
 
 
@@ -47,8 +46,8 @@ def scaled_to(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings, see
     """
     scaled = np.empty(points.shape)
     kernels.scaled_to_depth(
-        np.ascontiguousarray(image, np.float32), pixels, sensor.depth_jump, sensor.min_depth,
-        sensor.max_depth, seen, points, scaled)
+        image, pixels, sensor.depth_jump, sensor.min_depth, sensor.max_depth, seen, points,
+        scaled)
     return scaled
 
 
@@ -67,9 +66,7 @@ def nearer_beside(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
     :param reach: distance at which they are sought [px].
     """
     nearer = np.empty(len(depths))
-    kernels.nearer_beside(
-        np.ascontiguousarray(image, np.float32), np.ascontiguousarray(pixels, np.float64),
-        np.ascontiguousarray(depths, np.float64), reach, LEAST_RISE, _LEAST_STEP, nearer)
+    kernels.nearer_beside(image, pixels, depths, reach, LEAST_RISE, _LEAST_STEP, nearer)
     return nearer
 
 

@@ -72,9 +72,7 @@ class DepthDistortion:
         if self.is_none:
             return depth
         undistorted = np.empty(depth.shape, np.float32)
-        kernels.undistort_depth(
-            np.ascontiguousarray(depth), np.ascontiguousarray(self.nodes, np.float64),
-            _SMALLEST_SCALE, undistorted)
+        kernels.undistort_depth(depth, self.nodes, _SMALLEST_SCALE, undistorted)
         undistorted.flags.writeable = False
         return undistorted
 

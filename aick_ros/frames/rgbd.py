@@ -108,15 +108,14 @@ def _is_constant(image: np.ndarray) -> bool:
 
 def _is_valid(depth: np.ndarray) -> bool:
     """Return whether all depths are NaN, or such that a camera may measure."""
-    return not depth.size or kernels.is_valid_depth(
-        np.ascontiguousarray(depth), MIN_DEPTH, MAX_DEPTH)
+    return not depth.size or kernels.is_valid_depth(depth, MIN_DEPTH, MAX_DEPTH)
 
 
 def _valid(depth: np.ndarray) -> np.ndarray:
     """Return a copy of a depth image, NaN instead of what no camera measures."""
     valid = np.empty(depth.shape, np.float32)
     if depth.size:
-        kernels.valid_depth(np.ascontiguousarray(depth), MIN_DEPTH, MAX_DEPTH, valid)
+        kernels.valid_depth(depth, MIN_DEPTH, MAX_DEPTH, valid)
     return valid
 
 

@@ -124,9 +124,8 @@ class Surface:
         :returns: K indices of the points that project onto a usable cell, and K of the cells.
         """
         indices, cells = np.empty((2, len(points)), np.int64)
-        found = kernels.cells_at(
-            np.ascontiguousarray(points, np.float64), self.usable, self.grid.width,
-            self.grid.height, self.grid.intrinsics, indices, cells)
+        found = kernels.cells_at(points, self.usable, self.grid.width, self.grid.height,
+                                 self.grid.intrinsics, indices, cells)
         return indices[:found], cells[:found]
 
 
@@ -160,8 +159,7 @@ def _inverse_depth(depth: np.ndarray, camera: Camera, sensor: SensorSettings,
     grid = _grid(camera, cell)
     inverse = np.empty((grid.height, grid.width), np.float32)
     kernels.mean_inverse_depths(
-        np.ascontiguousarray(depth), cell, 1 / sensor.max_depth,
-        1 / max(sensor.min_depth, _MIN_DEPTH), inverse)
+        depth, cell, 1 / sensor.max_depth, 1 / max(sensor.min_depth, _MIN_DEPTH), inverse)
     places = _undistortion(camera, cell)
     if places is None or min(inverse.shape) < 2:
         return inverse

@@ -154,7 +154,7 @@ class Camera:
         :returns: Nx2 float64; NaN where the distortion model has no ray in front of the camera.
         :raises InputError: where these are no pixels.
         """
-        pixels = np.ascontiguousarray(numbers(pixels, (None, 2), 'pixels'))
+        pixels = numbers(pixels, (None, 2), 'pixels')
         if self._polynomial is None:
             return self._normalized_by_opencv(pixels)
         rays = np.empty((len(pixels), 2))
@@ -193,7 +193,7 @@ class Camera:
         :returns: Nx2 float64 (u, v) [px]; may lie outside the image.
         :raises InputError: where these are no points.
         """
-        points = np.ascontiguousarray(numbers(points, (None, 3), 'points'))
+        points = numbers(points, (None, 3), 'points')
         if self._polynomial is None:
             return self._projected_by_opencv(points)
         pixels = np.empty((len(points), 2))

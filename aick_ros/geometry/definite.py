@@ -26,7 +26,7 @@ def solved(matrix: np.ndarray, sides: np.ndarray) -> np.ndarray | None:
     """
     solution = np.array(sides, np.float64, order='C')
     count = 1 if solution.ndim == 1 else solution.shape[1]
-    is_definite = kernels.solve_definite(np.ascontiguousarray(matrix), solution, count)
+    is_definite = kernels.solve_definite(matrix, solution, count)
     return solution if is_definite else None
 
 
@@ -43,7 +43,7 @@ def solve(matrix: np.ndarray, sides: np.ndarray) -> np.ndarray:
 
 def is_definite(matrix: np.ndarray) -> bool:
     """Return whether a matrix, NxN, is positive definite."""
-    return kernels.solve_definite(np.ascontiguousarray(matrix), _NO_SIDES, 0)
+    return kernels.solve_definite(matrix, _NO_SIDES, 0)
 
 
 def nonnegative(covariance: np.ndarray) -> np.ndarray:

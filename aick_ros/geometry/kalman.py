@@ -43,7 +43,6 @@ class KalmanUpdate:
         :param rows: KxN, derivatives of what is measured by the values.
         :param noise: KxK, covariance of the measurements.
         """
-        covariance, rows, noise = map(np.ascontiguousarray, (covariance, rows, noise))
         size, count = len(covariance), len(noise)
         expected, gain = np.empty((count, count)), np.empty((size, count))
         kept, updated = np.empty((2, size, size))
@@ -70,7 +69,6 @@ def measured(values: np.ndarray, covariance: np.ndarray, rows: np.ndarray, noise
         has none, the measurement is no noise: then there is no estimate.
     """
     updated, updated_covariance = np.empty(len(values)), np.empty(covariance.shape)
-    covariance, rows, noise = map(np.ascontiguousarray, (covariance, rows, noise))
     is_noise = kernels.kalman_measurement(
         values, covariance, rows, noise, error, largest, updated, updated_covariance)
     return (updated, updated_covariance) if is_noise else None
@@ -85,7 +83,5 @@ def propagated(transition: np.ndarray, covariance: np.ndarray, influence: np.nda
     :param influence: NxK, derivatives by the noise; its covariance, KxK.
     """
     result = np.empty((len(covariance), len(covariance)))
-    transition, covariance, influence, noise = map(
-        np.ascontiguousarray, (transition, covariance, influence, noise))
     kernels.propagated_covariance(transition, covariance, influence, noise, result)
     return result

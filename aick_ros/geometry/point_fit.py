@@ -52,7 +52,7 @@ def moments(source: np.ndarray, target: np.ndarray, matches: np.ndarray) -> np.n
     :param matches: Kx2 int64, rows (source, target).
     """
     sums = np.zeros((4, 4))
-    kernels.moments(np.ascontiguousarray(source), np.ascontiguousarray(target), matches, sums)
+    kernels.moments(source, target, matches, sums)
     return sums
 
 

@@ -74,16 +74,14 @@ class PoseWithCovariance:
     def __matmul__(self, other: PoseWithCovariance | np.ndarray) -> PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of this pose and another one."""
         pose, covariance = np.empty((4, 4)), np.empty((6, 6))
-        kernels.composed_poses(*self._arrays, *_pose(other)._arrays, pose, covariance)
+        other = _pose(other)
+        kernels.composed_poses(self.matrix, self.covariance, other.matrix, other.covariance, pose,
+                               covariance)
         return PoseWithCovariance._made(pose, covariance)
 
     def __rmatmul__(self, matrix: np.ndarray) -> PoseWithCovariance:
         """Return ``T_a_c = T_a_b @ T_b_c`` of an exact pose and this one."""
         return _pose(matrix) @ self
-
-    @property
-    def _arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        return np.ascontiguousarray(self.matrix), np.ascontiguousarray(self.covariance)
 
     def inverse(self) -> PoseWithCovariance:
         """Return ``T_source_target``, its covariance in the axes of the source."""
@@ -105,8 +103,9 @@ class PoseWithCovariance:
 
     def _seen_from(self, start: PoseWithCovariance, times: float) -> PoseWithCovariance:
         """Return ``inverse(start) @ self``, with the covariance of the start some times added."""
-        motion, covariance = np.empty((4, 4)), np.empty((6, 6))
-        kernels.relative_pose(*_pose(start)._arrays, *self._arrays, times, motion, covariance)
+        motion, covariance, start = np.empty((4, 4)), np.empty((6, 6)), _pose(start)
+        kernels.relative_pose(start.matrix, start.covariance, self.matrix, self.covariance, times,
+                              motion, covariance)
         return PoseWithCovariance._made(motion, covariance)
 
     def in_body(self, T_base_camera: np.ndarray) -> PoseWithCovariance:

@@ -27,14 +27,14 @@ _Vector = Sequence[float] | np.ndarray
 def transform(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Return transformed points, Nx3, of the type of the points."""
     moved = np.empty(points.shape)
-    kernels.transform(_array(pose), _array(points), moved)
+    kernels.transform(pose, points, moved)
     return moved.astype(points.dtype, copy=False)
 
 
 def inverse(pose: np.ndarray) -> np.ndarray:
     """Return the inverse of a pose."""
     inverted = np.empty((4, 4))
-    kernels.inverse_pose(_array(pose), inverted)
+    kernels.inverse_pose(pose, inverted)
     return inverted
 
 
@@ -47,14 +47,14 @@ def skew(v: _Vector) -> np.ndarray:
 def exp_rotation(theta: _Vector) -> np.ndarray:
     """Return the rotation matrix of a rotation vector [rad], 3x3 (Rodrigues)."""
     rotation = np.empty((3, 3))
-    kernels.exp_rotation(_array(theta), rotation)
+    kernels.exp_rotation(theta, rotation)
     return rotation
 
 
 def log_rotation(rotation: np.ndarray) -> np.ndarray:
     """Return the rotation vector [rad] of a rotation matrix; its length is 0 to pi."""
     theta = np.empty(3)
-    kernels.log_rotation(_array(rotation), theta)
+    kernels.log_rotation(rotation, theta)
     return theta
 
 
@@ -71,14 +71,14 @@ def rotation_between(one: np.ndarray, other: np.ndarray) -> np.ndarray:
 def exp(twist: _Vector) -> np.ndarray:
     """Return the pose reached by a constant body twist in unit time (exponential map)."""
     pose = np.empty((4, 4))
-    kernels.exp_pose(_array(twist), pose)
+    kernels.exp_pose(twist, pose)
     return pose
 
 
 def log(pose: np.ndarray) -> np.ndarray:
     """Return the twist whose exponential is the pose, 6 (logarithmic map)."""
     twist = np.empty(6)
-    kernels.log_pose(_array(pose), twist)
+    kernels.log_pose(pose, twist)
     return twist
 
 
@@ -99,7 +99,7 @@ def angle(rotation: np.ndarray) -> float:
 def to_quaternion(rotation: np.ndarray) -> np.ndarray:
     """Return the unit quaternion (x, y, z, w), w >= 0, of a rotation (Shepperd 1978)."""
     quaternion = np.empty(4)
-    kernels.to_quaternion(_array(rotation), quaternion)
+    kernels.to_quaternion(rotation, quaternion)
     return quaternion
 
 
@@ -149,7 +149,7 @@ def checked(pose: object, name: str) -> np.ndarray:
 
 def is_rigid(matrix: np.ndarray) -> bool:
     """Return whether a matrix, 4x4, is a rigid transformation, all of its numbers finite."""
-    return kernels.is_rigid(_array(matrix))
+    return kernels.is_rigid(matrix)
 
 
 def from_roll_pitch_yaw(roll: float, pitch: float, yaw: float,
@@ -171,14 +171,14 @@ def perturbed(pose: np.ndarray, error: np.ndarray) -> np.ndarray:
     estimated from a motion between those before.
     """
     result = np.empty((4, 4))
-    kernels.perturbed_pose(_array(pose), _array(error), result)
+    kernels.perturbed_pose(pose, error, result)
     return result
 
 
 def difference(pose: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """Return the error of a pose against a reference, 6: the inverse of :func:`perturbed`."""
     error = np.empty(6)
-    kernels.pose_difference(_array(pose), _array(reference), error)
+    kernels.pose_difference(pose, reference, error)
     return error
 
 
@@ -198,7 +198,3 @@ def point_jacobian(arms: np.ndarray) -> np.ndarray:
 def scaled(motion: np.ndarray, factor: float) -> np.ndarray:
     """Return the motion of the same constant body twist over a multiple of the time."""
     return motion if factor == 1.0 else exp(factor * log(motion))
-
-
-def _array(numbers: _Vector) -> np.ndarray:
-    return np.ascontiguousarray(numbers, np.float64)

@@ -24,5 +24,5 @@ def integrated_turns(stamps: np.ndarray, rates: np.ndarray, rotation: np.ndarray
     """
     rotations, integrals = np.empty((2, len(stamps), 3, 3))
     rotations[0], integrals[0] = rotation, integral
-    kernels.integrate_turns(stamps, np.ascontiguousarray(rates), rotations, integrals)
+    kernels.integrate_turns(stamps, rates, rotations, integrals)
     return rotations, integrals

@@ -25,10 +25,41 @@ static bool has_type(const Py_buffer *view, char type) {
   return *format == type;
 }
 
+static bool is_floating(char type) { return type == 'd' || type == 'f'; }
+
+// The numbers of an argument in a contiguous array, where they are floating-point ones of its type.
+static PyObject *converted(const Argument *argument) {
+  PyObject *numpy = PyImport_ImportModule("numpy");
+  if (numpy == NULL)
+    return NULL;
+  const char type[] = {argument->type, '\0'};
+  PyObject *array =
+      is_floating(argument->type)
+          ? PyObject_CallMethod(numpy, "ascontiguousarray", "Os", argument->object, type)
+          : PyObject_CallMethod(numpy, "ascontiguousarray", "O", argument->object);
+  Py_DECREF(numpy);
+  return array;
+}
+
+// Open an array as it is; one that is read alone is converted where it must be.
+static bool view_array(Py_buffer *view, const Argument *argument) {
+  const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT;
+  if (argument->is_written)
+    return PyObject_GetBuffer(argument->object, view, flags | PyBUF_WRITABLE) == 0;
+  if (PyObject_GetBuffer(argument->object, view, flags) == 0) {
+    if (!is_floating(argument->type) || has_type(view, argument->type))
+      return true;
+    PyBuffer_Release(view);
+  }
+  PyErr_Clear();
+  PyObject *array = converted(argument);
+  const bool is_open = array != NULL && PyObject_GetBuffer(array, view, flags) == 0;
+  Py_XDECREF(array);  // the view keeps it
+  return is_open;
+}
+
 static bool open_array(Py_buffer *view, const Argument *argument) {
-  const int flags =
-      PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (argument->is_written ? PyBUF_WRITABLE : 0);
-  if (PyObject_GetBuffer(argument->object, view, flags) < 0)
+  if (!view_array(view, argument))
     return false;
   if (!has_type(view, argument->type)) {
     PyErr_Format(PyExc_TypeError, "%s has numbers of type %s: %c is required", argument->name,

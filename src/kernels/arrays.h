@@ -20,7 +20,8 @@ enum {
 // Py_ssize_t.
 #define LONGEST ((Py_ssize_t)1 << 30)
 
-// A contiguous array that a kernel reads or writes.
+// A contiguous array that a kernel reads or writes. What is read alone is copied where it is not
+// contiguous, and where floating-point numbers are required and it has others.
 typedef struct {
   const char *name;
   PyObject *object;

@@ -107,8 +107,7 @@ def test_corners_of_small_images_are_those_of_opencv(width, height):
     ((np.zeros((20, 40), np.uint8), -5, 20, 0, 9), ValueError),
     ((np.zeros(400, np.uint8), 5, 20, 0, 9), ValueError),
     ((np.zeros((20, 20), np.uint8), 5, 256, 0, 9), OverflowError),
-    ((np.zeros((20, 20), np.float32), 5, 20, 0, 9), TypeError),
-    ((np.zeros((20, 40), np.uint8)[:, ::2], 5, 20, 0, 9), (BufferError, ValueError))])
+    ((np.zeros((20, 20), np.float32), 5, 20, 0, 9), TypeError)])
 def test_images_of_another_type_or_size_have_no_corners(arguments, error):
     with pytest.raises(error):
         kernels.corners(*arguments)

@@ -84,7 +84,6 @@ class ForceIntegral:
                 or (known[1:] - known[:-1]).max(initial=0) > _LONGEST_GAP):
             return None
         once, twice = sums = np.empty((2, 12))  # of the force, then of the rotation
-        kernels.integrate_forces(known, self._forces[index], start, end,
-                                 np.ascontiguousarray(first), np.ascontiguousarray(last), sums)
+        kernels.integrate_forces(known, self._forces[index], start, end, first, last, sums)
         return Impulse(seconds(start, end), once[:3], twice[:3], once[3:].reshape(3, 3),
                        twice[3:].reshape(3, 3))

@@ -92,7 +92,7 @@ class GravityFilter:
         kernels.predict_gravity(
             self.values, self.covariance, impulse.duration, impulse.velocity, impulse.position,
             impulse.velocity_by_bias, impulse.position_by_bias,
-            np.ascontiguousarray(orientation), self._settings.accelerometer_noise ** 2,
+            orientation, self._settings.accelerometer_noise ** 2,
             self._settings.accelerometer_bias_walk ** 2, values, covariance)
         self.values, self.covariance = values, covariance
 

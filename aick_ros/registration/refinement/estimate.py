@@ -77,5 +77,5 @@ def joint_estimate(keypoints: Estimate, depth: Estimate, pose: np.ndarray,
     kernels.joint_estimate(
         keypoints.marginal.information, keypoints.marginal.gradient, keypoints.scatter,
         depth.marginal.information, depth.marginal.gradient, depth.scatter, PRIOR,
-        _SMALLEST_FACTOR, bias, np.ascontiguousarray(pose, np.float64), found, covariance, gain)
+        _SMALLEST_FACTOR, bias, pose, found, covariance, gain)
     return found, covariance, gain

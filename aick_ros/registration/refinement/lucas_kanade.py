@@ -127,7 +127,7 @@ def not_turned(count: int) -> np.ndarray:
 def inverted(turns: np.ndarray) -> np.ndarray:
     """Return the turns back, Nx2x2; inf or NaN where there is none."""
     back = np.empty((len(turns), 2, 2))
-    kernels.inverted_turns(np.ascontiguousarray(turns, np.float64), back)
+    kernels.inverted_turns(turns, back)
     return back
 
 

@@ -148,15 +148,13 @@ class Displacement:
         if not self.rows.any():
             return rays
         moved = np.empty(rays.shape)
-        kernels.rays_moved_by_rows(rays, points, np.ascontiguousarray(T_frame_points), self.rows,
-                                   self.height, moved)
+        kernels.rays_moved_by_rows(rays, points, T_frame_points, self.rows, self.height, moved)
         return moved
 
     def _moved(self, points: np.ndarray, constant: np.ndarray, by_row: np.ndarray) -> np.ndarray:
         """Return points moved by twists that are linear in their rows, to second order, Nx3."""
         moved = np.empty(points.shape)
-        kernels.moved_by_rows(np.ascontiguousarray(points, np.float64), constant, by_row,
-                              self.height, moved)
+        kernels.moved_by_rows(points, constant, by_row, self.height, moved)
         return moved
 
 

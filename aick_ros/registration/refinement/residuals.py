@@ -138,7 +138,7 @@ def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     values, jacobian, weights = np.empty(2 * count), np.empty((2 * count, 6)), np.empty(2 * count)
     blocks = np.empty(2 * count, np.int64)
     kernels.reprojection(
-        tracks.points, tracks.rays, tracks.sigmas, _pose(T_target_source), ray_sigma, width,
+        tracks.points, tracks.rays, tracks.sigmas, T_target_source, ray_sigma, width,
         _MEDIAN_2, _LARGEST_SCALE ** 2, values, jacobian, weights, blocks)
     return Residuals(values, jacobian, weights, blocks)
 
@@ -154,7 +154,7 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
     values, jacobian, weights = np.empty(count), np.empty((count, 6)), np.empty(count)
     blocks = np.empty(count, np.int64)
     found = kernels.track_depth(
-        tracks.points, tracks.rays, tracks.depths, _pose(T_target_source),
+        tracks.points, tracks.rays, tracks.depths, T_target_source,
         _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, width, _MEDIAN_1,
         _LARGEST_SCALE ** 2, values, jacobian, weights, blocks)
     return Residuals(values[:found], jacobian[:found], weights[:found], blocks[:found])
@@ -175,7 +175,7 @@ def track_steps(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     """
     step, pose = np.empty(6), np.empty((4, 4))
     kernels.track_steps(
-        tracks.points, tracks.rays, tracks.sigmas, tracks.depths, _pose(T_target_source),
+        tracks.points, tracks.rays, tracks.sigmas, tracks.depths, T_target_source,
         ray_sigma, _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, widths,
         _MEDIAN_2, _MEDIAN_1, _LARGEST_SCALE ** 2, weight, others.information, others.gradient,
         step, pose)
@@ -213,7 +213,7 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     jacobian, points, sums = np.empty((count, 6)), np.empty((count, 3)), np.zeros((2, 6, 6))
     found = kernels.point_to_plane(
         source.points, source.chosen, source.normals, source.roughness,
-        correction.source.twists, correction.source.height, _pose(T_target_source),
+        correction.source.twists, correction.source.height, T_target_source,
         correction.target.undone, correction.target.height, target.points, target.normals,
         target.usable, target.roughness, target.grid.width, target.grid.height,
         target.grid.intrinsics, SURFACE_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0,
@@ -223,10 +223,6 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     projection = _observable_projection(*sums)
     return Residuals(values[:found], jacobian if projection is None else jacobian @ projection,
                      weights[:found], blocks[:found], points[:found], jacobian[:, :3])
-
-
-def _pose(T_target_source: np.ndarray) -> np.ndarray:
-    return np.ascontiguousarray(T_target_source, np.float64)
 
 
 def _observable_projection(information: np.ndarray, noise: np.ndarray) -> np.ndarray | None:

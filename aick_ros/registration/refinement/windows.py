@@ -87,8 +87,8 @@ class Windows:
         """
         shifts = np.empty((len(self.points), 2))
         kernels.window_shifts(
-            self.points, np.ascontiguousarray(T_target_source, np.float64), camera.fx, camera.fy,
-            turns, self.moments, self.reliefs, _MAX_STRETCH, _SMALLEST, shifts)
+            self.points, T_target_source, camera.fx, camera.fy, turns, self.moments, self.reliefs,
+            _MAX_STRETCH, _SMALLEST, shifts)
         return shifts
 
 
@@ -102,8 +102,7 @@ def jacobians(points: np.ndarray, camera: Camera, T_target_source: np.ndarray) -
     :param T_target_source: 4x4 [m].
     """
     found = np.empty((len(points), 2, 2))
-    kernels.pixel_jacobians(points, np.ascontiguousarray(T_target_source, np.float64),
-                            camera.fx / camera.fy, found)
+    kernels.pixel_jacobians(points, T_target_source, camera.fx / camera.fy, found)
     return found
 
 
@@ -116,8 +115,7 @@ def gradient_moments(grey: np.ndarray, pixels: np.ndarray, side: int) -> np.ndar
     :param side: of a window [px].
     """
     moments = np.empty((len(pixels), 3, 3))
-    kernels.gradient_moments(np.ascontiguousarray(grey), np.ascontiguousarray(pixels, np.float64),
-                             side, moments)
+    kernels.gradient_moments(grey, pixels, side, moments)
     return moments
 
 
@@ -138,7 +136,6 @@ def relief_moments(grey: np.ndarray, depth_image: np.ndarray, pixels: np.ndarray
     """
     reliefs = np.empty((len(pixels), 3))
     kernels.relief_moments(
-        np.ascontiguousarray(grey), np.ascontiguousarray(depth_image),
-        np.ascontiguousarray(pixels, np.float64), np.ascontiguousarray(points[:, 2]), side,
-        _STEP * sensor.depth_sigma, sensor.depth_exponent - 2.0, depth.LEAST_RISE, reliefs)
+        grey, depth_image, pixels, points[:, 2], side, _STEP * sensor.depth_sigma,
+        sensor.depth_exponent - 2.0, depth.LEAST_RISE, reliefs)
     return reliefs

@@ -96,9 +96,8 @@ def test_rows_beyond_the_points_and_sources_out_of_order_are_rejected(rows):
 @pytest.mark.parametrize('name, change, error', [
     ('rows', lambda rows: rows.astype(np.int32), TypeError),
     ('rows', lambda rows: rows[:, 1:].copy(), ValueError),
-    ('source', lambda source: source.astype(float), TypeError),
     ('target', lambda target: target[:, :3].copy(), ValueError),
-    ('d_d', lambda d_d: d_d[::-1], (BufferError, ValueError)),
+    ('d_d', lambda d_d: d_d[:1], ValueError),
     ('d_d', lambda d_d: None, (TypeError, ValueError))])
 def test_arrays_of_another_type_or_size_are_rejected(name, change, error):
     given = {'rows': np.array([[0, 1], [2, 3]]), 'd_d': np.zeros(2, np.float32),
