@@ -15,16 +15,16 @@ import numpy as np
 import pytest
 
 from aick_ros import _kernels, kernels
+from aick_ros.geometry.camera import Camera
 
 ROOT = Path(__file__).parents[1]
 POINTS = np.ones((3, 3))
-INTRINSICS = np.array([500.0, 500.0, 320.0, 240.0])
-NO_DISTORTION = np.zeros(12)
+CAMERA = Camera(640, 480, 500.0, 500.0, 320.0, 240.0).model
 
 
-def project(points=POINTS, intrinsics=INTRINSICS, distortion=NO_DISTORTION, pixels=None):
+def project(points=POINTS, camera=CAMERA, pixels=None):
     pixels = np.zeros((len(points), 2)) if pixels is None else pixels
-    kernels.project(points, intrinsics, distortion, pixels)
+    kernels.project(points, camera, pixels)
     return pixels
 
 
@@ -35,8 +35,8 @@ def read_only(array):
 
 @pytest.mark.parametrize('arguments, message', [
     ({'points': np.ones((3, 2))}, 'the points has 6 numbers: 9 are required'),
-    ({'intrinsics': np.ones(3)}, 'the intrinsics has 3 numbers: 4 are required'),
-    ({'intrinsics': 'fx fy'}, 'could not convert string to float'),
+    ({'camera': np.ones(3)}, 'the camera has 3 numbers: 28 are required'),
+    ({'camera': 'fx fy'}, 'could not convert string to float'),
     ({'pixels': np.ones((3, 2), np.float32)}, 'the pixels has numbers of type f: d is required'),
     ({'pixels': np.ones((3, 2), '>f8')}, 'type >d: d is required'),
     ({'pixels': np.ones((2, 2))}, 'the pixels has 4 numbers: 6 are required')])
@@ -66,7 +66,7 @@ def test_numbers_that_are_read_alone_may_have_another_type_or_layout(convert):
 def test_whole_numbers_and_truth_values_are_not_converted():
     usable, found = np.ones(12, bool), [np.empty(3, np.int64) for _ in range(2)]
     with pytest.raises(TypeError, match=r'the usable cells has .* \? is required'):
-        kernels.cells_at(POINTS, usable.astype(np.uint8), 4, 3, INTRINSICS, *found)
+        kernels.cells_at(POINTS, usable.astype(np.uint8), 4, 3, CAMERA[:4], *found)
     with pytest.raises(TypeError, match='q is required'):
         kernels.gradient_noise(np.ones((2, 6)), np.ones(2), np.ones(2), np.zeros(2, np.int32),
                                np.zeros((6, 6)))
@@ -114,11 +114,11 @@ def test_arrays_that_are_not_aligned_are_refused():
 
 @pytest.mark.parametrize('overlap', [1, 3, 6])
 def test_an_array_that_is_written_shares_memory_with_no_other(overlap):
-    memory = np.ones(22)
+    memory = np.ones(36)
     with pytest.raises(ValueError, match='the twist and the result share memory'):
         kernels.exp_pose(memory[:6], memory[6 - overlap:22 - overlap])
-    kernels.exp_pose(memory[:6], memory[6:])
-    project(points=memory[:9].reshape(3, 3), intrinsics=memory[8:12])  # both are read
+    kernels.exp_pose(memory[:6], memory[6:22])
+    project(points=memory[:9].reshape(3, 3), camera=memory[8:])  # both are read
 
 
 class Liar(np.ndarray):
@@ -144,7 +144,7 @@ def test_grids_whose_product_overflows_are_refused(width, height):
     """The last two products are -2^31, which stands for any size."""
     shape = max(width * height % 2 ** 64, 0) % 2 ** 31
     with pytest.raises(ValueError, match='not the size of a grid'):
-        kernels.cells_at(POINTS, np.ones((shape, 1), bool), width, height, INTRINSICS,
+        kernels.cells_at(POINTS, np.ones((shape, 1), bool), width, height, CAMERA[:4],
                          np.zeros(3, np.int64), np.zeros(3, np.int64))
 
 
@@ -156,15 +156,15 @@ def test_indices_out_of_range_are_refused(index):
         with pytest.raises(ValueError, match='not that of a point or of a cell'):
             kernels.keypoint_equations(
                 np.ones((2, 3)), *indices_and_cells, normals, np.ones((2, 2, 6)), np.ones((2, 2)),
-                np.ones((2, 2)), 1.0, pose, twists, np.ones(2), 0.1, np.zeros((14, 14)),
+                np.ones((2, 2)), 1.0, pose, twists, CAMERA, CAMERA, 0.1, np.zeros((14, 14)),
                 np.zeros(14))
     with pytest.raises(ValueError, match='not one of the source'):
         kernels.point_to_plane(
             np.ones((2, 3), np.float32), indices, normals, np.ones(2, np.float32),
-            np.zeros((2, 6)), 1.0, pose, np.zeros((2, 6)), 1.0,
+            np.zeros((2, 6)), 1.0, pose, 1.0, np.zeros((2, 6)), 1.0,
             *2 * [np.ones((4, 3), np.float32)], np.ones(4, bool), np.ones(4, np.float32), 2, 2,
-            np.ones(4), 1.0, 0.0, 1.0, 0.5, 1.0, 1.0, 9.0, np.zeros(2), np.zeros((2, 6)),
-            np.zeros(2), np.zeros((2, 3)), np.zeros(2, np.int64), np.zeros((2, 6, 6)))
+            np.ones(4), 1.0, 0.0, 1.0, 0.5, 1.0, 1.0, 9.0, 0.2, 0.1, np.zeros(2), np.zeros((2, 6)),
+            np.zeros(2), *np.zeros((2, 2, 3)), np.zeros(2, np.int64), np.zeros((2, 6, 6)))
 
 
 @pytest.mark.parametrize('side', [0, -1, -3, 2 ** 63 - 1])
@@ -188,16 +188,17 @@ def test_equations_have_unknowns_that_each_residual_has_and_not_too_many_others(
         kernels.keypoint_equations(
             np.ones((2, 3)), np.zeros(2, int), np.zeros(2, int), np.ones((2, 3), np.float32),
             np.ones((2, 2, 6)), np.ones((2, 2)), np.ones((2, 2)), 1.0, np.eye(4), np.ones((2, 6)),
-            np.ones(2), 0.1, np.zeros((size, size)), np.zeros(size))
+            CAMERA, CAMERA, 0.1, np.zeros((size, size)), np.zeros(size))
 
 
-@pytest.mark.parametrize('rows, columns, message', [
-    (1, 6, '1 rows and 6 columns of nodes'), (2 ** 30, 2 ** 30, 'are not the unknowns')])
-def test_equations_have_a_grid_of_nodes(rows, columns, message):
+@pytest.mark.parametrize('every, rows, columns, message', [
+    (1, 1, 6, '1 rows and 6 columns of nodes'), (1, 2 ** 30, 2 ** 30, 'are not the unknowns'),
+    (0, 2, 2, 'one of 0 residuals'), (2 ** 40, 2, 2, f'one of {2 ** 40} residuals')])
+def test_equations_have_a_grid_of_nodes_and_some_residuals(every, rows, columns, message):
     with pytest.raises(ValueError, match=message):
         kernels.depth_equations(
-            *3 * [np.ones((2, 3))], np.ones(2), np.ones(2), np.eye(4), np.ones((2, 6)),
-            np.ones(2), np.ones((2, 2)), np.ones((2, 2)), rows, columns, np.ones(4), np.ones(4),
+            *2 * [np.ones((2, 3))], np.ones((2, 6)), np.ones(2), np.ones(2), every, np.eye(4),
+            np.ones((2, 6)), CAMERA, CAMERA, rows, columns, np.ones(4), np.ones(4),
             np.zeros((18, 18)), np.zeros((2, 18)))
 
 
@@ -234,8 +235,8 @@ def test_refused_arrays_are_let_go():
     pixels = np.zeros((3, 2))
     before = sys.getrefcount(pixels)
     for _ in range(10):
-        with pytest.raises(ValueError, match='the intrinsics'):
-            project(intrinsics=np.ones(3), pixels=pixels)
+        with pytest.raises(ValueError, match='the camera'):
+            project(camera=np.ones(3), pixels=pixels)
         project(pixels=pixels)
     assert sys.getrefcount(pixels) == before
     pixels.resize((6, 2), refcheck=False)  # fails while a buffer is held
@@ -247,7 +248,7 @@ def longest_pause_beside_a_kernel():
 
     def work():
         times.append(time.perf_counter())
-        kernels.project(points, INTRINSICS, NO_DISTORTION, pixels)
+        kernels.project(points, CAMERA, pixels)
         times.append(time.perf_counter())
 
     thread = threading.Thread(target=work)

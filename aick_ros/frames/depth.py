@@ -35,22 +35,6 @@ def sample(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings) -> np.
     return depths
 
 
-def scaled_to(image: np.ndarray, pixels: np.ndarray, sensor: SensorSettings, seen: np.ndarray,
-              points: np.ndarray) -> np.ndarray:
-    """
-    Return points scaled by the depth that an image measures, as :func:`sample` does, by their own.
-
-    :param pixels: Nx2 (u, v) [px], where the image sees the points.
-    :param seen: Nx3, the points in the frame of the image [m].
-    :param points: Nx3, in any frame; those without a depth stay as they are.
-    """
-    scaled = np.empty(points.shape)
-    kernels.scaled_to_depth(
-        image, pixels, sensor.depth_jump, sensor.min_depth, sensor.max_depth, seen, points,
-        scaled)
-    return scaled
-
-
 def nearer_beside(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
                   reach: int) -> np.ndarray:
     """

@@ -20,6 +20,7 @@ from aick_ros.borders.limits import (
 from aick_ros.borders.names import quoted
 from aick_ros.borders.values import numbers, required
 from aick_ros.errors import InputError
+from aick_ros.geometry.se3 import exp_rotation
 
 DISTORTION_MODELS = {
     'plumb_bob': (0, 4, 5),
@@ -29,6 +30,7 @@ DISTORTION_MODELS = {
 """Model name -> allowed numbers of coefficients; 0: no distortion."""
 
 _COEFFICIENTS = 12  # of a rational polynomial; behind them is the tilt of the sensor
+_POLYNOMIAL, _TILTED, _EQUIDISTANT = range(3)  # kinds of lenses, as the kernels number them
 _MAX_SKEW = 1.0  # px on the plane z = 1; chosen: a larger one displaces points by half a pixel
 _SCALES = 0.0, 1.0  # of an intrinsic matrix; drivers that leave it out send 0
 _MAX_ROUND_TRIP_ERROR = 0.1  # px; chosen: a larger error means that undistortion failed
@@ -155,10 +157,10 @@ class Camera:
         :raises InputError: where these are no pixels.
         """
         pixels = numbers(pixels, (None, 2), 'pixels')
-        if self._polynomial is None:
+        if self._kind != _POLYNOMIAL:
             return self._normalized_by_opencv(pixels)
         rays = np.empty((len(pixels), 2))
-        kernels.normalize(pixels, self._intrinsics, self._polynomial, rays)
+        kernels.normalize(pixels, self.model, rays)
         return rays
 
     def _normalized_by_opencv(self, pixels: np.ndarray) -> np.ndarray:
@@ -194,32 +196,39 @@ class Camera:
         :raises InputError: where these are no points.
         """
         points = numbers(points, (None, 3), 'points')
-        if self._polynomial is None:
-            return self._projected_by_opencv(points)
         pixels = np.empty((len(points), 2))
-        kernels.project(points, self._intrinsics, self._polynomial, pixels)
+        kernels.project(points, self.model, pixels)
         return pixels
 
     @functools.cached_property
-    def _intrinsics(self) -> np.ndarray:
-        return np.array([self.fx, self.fy, self.cx, self.cy], np.float64)
+    def model(self) -> np.ndarray:
+        """
+        The camera as the kernels take it, 28.
+
+        It has fx, fy, cx, cy, twelve coefficients of the distortion, the 3x3 matrix of the tilt
+        of the sensor, the kind of the lens, and the width and height of the image.
+        """
+        coefficients, tilt = self.distortion[:_COEFFICIENTS], self.distortion[_COEFFICIENTS:]
+        missing = _COEFFICIENTS - len(coefficients)
+        return np.array([self.fx, self.fy, self.cx, self.cy, *coefficients, *missing * (0.0,),
+                         *_tilt(*tilt or (0.0, 0.0)).ravel(), self._kind, self.width,
+                         self.height])
 
     @functools.cached_property
-    def _polynomial(self) -> np.ndarray | None:
-        """The coefficients of a rational polynomial, 12; None where the model is another one."""
-        polynomial, tilt = self.distortion[:_COEFFICIENTS], self.distortion[_COEFFICIENTS:]
-        if any(tilt) or (polynomial and self.distortion_model == 'equidistant'):
-            return None
-        return np.array([*polynomial, *(0.0,) * (_COEFFICIENTS - len(polynomial))], np.float64)
+    def _kind(self) -> int:
+        """The kind of the lens, as the kernels number it."""
+        if self.distortion and self.distortion_model == 'equidistant':
+            return _EQUIDISTANT
+        return _TILTED if any(self.distortion[_COEFFICIENTS:]) else _POLYNOMIAL
 
-    def _projected_by_opencv(self, points: np.ndarray) -> np.ndarray:
-        if not len(points):
-            return np.empty((0, 2))
-        project = (cv2.fisheye.projectPoints if self.distortion_model == 'equidistant'
-                   else cv2.projectPoints)
-        pixels, _ = project(points.reshape(-1, 1, 3), np.zeros(3), np.zeros(3), self.matrix,
-                            np.array(self.distortion))
-        return np.asarray(pixels).reshape(-1, 2)
+
+def _tilt(about_x: float, about_y: float) -> np.ndarray:
+    """Return what a sensor that is tilted, about x and then about y [rad], does to (u, v, 1)."""
+    rotation = exp_rotation((0.0, -about_y, 0.0)) @ exp_rotation((-about_x, 0.0, 0.0))
+    along_rays = np.diag([rotation[2, 2], rotation[2, 2], 1.0])
+    along_rays[:2, 2] = -rotation[:2, 2]
+    tilt: np.ndarray = along_rays @ rotation
+    return tilt
 
 
 def _undistort(pixels: np.ndarray, matrix: np.ndarray, distortion: np.ndarray) -> np.ndarray:

@@ -27,7 +27,7 @@ static bool has_type(const Py_buffer *view, char type) {
 
 static bool is_floating(char type) { return type == 'd' || type == 'f'; }
 
-// The numbers of an argument in a contiguous array, where they are floating-point ones of its type.
+// The numbers of an argument in a contiguous array, floating-point ones of its type.
 static PyObject *converted(const Argument *argument) {
   PyObject *numpy = PyImport_ImportModule("numpy");
   if (numpy == NULL)

@@ -12,7 +12,7 @@
 #include <stdbool.h>
 
 enum {
-  MOST_ARRAYS = 18,
+  MOST_ARRAYS = 19,
   IMAGE = INT_MIN,  // a count: any, in rows and columns
 };
 

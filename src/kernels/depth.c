@@ -3,69 +3,24 @@
 
 // Depth at pixels.
 
-#include <math.h>
-
 #include "arrays.h"
+#include "depth_image.h"
 #include "kernels.h"
 #include "processors.h"
 
-typedef struct {
-  const float *depths;
-  Size size;
-} DepthImage;
-
-typedef struct {
-  double jump, nearest, farthest;
-} Sensor;
-
-// Keep a coordinate within 0 to a length less 1; NaN becomes 0.
-static inline double clamped(double value, Py_ssize_t length) {
-  const double last = (double)(length - 1);
-  return value > 0.0 ? (value < last ? value : last) : 0.0;
-}
-
-static inline double least(double a, double b) { return a < b ? a : b; }
-
-static inline double most(double a, double b) { return a > b ? a : b; }
-
-static inline double depth_at(const DepthImage *image, double u, double v, const Sensor *sensor) {
-  u = clamped(u, image->size.width);
-  v = clamped(v, image->size.height);
-  Py_ssize_t column = (Py_ssize_t)u, row = (Py_ssize_t)v;
-  if (column > image->size.width - 2)
-    column = image->size.width > 1 ? image->size.width - 2 : 0;
-  if (row > image->size.height - 2)
-    row = image->size.height > 1 ? image->size.height - 2 : 0;
-  const double right = u - (double)column, down = v - (double)row;
-  const Py_ssize_t beside = image->size.width > 1;
-  const Py_ssize_t below = image->size.height > 1 ? image->size.width : 0;
-  const float *corner = image->depths + row * image->size.width + column;
-  const double a = corner[0], b = corner[beside], c = corner[below], d = corner[below + beside];
-  const double low = least(least(a, b), least(c, d)), high = most(most(a, b), most(c, d));
-  double depth;
-  // of NaN and infinity in a corner the sum makes NaN or infinity, and the comparison fails
-  if (high - low <= sensor->jump * low && isfinite(a + b + c + d)) {
-    depth = 1.0 / ((1.0 - right) * (1.0 - down) / a + right * (1.0 - down) / b +
-                   (1.0 - right) * down / c + right * down / d);
-  } else {
-    depth = image->depths[(Py_ssize_t)rint(v) * image->size.width + (Py_ssize_t)rint(u)];
-  }
-  return depth >= sensor->nearest && depth <= sensor->farthest ? depth : NAN;
-}
-
 FOR_EACH_PROCESSOR
 static void sample_all(const DepthImage *image, const double (*pixels)[2], Py_ssize_t count,
-                       const Sensor *sensor, double *depths) {
+                       const DepthRange *range, double *depths) {
   for (Py_ssize_t i = 0; i < count; ++i)
-    depths[i] = depth_at(image, pixels[i][0], pixels[i][1], sensor);
+    depths[i] = depth_at(image, pixels[i][0], pixels[i][1], range);
 }
 
 PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments) {
   PyObject *image_array, *pixel_array, *found_array;
   DepthImage image;
-  Sensor sensor;
-  if (!PyArg_ParseTuple(arguments, "OOdddO", &image_array, &pixel_array, &sensor.jump,
-                        &sensor.nearest, &sensor.farthest, &found_array))
+  DepthRange range;
+  if (!PyArg_ParseTuple(arguments, "OOdddO", &image_array, &pixel_array, &range.jump,
+                        &range.nearest, &range.farthest, &found_array))
     return NULL;
   const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
@@ -79,48 +34,7 @@ PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments) {
   image.depths = arrays.views[0].buf;
   image.size = size_of(&arrays.views[0]);
   Py_BEGIN_ALLOW_THREADS
-  sample_all(&image, arrays.views[1].buf, count, &sensor, arrays.views[2].buf);
-  Py_END_ALLOW_THREADS
-  close_arrays(&arrays);
-  Py_RETURN_NONE;
-}
-
-FOR_EACH_PROCESSOR
-static void scale_all(const DepthImage *image, const double *pixels, const double *seen,
-                      const double *points, Py_ssize_t count, const Sensor *sensor,
-                      double *scaled) {
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    const double depth = depth_at(image, pixels[2 * i], pixels[2 * i + 1], sensor);
-    const double scale = depth / seen[3 * i + 2];
-    for (Py_ssize_t k = 3 * i; k < 3 * i + 3; ++k)
-      scaled[k] = isfinite(scale) ? scale * points[k] : points[k];
-  }
-}
-
-PyObject *kernel_scaled_to_depth(PyObject *module, PyObject *arguments) {
-  PyObject *image_array, *pixel_array, *seen_array, *point_array, *scaled_array;
-  DepthImage image;
-  Sensor sensor;
-  if (!PyArg_ParseTuple(arguments, "OOdddOOO", &image_array, &pixel_array, &sensor.jump,
-                        &sensor.nearest, &sensor.farthest, &seen_array, &point_array,
-                        &scaled_array))
-    return NULL;
-  const Py_ssize_t count = row_count(pixel_array);
-  const Argument needed[] = {
-      {"the image", image_array, 'f', IMAGE, false},
-      {"the pixels", pixel_array, 'd', 2 * count, false},
-      {"the points seen", seen_array, 'd', 3 * count, false},
-      {"the points", point_array, 'd', 3 * count, false},
-      {"the scaled points", scaled_array, 'd', 3 * count, true},
-  };
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  image.depths = arrays.views[0].buf;
-  image.size = size_of(&arrays.views[0]);
-  Py_BEGIN_ALLOW_THREADS
-  scale_all(&image, arrays.views[1].buf, arrays.views[2].buf, arrays.views[3].buf, count, &sensor,
-            arrays.views[4].buf);
+  sample_all(&image, arrays.views[1].buf, count, &range, arrays.views[2].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;

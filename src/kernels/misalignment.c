@@ -5,8 +5,10 @@
 
 #include <math.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "arrays.h"
+#include "camera_model.h"
 #include "kernels.h"
 #include "processors.h"
 #include "vectors.h"
@@ -92,13 +94,8 @@ static double row_of(const double *point, double height) {
 typedef struct {
   const double *pose;       // T_target_source, 4x4
   const double *twists[2];  // of the source and of the target
-  const double *heights;    // of both images on the plane z = 1
+  CameraModel cameras[2];
 } Motion;
-
-static void to_target(const Motion *motion, const double *point, double *moved) {
-  for (int i = 0; i < 3; ++i)
-    moved[i] = dot(motion->pose + 4 * i, point) + motion->pose[4 * i + 3];
-}
 
 // A direction of the target in the axes of the source.
 static void to_source_axes(const Motion *motion, const double *direction, double *turned) {
@@ -118,7 +115,8 @@ static double by_readout(const Motion *motion, int frame, const double *directio
                          const double *point) {
   double moved[6];
   by_twist(direction, point, moved);
-  return row_of(point, motion->heights[frame]) * along_twist(moved, motion->twists[frame]);
+  const double row = row_of(point, image_height(&motion->cameras[frame]));
+  return row * along_twist(moved, motion->twists[frame]);
 }
 
 static void open_motion(Arrays *arrays, Motion *motion, int first) {
@@ -126,7 +124,8 @@ static void open_motion(Arrays *arrays, Motion *motion, int first) {
   const double *twists = arrays->views[first + 1].buf;
   motion->twists[0] = twists;
   motion->twists[1] = twists + 6;
-  motion->heights = arrays->views[first + 2].buf;
+  for (int frame = 0; frame < 2; ++frame)
+    motion->cameras[frame] = camera_of(arrays->views[first + 2 + frame].buf);
 }
 
 // The row of a coordinate of a keypoint, whose depth changes with the surface that it is on.
@@ -137,7 +136,7 @@ static void keypoint_row(const Motion *motion, const double *jacobian, const dou
   by_twist(normal, point, depths);
   const double cosine = fmax(dot(normal, ray), smallest_cosine);
   to_source_axes(motion, jacobian, in_source);
-  to_target(motion, point, moved);
+  transform(motion->pose, point, moved);
   const double along_ray = dot(in_source, ray) / cosine;
   for (int i = 0; i < POSE; ++i) {
     row[i] = jacobian[i];
@@ -189,15 +188,15 @@ static bool add_keypoints(const Keypoints *keypoints, const Motion *motion, Equa
 }
 
 PyObject *kernel_keypoint_equations(PyObject *module, PyObject *arguments) {
-  PyObject *objects[12];
+  PyObject *objects[13];
   Keypoints keypoints;
-  if (!PyArg_ParseTuple(arguments, "OOOOOOOdOOOdOO", &objects[0], &objects[1], &objects[2],
+  if (!PyArg_ParseTuple(arguments, "OOOOOOOdOOOOdOO", &objects[0], &objects[1], &objects[2],
                         &objects[3], &objects[4], &objects[5], &objects[6], &keypoints.weight,
-                        &objects[7], &objects[8], &objects[9], &keypoints.smallest_cosine,
-                        &objects[10], &objects[11]))
+                        &objects[7], &objects[8], &objects[9], &objects[10],
+                        &keypoints.smallest_cosine, &objects[11], &objects[12]))
     return NULL;
   const Py_ssize_t count = row_count(objects[0]), found = row_count(objects[1]);
-  const Py_ssize_t cells = row_count(objects[3]), size = row_count(objects[11]);
+  const Py_ssize_t cells = row_count(objects[3]), size = row_count(objects[12]);
   if (!is_size(size))
     return NULL;
   const Argument needed[] = {
@@ -210,9 +209,10 @@ PyObject *kernel_keypoint_equations(PyObject *module, PyObject *arguments) {
       {"the weights", objects[6], 'd', 2 * count, false},
       {"the pose", objects[7], 'd', 16, false},
       {"the twists", objects[8], 'd', 12, false},
-      {"the heights", objects[9], 'd', 2, false},
-      {"the information", objects[10], 'd', size * size, true},
-      {"the gradient", objects[11], 'd', size, true},
+      {"the camera of the source", objects[9], 'd', CAMERA, false},
+      {"the camera of the target", objects[10], 'd', CAMERA, false},
+      {"the information", objects[11], 'd', size * size, true},
+      {"the gradient", objects[12], 'd', size, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
@@ -227,7 +227,7 @@ PyObject *kernel_keypoint_equations(PyObject *module, PyObject *arguments) {
   keypoints.count = count;
   keypoints.found = found;
   keypoints.size = cells;
-  Equations equations = {size, arrays.views[10].buf, arrays.views[11].buf, NULL};
+  Equations equations = {size, arrays.views[11].buf, arrays.views[12].buf, NULL};
   Motion motion;
   open_motion(&arrays, &motion, 7);
   bool are_rows;
@@ -303,12 +303,23 @@ PyObject *kernel_nodes_around(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
-// Residuals of depth, with the places among the nodes that both frames see their points at.
+// Residuals of depth, of which one of some number is used, and counts for all of them.
 typedef struct {
   const double (*points)[3], (*directions)[3], (*jacobian)[POSE], *values, *weights;
-  const double (*places[2])[2];
-  Py_ssize_t count;
+  Py_ssize_t count, every;
 } DepthResiduals;
+
+// Where a camera sees points among its nodes, the columns and rows of nodes counted.
+INLINE void find_places(const CameraModel *camera, const Nodes *nodes, const double *points,
+                        int count, double (*places)[2]) {
+  const double across = fmax(camera->width - 1.0, 1.0) / (double)(nodes->columns - 1);
+  const double down = fmax(camera->height - 1.0, 1.0) / (double)(nodes->rows - 1);
+  project(points, count, camera, *places);
+  for (int n = 0; n < count; ++n) {
+    places[n][0] /= across;
+    places[n][1] /= down;
+  }
+}
 
 // The derivatives of a residual by the distortion of a frame, and what of it is applied. Nodes
 // that are around both points are only there once.
@@ -328,11 +339,12 @@ static inline void depth_nodes(const Nodes *nodes, int frame, const double *plac
   row->count = first + AROUND;
 }
 
+// The row of a residual, of a point of the source, and of its places in both frames.
 static inline void depth_row(const DepthResiduals *of, Py_ssize_t n, const Motion *motion,
-                             const Nodes *nodes, Row *row) {
+                             const Nodes *nodes, const double *point, const double *in_frame,
+                             const double *in_other, Row *row) {
   const double *moved = of->points[n], *in_target = of->directions[n];
-  double point[3], in_source[3], of_source[6], of_target[6], *derivatives = row->derivatives;
-  to_source(motion, moved, point);
+  double in_source[3], of_source[6], of_target[6], *derivatives = row->derivatives;
   to_source_axes(motion, in_target, in_source);
   by_twist(in_source, point, of_source);
   by_twist(in_target, moved, of_target);
@@ -347,21 +359,33 @@ static inline void depth_row(const DepthResiduals *of, Py_ssize_t n, const Motio
   // an error of the inverse depth moves a point p by -z p
   row->applied = 0.0;
   row->count = 0;
-  depth_nodes(nodes, 0, of->places[0][n], -point[2] * dot(in_source, point), row);
-  depth_nodes(nodes, 1, of->places[1][n], moved[2] * dot(in_target, moved), row);
+  depth_nodes(nodes, 0, in_frame, -point[2] * dot(in_source, point), row);
+  depth_nodes(nodes, 1, in_other, moved[2] * dot(in_target, moved), row);
 }
 
 FOR_EACH_PROCESSOR
 static void add_depth(const DepthResiduals *residuals, const Motion *motion, const Nodes *nodes,
                       Equations *to) {
   double products[UNKNOWNS][UNKNOWNS] = {{0}};
-  for (Py_ssize_t n = 0; n < residuals->count; ++n) {
-    Row row;
-    row.weight = residuals->weights[n];
-    row.value = residuals->values[n];
-    depth_row(residuals, n, motion, nodes, &row);
-    add_known(&row, products, to->gradient);
-    add_nodes(&row, to);
+  const Py_ssize_t every = residuals->every;
+  for (Py_ssize_t first = 0; first < residuals->count; first += FOUR * every) {
+    double points[FOUR][3], moved[FOUR][3], places[2][FOUR][2];
+    int count = 0;
+    for (Py_ssize_t n = first; n < residuals->count && count < FOUR; n += every, ++count) {
+      memcpy(moved[count], residuals->points[n], sizeof(moved[count]));
+      to_source(motion, moved[count], points[count]);
+    }
+    find_places(&motion->cameras[0], nodes, *points, count, places[0]);
+    find_places(&motion->cameras[1], nodes, *moved, count, places[1]);
+    for (int k = 0; k < count; ++k) {
+      const Py_ssize_t n = first + k * every;
+      Row row;
+      row.weight = (double)every * residuals->weights[n];
+      row.value = residuals->values[n];
+      depth_row(residuals, n, motion, nodes, points[k], places[0][k], places[1][k], &row);
+      add_known(&row, products, to->gradient);
+      add_nodes(&row, to);
+    }
   }
   add_products(products, to);
   for (Py_ssize_t i = 0; i < UNKNOWNS; ++i)
@@ -370,14 +394,20 @@ static void add_depth(const DepthResiduals *residuals, const Motion *motion, con
 }
 
 PyObject *kernel_depth_equations(PyObject *module, PyObject *arguments) {
-  PyObject *objects[14];
+  PyObject *objects[13];
   Nodes nodes;
-  if (!PyArg_ParseTuple(arguments, "OOOOOOOOOOnnOOOO", &objects[0], &objects[1], &objects[2],
-                        &objects[3], &objects[4], &objects[5], &objects[6], &objects[7],
-                        &objects[8], &objects[9], &nodes.rows, &nodes.columns, &objects[10],
-                        &objects[11], &objects[12], &objects[13]) ||
+  Py_ssize_t every;
+  if (!PyArg_ParseTuple(arguments, "OOOOOnOOOOnnOOOO", &objects[0], &objects[1], &objects[2],
+                        &objects[3], &objects[4], &every, &objects[5], &objects[6], &objects[7],
+                        &objects[8], &nodes.rows, &nodes.columns, &objects[9], &objects[10],
+                        &objects[11], &objects[12]) ||
       !is_grid(nodes.rows, nodes.columns))
     return NULL;
+  if (every < 1 || every > LONGEST) {
+    PyErr_Format(PyExc_ValueError, "one of %zd residuals: one of 1 to %zd is required", every,
+                 LONGEST);
+    return NULL;
+  }
   const Py_ssize_t count = row_count(objects[0]), all = nodes.rows * nodes.columns;
   const Py_ssize_t size = UNKNOWNS + all;
   if (!is_size(size))
@@ -390,24 +420,23 @@ PyObject *kernel_depth_equations(PyObject *module, PyObject *arguments) {
       {"the weights", objects[4], 'd', count, false},
       {"the pose", objects[5], 'd', 16, false},
       {"the twists", objects[6], 'd', 12, false},
-      {"the heights", objects[7], 'd', 2, false},
-      {"the places in the source", objects[8], 'd', 2 * count, false},
-      {"the places in the target", objects[9], 'd', 2 * count, false},
-      {"the distortion of the source", objects[10], 'd', all, false},
-      {"the distortion of the target", objects[11], 'd', all, false},
-      {"the information", objects[12], 'd', size * size, true},
-      {"the gradients", objects[13], 'd', 2 * size, true},
+      {"the camera of the source", objects[7], 'd', CAMERA, false},
+      {"the camera of the target", objects[8], 'd', CAMERA, false},
+      {"the distortion of the source", objects[9], 'd', all, false},
+      {"the distortion of the target", objects[10], 'd', all, false},
+      {"the information", objects[11], 'd', size * size, true},
+      {"the gradients", objects[12], 'd', 2 * size, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const DepthResiduals residuals = {
       arrays.views[0].buf, arrays.views[1].buf, arrays.views[2].buf, arrays.views[3].buf,
-      arrays.views[4].buf, {arrays.views[8].buf, arrays.views[9].buf}, count};
-  nodes.distortions[0] = arrays.views[10].buf;
-  nodes.distortions[1] = arrays.views[11].buf;
-  double *gradients = arrays.views[13].buf;
-  Equations equations = {size, arrays.views[12].buf, gradients, gradients + size};
+      arrays.views[4].buf, count, every};
+  nodes.distortions[0] = arrays.views[9].buf;
+  nodes.distortions[1] = arrays.views[10].buf;
+  double *gradients = arrays.views[12].buf;
+  Equations equations = {size, arrays.views[11].buf, gradients, gradients + size};
   Motion motion;
   open_motion(&arrays, &motion, 5);
   Py_BEGIN_ALLOW_THREADS

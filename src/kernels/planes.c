@@ -8,10 +8,12 @@
 
 #include "arrays.h"
 #include "blocks.h"
+#include "cholesky.h"
 #include "displacement.h"
 #include "equations.h"
 #include "kernels.h"
 #include "processors.h"
+#include "se3.h"
 #include "sensor.h"
 #include "weights.h"
 
@@ -83,7 +85,8 @@ typedef struct {
   const float (*points)[3], (*normals)[3], *roughness;
   const int64_t *chosen;
   Py_ssize_t all, count;     // of the points, and of those chosen
-  Displacement moves, back;  // of the source, and the one that undoes that of the target
+  Displacement moves;        // of the source
+  Displacement back;         // the one that undoes that of the target
 } Sought;
 
 typedef struct {
@@ -93,7 +96,7 @@ typedef struct {
 
 // Pairs of a point and a plane, a row for each.
 typedef struct {
-  double *values, (*jacobian)[6], (*points)[3];
+  double *values, (*jacobian)[6], (*points)[3], (*directions)[3];
   int64_t *blocks;
   Py_ssize_t count;
   double (*information)[6], (*noise)[6];  // sums over them
@@ -231,8 +234,10 @@ static inline int append(const Candidates *of, const Residuals *found, Pairs *to
     const Py_ssize_t row = to->count++;
     to->values[row] = found->values[n];
     to->blocks[row] = block_at(of->rays[0][n], of->rays[1][n]);
-    for (int i = 0; i < 3; ++i)
+    for (int i = 0; i < 3; ++i) {
       to->points[row][i] = of->points[i][n];
+      to->directions[row][i] = found->jacobian[i][n];
+    }
     for (int i = 0; i < 6; ++i) {
       to->jacobian[row][i] = found->jacobian[i][n];
       differences[count][i] = found->jacobian[i][n] - found->others[i][n];
@@ -275,20 +280,47 @@ static void find_pairs(const Sought *source, const Cells *cells, const Pairing *
   }
 }
 
+// The motion of the same constant twist over a multiple of the time.
+static void scale_motion(const double *motion, double rate, double *scaled) {
+  double twist[6];
+  log_pose(motion, twist);
+  for (int i = 0; i < 6; ++i)
+    twist[i] *= rate;
+  exp_pose(twist, scaled);
+}
+
+// The residuals of a pose whose error acts on them multiplied by a rate.
+static void scale_rows(Pairs *pairs, double rate) {
+  for (Py_ssize_t n = 0; n < pairs->count; ++n)
+    for (int i = 0; i < 6; ++i)
+      pairs->jacobian[n][i] *= rate;
+}
+
+// Whether noise has less than a share of the information about each direction, with a ridge added.
+static bool are_observed(const Pairs *pairs, double share, double ridge) {
+  double rest[6][6];
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < 6; ++j)
+      rest[i][j] = share * (pairs->information[i][j] + (i == j ? ridge : 0.0)) -
+                   pairs->noise[i][j];
+  return factorize(*rest, 6);
+}
+
 PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
-  PyObject *objects[18];
+  PyObject *objects[19];
   Cells cells = {0};
+  double rate, share, ridge;
   Pairing pairing = {0};
   Sought source = {0};
   Robustness robustness;
-  if (!PyArg_ParseTuple(arguments, "OOOOOdOOdOOOOnnOdddddddOOOOOO", &objects[0], &objects[1],
-                        &objects[2], &objects[3], &objects[4], &source.moves.height, &objects[5],
-                        &objects[6], &source.back.height, &objects[7], &objects[8], &objects[9],
-                        &objects[10], &cells.width, &cells.height, &objects[11],
-                        &pairing.sigma, &pairing.exponent, &pairing.reach,
+  if (!PyArg_ParseTuple(arguments, "OOOOOdOdOdOOOOnnOdddddddddOOOOOOO", &objects[0],
+                        &objects[1], &objects[2], &objects[3], &objects[4], &source.moves.height,
+                        &objects[5], &rate, &objects[6], &source.back.height, &objects[7],
+                        &objects[8], &objects[9], &objects[10], &cells.width, &cells.height,
+                        &objects[11], &pairing.sigma, &pairing.exponent, &pairing.reach,
                         &pairing.smallest_cosine, &robustness.width, &robustness.typical,
-                        &robustness.most, &objects[12], &objects[13], &objects[14], &objects[15],
-                        &objects[16], &objects[17]) ||
+                        &robustness.most, &share, &ridge, &objects[12], &objects[13], &objects[14],
+                        &objects[15], &objects[16], &objects[17], &objects[18]) ||
       !is_size(cells.width, cells.height))
     return NULL;
   source.all = row_count(objects[0]);
@@ -312,8 +344,9 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
       {"the jacobian", objects[13], 'd', 6 * count, true},
       {"the weights", objects[14], 'd', count, true},
       {"the points", objects[15], 'd', 3 * count, true},
-      {"the blocks", objects[16], 'q', count, true},
-      {"the sums", objects[17], 'd', 72, true},
+      {"the directions", objects[16], 'd', 3 * count, true},
+      {"the blocks", objects[17], 'q', count, true},
+      {"the sums", objects[18], 'd', 72, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
@@ -324,28 +357,39 @@ PyObject *kernel_point_to_plane(PyObject *module, PyObject *arguments) {
   source.roughness = arrays.views[3].buf;
   source.moves.constant = arrays.views[4].buf;
   source.moves.by_row = source.moves.constant + 6;
+  double scaled[16];
   pairing.pose = arrays.views[5].buf;
-  source.back.constant = arrays.views[6].buf;
-  source.back.by_row = source.back.constant + 6;
+  if (rate != 1.0) {
+    scale_motion(pairing.pose, rate, scaled);
+    pairing.pose = scaled;
+  }
+  double undone[12];
+  for (int i = 0; i < 12; ++i)
+    undone[i] = -((const double *)arrays.views[6].buf)[i];
+  source.back.constant = undone;
+  source.back.by_row = undone + 6;
   cells.points = arrays.views[7].buf;
   cells.normals = arrays.views[8].buf;
   cells.usable = arrays.views[9].buf;
   cells.roughness = arrays.views[10].buf;
   cells.intrinsics = arrays.views[11].buf;
   Pairs pairs = {arrays.views[12].buf, arrays.views[13].buf, arrays.views[15].buf,
-                 arrays.views[16].buf, 0,
-                 arrays.views[17].buf, (double(*)[6])arrays.views[17].buf + 6};
-  bool are_cells;
+                 arrays.views[16].buf, arrays.views[17].buf, 0,
+                 arrays.views[18].buf, (double(*)[6])arrays.views[18].buf + 6};
+  bool are_cells, is_observed;
   Py_BEGIN_ALLOW_THREADS
   are_cells = are_points(&source);
   if (are_cells && size > 0)
     find_pairs(&source, &cells, &pairing, &pairs);
   weigh(pairs.values, pairs.count, &robustness, arrays.views[14].buf);
+  is_observed = are_observed(&pairs, share, ridge);
+  if (rate != 1.0)
+    scale_rows(&pairs, rate);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   if (!are_cells) {
     PyErr_SetString(PyExc_ValueError, "a chosen cell is not one of the source");
     return NULL;
   }
-  return PyLong_FromSsize_t(pairs.count);
+  return Py_BuildValue("nO", pairs.count, is_observed ? Py_True : Py_False);
 }

@@ -149,7 +149,7 @@ PyObject *kernel_to_quaternion(PyObject *module, PyObject *arguments) {
   return filled(arguments, "the rotation", 9, 4, to_quaternion);
 }
 
-static void exp_pose(const double *twist, double *pose) {
+void exp_pose(const double *twist, double *pose) {
   double rotation[9], jacobian[9], position[3];
   exp_rotation(twist + 3, rotation);
   left_jacobian(twist + 3, jacobian);
@@ -161,7 +161,7 @@ PyObject *kernel_exp_pose(PyObject *module, PyObject *arguments) {
   return filled(arguments, "the twist", 6, 16, exp_pose);
 }
 
-static void log_pose(const double *pose, double *twist) {
+void log_pose(const double *pose, double *twist) {
   double rotation[9], jacobian[9];
   const double position[3] = {pose[3], pose[7], pose[11]};
   rotation_of(pose, rotation);
@@ -395,11 +395,10 @@ PyObject *kernel_relative_pose(PyObject *module, PyObject *arguments) {
 }
 
 FOR_EACH_PROCESSOR
-static void transform(const double *pose, const double (*points)[3], Py_ssize_t count,
-                      double (*moved)[3]) {
+static void transform_all(const double *pose, const double (*points)[3], Py_ssize_t count,
+                          double (*moved)[3]) {
   for (Py_ssize_t n = 0; n < count; ++n)
-    for (int i = 0; i < 3; ++i)
-      moved[n][i] = dot(pose + 4 * i, points[n]) + pose[4 * i + 3];
+    transform(pose, points[n], moved[n]);
 }
 
 PyObject *kernel_transform(PyObject *module, PyObject *arguments) {
@@ -416,7 +415,7 @@ PyObject *kernel_transform(PyObject *module, PyObject *arguments) {
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   Py_BEGIN_ALLOW_THREADS
-  transform(arrays.views[0].buf, arrays.views[1].buf, count, arrays.views[2].buf);
+  transform_all(arrays.views[0].buf, arrays.views[1].buf, count, arrays.views[2].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;

@@ -12,6 +12,12 @@ void exp_rotation(const double *theta, double *rotation);
 // The rotation vector [rad] of a rotation; its length is 0 to pi.
 void log_rotation(const double *rotation, double *theta);
 
+// The pose reached by a constant twist of the body in unit time.
+void exp_pose(const double *twist, double *pose);
+
+// The twist whose exponential is a pose.
+void log_pose(const double *pose, double *twist);
+
 // A pose with an error added in the axes of the target frame, its rotation orthonormal to
 // rounding; it may be the pose itself.
 void perturb(const double *pose, const double *error, double *perturbed);

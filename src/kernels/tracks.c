@@ -7,40 +7,65 @@
 #include <stdint.h>
 
 #include "arrays.h"
+#include "camera_model.h"
 #include "kernels.h"
+#include "processors.h"
 #include "sensor.h"
+#include "vectors.h"
+
+// What a camera sees.
+typedef struct {
+  CameraModel camera;
+  double nearest;
+} View;
+
+// Write which points a pose puts in view, and their pixels; return how many there are.
+FOR_EACH_PROCESSOR
+static Py_ssize_t list_visible(const View *view, const double *pose, const double (*points)[3],
+                               Py_ssize_t count, int64_t *indices, float (*found)[2]) {
+  const double last_column = view->camera.width - 1.0, last_row = view->camera.height - 1.0;
+  Py_ssize_t visible = 0;
+  for (Py_ssize_t first = 0; first < count; first += FOUR) {
+    const int many = count - first < FOUR ? (int)(count - first) : FOUR;
+    double moved[FOUR][3], pixels[FOUR][2];
+    for (int n = 0; n < many; ++n)
+      transform(pose, points[first + n], moved[n]);
+    project(*moved, many, &view->camera, *pixels);
+    for (int n = 0; n < many; ++n) {
+      const double u = pixels[n][0], v = pixels[n][1];
+      if (moved[n][2] > view->nearest && u >= 0.0 && u <= last_column && v >= 0.0 &&
+          v <= last_row) {
+        indices[visible] = first + n;
+        found[visible][0] = (float)u;
+        found[visible++][1] = (float)v;
+      }
+    }
+  }
+  return visible;
+}
 
 PyObject *kernel_visible(PyObject *module, PyObject *arguments) {
-  PyObject *point_array, *pixel_array, *index_array, *found_array;
-  double nearest;
-  Py_ssize_t width, height;
-  if (!PyArg_ParseTuple(arguments, "OOdnnOO", &point_array, &pixel_array, &nearest, &width,
-                        &height, &index_array, &found_array))
+  PyObject *point_array, *pose_array, *camera_array, *index_array, *found_array;
+  View view;
+  if (!PyArg_ParseTuple(arguments, "OOOdOO", &point_array, &pose_array, &camera_array,
+                        &view.nearest, &index_array, &found_array))
     return NULL;
   const Py_ssize_t count = row_count(point_array);
   const Argument needed[] = {
       {"the points", point_array, 'd', 3 * count, false},
-      {"the pixels", pixel_array, 'd', 2 * count, false},
+      {"the pose", pose_array, 'd', 16, false},
+      {"the camera", camera_array, 'd', CAMERA, false},
       {"the indices", index_array, 'q', count, true},
       {"the pixels found", found_array, 'f', 2 * count, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const double(*points)[3] = arrays.views[0].buf, (*pixels)[2] = arrays.views[1].buf;
-  const double last_column = (double)width - 1.0, last_row = (double)height - 1.0;
-  int64_t *indices = arrays.views[2].buf;
-  float(*found)[2] = arrays.views[3].buf;
-  Py_ssize_t visible = 0;
+  view.camera = camera_of(arrays.views[2].buf);
+  Py_ssize_t visible;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    const double u = pixels[i][0], v = pixels[i][1];
-    if (points[i][2] > nearest && u >= 0.0 && u <= last_column && v >= 0.0 && v <= last_row) {
-      indices[visible] = i;
-      found[visible][0] = (float)u;
-      found[visible++][1] = (float)v;
-    }
-  }
+  visible = list_visible(&view, arrays.views[1].buf, arrays.views[0].buf, count,
+                         arrays.views[3].buf, arrays.views[4].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   return PyLong_FromSsize_t(visible);

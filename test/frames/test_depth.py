@@ -72,22 +72,6 @@ def test_beside_an_edge_the_nearer_surface_is_found(turns):
     np.testing.assert_allclose(found[behind], near[rows, columns][behind], rtol=0.02)
 
 
-def test_points_are_scaled_by_the_depth_that_is_measured():
-    """Those without one, and those at no distance, stay as they are."""
-    rng = np.random.default_rng(5)
-    image = rng.uniform(0.8, 3.0, (20, 30)).astype(np.float32)
-    image[rng.random(image.shape) < 0.2] = np.nan
-    pixels = rng.uniform(-2, 32, (200, 2))
-    seen, points = rng.uniform(0.5, 3.0, (2, 200, 3))
-    seen[:3, 2] = 0.0, np.nan, np.inf
-    measured = depth.sample(image, pixels, SENSOR)
-    assert 20 < np.isnan(measured).sum() < 180
-    with np.errstate(divide='ignore'):
-        scale = measured / seen[:, 2]
-    expected = np.where(np.isfinite(scale), scale, 1.0)[:, None] * points
-    np.testing.assert_array_equal(depth.scaled_to(image, pixels, SENSOR, seen, points), expected)
-
-
 def test_edges_are_those_beside_the_nearest_pixel():
     """Wherever within a pixel a keypoint lies; the depth is noise, so that each pixel differs."""
     rng = np.random.default_rng(4)

@@ -402,8 +402,8 @@ def test_depth_is_corrected_by_the_velocity_of_each_frame(play, known, twists):
         np.testing.assert_array_equal(pose, np.eye(4))
         for moved, twist, lag in zip((correction.source, correction.target), twists,
                                      (0.01, 0.02)):
-            np.testing.assert_allclose(moved.depth, (lag + 0.005) * twist * played.twist)
-            np.testing.assert_allclose(moved.rows, 0.03 * twist * played.twist)
+            np.testing.assert_allclose(
+                moved.twists, np.outer([lag + 0.005, 0.03], twist * played.twist))
 
 
 def test_each_frame_has_two_surfaces_made_once(monkeypatch, made):

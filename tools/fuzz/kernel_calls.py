@@ -34,7 +34,8 @@ choose_cells q:n B:n q:k %i ?>n
 closest_pairs f:n,4 f:m,4 q:2,k f:k %f %f %f q>n,2
 composed_poses d:4,4 d:6,6 d:4,4 d:6,6 d>4,4 d>6,6
 corners B:h,v %b %i %i %i
-depth_equations d:n,3 d:n,3 d:n,6 d:n d:n d:4,4 d:2,6 d:2 d:n,2 d:n,2 %a %e d:a,e d:a,e \
+corrected_tracks f:h,v %f %f %f d:28 d:2,6 %f d:2,6 %f d:4,4 d:n,3 d:n,2 d>n,3 d>n,2
+depth_equations d:n,3 d:n,3 d:n,6 d:n d:n %z d:4,4 d:2,6 d:28 d:28 %a %e d:a,e d:a,e \
  d>u,u d>2,u
 derivative_squares B:h,v
 describe_points B>x,y %z f:4,256 %i f:n,2 d:n B>n,32
@@ -57,36 +58,34 @@ joint_estimate d:6,6 d:6 d:6,6 d:6,6 d:6 d:6,6 d:6,6 %f d:6,6 d:4,4 d>4,4 d>6,6 
 kalman_measurement d:n d:n,n d:k,n d:k,k d:k %f d>n d>n,n
 kalman_update d:n,n d:k,n d:k,k d>k,k d>n,k d>n,n d>n,n
 is_valid_depth f:h,v %f %f
-keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:2 %f d>u,u d>u
+keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:28 d:28 %f \
+ d>u,u d>u
 log_pose d:4,4 d>6
 log_rotation d:3,3 d>3
 low_quantiles f:h,v
 mean_displacement d:n,3 d:n,2
 mean_inverse_depths f:h,v %w %f %f f>a,e
 moments f:n,3 f:m,3 q:k,2 d>4,4
-moved_by_rows d:n,3 d:6 d:6 %f d>n,3
 nearer_beside f:h,v d:n,2 d:n %i %f %f d>n
 nodes_around d:n,2 %a %e q>n,4 d>n,4
 normal_buckets f:n,3 ?:n %w B>n q>s
 normal_equations d:n,6 d:n d:n d>6,6 d>6
-normalize d:n,2 d:4 d:12 d>n,2
+normalize d:n,2 d:28 d>n,2
 pairs_of_near_points f:n,4 f:m,4 %f
 pairs_of_similar_bits B:n,w B:m,w %w %f
 perturbed_pose d:4,4 d:6 d>4,4
 pixel_jacobians d:n,3 d:4,4 %f d>n,2,2
-point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 d:2,6 %f f:h,v,3 f:h,v,3 ?:h,v f:h,v \
- %v %h d:4 %f %f %f %f %f %f %f d>n d>n,6 d>n d>n,3 q>n d>2,6,6
+point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 %f d:2,6 %f f:h,v,3 f:h,v,3 ?:h,v f:h,v \
+ %v %h d:4 %f %f %f %f %f %f %f %f %f d>n d>n,6 d>n d>n,3 d>n,3 q>n d>2,6,6
 pose_difference d:4,4 d:4,4 d>6
 predict_gravity d:12 d:12,12 %f d:3 d:3 d:3,3 d:3,3 d:3,3 %f %f d>12 d>12,12
-project d:n,3 d:4 d:12 d>n,2
+project d:n,3 d:28 d>n,2
 propagated_covariance d:n,n d:n,n d:n,k d:k,k d>n,n
-rays_moved_by_rows d:n,2 d:n,3 d:4,4 d:6 %f d>n,2
 relative_pose d:4,4 d:6,6 d:4,4 d:6,6 %f d>4,4 d>6,6
 relief_moments B:h,v f:h,v d:n,2 d:n %i %f %f %f d>n,3
 reprojection d:n,3 d:n,2 d:n d:4,4 %f %f %f %f d>2,n d>2,n,6 d>2,n q>2,n
 reversed_tracks q:n d:n,3 d:n,2 d:n d:n %f %f q>n d>n,3 d>n,2 d>n d>n
 sample_depth f:h,v d:n,2 %f %f %f d>n
-scaled_to_depth f:h,v d:n,2 %f %f %f d:n,3 d:n,3 d>n,3
 shrink B:h,v B>h,v
 solve_definite d:n,n d>n,k %k
 spread d:n,2 %f q>k
@@ -96,7 +95,7 @@ track_steps d:n,3 d:n,2 d:n d:n d:4,4 %f %f %f d:k %f %f %f %f d:6,6 d:6 d>6 d>4
 transform d:4,4 d:n,3 d>n,3
 undistort_depth f:h,v d:n,k %f f>h,v
 valid_depth f:h,v %f %f f>h,v
-visible d:n,3 d:n,2 %f %v %h q>n f>n,2
+visible d:n,3 d:4,4 d:28 %f q>n f>n,2
 window_shifts d:n,3 d:4,4 %f %f d:n,2,2 d:n,3,3 d:n,3 %f %f d>n,2
 """.replace('\\\n', '')
 CALLS: dict[str, list[str]] = {line.split()[0]: line.split()[1:]

@@ -20,7 +20,6 @@ from functools import cached_property
 import numpy as np
 
 from aick_ros import kernels
-from aick_ros.frames import depth
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
@@ -28,8 +27,6 @@ from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import MisalignmentSettings, SensorSettings
 from aick_ros.settings.parameter import parameters
 
-_DEPTH_STEPS = 2  # chosen: steps of the search along a ray
-_STILL = np.zeros(6)
 _SHARE_MEASURED = 0.75  # chosen on excerpts and rendered cameras: 0.5 lags, 1 has more noise
 
 
@@ -98,13 +95,12 @@ class Displacement:
     """
     Displacement of what one frame sees by the misalignment and the motion of its camera.
 
-    :param depth: 6, twist of all points of the depth image.
-    :param rows: 6, twist from the first to the last row, of the points of both images.
+    :param twists: 2x6, of all points of the depth image, and from the first to the last row of
+        the points of both images [m, rad].
     :param height: of the image on the plane z = 1.
     """
 
-    depth: np.ndarray
-    rows: np.ndarray
+    twists: np.ndarray
     height: float
 
     @classmethod
@@ -116,46 +112,10 @@ class Displacement:
         :param lag: time from the colour image to the depth image by their stamps [s].
         :param twist: of the body of the camera [m/s, rad/s].
         """
-        return cls(misalignment.offset + (lag + misalignment.delay) * twist,
-                   misalignment.readout * twist, image_height(camera))
-
-    def of_depth(self, points: np.ndarray) -> np.ndarray:
-        """Return where points of the depth image are at the stamp of the frame, Nx3 [m]."""
-        return self._moved(points, self.depth, self.rows)
-
-    @cached_property
-    def twists(self) -> np.ndarray:
-        """Both twists, 2x6."""
-        return np.array([self.depth, self.rows])
-
-    @cached_property
-    def undone(self) -> np.ndarray:
-        """Both twists of the inverse, 2x6: to where the depth image has points of the frame."""
-        return -self.twists
-
-    def of_rows(self, points: np.ndarray) -> np.ndarray:
-        """Return where points seen by their rows are at the stamp of the frame, Nx3 [m]."""
-        return self._moved(points, _STILL, self.rows) if self.rows.any() else points
-
-    def of_rays(self, rays: np.ndarray, points: np.ndarray,
-                T_frame_points: np.ndarray) -> np.ndarray:
-        """
-        Return rays seen by their rows at the stamp of the frame, Nx2 on the plane z = 1.
-
-        :param points: Nx3 in another frame [m]: what is seen, which shows how far away it is.
-        :param T_frame_points: of that frame, 4x4.
-        """
-        if not self.rows.any():
-            return rays
-        moved = np.empty(rays.shape)
-        kernels.rays_moved_by_rows(rays, points, T_frame_points, self.rows, self.height, moved)
-        return moved
-
-    def _moved(self, points: np.ndarray, constant: np.ndarray, by_row: np.ndarray) -> np.ndarray:
-        """Return points moved by twists that are linear in their rows, to second order, Nx3."""
-        moved = np.empty(points.shape)
-        kernels.moved_by_rows(points, constant, by_row, self.height, moved)
-        return moved
+        twists = np.empty((2, 6))
+        twists[0] = misalignment.offset + (lag + misalignment.delay) * twist
+        twists[1] = misalignment.readout * twist
+        return cls(twists, image_height(camera))
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,14 +130,20 @@ class Correction:
         """
         Return tracks as a camera without misalignment would see them.
 
+        Points are moved along their rays to where the displaced depth image has a surface; points
+        and rays by their rows.
+
         :param T_target_source: 4x4; the depths in the target are taken from it, nothing else.
         """
-        points = self.source.of_rows(_with_depth(tracks.points, source, self.source, sensor))
-        rays = self.target.of_rays(tracks.rays, points, T_target_source)
+        points, rays = np.empty(tracks.points.shape), np.empty(tracks.rays.shape)
+        kernels.corrected_tracks(
+            source.corrected.depth, sensor.depth_jump, sensor.min_depth, sensor.max_depth,
+            source.frame.camera.model, self.source.twists, self.source.height, self.target.twists,
+            self.target.height, T_target_source, tracks.points, tracks.rays, points, rays)
         return Tracks(tracks.keypoints, points, rays, tracks.depths, tracks.sigmas)
 
 
-NO_CORRECTION = Correction(*2 * (Displacement(np.zeros(6), np.zeros(6), 1.0),))
+NO_CORRECTION = Correction(*2 * (Displacement(np.zeros((2, 6)), 1.0),))
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,14 +179,3 @@ class Prediction:
 def image_height(camera: Camera) -> float:
     """Return the height of the image on the plane z = 1."""
     return camera.height / camera.fy
-
-
-def _with_depth(points: np.ndarray, frame: PreparedFrame, displacement: Displacement,
-                sensor: SensorSettings) -> np.ndarray:
-    """Return points moved along their rays to where the displaced depth image has a surface."""
-    T_depth_colour = se3.exp(-displacement.depth)
-    for _ in range(_DEPTH_STEPS):
-        seen = se3.transform(T_depth_colour, points)
-        points = depth.scaled_to(frame.corrected.depth, frame.frame.camera.project(seen), sensor,
-                                 seen, points)
-    return points

@@ -14,17 +14,16 @@ far less, and left out.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from aick_ros import kernels
-from aick_ros.frames.depth_distortion import COLUMNS, ROWS, places_among_nodes
+from aick_ros.frames.depth_distortion import COLUMNS, ROWS
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
-from aick_ros.geometry import definite, se3
-from aick_ros.registration.refinement.misalignment import Misalignment, image_height
-from aick_ros.registration.refinement.residuals import PRIOR, Residuals
+from aick_ros.geometry import definite
+from aick_ros.registration.refinement.misalignment import Misalignment
+from aick_ros.registration.refinement.residuals import PRIOR, PlaneResiduals, Residuals
 from aick_ros.registration.refinement.tracks import Tracks
 
 _EVERY = 4  # chosen: of so many depth residuals one is used; neighbours are correlated
@@ -76,14 +75,13 @@ class MovingPair:
     T_target_source: np.ndarray
     twists: np.ndarray
 
-    @cached_property
-    def heights(self) -> np.ndarray:
-        """Of both images on the plane z = 1, 2."""
-        return np.array([image_height(frame.frame.camera)
-                         for frame in (self.source, self.target)])
+    @property
+    def cameras(self) -> tuple[np.ndarray, np.ndarray]:
+        """Both, as the kernels take them."""
+        return self.source.frame.camera.model, self.target.frame.camera.model
 
 
-def misalignment_sample(keypoints: Residuals, depth: Residuals, tracks: Tracks,
+def misalignment_sample(keypoints: Residuals, depth: PlaneResiduals, tracks: Tracks,
                         pair: MovingPair, weight: float,
                         applied: Misalignment) -> MisalignmentSample:
     """
@@ -114,24 +112,17 @@ def _add_keypoints(residuals: Residuals, tracks: Tracks, pair: MovingPair, weigh
     kernels.keypoint_equations(
         tracks.points, *surface.cells_at(tracks.points), surface.normals, residuals.jacobian,
         residuals.values, residuals.weights, weight, pair.T_target_source, pair.twists,
-        pair.heights, _SMALLEST_COSINE, information, gradient)
+        *pair.cameras, _SMALLEST_COSINE, information, gradient)
 
 
-def _add_depth(residuals: Residuals, pair: MovingPair, information: np.ndarray,
+def _add_depth(residuals: PlaneResiduals, pair: MovingPair, information: np.ndarray,
                gradients: np.ndarray) -> None:
     """
     Add the equations of some of the depth residuals, with those of the distortion.
 
     :param gradients: by the residuals, and by how far the distortion applied has changed them.
     """
-    moved, directions, jacobian, values, weights = (
-        np.ascontiguousarray(rows[::_EVERY]) for rows in (
-            residuals.points, residuals.directions, residuals.jacobian, residuals.values,
-            residuals.weights))
-    source, target, pose = pair.source, pair.target, pair.T_target_source
-    points = se3.transform(se3.inverse(pose), moved)
     kernels.depth_equations(
-        moved, directions, jacobian, values, _EVERY * weights, pose, pair.twists, pair.heights,
-        places_among_nodes(points, source.frame.camera),
-        places_among_nodes(moved, target.frame.camera), ROWS, COLUMNS,
-        source.distortion.nodes, target.distortion.nodes, information, gradients)
+        residuals.points, residuals.directions, residuals.jacobian, residuals.values,
+        residuals.weights, _EVERY, pair.T_target_source, pair.twists, *pair.cameras, ROWS, COLUMNS,
+        pair.source.distortion.nodes, pair.target.distortion.nodes, information, gradients)

@@ -30,8 +30,8 @@ from aick_ros.registration.refinement.misalignment_equations import (
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.residuals import (
-    PRIOR, NormalEquations, Residuals, contradict, point_to_plane, reprojection, track_depth,
-    track_steps)
+    PRIOR, NormalEquations, PlaneResiduals, Residuals, contradict, point_to_plane, reprojection,
+    track_depth, track_steps)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
 from aick_ros.registration.result import SensorBias
 from aick_ros.settings import RefinementSettings, SensorSettings
@@ -249,11 +249,11 @@ class _Problem:
 
     def _measure(self, bias: SensorBias, pose: np.ndarray, keypoints: Estimate, depth: Estimate,
                  by_keypoints: Residuals,
-                 by_depth: Residuals) -> tuple[NoiseSample, MisalignmentSample | None]:
+                 by_depth: PlaneResiduals) -> tuple[NoiseSample, MisalignmentSample | None]:
         return (self._noise_shown_by(bias, pose, keypoints, depth),
                 self._misalignment_shown_by(by_keypoints, by_depth, pose))
 
-    def _misalignment_shown_by(self, keypoints: Residuals, depth: Residuals,
+    def _misalignment_shown_by(self, keypoints: Residuals, depth: PlaneResiduals,
                                pose: np.ndarray) -> MisalignmentSample | None:
         if self._source.surface is None:
             return None
@@ -276,15 +276,14 @@ class _Problem:
         return [reprojection(self._tracks, pose, self._ray_sigma, width),
                 track_depth(self._tracks, pose, self._sensor, width)]
 
-    def _of_depth(self, pose: np.ndarray) -> list[Residuals]:
+    def _of_depth(self, pose: np.ndarray) -> list[PlaneResiduals]:
         source, target = self._source.surface, self._target.surface
         if source is None or target is None:
             return []
         # the depth images may be more or less time apart than the colour images
-        residuals = point_to_plane(
-            source, target, se3.scaled(pose, self._depth_rate), self._sensor,
-            self._settings.robust_width, self._settings.reach, self._correction)
-        return [residuals.of_scaled_error(self._depth_rate)]
+        return [point_to_plane(
+            source, target, pose, self._sensor, self._settings.robust_width, self._settings.reach,
+            self._correction, self._depth_rate)]
 
 
 def mean_depth_lag(source: PreparedFrame, target: PreparedFrame) -> float:

@@ -17,14 +17,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
 
 from aick_ros import kernels
 from aick_ros.frames.surface import Surface
-from aick_ros.geometry import definite
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Correction
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracks
 from aick_ros.settings import SensorSettings
@@ -51,10 +50,7 @@ PRIOR = np.eye(6)
 Keeps finite what no residual observes.
 """
 
-_REGULARIZATION = 1e-3 * np.eye(6)  # chosen: 30 m and 30 rad; makes any information invertible
-
-
-_NO_POINTS = np.empty((0, 3))
+_RIDGE = 1e-3  # chosen: 30 m and 30 rad; makes any information invertible
 _NONE = np.zeros((6, 6))
 
 
@@ -67,21 +63,25 @@ class Residuals:
     :param jacobian: Nx6, by the error of the pose.
     :param weights: N robust weights, 0 to 1.
     :param blocks: N, number of the block of the image that each residual is from.
-    :param points: Nx3, the points of the source moved into the target [m]; of depth only.
-    :param directions: Nx3, derivatives of the residuals by these points; of depth only.
     """
 
     values: np.ndarray
     jacobian: np.ndarray
     weights: np.ndarray
     blocks: np.ndarray
-    points: np.ndarray = field(default_factory=lambda: _NO_POINTS)
-    directions: np.ndarray = field(default_factory=lambda: _NO_POINTS)
 
-    def of_scaled_error(self, rate: float) -> Residuals:
-        """Return the residuals of a pose whose error acts on them multiplied by a rate."""
-        return Residuals(self.values, rate * self.jacobian, self.weights, self.blocks, self.points,
-                         self.directions)
+
+@dataclass(frozen=True, eq=False)
+class PlaneResiduals(Residuals):
+    """
+    Distances of points from planes, in units of their standard deviation.
+
+    :param points: Nx3, the points of the source moved into the target [m].
+    :param directions: Nx3, derivatives of the residuals by these points.
+    """
+
+    points: np.ndarray
+    directions: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -196,7 +196,7 @@ def contradict(residuals: Residuals) -> bool:
 
 def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,
                    sensor: SensorSettings, width: float, reach: float,
-                   correction: Correction = NO_CORRECTION) -> Residuals:
+                   correction: Correction = NO_CORRECTION, rate: float = 1.0) -> PlaneResiduals:
     """
     Return the distances of the source's chosen points from the planes of the target.
 
@@ -207,25 +207,29 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
 
     :param reach: pairs with a larger distance are dropped [m].
     :param correction: of what both frames see.
+    :param rate: time between the depth images, as a ratio to that which the motion of the pose
+        takes; the Jacobian is by the error of the whole motion.
     """
     count = len(source.chosen)
     values, weights, blocks = np.empty(count), np.empty(count), np.empty(count, np.int64)
-    jacobian, points, sums = np.empty((count, 6)), np.empty((count, 3)), np.zeros((2, 6, 6))
-    found = kernels.point_to_plane(
+    jacobian, (points, directions) = np.empty((count, 6)), np.empty((2, count, 3))
+    sums = np.zeros((2, 6, 6))
+    found, is_observed = kernels.point_to_plane(
         source.points, source.chosen, source.normals, source.roughness,
-        correction.source.twists, correction.source.height, T_target_source,
-        correction.target.undone, correction.target.height, target.points, target.normals,
+        correction.source.twists, correction.source.height, T_target_source, rate,
+        correction.target.twists, correction.target.height, target.points, target.normals,
         target.usable, target.roughness, target.grid.width, target.grid.height,
         target.grid.intrinsics, SURFACE_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0,
-        reach, _SMALLEST_COSINE, width, _MEDIAN_1, _LARGEST_SCALE ** 2, values, jacobian, weights,
-        points, blocks, sums)
+        reach, _SMALLEST_COSINE, width, _MEDIAN_1, _LARGEST_SCALE ** 2, _SHARE_OBSERVED, _RIDGE,
+        values, jacobian, weights, points, directions, blocks, sums)
     jacobian = jacobian[:found]
-    projection = _observable_projection(*sums)
-    return Residuals(values[:found], jacobian if projection is None else jacobian @ projection,
-                     weights[:found], blocks[:found], points[:found], jacobian[:, :3])
+    if not is_observed:
+        jacobian = jacobian @ _observable_projection(*sums)
+    return PlaneResiduals(values[:found], jacobian, weights[:found], blocks[:found],
+                          points[:found], directions[:found])
 
 
-def _observable_projection(information: np.ndarray, noise: np.ndarray) -> np.ndarray | None:
+def _observable_projection(information: np.ndarray, noise: np.ndarray) -> np.ndarray:
     """
     Return the projection of pose errors onto the directions that the residuals observe.
 
@@ -235,12 +239,9 @@ def _observable_projection(information: np.ndarray, noise: np.ndarray) -> np.nda
 
     :param information: J^T J, 6x6.
     :param noise: in it, 6x6.
-    :returns: 6x6; None, where all directions are observed.
+    :returns: 6x6; the identity where all directions are observed.
     """
-    information = information + _REGULARIZATION
-    if definite.is_definite(_SHARE_OBSERVED * information - noise):  # all shares are smaller
-        return None
-    root = np.linalg.cholesky(information)
+    root = np.linalg.cholesky(information + _RIDGE * np.eye(6))
     shares, directions = np.linalg.eigh(
         np.linalg.solve(root, np.linalg.solve(root, noise).T))
     observed = np.sqrt(np.clip((_SHARE_UNOBSERVED - shares)

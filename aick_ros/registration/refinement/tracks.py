@@ -174,10 +174,8 @@ class Tracker:
 def _visible(points: np.ndarray, T_target_source: np.ndarray,
              camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """Return the K indices of points that a pose puts into the image, and their pixels, Kx2."""
-    moved = se3.transform(T_target_source, points)
     kept, pixels = np.empty(len(points), np.int64), np.empty((len(points), 2), np.float32)
-    count = kernels.visible(moved, camera.project(moved), _NEAREST, camera.width, camera.height,
-                            kept, pixels)
+    count = kernels.visible(points, T_target_source, camera.model, _NEAREST, kept, pixels)
     return kept[:count], pixels[:count]
 
 

@@ -16,7 +16,7 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import (
-    NO_MISALIGNMENT, Correction, Displacement, Misalignment, image_height)
+    NO_MISALIGNMENT, Correction, Displacement, Misalignment)
 from aick_ros.registration.refinement.misalignment_equations import (
     MovingPair, _add_depth, _add_keypoints, misalignment_sample)
 from aick_ros.registration.refinement.residuals import point_to_plane, reprojection
@@ -230,17 +230,20 @@ def test_the_derivatives_by_the_pose_are_those_of_the_residuals():
 
 def test_each_frame_has_its_own_motion_and_height():
     """Of images of other heights rows count as shares of their own."""
-    heights = image_height(CAMERA), image_height(CAMERA)
+    def of_height(frame, times):
+        camera = dataclasses.replace(CAMERA, fy=CAMERA.fy / times)
+        return dataclasses.replace(frame, frame=dataclasses.replace(frame.frame, camera=camera))
 
-    def by_readout(twists, heights):
-        pair = moving(twists=twists)
-        pair.heights[:] = heights
+    def by_readout(twists, times=(1, 1)):
+        source, target, _ = scene()
+        pair = MovingPair(of_height(source, times[0]), of_height(target, times[1]),
+                          source.surface, T_TARGET_SOURCE, twists)
         return rows_of_depth(pair=pair)[0][:, 13]
 
-    whole = by_readout(TWISTS, heights)
-    of_source = by_readout(TWISTS * [[1], [0]], heights)
-    of_target = by_readout(TWISTS * [[0], [1]], heights)
+    whole = by_readout(TWISTS)
+    of_source = by_readout(TWISTS * [[1], [0]])
+    of_target = by_readout(TWISTS * [[0], [1]])
     np.testing.assert_allclose(of_source + of_target, whole, atol=1e-12)
     assert np.abs(of_source).max() > 0.1 < np.abs(of_target).max()
-    taller = by_readout(TWISTS, (2 * heights[0], 3 * heights[1]))
+    taller = by_readout(TWISTS, (2, 3))
     np.testing.assert_allclose(of_source / 2 + of_target / 3, taller, atol=1e-12)

@@ -65,19 +65,21 @@ def test_pairs_are_those_of_one_after_the_other(count, exponent):
     twists = rng.normal(0, 0.02, (2, 2, 6))
     pairs = [pair for cell in chosen
              if (pair := pair_of(cell, source, target, usable, twists, exponent))]
-    found = (np.empty(count), np.empty((count, 6)), np.empty(count), np.empty((count, 3)),
+    found = (np.empty(count), np.empty((count, 6)), np.empty(count), *np.empty((2, count, 3)),
              np.empty(count, int))
     sums = np.zeros((2, 6, 6))
-    number = kernels.point_to_plane(
-        source[0], chosen, source[1], source[2], twists[0], IMAGE_HEIGHT, POSE, twists[1],
+    number, is_observed = kernels.point_to_plane(
+        source[0], chosen, source[1], source[2], twists[0], IMAGE_HEIGHT, POSE, 1.0, -twists[1],
         IMAGE_HEIGHT, target[0], target[1], usable, target[2], WIDTH, HEIGHT, INTRINSICS, SIGMA,
-        exponent, REACH, SMALLEST_COSINE, ROBUST_WIDTH, 0.5, 4.0, *found, sums)
+        exponent, REACH, SMALLEST_COSINE, ROBUST_WIDTH, 0.5, 4.0, 0.1, 1e-3, *found, sums)
+    rest = 0.1 * (sums[0] + 1e-3 * np.eye(6)) - sums[1]
+    assert is_observed == (np.linalg.eigvalsh(rest)[0] > 0)
     assert number == len(pairs) and (count < COUNT or number > 50)
     if pairs:
         values, rows, others, points = map(np.array, zip(*pairs))
         limit = ROBUST_WIDTH ** 2 * np.clip(np.median(values ** 2) / 0.5, 1.0, 4.0)
         weights = 1 / (1 + values ** 2 / limit) ** 2  # of the cost of Geman and McClure
-        for computed, expected in zip(found, (values, rows, weights, points)):
+        for computed, expected in zip(found, (values, rows, weights, points, rows[:, :3])):
             np.testing.assert_allclose(computed[:number], expected, rtol=1e-6, atol=1e-6)
         differences = rows - others
         for computed, expected in zip(sums, (rows.T @ rows, differences.T @ differences / 2)):
@@ -86,8 +88,9 @@ def test_pairs_are_those_of_one_after_the_other(count, exponent):
 
 def test_no_cells_are_no_pairs():
     source, none = surface(np.random.default_rng(0)), np.empty((0, 3), np.float32)
-    assert not kernels.point_to_plane(
-        source[0], np.arange(1, 5), source[1], source[2], np.zeros((2, 6)), 1.0, POSE,
+    assert kernels.point_to_plane(
+        source[0], np.arange(1, 5), source[1], source[2], np.zeros((2, 6)), 1.0, POSE, 1.0,
         np.zeros((2, 6)), 1.0, none, none, np.empty(0, bool), none[:, 0].copy(), 0, 0, INTRINSICS,
-        SIGMA, 0.0, REACH, SMALLEST_COSINE, ROBUST_WIDTH, 1.0, 4.0, np.empty(4), np.empty((4, 6)),
-        np.empty(4), np.empty((4, 3)), np.empty(4, int), np.zeros((2, 6, 6)))
+        SIGMA, 0.0, REACH, SMALLEST_COSINE, ROBUST_WIDTH, 1.0, 4.0, 0.1, 1e-3, np.empty(4),
+        np.empty((4, 6)), np.empty(4), *np.empty((2, 4, 3)), np.empty(4, int),
+        np.zeros((2, 6, 6))) == (0, True)

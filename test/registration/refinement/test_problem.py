@@ -67,10 +67,9 @@ class Told:
         self.given[name] = of
         return self.told[name]
 
-    def kinds(self, rate=RATE):
-        """Return the residuals of keypoints, and of depth as the error of the pose acts on it."""
-        by_depth = self.told['point_to_plane'].of_scaled_error(rate)
-        return [self.told['reprojection'], self.told['track_depth']], [by_depth]
+    def kinds(self):
+        """Return the residuals of keypoints, and of depth."""
+        return [self.told['reprojection'], self.told['track_depth']], [self.told['point_to_plane']]
 
 
 @pytest.fixture
@@ -122,9 +121,9 @@ def test_without_tracks_depth_takes_the_coarse_step_too(tell):
 def test_depth_is_compared_over_the_time_between_its_own_images(tell):
     told = tell()
     told.problem.step(POSE, False)
-    source, target, pose, sensor, width, reach, correction = told.given['point_to_plane']
+    source, target, pose, sensor, width, reach, correction, rate = told.given['point_to_plane']
     assert (source, target, correction) == ('source', 'target', NO_CORRECTION)
-    np.testing.assert_allclose(se3.log(pose), RATE * se3.log(POSE), atol=1e-12)
+    assert pose is POSE and rate == pytest.approx(RATE)
     assert sensor is SETTINGS.sensor
     assert (width, reach) == (SETTINGS.refinement.robust_width, SETTINGS.refinement.reach)
 
@@ -247,12 +246,11 @@ def test_both_frames_are_corrected_by_their_own_velocity(tell, corrected):
     assert tracks is told.tracks and source is told.source and sensor is SETTINGS.sensor
     assert pose is POSE
     told.problem.step(POSE, False)
-    source, target, *_, correction = told.given['point_to_plane']
+    source, target, *_, correction, _ = told.given['point_to_plane']
     assert (source, target) == ('source', 'target')
     for moved, twist, camera in ((correction.source, TWISTS[0], CAMERA),
                                  (correction.target, TWISTS[1], OTHER)):
-        np.testing.assert_allclose(moved.depth, (0.015 + 0.005) * twist)
-        np.testing.assert_allclose(moved.rows, 0.03 * twist)
+        np.testing.assert_allclose(moved.twists, np.outer([0.015 + 0.005, 0.03], twist))
         assert moved.height == image_height(camera)
 
 
@@ -271,8 +269,8 @@ def test_tracked_are_as_they_were_seen(tell, monkeypatch):
 def test_where_one_velocity_is_not_known_both_are_at_rest(tell, corrected, twist, of_target):
     told = tell(twists=(twist, of_target))
     told.problem.correct(LATE, twist, POSE)
-    assert not told.problem._correction.source.depth.any()
-    assert not told.problem._correction.target.depth.any()
+    assert not told.problem._correction.source.twists.any()
+    assert not told.problem._correction.target.twists.any()
 
 
 @pytest.mark.parametrize('misalignment, lags, twists, is_corrected', [
@@ -305,4 +303,4 @@ def test_the_misalignment_is_shown_by_both_kinds_as_they_were_corrected(tell, co
     assert (pair.source, pair.target, pair.surface) == (told.source, told.target, 'source')
     assert pair.T_target_source is POSE
     np.testing.assert_array_equal(pair.twists, TWISTS)
-    assert pair.heights.tolist() == [image_height(CAMERA), image_height(OTHER)]
+    np.testing.assert_array_equal(pair.cameras, [CAMERA.model, OTHER.model])

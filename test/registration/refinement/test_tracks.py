@@ -162,9 +162,9 @@ def test_visible_points_are_ahead_and_within_the_image(camera, count):
 
 
 def test_visible_points_have_a_pixel_each():
-    with pytest.raises(ValueError, match='the pixels has 4 numbers: 6 are required'):
-        kernels.visible(np.ones((3, 3)), np.ones((2, 2)), 0.1, 64, 48, np.zeros(3, np.int64),
-                        np.zeros((3, 2), np.float32))
+    with pytest.raises(ValueError, match='the pixels found has 4 numbers: 6 are required'):
+        kernels.visible(np.ones((3, 3)), np.eye(4), EDGE_CAMERA.model, 0.1,
+                        np.zeros(3, np.int64), np.zeros((2, 2), np.float32))
 
 
 def test_the_displacement_is_the_mean_way_of_the_tracks_in_pixels():
