@@ -73,8 +73,11 @@ def numbers(values: object, shape: tuple[int | None, ...], name: str,
     :param shape: the length of each axis, None for any.
     :raises InputError: where they are no real numbers, or of another shape.
     """
-    if type(values) is np.ndarray and values.dtype == kind and _has_shape(values, shape):
-        return values
+    if type(values) is np.ndarray and _has_shape(values, shape):
+        if values.dtype == kind:
+            return values
+        if values.dtype == np.float32:  # exact in every other kind
+            return values.astype(kind)
     try:
         # without a type first, as complex numbers would lose a part
         given = np.asarray(values)

@@ -15,7 +15,7 @@ from aick_ros.borders.values import number, numbers, required
 from aick_ros.errors import InputError
 from aick_ros.geometry import definite, se3
 
-_EXACT = np.zeros((6, 6))
+_AXES, _EXACT = np.eye(6), np.zeros((6, 6))
 _EXACT.flags.writeable = False
 
 
@@ -170,6 +170,16 @@ def _rigid(matrix: np.ndarray) -> np.ndarray:
 def unknown_covariance() -> np.ndarray:
     """Return the 6x6 covariance of a pose without any information, infinite on the diagonal."""
     return np.diag(np.full(6, np.inf))
+
+
+def along_all_axes(variances: np.ndarray) -> np.ndarray:
+    """
+    Return the covariance of an error that is alike along, and about, all axes, 6x6.
+
+    :param variances: along an axis [m^2], and about an axis [rad^2].
+    """
+    covariance: np.ndarray = _AXES * variances.repeat(3)
+    return covariance
 
 
 def in_axes(rotation: np.ndarray) -> np.ndarray:

@@ -137,14 +137,14 @@ def checked(pose: object, name: str) -> np.ndarray:
         matrix = numbers(pose, (4, 4), name).copy()
     except InputError:
         raise InputError(f'{name} is not a pose: a 4x4 matrix is required') from None
+    if is_rigid(matrix) and max(map(abs, matrix[:3, 3].tolist())) <= MAX_DISTANCE:
+        return matrix
     # comparisons with NaN are false
     if not (np.abs(matrix[:3]) <= (2.0, 2.0, 2.0, MAX_DISTANCE)).all():
         raise InputError(f'{name} is not a pose: its numbers must be finite, the translation at '
                          f'most {MAX_DISTANCE:g} m')
-    if not is_rigid(matrix):
-        raise InputError(f'{name} is not a pose: a rotation matrix, a translation and the last '
-                         'row 0 0 0 1 are required')
-    return matrix
+    raise InputError(f'{name} is not a pose: a rotation matrix, a translation and the last row '
+                     '0 0 0 1 are required')
 
 
 def is_rigid(matrix: np.ndarray) -> bool:

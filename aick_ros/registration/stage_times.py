@@ -6,8 +6,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 clock = time.perf_counter
 """The clock that times are read from; a benchmark counts processor time instead."""
@@ -22,14 +20,13 @@ class StageTimes:
     def __init__(self) -> None:
         self._milliseconds = dict.fromkeys(STAGES, 0.0)
 
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Add the time inside the with statement to a stage, one of :data:`STAGES`."""
-        start = clock()
-        try:
-            yield
-        finally:
-            self._milliseconds[name] += 1e3 * (clock() - start)
+    def stage(self, name: str) -> _Stage:
+        """Return a context that adds the time inside it to a stage, one of :data:`STAGES`."""
+        return _Stage(self, name)
+
+    def count(self, stage: str, seconds: float) -> None:
+        """Add a time to a stage."""
+        self._milliseconds[stage] += 1e3 * seconds
 
     def add(self, others: StageTimes) -> None:
         """Add the times of others, and reset these."""
@@ -41,3 +38,16 @@ class StageTimes:
         """Return the milliseconds of each stage since the last call, and their ``total``."""
         taken, self._milliseconds = self._milliseconds, dict.fromkeys(STAGES, 0.0)
         return {**taken, 'total': sum(taken.values())}
+
+
+class _Stage:
+    """The time inside a with statement, that of one which fails too."""
+
+    def __init__(self, times: StageTimes, name: str) -> None:
+        self._times, self._name = times, name
+
+    def __enter__(self) -> None:
+        self._start = clock()
+
+    def __exit__(self, *_: object) -> None:
+        self._times.count(self._name, clock() - self._start)

@@ -15,6 +15,7 @@ import numpy as np
 from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
+from aick_ros.geometry.pose import along_all_axes
 from aick_ros.geometry.stamps import seconds
 from aick_ros.registration.result import Registration, SensorBias
 
@@ -47,7 +48,7 @@ interval old, and a quarter of it is taken from that before. The errors measured
 real recordings and three rendered cameras are 0.66 to 0.74 of the change in one interval. The
 filtered velocity of earlier frames errs by no more on the excerpts."""
 
-_REST, _AXES = np.eye(4), np.eye(6)
+_REST = np.eye(4)
 
 
 class SystematicError:
@@ -81,7 +82,7 @@ class SystematicError:
         along_change = np.outer(change, change)
         lag, unusual = _lag_squared(delay) * along_change, delay_sigma ** 2 * along_change
         if registration.bias is not None:
-            unusual += _along_any_axis(self._unusual(registration.bias))
+            unusual += along_all_axes(self._unusual(registration.bias))
             self._learn(registration.bias)
         return replaced(
             registration, covariance=registration.covariance + timing + lag + unusual,
@@ -113,7 +114,7 @@ def errors_of_stamps(motion: np.ndarray, source: PreparedFrame, target: Prepared
              else _rates(motion, interval, source.twist, target.twist))
     covariance: np.ndarray = (
         _stamp_sigma(jitter) ** 2 * rates.T @ rates
-        + _along_any_axis(_latency_sigma(jitter) ** 2 / 3 * _squares(change)))
+        + along_all_axes(_latency_sigma(jitter) ** 2 / 3 * _squares(change)))
     return covariance
 
 
@@ -165,9 +166,3 @@ def _squares(rates: np.ndarray) -> np.ndarray:
     """Return the squared speed [m^2/s^2] and the squared turn rate [rad^2/s^2], 2."""
     squares: np.ndarray = np.square(rates).reshape(2, 3).sum(axis=1)
     return squares
-
-
-def _along_any_axis(variances: np.ndarray) -> np.ndarray:
-    """Return a variance along and one about an axis as a covariance, for three axes each, 6x6."""
-    covariance: np.ndarray = _AXES * variances.repeat(3)
-    return covariance

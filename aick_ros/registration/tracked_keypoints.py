@@ -11,8 +11,6 @@ found, or where they contradict the expected motion, the registration fails, and
 
 from __future__ import annotations
 
-import dataclasses
-
 import numpy as np
 
 from aick_ros.borders.records import replaced
@@ -62,7 +60,7 @@ class TrackedKeypoints:
         if (not is_same(expected, refined.T_target_source, NEAR_POSE)
                 or suddenness(change, elapsed, self._sudden) > 1.0):
             return source, failed(Status.TOO_FEW_MATCHES, f'{reason} show a sudden motion')
-        source = dataclasses.replace(source, is_tracked=True, keypoints=_keypoints(
+        source = replaced(source, is_tracked=True, keypoints=_keypoints(
             tracks, source, target.keypoints))
         return source, _registration(refined, reason)
 
@@ -71,8 +69,8 @@ def _registration(refined: Refined, reason: str) -> Registration:
     rows, refined = np.arange(len(refined.tracked)), refined.measured()
     return Registration(
         Status.OK, reason, refined.T_target_source, refined.covariance,
-        np.column_stack([rows, refined.tracked.keypoints]), 0, support=len(rows),
-        bias=refined.bias, tracks=dataclasses.replace(refined.tracked, keypoints=rows),
+        np.array((rows, refined.tracked.keypoints)).T, 0, support=len(rows),
+        bias=refined.bias, tracks=replaced(refined.tracked, keypoints=rows),
         systematic=refined.systematic, noise=refined.noise, misalignment=refined.misalignment)
 
 

@@ -29,6 +29,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from aick_ros.geometry.pose import along_all_axes
 from aick_ros.registration.refinement.position_jitter import MeanJitter, PosesByKind, jitter
 
 # All bounds and weights chosen on two excerpts of real recordings and on rendered rooms with five
@@ -129,10 +130,10 @@ class _Average:
             ratio *= min(max((high - self.normalised) / (high - low), 0.0), 1.0)
         excess = max(1.0 - math.exp(-self.normalised), 0.0)  # share of squares beyond noise
         variances = excess * np.exp(self.squares)
-        bias = np.diag(variances.repeat(3))
+        bias = along_all_axes(variances)
         return Noise(math.exp(ratio), bias,
                      min((motion / _MOTION_OF_DEPTH_BIAS) ** 2, 1.0) * bias,
-                     np.diag((self.jitter.variance,) * 3 + (0.0,) * 3))
+                     along_all_axes(np.array([self.jitter.variance, 0.0])))
 
 
 class MeasuredNoise:

@@ -11,6 +11,8 @@ well they agree, such registrations would seem certain.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from aick_ros.geometry import se3
@@ -40,4 +42,4 @@ class NewViews:
     def _has_moved(self, T_target_source: np.ndarray) -> bool:
         motion = se3.inverse(self._T_target_source) @ T_target_source
         shift, angle = _MOVED
-        return bool(np.linalg.norm(motion[:3, 3]) >= shift or se3.angle(motion[:3, :3]) >= angle)
+        return math.hypot(*motion[:3, 3].tolist()) >= shift or se3.angle(motion[:3, :3]) >= angle

@@ -11,11 +11,12 @@ iteration on SE(3) with robust weights, each residual in units of its own noise.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import seconds
@@ -86,7 +87,7 @@ class Refined:
         if self.measure is None:
             return self
         noise, misalignment = self.measure()
-        return replace(self, noise=noise, misalignment=misalignment, measure=None)
+        return replaced(self, noise=noise, misalignment=misalignment, measure=None)
 
 
 class Refinement:

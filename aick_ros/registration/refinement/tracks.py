@@ -30,7 +30,8 @@ Chosen: a pose needs three tracks, and up to half of all may be outliers.
 _LEVELS = 2  # of the image pyramid; chosen: tracks up to 4 * window / 2 pixels of error
 _NEAREST = 0.05  # m; chosen: keypoints that the first pose puts nearer are skipped
 _CACHED_FRAMES = 3  # chosen: a frame, its keyframe, and one in reserve
-_MAX_ROTATION = np.radians(3.0)  # chosen: beyond it windows differ too much to be aligned
+_LEAST_TRACE = 1.0 + 2.0 * np.cos(np.radians(3.0))
+"""Trace of a rotation below which windows differ too much to be aligned; the angle is chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,17 +63,20 @@ class Tracks:
 
     def reversed(self, sensor: SensorSettings) -> Tracks:
         """Return tracks with source and target swapped, where the target measures a depth."""
-        known = self.keypoints, self.points, self.rays, self.depths, self.sigmas
-        found = [np.empty_like(of) for of in known]
-        count = kernels.reversed_tracks(*known, sensor.depth_sigma, sensor.depth_exponent - 2.0,
-                                        *found)
-        return Tracks(*(of[:count] for of in found))
+        most = len(self)
+        keypoints, points = np.empty(most, np.int64), np.empty((most, 3))
+        rays, depths, sigmas = np.empty((most, 2)), *np.empty((2, most))
+        count = kernels.reversed_tracks(
+            self.keypoints, self.points, self.rays, self.depths, self.sigmas, sensor.depth_sigma,
+            sensor.depth_exponent - 2.0, keypoints, points, rays, depths, sigmas)
+        return Tracks(keypoints[:count], points[:count], rays[:count], depths[:count],
+                      sigmas[:count])
 
     def __getitem__(self, chosen: np.ndarray) -> Tracks:
         """Return some of the tracks, by their indices or by a mask."""
         rows = np.arange(len(self))[chosen]
-        return Tracks(*(of.take(rows, axis=0) for of in (
-            self.keypoints, self.points, self.rays, self.depths, self.sigmas)))
+        return Tracks(self.keypoints.take(rows), self.points.take(rows, axis=0),
+                      self.rays.take(rows, axis=0), self.depths.take(rows), self.sigmas.take(rows))
 
 
 class Tracker:
@@ -186,7 +190,7 @@ def _turns(points: np.ndarray, T_target_source: np.ndarray, camera: Camera) -> n
     By the rotation alone (Hartley and Zisserman 2004, 8.4): it is the same however far away what
     they show is. Small ones are left to the tracking.
     """
-    if se3.angle(T_target_source[:3, :3]) < _MAX_ROTATION:
+    if T_target_source[:3, :3].trace() > _LEAST_TRACE:
         return not_turned(len(points))
     rotation = np.eye(4)
     rotation[:3, :3] = T_target_source[:3, :3]

@@ -72,8 +72,8 @@ class Windows:
 
     def __getitem__(self, chosen: np.ndarray) -> Windows:
         """Return some of the windows, by their indices."""
-        return Windows(*(of.take(chosen, axis=0) for of in (
-            self.points, self.sigmas, self.moments, self.reliefs)))
+        return Windows(self.points.take(chosen, axis=0), self.sigmas.take(chosen),
+                       self.moments.take(chosen, axis=0), self.reliefs.take(chosen, axis=0))
 
     def shifts(self, camera: Camera, T_target_source: np.ndarray,
                turns: np.ndarray) -> np.ndarray:
