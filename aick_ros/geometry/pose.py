@@ -15,7 +15,7 @@ from aick_ros.borders.values import number, numbers, required
 from aick_ros.errors import InputError
 from aick_ros.geometry import definite, se3
 
-_AXES, _EXACT = np.eye(6), np.zeros((6, 6))
+_AXES, _UNMOVED, _EXACT = np.eye(6), np.eye(4), np.zeros((6, 6))
 _EXACT.flags.writeable = False
 
 
@@ -59,7 +59,15 @@ class PoseWithCovariance:
     @classmethod
     def identity(cls) -> PoseWithCovariance:
         """Return the identity, without error."""
-        return cls._made(np.eye(4), np.zeros((6, 6)))
+        return cls._made(_UNMOVED.copy(), np.zeros((6, 6)))
+
+    def with_covariance(self, covariance: np.ndarray) -> PoseWithCovariance:
+        """Return the same pose with another covariance, 6x6 float64."""
+        return PoseWithCovariance._made(self.matrix, covariance)
+
+    def copy(self) -> PoseWithCovariance:
+        """Return a pose with arrays of its own."""
+        return PoseWithCovariance._made(self.matrix.copy(), self.covariance.copy())
 
     @property
     def rotation(self) -> np.ndarray:

@@ -83,7 +83,7 @@ class IncrementBias:
         if squares[0] >= (_SMALLEST_MOTION * depth) ** 2:
             weight = _LARGEST / max(square, _LARGEST)
             self._learn(squares, information, weight * np.square(normalised))
-        return PoseWithCovariance(motion.matrix, covariance)
+        return motion.with_covariance(covariance)
 
     def _learn(self, squares: np.ndarray, information: np.ndarray,
                normalised: np.ndarray) -> None:

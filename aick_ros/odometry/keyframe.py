@@ -44,28 +44,23 @@ class KeyframePolicy:
 
         :param sought: number of keypoints of which some support the registration.
         """
-        possible = min(sought, self._max_support)
-        if (self._settings.reference == 'previous'
-                or registration.support < self._settings.min_overlap * possible):
-            return False
-        variance, last, step = self._variances_with(prepared, registration)
-        return variance <= last + step
+        return self._variances_with(prepared, registration, sought) is not None
 
     def advance(self, prepared: PreparedFrame, registration: Registration, sought: int) -> bool:
         """Return what :meth:`keeps` does, and advance to the frame, or to another keyframe."""
-        is_kept = self.keeps(prepared, registration, sought)
-        if is_kept:
-            variance, _, step = self._variances_with(prepared, registration)
-            self._variances = variance, step
-        else:
-            self.begin()
-        return is_kept
+        self._variances = self._variances_with(prepared, registration, sought)
+        return self._variances is not None
 
-    def _variances_with(self, prepared: PreparedFrame,
-                        registration: Registration) -> tuple[float, float, float]:
-        """Return the variance of a frame, that of the frame before, and that of one step."""
+    def _variances_with(self, prepared: PreparedFrame, registration: Registration,
+                        sought: int) -> tuple[float, float] | None:
+        """Return the variance of a frame, and that of one step; None: the keyframe has served."""
+        possible = min(sought, self._max_support)
+        if (self._settings.reference == 'previous'
+                or registration.support < self._settings.min_overlap * possible):
+            return None
         variance = scene_variance(prepared, registration.image_pose.covariance)
-        return variance, *(self._variances or (variance, variance))
+        last, step = self._variances or (variance, variance)
+        return (variance, step) if variance <= last + step else None
 
     @staticmethod
     def keeps_shape(registration: Registration) -> bool:

@@ -115,7 +115,7 @@ class KeyframeMemory:
             return pose
         newest = self._graph.pose(self._newest)
         shared = self._found @ (se3.inverse(self._found.matrix) @ newest.matrix)
-        keyframe = PoseWithCovariance(newest.matrix, newest.covariance + shared.covariance)
+        keyframe = newest.with_covariance(newest.covariance + shared.covariance)
         estimate = keyframe @ pose.since(self._reckoned)
         return PoseWithCovariance(self.T_odom_reckoned @ pose.matrix,
                                   estimate.covariance + np.outer(self._error, self._error))
@@ -157,7 +157,7 @@ class KeyframeMemory:
         motion = (keyframe.pose.since(self._reckoned)
                   if keyframe.stamp > self._frames[parent].stamp
                   else self._reckoned.since(keyframe.pose).inverse())
-        motion = PoseWithCovariance(motion.matrix, motion.covariance + detour)
+        motion = motion.with_covariance(motion.covariance + detour)
         self._graph.add(key, motion, parent)
         axes = in_axes(self._graph.pose(parent).rotation)
         self._frames[key] = keyframe.prepared

@@ -263,8 +263,8 @@ class Odometry:
         elapsed = seconds(last.stamp, prepared.stamp)
         motion = self._expected.without_images(last.stamp, prepared.stamp, self._twist)
         if self._other.motion(last.stamp, prepared.stamp) is None:
-            motion = PoseWithCovariance(
-                motion.matrix, motion.covariance + elapsed ** 2 * self._twist_covariance)
+            motion = motion.with_covariance(
+                motion.covariance + elapsed ** 2 * self._twist_covariance)
         self._pose = self._plane.joined(last.pose @ motion)
         return self._update(prepared, Status.REPEATED, reason,
                             expected=Increment(motion, elapsed))
@@ -407,7 +407,7 @@ class Odometry:
         increment = Increment(motion, seconds(last.stamp, prepared.stamp))
         change = np.zeros(6) if self._twist is None else increment.twist - self._twist
         timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change)
-        increment = Increment(PoseWithCovariance(motion.matrix, motion.covariance + timing),
+        increment = Increment(motion.with_covariance(motion.covariance + timing),
                               increment.interval)
         if attempt.registration.is_by_depth:
             return increment

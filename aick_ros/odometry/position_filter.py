@@ -15,7 +15,7 @@ from aick_ros.settings import OdometrySettings
 
 _POSITION = np.eye(3, 6)  # by definition: it is what is measured
 _OF_POSITION, _OF_VELOCITY = np.eye(6, 3), np.eye(6, 3, -3)  # by definition: their rows
-_AXES = np.eye(3)
+_AXES, _UNMOVED = np.eye(3), np.eye(4)
 _STEADY, _BY_TIME = np.eye(6), np.eye(6, 6, 3)  # by definition: the former moves by the latter
 _FIRST_VELOCITY = 1.0  # m/s; chosen: standard deviation of a velocity that is not known yet
 
@@ -50,7 +50,7 @@ class PositionFilter:
     @property
     def T_measured_filtered(self) -> np.ndarray:
         """Filtered pose of the last frame in the frame of the measured one, 4x4."""
-        offset = np.eye(4)
+        offset = _UNMOVED.copy()
         offset[:3, 3] = self._measured[:3, :3].T @ (self._values[:3] - self._measured[:3, 3])
         return offset
 

@@ -74,7 +74,7 @@ class Reference:
             arm = registration.T_target_source[:3, 3] - self.in_keyframe.translation
             bias = registration.bias.since(self.bias, at_point(arm), _OWN_NOISE).seen_along(
                 in_axes(self.in_keyframe.rotation.T))
-        return PoseWithCovariance(motion.matrix, _OWN_NOISE * motion.covariance), bias
+        return motion.with_covariance(_OWN_NOISE * motion.covariance), bias
 
 
 class References:

@@ -64,10 +64,10 @@ class OdometryUpdate:
     def handed_over(self, timing: dict[str, float]) -> OdometryUpdate:
         """Return the update with the time it took, and with arrays that its owner may change."""
         def own(motion: Increment | None) -> Increment | None:
-            return motion and Increment(_copy(motion.pose), motion.interval)
+            return motion and Increment(motion.pose.copy(), motion.interval)
 
         return replaced(
-            self, pose=_copy(self.pose), increment=own(self.increment),
+            self, pose=self.pose.copy(), increment=own(self.increment),
             expected=own(self.expected), rejected=own(self.rejected),
             matches=self.matches.copy(), timing=timing,
             level_start=None if self.level_start is None else self.level_start.copy())
@@ -81,7 +81,3 @@ class OdometryUpdate:
     def keypoints(self) -> KeypointFrame:
         """Keypoints of the frame."""
         return self.prepared.keypoints
-
-
-def _copy(pose: PoseWithCovariance) -> PoseWithCovariance:
-    return PoseWithCovariance(pose.matrix.copy(), pose.covariance.copy())

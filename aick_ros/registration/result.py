@@ -130,19 +130,17 @@ class Registration:
     @cached_property
     def image_pose(self) -> PoseWithCovariance:
         """``T_target_source`` with the covariance of the two images, whenever they were taken."""
-        return PoseWithCovariance(self.T_target_source, self.covariance - self.timing)
+        return self.pose.with_covariance(self.covariance - self.timing)
 
     @cached_property
     def varying_pose(self) -> PoseWithCovariance:
         """``T_target_source`` of the two images, with the covariance of what they do not share."""
-        return PoseWithCovariance(self.T_target_source,
-                                  self.covariance - self.timing - self.systematic)
+        return self.pose.with_covariance(self.covariance - self.timing - self.systematic)
 
     @cached_property
     def unbiased_pose(self) -> PoseWithCovariance:
         """``T_target_source`` of the two images, with the covariance of all but biases."""
-        return PoseWithCovariance(
-            self.T_target_source,
+        return self.pose.with_covariance(
             self.covariance - self.timing - self.systematic - self.unusual)
 
 

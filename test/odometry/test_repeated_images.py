@@ -144,7 +144,7 @@ def test_a_depth_image_that_repeats_does_not_hold_the_camera(rendered):
 
 def test_a_frame_with_an_image_that_repeats_becomes_no_keyframe(rendered, monkeypatch):
     frames, _ = rendered
-    monkeypatch.setattr('aick_ros.odometry.keyframe.KeyframePolicy.keeps', lambda *_: False)
+    monkeypatch.setattr('aick_ros.odometry.keyframe.KeyframePolicy.advance', lambda *_: False)
     updates = follow([frames[0], dataclasses.replace(frames[1], depth=frames[0].depth),
                       *frames[2:4]])
     assert [u.reference.stamp for u in updates[1:]] == [
