@@ -78,8 +78,8 @@ class DynamicObjectCheck:
             return _doubted(found, second.matrix, vote)
         return dataclasses.replace(
             found, T_target_source=second.matrix, covariance=second.covariance,
-            systematic=np.zeros((6, 6)), matches=found.matches[:0], bias=refined.bias, noise=None,
-            misalignment=None, tracks=refined.tracked, support=len(refined.tracked),
+            systematic=np.zeros((6, 6)), matches=found.matches[:0], bias=refined.bias,
+            measure=None, tracks=refined.tracked, support=len(refined.tracked),
             evidence=Evidence.DEPTH,
             reason=f'{found.support} keypoints move by themselves, {vote.second:.0%} of the '
                    'view shows another motion')

@@ -36,7 +36,7 @@ from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.refinement.new_views import NewViews
 from aick_ros.registration.refinement.refinement import mean_depth_lag
-from aick_ros.registration.result import Registration, failed
+from aick_ros.registration.result import Measure, Registration, failed
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.registration.systematic_error import SystematicError
@@ -213,20 +213,28 @@ class Registrar:
         self._note_light(found)
         if source.repeat is not Repeat.NONE or are_equal(source.grey, target.grey):
             # a repeated image shows no noise, or the same once more
-            found = replaced(found, bias=None, noise=None, misalignment=None)
-        if found.noise is not None:
-            self._learned.noise.learn(found.noise)
-        if (found.misalignment is not None
-                and self._learned.views.add(target.stamp, found.T_target_source)):
-            self._learned.misalignment.learn(found.misalignment)
-            if (found.misalignment.with_distortion is not None
-                    and have_same_nodes(source.frame.camera, target.frame.camera)):
-                self._learned.distortion.learn(found.misalignment.with_distortion)
-                self._preparer.distortion = self._learned.distortion.distortion
+            found = replaced(found, bias=None, measure=None)
+        if found.measure is not None:
+            self._learn(found.measure, found.T_target_source, source, target)
+            found = replaced(found, measure=None)
         delay = self._learned.misalignment.misalignment.delay + mean_depth_lag(source, target)
         return self._learned.systematic_error.add_to(
             found, source, target, steady, elapsed, delay,
             self._learned.misalignment.delay_sigma)
+
+    def _learn(self, measure: Measure, T_target_source: np.ndarray, source: PreparedFrame,
+               target: PreparedFrame) -> None:
+        """Learn what a registration shows of the camera."""
+        learned = self._learned
+        noise, misalignment = measure()
+        learned.noise.learn(noise)
+        if misalignment is None or not learned.views.add(target.stamp, T_target_source):
+            return
+        learned.misalignment.learn(misalignment)
+        if (misalignment.with_distortion is not None
+                and have_same_nodes(source.frame.camera, target.frame.camera)):
+            learned.distortion.learn(misalignment.with_distortion)
+            self._preparer.distortion = learned.distortion.distortion
 
     def _note_light(self, found: Registration) -> None:
         """Forget what the dark needed, some time after it."""
@@ -275,7 +283,7 @@ class Registrar:
                     target: PreparedFrame) -> Registration:
         """Return a registration that nothing is learned from, with its systematic errors."""
         return self._learned.systematic_error.add_to(
-            replaced(found, bias=None), source, target)
+            replaced(found, bias=None, measure=None), source, target)
 
     def register_depth(self, source: PreparedFrame, target: PreparedFrame,
                        expected: PoseWithCovariance, unobserved: np.ndarray,

@@ -134,10 +134,9 @@ def _likelier(found: Registration, other: Refined, share: float) -> Registration
 
 def _replaced(found: Registration, other: Refined) -> Registration:
     """Return a registration with another pose that keypoints confirm."""
-    other = other.measured()
     return dataclasses.replace(
         found, T_target_source=other.T_target_source, covariance=other.covariance,
         systematic=other.systematic, matches=found.matches[:0], bias=other.bias,
-        noise=other.noise, misalignment=other.misalignment, tracks=other.tracked,
-        support=len(other.tracked), evidence=Evidence.KEYPOINTS,
+        measure=other.measure, tracks=other.tracked, support=len(other.tracked),
+        evidence=Evidence.KEYPOINTS,
         reason=f'{found.reason}; {len(other.tracked)} tracked where the motion continues')

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
@@ -17,6 +18,9 @@ from aick_ros.registration.refinement.measured_noise import NoiseSample
 from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.status import Status
+
+Measure = Callable[[], tuple[NoiseSample, MisalignmentSample | None]]
+"""Measures noise and misalignment of a camera; what learns nothing of it does not need them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,8 +96,8 @@ class Registration:
         keypoints and depth differ by between two registrations shows it too.
     :param timing: 6x6, the part that is due to errors of the two stamps; the pose of one image in
         the other does not have it.
-    :param noise: noise measured from the residuals; None unless a refinement used both.
-    :param misalignment: that of the two images, measured likewise; None as well.
+    :param measure: measures what the residuals show of the camera; None unless a refinement used
+        both.
     :param overlap: share of the points of the depth image that the other one shows, where it is
         measured: by depth alone.
     :param is_rough: whether it is the first part of a registration, which has to go on from there.
@@ -112,8 +116,7 @@ class Registration:
     systematic: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     unusual: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
     timing: np.ndarray = field(default_factory=lambda: np.zeros((6, 6)))
-    noise: NoiseSample | None = None
-    misalignment: MisalignmentSample | None = None
+    measure: Measure | None = None
     overlap: float = 1.0
     is_rough: bool = False
 

@@ -66,12 +66,12 @@ class TrackedKeypoints:
 
 
 def _registration(refined: Refined, reason: str) -> Registration:
-    rows, refined = np.arange(len(refined.tracked)), refined.measured()
+    rows = np.arange(len(refined.tracked))
     return Registration(
         Status.OK, reason, refined.T_target_source, refined.covariance,
         np.array((rows, refined.tracked.keypoints)).T, 0, support=len(rows),
         bias=refined.bias, tracks=replaced(refined.tracked, keypoints=rows),
-        systematic=refined.systematic, noise=refined.noise, misalignment=refined.misalignment)
+        systematic=refined.systematic, measure=refined.measure)
 
 
 def _keypoints(tracks: Tracks, source: PreparedFrame, known: KeypointFrame) -> KeypointFrame:

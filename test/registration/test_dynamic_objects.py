@@ -242,8 +242,7 @@ class Played:
                                     for stamp in (2, 1))
         tracks = made.tracks(20)
         self.found = dataclasses.replace(
-            made.registration(systematic=made.covariance(), noise='of objects',
-                              misalignment='of objects'),
+            made.registration(systematic=made.covariance(), measure='of objects'),
             T_target_source=se3.perturbed(EXPECTED, AWAY),
             tracks=dataclasses.replace(tracks, keypoints=np.arange(20) * 3))
 
@@ -302,7 +301,7 @@ def test_the_view_votes_on_both_poses_and_the_second_replaces_all(play):
     np.testing.assert_allclose(other, second.matrix, atol=1e-12)
     np.testing.assert_allclose(checked.T_target_source, second.matrix, atol=1e-12)
     np.testing.assert_allclose(checked.covariance, second.covariance, rtol=1e-9)
-    assert not checked.systematic.any() and checked.noise is checked.misalignment is None
+    assert not checked.systematic.any() and checked.measure is None
     assert checked.bias is refined.bias and checked.matches.shape == (0, 2)
     np.testing.assert_array_equal(checked.tracks.keypoints, REST[refined.tracked.keypoints])
     assert checked.tracks.points is refined.tracked.points

@@ -85,8 +85,7 @@ class Steps:
         self.registrar = Registrar(settings, self.times, self.learned, self.detector)
         self.target = made.prepared(1_000_000_000, depth_lag=0.002)
         self.source = made.prepared(1_100_000_000, depth_lag=0.004)
-        self.found = made.registration(bias='a bias', noise='a noise',
-                                       misalignment=SAMPLE)
+        self.found = made.registration(bias='a bias', measure=lambda: ('a noise', SAMPLE))
         for method in ('register', 'recognize'):
             parts.answers['VerifiedAick', method] = lambda *_: self.found
         parts.answers['VerifiedAick', 'track'] = lambda source, *_: (
@@ -248,7 +247,8 @@ def test_a_registration_teaches_noise_and_misalignment_and_gets_systematic_error
     assert steps.log[1:4] == [('learn', 'a noise'), ('learn', SAMPLE), ('learn', EQUATIONS)]
     assert steps.registrar.preparer.distortion is LEARNED_DISTORTION
     completed, (*given, delay, sigma) = steps.added()
-    assert completed is steps.found
+    assert completed.T_target_source is steps.found.T_target_source
+    assert completed.bias == 'a bias' and completed.measure is None
     assert_given(given, steps)
     assert delay == pytest.approx(LEARNED_DELAY + 0.003) and sigma == DELAY_SIGMA
 
@@ -303,20 +303,19 @@ def test_a_repeated_image_teaches_nothing(steps, made, case):
     steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
     found, (*_, delay, sigma) = steps.added()
     assert steps.samples() == []
-    assert found.bias is found.noise is found.misalignment is None
+    assert found.bias is found.measure is None
     assert found.T_target_source is steps.found.T_target_source
     assert delay == pytest.approx(0.003) and sigma == 0.0
 
 
-@pytest.mark.parametrize('known, taught', [
-    ({'noise': 'a noise'}, ['a noise']),
-    ({'misalignment': SAMPLE}, [SAMPLE, EQUATIONS]),
-    ({'misalignment': ALONE}, [ALONE])])
-def test_what_was_not_measured_teaches_nothing(steps, made, known, taught):
-    steps.found = made.registration(**known)
+@pytest.mark.parametrize('measure, taught', [
+    (None, []), (lambda: ('a noise', None), ['a noise']),
+    (lambda: ('a noise', ALONE), ['a noise', ALONE])])
+def test_what_was_not_measured_teaches_nothing(steps, made, measure, taught):
+    steps.found = made.registration(measure=measure)
     steps.registrar.register(steps.source, steps.target)
     assert steps.samples() == taught
-    assert (steps.registrar.preparer.distortion is NO_DISTORTION) == (EQUATIONS not in taught)
+    assert steps.registrar.preparer.distortion is NO_DISTORTION
 
 
 def test_from_places_that_look_alike_nothing_is_learned(steps, parts):
@@ -326,7 +325,7 @@ def test_from_places_that_look_alike_nothing_is_learned(steps, parts):
     assert source is steps.source and target is steps.target
     found, rest = steps.added()
     assert steps.samples() == []
-    assert found.bias is None and found.noise == 'a noise'
+    assert found.bias is found.measure is None
     assert len(rest) == 2 and rest[0] is steps.source and rest[1] is steps.target
 
 

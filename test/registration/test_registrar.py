@@ -136,7 +136,7 @@ def test_noise_is_learned_from_registrations_but_not_from_places_that_may_look_a
     registrar = Registrar(learned=learned)
     views = [registrar.prepare(frame) for frame in frames[:3]]
     before = learned.noise.expected(20.0).keypoints
-    assert registrar.recognize(views[2], views[0]).noise is not None
+    assert registrar.recognize(views[2], views[0]).measure is None
     assert learned.noise.expected(20.0).keypoints == before
     assert registrar.register(views[2], views[0]).status.ok
     assert learned.noise.expected(20.0).keypoints != before
@@ -152,7 +152,7 @@ def test_a_repeated_image_has_the_noise_of_the_sensor_and_teaches_nothing(frames
     found = registrar.register(views[1], views[0])
     after = learned.noise.expected(0.0)
     assert found.status.ok
-    assert found.bias is found.noise is found.misalignment is None
+    assert found.bias is found.measure is None
     assert after.keypoints == before.keypoints
     np.testing.assert_array_equal(after.bias, before.bias)
     noise = np.sqrt(np.linalg.eigvalsh(found.varying_pose.covariance))

@@ -112,7 +112,7 @@ class Back:
     """A refinement that tracks some keypoints back to a pose, and notes what it is given."""
 
     def __init__(self, made, pose, tracked, known):
-        refined = made.refined(tracked, bias='a bias', noise='a noise', misalignment='a shift')
+        refined = made.refined(tracked, bias='a bias', measure='a measurement')
         rows = np.linspace(0, known - 1, tracked).astype(int)  # of the target's keypoints
         self.refined = dataclasses.replace(
             refined, T_target_source=pose,
@@ -156,7 +156,7 @@ def test_a_registration_has_all_that_was_refined(play):
     """Its matches are rows of the tracked keypoints and of those of the target."""
     source, found = play()
     refined = play.back.refined
-    for name in ('T_target_source', 'covariance', 'systematic', 'bias', 'noise', 'misalignment'):
+    for name in ('T_target_source', 'covariance', 'systematic', 'bias', 'measure'):
         assert getattr(found, name) is getattr(refined, name)
     assert found.reason == '60 keypoints tracked from the keyframe' and found.support == 60
     np.testing.assert_array_equal(found.matches, np.column_stack([

@@ -75,7 +75,7 @@ def steps(parts, made):
 
 def assert_is_refined(found, aligned, refined):
     """Assert that a registration is that by AICK with what the refinement found."""
-    for name in ('T_target_source', 'covariance', 'systematic', 'bias', 'noise', 'misalignment'):
+    for name in ('T_target_source', 'covariance', 'systematic', 'bias', 'measure'):
         assert getattr(found, name) is getattr(refined, name)
     assert found.tracks is refined.tracked and found.support == len(refined.tracked)
     assert found.matches is aligned.matches and found.iterations == aligned.iterations
@@ -107,7 +107,7 @@ def test_its_parts_share_one_refinement_of_the_camera(steps, parts):
 
 
 def test_what_aick_finds_is_refined_and_then_checked(steps, parts):
-    steps.refined = [steps.made.refined(40, bias='bias', noise='noise', misalignment='shift')]
+    steps.refined = [steps.made.refined(40, bias='bias', measure='measure')]
     aligned, refined = steps.aligned, steps.refined[0]
     found = steps.register()
     assert_is_refined(found, aligned, refined)

@@ -10,13 +10,11 @@ iteration on SE(3) with robust weights, each residual in units of its own noise.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.stamps import seconds
@@ -34,7 +32,7 @@ from aick_ros.registration.refinement.residuals import (
     PRIOR, NormalEquations, PlaneResiduals, Residuals, contradict, point_to_plane, reprojection,
     track_depth, track_steps)
 from aick_ros.registration.refinement.tracks import FEWEST_TO_CONFIRM, Tracker, Tracks
-from aick_ros.registration.result import SensorBias
+from aick_ros.registration.result import Measure, SensorBias
 from aick_ros.settings import RefinementSettings, SensorSettings
 
 _COARSE_STEPS = 1  # chosen: iterations with wide robust weights, by the keypoints alone
@@ -66,10 +64,8 @@ class Refined:
     :param is_contradicted: whether the depths of the two frames differ at most keypoints, by more
         than those of a right pose do.
     :param bias: between keypoints and depth; None where only keypoints are used.
-    :param noise: noise measured by the residuals; None where it is not measured.
-    :param misalignment: that of the images, measured by the residuals; None likewise.
-    :param measure: measures both; None where too few keypoints are tracked, or only keypoints are
-        used.
+    :param measure: measures what the residuals show of the camera; None where too few keypoints
+        are tracked, or only keypoints are used.
     """
 
     T_target_source: np.ndarray
@@ -78,16 +74,7 @@ class Refined:
     tracked: Tracks
     is_contradicted: bool = False
     bias: SensorBias | None = None
-    noise: NoiseSample | None = None
-    misalignment: MisalignmentSample | None = None
-    measure: Callable[[], tuple[NoiseSample, MisalignmentSample | None]] | None = None
-
-    def measured(self) -> Refined:
-        """Return it with noise and misalignment; what learns nothing does not need them."""
-        if self.measure is None:
-            return self
-        noise, misalignment = self.measure()
-        return replaced(self, noise=noise, misalignment=misalignment, measure=None)
+    measure: Measure | None = None
 
 
 class Refinement:

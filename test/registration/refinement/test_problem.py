@@ -12,7 +12,7 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement import refinement
-from aick_ros.registration.refinement.measured_noise import Noise
+from aick_ros.registration.refinement.measured_noise import Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import NO_CORRECTION, Misalignment, image_height
 from aick_ros.registration.refinement.refinement import _Problem
 from aick_ros.registration.refinement.residuals import Residuals, gradient_noise
@@ -170,7 +170,7 @@ def test_tracked_are_those_whose_weight_is_more_than_a_quarter(tell):
 
 def test_the_two_kinds_show_their_bias(tell):
     told = tell()
-    refined = told.problem.finish(POSE).measured()
+    refined = told.problem.finish(POSE)
     (error, scatter, inverse), (by_depth, depth_scatter, depth_inverse) = map(own, told.kinds())
     covariance = inverse @ (scatter + PRIOR) @ inverse
     depth_covariance = depth_inverse @ (depth_scatter + PRIOR) @ depth_inverse
@@ -193,10 +193,10 @@ def test_the_gain_of_depth_is_how_far_it_moves_the_joint_pose(tell):
 
 def test_the_two_kinds_show_their_noise(tell):
     told = tell()
-    refined = told.problem.finish(POSE).measured()
+    refined = told.problem.finish(POSE)
     (error, scatter, inverse), (by_depth, depth_scatter, depth_inverse) = map(own, told.kinds())
     covariance = inverse @ (scatter + PRIOR) @ inverse
-    noise = refined.noise
+    noise, _ = refined.measure()
     assert noise.motion == told.motions[0]
     assert noise.ratio == pytest.approx(np.trace(inverse @ (scatter + PRIOR)) / np.trace(
         depth_inverse @ (depth_scatter + PRIOR)))
@@ -213,16 +213,15 @@ def test_the_two_kinds_show_their_noise(tell):
                                               (FEWEST_TO_CONFIRM - 1, False)])
 def test_with_few_tracks_the_noise_and_the_misalignment_are_not_known(tell, tracks, is_known):
     refined = tell(tracks=tracks).problem.finish(POSE)
-    assert refined.noise is refined.misalignment is None
-    refined = refined.measured()
-    assert refined.bias is not None and refined.measured() is refined
-    assert (refined.noise is not None) == is_known
-    assert refined.misalignment == ('misalignment_sample' if is_known else None)
+    assert refined.bias is not None and (refined.measure is not None) == is_known
+    if is_known:
+        noise, misalignment = refined.measure()
+        assert isinstance(noise, NoiseSample) and misalignment == 'misalignment_sample'
 
 
 def test_by_keypoints_alone_there_is_neither(tell):
-    refined = tell(depth=()).problem.finish(POSE).measured()
-    assert refined.bias is refined.noise is refined.misalignment is None
+    refined = tell(depth=()).problem.finish(POSE)
+    assert refined.bias is refined.measure is None
 
 
 LATE = Misalignment(np.zeros(6), 0.005, 0.03)
@@ -295,7 +294,7 @@ def test_without_a_surface_the_tracks_are_corrected_all_the_same(tell, corrected
 def test_the_misalignment_is_shown_by_both_kinds_as_they_were_corrected(tell, corrected):
     told = tell()
     told.problem.correct(LATE, TWISTS[0], POSE)
-    told.problem.finish(POSE).measured()
+    told.problem.finish(POSE).measure()
     keypoints, depth, tracks, pair, weight, applied = told.given['misalignment_sample']
     assert keypoints is told.told['reprojection'] and tracks is told.problem._tracks
     assert weight == 1 / 3.0 and applied is LATE
