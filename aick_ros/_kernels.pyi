@@ -9,7 +9,7 @@ DIGEST: str
 
 def align_windows(
     before: np.ndarray, now: np.ndarray, border: int, side: int, last_step: float,
-    scale: float, pixels: np.ndarray, turns: np.ndarray, places: np.ndarray,
+    scale: float, pixels: np.ndarray, turns: np.ndarray | None, places: np.ndarray,
     found: np.ndarray) -> None: ...
 def bit_distances(
     source: np.ndarray, target: np.ndarray, width: int, distances: np.ndarray) -> None: ...
@@ -188,6 +188,6 @@ def visible(
     points: np.ndarray, pose: np.ndarray, camera: np.ndarray, nearest: float, indices: np.ndarray,
     pixels: np.ndarray) -> int: ...
 def window_shifts(
-    points: np.ndarray, pose: np.ndarray, fx: float, fy: float, turns: np.ndarray,
+    points: np.ndarray, pose: np.ndarray, fx: float, fy: float, turns: np.ndarray | None,
     moments: np.ndarray, reliefs: np.ndarray, limit: float, smallest: float,
     shifts: np.ndarray) -> None: ...

@@ -190,10 +190,10 @@ def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:
     buckets, sizes = np.empty(len(usable), np.uint8), np.empty(_BUCKETS ** 2, np.int64)
     kernels.normal_buckets(normals, usable, _BUCKETS, buckets, sizes)
     if sizes.sum() <= count:
-        return np.flatnonzero(usable)
+        return usable.nonzero()[0]
     chosen = np.empty(len(usable), bool)
     kernels.choose_cells(_shuffled(len(usable)), buckets, sizes, count, chosen)
-    return np.flatnonzero(chosen)
+    return chosen.nonzero()[0]
 
 
 @functools.lru_cache(maxsize=8)

@@ -283,9 +283,11 @@ static void align_all(Window *window, const Image *before, const Image *now, Py_
                       Pixel *found) {
   const float half = 0.5f * (float)(window->side - 1);
   for (Py_ssize_t i = 0; i < count; ++i) {
-    const Lattice lattice = {{pixels[i][0] * scale, pixels[i][1] * scale},
-                             {(float)turns[i][0][0], (float)turns[i][1][0]},
-                             {(float)turns[i][0][1], (float)turns[i][1][1]}};
+    Lattice lattice = {{pixels[i][0] * scale, pixels[i][1] * scale}, {1.0f, 0.0f}, {0.0f, 1.0f}};
+    for (int k = 0; k < 2 && turns != NULL; ++k) {
+      lattice.by_column[k] = (float)turns[i][k][0];
+      lattice.by_row[k] = (float)turns[i][k][1];
+    }
     found[i] = take(window, before, border, &lattice);
     if (!found[i])
       continue;
@@ -333,7 +335,7 @@ PyObject *kernel_align_windows(PyObject *module, PyObject *arguments) {
       {"the image before", before_array, 'B', IMAGE, false},
       {"the image now", now_array, 'B', IMAGE, false},
       {"the pixels", pixel_array, 'f', 2 * count, false},
-      {"the turns", turn_array, 'd', 4 * count, false},
+      {"the turns", turn_array, 'd', 4 * count, false, true},
       {"the places", place_array, 'f', 2 * count, true},
       {"the found", found_array, '?', count, true},
   };

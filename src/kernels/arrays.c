@@ -27,18 +27,29 @@ static bool has_type(const Py_buffer *view, char type) {
 
 static bool is_floating(char type) { return type == 'd' || type == 'f'; }
 
+// An array of NumPy, of a type of real numbers; it lets go of the one given.
+static PyObject *of_type(PyObject *array, char type) {
+  PyObject *convert = PyObject_GetAttrString(array, "astype");
+  PyObject *arguments = Py_BuildValue("(C)", type);
+  PyObject *options = Py_BuildValue("{s:s,s:O}", "casting", "same_kind", "copy", Py_False);
+  PyObject *cast = convert != NULL && arguments != NULL && options != NULL
+                       ? PyObject_Call(convert, arguments, options)
+                       : NULL;
+  Py_XDECREF(convert);
+  Py_XDECREF(arguments);
+  Py_XDECREF(options);
+  Py_DECREF(array);
+  return cast;
+}
+
 // The numbers of an argument in a contiguous array, floating-point ones of its type.
 static PyObject *converted(const Argument *argument) {
   PyObject *numpy = PyImport_ImportModule("numpy");
   if (numpy == NULL)
     return NULL;
-  const char type[] = {argument->type, '\0'};
-  PyObject *array =
-      is_floating(argument->type)
-          ? PyObject_CallMethod(numpy, "ascontiguousarray", "Os", argument->object, type)
-          : PyObject_CallMethod(numpy, "ascontiguousarray", "O", argument->object);
+  PyObject *array = PyObject_CallMethod(numpy, "ascontiguousarray", "(O)", argument->object);
   Py_DECREF(numpy);
-  return array;
+  return array != NULL && is_floating(argument->type) ? of_type(array, argument->type) : array;
 }
 
 // Open an array as it is; one that is read alone is converted where it must be.
@@ -59,6 +70,10 @@ static bool view_array(Py_buffer *view, const Argument *argument) {
 }
 
 static bool open_array(Py_buffer *view, const Argument *argument) {
+  if (argument->may_be_none && argument->object == Py_None) {
+    *view = (Py_buffer){0};
+    return true;
+  }
   if (!view_array(view, argument))
     return false;
   if (!has_type(view, argument->type)) {

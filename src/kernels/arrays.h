@@ -28,6 +28,7 @@ typedef struct {
   char type;         // of its numbers, as in the struct module: d f B ?, q for all of 8 bytes
   Py_ssize_t count;  // numbers that it must have, or IMAGE
   bool is_written;
+  bool may_be_none;  // its buffer is NULL then
 } Argument;
 
 // Opened arrays, in the order of the arguments.

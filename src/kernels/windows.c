@@ -455,7 +455,7 @@ PyObject *kernel_window_shifts(PyObject *module, PyObject *arguments) {
   const Argument needed[] = {
       {"the points", point_array, 'd', 3 * count, false},
       {"the pose", pose_array, 'd', 16, false},
-      {"the jacobians of the turn", turn_array, 'd', 4 * count, false},
+      {"the jacobians of the turn", turn_array, 'd', 4 * count, false, true},
       {"the moments", moment_array, 'd', 9 * count, false},
       {"the reliefs", relief_array, 'd', 3 * count, false},
       {"the shifts", shift_array, 'd', 2 * count, true},
@@ -464,24 +464,25 @@ PyObject *kernel_window_shifts(PyObject *module, PyObject *arguments) {
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
   const double *points = arrays.views[0].buf, *pose = arrays.views[1].buf;
-  double(*turns)[2][2] = arrays.views[2].buf;
+  const double(*turns)[2][2] = arrays.views[2].buf, upright[2][2] = {{1.0, 0.0}, {0.0, 1.0}};
   const double *moments = arrays.views[3].buf, *reliefs = arrays.views[4].buf;
   double *shifts = arrays.views[5].buf;
   Py_BEGIN_ALLOW_THREADS
   for (Py_ssize_t n = 0; n < count; ++n) {
     double moved[2][2], parallax[2], stretch[2][2], displaced[2], shift[2];
+    const double(*turn)[2] = turns == NULL ? upright : turns[n];
     derive(pose, points + 3 * n, focal, moved, parallax);
     for (int i = 0; i < 2; ++i) {
       const double column[2] = {moved[0][i], moved[1][i]};
       double solved[2];
-      solve(turns[n], column, solved);
+      solve(turn, column, solved);
       for (int k = 0; k < 2; ++k)
         stretch[k][i] = solved[k] - (double)(k == i);
     }
-    solve(turns[n], parallax, displaced);
+    solve(turn, parallax, displaced);
     shift_of(stretch, displaced, moments + 9 * n, reliefs + 3 * n, limit, smallest, shift);
     for (int k = 0; k < 2; ++k)
-      shifts[2 * n + k] = turns[n][k][0] * shift[0] + turns[n][k][1] * shift[1];
+      shifts[2 * n + k] = turn[k][0] * shift[0] + turn[k][1] * shift[1];
   }
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);

@@ -75,7 +75,6 @@ def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
     :returns: Nx2 float32, the pixels in ``now``, and N bool, whether each was found.
     """
     pixels = np.ascontiguousarray(pixels)
-    turns = not_turned(len(pixels)) if turns is None else turns
     levels = len(before.sizes)
     if expected is not None:
         first = 1 if is_near else _levels_expected(before)
@@ -86,7 +85,7 @@ def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
 
 
 def track_coarsely(before: Pyramid, now: Pyramid, pixels: np.ndarray, expected: np.ndarray,
-                   turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+                   turns: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """
     Track pixels from one image to another, from the coarsest level to half of the resolution.
 
@@ -105,7 +104,7 @@ def _levels_expected(pyramid: Pyramid) -> int:
 
 
 def _track_twice(before: Pyramid, now: Pyramid, pixels: np.ndarray, expected: np.ndarray | None,
-                 turns: np.ndarray, levels: int) -> tuple[np.ndarray, np.ndarray]:
+                 turns: np.ndarray | None, levels: int) -> tuple[np.ndarray, np.ndarray]:
     """Track pixels there and back, once; parameters as of :func:`track_there_and_back`."""
     if not len(pixels):
         return np.empty((0, 2), np.float32), np.empty(0, bool)
@@ -117,27 +116,22 @@ def _track_twice(before: Pyramid, now: Pyramid, pixels: np.ndarray, expected: np
     return seen, found & found_again & (np.maximum(u, v) < _MAX_RETURN_ERROR)
 
 
-def not_turned(count: int) -> np.ndarray:
-    """Return the turns of windows that are seen as they are, Nx2x2."""
-    turns = np.zeros((count, 2, 2))
-    turns[:, 0, 0] = turns[:, 1, 1] = 1.0
-    return turns
-
-
-def inverted(turns: np.ndarray) -> np.ndarray:
-    """Return the turns back, Nx2x2; inf or NaN where there is none."""
+def inverted(turns: np.ndarray | None) -> np.ndarray | None:
+    """Return the turns back, Nx2x2; inf or NaN where there is none; None of None."""
+    if turns is None:
+        return None
     back = np.empty((len(turns), 2, 2))
     kernels.inverted_turns(turns, back)
     return back
 
 
 def _track(before: Pyramid, now: Pyramid, pixels: np.ndarray, start: np.ndarray,
-           lattices: np.ndarray, levels: range,
+           lattices: np.ndarray | None, levels: range,
            last_step: float) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the pixels in the other image, Nx2, and whether each was found, N bool.
 
-    :param lattices: Nx2x2, derivatives of places in ``before`` by those in ``now``.
+    :param lattices: Nx2x2, derivatives of places in ``before`` by those in ``now``; None: unity.
     :param levels: of the pyramids; the last one is the coarsest.
     :param last_step: how small the last step of a window is at full resolution [px].
     """

@@ -17,7 +17,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.lucas_kanade import (
-    Pyramid, not_turned, track_coarsely, track_there_and_back)
+    Pyramid, track_coarsely, track_there_and_back)
 from aick_ros.registration.refinement.windows import Windows, jacobians
 from aick_ros.settings import RefinementSettings, SensorSettings
 
@@ -113,8 +113,9 @@ class Tracker:
         seen, found = track_there_and_back(
             self._pyramids(source), self._pyramids(target),
             source.keypoints.pixels.take(kept, axis=0), expected, turns, is_near)
-        rows = np.flatnonzero(found)
-        kept, seen, turns = kept.take(rows), seen.take(rows, axis=0), turns.take(rows, axis=0)
+        rows, = found.nonzero()
+        kept, seen = kept.take(rows), seen.take(rows, axis=0)
+        turns = None if turns is None else turns.take(rows, axis=0)
         windows = windows_of(kept)
         seen = seen - windows.shifts(camera, T_target_source, turns)
         rays = camera.normalize(seen)
@@ -183,15 +184,15 @@ def _visible(points: np.ndarray, T_target_source: np.ndarray,
     return kept[:count], pixels[:count]
 
 
-def _turns(points: np.ndarray, T_target_source: np.ndarray, camera: Camera) -> np.ndarray:
+def _turns(points: np.ndarray, T_target_source: np.ndarray, camera: Camera) -> np.ndarray | None:
     """
     Return how the windows around points are turned before they are tracked, Kx2x2 [px/px].
 
     By the rotation alone (Hartley and Zisserman 2004, 8.4): it is the same however far away what
-    they show is. Small ones are left to the tracking.
+    they show is. Small ones are left to the tracking: None.
     """
     if T_target_source[:3, :3].trace() > _LEAST_TRACE:
-        return not_turned(len(points))
+        return None
     rotation = np.eye(4)
     rotation[:3, :3] = T_target_source[:3, :3]
     return jacobians(points, camera, rotation)

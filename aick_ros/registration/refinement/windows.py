@@ -76,14 +76,15 @@ class Windows:
                        self.moments.take(chosen, axis=0), self.reliefs.take(chosen, axis=0))
 
     def shifts(self, camera: Camera, T_target_source: np.ndarray,
-               turns: np.ndarray) -> np.ndarray:
+               turns: np.ndarray | None = None) -> np.ndarray:
         """
         Return where the windows are found, beside where the points are, Nx2 [px].
 
         Lens distortion is ignored: over so few pixels it changes a displacement by a few percent.
 
         :param T_target_source: 4x4 [m].
-        :param turns: Nx2x2 float64, how the windows are turned before they are tracked [px/px].
+        :param turns: Nx2x2 float64, how the windows are turned before they are tracked [px/px];
+            None: not at all.
         """
         shifts = np.empty((len(self.points), 2))
         kernels.window_shifts(

@@ -10,7 +10,7 @@ import pytest
 from aick_ros import kernels
 from aick_ros.features.mirrored_border import with_border
 from aick_ros.registration.refinement.lucas_kanade import (
-    Pyramid, _track, inverted, not_turned, track_coarsely, track_there_and_back)
+    Pyramid, _track, inverted, track_coarsely, track_there_and_back)
 
 HEIGHT, WIDTH = 160, 200
 FLAT = Pyramid(np.zeros((HEIGHT, WIDTH), np.uint8), 5, 0)
@@ -88,8 +88,7 @@ def test_coarse_tracking_ends_at_half_of_the_resolution(texture, monkeypatch, le
     align = kernels.align_windows
     monkeypatch.setattr(kernels, 'align_windows', lambda *given: (
         scales.append(given[5]), align(*given)))
-    seen, found = track_coarsely(*images, start, start + np.float32(1.0),
-                                 not_turned(len(start)))
+    seen, found = track_coarsely(*images, start, start + np.float32(1.0))
     assert scales == passed
     if levels:
         assert found.mean() > 0.9
@@ -164,7 +163,7 @@ def test_it_finds_what_opencv_finds(texture, window, levels):
     start = pixels(9) + np.float32(0.3)
     expected = (start + (1.2, -0.7)).astype(np.float32)
     seen, found = _track(*(Pyramid(image, window, levels) for image in (before, now)), start,
-                         expected, not_turned(len(start)),
+                         expected, None,
                          range(len(Pyramid(before, window, levels).sizes)), 0.03)
     known, status, _ = cv2.calcOpticalFlowPyrLK(
         before, now, start[:, None], expected[:, None].copy(), winSize=(window, window),
@@ -221,9 +220,18 @@ def test_windows_are_not_found_that_no_border_has(texture, turn):
     assert found.tolist() == [True, False]
 
 
+def test_windows_that_are_not_turned_are_upright(texture):
+    images = [Pyramid(view(texture, *shift), 9, 2) for shift in ((0, 0), (5, -3))]
+    start, upright = pixels(), np.tile(np.eye(2), (len(pixels()), 1, 1))
+    for expected, known in zip(track_there_and_back(*images, start, start, None),
+                               track_there_and_back(*images, start, start, upright)):
+        np.testing.assert_array_equal(expected, known)
+
+
 def test_turns_back():
     turns = np.random.default_rng(1).normal(size=(20, 2, 2))
-    np.testing.assert_allclose(inverted(turns) @ turns, not_turned(20), atol=1e-9)
+    np.testing.assert_allclose(inverted(turns) @ turns, np.tile(np.eye(2), (20, 1, 1)), atol=1e-9)
+    assert inverted(None) is None
     assert not np.isfinite(inverted(np.ones((1, 2, 2)))).any()
     with pytest.raises(ValueError, match='the turns has 60 numbers: 80 are required'):
         inverted(np.ones((20, 3)))

@@ -15,7 +15,6 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.refinement.lucas_kanade import not_turned
 from aick_ros.registration.refinement.tracks import Tracker
 from aick_ros.registration.refinement.windows import (
     Windows, gradient_moments, jacobians, relief_moments)
@@ -170,11 +169,11 @@ def pattern():
 def test_no_windows_and_windows_without_gradient():
     windows = Windows.of(view(pattern(), depth_image()), np.empty(0, int), WINDOW,
                          SETTINGS.sensor)
-    assert windows.shifts(CAMERA, MOTION, not_turned(0)).shape == (0, 2)
+    assert windows.shifts(CAMERA, MOTION).shape == (0, 2)
     grey = np.full((240, 320), 7, np.uint8)
     flat = Windows(points_at(PIXELS), np.ones(50), gradient_moments(grey, PIXELS, WINDOW),
                    reliefs(grey, depth_image()))
-    np.testing.assert_array_equal(flat.shifts(CAMERA, MOTION, not_turned(50)), np.zeros((50, 2)))
+    np.testing.assert_array_equal(flat.shifts(CAMERA, MOTION), np.zeros((50, 2)))
 
 
 def test_windows_of_an_image_that_is_smaller_than_they_are():
@@ -184,7 +183,7 @@ def test_windows_of_an_image_that_is_smaller_than_they_are():
     inside = np.flatnonzero(keypoints.pixels[:, 1] < 9)
     windows = Windows.of(PreparedFrame(frame, keypoints, grey), inside, 31, SETTINGS.sensor)
     assert len(windows.points) == len(inside) > 0
-    assert np.isfinite(windows.shifts(CAMERA, MOTION, not_turned(len(inside)))).all()
+    assert np.isfinite(windows.shifts(CAMERA, MOTION)).all()
 
 
 @pytest.fixture
