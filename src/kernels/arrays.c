@@ -27,11 +27,11 @@ static bool has_type(const Py_buffer *view, char type) {
 
 static bool is_floating(char type) { return type == 'd' || type == 'f'; }
 
-// An array of NumPy, of a type of real numbers; it lets go of the one given.
+// An array of NumPy, of a type that can have all of its numbers; it lets go of the one given.
 static PyObject *of_type(PyObject *array, char type) {
   PyObject *convert = PyObject_GetAttrString(array, "astype");
   PyObject *arguments = Py_BuildValue("(C)", type);
-  PyObject *options = Py_BuildValue("{s:s,s:O}", "casting", "same_kind", "copy", Py_False);
+  PyObject *options = Py_BuildValue("{s:s,s:O}", "casting", "safe", "copy", Py_False);
   PyObject *cast = convert != NULL && arguments != NULL && options != NULL
                        ? PyObject_Call(convert, arguments, options)
                        : NULL;

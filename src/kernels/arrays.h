@@ -21,7 +21,7 @@ enum {
 #define LONGEST ((Py_ssize_t)1 << 30)
 
 // A contiguous array that a kernel reads or writes. What is read alone is copied where it is not
-// contiguous, and where floating-point numbers are required and it has others.
+// contiguous, and where its numbers can be those of the type without a loss.
 typedef struct {
   const char *name;
   PyObject *object;
