@@ -96,7 +96,8 @@ def test_creases_steps_behind_and_holes_are_no_nearer_surface():
         pixels = np.column_stack([u[known], v[known]])
         assert np.isnan(
             depth.nearer_beside(image.astype(np.float32), pixels, image[known], 4)).all()
-    assert not len(depth.nearer_beside(crease, np.empty((0, 2)), np.empty(0), 4))
+    empty = depth.nearer_beside(np.float32(crease), np.empty((0, 2)), np.empty(0), 4)
+    assert empty.shape == (0,)
 
 
 def test_beside_a_hole_the_nearest_pixel_is_taken():
