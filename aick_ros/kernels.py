@@ -18,7 +18,7 @@ try:
         pairs_of_near_points, pairs_of_similar_bits, perturbed_pose, pixel_jacobians,
         point_to_plane, pose_difference, predict_gravity, project, propagated_covariance,
         relative_pose, relief_moments, reprojection, reversed_tracks, sample_depth, shrink,
-        solve_definite, spread, to_quaternion, track_depth, track_steps, transform,
+        solve_definite, spread, stamp_errors, to_quaternion, track_depth, track_steps, transform,
         undistort_depth, valid_depth, visible, window_shifts)
 except ModuleNotFoundError as error:
     raise InputError('aick_ros is not compiled: install it (pip install . or colcon build), '
@@ -36,6 +36,6 @@ __all__ = ['DIGEST', 'align_windows', 'bit_distances', 'bit_distances_of_pairs',
            'pairs_of_near_points', 'pairs_of_similar_bits', 'perturbed_pose', 'pixel_jacobians',
            'point_to_plane', 'pose_difference', 'predict_gravity', 'project',
            'propagated_covariance', 'relative_pose', 'relief_moments', 'reprojection',
-           'reversed_tracks', 'sample_depth', 'shrink', 'solve_definite', 'spread',
+           'reversed_tracks', 'sample_depth', 'shrink', 'solve_definite', 'spread', 'stamp_errors',
            'to_quaternion', 'track_depth', 'track_steps', 'transform', 'undistort_depth',
            'valid_depth', 'visible', 'window_shifts']

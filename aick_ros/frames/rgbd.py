@@ -89,6 +89,8 @@ class RgbdFrame:
         colour = self.colour if _is_constant(self.colour) else np.array(self.colour)
         depth = self.depth if _is_constant(self.depth) and _is_valid(self.depth) else _valid(
             self.depth)
+        if colour is self.colour and depth is self.depth:
+            return self
         return dataclasses.replace(self, colour=colour, depth=depth).handed_over()
 
     @cached_property

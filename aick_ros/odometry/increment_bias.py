@@ -41,6 +41,8 @@ _OF_DEPTH = 0.85
 """Share of the biases that are depth's. On rendered cameras all are, on real ones with blur and a
 rolling shutter some are of the keypoints."""
 
+_ALL = np.eye(6)
+
 _USUAL, _LARGEST = 10.645, 19.805
 """Squares of a difference by its covariance. Up to the first it is usual; beyond, the covariance
 grows to what makes it usual. What exceeds the second teaches as if it did not.
@@ -113,7 +115,7 @@ def _in_pose(squares: np.ndarray, gain: np.ndarray) -> np.ndarray:
     :param squares: of the bias, 6.
     :param gain: 6x6, by which the pose follows depth.
     """
-    rest = np.eye(6) - gain
+    rest = _ALL - gain
     covariance: np.ndarray = (_OF_DEPTH * (gain * squares) @ gain.T
                               + (1.0 - _OF_DEPTH) * (rest * squares) @ rest.T)
     return covariance

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 
+from aick_ros.borders.records import replaced
 from aick_ros.borders.values import required
 from aick_ros.features.detector import Detector
 from aick_ros.features.vocabulary import vocabulary_of
@@ -110,7 +111,7 @@ class Preparation:
     def undistorted(self) -> RgbdFrame | None:
         """Return the frame with its depth image free of the distortion; None if it has none."""
         if self._undistorted is None and not self.distortion.is_none:
-            self._undistorted = dataclasses.replace(
+            self._undistorted = replaced(
                 self.frame, depth=self.distortion.undistorted(self.frame.depth))
         return self._undistorted
 

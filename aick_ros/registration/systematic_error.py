@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry import se3
@@ -47,8 +48,6 @@ Derived, of the frame that is registered: the mean velocity since the frame befo
 interval old, and a quarter of it is taken from that before. The errors measured on two excerpts of
 real recordings and three rendered cameras are 0.66 to 0.74 of the change in one interval. The
 filtered velocity of earlier frames errs by no more on the excerpts."""
-
-_REST = np.eye(4)
 
 
 class SystematicError:
@@ -109,34 +108,11 @@ def errors_of_stamps(motion: np.ndarray, source: PreparedFrame, target: Prepared
     :param change: of the velocity since it was measured [m/s, rad/s].
     """
     jitter = max(source.stamp_jitter, target.stamp_jitter)
-    interval = seconds(target.stamp, source.stamp)
-    rates = (np.zeros((2, 6)) if interval == 0.0  # no velocity is known
-             else _rates(motion, interval, source.twist, target.twist))
-    covariance: np.ndarray = (
-        _stamp_sigma(jitter) ** 2 * rates.T @ rates
-        + along_all_axes(_latency_sigma(jitter) ** 2 / 3 * _squares(change)))
+    covariance = np.empty((6, 6))
+    kernels.stamp_errors(
+        motion, source.twist, target.twist, change, seconds(target.stamp, source.stamp),
+        _stamp_sigma(jitter) ** 2, _latency_sigma(jitter) ** 2 / 3, covariance)
     return covariance
-
-
-def _rates(motion: np.ndarray, interval: float, source: np.ndarray | None,
-           target: np.ndarray | None) -> np.ndarray:
-    """
-    Return by how much a motion differs if the source, or the target, is taken later, 2x6.
-
-    :param motion: ``T_target_source``, 4x4.
-    :param interval: between the two frames [s].
-    :param source: body velocity of the source [m/s, rad/s]; ``target``: likewise. Where one is not
-        known both are that of the motion.
-    :returns: [m/s, rad/s], without signs: errors of two stamps are independent.
-    """
-    if source is None or target is None:
-        velocity = se3.difference(motion, _REST) / interval
-        return np.array([velocity, velocity])
-    rates = np.empty((2, 6))
-    rates[0] = (source.reshape(2, 3) @ motion[:3, :3].T).reshape(6)
-    rates[1] = target
-    rates[1, :3] += se3.skew(target[3:]) @ motion[:3, 3]
-    return rates
 
 
 def _stamp_sigma(jitter: float) -> float:
@@ -160,9 +136,3 @@ def _lag_squared(delay: float) -> float:
     Both frames are off by the lag of their velocities; that of the target is taken for parallel.
     """
     return 2 * (_VELOCITY_LAG * delay) ** 2
-
-
-def _squares(rates: np.ndarray) -> np.ndarray:
-    """Return the squared speed [m^2/s^2] and the squared turn rate [rad^2/s^2], 2."""
-    squares: np.ndarray = np.square(rates).reshape(2, 3).sum(axis=1)
-    return squares

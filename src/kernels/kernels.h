@@ -70,6 +70,7 @@ PyObject *kernel_sample_depth(PyObject *module, PyObject *arguments);
 PyObject *kernel_shrink(PyObject *module, PyObject *arguments);
 PyObject *kernel_solve_definite(PyObject *module, PyObject *arguments);
 PyObject *kernel_spread(PyObject *module, PyObject *arguments);
+PyObject *kernel_stamp_errors(PyObject *module, PyObject *arguments);
 PyObject *kernel_to_quaternion(PyObject *module, PyObject *arguments);
 PyObject *kernel_track_depth(PyObject *module, PyObject *arguments);
 PyObject *kernel_track_steps(PyObject *module, PyObject *arguments);

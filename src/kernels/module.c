@@ -66,6 +66,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(shrink),
     KERNEL(solve_definite),
     KERNEL(spread),
+    KERNEL(stamp_errors),
     KERNEL(to_quaternion),
     KERNEL(track_depth),
     KERNEL(track_steps),
