@@ -7,6 +7,8 @@ import numpy as np
 
 DIGEST: str
 
+def agreeing_tracks(
+    points: np.ndarray, rays: np.ndarray, pose: np.ndarray, most: float) -> int: ...
 def align_windows(
     before: np.ndarray, now: np.ndarray, border: int, side: int, last_step: float,
     scale: float, pixels: np.ndarray, turns: np.ndarray | None, places: np.ndarray,
@@ -48,6 +50,9 @@ def describe_points(
 def disc_directions(
     image: np.ndarray, border: int, half_widths: np.ndarray, points: np.ndarray,
     directions: np.ndarray) -> None: ...
+def eliminate(
+    information: np.ndarray, gradients: np.ndarray, prior: np.ndarray, left: np.ndarray,
+    left_gradients: np.ndarray) -> bool: ...
 def estimate(
     jacobian: np.ndarray, values: np.ndarray, weights: np.ndarray, blocks: np.ndarray,
     other_jacobian: np.ndarray, other_values: np.ndarray, other_weights: np.ndarray,

@@ -41,6 +41,23 @@ def solve(matrix: np.ndarray, sides: np.ndarray) -> np.ndarray:
     return np.linalg.solve(matrix, sides) if solution is None else solution
 
 
+def eliminated(information: np.ndarray, gradients: np.ndarray,
+               prior: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """
+    Return normal equations without their first unknowns, by the Schur complement.
+
+    :param information: NxN.
+    :param gradients: KxN, right sides of several equations with this information.
+    :param prior: MxM, added to the information about the M unknowns that are eliminated.
+    :returns: the information about the others, and the gradients; None where that about the first
+        ones is not positive definite.
+    """
+    rest = len(information) - len(prior)
+    left, left_gradients = np.empty((rest, rest)), np.empty((len(gradients), rest))
+    is_done = kernels.eliminate(information, gradients, prior, left, left_gradients)
+    return (left, left_gradients) if is_done else None
+
+
 def is_definite(matrix: np.ndarray) -> bool:
     """Return whether a matrix, NxN, is positive definite."""
     return kernels.solve_definite(matrix, _NO_SIDES, 0)

@@ -6,10 +6,12 @@
 #include "cholesky.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "arrays.h"
 #include "kernels.h"
+#include "products.h"
 
 enum { MOST_UNKNOWNS = 64, MOST_SIDES = 1 << 20 };
 
@@ -73,4 +75,70 @@ PyObject *kernel_solve_definite(PyObject *module, PyObject *arguments) {
     substitute(factor, size, arrays.views[1].buf, count);
   close_arrays(&arrays);
   return PyBool_FromLong(is_definite);
+}
+
+// Normal equations of some unknowns, and of others that come first.
+typedef struct {
+  const double *information, *prior, *gradients;  // the prior is that of the others
+  Py_ssize_t size, others, rows;                  // of all unknowns, of the others, of gradients
+} Joint;
+
+// Eliminate the others; there is room for their prior information and a row for each.
+static bool eliminate(const Joint *from, double *factor, double *gains, double *information,
+                      double *gradients) {
+  const Py_ssize_t others = from->others, left = from->size - others;
+  for (Py_ssize_t i = 0; i < others; ++i) {
+    const double *row = from->information + from->size * i;
+    for (Py_ssize_t j = 0; j < others; ++j)
+      factor[others * i + j] = row[j] + from->prior[others * i + j];
+    memcpy(gains + left * i, row + others, (size_t)left * sizeof(*gains));
+  }
+  if (!factorize(factor, others))
+    return false;
+  substitute(factor, others, gains, left);
+  for (Py_ssize_t i = 0; i < left; ++i) {
+    const double *row = from->information + from->size * (others + i);
+    memcpy(information + left * i, row + others, (size_t)left * sizeof(*information));
+    add_product(row, gains, 1, others, left, -1.0, information + left * i);
+  }
+  for (Py_ssize_t i = 0; i < from->rows; ++i) {
+    const double *row = from->gradients + from->size * i;
+    memcpy(gradients + left * i, row + others, (size_t)left * sizeof(*gradients));
+    add_product(row, gains, 1, others, left, -1.0, gradients + left * i);
+  }
+  return true;
+}
+
+PyObject *kernel_eliminate(PyObject *module, PyObject *arguments) {
+  PyObject *information_array, *gradient_array, *prior_array, *left_array, *left_gradient_array;
+  if (!PyArg_ParseTuple(arguments, "OOOOO", &information_array, &gradient_array, &prior_array,
+                        &left_array, &left_gradient_array))
+    return NULL;
+  Joint joint = {.size = row_count(information_array), .others = row_count(prior_array),
+                 .rows = row_count(gradient_array)};
+  if (joint.size > MOST_UNKNOWNS || joint.others > joint.size || joint.rows > MOST_SIDES) {
+    PyErr_SetString(PyExc_ValueError, "the unknowns are too many");
+    return NULL;
+  }
+  const Py_ssize_t size = joint.size, others = joint.others, left = size - others;
+  const Argument needed[] = {
+      {"the information", information_array, 'd', size * size, false},
+      {"the gradients", gradient_array, 'd', joint.rows * size, false},
+      {"the prior", prior_array, 'd', others * others, false},
+      {"the information left", left_array, 'd', left * left, true},
+      {"the gradients left", left_gradient_array, 'd', joint.rows * left, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  joint.information = arrays.views[0].buf;
+  joint.gradients = arrays.views[1].buf;
+  joint.prior = arrays.views[2].buf;
+  double *room = malloc((size_t)(others * size + 1) * sizeof(*room));
+  const bool has_room = room != NULL;
+  const bool is_definite = has_room && eliminate(&joint, room, room + others * others,
+                                                 arrays.views[3].buf, arrays.views[4].buf);
+  free(room);
+  close_arrays(&arrays);
+  return has_room ? PyBool_FromLong(is_definite) : PyErr_NoMemory();
 }

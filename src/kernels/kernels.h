@@ -10,6 +10,7 @@
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
+PyObject *kernel_agreeing_tracks(PyObject *module, PyObject *arguments);
 PyObject *kernel_align_windows(PyObject *module, PyObject *arguments);
 PyObject *kernel_bit_distances(PyObject *module, PyObject *arguments);
 PyObject *kernel_bit_distances_of_pairs(PyObject *module, PyObject *arguments);
@@ -23,6 +24,7 @@ PyObject *kernel_depth_equations(PyObject *module, PyObject *arguments);
 PyObject *kernel_derivative_squares(PyObject *module, PyObject *arguments);
 PyObject *kernel_describe_points(PyObject *module, PyObject *arguments);
 PyObject *kernel_disc_directions(PyObject *module, PyObject *arguments);
+PyObject *kernel_eliminate(PyObject *module, PyObject *arguments);
 PyObject *kernel_estimate(PyObject *module, PyObject *arguments);
 PyObject *kernel_exp_pose(PyObject *module, PyObject *arguments);
 PyObject *kernel_exp_rotation(PyObject *module, PyObject *arguments);

@@ -6,6 +6,7 @@
 #define KERNEL(name) {#name, kernel_##name, METH_VARARGS, NULL}
 
 static PyMethodDef METHODS[] = {
+    KERNEL(agreeing_tracks),
     KERNEL(align_windows),
     KERNEL(bit_distances),
     KERNEL(bit_distances_of_pairs),
@@ -19,6 +20,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(derivative_squares),
     KERNEL(describe_points),
     KERNEL(disc_directions),
+    KERNEL(eliminate),
     KERNEL(estimate),
     KERNEL(exp_pose),
     KERNEL(exp_rotation),

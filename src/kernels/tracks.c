@@ -71,6 +71,34 @@ PyObject *kernel_visible(PyObject *module, PyObject *arguments) {
   return PyLong_FromSsize_t(visible);
 }
 
+PyObject *kernel_agreeing_tracks(PyObject *module, PyObject *arguments) {
+  PyObject *point_array, *ray_array, *pose_array;
+  double most;
+  if (!PyArg_ParseTuple(arguments, "OOOd", &point_array, &ray_array, &pose_array, &most))
+    return NULL;
+  const Py_ssize_t count = row_count(point_array);
+  const Argument needed[] = {
+      {"the points", point_array, 'd', 3 * count, false},
+      {"the rays", ray_array, 'd', 2 * count, false},
+      {"the pose", pose_array, 'd', 16, false},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const double(*points)[3] = arrays.views[0].buf, (*rays)[2] = arrays.views[1].buf;
+  const double *pose = arrays.views[2].buf;
+  Py_ssize_t agreeing = 0;
+  Py_BEGIN_ALLOW_THREADS
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    double moved[3];
+    transform(pose, points[i], moved);
+    agreeing += hypot(moved[0] / moved[2] - rays[i][0], moved[1] / moved[2] - rays[i][1]) < most;
+  }
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  return PyLong_FromSsize_t(agreeing);
+}
+
 PyObject *kernel_mean_displacement(PyObject *module, PyObject *arguments) {
   PyObject *point_array, *ray_array;
   if (!PyArg_ParseTuple(arguments, "OO", &point_array, &ray_array))

@@ -57,6 +57,34 @@ def test_a_matrix_is_definite_where_its_smallest_eigenvalue_is_positive(smallest
     assert definite.is_definite(matrix_of(6, smallest)) is is_definite
 
 
+@pytest.mark.parametrize('size, first, rows', [(44, 6, 2), (7, 6, 1), (9, 0, 3), (6, 6, 2),
+                                               (8, 3, 0)])
+def test_eliminated_unknowns_have_the_values_that_are_best_for_the_others(size, first, rows):
+    rng = np.random.default_rng(size)
+    information, prior = matrix_of(size), matrix_of(first) if first else np.empty((0, 0))
+    gradients = rng.normal(size=(rows, size))
+    left, left_gradients = definite.eliminated(information, gradients, prior)
+    with_prior = information.copy()
+    with_prior[:first, :first] += prior
+    np.testing.assert_allclose(left, left.T, atol=1e-12)
+    for gradient, gradient_left in zip(gradients, left_gradients, strict=True):
+        expected = np.linalg.solve(with_prior, gradient)[first:]
+        if size > first:
+            np.testing.assert_allclose(np.linalg.solve(left, gradient_left), expected, rtol=1e-8)
+
+
+@pytest.mark.parametrize('number', [-1e3, np.nan, np.inf])
+def test_what_is_not_definite_is_not_eliminated(number):
+    information = matrix_of(8)
+    information[2, 2] = number
+    assert definite.eliminated(information, np.ones((1, 8)), np.eye(4)) is None
+
+
+def test_too_many_unknowns_are_not_eliminated():
+    with pytest.raises(ValueError, match='the unknowns are too many'):
+        definite.eliminated(np.eye(65), np.ones((1, 65)), np.eye(6))
+
+
 def test_variances_just_below_zero_are_rounded_to_it():
     covariance = matrix_of(6, -1e-12)
     rounded = definite.nonnegative(covariance)

@@ -26,6 +26,7 @@ from aick_ros.errors import InputError
 # An array is TYPE:SIZES, TYPE>SIZES where it is written; %NAME is a size as an integer, %i any
 # integer, %f any number.
 _CALLS = """
+agreeing_tracks d:n,3 d:n,2 d:4,4 %f
 align_windows B:x,y B:x,y %z %w %f %f f:n,2 d:n,4 f>n,2 ?>n
 bit_distances B:n,w B:m,w %w f>n,m
 bit_distances_of_pairs B:n,w B:m,w %w q:k q:k f>k
@@ -40,6 +41,7 @@ depth_equations d:n,3 d:n,3 d:n,6 d:n d:n %z d:4,4 d:2,6 d:28 d:28 %a %e d:a,e d
 derivative_squares B:h,v
 describe_points B>x,y %z f:4,256 %i f:n,2 d:n B>n,32
 disc_directions B:h,v %b q:r f:n,2 d>n
+eliminate d:u,u d:k,u d:6,6 d>l,l d>k,l
 estimate d:n,6 d:n d:n q:n d:m,6 d:m d:m q:m d:6,6 %f d:6,6 d>6 d>6,6 d>6,6 d>6 d>6,6
 exp_pose d:6 d>4,4
 exp_rotation d:3 d>3,3
@@ -137,7 +139,7 @@ def call_kernel(data: bytes, _: Path) -> None:
     name = choices.one(list(CALLS))
     specs, sizes = CALLS[name], {key: choices.one(values) for key, values in _SIZES.items()}
     sizes |= {'c': sizes['h'] * sizes['v'], 's': sizes['w'] ** 2,
-              'u': 14 + sizes['a'] * sizes['e'],
+              'u': 14 + sizes['a'] * sizes['e'], 'l': 8 + sizes['a'] * sizes['e'],
               **{half: max((sizes[side] + 2 * sizes['z'] + 1) // 2, 1)
                  for side, half in zip('xy', 'ij')}}
     arguments = [_argument(spec, sizes, choices, area) for area, spec in enumerate(specs)]

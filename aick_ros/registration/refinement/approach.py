@@ -54,7 +54,5 @@ class Approach:
     @staticmethod
     def _agree(tracks: Tracks, T_source_target: np.ndarray, source: PreparedFrame) -> bool:
         """Return whether most tracks, and enough of them, are where a pose puts them."""
-        moved = se3.transform(T_source_target, tracks.points)
-        errors = np.hypot(*(moved[:, :2] / moved[:, 2:] - tracks.rays).T)
-        near = np.count_nonzero(errors < _NEAR / source.frame.camera.fx)
-        return bool(near >= max(FEWEST_TO_CONFIRM, _SHARE_NEAR * len(tracks)))
+        near = tracks.count_near(T_source_target, _NEAR / source.frame.camera.fx)
+        return near >= max(FEWEST_TO_CONFIRM, _SHARE_NEAR * len(tracks))

@@ -83,9 +83,11 @@ class MovingPair:
 
 def misalignment_sample(keypoints: Residuals, depth: PlaneResiduals, tracks: Tracks,
                         pair: MovingPair, weight: float,
-                        applied: Misalignment) -> MisalignmentSample:
+                        applied: Misalignment) -> MisalignmentSample | None:
     """
     Return the normal equations of the misalignment, with the pose eliminated.
+
+    There are none where the residuals are not finite.
 
     :param keypoints: two residuals per track, as :func:`reprojection` returns them.
     :param depth: residuals of which some are used, evenly chosen.
@@ -96,9 +98,10 @@ def misalignment_sample(keypoints: Residuals, depth: PlaneResiduals, tracks: Tra
     information, gradients = np.zeros((unknowns, unknowns)), np.zeros((2, unknowns))
     _add_keypoints(keypoints, tracks, pair, weight, information, gradients[0])
     _add_depth(depth, pair, information, gradients)
-    gains = definite.solve(information[:6, :6] + PRIOR, information[:6, 6:])
-    information = information[6:, 6:] - information[6:, :6] @ gains
-    by_values, by_applied = gradients[:, 6:] - gradients[:, :6] @ gains
+    without_pose = definite.eliminated(information, gradients, PRIOR)
+    if without_pose is None:
+        return None
+    information, (by_values, by_applied) = without_pose
     known = len(applied.values)
     by_values += information[:, :known] @ applied.values
     return MisalignmentSample(information[:known, :known], by_values[:known],

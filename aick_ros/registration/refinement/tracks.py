@@ -61,6 +61,14 @@ class Tracks:
         """Return the mean displacement of the tracks in an image of a focal length [px]."""
         return focal_length * kernels.mean_displacement(self.points, self.rays)
 
+    def count_near(self, T_target_source: np.ndarray, most: float) -> int:
+        """
+        Return the number of tracks that are about where a pose puts them.
+
+        :param most: distance on the plane z = 1.
+        """
+        return kernels.agreeing_tracks(self.points, self.rays, T_target_source, most)
+
     def reversed(self, sensor: SensorSettings) -> Tracks:
         """Return tracks with source and target swapped, where the target measures a depth."""
         most = len(self)

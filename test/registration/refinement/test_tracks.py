@@ -167,6 +167,17 @@ def test_visible_points_have_a_pixel_each():
                         np.zeros(3, np.int64), np.zeros((2, 2), np.float32))
 
 
+def test_tracks_near_a_pose_are_counted():
+    rng, pose = np.random.default_rng(3), se3.exp([0.1, -0.2, 0.05, 0.02, -0.1, 0.05])
+    points = rng.uniform((-1, -1, 1), (1, 1, 3), (50, 3))
+    seen = se3.transform(pose, points)
+    offsets = np.linspace(0, 0.01, 50)[:, None] * (0.6, -0.8)
+    tracks = Tracks(np.arange(50), points, seen[:, :2] / seen[:, 2:] + offsets, np.ones(50),
+                    np.ones(50))
+    assert tracks.count_near(pose, 0.0051) == 25
+    assert tracks.count_near(np.eye(4), 1e-3) < 5
+
+
 def test_the_displacement_is_the_mean_way_of_the_tracks_in_pixels():
     points = np.array([(0.5, -0.2, 2.0), (-1.0, 0.3, 4.0)])
     rays = points[:, :2] / points[:, 2:] + [(0.03, 0.04), (0.0, -0.01)]
