@@ -274,6 +274,17 @@ INLINE bool take(Window *window, const Image *image, Py_ssize_t border, const La
   return true;
 }
 
+// Let a window of an image come from the memory, whose first pixel is at (u, v).
+INLINE void fetch(const Image *image, Py_ssize_t side, float u, float v) {
+  if (!touches(image, side, u, v))
+    return;
+  const Pixel *pixel = place_at(image, u - 1.0f, v - 1.0f).pixel;
+  for (Py_ssize_t row = 0; row < side + 2; ++row, pixel += image->step) {
+    __builtin_prefetch(pixel);
+    __builtin_prefetch(pixel + side + 1);
+  }
+}
+
 // Find the windows on lattices of one image in another, from places there. A scale makes pixels of
 // the images of the pixels and places.
 FOR_EACH_PROCESSOR
@@ -287,6 +298,11 @@ static void align_all(Window *window, const Image *before, const Image *now, Py_
     for (int k = 0; k < 2 && turns != NULL; ++k) {
       lattice.by_column[k] = (float)turns[i][k][0];
       lattice.by_row[k] = (float)turns[i][k][1];
+    }
+    if (i + 1 < count) {
+      fetch(before, window->side, pixels[i + 1][0] * scale - half,
+            pixels[i + 1][1] * scale - half);
+      fetch(now, window->side, places[i + 1][0] * scale - half, places[i + 1][1] * scale - half);
     }
     found[i] = take(window, before, border, &lattice);
     if (!found[i])

@@ -125,7 +125,7 @@ static inline void turn(const double *pose, Column *vectors, Column *turned) {
 }
 
 // Move points of the source into the target, those of the surface with their precision.
-static inline void seek(const Sought *source, const double *pose, const int64_t *chosen, int count,
+static inline void move(const Sought *source, const double *pose, const int64_t *chosen, int count,
                         Candidates *to) {
   Column seen[3], moved[3], normals[3];
   for (int n = 0; n < BATCH; ++n) {
@@ -150,9 +150,8 @@ static inline void seek(const Sought *source, const double *pose, const int64_t 
   displace(&source->back, moved, to->points);
 }
 
-// Look up the cells that points project to; another one, where there is none. All are on their way
-// from the memory before the first one is needed.
-static inline void look_up(const Cells *cells, int count, Candidates *to) {
+// Find the cells that points project to, and let them come from the memory.
+static inline void find_cells(const Cells *cells, int count, Candidates *to) {
   Column places[2];
   for (int i = 0; i < 2; ++i) {
     const double scale = cells->intrinsics[i], centre = cells->intrinsics[2 + i];
@@ -161,16 +160,19 @@ static inline void look_up(const Cells *cells, int count, Candidates *to) {
       places[i][n] = rint(to->rays[i][n] * scale + centre);
     }
   }
-  Py_ssize_t looked_up[BATCH];
   for (int n = 0; n < BATCH; ++n) {
     to->cells[n] = n < count ? cell_at(cells, to->points[2][n], places[0][n], places[1][n]) : -1;
-    const Py_ssize_t cell = looked_up[n] = to->cells[n] < 0 ? 0 : to->cells[n];
+    const Py_ssize_t cell = to->cells[n] < 0 ? 0 : to->cells[n];
     __builtin_prefetch(cells->points[cell]);
     __builtin_prefetch(cells->normals[cell]);
     __builtin_prefetch(cells->roughness + cell);
   }
+}
+
+// Look up these cells; another one, where there is none.
+static inline void look_up(const Cells *cells, Candidates *to) {
   for (int n = 0; n < BATCH; ++n) {
-    const Py_ssize_t cell = looked_up[n];
+    const Py_ssize_t cell = to->cells[n] < 0 ? 0 : to->cells[n];
     for (int i = 0; i < 3; ++i) {
       to->planes[i][n] = cells->points[cell][i];
       to->plane_normals[i][n] = cells->normals[cell][i];
@@ -263,18 +265,29 @@ static bool are_points(const Sought *source) {
   return true;
 }
 
+// Seek a batch of points in the target, from one on; there may be none left.
+static inline void seek(const Sought *source, const Cells *cells, const double *pose,
+                        Py_ssize_t first, Candidates *to) {
+  if (first >= source->count)
+    return;
+  const int count = source->count - first < BATCH ? (int)(source->count - first) : BATCH;
+  move(source, pose, source->chosen + first, count, to);
+  find_cells(cells, count, to);
+}
+
 FOR_EACH_PROCESSOR
 static void find_pairs(const Sought *source, const Cells *cells, const Pairing *pairing,
                        Pairs *pairs) {
+  Candidates buffers[2];  // those of a batch, and the next ones, whose cells are on their way
+  seek(source, cells, pairing->pose, 0, &buffers[0]);
   for (Py_ssize_t first = 0; first < source->count; first += BATCH) {
-    const int count = source->count - first < BATCH ? (int)(source->count - first) : BATCH;
-    Candidates candidates;
+    Candidates *candidates = &buffers[first / BATCH % 2];
     Residuals found;
     double differences[BATCH][6];
-    seek(source, pairing->pose, source->chosen + first, count, &candidates);
-    look_up(cells, count, &candidates);
-    compare(&candidates, pairing, &found);
-    const int added = append(&candidates, &found, pairs, differences);
+    seek(source, cells, pairing->pose, first + BATCH, &buffers[(first / BATCH + 1) % 2]);
+    look_up(cells, candidates);
+    compare(candidates, pairing, &found);
+    const int added = append(candidates, &found, pairs, differences);
     add_rows(pairs->jacobian + pairs->count - added, added, 1.0, pairs->information);
     add_rows(differences, added, 0.5, pairs->noise);
   }
