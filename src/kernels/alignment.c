@@ -10,6 +10,7 @@
 
 #include "arrays.h"
 #include "bordered.h"
+#include "fetch.h"
 #include "kernels.h"
 #include "lanes.h"
 #include "processors.h"
@@ -274,15 +275,10 @@ INLINE bool take(Window *window, const Image *image, Py_ssize_t border, const La
   return true;
 }
 
-// Let a window of an image come from the memory, whose first pixel is at (u, v).
+// Fetch a window of an image, whose first pixel is at (u, v).
 INLINE void fetch(const Image *image, Py_ssize_t side, float u, float v) {
-  if (!touches(image, side, u, v))
-    return;
-  const Pixel *pixel = place_at(image, u - 1.0f, v - 1.0f).pixel;
-  for (Py_ssize_t row = 0; row < side + 2; ++row, pixel += image->step) {
-    __builtin_prefetch(pixel);
-    __builtin_prefetch(pixel + side + 1);
-  }
+  if (touches(image, side, u, v))
+    fetch_rows(place_at(image, u - 1.0f, v - 1.0f).pixel, side + 2, side + 2, image->step);
 }
 
 // Find the windows on lattices of one image in another, from places there. A scale makes pixels of

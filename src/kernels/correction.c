@@ -26,13 +26,16 @@ typedef struct {
   Displacement source, target;                     // by their rows
 } Correction;
 
-// Move up to four points of the source along their rays to where the depth image has a surface.
+// Move some points of the source along their rays to where the depth image has a surface.
 INLINE void put_on_surface(const Correction *by, int count, double (*points)[3]) {
   for (int step = 0; step < DEPTH_STEPS; ++step) {
-    double seen[FOUR][3], pixels[FOUR][2];
+    double seen[BATCH][3], pixels[BATCH][2];
     for (int n = 0; n < count; ++n)
       transform(by->T_depth_colour, points[n], seen[n]);
-    project(*seen, count, &by->camera, *pixels);
+    for (int n = 0; n < count; n += FOUR)
+      project(seen[n], count - n, &by->camera, pixels[n]);
+    for (int n = 0; n < count; ++n)
+      fetch_depth(&by->image, pixels[n]);
     for (int n = 0; n < count; ++n) {
       const double scale =
           depth_at(&by->image, pixels[n][0], pixels[n][1], &by->range) / seen[n][2];
@@ -85,8 +88,7 @@ static void correct(const Correction *by, Py_ssize_t count, double (*points)[3],
   for (Py_ssize_t first = 0; first < count; first += BATCH) {
     const int many = count - first < BATCH ? (int)(count - first) : BATCH;
     double(*some)[3] = points + first;
-    for (int n = 0; n < many; n += FOUR)
-      put_on_surface(by, many - n < FOUR ? many - n : FOUR, some + n);
+    put_on_surface(by, many, some);
     if (!are_points_still)
       move_points(&by->source, many, some);
     if (!are_rays_still)

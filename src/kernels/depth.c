@@ -12,6 +12,8 @@ FOR_EACH_PROCESSOR
 static void sample_all(const DepthImage *image, const double (*pixels)[2], Py_ssize_t count,
                        const DepthRange *range, double *depths) {
   for (Py_ssize_t i = 0; i < count; ++i)
+    fetch_depth(image, pixels[i]);
+  for (Py_ssize_t i = 0; i < count; ++i)
     depths[i] = depth_at(image, pixels[i][0], pixels[i][1], range);
 }
 

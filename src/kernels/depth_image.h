@@ -29,16 +29,28 @@ static inline double least(double a, double b) { return a < b ? a : b; }
 
 static inline double most(double a, double b) { return a > b ? a : b; }
 
+// The first of two neighbours that a coordinate lies between.
+static inline Py_ssize_t first_of_two(double value, Py_ssize_t length) {
+  const Py_ssize_t first = (Py_ssize_t)clamped(value, length);
+  return first <= length - 2 ? first : (length > 1 ? length - 2 : 0);
+}
+
+// Fetch the pixels around a place.
+static inline void fetch_depth(const DepthImage *image, const double *pixel) {
+  const Py_ssize_t row = first_of_two(pixel[1], image->size.height);
+  const float *corner =
+      image->depths + row * image->size.width + first_of_two(pixel[0], image->size.width);
+  __builtin_prefetch(corner);
+  __builtin_prefetch(corner + (image->size.height > 1 ? image->size.width : 0));
+}
+
 // The depth at a pixel; NaN out of the range.
 static inline double depth_at(const DepthImage *image, double u, double v,
                               const DepthRange *range) {
+  const Py_ssize_t column = first_of_two(u, image->size.width);
+  const Py_ssize_t row = first_of_two(v, image->size.height);
   u = clamped(u, image->size.width);
   v = clamped(v, image->size.height);
-  Py_ssize_t column = (Py_ssize_t)u, row = (Py_ssize_t)v;
-  if (column > image->size.width - 2)
-    column = image->size.width > 1 ? image->size.width - 2 : 0;
-  if (row > image->size.height - 2)
-    row = image->size.height > 1 ? image->size.height - 2 : 0;
   const double right = u - (double)column, down = v - (double)row;
   const Py_ssize_t beside = image->size.width > 1;
   const Py_ssize_t below = image->size.height > 1 ? image->size.width : 0;

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "arrays.h"
+#include "fetch.h"
 #include "kernels.h"
 #include "lanes.h"
 #include "processors.h"
@@ -98,8 +99,11 @@ INLINE void add_moments(const uint8_t *first, Py_ssize_t width, Py_ssize_t side,
 FOR_EACH_PROCESSOR
 static void write_moments(const uint8_t *image, Size size, const double (*pixels)[2],
                           Py_ssize_t count, Py_ssize_t side, double (*moments)[9]) {
-  for (Py_ssize_t i = 0; i < count; ++i)
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    if (i + 1 < count)
+      fetch_rows(image + first_of(pixels[i + 1], size, side + 2), side + 2, side + 2, size.width);
     add_moments(image + first_of(pixels[i], size, side + 2), size.width, side, moments[i]);
+  }
 }
 
 PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments) {
@@ -210,13 +214,19 @@ static void write_reliefs(const uint8_t *image, Size size, const float *depth_im
                           Size depth_size, const double (*pixels)[2], const double *depths,
                           Py_ssize_t count, Py_ssize_t side, const Steps *steps,
                           double (*reliefs)[3]) {
+  const Py_ssize_t whole = side + 2, depth_bytes = (Py_ssize_t)sizeof(*depth_image);
   for (Py_ssize_t i = 0; i < count; ++i) {
+    if (i + 1 < count) {
+      fetch_rows(image + first_of(pixels[i + 1], size, whole), whole, whole, size.width);
+      fetch_rows(depth_image + first_of(pixels[i + 1], depth_size, whole), whole,
+                 whole * depth_bytes, depth_size.width * depth_bytes);
+    }
     const double inverse = 1.0 / depths[i];
     const ReliefRule rule = {
         (float)inverse_depth_sigma(depths[i], steps->step, steps->exponent),
         (float)(steps->most * inverse)};
-    add_reliefs(image + first_of(pixels[i], size, side + 2), size.width,
-                depth_image + first_of(pixels[i], depth_size, side + 2), depth_size.width, side,
+    add_reliefs(image + first_of(pixels[i], size, whole), size.width,
+                depth_image + first_of(pixels[i], depth_size, whole), depth_size.width, side,
                 (float)inverse, &rule, reliefs[i]);
   }
 }
@@ -257,6 +267,7 @@ PyObject *kernel_relief_moments(PyObject *module, PyObject *arguments) {
 enum {
   DIRECTIONS = 8,      // each beside its opposite
   FARTHEST = 1 << 15,  // pixels from one at which edges are sought
+  AHEAD = 4,           // chosen: pixels whose surroundings are on their way
 };
 static const int AROUND[DIRECTIONS][2] = {{-1, 0},  {1, 0}, {0, -1}, {0, 1},
                                           {-1, -1}, {1, 1}, {-1, 1}, {1, -1}};
@@ -285,6 +296,16 @@ static bool is_step(const float *image, Size size, double u, double v, const int
     before = there;
   }
   return largest > rule->least_step * rise;
+}
+
+// Fetch the pixels that are around one at the farthest.
+static void fetch_around(const float *image, Size size, const double *pixel, Py_ssize_t reach) {
+  for (int i = -1; i <= 1; ++i) {
+    const Py_ssize_t row = limited(rint(pixel[1]) + (double)(i * reach), size.height - 1);
+    for (int k = -1; k <= 1; ++k)
+      __builtin_prefetch(image + row * size.width +
+                         limited(rint(pixel[0]) + (double)(k * reach), size.width - 1));
+  }
 }
 
 // The depth of a nearer surface that ends beside a pixel; NaN where there is none.
@@ -333,8 +354,11 @@ PyObject *kernel_nearer_beside(PyObject *module, PyObject *arguments) {
   const double *pixels = arrays.views[1].buf, *depths = arrays.views[2].buf;
   double *nearer = arrays.views[3].buf;
   Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t i = 0; i < count; ++i)
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    if (i + AHEAD < count)
+      fetch_around(image, size, pixels + 2 * (i + AHEAD), rule.reach);
     nearer[i] = nearer_beside(image, size, pixels + 2 * i, depths[i], &rule);
+  }
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;
