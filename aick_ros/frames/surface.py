@@ -11,14 +11,12 @@ averages and derivatives are exact, and the noise of a triangulating sensor is c
 from __future__ import annotations
 
 import functools
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from aick_ros import kernels
 from aick_ros.errors import InputError
-from aick_ros.frames.depth import inverse_depth_sigma
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
@@ -106,14 +104,16 @@ class Surface:
             raise InputError(f'the depth image is {camera.width} x {camera.height} pixels: at '
                              f'least {cell} x {cell} are required')
         cells = grid.width * grid.height
-        points, normals = (np.empty((cells, 3), np.float32) for _ in range(2))
-        roughness, cosines = (np.empty(cells, np.float32) for _ in range(2))
+        points, normals = np.empty((2, cells, 3), np.float32)
+        roughness, cosines = np.empty((2, cells), np.float32)
+        usable = np.empty(cells, bool)
         kernels.fit_planes(_inverse_depth(depth, camera, sensor, cell), grid.intrinsics, points,
                            normals, roughness, cosines)
-        relative = roughness / inverse_depth_sigma(points[:, 2], sensor)
-        largest = _ROUGHNESS_BOUNDS[1] if keeps_rough else _largest_roughness(
-            relative.reshape(grid.height, grid.width))
-        usable = (relative < largest) & (cosines > _MIN_COSINE)
+        low, high = _ROUGHNESS_BOUNDS
+        kernels.smooth_cells(
+            points, roughness.reshape(grid.height, grid.width), cosines, sensor.depth_sigma,
+            sensor.depth_exponent - 2.0, *_RELATIVE_ROUGHNESS, high if keeps_rough else low, high,
+            _MIN_COSINE, usable)
         return cls(grid, points, normals, usable, _choose(normals, usable, count), roughness)
 
     def cells_at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -166,18 +166,6 @@ def _inverse_depth(depth: np.ndarray, camera: Camera, sensor: SensorSettings,
     undistorted = np.empty_like(inverse)
     kernels.interpolate(inverse, *places, undistorted.ravel())
     return undistorted
-
-
-def _largest_roughness(roughness: np.ndarray) -> float:
-    """
-    Return the roughness up to which a cell shows a plane.
-
-    :param roughness: HxW by the standard deviation of the depth noise; NaN where there is none.
-    """
-    low, high = _ROUGHNESS_BOUNDS
-    largest = min(ratio * quantile for ratio, quantile
-                  in zip(_RELATIVE_ROUGHNESS, kernels.low_quantiles(roughness)))
-    return high if math.isnan(largest) else min(max(largest, low), high)
 
 
 def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:

@@ -4,6 +4,7 @@
 // Planes fitted to the inverse depths of cells.
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 
@@ -11,6 +12,7 @@
 #include "kernels.h"
 #include "order.h"
 #include "processors.h"
+#include "sensor.h"
 
 enum {
   RADIUS = 2,  // chosen: a plane is fitted to 5x5 cells
@@ -359,6 +361,14 @@ PyObject *kernel_fit_planes(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
+// Which cells a plane fits to: smooth by the noise of the camera, and not seen at a grazing angle.
+typedef struct {
+  double sigma, exponent;         // of the inverse depth [1/m]
+  double by_decile, by_quartile;  // largest roughness, as ratios to those of the smoothest cells
+  double low, high;               // its bounds, in standard deviations of the noise
+  float smallest_cosine;
+} SmoothRule;
+
 // Copy every second finite number of every second row; return how many there are.
 static Py_ssize_t sample(const float *numbers, Size size, double *sampled) {
   Py_ssize_t count = 0;
@@ -371,29 +381,71 @@ static Py_ssize_t sample(const float *numbers, Size size, double *sampled) {
   return count;
 }
 
-PyObject *kernel_low_quantiles(PyObject *module, PyObject *arguments) {
-  PyObject *number_array;
-  if (!PyArg_ParseTuple(arguments, "O", &number_array))
+// The largest roughness of a plane, in standard deviations of the noise; there is room for some.
+static double largest_roughness(const float *relative, Size size, const SmoothRule *rule,
+                                double *sampled) {
+  const Py_ssize_t count = sample(relative, size, sampled);
+  if (count == 0)
+    return rule->high;
+  const double quartile = selected(sampled, count, count / 4);
+  const double decile = selected(sampled, count / 4 + 1, count / 10);  // of those not larger
+  const double largest = fmin(rule->by_decile * decile, rule->by_quartile * quartile);
+  return fmin(fmax(largest, rule->low), rule->high);
+}
+
+FOR_EACH_PROCESSOR
+static void find_relative(const float *points, const float *roughness, Py_ssize_t count,
+                          const SmoothRule *rule, float *relative) {
+  const double sigma = rule->sigma, exponent = rule->exponent;
+  for (Py_ssize_t i = 0; i < count; ++i)
+    relative[i] = roughness[i] / (float)inverse_depth_sigma(points[3 * i + 2], sigma, exponent);
+}
+
+FOR_EACH_PROCESSOR
+static void mark_smooth(const float *relative, const float *cosines, Py_ssize_t count,
+                        float largest, float smallest_cosine, bool *is_smooth) {
+  for (Py_ssize_t i = 0; i < count; ++i)
+    is_smooth[i] = (relative[i] < largest) & (cosines[i] > smallest_cosine);
+}
+
+PyObject *kernel_smooth_cells(PyObject *module, PyObject *arguments) {
+  PyObject *point_array, *roughness_array, *cosine_array, *smooth_array;
+  SmoothRule rule;
+  if (!PyArg_ParseTuple(arguments, "OOOddddddfO", &point_array, &roughness_array, &cosine_array,
+                        &rule.sigma, &rule.exponent, &rule.by_decile, &rule.by_quartile,
+                        &rule.low, &rule.high, &rule.smallest_cosine, &smooth_array))
     return NULL;
-  const Argument needed[] = {{"the numbers", number_array, 'f', IMAGE, false}};
+  const Py_ssize_t count = row_count(smooth_array);
+  const Argument needed[] = {
+      {"the points", point_array, 'f', 3 * count, false},
+      {"the roughness", roughness_array, 'f', IMAGE, false},
+      {"the cosines", cosine_array, 'f', count, false},
+      {"the smooth cells", smooth_array, '?', count, true},
+  };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const Size size = size_of(&arrays.views[0]);
-  double quartile = NAN, decile = NAN;
-  double *sampled = malloc((size_t)((size.height / 2 + 1) * (size.width / 2 + 1)) *
-                           sizeof(*sampled));
-  if (sampled != NULL) {
+  const Size size = size_of(&arrays.views[1]);
+  const bool fits = size.height * size.width == count;
+  double *sampled = malloc((size_t)(count + 1) * sizeof(*sampled));
+  float *relative = malloc((size_t)(count + 1) * sizeof(*relative));
+  const bool is_made = sampled != NULL && relative != NULL;
+  if (fits && is_made) {
     Py_BEGIN_ALLOW_THREADS
-    const Py_ssize_t count = sample(arrays.views[0].buf, size, sampled);
-    if (count > 0) {
-      quartile = selected(sampled, count, count / 4);
-      decile = selected(sampled, count / 4 + 1, count / 10);  // of those that are not larger
-    }
+    find_relative(arrays.views[0].buf, arrays.views[1].buf, count, &rule, relative);
+    const double largest = largest_roughness(relative, size, &rule, sampled);
+    mark_smooth(relative, arrays.views[2].buf, count, (float)largest, rule.smallest_cosine,
+                arrays.views[3].buf);
     Py_END_ALLOW_THREADS
+  } else if (!is_made) {
+    PyErr_NoMemory();
+  } else {
+    PyErr_SetString(PyExc_ValueError, "there are not as many cells as their roughness");
   }
-  const bool is_done = sampled != NULL;
   free(sampled);
+  free(relative);
   close_arrays(&arrays);
-  return is_done ? Py_BuildValue("dd", decile, quartile) : PyErr_NoMemory();
+  if (!fits || !is_made)
+    return NULL;
+  Py_RETURN_NONE;
 }

@@ -410,15 +410,38 @@ def test_one_row_of_cells_cannot_be_interpolated_between():
 
 @pytest.mark.parametrize('height, width', [(1, 1), (2, 3), (31, 48), (30, 47)])
 @pytest.mark.parametrize('share', [0.0, 0.2, 1.0])
-def test_the_low_quantiles_are_those_of_finite_numbers(height, width, share):
-    """Of every second row and column; where there is none it is not a number."""
+@pytest.mark.parametrize('exponent', [0.0, -0.5])
+@pytest.mark.parametrize('bounds', [(1.0, 8.0), (0.1, 0.4), (3.0, 99.0)])
+def test_planes_are_as_smooth_as_most_of_the_smoothest_cells(height, width, share, exponent,
+                                                             bounds):
+    """By the quantiles of every second row and column; where there is none all are allowed."""
     rng = np.random.default_rng(height)
-    numbers = rng.gamma(1.0, size=(height, width)).astype(np.float32).round(2)
+    count = height * width
+    points = rng.uniform(0.5, 3.0, (count, 3)).astype(np.float32)
+    cosines = rng.uniform(0.0, 1.0, count).astype(np.float32)
+    roughness = rng.gamma(1.0, 0.002, (height, width)).astype(np.float32)
     missing = rng.random((height, width)) < share
-    numbers[missing] = rng.choice([np.nan, np.inf], missing.sum())
-    finite = np.sort(numbers[::2, ::2][np.isfinite(numbers[::2, ::2])])
-    expected = [finite[len(finite) // n] if len(finite) else np.nan for n in (10, 4)]
-    np.testing.assert_equal(kernels.low_quantiles(numbers), np.array(expected, float))
+    roughness[missing] = rng.choice([np.nan, np.inf], missing.sum())
+    relative = roughness.ravel() / (0.002 * points[:, 2].astype(float) ** exponent)
+    grid = relative.reshape(height, width)[::2, ::2]
+    finite = np.sort(grid[np.isfinite(grid)])
+    largest = bounds[1]
+    if len(finite):
+        largest = np.clip(min(8.0 * finite[len(finite) // 10], 4.0 * finite[len(finite) // 4]),
+                          *bounds)
+    smooth = np.empty(count, bool)
+    kernels.smooth_cells(points, roughness, cosines, 0.002, exponent, 8.0, 4.0, *bounds, 0.17,
+                         smooth)
+    clear = np.abs(relative - largest) > 1e-4
+    expected = (relative < largest) & (cosines > 0.17)
+    np.testing.assert_array_equal(smooth[clear], expected[clear])
+
+
+def test_cells_have_a_roughness_each():
+    with pytest.raises(ValueError, match='^there are not as many cells as their roughness'):
+        kernels.smooth_cells(np.ones((5, 3), np.float32), np.ones((2, 3), np.float32),
+                             np.ones(5, np.float32), 1.0, 0.0, 8.0, 4.0, 1.0, 8.0, 0.2,
+                             np.empty(5, bool))
 
 
 def test_the_first_of_each_bucket_in_the_order_are_chosen():

@@ -64,7 +64,6 @@ keypoint_equations d:n,3 q:k q:k f:m,3 d:2,n,6 d:2,n d:2,n %f d:4,4 d:2,6 d:28 d
  d>u,u d>u
 log_pose d:4,4 d>6
 log_rotation d:3,3 d>3
-low_quantiles f:h,v
 mean_displacement d:n,3 d:n,2
 mean_inverse_depths f:h,v %w %f %f f>a,e
 moments f:n,3 f:m,3 q:k,2 d>4,4
@@ -89,6 +88,7 @@ reprojection d:n,3 d:n,2 d:n d:4,4 %f %f %f %f d>2,n d>2,n,6 d>2,n q>2,n
 reversed_tracks q:n d:n,3 d:n,2 d:n d:n %f %f q>n d>n,3 d>n,2 d>n d>n
 sample_depth f:h,v d:n,2 %f %f %f d>n
 shrink B:h,v B>h,v
+smooth_cells f:c,3 f:h,v f:c %f %f %f %f %f %f %f ?>c
 solve_definite d:n,n d>n,k %k
 spread d:n,2 %f q>k
 stamp_errors d:4,4 d:6 d:6 d:6 %f %f %f d>6,6
