@@ -27,7 +27,7 @@ from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.depth_pair import DepthPair, KnownView
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise
-from aick_ros.registration.refinement.misalignment import Correction, Displacement, Misalignment
+from aick_ros.registration.refinement.misalignment import Correction, Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
 from aick_ros.registration.result import Evidence, Registration, failed
 from aick_ros.registration.status import Status
@@ -159,10 +159,9 @@ def _correction(source: PreparedFrame, target: PreparedFrame,
     A target whose velocity is not known moves as the source does; without any both are at rest.
     """
     twist = np.zeros(6) if source.twist is None else source.twist
-    twists = (twist, twist if target.twist is None else target.twist)
-    return Correction(*(
-        Displacement.of(misalignment, frame.depth_lag, twist, frame.frame.camera)
-        for frame, twist in zip((source, target), twists)))
+    twists = np.array([twist, twist if target.twist is None else target.twist])
+    return Correction.of(misalignment, (source.depth_lag, target.depth_lag), twists,
+                         (source.frame.camera, target.frame.camera))
 
 
 def _displacement(surface: Surface, pose: np.ndarray, focal_length: float) -> float:

@@ -26,30 +26,29 @@ class LastResults(Generic[_Object, _Result]):
 
     def __init__(self, make: Callable[[_Object], _Result], count: int) -> None:
         self._make, self._count = make, count
-        self._known: dict[weakref.ref[_Object], _Result] = {}  # the last one at the end
+        self._known: list[tuple[weakref.ref[_Object], _Result]] = []  # the last one at the end
         results = weakref.ref(self)  # which forgets without a cycle
 
         def forget(item: weakref.ref[_Object]) -> None:
             if (remembering := results()) is not None:
-                remembering._known.pop(item, None)
+                remembering._known = [one for one in remembering._known if one[0] is not item]
 
         self._forget = forget
 
     def __call__(self, item: _Object) -> _Result:
         """Return what the function returns for an object."""
-        key = weakref.ref(item, self._forget)  # equal to others of the object
-        if key in self._known:
-            result = self._known.pop(key)
-        else:
-            result = self._make(item)
-        self._known[key] = result
-        for oldest in list(self._known)[:-self._count]:
-            self._known.pop(oldest, None)
+        for known in self._known:
+            if known[0]() is item:
+                if known is not self._known[-1]:
+                    self._known = [*(one for one in self._known if one is not known), known]
+                return known[1]
+        result = self._make(item)
+        self._known = [*self._known, (weakref.ref(item, self._forget), result)][-self._count:]
         return result
 
     def knows(self, item: _Object) -> bool:
         """Return whether the result of an object is remembered."""
-        return weakref.ref(item) in self._known
+        return any(reference() is item for reference, _ in self._known)
 
     def __getstate__(self) -> tuple[Callable[[_Object], _Result], int]:
         """Return what a copy has."""

@@ -47,6 +47,8 @@ class Pyramid:
 
     def level(self, number: int) -> np.ndarray:
         """Return the image of a level, uint8; 0 is full resolution."""
+        if number == 0:  # most are
+            return self._levels[0]
         while len(self._levels) <= number:
             height, width = self.sizes[len(self._levels)]
             level = np.empty((height + 2 * self.border, width + 2 * self.border), np.uint8)

@@ -103,20 +103,6 @@ class Displacement:
     twists: np.ndarray
     height: float
 
-    @classmethod
-    def of(cls, misalignment: Misalignment, lag: float, twist: np.ndarray,
-           camera: Camera) -> Displacement:
-        """
-        Return that of a frame.
-
-        :param lag: time from the colour image to the depth image by their stamps [s].
-        :param twist: of the body of the camera [m/s, rad/s].
-        """
-        twists = np.empty((2, 6))
-        twists[0] = misalignment.offset + (lag + misalignment.delay) * twist
-        twists[1] = misalignment.readout * twist
-        return cls(twists, image_height(camera))
-
 
 @dataclass(frozen=True, eq=False)
 class Correction:
@@ -124,6 +110,23 @@ class Correction:
 
     source: Displacement
     target: Displacement
+
+    @classmethod
+    def of(cls, misalignment: Misalignment, lags: tuple[float, float], twists: np.ndarray,
+           cameras: tuple[Camera, Camera]) -> Correction:
+        """
+        Return that of two frames, in the order source, target.
+
+        :param lags: times from the colour images to the depth images by their stamps [s].
+        :param twists: 2x6, of the bodies of the cameras [m/s, rad/s].
+        """
+        times = np.array([(lag + misalignment.delay,) for lag in lags])
+        moved = np.empty((2, 2, 6))
+        moved[:, 0] = misalignment.offset + times * twists
+        moved[:, 1] = misalignment.readout * twists
+        source, target = cameras
+        return cls(Displacement(moved[0], image_height(source)),
+                   Displacement(moved[1], image_height(target)))
 
     def tracks(self, tracks: Tracks, source: PreparedFrame, sensor: SensorSettings,
                T_target_source: np.ndarray) -> Tracks:

@@ -23,7 +23,7 @@ from aick_ros.registration.refinement.estimate import Estimate, joint_estimate
 from aick_ros.registration.refinement.first_tracks import FirstTracks
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
 from aick_ros.registration.refinement.misalignment import (
-    NO_CORRECTION, NO_MISALIGNMENT, Correction, Displacement, Misalignment, Prediction)
+    NO_CORRECTION, NO_MISALIGNMENT, Correction, Misalignment, Prediction)
 from aick_ros.registration.refinement.misalignment_equations import (
     MisalignmentSample, MovingPair, misalignment_sample)
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
@@ -201,9 +201,9 @@ class _Problem:
         lag = mean_depth_lag(self._source, self._target)
         if not misalignment.values.any() and (not lag or not self._twists.any()):
             return
-        self._correction = Correction(*(
-            Displacement.of(misalignment, lag, twist, prepared.frame.camera)
-            for twist, prepared in zip(self._twists, (self._source, self._target))))
+        self._correction = Correction.of(
+            misalignment, (lag, lag), self._twists,
+            (self._source.frame.camera, self._target.frame.camera))
         self._tracks = self._correction.tracks(self._seen, self._source, self._sensor, pose)
 
     def step(self, pose: np.ndarray, coarse: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -161,17 +161,19 @@ class Tracker:
         """
         camera = target.frame.camera
         windows = self._windows(source)
-        rows = np.arange(0, len(windows.points), max(1, len(windows.points) // count))
-        kept, expected = _visible(windows.points[rows], T_target_source, camera)
-        rows = rows[kept]
-        points = windows.points[rows]
+        step = max(1, len(windows.points) // count)
+        kept, expected = _visible(windows.points[::step], T_target_source, camera)
+        rows = step * kept
         seen, found = track_coarsely(
-            self._pyramids(source), self._pyramids(target), source.keypoints.pixels[rows],
-            expected, _turns(points, T_target_source, camera))
+            self._pyramids(source), self._pyramids(target),
+            source.keypoints.pixels.take(rows, axis=0), expected,
+            _turns(windows.points.take(rows, axis=0), T_target_source, camera))
         rays = camera.normalize(seen)
-        found &= np.isfinite(rays).all(axis=1)
-        return Tracks(rows, points, rays, np.full(len(rows), np.nan),
-                      windows.sigmas[rows])[found]
+        kept, = (found & (rays[:, 0] == rays[:, 0])).nonzero()  # NaN: there is no such ray
+        rows, depths = rows.take(kept), np.empty(len(kept))
+        depths.fill(np.nan)
+        return Tracks(rows, windows.points.take(rows, axis=0), rays.take(kept, axis=0), depths,
+                      windows.sigmas.take(rows))
 
     def _pyramid_of(self, frame: PreparedFrame) -> Pyramid:
         return Pyramid(frame.grey, self._settings.track_window, _LEVELS)

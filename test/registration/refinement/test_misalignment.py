@@ -23,6 +23,12 @@ TWIST = np.array([0.3, -0.2, 0.25, 0.5, -0.8, 0.6])  # a hand that moves fast
 OFFSET = np.array([0.02, -0.01, 0.015, 0.02, -0.03, 0.01])
 
 
+def displacement_of(misalignment, lag):
+    """Return that of the target of two frames."""
+    twists, other = np.array([np.zeros(6), TWIST]), Camera(640, 240, 525, 525, 319.5, 119.5)
+    return Correction.of(misalignment, (0.0, lag), twists, (other, CAMERA)).target
+
+
 def rows_of(points):
     return points[:, 1] / points[:, 2] / HEIGHT
 
@@ -52,7 +58,7 @@ def test_points_of_the_depth_image_return_to_the_stamp(misalignment, lag, displa
         moved = at_time(points, times)
         in_depth = se3.transform(se3.exp(-misalignment.offset), moved)
         times = lag + misalignment.delay + misalignment.readout * rows_of(in_depth)
-    displacement = Displacement.of(misalignment, lag, TWIST, CAMERA)
+    displacement = displacement_of(misalignment, lag)
     size = np.abs(in_depth - points).max()
     assert size > 0.01
     assert np.abs(displaced(displacement, in_depth) - points).max() < 0.02 * size
@@ -66,7 +72,7 @@ def test_keypoints_return_to_the_stamp_whatever_the_depth_camera_does(displaced)
     for _ in range(5):
         seen = at_time(points, times)
         times = 0.02 * rows_of(seen)
-    displacement = Displacement.of(Misalignment(OFFSET, -0.02, 0.02), 0.01, TWIST, CAMERA)
+    displacement = displacement_of(Misalignment(OFFSET, -0.02, 0.02), 0.01)
     by_rows = Displacement(displacement.twists * [[0], [1]], HEIGHT)
     assert np.abs(seen - points).max() > 0.005
     assert np.abs(displaced(by_rows, seen) - points).max() < 2e-4

@@ -15,8 +15,7 @@ from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
-from aick_ros.registration.refinement.misalignment import (
-    NO_MISALIGNMENT, Correction, Displacement, Misalignment)
+from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Correction, Misalignment
 from aick_ros.registration.refinement.misalignment_equations import (
     MovingPair, _add_depth, _add_keypoints, misalignment_sample)
 from aick_ros.registration.refinement.residuals import point_to_plane, reprojection
@@ -67,8 +66,7 @@ def scene():
 def residuals(values):
     """Return the residuals of keypoints and depth, corrected by a misalignment."""
     source, target, tracks = scene()
-    correction = Correction(*(Displacement.of(Misalignment.of(values), 0.0, twist, CAMERA)
-                              for twist in TWISTS))
+    correction = Correction.of(Misalignment.of(values), (0.0, 0.0), TWISTS, (CAMERA, CAMERA))
     return (reprojection(correction.tracks(tracks, source, SETTINGS.sensor, T_TARGET_SOURCE),
                          T_TARGET_SOURCE, 1 / CAMERA.fx, 2.0),
             point_to_plane(source.surface, target.surface, T_TARGET_SOURCE, SETTINGS.sensor, 2.0,
