@@ -193,8 +193,3 @@ def point_jacobian(arms: np.ndarray) -> np.ndarray:
     jacobian[:, (1, 2, 0), (5, 3, 4)] = arms
     jacobian[:, (2, 0, 1), (4, 5, 3)] = -arms
     return jacobian
-
-
-def scaled(motion: np.ndarray, factor: float) -> np.ndarray:
-    """Return the motion of the same constant body twist over a multiple of the time."""
-    return motion if factor == 1.0 else exp(factor * log(motion))

@@ -109,14 +109,6 @@ def test_an_error_rotates_about_the_fixed_axes_of_the_target(rng):
     np.testing.assert_allclose(se3.difference(moved, pose), error, atol=1e-12)
 
 
-def test_scaled_is_the_matrix_power(rng):
-    motion = random_pose(rng, 0.5)
-    np.testing.assert_array_equal(se3.scaled(motion, 1.0), motion)
-    for factor in (0.0, 0.3, 0.9, 1.2, 2.0):
-        np.testing.assert_allclose(se3.scaled(motion, factor),
-                                   expm(factor * logm(motion).real), atol=1e-9)
-
-
 def test_point_jacobian_is_the_numeric_derivative(rng):
     pose, points, step = random_pose(rng), rng.normal(0, 1, (5, 3)), 1e-6
     numeric = np.stack([

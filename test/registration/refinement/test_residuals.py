@@ -462,7 +462,7 @@ def test_depth_is_compared_over_its_own_time(name):
     """An error of the motion between the colour images acts on it multiplied by the rate."""
     surfaces = {'a room': (corner(POSE), corner()),
                 'a wall': (noisy_wall(POSE, 0), noisy_wall(np.eye(4), 1))}[name]
-    motion = se3.scaled(POSE, 1 / 0.8)
+    motion = se3.exp(se3.log(POSE) / 0.8)
     found = point_to_plane(*surfaces, motion, SENSOR, WIDTH, REACH, rate=0.8)
     expected = point_to_plane(*surfaces, POSE, SENSOR, WIDTH, REACH)
     assert len(found.values) == len(expected.values) > 300
