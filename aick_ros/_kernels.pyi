@@ -114,7 +114,7 @@ def nearer_beside(
     image: np.ndarray, pixels: np.ndarray, depths: np.ndarray, reach: int, least_rise: float,
     least_step: float, nearer: np.ndarray) -> None: ...
 def nodes_around(
-    places: np.ndarray, rows: int, columns: int, nodes: np.ndarray,
+    points: np.ndarray, camera: np.ndarray, rows: int, columns: int, nodes: np.ndarray,
     weights: np.ndarray) -> None: ...
 def normal_buckets(
     normals: np.ndarray, usable: np.ndarray, across: int, buckets: np.ndarray,

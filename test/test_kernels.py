@@ -205,10 +205,10 @@ def test_equations_have_a_grid_of_nodes_and_some_residuals(every, rows, columns,
 
 def test_nodes_are_counted_in_64_bits():
     nodes, weights = np.zeros((1, 4), np.int64), np.zeros((1, 4))
-    kernels.nodes_around(np.full((1, 2), 1e300), 2 ** 30, 2 ** 30, nodes, weights)
+    kernels.nodes_around([[1e30, 1e30, 1.0]], CAMERA, 2 ** 30, 2 ** 30, nodes, weights)
     assert nodes.max() == 2 ** 60 - 1
     with pytest.raises(ValueError, match='columns of nodes'):
-        kernels.nodes_around(np.ones((1, 2)), 2, 2 ** 62, nodes, weights)
+        kernels.nodes_around(np.ones((1, 3)), CAMERA, 2, 2 ** 62, nodes, weights)
 
 
 def test_the_sums_of_a_disc_fit_their_integers():

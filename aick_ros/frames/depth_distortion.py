@@ -114,16 +114,6 @@ def _node_distances(camera: Camera) -> np.ndarray:
     return np.array([width / (COLUMNS - 1), height / (ROWS - 1)])
 
 
-def places_among_nodes(points: np.ndarray, camera: Camera) -> np.ndarray:
-    """
-    Return the columns and rows of nodes that points project to, Nx2; whole numbers at nodes.
-
-    :param points: Nx3 in the optical frame, in front of the camera [m].
-    """
-    places: np.ndarray = camera.project(points) / _node_distances(camera)
-    return places
-
-
 def nodes_around(points: np.ndarray, camera: Camera) -> tuple[np.ndarray, np.ndarray]:
     """
     Return the nodes around where points project to, and their weights, Nx4 each.
@@ -133,7 +123,6 @@ def nodes_around(points: np.ndarray, camera: Camera) -> tuple[np.ndarray, np.nda
     :param points: Nx3 in the optical frame, in front of the camera [m]; outside of the image the
         nearest pixel counts.
     """
-    places = places_among_nodes(points, camera)
     nodes, weights = np.empty((len(points), 4), np.int64), np.empty((len(points), 4))
-    kernels.nodes_around(places, ROWS, COLUMNS, nodes, weights)
+    kernels.nodes_around(points, camera.model, ROWS, COLUMNS, nodes, weights)
     return nodes, weights

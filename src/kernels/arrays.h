@@ -20,8 +20,8 @@ enum {
 // Py_ssize_t.
 #define LONGEST ((Py_ssize_t)1 << 30)
 
-// A contiguous array that a kernel reads or writes. What is read alone is copied where it is not
-// contiguous, and where its numbers can be those of the type without a loss.
+// A contiguous array that a kernel reads or writes. One that is read alone is copied where it is
+// not contiguous, and converted where the type can have all of its numbers.
 typedef struct {
   const char *name;
   PyObject *object;

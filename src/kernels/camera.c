@@ -41,8 +41,7 @@ INLINE void normalize(const double *pixels, Py_ssize_t count, const CameraModel 
     y = chosen(is_done, y, chosen(is_folded, y0, (y0 - by_y) * inverse));
     Doubles seen_u, seen_v;
     distort(x, y, d, &seen_u, &seen_v);
-    seen_u = focal[0] * seen_u + focal[2];
-    seen_v = focal[1] * seen_v + focal[3];
+    to_pixels(focal, &seen_u, &seen_v);
     square = (seen_u - u) * (seen_u - u) + (seen_v - v) * (seen_v - v);
     is_done |= is_folded | ~(square >= CONVERGED * CONVERGED);
   }

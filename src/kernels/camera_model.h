@@ -66,6 +66,12 @@ INLINE void bend(Doubles x, Doubles y, const double *k, Doubles *u, Doubles *v) 
   *v = y * scale;
 }
 
+// The pixels of places on the plane z = 1 of a camera without a lens.
+INLINE void to_pixels(const double *focal, Doubles *u, Doubles *v) {
+  *u = focal[0] * *u + focal[2];
+  *v = focal[1] * *v + focal[3];
+}
+
 // The pixels of rays (x, y, 1).
 INLINE void see(Doubles x, Doubles y, const CameraModel *camera, Doubles *u, Doubles *v) {
   if (camera->kind == EQUIDISTANT)
@@ -74,8 +80,7 @@ INLINE void see(Doubles x, Doubles y, const CameraModel *camera, Doubles *u, Dou
     distort(x, y, camera->coefficients, u, v);
   if (camera->kind == TILTED)
     tilt(camera->tilt, u, v);
-  *u = camera->focal[0] * *u + camera->focal[2];
-  *v = camera->focal[1] * *v + camera->focal[3];
+  to_pixels(camera->focal, u, v);
 }
 
 // The pixels of points, of up to four of them.

@@ -275,40 +275,6 @@ static inline void find_nodes(const double *place, Py_ssize_t rows, Py_ssize_t c
   }
 }
 
-PyObject *kernel_nodes_around(PyObject *module, PyObject *arguments) {
-  PyObject *place_array, *node_array, *weight_array;
-  Py_ssize_t rows, columns;
-  if (!PyArg_ParseTuple(arguments, "OnnOO", &place_array, &rows, &columns, &node_array,
-                        &weight_array))
-    return NULL;
-  if (!is_grid(rows, columns))
-    return NULL;
-  const Py_ssize_t count = row_count(place_array);
-  const Argument needed[] = {
-      {"the places", place_array, 'd', 2 * count, false},
-      {"the nodes", node_array, 'q', 4 * count, true},
-      {"the weights", weight_array, 'd', 4 * count, true},
-  };
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  const double *places = arrays.views[0].buf;
-  int64_t(*nodes)[4] = arrays.views[1].buf;
-  double(*weights)[4] = arrays.views[2].buf;
-  Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t n = 0; n < count; ++n)
-    find_nodes(places + 2 * n, rows, columns, nodes[n], weights[n]);
-  Py_END_ALLOW_THREADS
-  close_arrays(&arrays);
-  Py_RETURN_NONE;
-}
-
-// Residuals of depth, of which one of some number is used, and counts for all of them.
-typedef struct {
-  const double (*points)[3], (*directions)[3], (*jacobian)[POSE], *values, *weights;
-  Py_ssize_t count, every;
-} DepthResiduals;
-
 // Where a camera sees points among its nodes, the columns and rows of nodes counted.
 INLINE void find_places(const CameraModel *camera, const Nodes *nodes, const double *points,
                         int count, double (*places)[2]) {
@@ -320,6 +286,52 @@ INLINE void find_places(const CameraModel *camera, const Nodes *nodes, const dou
     places[n][1] /= down;
   }
 }
+
+FOR_EACH_PROCESSOR
+static void find_all_nodes(const CameraModel *camera, const Nodes *grid, const double (*points)[3],
+                           Py_ssize_t count, int64_t (*nodes)[AROUND],
+                           double (*weights)[AROUND]) {
+  for (Py_ssize_t first = 0; first < count; first += FOUR) {
+    const int many = count - first < FOUR ? (int)(count - first) : FOUR;
+    double places[FOUR][2];
+    find_places(camera, grid, points[first], many, places);
+    for (int n = 0; n < many; ++n)
+      find_nodes(places[n], grid->rows, grid->columns, nodes[first + n], weights[first + n]);
+  }
+}
+
+PyObject *kernel_nodes_around(PyObject *module, PyObject *arguments) {
+  PyObject *point_array, *camera_array, *node_array, *weight_array;
+  Nodes grid = {0};
+  if (!PyArg_ParseTuple(arguments, "OOnnOO", &point_array, &camera_array, &grid.rows,
+                        &grid.columns, &node_array, &weight_array))
+    return NULL;
+  if (!is_grid(grid.rows, grid.columns))
+    return NULL;
+  const Py_ssize_t count = row_count(point_array);
+  const Argument needed[] = {
+      {"the points", point_array, 'd', 3 * count, false},
+      {"the camera", camera_array, 'd', CAMERA, false},
+      {"the nodes", node_array, 'q', AROUND * count, true},
+      {"the weights", weight_array, 'd', AROUND * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const CameraModel camera = camera_of(arrays.views[1].buf);
+  Py_BEGIN_ALLOW_THREADS
+  find_all_nodes(&camera, &grid, arrays.views[0].buf, count, arrays.views[2].buf,
+                 arrays.views[3].buf);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
+// Residuals of depth, of which one of some number is used, and counts for all of them.
+typedef struct {
+  const double (*points)[3], (*directions)[3], (*jacobian)[POSE], *values, *weights;
+  Py_ssize_t count, every;
+} DepthResiduals;
 
 // The derivatives of a residual by the distortion of a frame, and what of it is applied. Nodes
 // that are around both points are only there once.

@@ -150,6 +150,11 @@ static inline void move(const Sought *source, const double *pose, const int64_t 
   displace(&source->back, moved, to->points);
 }
 
+// The cell that is read for a candidate: any, where it has none.
+static inline Py_ssize_t cell_read(const Candidates *of, int n) {
+  return of->cells[n] < 0 ? 0 : of->cells[n];
+}
+
 // Find the cells that points project to, and let them come from the memory.
 static inline void find_cells(const Cells *cells, int count, Candidates *to) {
   Column places[2];
@@ -162,17 +167,17 @@ static inline void find_cells(const Cells *cells, int count, Candidates *to) {
   }
   for (int n = 0; n < BATCH; ++n) {
     to->cells[n] = n < count ? cell_at(cells, to->points[2][n], places[0][n], places[1][n]) : -1;
-    const Py_ssize_t cell = to->cells[n] < 0 ? 0 : to->cells[n];
+    const Py_ssize_t cell = cell_read(to, n);
     __builtin_prefetch(cells->points[cell]);
     __builtin_prefetch(cells->normals[cell]);
     __builtin_prefetch(cells->roughness + cell);
   }
 }
 
-// Look up these cells; another one, where there is none.
+// Look up these cells.
 static inline void look_up(const Cells *cells, Candidates *to) {
   for (int n = 0; n < BATCH; ++n) {
-    const Py_ssize_t cell = to->cells[n] < 0 ? 0 : to->cells[n];
+    const Py_ssize_t cell = cell_read(to, n);
     for (int i = 0; i < 3; ++i) {
       to->planes[i][n] = cells->points[cell][i];
       to->plane_normals[i][n] = cells->normals[cell][i];

@@ -3,7 +3,7 @@
 
 // Errors of a motion by those of its two stamps.
 
-#include <stdbool.h>
+#include <string.h>
 
 #include "arrays.h"
 #include "kernels.h"
@@ -17,22 +17,29 @@ enum { UNKNOWNS = 6, FRAMES = 2 };
 // one is NULL both are that of the motion over its interval, none over no time.
 static void find_rates(const double *motion, const double *source, const double *target,
                        double interval, double rates[FRAMES][UNKNOWNS]) {
-  const bool are_known = source != NULL && target != NULL && interval != 0.0;
-  double rotation[9], theta[3], arm[3];
+  memset(rates, 0, FRAMES * sizeof(*rates));
+  if (interval == 0.0)
+    return;
+  double rotation[9], arm[3];
   for (int i = 0; i < 3; ++i) {
     arm[i] = motion[4 * i + 3];
-    for (int k = 0; k < 3; ++k)
-      rotation[3 * i + k] = motion[4 * i + k];
+    memcpy(rotation + 3 * i, motion + 4 * i, 3 * sizeof(*rotation));
   }
-  log_rotation(rotation, theta);
+  if (source == NULL || target == NULL) {
+    double theta[3];
+    log_rotation(rotation, theta);
+    for (int i = 0; i < 3; ++i) {
+      rates[0][i] = rates[1][i] = arm[i] / interval;
+      rates[0][3 + i] = rates[1][3 + i] = theta[i] / interval;
+    }
+    return;
+  }
   for (int i = 0; i < 3; ++i) {
-    const double speed = interval != 0.0 ? arm[i] / interval : 0.0;
-    const double turn = interval != 0.0 ? theta[i] / interval : 0.0;
     const int j = (i + 1) % 3, k = (i + 2) % 3;
-    rates[0][i] = are_known ? dot(rotation + 3 * i, source) : speed;
-    rates[0][3 + i] = are_known ? dot(rotation + 3 * i, source + 3) : turn;
-    rates[1][i] = are_known ? target[i] + target[3 + j] * arm[k] - target[3 + k] * arm[j] : speed;
-    rates[1][3 + i] = are_known ? target[3 + i] : turn;
+    rates[0][i] = dot(rotation + 3 * i, source);
+    rates[0][3 + i] = dot(rotation + 3 * i, source + 3);
+    rates[1][i] = target[i] + target[3 + j] * arm[k] - target[3 + k] * arm[j];
+    rates[1][3 + i] = target[3 + i];
   }
 }
 

@@ -68,7 +68,7 @@ mean_displacement d:n,3 d:n,2
 mean_inverse_depths f:h,v %w %f %f f>a,e
 moments f:n,3 f:m,3 q:k,2 d>4,4
 nearer_beside f:h,v d:n,2 d:n %i %f %f d>n
-nodes_around d:n,2 %a %e q>n,4 d>n,4
+nodes_around d:n,3 d:28 %a %e q>n,4 d>n,4
 normal_buckets f:n,3 ?:n %w B>n q>s
 normal_equations d:n,6 d:n d:n d>6,6 d>6
 normalize d:n,2 d:28 d>n,2
