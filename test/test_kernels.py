@@ -36,8 +36,8 @@ def read_only(array):
 @pytest.mark.parametrize('arguments, message', [
     ({'points': np.ones((3, 2))}, 'the points has 6 numbers: 9 are required'),
     ({'camera': np.ones(3)}, 'the camera has 3 numbers: 28 are required'),
-    ({'camera': 'fx fy'}, 'Cannot cast array data'),
-    ({'points': np.ones((3, 3), complex)}, 'Cannot cast array data'),
+    ({'camera': 'fx fy'}, 'the camera: Cannot cast array data'),
+    ({'points': np.ones((3, 3), complex)}, 'the points: Cannot cast array data'),
     ({'pixels': np.ones((3, 2), np.float32)}, 'the pixels has numbers of type f: d is required'),
     ({'pixels': np.ones((3, 2), '>f8')}, 'type >d: d is required'),
     ({'pixels': np.ones((2, 2))}, 'the pixels has 4 numbers: 6 are required')])

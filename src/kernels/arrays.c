@@ -52,6 +52,16 @@ static PyObject *converted(const Argument *argument) {
   return array != NULL && is_floating(argument->type) ? of_type(array, argument->type) : array;
 }
 
+// Begin the message of a TypeError with the name of the argument.
+static void name_in_error(const char *name) {
+  PyObject *type, *message, *trace;
+  PyErr_Fetch(&type, &message, &trace);
+  PyErr_Format(PyExc_TypeError, "%s: %S", name, message);
+  Py_XDECREF(type);
+  Py_XDECREF(message);
+  Py_XDECREF(trace);
+}
+
 // Open an array as it is; one that is read alone is converted where it must be.
 static bool view_array(Py_buffer *view, const Argument *argument) {
   const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT;
@@ -66,6 +76,8 @@ static bool view_array(Py_buffer *view, const Argument *argument) {
   PyObject *array = converted(argument);
   const bool is_open = array != NULL && PyObject_GetBuffer(array, view, flags) == 0;
   Py_XDECREF(array);  // the view keeps it
+  if (!is_open && PyErr_ExceptionMatches(PyExc_TypeError))
+    name_in_error(argument->name);
   return is_open;
 }
 
