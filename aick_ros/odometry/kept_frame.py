@@ -17,33 +17,51 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
 
 _ALIGNMENT = 64  # bytes, of a cache line
-_GRAIN = 1 << 16  # bytes; chosen: frames of one size differ by less, in their keypoints
+_GRAIN = 1 << 16  # bytes; chosen, as sizes of mappings differ by as much at least
+_ROOM = 1.06  # chosen: frames of one size differ by less, in their keypoints
 
 
 class Mappings:
     """
     Mappings of memory, one for each frame that is kept.
 
-    That of a frame which is dropped serves the next one. The system clears the memory that it
-    gives, which takes longer than to fill it.
+    The system clears the memory that it gives, which takes longer than to fill it. So it is taken
+    for all frames with the first one, and that of a frame which is dropped serves the next one.
+
+    :param count: of frames that are kept at once; there can be more, whose mappings are added.
     """
 
-    def __init__(self) -> None:
-        self._spare: mmap.mmap | None = None
+    def __init__(self, count: int) -> None:
+        self._count = count
+        self._spares: list[mmap.mmap] = []
+        self._has_begun = False
+
+    def __reduce__(self) -> tuple[type[Mappings], tuple[int]]:
+        """Return how to make a copy: it has memory of its own, once it needs some."""
+        return Mappings, (self._count,)
 
     def take(self, size: int) -> memoryview:
         """Return memory of a size [bytes] or larger; it comes back with the last array in it."""
-        memory, self._spare = self._spare, None
-        if memory is None or not size <= len(memory) < 2 * (size + _GRAIN):
-            flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS
-            flags |= getattr(mmap, 'MAP_POPULATE', 0)  # of Linux: all is written, so all at once
-            memory = mmap.mmap(-1, (size // _GRAIN + 1) * _GRAIN, flags=flags)
+        self._spares = [memory for memory in self._spares
+                        if size <= len(memory) < 2 * (size + _GRAIN)]
+        if not self._spares:
+            self._spares = [_mapping(size) for _ in range(1 if self._has_begun else self._count)]
+            self._has_begun = True
+        memory = self._spares.pop()
         owner = (ctypes.c_char * len(memory)).from_buffer(memory)  # lives as long as its views
         weakref.finalize(owner, self._give_back, memory).atexit = False
         return memoryview(owner)
 
     def _give_back(self, memory: mmap.mmap) -> None:
-        self._spare = memory
+        if len(self._spares) < self._count:
+            self._spares.append(memory)
+
+
+def _mapping(size: int) -> mmap.mmap:
+    """Return memory for a frame of a size [bytes], or one with some more keypoints."""
+    flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS
+    flags |= getattr(mmap, 'MAP_POPULATE', 0)  # of Linux: all is written, so all at once
+    return mmap.mmap(-1, (int(_ROOM * size) // _GRAIN + 1) * _GRAIN, flags=flags)
 
 
 def compact(prepared: PreparedFrame, mappings: Mappings) -> PreparedFrame:

@@ -46,8 +46,7 @@ class KeyframeMemory:
 
     def __init__(self, settings: Settings, registrar: Registrar, first: Reference) -> None:
         self._graph = KeyframeGraph(0, first.pose)
-        self._mappings = Mappings()
-        self._frames = {0: compact(first.prepared, self._mappings)}
+        self._frames = {0: first.prepared}
         self._view_covariances = {0: np.zeros((6, 6))}
         self._newest, self._reckoned = 0, first.pose
         self._found = PoseWithCovariance.identity()  # the last one that was found again
@@ -61,6 +60,8 @@ class KeyframeMemory:
         self._error = np.zeros(6)  # of the published pose, not corrected yet
         self.reused = 0
         self.configure(settings, registrar)
+        self._mappings = Mappings(self._capacity + 1)  # a new one comes before an old one goes
+        self._frames[0] = compact(first.prepared, self._mappings)
 
     @property
     def frames(self) -> tuple[PreparedFrame, ...]:

@@ -16,6 +16,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
+from aick_ros.odometry import kept_frame
 from aick_ros.odometry.effort import Effort
 from aick_ros.odometry.keyframe_graph import RelativePose
 from aick_ros.odometry.keyframe_memory import KeyframeMemory
@@ -206,6 +207,17 @@ def test_keyframes_are_kept_up_to_a_number(changes, most):
 def test_keyframes_are_kept_up_to_their_bytes(monkeypatch):
     monkeypatch.setattr('aick_ros.odometry.keyframe_memory.size', lambda frame: 250_000)
     assert max(Walk(4, changes={'odometry.keyframe_megabytes': 2.0}).sizes) == 8
+
+
+@pytest.mark.parametrize('most', [1, 15])
+def test_the_memory_of_all_keyframes_is_taken_with_the_first_one(monkeypatch, most):
+    taken, mapping = [], kept_frame._mapping
+    monkeypatch.setattr(kept_frame, '_mapping', lambda size: taken.append(size) or mapping(size))
+    settings = with_values(Settings(), {'odometry.max_keyframes': most})
+    KeyframeMemory(settings, None, Reference(prepared(0), PoseWithCovariance.identity()))
+    assert len(taken) == most + 1  # a new one comes before an old one goes
+    Walk(4, changes={'odometry.max_keyframes': most})
+    assert len(taken) == 2 * (most + 1)
 
 
 def test_of_two_keyframes_alike_the_older_one_goes():
