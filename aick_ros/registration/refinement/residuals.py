@@ -196,7 +196,8 @@ def contradict(residuals: Residuals) -> bool:
 
 def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray,
                    sensor: SensorSettings, width: float, reach: float,
-                   correction: Correction = NO_CORRECTION, rate: float = 1.0) -> PlaneResiduals:
+                   correction: Correction = NO_CORRECTION, rate: float = 1.0,
+                   every: int = 1) -> PlaneResiduals:
     """
     Return the distances of the source's chosen points from the planes of the target.
 
@@ -209,13 +210,15 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
     :param correction: of what both frames see.
     :param rate: time between the depth images, as a ratio to that which the motion of the pose
         takes; the Jacobian is by the error of the whole motion.
+    :param every: one of how many of the chosen points is taken.
     """
-    count = len(source.chosen)
+    chosen = source.chosen[::every]
+    count = len(chosen)
     values, weights, blocks = np.empty(count), np.empty(count), np.empty(count, np.int64)
     jacobian, (points, directions) = np.empty((count, 6)), np.empty((2, count, 3))
     sums = np.zeros((2, 6, 6))
     found, is_observed = kernels.point_to_plane(
-        source.points, source.chosen, source.normals, source.roughness,
+        source.points, chosen, source.normals, source.roughness,
         correction.source.twists, correction.source.height, T_target_source, rate,
         correction.target.twists, correction.target.height, target.points, target.normals,
         target.usable, target.roughness, target.grid.width, target.grid.height,

@@ -320,7 +320,7 @@ def test_wrong_settings_are_corrected(measured, factor):
 
     (samples, (_, by_right)), (scaled, by_wrong) = refined(SETTINGS), refined(wrong)
     np.testing.assert_allclose([one.ratio for one in scaled],
-                               [one.ratio / factor ** 2 for one in samples], rtol=0.01)
+                               [one.ratio / factor ** 2 for one in samples], rtol=0.05)
     sigmas = np.sqrt(np.diag(by_right.covariance - by_right.systematic))
     before, after = (np.abs(se3.difference(one.T_target_source, by_right.T_target_source)
                             / sigmas).max() for one in by_wrong)

@@ -28,6 +28,18 @@ RATE = 1 + (LAGS[0] - LAGS[1]) / INTERVAL
 TWISTS = np.array([np.arange(1.0, 7.0), np.arange(7.0, 13.0)]) / 10
 
 
+@dataclasses.dataclass
+class Surface:
+    """A surface of which nothing but the number of chosen points is known."""
+
+    name: str
+    count: int
+
+    @property
+    def chosen(self):
+        return range(self.count)
+
+
 def residuals(rng, count, scale):
     return Residuals(0.1 * rng.standard_normal(count), scale * rng.standard_normal((count, 6)),
                      rng.uniform(0.1, 1.0, count), rng.integers(0, 40, count))
@@ -36,7 +48,8 @@ def residuals(rng, count, scale):
 class Told:
     """A problem of two frames with told residuals, and notes of what they were asked for."""
 
-    def __init__(self, monkeypatch, tracks=30, depth=('source', 'target'), twists=TWISTS):
+    def __init__(self, monkeypatch, tracks=30, depth=('source', 'target'), twists=TWISTS,
+                 points=2100):
         rng = np.random.default_rng(4)
         self.given, self.count = {}, tracks
         self.told = {'reprojection': residuals(rng, 2 * tracks, 30.0),
@@ -52,8 +65,9 @@ class Told:
         self.noise = Noise(keypoints=3.0, bias=bias, keypoint_jitter=jitter, depth_bias=by_depth)
         self.motions = []
         self.source, self.target = (SimpleNamespace(
-            stamp=stamp, surface=name if name in depth else None, depth_lag=lag, twist=twist,
-            frame=SimpleNamespace(camera=camera)) for stamp, name, lag, twist, camera in (
+            stamp=stamp, surface=Surface(name, points) if name in depth else None,
+            depth_lag=lag, twist=twist, frame=SimpleNamespace(camera=camera))
+            for stamp, name, lag, twist, camera in (
                 (200_000_000, 'source', LAGS[0], twists[0], CAMERA),
                 (100_000_000, 'target', LAGS[1], twists[1], OTHER)))
         self.tracks = Tracks(np.arange(tracks) + 5, rng.uniform(1.0, 3.0, (tracks, 3)),
@@ -107,7 +121,7 @@ def test_a_step_is_by_keypoints_first_and_then_by_both(tell, coarse):
     assert told.problem.step(POSE, coarse) == ('a pose', 'a step')
     tracks, pose, sigma, sensor, widths, weight, _ = told.given['track_steps']
     assert tracks is told.tracks and pose is POSE and sensor is SETTINGS.sensor
-    assert sigma == SETTINGS.refinement.track_sigma / OTHER.fx and weight == 1 / 3.0
+    assert sigma == SETTINGS.refinement.track_sigma / OTHER.fx and weight == 1 / 3.0 / 4
     assert widths.tolist() == [SETTINGS.refinement.robust_width * (3.0 if coarse else 1.0)]
     assert_others(told, [] if coarse else told.kinds()[1])
 
@@ -121,11 +135,22 @@ def test_without_tracks_depth_takes_the_coarse_step_too(tell):
 def test_depth_is_compared_over_the_time_between_its_own_images(tell):
     told = tell()
     told.problem.step(POSE, False)
-    source, target, pose, sensor, width, reach, correction, rate = told.given['point_to_plane']
-    assert (source, target, correction) == ('source', 'target', NO_CORRECTION)
+    source, target, pose, sensor, width, reach, correction, rate, _ = told.given['point_to_plane']
+    assert (source.name, target.name, correction) == ('source', 'target', NO_CORRECTION)
     assert pose is POSE and rate == pytest.approx(RATE)
     assert sensor is SETTINGS.sensor
     assert (width, reach) == (SETTINGS.refinement.robust_width, SETTINGS.refinement.reach)
+
+
+@pytest.mark.parametrize(('points', 'every'), [(2100, 4), (999, 1), (1000, 2), (0, 1)])
+def test_steps_take_some_points_of_depth_as_if_they_were_all_and_the_last_one_all(
+        tell, points, every):
+    told = tell(points=points)
+    told.problem.step(POSE, False)
+    assert told.given['point_to_plane'][-1] == every
+    assert told.given['track_steps'][5] == 1 / 3.0 / every
+    told.problem.finish(POSE)
+    assert told.given['point_to_plane'][-1] == 1
 
 
 def test_the_noise_is_that_of_the_displacement_where_both_have_depth(tell):
@@ -245,8 +270,8 @@ def test_both_frames_are_corrected_by_their_own_velocity(tell, corrected):
     assert tracks is told.tracks and source is told.source and sensor is SETTINGS.sensor
     assert pose is POSE
     told.problem.step(POSE, False)
-    source, target, *_, correction, _ = told.given['point_to_plane']
-    assert (source, target) == ('source', 'target')
+    source, target, *_, correction, _, _ = told.given['point_to_plane']
+    assert (source, target) == (told.source.surface, told.target.surface)
     for moved, twist, camera in ((correction.source, TWISTS[0], CAMERA),
                                  (correction.target, TWISTS[1], OTHER)):
         np.testing.assert_allclose(moved.twists, np.outer([0.015 + 0.005, 0.03], twist))
@@ -299,7 +324,8 @@ def test_the_misalignment_is_shown_by_both_kinds_as_they_were_corrected(tell, co
     assert keypoints is told.told['reprojection'] and tracks is told.problem._tracks
     assert weight == 1 / 3.0 and applied is LATE
     np.testing.assert_array_equal(depth.jacobian, told.kinds()[1][0].jacobian)
-    assert (pair.source, pair.target, pair.surface) == (told.source, told.target, 'source')
+    assert (pair.source, pair.target) == (told.source, told.target)
+    assert pair.surface is told.source.surface
     assert pair.T_target_source is POSE
     np.testing.assert_array_equal(pair.twists, TWISTS)
     np.testing.assert_array_equal(pair.cameras, [CAMERA.model, OTHER.model])

@@ -106,6 +106,17 @@ def test_points_are_compared_where_both_surfaces_are_at_the_stamps(displaced):
         np.abs(found.values).max(), np.abs(there.values).max())
 
 
+def test_some_points_have_the_residuals_that_they_alone_would_have():
+    source, target = corner(POSE), corner()
+    few = dataclasses.replace(source, chosen=source.chosen[::4].copy())
+    found, expected, every = (
+        point_to_plane(surface, target, POSE, SENSOR, WIDTH, REACH, every=one_of)
+        for surface, one_of in ((source, 4), (few, 1), (source, 1)))
+    assert 0 < len(found.values) < 0.3 * len(every.values)
+    for part in ('values', 'jacobian', 'weights', 'points', 'directions'):
+        np.testing.assert_array_equal(getattr(found, part), getattr(expected, part))
+
+
 def test_jacobian_of_point_to_plane():
     source, target = corner(POSE), corner()
     values = point_to_plane(source, target, POSE, SENSOR, WIDTH, REACH).values
