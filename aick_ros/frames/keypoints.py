@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.borders.records import replaced
-from aick_ros.borders.values import numbers, required, required_method
+from aick_ros.borders.values import numbers, required, required_method, whole_number
 from aick_ros.errors import InputError
 from aick_ros.features import Detector, make_detector
 from aick_ros.features.detector import detect_some, required_descriptors
@@ -54,6 +54,16 @@ class KeypointFrame:
     def _convert(self, name: str, *shape: int | None) -> None:
         object.__setattr__(self, name, numbers(
             getattr(self, name), shape, f'{name} of keypoints', np.float32))
+
+    def strongest(self, count: int) -> KeypointFrame:
+        """
+        Return the frame with so many of its keypoints at most, without their words.
+
+        :raises InputError: where that is no whole number.
+        """
+        count = max(whole_number(count, 'the number of keypoints'), 0)
+        return replaced(self, words=None, **{name: getattr(self, name)[:count] for name in (
+            'positions', 'descriptors', 'covariances', 'pixels')})
 
     @staticmethod
     def none(stamp: int) -> KeypointFrame:

@@ -44,6 +44,12 @@ from aick_ros.registration.unexpected_motion import NEAR_POSE, is_same
 from aick_ros.registration.verified_aick import VerifiedAick
 from aick_ros.settings import Settings
 
+_FEW = 200
+"""Keypoints by which AICK checks a pose.
+
+Chosen: on two excerpts of real recordings and five rendered ones it finds and contradicts what it
+does with 275, with 100 it contradicts two to three times as often."""
+
 _FORGOTTEN = 60  # registrations by keypoints after which surfaces for the dark go; chosen
 
 
@@ -199,11 +205,12 @@ class Registrar:
         """
         Return whether AICK, without a guess, finds another pose than one that was tracked.
 
-        Where it finds none in one attempt it does not.
+        Where it finds none in one attempt it does not. The strongest keypoints suffice.
         """
         _require_frames(source, target)
         with self._times.stage('registration'):
-            aligned = self._aick.align(source.keypoints, self._alike(target, source).keypoints)
+            aligned = self._aick.align(*(frame.keypoints.strongest(_FEW) for frame in (
+                source, self._alike(target, source))))
         return aligned.status.ok and not is_same(aligned.T_target_source, T_target_source,
                                                  NEAR_POSE)
 

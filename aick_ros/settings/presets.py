@@ -24,7 +24,8 @@ _FAST_SURF = {**_ALL_PAPER, 'features.detector': 'surf', 'features.max_keypoints
 _EMBEDDED: Mapping[str, Value] = {
     'features.max_keypoints': 275, 'features.orb.nfeatures': 700,
     'features.orb.scale_factor': 1.44, 'features.orb.levels': 4,
-    'refinement.max_tracks': 275, 'odometry.aick_interval': 10, 'odometry.min_overlap': 0.55}
+    'refinement.max_tracks': 275, 'odometry.aick_interval': 10, 'odometry.min_overlap': 0.55,
+    'odometry.reuse_interval': 1.0}
 
 PRESETS: Mapping[str, Mapping[str, Value]] = {
     'paper-full': {**_FULL, 'features.detector': 'orb'},

@@ -10,6 +10,7 @@ import pytest
 
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
+from aick_ros.registration.aick.aick import Aick
 from aick_ros.registration.registrar import Registrar
 from aick_ros.registration.status import Status
 from aick_ros.registration.tracked_keypoints import TrackedKeypoints
@@ -75,6 +76,15 @@ def test_aick_contradicts_poses_that_are_wrong_by_more_than_it_may_be(
     registrar, source, target, motion = rendered_views
     own = registrar.with_own_keypoints(source)
     assert registrar.contradicts(own, target, se3.perturbed(motion, error)) is is_contradicted
+
+
+def test_aick_checks_a_pose_by_the_strongest_keypoints(rendered_views, monkeypatch):
+    registrar, source, target, motion = rendered_views
+    own, counts, align = registrar.with_own_keypoints(source), [], Aick.align
+    monkeypatch.setattr(Aick, 'align', lambda self, *frames: counts.append(
+        [len(frame) for frame in frames]) or align(self, *frames))
+    registrar.contradicts(own, target, motion)
+    assert min(len(own.keypoints), len(target.keypoints)) > 200 and counts == [[200, 200]]
 
 
 def test_where_aick_finds_no_pose_it_contradicts_none(rendered_views):

@@ -70,8 +70,8 @@ class GroupedEquations:
         total_gradient = gradient.sum(axis=0)
         estimate, scatter = np.zeros(size), np.zeros((_GROUPS, size))
         estimate[chosen] = definite.solve(total, total_gradient)
-        without = np.linalg.solve(total - information,
-                                  (total_gradient - gradient)[:, :, None])[:, :, 0]
+        without = np.array([definite.solve(*less) for less in zip(
+            total - information, total_gradient - gradient)])
         scatter[:, chosen] = without - estimate[chosen]
         return estimate, scatter
 
