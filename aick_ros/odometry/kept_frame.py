@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import mmap
 import weakref
@@ -45,7 +46,7 @@ class Mappings:
         self._spares = [memory for memory in self._spares
                         if size <= len(memory) < 2 * (size + _GRAIN)]
         if not self._spares:
-            self._spares = [_mapping(size) for _ in range(1 if self._has_begun else self._count)]
+            self._spares = _mappings(size, 1 if self._has_begun else self._count)
             self._has_begun = True
         memory = self._spares.pop()
         owner = (ctypes.c_char * len(memory)).from_buffer(memory)  # lives as long as its views
@@ -55,6 +56,15 @@ class Mappings:
     def _give_back(self, memory: mmap.mmap) -> None:
         if len(self._spares) < self._count:
             self._spares.append(memory)
+
+
+def _mappings(size: int, count: int) -> list[mmap.mmap]:
+    """Return memory for frames: for fewer, but at least one, where there is no more."""
+    found = [_mapping(size)]
+    with contextlib.suppress(OSError):
+        while len(found) < count:
+            found.append(_mapping(size))
+    return found
 
 
 def _mapping(size: int) -> mmap.mmap:

@@ -175,8 +175,8 @@ class OdometrySettings(Checked):
         30, 'Maximum number of keyframes that are kept to be found again; 0 keeps none: the '
         'drift is not corrected.', minimum=0, maximum=1000)
     keyframe_megabytes: float = parameter(
-        100.0, 'Maximum memory of the keyframes that are kept; one takes 2 MB at 640x480.',
-        unit='MB', minimum=1.0, maximum=100000.0)
+        100.0, 'Maximum memory of the keyframes that are kept; one takes 2 MB at 640x480. It is '
+        'taken with the first frame.', unit='MB', minimum=1.0, maximum=100000.0)
     reuse_distance: float = parameter(
         0.8, 'Maximum distance at which a keyframe is sought again.', unit='m', minimum=0.01,
         maximum=10.0)

@@ -6,6 +6,7 @@
 import copy
 import ctypes
 import dataclasses
+import errno
 import gc
 import pickle
 import weakref
@@ -128,6 +129,25 @@ def test_memory_is_taken_for_all_frames_with_the_first_one(prepared, monkeypatch
     gc.collect()
     compact(prepared, mappings)
     assert len(taken) == 4
+
+
+def test_where_memory_is_short_it_is_taken_when_it_is_needed(prepared, monkeypatch):
+    left = [4]
+
+    def limited(size):
+        left[0] -= 1
+        if left[0] < 0:
+            raise OSError(errno.ENOMEM, 'Cannot allocate memory')
+        return mapping(size)
+
+    monkeypatch.setattr(kept_frame, '_mapping', limited)
+    mappings = Mappings(9)
+    frames = [compact(prepared, mappings) for _ in range(4)]
+    with pytest.raises(OSError, match='Cannot allocate memory'):
+        compact(prepared, mappings)
+    del frames[0]
+    gc.collect()
+    compact(prepared, mappings)
 
 
 def test_a_frame_with_some_more_keypoints_has_room_in_the_memory_of_another():
