@@ -48,7 +48,7 @@ _FEW = 200
 """Keypoints by which AICK checks a pose.
 
 Chosen: on two excerpts of real recordings and five rendered ones it finds and contradicts what it
-does with 275, with 100 it contradicts two to three times as often."""
+does with 275; with 100 it contradicts twice as often."""
 
 _FORGOTTEN = 60  # registrations by keypoints after which surfaces for the dark go; chosen
 
