@@ -56,6 +56,7 @@ static PyObject *converted(const Argument *argument) {
 static void name_in_error(const char *name) {
   PyObject *type, *message, *trace;
   PyErr_Fetch(&type, &message, &trace);
+  PyErr_NormalizeException(&type, &message, &trace);  // one without a message has none before
   PyErr_Format(PyExc_TypeError, "%s: %S", name, message);
   Py_XDECREF(type);
   Py_XDECREF(message);
