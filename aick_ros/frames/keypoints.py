@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros.borders.records import replaced
-from aick_ros.borders.values import numbers, required, required_method, whole_number
+from aick_ros.borders.values import numbers, required, required_method
 from aick_ros.errors import InputError
 from aick_ros.features import Detector, make_detector
 from aick_ros.features.detector import detect_some, required_descriptors
@@ -55,16 +55,6 @@ class KeypointFrame:
         object.__setattr__(self, name, numbers(
             getattr(self, name), shape, f'{name} of keypoints', np.float32))
 
-    def strongest(self, count: int) -> KeypointFrame:
-        """
-        Return the frame with so many of its keypoints at most, without their words.
-
-        :raises InputError: where that is no whole number.
-        """
-        count = max(whole_number(count, 'the number of keypoints'), 0)
-        return replaced(self, words=None, **{name: getattr(self, name)[:count] for name in (
-            'positions', 'descriptors', 'covariances', 'pixels')})
-
     @staticmethod
     def none(stamp: int) -> KeypointFrame:
         """Return a frame without keypoints."""
@@ -73,6 +63,13 @@ class KeypointFrame:
     def __len__(self) -> int:
         """Return the number of keypoints."""
         return len(self.positions)
+
+    def __getitem__(self, chosen: slice | np.ndarray) -> KeypointFrame:
+        """Return the frame with some of its keypoints, by their rows, and no words."""
+        return replaced(
+            self, words=None, positions=self.positions[chosen],
+            descriptors=self.descriptors[chosen], covariances=self.covariances[chosen],
+            pixels=self.pixels[chosen])
 
 
 _NONE = KeypointFrame(0, np.empty((0, 3), np.float32), np.empty((0, 32), np.uint8),

@@ -92,11 +92,12 @@ class DynamicObjectCheck:
             is_free[found.tracks.keypoints] = False
         rest = np.flatnonzero(is_free)
         refined = self._refinement.refine(
-            _with_keypoints(source, rest), target, expected, None,
+            dataclasses.replace(source, keypoints=source.keypoints[rest]), target, expected, None,
             self._refinement.first_tracks.of_some(source, target, expected, rest))
         if len(refined.tracked) < FEWEST_TO_CONFIRM:  # use the depth images alone
             refined = dataclasses.replace(self._refinement.refine(
-                _with_keypoints(source, rest[:0]), target, expected), bias=None)
+                dataclasses.replace(source, keypoints=source.keypoints[:0]), target, expected),
+                bias=None)
         tracks = refined.tracked
         return dataclasses.replace(
             refined, tracked=dataclasses.replace(tracks, keypoints=rest[tracks.keypoints]))
@@ -120,12 +121,3 @@ def _doubted(found: Registration, second: np.ndarray, vote: PoseVote) -> Registr
     difference = se3.difference(found.T_target_source, second)
     return dataclasses.replace(found, covariance=(
         found.covariance + vote.for_second * np.outer(difference, difference)))
-
-
-def _with_keypoints(frame: PreparedFrame, chosen: np.ndarray) -> PreparedFrame:
-    """Return a frame with some of its keypoints, by their rows."""
-    keypoints = frame.keypoints
-    return dataclasses.replace(frame, keypoints=dataclasses.replace(
-        keypoints, words=None, positions=keypoints.positions[chosen],
-        descriptors=keypoints.descriptors[chosen], covariances=keypoints.covariances[chosen],
-        pixels=keypoints.pixels[chosen]))

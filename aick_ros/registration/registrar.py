@@ -44,8 +44,8 @@ from aick_ros.registration.unexpected_motion import NEAR_POSE, is_same
 from aick_ros.registration.verified_aick import VerifiedAick
 from aick_ros.settings import Settings
 
-_FEW = 200
-"""Keypoints by which AICK checks a pose.
+_STRONGEST = 200
+"""Number of keypoints by which AICK checks a pose.
 
 Chosen: on two excerpts of real recordings and five rendered ones it finds and contradicts what it
 does with 275; with 100 it contradicts twice as often."""
@@ -205,11 +205,11 @@ class Registrar:
         """
         Return whether AICK, without a guess, finds another pose than one that was tracked.
 
-        Where it finds none in one attempt it does not. The strongest keypoints suffice.
+        Where it finds none in one attempt it does not. The strongest keypoints of each decide.
         """
         _require_frames(source, target)
         with self._times.stage('registration'):
-            aligned = self._aick.align(*(frame.keypoints.strongest(_FEW) for frame in (
+            aligned = self._aick.align(*(frame.keypoints[:_STRONGEST] for frame in (
                 source, self._alike(target, source))))
         return aligned.status.ok and not is_same(aligned.T_target_source, T_target_source,
                                                  NEAR_POSE)

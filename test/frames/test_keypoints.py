@@ -80,17 +80,18 @@ def test_the_strongest_of_each_cell_are_kept_strongest_first(rendered):
     assert found == sorted(strongest.values(), reverse=True)
 
 
-@pytest.mark.parametrize(('count', 'kept'), [(20, 20), (0, 0), (-1, 0), (10_000, 100)])
-def test_the_strongest_of_a_frame_are_its_first_without_words(rendered, count, kept):
+@pytest.mark.parametrize('chosen', [
+    slice(20), slice(0), slice(10_000), np.array([7, 3, 99]), np.arange(100) % 2 == 0])
+def test_some_keypoints_of_a_frame_are_rows_of_all_its_arrays_without_words(rendered, chosen):
     words = Vocabulary('orb', np.random.default_rng(0).integers(0, 256, (30, 32), np.uint8))
     keypoints = KeypointExtractor(FeatureSettings(max_keypoints=100), SensorSettings(), words,
                                   0.5).extract(rendered.frame(0))
-    found = keypoints.strongest(count)
-    assert len(found) == kept and found.words is None and found.stamp == keypoints.stamp
+    found = keypoints[chosen]
+    assert len(keypoints) == 100 and keypoints.words is not None
+    assert len(found) == len(np.arange(100)[chosen])
+    assert found.words is None and found.stamp == keypoints.stamp
     for name in ('positions', 'descriptors', 'covariances', 'pixels'):
-        np.testing.assert_array_equal(getattr(found, name), getattr(keypoints, name)[:kept])
-    with pytest.raises(InputError, match='number of keypoints'):
-        keypoints.strongest('many')
+        np.testing.assert_array_equal(getattr(found, name), getattr(keypoints, name)[chosen])
 
 
 def test_types_are_those_declared(rendered):

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from aick_ros.geometry import se3
-from aick_ros.registration.dynamic_objects import _with_keypoints
 from aick_ros.registration.refinement.first_tracks import FirstTracks
 from aick_ros.registration.refinement.tracks import Tracker
 from aick_ros.registration.registrar import Registrar
@@ -42,7 +41,8 @@ def test_the_tracks_of_some_are_those_that_they_have_alone(pair, tracker):
     every = first.of(*pair)
     some = first.of_some(*pair, CHOSEN)
     source, target, pose = pair
-    alone = tracker.track(_with_keypoints(source, CHOSEN), target, pose)
+    few = dataclasses.replace(source, keypoints=source.keypoints[CHOSEN])
+    alone = tracker.track(few, target, pose)
     assert 20 < len(some) < len(every)
     for name in ('keypoints', 'points', 'rays', 'depths', 'sigmas'):
         np.testing.assert_allclose(getattr(some, name), getattr(alone, name), rtol=1e-12)
