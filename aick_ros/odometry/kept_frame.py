@@ -18,8 +18,8 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.surface import Surface
 
 _ALIGNMENT = 64  # bytes, of a cache line
-_GRAIN = 1 << 16  # bytes; chosen, as sizes of mappings differ by as much at least
-_ROOM = 1.06  # chosen: frames of one size differ by less, in their keypoints
+_GRAIN = 1 << 16  # bytes; chosen: sizes of mappings are multiples of it
+_ROOM = 1.06  # chosen: frames of one resolution differ by less, in their keypoints
 
 
 class Mappings:

@@ -218,7 +218,7 @@ class _Problem:
         """Return the pose after a Gauss-Newton step and the step; coarse: by keypoints, if any."""
         by_depth = () if coarse and len(self._tracks) else self._of_depth(pose, self._sparseness)
         width = (_COARSE_WIDTH if coarse else 1.0) * self._settings.robust_width
-        weight = 1 / self._noise.keypoints / self._sparseness  # as many times less, as depth has
+        weight = 1 / self._noise.keypoints / self._sparseness  # as depth has fewer points
         return track_steps(self._tracks, pose, self._ray_sigma, self._sensor, np.array([width]),
                            weight, NormalEquations.of(by_depth, PRIOR))
 
