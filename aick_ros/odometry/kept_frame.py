@@ -59,9 +59,13 @@ class Mappings:
 
 
 def _mappings(size: int, count: int) -> list[mmap.mmap]:
-    """Return memory for frames: for fewer, but at least one, where there is no more."""
+    """
+    Return memory for frames: for fewer, but at least one, where there is no more.
+
+    :raises MemoryError: where there is none for one frame.
+    """
     found = [_mapping(size)]
-    with contextlib.suppress(OSError):
+    with contextlib.suppress(MemoryError):
         while len(found) < count:
             found.append(_mapping(size))
     return found
@@ -71,7 +75,10 @@ def _mapping(size: int) -> mmap.mmap:
     """Return memory for a frame of a size [bytes], or one with some more keypoints."""
     flags = mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS
     flags |= getattr(mmap, 'MAP_POPULATE', 0)  # of Linux: all is written, so all at once
-    return mmap.mmap(-1, (int(_ROOM * size) // _GRAIN + 1) * _GRAIN, flags=flags)
+    try:
+        return mmap.mmap(-1, (int(_ROOM * size) // _GRAIN + 1) * _GRAIN, flags=flags)
+    except OSError as error:  # which is none of a file
+        raise MemoryError(f'there is none for a frame of {size} bytes') from error
 
 
 def compact(prepared: PreparedFrame, mappings: Mappings) -> PreparedFrame:
