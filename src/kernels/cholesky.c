@@ -142,3 +142,101 @@ PyObject *kernel_eliminate(PyObject *module, PyObject *arguments) {
   close_arrays(&arrays);
   return has_room ? PyBool_FromLong(is_definite) : PyErr_NoMemory();
 }
+
+// Normal equations of groups, of which some unknowns are sought.
+typedef struct {
+  const double *information, *gradients, *prior, *known;
+  const int64_t *sought;
+  Py_ssize_t groups, size, count;  // of groups, of all unknowns, of those sought
+} Groups;
+
+// Solve the equations of all groups but one, or of all; there is room for a matrix.
+static bool solve_without(const Groups *from, Py_ssize_t without, double *factor,
+                          double *solution) {
+  const Py_ssize_t size = from->size, count = from->count;
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    const int64_t row = from->sought[i];
+    for (Py_ssize_t j = 0; j <= i; ++j)
+      factor[count * i + j] = from->prior[size * row + from->sought[j]];
+    solution[i] = 0.0;
+  }
+  for (Py_ssize_t group = 0; group < from->groups; ++group) {
+    if (group == without)
+      continue;
+    for (Py_ssize_t i = 0; i < count; ++i) {
+      const int64_t row = size * group + from->sought[i];
+      const double *information = from->information + size * row;
+      for (Py_ssize_t j = 0; j <= i; ++j)
+        factor[count * i + j] += information[from->sought[j]];
+      solution[i] += from->gradients[row];
+      for (Py_ssize_t j = 0; j < size; ++j)
+        solution[i] -= information[j] * from->known[j];
+    }
+  }
+  if (!factorize(factor, count))
+    return false;
+  substitute(factor, count, solution, 1);
+  return true;
+}
+
+// Solve the equations of all groups, and those without each one; there is room for a matrix and
+// a row.
+static bool solve_groups(const Groups *from, double *room, double *estimate, double *scatter) {
+  double *solution = room + from->count * from->count;
+  for (Py_ssize_t group = -1; group < from->groups; ++group) {
+    if (!solve_without(from, group, room, solution))
+      return false;
+    double *found = group < 0 ? estimate : scatter + from->size * group;
+    for (Py_ssize_t i = 0; i < from->count; ++i) {
+      const int64_t unknown = from->sought[i];
+      found[unknown] = group < 0 ? solution[i] : solution[i] - estimate[unknown];
+    }
+  }
+  return true;
+}
+
+PyObject *kernel_jackknife(PyObject *module, PyObject *arguments) {
+  PyObject *objects[7];
+  if (!PyArg_ParseTuple(arguments, "OOOOOOO", &objects[0], &objects[1], &objects[2], &objects[3],
+                        &objects[4], &objects[5], &objects[6]))
+    return NULL;
+  Groups from = {.groups = row_count(objects[1]), .size = row_count(objects[2]),
+                 .count = row_count(objects[4])};
+  if (from.size > MOST_UNKNOWNS || from.count > from.size || from.groups > MOST_SIDES) {
+    PyErr_SetString(PyExc_ValueError, "the unknowns are too many");
+    return NULL;
+  }
+  const Py_ssize_t groups = from.groups, size = from.size;
+  const Argument needed[] = {
+      {"the information", objects[0], 'd', groups * size * size, false},
+      {"the gradients", objects[1], 'd', groups * size, false},
+      {"the prior", objects[2], 'd', size * size, false},
+      {"the known values", objects[3], 'd', size, false},
+      {"the unknowns", objects[4], 'q', from.count, false},
+      {"the estimate", objects[5], 'd', size, true},
+      {"the scatter", objects[6], 'd', groups * size, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Py_buffer *views = arrays.views;
+  from.information = views[0].buf;
+  from.gradients = views[1].buf;
+  from.prior = views[2].buf;
+  from.known = views[3].buf;
+  from.sought = views[4].buf;
+  bool are_known = true, is_definite = false;
+  for (Py_ssize_t i = 0; i < from.count; ++i)
+    are_known &= 0 <= from.sought[i] && from.sought[i] < size;
+  double *room = malloc((size_t)(from.count * (from.count + 1) + 1) * sizeof(*room));
+  if (are_known && room != NULL)
+    is_definite = solve_groups(&from, room, views[5].buf, views[6].buf);
+  else if (are_known)
+    PyErr_NoMemory();
+  else
+    PyErr_SetString(PyExc_ValueError, "an unknown is none of the equations");
+  const bool has_failed = !are_known || room == NULL;
+  free(room);
+  close_arrays(&arrays);
+  return has_failed ? NULL : PyBool_FromLong(is_definite);
+}

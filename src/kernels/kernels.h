@@ -40,6 +40,7 @@ PyObject *kernel_inverse_pose(PyObject *module, PyObject *arguments);
 PyObject *kernel_inverted_turns(PyObject *module, PyObject *arguments);
 PyObject *kernel_is_rigid(PyObject *module, PyObject *arguments);
 PyObject *kernel_is_valid_depth(PyObject *module, PyObject *arguments);
+PyObject *kernel_jackknife(PyObject *module, PyObject *arguments);
 PyObject *kernel_joint_estimate(PyObject *module, PyObject *arguments);
 PyObject *kernel_kalman_measurement(PyObject *module, PyObject *arguments);
 PyObject *kernel_kalman_update(PyObject *module, PyObject *arguments);

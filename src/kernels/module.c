@@ -36,6 +36,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(inverted_turns),
     KERNEL(is_rigid),
     KERNEL(is_valid_depth),
+    KERNEL(jackknife),
     KERNEL(joint_estimate),
     KERNEL(kalman_measurement),
     KERNEL(kalman_update),

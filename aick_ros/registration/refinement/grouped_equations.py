@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.geometry import definite
 
 # Chosen on two excerpts of real recordings and on rendered rooms with nine kinds of cameras.
@@ -60,19 +61,16 @@ class GroupedEquations:
         """
         Return the deviations from known values, and by how much each group changes them.
 
+        Where rounding leaves the equations not definite nothing is known: all are zero.
+
         :param chosen: the unknowns that are estimated; the others are zero.
         :returns: N, and N for each group.
         """
         size = len(self._prior)
-        information = self._information[:, chosen[:, None], chosen]
-        gradient = (self._gradient - self._information @ np.full(size, known))[:, chosen]
-        total = information.sum(axis=0) + self._prior[chosen[:, None], chosen]
-        total_gradient = gradient.sum(axis=0)
         estimate, scatter = np.zeros(size), np.zeros((_GROUPS, size))
-        estimate[chosen] = definite.solve(total, total_gradient)
-        without = np.array([definite.solve(*less) for less in zip(
-            total - information, total_gradient - gradient)])
-        scatter[:, chosen] = without - estimate[chosen]
+        if not kernels.jackknife(self._information, self._gradient, self._prior,
+                                 np.full(size, known), chosen, estimate, scatter):
+            return np.zeros(size), np.zeros((_GROUPS, size))
         return estimate, scatter
 
     def significance(self, part: slice, estimate: np.ndarray, scatter: np.ndarray) -> float:

@@ -23,6 +23,7 @@ from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misal
 from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
 
 _SIZE = 8  # offset in m and rad, delay and readout in s
+_ALL = np.arange(_SIZE)
 _PARTS: tuple[slice, ...] = slice(0, 6), slice(6, 8)
 """Offset; delay and readout. Either is significant or not: on a rolling shutter a delay alone is
 worse than none."""
@@ -103,10 +104,10 @@ class MisalignmentEstimate:
     def _estimate(self) -> None:
         """Estimate the significant deviations: the least significant part is dropped first."""
         parts, values = _PARTS if self._equations.count >= _FEWEST else (), np.zeros(_SIZE)
-        by_all = self._equations.solve(np.arange(_SIZE), self._known.values)
+        by_all = self._equations.solve(_ALL, self._known.values)
         while parts:
             estimate, scatter = by_all if parts == _PARTS else self._equations.solve(
-                np.r_[parts], self._known.values)
+                np.concatenate([_ALL[part] for part in parts]), self._known.values)
             margins = np.array([
                 self._equations.significance(part, estimate, scatter) / self._required(part)
                 for part in parts])
