@@ -233,9 +233,11 @@ class Registrar:
                target: PreparedFrame) -> None:
         """Learn what a registration shows of the camera."""
         learned = self._learned
-        noise, misalignment = measure()
-        learned.noise.learn(noise)
-        if misalignment is None or not learned.views.add(target.stamp, T_target_source):
+        learned.noise.learn(measure.noise())
+        if not learned.views.add(target.stamp, T_target_source):
+            return
+        misalignment = measure.misalignment()
+        if misalignment is None:
             return
         learned.misalignment.learn(misalignment)
         if (misalignment.with_distortion is not None

@@ -19,8 +19,13 @@ from aick_ros.registration.refinement.misalignment_equations import Misalignment
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.registration.status import Status
 
-Measure = Callable[[], tuple[NoiseSample, MisalignmentSample | None]]
-"""Measures noise and misalignment of a camera; what learns nothing of it does not need them."""
+
+@dataclass(frozen=True, eq=False)
+class Measure:
+    """Measures what residuals show of a camera; what learns nothing of it does not need that."""
+
+    noise: Callable[[], NoiseSample]
+    misalignment: Callable[[], MisalignmentSample | None]
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_equations import Equations, MisalignmentSample
 from aick_ros.registration.registrar import Learned, Registrar
-from aick_ros.registration.result import failed
+from aick_ros.registration.result import Measure, failed
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.settings import Settings
@@ -73,6 +73,11 @@ class Sensed:
         return 'with systematic errors'
 
 
+def measured(sample):
+    """Return what measures a noise and a sample of the misalignment."""
+    return Measure(lambda: 'a noise', lambda: sample)
+
+
 class Steps:
     """A registrar of such parts, and two frames."""
 
@@ -85,7 +90,7 @@ class Steps:
         self.registrar = Registrar(settings, self.times, self.learned, self.detector)
         self.target = made.prepared(1_000_000_000, depth_lag=0.002)
         self.source = made.prepared(1_100_000_000, depth_lag=0.004)
-        self.found = made.registration(bias='a bias', measure=lambda: ('a noise', SAMPLE))
+        self.found = made.registration(bias='a bias', measure=measured(SAMPLE))
         for method in ('register', 'recognize'):
             parts.answers['VerifiedAick', method] = lambda *_: self.found
         parts.answers['VerifiedAick', 'track'] = lambda source, *_: (
@@ -255,9 +260,12 @@ def test_a_registration_teaches_noise_and_misalignment_and_gets_systematic_error
 
 def test_a_camera_at_rest_off_its_keyframe_teaches_its_noise_alone(steps, made):
     """Its errors are those of one pair of views, however often it is registered."""
+    found = steps.found
     for _ in range(3):
         steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
+        steps.found = dataclasses.replace(found, measure=Measure(lambda: 'a noise', pytest.fail))
     assert steps.samples() == ['a noise', SAMPLE, EQUATIONS, 'a noise', 'a noise']
+    steps.found = found
     steps.target = made.prepared(1_050_000_000)
     steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)
     assert steps.samples()[5:] == ['a noise', SAMPLE, EQUATIONS]
@@ -309,8 +317,7 @@ def test_a_repeated_image_teaches_nothing(steps, made, case):
 
 
 @pytest.mark.parametrize('measure, taught', [
-    (None, []), (lambda: ('a noise', None), ['a noise']),
-    (lambda: ('a noise', ALONE), ['a noise', ALONE])])
+    (None, []), (measured(None), ['a noise']), (measured(ALONE), ['a noise', ALONE])])
 def test_what_was_not_measured_teaches_nothing(steps, made, measure, taught):
     steps.found = made.registration(measure=measure)
     steps.registrar.register(steps.source, steps.target)

@@ -239,16 +239,11 @@ class _Problem:
             bias = SensorBias(depth.error - keypoints.error,
                               keypoints.covariance + depth.covariance, gain)
             if len(self._tracks) >= FEWEST_TO_CONFIRM:
-                measure = partial(self._measure, bias, pose, keypoints, depth, by_keypoints[0],
-                                  by_depth[0])
+                measure = Measure(
+                    partial(self._noise_shown_by, bias, pose, keypoints, depth),
+                    partial(self._misalignment_shown_by, by_keypoints[0], by_depth[0], pose))
         return Refined(joint, covariance, noise.bias, self._seen[inliers],
                        contradict(by_keypoints[1]), bias, measure=measure)
-
-    def _measure(self, bias: SensorBias, pose: np.ndarray, keypoints: Estimate, depth: Estimate,
-                 by_keypoints: Residuals,
-                 by_depth: PlaneResiduals) -> tuple[NoiseSample, MisalignmentSample | None]:
-        return (self._noise_shown_by(bias, pose, keypoints, depth),
-                self._misalignment_shown_by(by_keypoints, by_depth, pose))
 
     def _misalignment_shown_by(self, keypoints: Residuals, depth: PlaneResiduals,
                                pose: np.ndarray) -> MisalignmentSample | None:

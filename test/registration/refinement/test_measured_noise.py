@@ -202,7 +202,7 @@ def of_all_motions(ratio):
 @pytest.mark.parametrize('factor', [0.5, 1.0, 2.0])
 def test_the_ratio_is_that_of_the_variances(measured, factor):
     """Of tracks with that many of their sigmas, by that of depths with one of theirs."""
-    ratios = [measured(seed, MeasuredNoise(), factor).measure()[0].ratio for seed in range(12)]
+    ratios = [measured(seed, MeasuredNoise(), factor).measure.noise().ratio for seed in range(12)]
     assert np.exp(np.mean(np.log(ratios))) == pytest.approx(factor ** 2, rel=0.15)
 
 
@@ -313,7 +313,7 @@ def test_wrong_settings_are_corrected(measured, factor):
 
     def refined(settings):
         """Return the samples of some registrations, and one by what was learned of them."""
-        samples = [measured(seed, MeasuredNoise(), settings=settings).measure()[0]
+        samples = [measured(seed, MeasuredNoise(), settings=settings).measure.noise()
                    for seed in range(20)]
         noise = learned(*10 * samples)
         return samples, [measured(50, one, settings=settings) for one in (MeasuredNoise(), noise)]

@@ -221,7 +221,7 @@ def test_the_two_kinds_show_their_noise(tell):
     refined = told.problem.finish(POSE)
     (error, scatter, inverse), (by_depth, depth_scatter, depth_inverse) = map(own, told.kinds())
     covariance = inverse @ (scatter + PRIOR) @ inverse
-    noise, _ = refined.measure()
+    noise = refined.measure.noise()
     assert noise.motion == told.motions[0]
     assert noise.ratio == pytest.approx(np.trace(inverse @ (scatter + PRIOR)) / np.trace(
         depth_inverse @ (depth_scatter + PRIOR)))
@@ -240,8 +240,8 @@ def test_with_few_tracks_the_noise_and_the_misalignment_are_not_known(tell, trac
     refined = tell(tracks=tracks).problem.finish(POSE)
     assert refined.bias is not None and (refined.measure is not None) == is_known
     if is_known:
-        noise, misalignment = refined.measure()
-        assert isinstance(noise, NoiseSample) and misalignment == 'misalignment_sample'
+        assert isinstance(refined.measure.noise(), NoiseSample)
+        assert refined.measure.misalignment() == 'misalignment_sample'
 
 
 def test_by_keypoints_alone_there_is_neither(tell):
@@ -319,7 +319,7 @@ def test_without_a_surface_the_tracks_are_corrected_all_the_same(tell, corrected
 def test_the_misalignment_is_shown_by_both_kinds_as_they_were_corrected(tell, corrected):
     told = tell()
     told.problem.correct(LATE, TWISTS[0], POSE)
-    told.problem.finish(POSE).measure()
+    told.problem.finish(POSE).measure.misalignment()
     keypoints, depth, tracks, pair, weight, applied = told.given['misalignment_sample']
     assert keypoints is told.told['reprojection'] and tracks is told.problem._tracks
     assert weight == 1 / 3.0 and applied is LATE
