@@ -55,17 +55,21 @@ class KeyframeCopies:
 
         :param keys: of those that may be dropped.
         """
+        chosen = np.array([row for row, key in enumerate(graph.keys) if key in keys], np.intp)
+        if not chosen.size:
+            return None
         numbers, poses = np.array(graph.keys), graph.matrices
         outdated = np.array([self._is_outdated(key) for key in graph.keys])
-        stands_for = ~outdated[:, None] & ((numbers[:, None] < numbers) | outdated)
-        squares = view_distances(poses, poses, settings) ** 2
+        stands_for = ~outdated[:, None] & (
+            (numbers[:, None] < numbers[chosen]) | outdated[chosen])
+        squares = view_distances(poses, poses[chosen], settings) ** 2
         near = stands_for & (squares < _SAME_VIEW ** 2)
         near &= near.sum(0) >= WITNESSES
-        others, rows = np.nonzero(near)
-        is_same = (_mean_squares(graph, others, rows, squares[others, rows], settings)
+        others, places = np.nonzero(near)
+        is_same = (_mean_squares(graph, others, chosen[places], squares[others, places], settings)
                    < _SAME_VIEW ** 2)
-        counts = np.bincount(rows[is_same], minlength=len(numbers))
-        copies = set(keys).intersection(numbers[counts >= WITNESSES].tolist())
+        counts = np.bincount(places[is_same], minlength=len(chosen))
+        copies = numbers[chosen[counts >= WITNESSES]].tolist()
         return max(copies, key=lambda key: (self._is_outdated(key), key), default=None)
 
     def forget(self, key: int) -> None:

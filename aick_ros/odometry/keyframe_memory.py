@@ -53,6 +53,7 @@ class KeyframeMemory:
         self._added: list[int] = []  # keys of those that nothing else was done for
         self._put_off = 0  # frames that have left no time for that
         self._copies = KeyframeCopies()
+        self._no_copies: set[int] = set()  # keys, since the graph or what searches find changed
         self._search: KeyframeSearch | None = None
         self._searched = first.stamp
         self._waited = 0  # frames that have left no time for the search
@@ -71,6 +72,7 @@ class KeyframeMemory:
     def configure(self, settings: Settings, registrar: Registrar) -> None:
         """Continue with other settings."""
         self._settings, self._registrar = settings, registrar
+        self._no_copies.clear()
         self._correction.configure(settings.odometry)
 
     def track(self, keyframe: Reference, T_reckoned_camera: np.ndarray,
@@ -202,23 +204,28 @@ class KeyframeMemory:
         accepted = search.step(self._graph, self._frames, self._registrar, self._settings)
         if accepted:
             self._graph.update(accepted)
+            self._no_copies.clear()
             self.reused += len(accepted)
             self._found = PoseWithCovariance(self._graph.pose(search.key).matrix,
                                              self._view_covariances[search.key])
         if search.is_finished:
             self._copies.learn(search, self._graph, self._settings.odometry)
+            self._no_copies.clear()
             self._search = None
 
     def _drop_redundant(self) -> None:
         """Drop copies, then keyframes until they are few enough: of two alike the older one."""
         while (droppable := self._droppable):
-            key = self._copies.copy_among(droppable, self._graph, self._settings.odometry)
+            key = self._copies.copy_among(set(droppable) - self._no_copies, self._graph,
+                                          self._settings.odometry)
             if key is None:
+                self._no_copies.update(droppable)
                 if len(self._frames) <= self._capacity:
                     return
                 key = self._most_redundant(droppable)
             self._graph.remove(key)
             self._copies.forget(key)
+            self._no_copies.discard(key)
             del self._frames[key], self._view_covariances[key]
 
     @property
