@@ -13,6 +13,15 @@ def align_windows(
     before: np.ndarray, now: np.ndarray, border: int, side: int, last_step: float,
     scale: float, pixels: np.ndarray, turns: np.ndarray | None, places: np.ndarray,
     found: np.ndarray) -> None: ...
+def bias_since(
+    difference: np.ndarray, covariance: np.ndarray, gain: np.ndarray, before: np.ndarray,
+    covariance_before: np.ndarray, arm: np.ndarray, own: float, rotation: np.ndarray,
+    difference_of_motion: np.ndarray, covariance_of_motion: np.ndarray,
+    gain_of_motion: np.ndarray) -> None: ...
+def biased_increment(
+    difference: np.ndarray, covariance_of_difference: np.ndarray, gain: np.ndarray,
+    squares: np.ndarray, ratio: float, covariance: np.ndarray, of_depth: float, noise: float,
+    usual: float, largest: float, with_bias: np.ndarray) -> tuple[float, float] | None: ...
 def bit_distances(
     source: np.ndarray, target: np.ndarray, width: int, distances: np.ndarray) -> None: ...
 def bit_distances_of_pairs(

@@ -15,7 +15,7 @@ from aick_ros.borders.values import number, numbers, required
 from aick_ros.errors import InputError
 from aick_ros.geometry import definite, se3
 
-_AXES, _UNMOVED, _EXACT = np.eye(6), np.eye(4), np.zeros((6, 6))
+_UNMOVED, _EXACT = np.eye(4), np.zeros((6, 6))
 _EXACT.flags.writeable = False
 
 
@@ -180,13 +180,15 @@ def unknown_covariance() -> np.ndarray:
     return np.diag(np.full(6, np.inf))
 
 
-def along_all_axes(variances: np.ndarray) -> np.ndarray:
+def along_all_axes(along: float, about: float) -> np.ndarray:
     """
     Return the covariance of an error that is alike along, and about, all axes, 6x6.
 
-    :param variances: along an axis [m^2], and about an axis [rad^2].
+    :param along: variance along an axis [m^2].
+    :param about: variance about an axis [rad^2].
     """
-    covariance: np.ndarray = _AXES * variances.repeat(3)
+    covariance = np.zeros((6, 6))
+    covariance.ravel()[::7] = along, along, along, about, about, about
     return covariance
 
 

@@ -20,7 +20,8 @@ import math
 
 import numpy as np
 
-from aick_ros.geometry import definite, se3
+from aick_ros import kernels
+from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.registration.result import SensorBias
 
@@ -40,8 +41,6 @@ and depth differ by has all of its noise, on cameras without a bias rather more.
 _OF_DEPTH = 0.85
 """Share of the biases that are depth's. On rendered cameras all are, on real ones with blur and a
 rolling shutter some are of the keypoints."""
-
-_ALL = np.eye(6)
 
 _USUAL, _LARGEST = 10.645, 19.805
 """Squares of a difference by its covariance. Up to the first it is usual; beyond, the covariance
@@ -75,29 +74,23 @@ class IncrementBias:
         """
         if shown is None:
             return motion
-        squares = _squares(motion.matrix, depth)
-        expected = shown.covariance + np.diag(self._ratio * squares)
-        information = definite.inverse(expected)
-        normalised = information @ shown.difference
-        square = float(shown.difference @ normalised)
-        covariance = (_NOISE * motion.covariance + self._ratio * _in_pose(squares, shown.gain)
-                      ) * max(square / _USUAL, 1.0)
+        squares, covariance = _squares(motion.matrix, depth), np.empty((6, 6))
+        seen = kernels.biased_increment(
+            shown.difference, shown.covariance, shown.gain, squares, self._ratio,
+            motion.covariance, _OF_DEPTH, _NOISE, _USUAL, _LARGEST, covariance)
+        if seen is None:  # what keypoints and depth differ by has no covariance
+            return motion
         if squares[0] >= (_SMALLEST_MOTION * depth) ** 2:
-            weight = _LARGEST / max(square, _LARGEST)
-            self._learn(squares, information, weight * np.square(normalised))
+            self._learn(*seen)
         return motion.with_covariance(covariance)
 
-    def _learn(self, squares: np.ndarray, information: np.ndarray,
-               normalised: np.ndarray) -> None:
+    def _learn(self, shown: float, score: float) -> None:
         """
         Take a step of Fisher's scoring.
 
-        :param squares: of the motion, 6.
-        :param information: 6x6, the inverse of the covariance of the difference.
-        :param normalised: squares of the difference by that covariance, 6.
+        :param shown: information about the ratio.
+        :param score: derivative of the logarithm of the likelihood by the ratio.
         """
-        shown = 0.5 * float(squares @ np.square(information) @ squares)
-        score = 0.5 * float(squares @ (normalised - information.diagonal()))
         if not self._information:
             self._information, self._score = shown, shown * self._ratio
         self._count = min(self._count + 1, _MEMORY)
@@ -106,19 +99,6 @@ class IncrementBias:
         self._ratio = max(min(max(self._score / self._information,
                                   self._ratio / _LARGEST_CHANGE),
                               self._ratio * _LARGEST_CHANGE), _SMALLEST)
-
-
-def _in_pose(squares: np.ndarray, gain: np.ndarray) -> np.ndarray:
-    """
-    Return the covariance that a bias has in the joint pose, 6x6.
-
-    :param squares: of the bias, 6.
-    :param gain: 6x6, by which the pose follows depth.
-    """
-    rest = _ALL - gain
-    covariance: np.ndarray = (_OF_DEPTH * (gain * squares) @ gain.T
-                              + (1.0 - _OF_DEPTH) * (rest * squares) @ rest.T)
-    return covariance
 
 
 def _squares(motion: np.ndarray, depth: float) -> np.ndarray:

@@ -10,10 +10,10 @@ import math
 import numpy as np
 
 from aick_ros.geometry import se3
-from aick_ros.geometry.pose import Increment, PoseWithCovariance
+from aick_ros.geometry.pose import Increment, PoseWithCovariance, along_all_axes
 from aick_ros.settings import OdometrySettings
 
-_HALF_TURN = np.repeat([0.0, np.pi], 3)  # by definition: no two orientations differ by more
+_HALF_TURN = math.pi  # by definition: no two orientations differ by more
 
 
 class MotionModel:
@@ -27,9 +27,8 @@ class MotionModel:
     def __init__(self, settings: OdometrySettings) -> None:
         self._hold_time = settings.hold_time
         self._max_speed, self._max_turn_rate = settings.max_speed, settings.max_turn_rate
-        self._acceleration_sigmas = np.repeat(
-            [settings.acceleration_sigma, settings.angular_acceleration_sigma], 3)
-        self._max_speeds = np.repeat([settings.max_speed, 0.0], 3)
+        self._acceleration_sigma = settings.acceleration_sigma
+        self._angular_acceleration_sigma = settings.angular_acceleration_sigma
 
     def holds(self, elapsed: float) -> bool:
         """Return whether the velocity is still used some time [s] after it was measured."""
@@ -45,10 +44,11 @@ class MotionModel:
             that may be anywhere within the speed limit and turned in any direction.
         """
         velocity = np.zeros(6) if twist is None else twist
-        sigmas = np.minimum(0.5 * elapsed ** 2 * self._acceleration_sigmas,
-                            elapsed * self._max_speeds + _HALF_TURN)
+        per_acceleration = 0.5 * elapsed ** 2
+        shift = min(per_acceleration * self._acceleration_sigma, elapsed * self._max_speed)
+        turn = min(per_acceleration * self._angular_acceleration_sigma, _HALF_TURN)
         return PoseWithCovariance(se3.exp(min(elapsed, self._hold_time) * velocity),
-                                  np.diag(sigmas ** 2))
+                                  along_all_axes(shift ** 2, turn ** 2))
 
     def time_to_rest(self, twist: np.ndarray | None) -> float:
         """
@@ -57,7 +57,9 @@ class MotionModel:
         :param twist: its velocity before; None: unknown, zero.
         """
         velocity = np.zeros(6) if twist is None else np.abs(twist)
-        return self._hold_time + float(np.max(velocity / self._acceleration_sigmas))
+        return self._hold_time + max(
+            float(velocity[:3].max()) / self._acceleration_sigma,
+            float(velocity[3:].max()) / self._angular_acceleration_sigma)
 
     def observed_twist(self, increment: Increment, unconfirmed: float) -> np.ndarray:
         """

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from aick_ros.frames.prepared import PreparedFrame
-from aick_ros.geometry.pose import PoseWithCovariance, at_point, in_axes
+from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.result import Registration, SensorBias
 
@@ -72,8 +72,7 @@ class Reference:
         bias = None
         if self.bias is not None and registration.bias is not None:
             arm = registration.T_target_source[:3, 3] - self.in_keyframe.translation
-            bias = registration.bias.since(self.bias, at_point(arm), _OWN_NOISE).seen_along(
-                in_axes(self.in_keyframe.rotation.T))
+            bias = registration.bias.since(self.bias, arm, _OWN_NOISE, self.in_keyframe.rotation)
         return motion.with_covariance(_OWN_NOISE * motion.covariance), bias
 
 

@@ -12,6 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
+from aick_ros import kernels
 from aick_ros.geometry import definite
 from aick_ros.geometry.pose import PoseWithCovariance, unknown_covariance
 from aick_ros.registration.refinement.measured_noise import NoiseSample
@@ -48,27 +49,25 @@ class SensorBias:
         return float(self.difference @ definite.solve(self.covariance, self.difference)) / 6
 
     @cached_property
-    def squares(self) -> np.ndarray:
-        """Mean squares of the difference along an axis and about an axis [m^2, rad^2], 2."""
-        squares: np.ndarray = np.square(self.difference).reshape(2, 3).sum(axis=1) / 3
-        return squares
+    def squares(self) -> tuple[float, float]:
+        """Mean squares of the difference along an axis and about an axis [m^2, rad^2]."""
+        shift, turn = self.difference[:3], self.difference[3:]
+        return float(shift @ shift) / 3, float(turn @ turn) / 3
 
-    def since(self, before: SensorBias, transport: np.ndarray, own: float) -> SensorBias:
+    def since(self, before: SensorBias, arm: np.ndarray, own: float,
+              rotation: np.ndarray) -> SensorBias:
         """
-        Return what the bias of a motion is, by those of two poses in one frame.
+        Return what the bias of a motion is, by those of two poses in one frame, in its axes.
 
         :param before: of the first pose.
-        :param transport: 6x6, moves an error of the first pose to the second one.
+        :param arm: from the first pose to the second one, 3 [m].
         :param own: share of the noise of each that the other one does not have.
+        :param rotation: of the first pose, 3x3.
         """
-        return SensorBias(
-            self.difference - transport @ before.difference,
-            own * (self.covariance + transport @ before.covariance @ transport.T), self.gain)
-
-    def seen_along(self, axes: np.ndarray) -> SensorBias:
-        """Return the same bias in other axes, by the 6x6 matrix that expresses an error there."""
-        return SensorBias(axes @ self.difference, axes @ self.covariance @ axes.T,
-                          axes @ self.gain @ axes.T)
+        difference, (covariance, gain) = np.empty(6), np.empty((2, 6, 6))
+        kernels.bias_since(self.difference, self.covariance, self.gain, before.difference,
+                           before.covariance, arm, own, rotation, difference, covariance, gain)
+        return SensorBias(difference, covariance, gain)
 
 
 class Evidence(Enum):
@@ -85,7 +84,8 @@ class Registration:
     Pose of the source camera in the frame of the target camera.
 
     :param status: OK, or why there is no pose; ``reason`` adds the numbers.
-    :param T_target_source: 4x4 float64 [m]; the identity where the status is not OK.
+    :param T_target_source: 4x4 float64 [m]; the identity where the status is not OK, unless it is
+        rough.
     :param covariance: 6x6 (x, y, z, rot x, rot y, rot z) about the target's fixed axes
         [m^2, m rad, rad^2]; infinite on the diagonal where the status is not OK.
     :param matches: Kx2, rows (source keypoint, target keypoint) of the last iteration of AICK.
@@ -105,7 +105,8 @@ class Registration:
         both.
     :param overlap: share of the points of the depth image that the other one shows, where it is
         measured: by depth alone.
-    :param is_rough: whether it is the first part of a registration, which has to go on from there.
+    :param is_rough: whether it is the first part of a registration, which has to go on from there;
+        where the status is not OK, whether AICK may confirm the pose.
     """
 
     status: Status

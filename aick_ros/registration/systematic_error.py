@@ -81,18 +81,19 @@ class SystematicError:
         along_change = np.outer(change, change)
         lag, unusual = _lag_squared(delay) * along_change, delay_sigma ** 2 * along_change
         if registration.bias is not None:
-            unusual += along_all_axes(self._unusual(registration.bias))
+            unusual += along_all_axes(*self._unusual(registration.bias))
             self._learn(registration.bias)
         return replaced(
             registration, covariance=registration.covariance + timing + lag + unusual,
             timing=timing, unusual=unusual)
 
-    def _unusual(self, bias: SensorBias) -> np.ndarray:
-        """Return the mean squares of the share of a bias that is not usual, 2 [m^2, rad^2]."""
+    def _unusual(self, bias: SensorBias) -> tuple[float, float]:
+        """Return the mean squares of the share of a bias that is not usual [m^2, rad^2]."""
         noise, systematic = _UNUSUAL_BOUNDS
         ratio = bias.normalised / max(self._normalised, 1.0)
         share = min(max((ratio - noise) / (systematic - noise), 0.0), 1.0)
-        return share * bias.squares
+        along, about = bias.squares
+        return share * along, share * about
 
     def _learn(self, bias: SensorBias) -> None:
         self._count = min(self._count + 1, _MEMORY)

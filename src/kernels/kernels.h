@@ -12,6 +12,8 @@
 
 PyObject *kernel_agreeing_tracks(PyObject *module, PyObject *arguments);
 PyObject *kernel_align_windows(PyObject *module, PyObject *arguments);
+PyObject *kernel_bias_since(PyObject *module, PyObject *arguments);
+PyObject *kernel_biased_increment(PyObject *module, PyObject *arguments);
 PyObject *kernel_bit_distances(PyObject *module, PyObject *arguments);
 PyObject *kernel_bit_distances_of_pairs(PyObject *module, PyObject *arguments);
 PyObject *kernel_cells_at(PyObject *module, PyObject *arguments);

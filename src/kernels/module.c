@@ -8,6 +8,8 @@
 static PyMethodDef METHODS[] = {
     KERNEL(agreeing_tracks),
     KERNEL(align_windows),
+    KERNEL(bias_since),
+    KERNEL(biased_increment),
     KERNEL(bit_distances),
     KERNEL(bit_distances_of_pairs),
     KERNEL(cells_at),

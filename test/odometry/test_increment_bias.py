@@ -149,3 +149,38 @@ def test_without_a_difference_the_motion_stays_as_it_is():
     model = IncrementBias()
     assert model.add_to(OWN, None, DEPTH) is OWN
     assert model.ratio == IncrementBias().ratio
+
+
+@pytest.mark.parametrize('difference, depth', [(1.0, DEPTH), (40.0, DEPTH), (1.0, 1e-9)])
+def test_the_bias_of_an_increment_follows_depth_and_keypoints_by_the_gain(difference, depth):
+    """By what it is written to be; an unusual difference lets all of the covariance grow."""
+    rng = np.random.default_rng(8)
+    gain, root = rng.uniform(-1, 1, (2, 6, 6))
+    noise = 1e-7 * (root @ root.T + np.eye(6))
+    shown = SensorBias(difference * rng.multivariate_normal(np.zeros(6), noise), noise, gain)
+    model = IncrementBias()
+    ratio, motion = model.ratio ** 2, PoseWithCovariance(MOTION, 1e-6 * noise)
+    turn = np.sum(np.square(se3.log_rotation(MOTION[:3, :3])))
+    shift = np.sum(np.square(MOTION[:3, 3])) + depth ** 2 * turn
+    squares = np.repeat([shift, turn], 3)
+    expected = noise + np.diag(ratio * squares)
+    square = shown.difference @ np.linalg.solve(expected, shown.difference)
+    rest = np.eye(6) - gain
+    bias = ratio * (0.85 * gain @ np.diag(squares) @ gain.T
+                    + 0.15 * rest @ np.diag(squares) @ rest.T)
+    found = model.add_to(motion, shown, depth)
+    np.testing.assert_allclose(
+        found.covariance, (SCATTER * motion.covariance + bias) * max(square / 10.645, 1.0),
+        rtol=1e-9, atol=1e-20)
+    information = np.linalg.inv(expected)
+    normalised = information @ shown.difference
+    score = 0.5 * squares @ (min(19.805 / square, 1.0) * normalised ** 2 - np.diag(information))
+    total = 0.5 * squares @ information ** 2 @ squares
+    learned_ratio = np.clip(ratio + score / 3 / total, ratio / 4, 4 * ratio)
+    assert model.ratio ** 2 == pytest.approx(max(learned_ratio, np.radians(0.001) ** 2))
+
+
+def test_a_difference_without_a_covariance_adds_nothing():
+    motion = PoseWithCovariance(np.eye(4), 1e-6 * np.eye(6))
+    unknown = SensorBias(np.ones(6), np.zeros((6, 6)), HALF)
+    assert IncrementBias().add_to(motion, unknown, DEPTH) is motion

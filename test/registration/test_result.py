@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from aick_ros.geometry import se3
+from aick_ros.geometry.pose import at_point, in_axes
 from aick_ros.registration.result import Evidence, Registration, SensorBias, failed
 from aick_ros.registration.status import Status
 
@@ -78,3 +80,19 @@ def test_evidence_is_described_for_people():
         'KEYPOINTS': 'keypoints that agree with the pose',
         'DEPTH': 'depth and brightness of most of the view, whatever the number of keypoints',
         'DEPTH_ALONE': 'depth, and the motion expected where the scene has no shape'}
+
+
+def test_the_bias_of_a_motion_is_that_of_its_end_without_that_of_its_start():
+    """In the axes of the start; an error there moves the end by its lever arm."""
+    rng = np.random.default_rng(9)
+    roots, gains, differences = (rng.uniform(-1, 1, (2, *size)) for size in ((6, 6), (6, 6), (6,)))
+    end, start = (SensorBias(difference, root @ root.T, gain)
+                  for difference, root, gain in zip(differences, roots, gains))
+    arm, rotation = np.array([0.3, -0.2, 0.5]), se3.exp_rotation([0.4, -0.9, 0.3])
+    transport, axes = at_point(arm), in_axes(rotation.T)
+    found = end.since(start, arm, 0.4, rotation)
+    np.testing.assert_allclose(
+        found.difference, axes @ (end.difference - transport @ start.difference))
+    np.testing.assert_allclose(found.covariance, 0.4 * axes @ (
+        end.covariance + transport @ start.covariance @ transport.T) @ axes.T)
+    np.testing.assert_allclose(found.gain, axes @ end.gain @ axes.T)

@@ -28,6 +28,8 @@ from aick_ros.errors import InputError
 _CALLS = """
 agreeing_tracks d:n,3 d:n,2 d:4,4 %f
 align_windows B:x,y B:x,y %z %w %f %f f:n,2 d:n,4 f>n,2 ?>n
+bias_since d:6 d:6,6 d:6,6 d:6 d:6,6 d:3 %f d:3,3 d>6 d>6,6 d>6,6
+biased_increment d:6 d:6,6 d:6,6 d:6 %f d:6,6 %f %f %f %f d>6,6
 bit_distances B:n,w B:m,w %w f>n,m
 bit_distances_of_pairs B:n,w B:m,w %w q:k q:k f>k
 cells_at d:n,3 ?:h,v %v %h d:4 q>n q>n

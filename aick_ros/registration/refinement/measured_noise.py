@@ -70,14 +70,14 @@ class NoiseSample:
     :param motion: mean displacement of the tracks in the image [px].
     :param ratio: design effect of the keypoints by that of depth.
     :param normalised: squared bias by its covariance, per degree of freedom.
-    :param squares: mean squared bias along an axis and about an axis [m^2, rad^2], 2.
+    :param squares: mean squared bias along an axis and about an axis [m^2, rad^2].
     :param poses: by keypoints and by depth alone.
     """
 
     motion: float
     ratio: float
     normalised: float
-    squares: np.ndarray
+    squares: tuple[float, float]
     poses: PosesByKind | None = None
 
 
@@ -104,8 +104,9 @@ class _Average:
 
     count: int = _PRIOR_COUNT
     ratio: float = 0.0
-    normalised: float = float(np.log(_PRIOR_NORMALISED))
-    squares: np.ndarray = field(default_factory=lambda: np.log(np.square(_PRIOR_BIAS)))
+    normalised: float = math.log(_PRIOR_NORMALISED)
+    along: float = 2.0 * math.log(_PRIOR_BIAS[0])
+    about: float = 2.0 * math.log(_PRIOR_BIAS[1])
     jitter: MeanJitter = MeanJitter()
 
     def with_sample(self, sample: NoiseSample, shown: float | None) -> _Average:
@@ -115,11 +116,12 @@ class _Average:
         def mean(average: float, value: float) -> float:
             return average + (value - average) / count
 
-        squares = np.log(np.maximum(sample.squares, _SMALLEST_SQUARE)) - _LOG_MEAN[1]
+        along, about = (math.log(max(square, _SMALLEST_SQUARE)) - _LOG_MEAN[1]
+                        for square in sample.squares)
         return _Average(
             count, mean(self.ratio, _log(sample.ratio)),
             mean(self.normalised, _log(sample.normalised) - _LOG_MEAN[0]),
-            self.squares + (squares - self.squares) / count,
+            mean(self.along, along), mean(self.about, about),
             self.jitter if shown is None else self.jitter.with_sample(shown))
 
     def noise(self, motion: float) -> Noise:
@@ -129,11 +131,10 @@ class _Average:
             low, high = map(math.log, _BIAS_BOUNDS)
             ratio *= min(max((high - self.normalised) / (high - low), 0.0), 1.0)
         excess = max(1.0 - math.exp(-self.normalised), 0.0)  # share of squares beyond noise
-        variances = excess * np.exp(self.squares)
-        bias = along_all_axes(variances)
+        bias = along_all_axes(excess * math.exp(self.along), excess * math.exp(self.about))
         return Noise(math.exp(ratio), bias,
                      min((motion / _MOTION_OF_DEPTH_BIAS) ** 2, 1.0) * bias,
-                     along_all_axes(np.array([self.jitter.variance, 0.0])))
+                     along_all_axes(self.jitter.variance, 0.0))
 
 
 class MeasuredNoise:
