@@ -59,7 +59,8 @@ class Attempts:
         self._expected = expected
 
     def of(self, prepared: PreparedFrame, references: References, twist: np.ndarray | None,
-           confirmed: int, views: KnownViews) -> Iterator[Attempt]:
+           confirmed: int, views: KnownViews,
+           tracked: np.ndarray | None = None) -> Iterator[Attempt]:
         """
         Yield registrations of a frame, until one is accepted: by keypoints, then by depth alone.
 
@@ -68,13 +69,15 @@ class Attempts:
         :param twist: body velocity at the last tracked frame [m/s, rad/s]; None: unknown.
         :param confirmed: stamp of the last frame that was registered by keypoints [ns].
         :param views: what is known beside a reference, where the frame is expected in it.
+        :param tracked: rough pose in the keyframe by tracking, 4x4; None: there is none.
         """
         prepared, motion = self._moving(prepared, references.last, twist)
         unconfirmed = seconds(confirmed, prepared.stamp)
         doubtful = []
         if prepared.repeat is not Repeat.COLOUR:
             steady = self._expected.steady(references.last.stamp, prepared.stamp, twist)
-            for attempt in self._by_keypoints(prepared, references, motion, steady, unconfirmed):
+            for attempt in self._by_keypoints(prepared, references, motion, steady, unconfirmed,
+                                              tracked):
                 if _is_doubtful(attempt, prepared):
                     doubtful.append(attempt)
                 else:
@@ -113,7 +116,7 @@ class Attempts:
 
     def _by_keypoints(self, prepared: PreparedFrame, references: References,
                       motion: PoseWithCovariance | None, steady: PoseWithCovariance | None,
-                      unconfirmed: float) -> Iterator[Attempt]:
+                      unconfirmed: float, tracked: np.ndarray | None) -> Iterator[Attempt]:
         candidates = references.candidates()
         if references.is_blurred() and not prepared.is_blurred_beside(references.sharp.prepared):
             candidates = chain([references.sharp], candidates)
@@ -122,7 +125,8 @@ class Attempts:
                 None if each is None else _expected(reference, references.last, each)
                 for each in (motion, steady))
             yield self._checked(prepared, reference, self._registrar.register(
-                prepared, reference.prepared, expected, unconfirmed, at_constant_velocity))
+                prepared, reference.prepared, expected, unconfirmed, at_constant_velocity,
+                tracked if reference is references.keyframe else None))
 
     def _by_depth(self, prepared: PreparedFrame, references: References,
                   motion: PoseWithCovariance, confirmed: int,

@@ -280,7 +280,9 @@ class Odometry:
             self._registrar.prepared_for_tracking(preparation), references, self._twist,
             self._confirmed)
         if attempt is None or not attempt.status.ok:
-            return self._register_prepared(self._registrar.with_own_keypoints(prepared))
+            return self._register_prepared(
+                self._registrar.with_own_keypoints(prepared),
+                attempt.seen.T_target_source if attempt and attempt.seen.is_rough else None)
         self._tracked_frames += 1
         if (self._tracked_frames >= self._settings.odometry.aick_interval
                 or self._keyframes.replaces(prepared, attempt)):
@@ -299,7 +301,9 @@ class Odometry:
                 and references.shape is None and not references.is_blurred()
                 and references.last.stamp < frame.stamp)
 
-    def _register_prepared(self, prepared: PreparedFrame) -> OdometryUpdate:
+    def _register_prepared(self, prepared: PreparedFrame,
+                           tracked: np.ndarray | None = None) -> OdometryUpdate:
+        """Return the update of a frame by AICK; tracked: its rough pose in the keyframe."""
         if self._stamp is not None and prepared.stamp <= self._stamp:
             back = self._stamp - prepared.stamp
             if back <= RESTART_AFTER:
@@ -315,7 +319,7 @@ class Odometry:
         views = partial(known_views, self._references, self._memory,
                         settings=self._settings.odometry)
         for attempt in self._attempts.of(prepared, self._references, self._twist,
-                                         self._confirmed, views):
+                                         self._confirmed, views, tracked):
             if attempt.status.ok:
                 return self._track(prepared, attempt, self._references, self._memory)
             failures.append(attempt)

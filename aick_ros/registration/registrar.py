@@ -157,7 +157,8 @@ class Registrar:
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None = None, elapsed: float = np.inf,
-                 steady: np.ndarray | None = None) -> Registration:
+                 steady: np.ndarray | None = None,
+                 tracked: np.ndarray | None = None) -> Registration:
         """
         Return the pose of the source in the target.
 
@@ -166,18 +167,21 @@ class Registrar:
         :param steady: at constant velocity, 4x4, where other sensors have a part in the pose
             expected. The images are as uncertain as their motion has changed since, whatever
             others say.
-        :raises InputError: where the frames are not prepared, the pose expected is not rigid, or
-            the time is less than 1 ns.
+        :param tracked: a rough pose that :meth:`track` has returned, 4x4; None: there is none.
+        :raises InputError: where the frames are not prepared, a pose is not rigid, or the time is
+            less than 1 ns.
         """
         _require_frames(source, target)
         elapsed = _duration(elapsed)
         if expected is not None:
             expected = se3.checked(expected, 'the pose expected')
+        if tracked is not None:
+            tracked = se3.checked(tracked, 'the pose tracked')
         target = self._alike(target, source)
         if self._verified is None:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
-        found = self._verified.register(source, target, expected, elapsed)
+        found = self._verified.register(source, target, expected, elapsed, tracked)
         return self._learned_from(found, source, target, expected if steady is None else steady,
                                   elapsed)
 
@@ -187,8 +191,8 @@ class Registrar:
         """
         Return the source with keypoints of the target tracked into it, and its pose in the target.
 
-        It fails without a refinement, and where AICK has to decide; parameters as for
-        :meth:`register`.
+        It fails without a refinement, and where AICK has to decide; its pose is rough then, if it
+        has one. Parameters as for :meth:`register`.
         """
         _require_frames(source, target)
         expected = se3.checked(expected, 'the pose expected')

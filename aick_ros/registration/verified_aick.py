@@ -27,6 +27,7 @@ from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
 from aick_ros.registration.tracked_keypoints import TrackedKeypoints
+from aick_ros.registration.unexpected_motion import NEAR_POSE, is_same
 from aick_ros.settings import Settings
 
 _SLOW_SCHEDULE = 0.93, 60
@@ -76,15 +77,18 @@ class VerifiedAick:
         return self._refinement.count
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
-                 expected: np.ndarray | None, elapsed: float) -> Registration:
+                 expected: np.ndarray | None, elapsed: float,
+                 tracked: np.ndarray | None = None) -> Registration:
         """
         Return the pose of the source in the target.
 
         :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
         :param elapsed: time since that velocity was measured [s].
+        :param tracked: a rough pose by :meth:`track`, 4x4; where AICK finds about the same the
+            refinement begins there. None: there is none.
         """
         predicted = Prediction.of(expected, source.twist, elapsed)
-        found = self.recognize(source, target, predicted)
+        found = self._recognized(source, target, predicted, tracked)
         if not found.status.ok:
             with self._times.stage('registration'):
                 slow = self._align_slowly(source.frame, target.frame)
@@ -112,9 +116,18 @@ class VerifiedAick:
 
         :param predicted: used for the velocity of the source, not for its pose.
         """
+        return self._recognized(source, target, predicted, None)
+
+    def _recognized(self, source: PreparedFrame, target: PreparedFrame,
+                    predicted: Prediction | None, tracked: np.ndarray | None) -> Registration:
         with self._times.stage('registration'):
             aligned = self._aick.align(source.keypoints, target.keypoints)
-        return self._refine(source, target, aligned, predicted)
+        if (tracked is None or not aligned.status.ok
+                or not is_same(aligned.T_target_source, tracked, NEAR_POSE)):
+            return self._refine(source, target, aligned, predicted)
+        with self._times.stage('refinement'):
+            refined = self._refinement.refine_near(source, target, tracked, predicted)
+        return _confirmed(source, target, aligned, refined)
 
     def recognize_partly(self, source: PreparedFrame, target: PreparedFrame,
                          aligned: Registration) -> Registration:

@@ -49,8 +49,8 @@ class Registrar:
         self._doubt = doubt
         self.by_keypoints, self.by_depth = [], []
 
-    def register(self, source, target, expected, elapsed, steady):
-        assert steady is None  # no other sensor has a part in the motion expected
+    def register(self, source, target, expected, elapsed, steady, tracked):
+        assert steady is tracked is None  # no other sensor has a part in the motion expected
         self.by_keypoints.append((expected, elapsed))
         return dataclasses.replace(FOUND, tracks=None if self._doubt else 'some')
 
@@ -284,6 +284,15 @@ def test_what_is_expected_by_sensors_and_at_constant_velocity_is_in_each_referen
         for pose, motion in zip(given[::2], (MOTION, STEADY)):
             np.testing.assert_allclose(pose, se3.inverse(
                 reference.pose.matrix) @ moved.last.pose.matrix @ motion.matrix, atol=1e-12)
+
+
+def test_a_rough_pose_that_was_tracked_is_one_in_the_keyframe(moved):
+    registrar, rough = Playing(failed(Status.TOO_FEW_MATCHES, '')), se3.exp(TWIST)
+    list(Attempts(Settings(), registrar, Expected()).of(
+        view(0.3, repeat=Repeat.DEPTH), moved, TWIST, 0, none_known, rough))
+    assert [given[1] for given in registrar.given[:2]] == [
+        moved.keyframe.prepared, moved.last.prepared]
+    assert [given[-1] is rough for given in registrar.given[:2]] == [True, False]
 
 
 def test_by_depth_the_motion_and_what_nothing_observes_are_in_the_axes_of_the_reference(moved):

@@ -306,7 +306,7 @@ def test_in_the_dark_an_increment_is_that_between_frames_of_one_shape(
 
 def asked_of(parts):
     """Return the twist and the time of the last confirmation that the attempts were given."""
-    *_, twist, confirmed, _ = parts.asked('Attempts', 'of')[-1]
+    *_, twist, confirmed, _, _ = parts.asked('Attempts', 'of')[-1]
     return twist, (confirmed - 100 * NANOSECONDS) / NANOSECONDS
 
 

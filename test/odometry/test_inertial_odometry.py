@@ -121,7 +121,8 @@ class Registrar:
             np.tile(np.eye(3, dtype=np.float32), (count, 1, 1)),
             np.zeros((count, 2), np.float32)), frame.grey, repeat=repeat)
 
-    def register(self, source, target, expected=None, elapsed=np.inf, steady=None):
+    def register(self, source, target, expected=None, elapsed=np.inf, steady=None,
+                 tracked=None):
         errors = [self._noise.setdefault(frame.stamp, SEEN_SIGMAS / np.sqrt(2)
                                          * self._rng.standard_normal(6))
                   for frame in (source, target)]

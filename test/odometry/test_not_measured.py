@@ -3,6 +3,8 @@
 
 """Frames that repeat, are late, are lost or may be tracked, by parts whose answers are known."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -303,6 +305,22 @@ def test_aick_checks_each_keyframe(parts, steps, attempt_to):
     assert checking(parts) == [2, 5]
     assert {attempt.seen for _, attempt in parts.asked('KeyframeChoice', 'replaces')} == {
         attempt.seen for *_, attempt in parts.asked('KeyframeChoice', 'advance')}
+
+
+@pytest.mark.parametrize('is_rough', [True, False])
+def test_aick_is_told_of_a_rough_pose_that_was_tracked(parts, steps, attempt_to, is_rough):
+    made, rough = attempt_to(status=Status.TOO_FEW_MATCHES), se3.exp([0.1, 0, 0, 0, 0, 0.1])
+
+    def tracked(*given):
+        failure = made(*given)
+        return dataclasses.replace(failure, seen=dataclasses.replace(
+            failure.seen, T_target_source=rough, is_rough=is_rough))
+
+    one, parts.attempts, parts.tracked = every(steps, 3), [attempt_to()], tracked
+    one.take(0.0)
+    one.take(0.1)
+    (*_, told), = parts.asked('Attempts', 'of')
+    assert told is (rough if is_rough else None)
 
 
 def test_a_frame_that_cannot_be_tracked_is_registered_with_keypoints_of_its_own(

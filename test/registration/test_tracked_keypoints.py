@@ -184,13 +184,24 @@ def test_a_registration_has_all_that_was_refined(play):
 
 
 @pytest.mark.parametrize('known, most, fewest, sought', [
-    (100, 400, 35, 100), (200, 100, 35, 100), (20, 400, 12, 20)])
-def test_a_third_of_what_is_sought_must_be_tracked(play, known, most, fewest, sought):
+    (100, 400, 40, 100), (200, 100, 40, 100), (20, 400, 12, 20)])
+def test_two_fifths_of_what_is_sought_must_be_tracked(play, known, most, fewest, sought):
     settings = with_values(Settings(), {'refinement.max_tracks': most})
     assert play(fewest, known, settings=settings)[1].status.ok
     source, found = play(fewest - 1, known, settings=settings)
     assert found.status is Status.TOO_FEW_MATCHES and source is play.views[0]
     assert found.reason == f'{fewest - 1} keypoints tracked from the keyframe, of {sought}'
+
+
+@pytest.mark.parametrize('tracked, known, error, is_rough', [
+    (39, 100, 0.0, True), (12, 100, 0.0, True), (11, 100, 0.0, False), (60, 100, 0.06, True)])
+def test_aick_may_confirm_a_pose_that_enough_keypoints_show(play, tracked, known, error,
+                                                            is_rough):
+    source, found = play(tracked, known, error * np.eye(6)[0])
+    assert not found.status.ok and found.is_rough == is_rough and not source.is_tracked
+    pose = play.back.refined.T_target_source if is_rough else np.eye(4)
+    np.testing.assert_array_equal(found.T_target_source, pose)
+    assert np.isinf(np.diag(found.covariance)).all()
 
 
 @pytest.mark.parametrize('error, elapsed, is_found', [

@@ -58,14 +58,15 @@ class Steps:
         self.refined = [made.refined(40)]
         parts.answers.update({
             ('Refinement', 'refine'): lambda *_: self.refined.pop(0),
+            ('Refinement', 'refine_near'): lambda *_: self.refined.pop(0),
             ('RepeatingSceneCheck', 'check_first'): lambda found, *_: found,
             ('RepeatingSceneCheck', 'check'): lambda found, *_: found,
             ('DynamicObjectCheck', 'check'): lambda found, *_: found,
             ('Aick', 'register'): SLOW_FAILURE,
             ('KeypointExtractor', 'extract'): lambda frame: ('all of', frame)})
 
-    def register(self, expected=EXPECTED):
-        return self.registrar.register(self.source, self.target, expected, ELAPSED)
+    def register(self, expected=EXPECTED, tracked=None):
+        return self.registrar.register(self.source, self.target, expected, ELAPSED, tracked)
 
 
 @pytest.fixture
@@ -124,6 +125,34 @@ def test_what_aick_finds_is_refined_and_then_checked(steps, parts):
         assert checked is found
         assert others[:2] == [steps.source, steps.target]
         assert others[2] is EXPECTED and others[3] == ELAPSED
+
+
+def test_the_refinement_begins_at_a_pose_tracked_that_aick_confirms(steps, parts):
+    aligned, refined = steps.aligned, steps.refined[0]
+    tracked = aligned.T_target_source @ se3.exp([0.049, 0, 0, 0, 0, 0])
+    found = steps.register(tracked=tracked)
+    assert_is_refined(found, aligned, refined)
+    assert parts.order() == [
+        ('fast', 'align'), ('Refinement', 'refine_near'), ('RepeatingSceneCheck', 'check'),
+        ('DynamicObjectCheck', 'check')]
+    (source, target, pose, predicted), = parts.asked('Refinement', 'refine_near')
+    assert source is steps.source and target is steps.target and pose is tracked
+    assert_predicted(predicted, steps)
+
+
+@pytest.mark.parametrize('error', [[0.051, 0, 0, 0, 0, 0], [0, 0, 0, 0, np.radians(3.1), 0]])
+def test_where_aick_finds_another_pose_than_the_one_tracked_that_counts(steps, parts, error):
+    steps.register(tracked=steps.aligned.T_target_source @ se3.exp(error))
+    (_, _, pose, _), = parts.asked('Refinement', 'refine')
+    assert pose is steps.aligned.T_target_source and not parts.asked('Refinement', 'refine_near')
+
+
+def test_where_aick_finds_no_pose_the_one_tracked_counts_for_nothing(steps, parts):
+    steps.aligned = FAILURE
+    steps.refined = [steps.made.refined(0)]
+    steps.register(expected=None, tracked=EXPECTED)
+    assert ('Aick', 'register') in parts.order()
+    assert not parts.asked('Refinement', 'refine_near')
 
 
 def test_each_stage_is_timed(steps, parts, monkeypatch):

@@ -147,6 +147,12 @@ class Refinement:
         limit = _SMALL_ERROR * self._settings.track_window
         return float(np.hypot(*shifts.T).mean()) < limit
 
+    def refine_near(self, source: PreparedFrame, target: PreparedFrame,
+                    T_target_source: np.ndarray, predicted: Prediction | None = None) -> Refined:
+        """Return what :meth:`refine` does, of a first pose with an error of two pixels at most."""
+        tracks = self._tracker.track(source, target, T_target_source, is_near=True)
+        return self.refine(source, target, T_target_source, predicted, tracks)
+
     def refine_back(self, source: PreparedFrame, target: PreparedFrame,
                     T_target_source: np.ndarray, predicted: Prediction | None = None) -> Refined:
         """

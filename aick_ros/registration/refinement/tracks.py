@@ -103,14 +103,15 @@ class Tracker:
         self._pyramids = LastResults(self._pyramid_of, _CACHED_FRAMES)
 
     def track(self, source: PreparedFrame, target: PreparedFrame,
-              T_target_source: np.ndarray) -> Tracks:
+              T_target_source: np.ndarray, is_near: bool = False) -> Tracks:
         """
         Find the keypoints of the source in the target.
 
         :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
+        :param is_near: whether it has one of at most two pixels.
         """
         return self._track(source, target, T_target_source,
-                           lambda chosen: self._windows_of(source, chosen))
+                           lambda chosen: self._windows_of(source, chosen), is_near)
 
     def _track(self, source: PreparedFrame, target: PreparedFrame, T_target_source: np.ndarray,
                windows_of: Callable[[np.ndarray], Windows], is_near: bool = False) -> Tracks:
