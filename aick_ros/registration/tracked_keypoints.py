@@ -26,7 +26,7 @@ from aick_ros.registration.unexpected_motion import (
     NEAR_POSE, is_same, sudden_accelerations, suddenness)
 from aick_ros.settings import Settings
 
-_SHARE_TRACKED = 0.4
+SHARE_TRACKED = 0.4
 """Share of the keypoints that must be tracked.
 
 Chosen: where fewer are, keypoints of the frame itself make its pose, if AICK confirms it, more
@@ -64,7 +64,7 @@ class TrackedKeypoints:
         if (not is_same(expected, refined.T_target_source, NEAR_POSE)
                 or suddenness(change, elapsed, self._sudden) > 1.0):
             return source, _rough(refined, f'{reason} show a sudden motion')
-        if len(tracks) < _SHARE_TRACKED * sought:
+        if len(tracks) < SHARE_TRACKED * sought:
             return source, _rough(refined, f'{reason}, of {sought}')
         source = replaced(source, is_tracked=True, keypoints=_keypoints(
             tracks, source, target.keypoints))

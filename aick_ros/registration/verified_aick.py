@@ -26,7 +26,7 @@ from aick_ros.registration.repeating_scene import RepeatingSceneCheck
 from aick_ros.registration.result import Registration, failed
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
-from aick_ros.registration.tracked_keypoints import TrackedKeypoints
+from aick_ros.registration.tracked_keypoints import SHARE_TRACKED, TrackedKeypoints
 from aick_ros.registration.unexpected_motion import NEAR_POSE, is_same
 from aick_ros.settings import Settings
 
@@ -36,7 +36,7 @@ _SLOW_SCHEDULE = 0.93, 60
 _CACHED_FRAMES = 8  # chosen: a lost frame is tried against several earlier ones
 _FEWEST_UNVERIFIED = 60  # chosen: matches that a pose needs if no tracks confirm it
 _UNVERIFIED_COVARIANCE_FACTOR = 100.0  # chosen: AICK's covariance has no systematic errors
-_SHARE_TRACKED = 0.5  # chosen: share of the keypoints that must be tracked to confirm a guess
+_SHARE_GUESSED = 0.5  # chosen: share of the keypoints that must be tracked to confirm a guess
 
 
 class VerifiedAick:
@@ -84,8 +84,9 @@ class VerifiedAick:
 
         :param expected: ``T_target_source`` at constant velocity, 4x4; None where unknown.
         :param elapsed: time since that velocity was measured [s].
-        :param tracked: a rough pose by :meth:`track`, 4x4; where AICK finds about the same the
-            refinement begins there. None: there is none.
+        :param tracked: a rough pose by :meth:`track`, 4x4. Where AICK finds about the same the
+            refinement begins there; where it finds none in one attempt, enough keypoints of the
+            source itself that are tracked from there confirm it. None: there is none.
         """
         predicted = Prediction.of(expected, source.twist, elapsed)
         found = self._recognized(source, target, predicted, tracked)
@@ -122,12 +123,17 @@ class VerifiedAick:
                     predicted: Prediction | None, tracked: np.ndarray | None) -> Registration:
         with self._times.stage('registration'):
             aligned = self._aick.align(source.keypoints, target.keypoints)
-        if (tracked is None or not aligned.status.ok
-                or not is_same(aligned.T_target_source, tracked, NEAR_POSE)):
+        if tracked is None or aligned.status.ok and not is_same(
+                aligned.T_target_source, tracked, NEAR_POSE):
             return self._refine(source, target, aligned, predicted)
         with self._times.stage('refinement'):
             refined = self._refinement.refine_near(source, target, tracked, predicted)
-        return _confirmed(source, target, aligned, refined)
+        if aligned.status.ok:
+            return _confirmed(source, target, aligned, refined)
+        if len(refined.tracked) < SHARE_TRACKED * self._sought(source):
+            return aligned
+        return _confirmed(source, target, dataclasses.replace(
+            aligned, status=Status.OK, reason='by tracking'), refined)
 
     def recognize_partly(self, source: PreparedFrame, target: PreparedFrame,
                          aligned: Registration) -> Registration:
@@ -170,9 +176,12 @@ class VerifiedAick:
         """Return the refinement of a guessed pose; the failure if tracks do not confirm it."""
         registration = self._refine(source, target, dataclasses.replace(
             failure, status=Status.OK, T_target_source=guess, reason='by constant velocity'))
-        sought = min(len(source.keypoints), self._most_tracks)
-        fewest = max(FEWEST_TO_CONFIRM, _SHARE_TRACKED * sought)
+        fewest = max(FEWEST_TO_CONFIRM, _SHARE_GUESSED * self._sought(source))
         return registration if registration.support >= fewest else failure
+
+    def _sought(self, source: PreparedFrame) -> int:
+        """Return how many keypoints are tracked, if all are found."""
+        return min(len(source.keypoints), self._most_tracks)
 
 
 def _unverified(registration: Registration, source: PreparedFrame, target: PreparedFrame,

@@ -147,12 +147,20 @@ def test_where_aick_finds_another_pose_than_the_one_tracked_that_counts(steps, p
     assert pose is steps.aligned.T_target_source and not parts.asked('Refinement', 'refine_near')
 
 
-def test_where_aick_finds_no_pose_the_one_tracked_counts_for_nothing(steps, parts):
-    steps.aligned = FAILURE
-    steps.refined = [steps.made.refined(0)]
-    steps.register(expected=None, tracked=EXPECTED)
-    assert ('Aick', 'register') in parts.order()
-    assert not parts.asked('Refinement', 'refine_near')
+@pytest.mark.parametrize('count, is_enough', [(40, True), (39, False)])
+def test_where_aick_finds_no_pose_the_one_tracked_needs_two_fifths_of_the_keypoints(
+        steps, parts, count, is_enough):
+    steps.source = steps.made.prepared(2, 120)  # a hundred are tracked at most
+    steps.aligned, steps.refined = FAILURE, [steps.made.refined(count)]
+    refined = steps.refined[0]
+    found = steps.register(expected=None, tracked=EXPECTED)
+    assert (('Aick', 'register') in parts.order()) != is_enough
+    if is_enough:
+        assert found.T_target_source is refined.T_target_source and found.status is Status.OK
+        assert found.reason == 'by tracking, 40 keypoints tracked'
+        assert found.support == 40 and not len(found.matches)
+    else:
+        assert found.reason == SLOW_FAILURE.reason
 
 
 def test_each_stage_is_timed(steps, parts, monkeypatch):
