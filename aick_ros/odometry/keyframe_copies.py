@@ -59,7 +59,7 @@ class KeyframeCopies:
         if not chosen.size:
             return None
         numbers, poses = np.array(graph.keys), graph.matrices
-        outdated = np.array([self._is_outdated(key) for key in graph.keys])
+        outdated = np.array([self.is_outdated(key) for key in graph.keys])
         stands_for = ~outdated[:, None] & (
             (numbers[:, None] < numbers[chosen]) | outdated[chosen])
         squares = view_distances(poses, poses[chosen], settings) ** 2
@@ -70,13 +70,14 @@ class KeyframeCopies:
                    < _SAME_VIEW ** 2)
         counts = np.bincount(places[is_same], minlength=len(chosen))
         copies = numbers[chosen[counts >= WITNESSES]].tolist()
-        return max(copies, key=lambda key: (self._is_outdated(key), key), default=None)
+        return max(copies, key=lambda key: (self.is_outdated(key), key), default=None)
 
     def forget(self, key: int) -> None:
         """Forget that searches have missed a keyframe."""
         del self._misses[key]
 
-    def _is_outdated(self, key: int) -> bool:
+    def is_outdated(self, key: int) -> bool:
+        """Return whether searches have missed a keyframe: newer ones may stand for it."""
         return self._misses[key] >= _MISSES
 
 

@@ -219,7 +219,8 @@ class KeyframeMemory:
             key = self._copies.copy_among(set(droppable) - self._no_copies, self._graph,
                                           self._settings.odometry)
             if key is None:
-                self._no_copies.update(droppable)
+                self._no_copies.update(  # nothing newer stands for them
+                    key for key in droppable if not self._copies.is_outdated(key))
                 if len(self._frames) <= self._capacity:
                     return
                 key = self._most_redundant(droppable)

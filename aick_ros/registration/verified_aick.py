@@ -123,8 +123,9 @@ class VerifiedAick:
                     predicted: Prediction | None, tracked: np.ndarray | None) -> Registration:
         with self._times.stage('registration'):
             aligned = self._aick.align(source.keypoints, target.keypoints)
-        if tracked is None or aligned.status.ok and not is_same(
-                aligned.T_target_source, tracked, NEAR_POSE):
+        if (tracked is None or source.grey.shape != target.grey.shape
+                or aligned.status.ok and not is_same(
+                    aligned.T_target_source, tracked, NEAR_POSE)):
             return self._refine(source, target, aligned, predicted)
         with self._times.stage('refinement'):
             refined = self._refinement.refine_near(source, target, tracked, predicted)
