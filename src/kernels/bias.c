@@ -3,7 +3,6 @@
 
 // The bias between keypoints and depth of a motion between two poses in one frame.
 
-#include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
@@ -12,44 +11,9 @@
 #include "equations.h"
 #include "kernels.h"
 #include "products.h"
+#include "se3.h"
 
 enum { SIZE = UNKNOWNS * UNKNOWNS, AXES = 3 };
-
-// Write the transpose of a matrix of six rows and columns.
-static void transpose(const double *matrix, double *transposed) {
-  for (int i = 0; i < UNKNOWNS; ++i)
-    for (int k = 0; k < UNKNOWNS; ++k)
-      transposed[UNKNOWNS * k + i] = matrix[UNKNOWNS * i + k];
-}
-
-// Write a matrix as a change of the axes expresses it, all 6x6: change, matrix, its transpose.
-static void express(const double *change, const double *matrix, double *expressed) {
-  double half[SIZE] = {0.0}, back[SIZE];
-  transpose(change, back);
-  add_product(change, matrix, UNKNOWNS, UNKNOWNS, UNKNOWNS, 1.0, half);
-  memset(expressed, 0, SIZE * sizeof(*expressed));
-  add_product(half, back, UNKNOWNS, UNKNOWNS, UNKNOWNS, 1.0, expressed);
-}
-
-// The matrix that moves an error to a point displaced by an arm.
-static void move_to(const double *arm, double *moved) {
-  memset(moved, 0, SIZE * sizeof(*moved));
-  for (int i = 0; i < UNKNOWNS; ++i)
-    moved[(UNKNOWNS + 1) * i] = 1.0;
-  for (int i = 0; i < AXES; ++i) {
-    const int next = (i + 1) % AXES, last = (i + 2) % AXES;
-    moved[UNKNOWNS * i + AXES + next] = arm[last];
-    moved[UNKNOWNS * i + AXES + last] = -arm[next];
-  }
-}
-
-// The matrix that expresses an error in the axes of a rotated frame.
-static void turn_into(const double *rotation, double *turned) {
-  memset(turned, 0, SIZE * sizeof(*turned));
-  for (int i = 0; i < AXES; ++i)
-    for (int k = 0; k < AXES; ++k)
-      turned[UNKNOWNS * i + k] = turned[UNKNOWNS * (AXES + i) + AXES + k] = rotation[AXES * k + i];
-}
 
 typedef struct {
   const double *difference, *covariance, *gain;
@@ -62,18 +26,23 @@ typedef struct {
 // Fill the bias of a motion by those of its end and its start.
 static void subtract(const Bias *end, const Bias *start, const double *arm, double own,
                      const double *rotation, NewBias *to) {
-  double moved[SIZE], turned[SIZE], covariance[SIZE], difference[UNKNOWNS];
-  move_to(arm, moved);
-  turn_into(rotation, turned);
+  double lever[UNKNOWNS][UNKNOWNS], axes[UNKNOWNS][UNKNOWNS], back[AXES * AXES];
+  double covariance[SIZE] = {0.0}, difference[UNKNOWNS];
+  for (int i = 0; i < AXES * AXES; ++i)
+    back[i] = rotation[AXES * (i % AXES) + i / AXES];
+  fill_lever(arm, lever);
+  fill_axes(back, axes);
   memcpy(difference, end->difference, sizeof(difference));
-  add_product(moved, start->difference, UNKNOWNS, UNKNOWNS, 1, -1.0, difference);
-  memset(to->difference, 0, sizeof(difference));
-  add_product(turned, difference, UNKNOWNS, UNKNOWNS, 1, 1.0, to->difference);
-  express(moved, start->covariance, covariance);
+  add_product(*lever, start->difference, UNKNOWNS, UNKNOWNS, 1, -1.0, difference);
+  add_propagated(lever, start->covariance, covariance);
   for (int i = 0; i < SIZE; ++i)
     covariance[i] = own * (end->covariance[i] + covariance[i]);
-  express(turned, covariance, to->covariance);
-  express(turned, end->gain, to->gain);
+  memset(to->difference, 0, UNKNOWNS * sizeof(double));
+  memset(to->covariance, 0, SIZE * sizeof(double));
+  memset(to->gain, 0, SIZE * sizeof(double));
+  add_product(*axes, difference, UNKNOWNS, UNKNOWNS, 1, 1.0, to->difference);
+  add_propagated(axes, covariance, to->covariance);
+  add_propagated(axes, end->gain, to->gain);
 }
 
 PyObject *kernel_bias_since(PyObject *module, PyObject *arguments) {
@@ -115,19 +84,18 @@ typedef struct {
 
 // Add the covariance that a bias has in the joint pose, times a factor.
 static void add_in_pose(const Expected *bias, const double *gain, double factor, double *sum) {
-  double scaled[SIZE], rest[SIZE], transposed[SIZE];
-  for (int part = 0; part < 2; ++part) {
-    for (int i = 0; i < UNKNOWNS; ++i) {
-      for (int k = 0; k < UNKNOWNS; ++k) {
-        const int at = UNKNOWNS * i + k;
-        rest[at] = part ? (i == k) - gain[at] : gain[at];
-        scaled[at] = rest[at] * bias->squares[k];
-      }
+  double follows[2][UNKNOWNS][UNKNOWNS], covariances[2][SIZE] = {{0.0}};  // depth, the rest
+  for (int i = 0; i < UNKNOWNS; ++i) {
+    const double square = factor * bias->squares[i];
+    covariances[0][(UNKNOWNS + 1) * i] = bias->of_depth * square;
+    covariances[1][(UNKNOWNS + 1) * i] = (1.0 - bias->of_depth) * square;
+    for (int k = 0; k < UNKNOWNS; ++k) {
+      follows[0][i][k] = gain[UNKNOWNS * i + k];
+      follows[1][i][k] = (i == k) - gain[UNKNOWNS * i + k];
     }
-    transpose(rest, transposed);
-    add_product(scaled, transposed, UNKNOWNS, UNKNOWNS, UNKNOWNS,
-                factor * (part ? 1.0 - bias->of_depth : bias->of_depth), sum);
   }
+  for (int kind = 0; kind < 2; ++kind)
+    add_propagated(follows[kind], covariances[kind], sum);
 }
 
 // Numbers that a difference between keypoints and depth shows of the ratio of the bias.
@@ -138,15 +106,12 @@ typedef struct {
 // Invert the covariance of a difference, and find what it shows; false where it is not definite.
 static bool show(const Bias *of, const Expected *bias, double ratio, double largest,
                  Shown *shown) {
-  double factor[SIZE], inverse[SIZE] = {0.0}, normalised[UNKNOWNS] = {0.0};
-  memcpy(factor, of->covariance, sizeof(factor));
-  for (int i = 0; i < UNKNOWNS; ++i) {
-    factor[(UNKNOWNS + 1) * i] += ratio * bias->squares[i];
-    inverse[(UNKNOWNS + 1) * i] = 1.0;
-  }
-  if (!factorize(factor, UNKNOWNS))
+  double expected[SIZE], inverse[SIZE], normalised[UNKNOWNS] = {0.0};
+  memcpy(expected, of->covariance, sizeof(expected));
+  for (int i = 0; i < UNKNOWNS; ++i)
+    expected[(UNKNOWNS + 1) * i] += ratio * bias->squares[i];
+  if (!invert(expected, UNKNOWNS, inverse))
     return false;
-  substitute(factor, UNKNOWNS, inverse, UNKNOWNS);
   add_product(inverse, of->difference, UNKNOWNS, UNKNOWNS, 1, 1.0, normalised);
   *shown = (Shown){0.0, 0.0, 0.0};
   for (int i = 0; i < UNKNOWNS; ++i)

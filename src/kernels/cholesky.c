@@ -13,7 +13,7 @@
 #include "kernels.h"
 #include "products.h"
 
-enum { MOST_UNKNOWNS = 64, MOST_SIDES = 1 << 20 };
+enum { MOST_SIDES = 1 << 20 };
 
 bool factorize(double *matrix, Py_ssize_t size) {
   for (Py_ssize_t i = 0; i < size; ++i) {
@@ -49,6 +49,18 @@ void substitute(const double *factor, Py_ssize_t size, double *sides, Py_ssize_t
     for (Py_ssize_t n = 0; n < count; ++n)
       sides[count * i + n] *= factor[size * i + i];
   }
+}
+
+bool invert(const double *matrix, Py_ssize_t size, double *inverse) {
+  double factor[MOST_UNKNOWNS * MOST_UNKNOWNS];
+  memcpy(factor, matrix, (size_t)(size * size) * sizeof(*factor));
+  if (!factorize(factor, size))
+    return false;
+  for (Py_ssize_t i = 0; i < size; ++i)
+    for (Py_ssize_t j = 0; j < size; ++j)
+      inverse[size * i + j] = i == j;
+  substitute(factor, size, inverse, size);
+  return true;
 }
 
 PyObject *kernel_solve_definite(PyObject *module, PyObject *arguments) {

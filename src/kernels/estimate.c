@@ -72,15 +72,11 @@ static void add(const Matrix one, const Matrix other, Matrix sum) {
 }
 
 // Set the inverse of a matrix, NaN where it is not positive definite.
-static void invert(const Matrix matrix, Matrix inverse) {
-  Matrix factor;
-  memcpy(factor, matrix, sizeof(factor));
-  const bool is_definite = factorize(*factor, UNKNOWNS);
-  for (int i = 0; i < UNKNOWNS; ++i)
-    for (int j = 0; j < UNKNOWNS; ++j)
-      inverse[i][j] = is_definite ? i == j : NAN;
-  if (is_definite)
-    substitute(*factor, UNKNOWNS, *inverse, UNKNOWNS);
+static void set_inverse(const Matrix matrix, Matrix inverse) {
+  if (!invert(*matrix, UNKNOWNS, *inverse))
+    for (int i = 0; i < UNKNOWNS; ++i)
+      for (int j = 0; j < UNKNOWNS; ++j)
+        inverse[i][j] = NAN;
 }
 
 // The estimate of a pose by residuals and a prior.
@@ -98,7 +94,7 @@ static bool estimate(const Kind *kinds, const Py_ssize_t *ends, const Matrix pri
     add_equations(kinds[k].jacobian, kinds[k].values, kinds[k].weights, kinds[k].count,
                   *of->information, of->gradient);
   add(of->information, prior, sum);
-  invert(sum, inverse);
+  set_inverse(sum, inverse);
   for (int i = 0; i < UNKNOWNS; ++i) {
     to->error[i] = 0.0;
     for (int j = 0; j < UNKNOWNS; ++j)
@@ -187,7 +183,7 @@ static void join(const Equations *of, const Matrix prior, double share, const Ma
   Matrix information, scatter, with_prior, inverse, gains = {{0.0}};
   add(of[0].information, of[1].information, information);
   add(information, prior, with_prior);
-  invert(with_prior, inverse);
+  set_inverse(with_prior, inverse);
   add(of[0].noise, of[1].noise, scatter);
   add(scatter, prior, scatter);
   double step[UNKNOWNS] = {0.0};

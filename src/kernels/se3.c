@@ -274,8 +274,7 @@ PyObject *kernel_is_rigid(PyObject *module, PyObject *arguments) {
   return PyBool_FromLong(found);
 }
 
-// Add M C M^T to a 6x6 matrix.
-static void add_propagated(double m[6][6], const double *covariance, double *sum) {
+void add_propagated(double m[6][6], const double *covariance, double *sum) {
   double left[6][6];
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j < 6; ++j) {
@@ -290,8 +289,7 @@ static void add_propagated(double m[6][6], const double *covariance, double *sum
         sum[6 * i + j] += left[i][k] * m[j][k];
 }
 
-// Fill the matrix that moves an error to a point displaced by a lever arm.
-static void fill_lever(const double *arm, double lever[6][6]) {
+void fill_lever(const double *arm, double lever[6][6]) {
   const double turn[3][3] = {{0, arm[2], -arm[1]}, {-arm[2], 0, arm[0]}, {arm[1], -arm[0], 0}};
   memset(lever, 0, 36 * sizeof(**lever));
   for (int i = 0; i < 6; ++i)
@@ -300,8 +298,7 @@ static void fill_lever(const double *arm, double lever[6][6]) {
     memcpy(lever[i] + 3, turn[i], sizeof(turn[i]));
 }
 
-// Fill the matrix that expresses an error in rotated axes.
-static void fill_axes(const double *rotation, double axes[6][6]) {
+void fill_axes(const double *rotation, double axes[6][6]) {
   memset(axes, 0, 36 * sizeof(**axes));
   for (int i = 0; i < 9; ++i)
     axes[i / 3][i % 3] = axes[3 + i / 3][3 + i % 3] = rotation[i];

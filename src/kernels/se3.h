@@ -22,6 +22,15 @@ void log_pose(const double *pose, double *twist);
 // rounding; it may be the pose itself.
 void perturb(const double *pose, const double *error, double *perturbed);
 
+// Add M C M^T to a 6x6 matrix.
+void add_propagated(double m[6][6], const double *covariance, double *sum);
+
+// Fill the matrix that moves an error to a point displaced by a lever arm.
+void fill_lever(const double *arm, double lever[6][6]);
+
+// Fill the matrix that expresses an error in rotated axes.
+void fill_axes(const double *rotation, double axes[6][6]);
+
 // The product of two matrices, which is neither of them.
 void multiply(const double *a, const double *b, double *product);
 
