@@ -84,18 +84,18 @@ class IncrementBias:
             self._learn(*seen)
         return motion.with_covariance(covariance)
 
-    def _learn(self, shown: float, score: float) -> None:
+    def _learn(self, information: float, score: float) -> None:
         """
         Take a step of Fisher's scoring.
 
-        :param shown: information about the ratio.
+        :param information: about the ratio.
         :param score: derivative of the logarithm of the likelihood by the ratio.
         """
         if not self._information:
-            self._information, self._score = shown, shown * self._ratio
+            self._information, self._score = information, information * self._ratio
         self._count = min(self._count + 1, _MEMORY)
-        self._information += (shown - self._information) / self._count
-        self._score += (shown * self._ratio + score - self._score) / self._count
+        self._information += (information - self._information) / self._count
+        self._score += (information * self._ratio + score - self._score) / self._count
         self._ratio = max(min(max(self._score / self._information,
                                   self._ratio / _LARGEST_CHANGE),
                               self._ratio * _LARGEST_CHANGE), _SMALLEST)

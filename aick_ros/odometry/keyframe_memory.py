@@ -53,7 +53,7 @@ class KeyframeMemory:
         self._added: list[int] = []  # keys of those that nothing else was done for
         self._put_off = 0  # frames that have left no time for that
         self._copies = KeyframeCopies()
-        self._no_copies: set[int] = set()  # keys, since the graph or what searches find changed
+        self._no_copies: set[int] = set()  # until poses change, or what searches have missed
         self._search: KeyframeSearch | None = None
         self._searched = first.stamp
         self._waited = 0  # frames that have left no time for the search

@@ -167,7 +167,8 @@ class Registrar:
         :param steady: at constant velocity, 4x4, where other sensors have a part in the pose
             expected. The images are as uncertain as their motion has changed since, whatever
             others say.
-        :param tracked: a rough pose that :meth:`track` has returned, 4x4; None: there is none.
+        :param tracked: a rough pose that :meth:`track` has returned, 4x4. Where AICK finds about
+            the same, or none at once, the refinement begins there. None: there is none.
         :raises InputError: where the frames are not prepared, a pose is not rigid, or the time is
             less than 1 ns.
         """

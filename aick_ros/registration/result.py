@@ -106,7 +106,7 @@ class Registration:
     :param overlap: share of the points of the depth image that the other one shows, where it is
         measured: by depth alone.
     :param is_rough: whether it is the first part of a registration, which has to go on from there;
-        where the status is not OK, whether AICK may confirm the pose.
+        where the status is not OK, whether AICK, or other keypoints, may confirm the pose.
     """
 
     status: Status

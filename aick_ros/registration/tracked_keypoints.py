@@ -6,7 +6,8 @@ Registration by the keypoints of the target, tracked into the source; no detecto
 
 The source has no keypoints of its own: those of the target are sought where the expected motion
 puts them. So nothing but the motion model says that the place is the right one. Where too few are
-found, or where they contradict the expected motion, the registration fails, and AICK decides.
+found, or where they contradict the expected motion, the registration fails, and AICK decides, or
+keypoints of the source itself where AICK finds no pose.
 """
 
 from __future__ import annotations
@@ -29,8 +30,8 @@ from aick_ros.settings import Settings
 SHARE_TRACKED = 0.4
 """Share of the keypoints that must be tracked.
 
-Chosen: where fewer are, keypoints of the frame itself make its pose, if AICK confirms it, more
-accurate; on an excerpt of a real recording that turns fast, by a twentieth of the drift."""
+Chosen: where fewer are, keypoints of the frame itself make its pose more accurate; on an excerpt of
+a real recording that turns fast, by a twentieth of the drift."""
 
 
 class TrackedKeypoints:
@@ -72,7 +73,7 @@ class TrackedKeypoints:
 
 
 def _rough(refined: Refined, reason: str) -> Registration:
-    """Return a pose that AICK has to confirm."""
+    """Return a pose that AICK, or keypoints of the source itself, have to confirm."""
     return replaced(failed(Status.TOO_FEW_MATCHES, reason),
                     T_target_source=refined.T_target_source, is_rough=True)
 

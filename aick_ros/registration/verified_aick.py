@@ -44,7 +44,7 @@ class VerifiedAick:
     Registers frames by AICK and refines the pose; tracked keypoints must confirm it.
 
     Where AICK finds no pose, or none that is confirmed, it runs once more with all keypoints and
-    a slower schedule. Where that fails too, the pose at constant velocity is refined.
+    a slower schedule, unless keypoints tracked from a rough pose confirm that. Where that fails too, the pose at constant velocity is refined.
 
     :param aick: with the schedule of the settings.
     :param noise: of the camera; by which refinements are weighted.
@@ -89,7 +89,7 @@ class VerifiedAick:
             source itself that are tracked from there confirm it. None: there is none.
         """
         predicted = Prediction.of(expected, source.twist, elapsed)
-        found = self._recognized(source, target, predicted, tracked)
+        found = self.recognize(source, target, predicted, tracked)
         if not found.status.ok:
             with self._times.stage('registration'):
                 slow = self._align_slowly(source.frame, target.frame)
@@ -111,16 +111,14 @@ class VerifiedAick:
             return self._tracked_keypoints.register(source, target, expected, elapsed)
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame,
-                  predicted: Prediction | None = None) -> Registration:
+                  predicted: Prediction | None = None,
+                  tracked: np.ndarray | None = None) -> Registration:
         """
         Return the pose of the source in the target by AICK in one attempt, without a guess.
 
         :param predicted: used for the velocity of the source, not for its pose.
+        :param tracked: as for :meth:`register`; the pose may be that one, refined.
         """
-        return self._recognized(source, target, predicted, None)
-
-    def _recognized(self, source: PreparedFrame, target: PreparedFrame,
-                    predicted: Prediction | None, tracked: np.ndarray | None) -> Registration:
         with self._times.stage('registration'):
             aligned = self._aick.align(source.keypoints, target.keypoints)
         if (tracked is None or source.grey.shape != target.grey.shape
@@ -131,6 +129,7 @@ class VerifiedAick:
             refined = self._refinement.refine_near(source, target, tracked, predicted)
         if aligned.status.ok:
             return _confirmed(source, target, aligned, refined)
+        # as many as confirm a frame by tracking alone: the pose expected led to this one, too
         if len(refined.tracked) < SHARE_TRACKED * self._sought(source):
             return aligned
         return _confirmed(source, target, dataclasses.replace(

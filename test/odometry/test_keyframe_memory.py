@@ -253,6 +253,37 @@ def test_a_search_that_misses_what_is_there_is_learned_from(scripted, monkeypatc
     assert search.keys == {0, 1} and graph.keys == (0, 1) and used == settings.odometry
 
 
+class Forgetful(set):
+    """Keys that are compared each time: none is known to be no copy."""
+
+    def update(self, keys):
+        pass
+
+
+@pytest.mark.parametrize('forgets', [True, False])
+def test_newer_views_replace_one_that_searches_have_missed(forgets):
+    """The first of five equal views, though it was no copy while it was alone."""
+    memory, _ = memory_at(START)
+    if forgets:
+        memory._no_copies = Forgetful()
+    memory._copies._misses[0] = 2
+    for index in range(1, 6):
+        memory.track(Reference(prepared(index), START), START.matrix, NO_DETOUR)
+    stamps = [frame.stamp for frame in memory.frames]
+    assert stamps == [prepared(index).stamp for index in (1, 2, 5)]
+
+
+@pytest.mark.parametrize('seed', [3, 4])
+def test_what_is_kept_does_not_depend_on_what_was_compared_before(seed, monkeypatch):
+    known = Walk(seed, count=5, changes={'odometry.max_keyframes': 1000})
+    monkeypatch.setattr('aick_ros.odometry.keyframe_memory.set', Forgetful, raising=False)
+    compared = Walk(seed, count=5, changes={'odometry.max_keyframes': 1000})
+    assert isinstance(compared.memory._no_copies, Forgetful)
+    assert [frame.stamp for frame in known.memory.frames] == [
+        frame.stamp for frame in compared.memory.frames]
+    assert known.sizes == compared.sizes and max(known.sizes) > LAP
+
+
 def test_a_detour_makes_the_next_keyframe_less_certain():
     traces = []
     for detour in (NO_DETOUR, COVARIANCE):

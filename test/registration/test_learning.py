@@ -243,6 +243,19 @@ def assert_given(given, steps):
     assert elapsed == ELAPSED
 
 
+@pytest.mark.parametrize('tracked', [None, np.eye(4)])
+def test_the_pose_tracked_is_handed_on(steps, parts, tracked):
+    steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED, tracked=tracked)
+    (*_, given), = parts.asked('VerifiedAick', 'register')
+    assert (given is None) == (tracked is None)
+    np.testing.assert_array_equal(given, tracked)
+
+
+def test_a_pose_tracked_that_is_not_rigid_is_rejected(steps):
+    with pytest.raises(InputError, match='the pose tracked'):
+        steps.registrar.register(steps.source, steps.target, tracked=2.0 * np.eye(4))
+
+
 def test_a_registration_teaches_noise_and_misalignment_and_gets_systematic_errors(steps, parts):
     """Those by the delay of the stamps and the one learned, with what it has taught just now."""
     found = steps.registrar.register(steps.source, steps.target, EXPECTED, ELAPSED)

@@ -163,6 +163,12 @@ def test_where_aick_finds_no_pose_the_one_tracked_needs_two_fifths_of_the_keypoi
         assert found.reason == SLOW_FAILURE.reason
 
 
+def test_of_two_resolutions_the_pose_tracked_counts_for_nothing(steps, parts):
+    steps.source = steps.made.prepared(2, size=(20, 24))
+    steps.register(expected=None, tracked=steps.aligned.T_target_source)
+    assert not parts.asked('Refinement', 'refine_near')
+
+
 def test_each_stage_is_timed(steps, parts, monkeypatch):
     monkeypatch.setattr(stage_times, 'clock', Clock())
     steps.register()

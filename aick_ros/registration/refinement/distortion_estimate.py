@@ -81,7 +81,7 @@ class DistortionEstimate:
             self._distortion = self._estimate()
 
     def _estimate(self) -> DepthDistortion:
-        estimate, scatter = self._equations.solve(np.arange(_NODES.stop))
+        estimate, scatter = self._equations.solve(np.arange(_NODES.stop, dtype=np.int64))
         significance = self._equations.significance(_NODES, estimate, scatter)
         required = _SIGNIFICANT * (1.0 if self._distortion.is_none else _STILL_SIGNIFICANT)
         if significance < required:

@@ -23,7 +23,7 @@ from aick_ros.registration.refinement.misalignment import NO_MISALIGNMENT, Misal
 from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
 
 _SIZE = 8  # offset in m and rad, delay and readout in s
-_ALL = np.arange(_SIZE)
+_ALL = np.arange(_SIZE, dtype=np.int64)
 _PARTS: tuple[slice, ...] = slice(0, 6), slice(6, 8)
 """Offset; delay and readout. Either is significant or not: on a rolling shutter a delay alone is
 worse than none."""
