@@ -30,8 +30,8 @@ from aick_ros.settings import Settings
 SHARE_TRACKED = 0.4
 """Share of the keypoints that must be tracked.
 
-Chosen: where fewer are, keypoints of the frame itself make its pose more accurate; on an excerpt of
-a real recording that turns fast, by a twentieth of the drift."""
+Chosen: where fewer are, keypoints of the frame itself make its pose more accurate; on an excerpt
+of a real recording that turns fast, by a twentieth of the drift."""
 
 
 class TrackedKeypoints:

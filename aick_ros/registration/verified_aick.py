@@ -43,8 +43,9 @@ class VerifiedAick:
     """
     Registers frames by AICK and refines the pose; tracked keypoints must confirm it.
 
-    Where AICK finds no pose, or none that is confirmed, it runs once more with all keypoints and
-    a slower schedule, unless keypoints tracked from a rough pose confirm that. Where that fails too, the pose at constant velocity is refined.
+    Where AICK finds no pose, or none that is confirmed, it runs once more with all keypoints and a
+    slower schedule, unless keypoints tracked from a rough pose confirm that. Where that fails too,
+    the pose at constant velocity is refined.
 
     :param aick: with the schedule of the settings.
     :param noise: of the camera; by which refinements are weighted.
