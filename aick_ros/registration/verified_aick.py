@@ -129,7 +129,9 @@ class VerifiedAick:
         with self._times.stage('refinement'):
             refined = self._refinement.refine_near(source, target, tracked, predicted)
         if aligned.status.ok:
-            return _confirmed(source, target, aligned, refined)
+            # the pose of AICK may be the one of the two that is near enough
+            return (_confirmed(source, target, aligned, refined) if refined.is_confirmed
+                    else self._refine(source, target, aligned, predicted))
         # as many as confirm a frame by tracking alone: the pose expected led to this one, too
         if len(refined.tracked) < SHARE_TRACKED * self._sought(source):
             return aligned

@@ -140,6 +140,19 @@ def test_the_refinement_begins_at_a_pose_tracked_that_aick_confirms(steps, parts
     assert_predicted(predicted, steps)
 
 
+@pytest.mark.parametrize('tracked, is_contradicted', [(FEWEST_TO_CONFIRM - 1, False), (60, True)])
+def test_where_nothing_confirms_the_pose_tracked_that_of_aick_is_refined(
+        steps, parts, tracked, is_contradicted):
+    again = steps.made.refined(40)
+    steps.refined = [steps.made.refined(tracked, is_contradicted=is_contradicted), again]
+    found = steps.register(tracked=steps.aligned.T_target_source @ se3.exp(
+        [0.03, 0, 0, 0, 0, 0]))
+    assert_is_refined(found, steps.aligned, again)
+    (_, _, pose, predicted), = parts.asked('Refinement', 'refine')
+    assert pose is steps.aligned.T_target_source
+    assert_predicted(predicted, steps)
+
+
 @pytest.mark.parametrize('error', [[0.051, 0, 0, 0, 0, 0], [0, 0, 0, 0, np.radians(3.1), 0]])
 def test_where_aick_finds_another_pose_than_the_one_tracked_that_counts(steps, parts, error):
     steps.register(tracked=steps.aligned.T_target_source @ se3.exp(error))

@@ -61,7 +61,8 @@ class GroupedEquations:
         """
         Return the deviations from known values, and by how much each group changes them.
 
-        Where rounding leaves the equations not definite nothing is known: all are zero.
+        Where rounding leaves the equations not definite nothing is known: the deviations are
+        zero, and the changes infinite.
 
         :param chosen: the unknowns that are estimated; the others are zero.
         :returns: N, and N for each group.
@@ -70,7 +71,7 @@ class GroupedEquations:
         estimate, scatter = np.zeros(size), np.zeros((_GROUPS, size))
         if not kernels.jackknife(self._information, self._gradient, self._prior,
                                  np.full(size, known), chosen, estimate, scatter):
-            return np.zeros(size), np.zeros((_GROUPS, size))
+            return np.zeros(size), np.full((_GROUPS, size), np.inf)
         return estimate, scatter
 
     def significance(self, part: slice, estimate: np.ndarray, scatter: np.ndarray) -> float:
@@ -80,6 +81,8 @@ class GroupedEquations:
         Where the n unknowns are zero and the groups independent, its distribution is between
         F(n, 7 n), if all directions have the same noise, and F(1, 7), if one has nearly all.
         """
+        if not np.isfinite(scatter).all():
+            return 0.0
         metric = self._information.sum(axis=0)[part, part]
         variance = _JACKKNIFE * float(np.vdot(scatter[:, part] @ metric, scatter[:, part]))
         square = float(estimate[part] @ metric @ estimate[part])

@@ -82,6 +82,11 @@ class Refined:
     bias: SensorBias | None = None
     measure: Measure | None = None
 
+    @property
+    def is_confirmed(self) -> bool:
+        """Support of the pose by enough keypoints, and by their depths."""
+        return len(self.tracked) >= FEWEST_TO_CONFIRM and not self.is_contradicted
+
 
 class Refinement:
     """

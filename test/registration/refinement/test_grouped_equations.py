@@ -96,6 +96,16 @@ def test_nothing_is_significant_where_nothing_varies():
     assert sums.significance(slice(0, SIZE), *sums.solve(ALL)) == 0.0
 
 
+def test_nothing_is_known_where_the_equations_are_not_definite():
+    """As where rounding outweighs what the registrations show."""
+    sums = GroupedEquations(np.diag([1.0, -1.0, 1.0]), 1.0)
+    sums.add(np.zeros((SIZE, SIZE)), np.ones(SIZE))
+    estimate, scatter = sums.solve(ALL)
+    assert not estimate.any() and np.isposinf(scatter).all()
+    assert sums.significance(slice(0, SIZE), estimate, scatter) == 0.0
+    assert sums.variance(0, scatter, 1.0) == np.inf
+
+
 def test_the_variance_is_that_of_the_errors():
     """Over many repetitions, with the information counted as it is; half of it is the scatter."""
     estimates, variances = [], []
