@@ -53,6 +53,34 @@ def test_at_the_variance_of_a_chain_it_is_kept():
         assert [policy.advance(VIEW, one, KEYPOINTS) for one in found] == [True, True, is_kept]
 
 
+def tracking(**values):
+    return KeyframePolicy(with_values(Settings(), {
+        'odometry.min_overlap': 0.0, 'odometry.aick_interval': 10, **values}))
+
+
+def test_while_keypoints_are_tracked_from_it_the_variance_grows_to_three_times_the_first():
+    """By steps of any size, unlike a chain: whole numbers, and the next larger one."""
+    for before, last, is_kept in ((1.5, 3.0, True), (2.9, np.nextafter(3.0, 4.0), False)):
+        policy = tracking()
+        found = [dataclasses.replace(registration(90, 0.0), covariance=variance * np.eye(6))
+                 for variance in (1.0, before, last)]
+        assert [policy.advance(VIEW, one, KEYPOINTS) for one in found] == [True, True, is_kept]
+
+
+def test_while_keypoints_are_tracked_from_it_enough_of_them_are_needed_too():
+    policy = tracking(**{'odometry.min_overlap': 0.55})
+    assert kept(policy, (95, 0.01), (56, 0.01), (54, 0.01)) == [True, True, False]
+
+
+@pytest.mark.parametrize('part', ['systematic', 'unusual', 'timing'])
+def test_biases_and_errors_of_stamps_are_not_less_with_another_keyframe(part):
+    policy, bias = tracking(), 30.0 * np.eye(6)
+    biased = dataclasses.replace(registration(90, 1.0), covariance=np.eye(6) + bias,
+                                 **{part: bias})
+    assert kept(policy, (90, 1.0)) == [True]
+    assert policy.keeps(VIEW, biased, KEYPOINTS)
+
+
 @pytest.mark.parametrize(('overlap', 'expected'), [
     (0.8, True), (float(np.nextafter(0.8, 0.0)), False)])
 def test_a_depth_image_serves_while_enough_of_it_is_seen(overlap, expected):
