@@ -18,8 +18,14 @@ Chosen on an excerpt of a real recording and six rendered rooms: with 0.6 the er
 three times as fast where views have little shape, with 0.85 as fast."""
 
 
-_LARGEST_GROWTH = 3.0
-"""Largest variance by noise of a frame that is tracked, by that of the first one.
+_LARGEST_GROWTH = 2.0
+"""Largest variance of a frame by noise, by that of the first one registered to the keyframe.
+
+Derived: where it grows with the square of the motion, keyframes that follow each other at this
+ratio add up the least variance along a path."""
+
+_LARGEST_TRACKED_GROWTH = 3.0
+"""The same where keypoints are tracked from the keyframe.
 
 Chosen on two excerpts of real recordings and 35 rendered ones: the drift is a seventh less than
 by the rule of a chain. With 4 it is the same on those, but larger on one of the excerpts."""
@@ -31,24 +37,23 @@ class KeyframePolicy:
 
     Registrations to one keyframe do not accumulate its error, but the farther the camera moves,
     the less of the keyframe is visible, and the worse they get. A keyframe is kept while enough
-    of it is matched, and while registrations to it are good enough.
-
-    Frames with keypoints of their own are compared with a chain: the variance is at most that of
-    the frame before plus that of one step. Where keypoints are tracked from the keyframe, all
-    frames have its errors in common: the variance by noise is at most a multiple of that of the
-    first frame.
+    of it is matched, and while the variance of a registration to it by noise is at most a multiple
+    of that of the first one: another keyframe would not lessen biases. Frames with keypoints of
+    their own keep it, too, while their variance is at most that of a chain: the variance of the
+    frame before plus that of one step.
     """
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings.odometry
         self._tracks = settings.odometry.aick_interval > 1
+        self._largest_growth = _LARGEST_TRACKED_GROWTH if self._tracks else _LARGEST_GROWTH
         refined = settings.refinement.mode != 'none'
         self._max_support = settings.refinement.max_tracks if refined else np.inf
         self.begin()
 
     def begin(self) -> None:
         """Start with another keyframe."""
-        self._variances: tuple[float, float] | None = None  # of the last frame and the first one
+        self._variances: tuple[float, float, float] | None = None
 
     def keeps(self, prepared: PreparedFrame, registration: Registration, sought: int) -> bool:
         """
@@ -64,17 +69,22 @@ class KeyframePolicy:
         return self._variances is not None
 
     def _variances_with(self, prepared: PreparedFrame, registration: Registration,
-                        sought: int) -> tuple[float, float] | None:
-        """Return the variance of a frame, and of the first one; None: the keyframe has served."""
+                        sought: int) -> tuple[float, float, float] | None:
+        """
+        Return variances of the registrations to a keyframe; None: it has served.
+
+        They are that of the first one by noise, that of the frame, and that of one step.
+        """
         possible = min(sought, self._max_support)
         if (self._settings.reference == 'previous'
                 or registration.support < self._settings.min_overlap * possible):
             return None
-        pose = registration.unbiased_pose if self._tracks else registration.image_pose
-        variance = scene_variance(prepared, pose.covariance)
-        last, first = self._variances or (variance, variance)
-        limit = _LARGEST_GROWTH * first if self._tracks else last + first
-        return (variance, first) if variance <= limit else None
+        noise = scene_variance(prepared, registration.unbiased_pose.covariance)
+        variance = scene_variance(prepared, registration.image_pose.covariance)
+        first, last, step = self._variances or (noise, variance, variance)
+        is_kept = noise <= self._largest_growth * first or (
+            not self._tracks and variance <= last + step)
+        return (first, variance, step) if is_kept else None
 
     @staticmethod
     def keeps_shape(registration: Registration) -> bool:

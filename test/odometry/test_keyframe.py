@@ -38,8 +38,12 @@ def test_it_is_kept_while_enough_of_it_is_matched():
         True, True, True, False]
 
 
+def with_variance(variance):
+    return dataclasses.replace(registration(90, 0.0), covariance=variance * np.eye(6))
+
+
 def test_it_is_kept_while_its_variance_is_below_that_of_a_chain():
-    """Of equal steps the variances add up: the third would be 3 with a chain, here it is 3.9."""
+    """Of equal steps the variances add up: the fourth would be 4 with a chain, here it is 4.4."""
     policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.0}))
     assert kept(policy, (90, 1.0), (90, 1.4), (90, 1.7), (90, 2.1)) == [True, True, True, False]
 
@@ -48,9 +52,18 @@ def test_at_the_variance_of_a_chain_it_is_kept():
     """Whole numbers, and the next larger one."""
     for third, is_kept in ((3.0, True), (np.nextafter(3.0, 4.0), False)):
         policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.0}))
-        found = [dataclasses.replace(registration(90, 0.0), covariance=variance * np.eye(6))
-                 for variance in (1.0, 2.0, third)]
-        assert [policy.advance(VIEW, one, KEYPOINTS) for one in found] == [True, True, is_kept]
+        assert [policy.advance(VIEW, with_variance(variance), KEYPOINTS)
+                for variance in (1.0, 2.0, third)] == [True, True, is_kept]
+
+
+def test_it_is_kept_while_its_variance_by_noise_is_twice_that_of_the_first_frame():
+    """Whatever its biases, by which the variance is far above that of a chain."""
+    bias = 30.0 * np.eye(6)
+    for noise, is_kept in ((2.0, True), (2.0 + 1e-9, False)):
+        policy = KeyframePolicy(with_values(Settings(), {'odometry.min_overlap': 0.0}))
+        biased = dataclasses.replace(with_variance(30.0 + noise), systematic=bias)
+        assert kept(policy, (90, 1.0)) == [True]
+        assert policy.keeps(VIEW, biased, KEYPOINTS) == is_kept
 
 
 def tracking(**values):
@@ -62,9 +75,8 @@ def test_while_keypoints_are_tracked_from_it_the_variance_grows_to_three_times_t
     """By steps of any size, unlike a chain: whole numbers, and the next larger one."""
     for before, last, is_kept in ((1.5, 3.0, True), (2.9, np.nextafter(3.0, 4.0), False)):
         policy = tracking()
-        found = [dataclasses.replace(registration(90, 0.0), covariance=variance * np.eye(6))
-                 for variance in (1.0, before, last)]
-        assert [policy.advance(VIEW, one, KEYPOINTS) for one in found] == [True, True, is_kept]
+        assert [policy.advance(VIEW, with_variance(variance), KEYPOINTS)
+                for variance in (1.0, before, last)] == [True, True, is_kept]
 
 
 def test_while_keypoints_are_tracked_from_it_enough_of_them_are_needed_too():

@@ -163,7 +163,7 @@ def test_the_policy_is_that_of_the_settings(reference, is_kept):
     references = References(first)
     KeyframeChoice(with_values(Settings(), {'odometry.reference': reference}), None).advance(
         references, last, SimpleNamespace(reference=first, registration=SimpleNamespace(
-            is_by_depth=False, support=3, image_pose=exact)))
+            is_by_depth=False, support=3, image_pose=exact, unbiased_pose=exact)))
     assert (references.keyframe.stamp == 0) == is_kept
 
 
