@@ -202,8 +202,8 @@ class ImuSettings(Checked):
     """Noise of the IMU, where the frames have its samples; defaults suit those of cameras."""
 
     gyroscope_noise: float = parameter(
-        0.0003, 'Noise density of the gyroscope.', unit='rad/s/sqrt(Hz)', minimum=1e-7,
-        maximum=1.0)
+        0.00025, 'Noise density of the gyroscope: by default that of a BMI055 or BMI085.',
+        unit='rad/s/sqrt(Hz)', minimum=1e-7, maximum=1.0)
     gyroscope_bias_walk: float = parameter(
         3e-5, 'Random walk of the bias of the gyroscope.', unit='rad/s^2/sqrt(Hz)', minimum=0.0,
         maximum=1.0)
