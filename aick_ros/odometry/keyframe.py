@@ -17,7 +17,6 @@ _MIN_SHAPE_OVERLAP = 0.8
 Chosen on an excerpt of a real recording and six rendered rooms: with 0.6 the error grows up to
 three times as fast where views have little shape, with 0.85 as fast."""
 
-
 _LARGEST_GROWTH = 2.0
 """Largest variance of a frame by noise, by that of the first one registered to the keyframe.
 
