@@ -11,18 +11,22 @@ from aick_ros import kernels
 
 
 def integrated_turns(stamps: np.ndarray, rates: np.ndarray, rotation: np.ndarray,
-                     integral: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+                     integral: np.ndarray, by_rates: np.ndarray
+                     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
-    Return the rotations at some times, and the integrals of the rotation, both Nx3x3 [., s].
+    Return the rotations R at some times, and integrals up to then.
 
-    Between two times the body turns evenly, by the mean of both rates.
+    They are those of R, and of the products ``R[i, k] * rate[l]``. Between two times the body
+    turns evenly, by the mean of both rates.
 
     :param stamps: N int64 [ns].
     :param rates: Nx3, in the axes of the body [rad/s].
     :param rotation: at the first time, 3x3.
-    :param integral: up to then, 3x3 [s].
+    :param integral: of R up to then, 3x3 [s]; by_rates: of the products, 3x3x3 [rad].
+    :returns: Nx3x3, Nx3x3 [s] and Nx3x3x3 [rad].
     """
     rotations, integrals = np.empty((2, len(stamps), 3, 3))
-    rotations[0], integrals[0] = rotation, integral
-    kernels.integrate_turns(stamps, rates, rotations, integrals)
-    return rotations, integrals
+    products = np.empty((len(stamps), 3, 3, 3))
+    rotations[0], integrals[0], products[0] = rotation, integral, by_rates
+    kernels.integrate_turns(stamps, rates, rotations, integrals, products)
+    return rotations, integrals, products

@@ -153,6 +153,9 @@ def followed(monkeypatch, seed, settings, count=45):
     ahead = round(NANOSECONDS * settings.imu.time_offset_sigma * rng.standard_normal())
     samples = imu_samples(lambda stamp: pose(stamp - ahead), 0, (count + 1) * PERIOD, ImuModel(
         gyroscope, IMU_MODELS['perfect'].accelerometer), rng)
+    axes = (np.eye(3) + settings.imu.gyroscope_scale_sigma * rng.standard_normal((3, 3))
+            + se3.skew(settings.imu.mounting_sigma * rng.standard_normal(3)))
+    samples = dataclasses.replace(samples, turn_rates=samples.turn_rates @ axes.T)
     odometry, errors, covariances = Odometry(settings), [], []
     for stamp in range(2 * PERIOD, count * PERIOD, PERIOD):
         update = odometry.register_frame(RgbdFrame(
@@ -171,10 +174,11 @@ def test_increments_err_as_their_covariances_say(monkeypatch, is_known, most):
     """
     A camera and a gyroscope with noise as the settings say: NEES of translation and rotation.
 
-    Where the bias and the time offset are learned, the error of a keyframe is in all that is
+    Where its bias, time offset and axes are learned, the error of a keyframe is in all that is
     learned from it, and counts less than twice: the variances may be short of that factor.
     """
-    known = {'gyroscope_bias_sigma': 0.0, 'time_offset_sigma': 0.0} if is_known else {}
+    known = dict.fromkeys(['gyroscope_bias_sigma', 'time_offset_sigma', 'gyroscope_scale_sigma',
+                           'mounting_sigma'], 0.0) if is_known else {}
     settings = Settings(imu=ImuSettings(gyroscope_bias_walk=3e-6, gravity=False, **known))
     nees = []
     for seed in range(12):

@@ -53,7 +53,7 @@ gradient_moments B:h,v d:n,2 %i d>n,3,3
 gradient_noise d:n,6 d:n d:n q:n d>6,6
 halve B:x,y %z B>i,j
 integrate_forces q:n d:n,3 %i %i d:3,3 d:3,3 d>2,12
-integrate_turns q:n d:n,3 d>n,3,3 d>n,3,3
+integrate_turns q:n d:n,3 d>n,3,3 d>n,3,3 d>n,3,3,3
 interpolate f:h,v f:n f:n f>n
 inverse_pose d:4,4 d>4,4
 inverted_turns d:n,2,2 d>n,2,2

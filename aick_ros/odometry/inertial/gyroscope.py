@@ -33,7 +33,7 @@ _PERSISTENCE = 3.0
 
 class Gyroscope:
     """
-    Integrates the samples of a gyroscope, and learns its bias from the motion of the camera.
+    Integrates the samples of a gyroscope, and learns its errors from the motion of the camera.
 
     :param settings: noise of the gyroscope.
     :param odometry: the acceleration noise, by which samples that have not arrived are missed.
@@ -87,8 +87,11 @@ class Gyroscope:
             return 'none'
         x, y, z = np.degrees(self.bias)
         sigma, dropped = np.degrees(self.bias_sigma.max()), self._samples.dropped
+        turned, scaled = self._calibration.axes
         return (f'bias ({x:.2f}, {y:.2f}, {z:.2f}) deg/s, known to {sigma:.2f}; its clock is '
-                f'{1e3 * self.time_offset:.1f} ms ahead of that of the images'
+                f'{1e3 * self.time_offset:.1f} ms ahead of that of the images; to fit the camera '
+                f'its axes are turned by {np.degrees(turned):.1f} deg and scaled by up to '
+                f'{100 * scaled:.1f} %'
                 + (f'; {dropped} samples dropped' if dropped else ''))
 
     @property
@@ -162,7 +165,8 @@ class Gyroscope:
 
     def _turn(self, start: int, end: int) -> Turn | None:
         offset = round(self._calibration.offset * NANOSECONDS)
-        return self._integral.between(start + offset, end + offset, self._calibration.bias)
+        return self._integral.between(start + offset, end + offset, self._calibration.bias,
+                                      self._calibration.matrix)
 
     def _noise(self, turn: Turn) -> np.ndarray:
         """Return the covariance of a rotation by the noise of the rates, 3x3 [rad^2]."""

@@ -2,45 +2,74 @@
 # SPDX-License-Identifier: Apache-2.0
 
 """
-Bias and time offset of a gyroscope, by a Kalman filter on the rotations that the camera measures.
+Errors of a gyroscope, by Kalman filters on the rotations that the camera measures.
 
-Both are nearly constant and turn a rotation by known derivatives, so that each rotation of the
-camera is a linear measurement of them.
+Its bias, its time offset, and the scale and directions of its axes are nearly constant and turn a
+rotation by known derivatives, so that each rotation of the camera is a linear measurement of them.
+
+Some gyroscopes have been calibrated, others have not. So there are filters for axes with errors of
+several sizes, which count by how likely each makes what the camera measures (multiple models,
+Magill 1965).
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from aick_ros.geometry import se3
 from aick_ros.geometry.kalman import KalmanUpdate
 from aick_ros.odometry.inertial.rotation_integral import Turn
 from aick_ros.settings import ImuSettings
 
+_SIZES = {1.0: 1 / 6, 0.3: 1 / 6, 0.1: 1 / 6, 0.001: 1 / 2}
+"""Sizes of the errors of axes by those of the settings -> how likely they are.
+
+Chosen: dense enough that the truth is near one of them, and as likely calibrated as not."""
+
+_LEAST_WEIGHT = 0.001  # of a filter by the largest one; chosen: it can come back
+
+_COUNT = 13
+_BIAS, _OFFSET, _MATRIX = slice(0, 3), 3, slice(4, _COUNT)
+"""Where the values are."""
+
 
 class GyroscopeCalibration:
     """
-    Estimate of the bias [rad/s] and of the time offset [s], with covariance.
+    Estimate of the bias [rad/s], the time offset [s] and a matrix, with covariance.
 
-    The time offset is added to the stamps of the camera to get those of the gyroscope.
+    The time offset is added to the stamps of the camera to get those of the gyroscope. The matrix
+    turns its rates, less the bias, into those of the camera.
 
-    :param settings: their first values and how fast the bias changes.
+    :param settings: the first values, and how fast the bias changes.
     """
 
     def __init__(self, settings: ImuSettings) -> None:
         self._walk = settings.gyroscope_bias_walk
-        self.values = np.array([0.0, 0.0, 0.0, settings.time_offset])
-        self.covariance = np.diag(np.square(
-            [*3 * [settings.gyroscope_bias_sigma], settings.time_offset_sigma]))
+        self._filters = [_Filter(settings, size, weight) for size, weight in _SIZES.items()]
+        self._join()
 
     @property
     def bias(self) -> np.ndarray:
         """Bias of the turn rates, 3 [rad/s]."""
-        return self.values[:3]
+        return self.values[_BIAS]
 
     @property
     def offset(self) -> float:
         """Time offset [s]."""
-        return float(self.values[3])
+        return float(self.values[_OFFSET])
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """Matrix that corrects scale and directions of the axes, 3x3."""
+        return self.values[_MATRIX].reshape(3, 3)
+
+    @property
+    def axes(self) -> tuple[float, float]:
+        """By how much the matrix turns the axes [rad], and scales one at most."""
+        left, scales, right = np.linalg.svd(self.matrix)
+        return se3.angle(left @ right), float(np.abs(scales - 1.0).max())
 
     def uncertainty(self, turn: Turn) -> np.ndarray:
         """Return the covariance of a rotation by the errors of this calibration, 3x3 [rad^2]."""
@@ -50,7 +79,8 @@ class GyroscopeCalibration:
 
     def elapse(self, interval: float) -> None:
         """Let the bias drift for some time [s]."""
-        self.covariance[:3, :3] += self._walk ** 2 * interval * np.eye(3)
+        for covariance in (self.covariance, *(each.covariance for each in self._filters)):
+            covariance[_BIAS, _BIAS] += self._walk ** 2 * interval * np.eye(3)
 
     def learn(self, turn: Turn, error: np.ndarray, covariance: np.ndarray) -> None:
         """
@@ -60,11 +90,52 @@ class GyroscopeCalibration:
             [rad].
         :param covariance: 3x3, of this error without that of the calibration.
         """
-        update = KalmanUpdate.of(self.covariance, _jacobian(turn), covariance)
+        jacobian = _jacobian(turn)
+        for each in self._filters:
+            each.learn(jacobian, error + jacobian @ (self.values - each.values), covariance)
+        self._join()
+
+    def _join(self) -> None:
+        """Take mean and covariance of all filters together."""
+        most = max(each.logarithm for each in self._filters)
+        for each in self._filters:
+            each.logarithm = max(each.logarithm - most, math.log(_LEAST_WEIGHT))
+        weights = np.exp([each.logarithm for each in self._filters])
+        weights /= weights.sum()
+        values = np.array([each.values for each in self._filters])
+        self.values: np.ndarray = weights @ values
+        apart = values - self.values
+        self.covariance: np.ndarray = apart.T @ (weights[:, None] * apart) + np.tensordot(
+            weights, [each.covariance for each in self._filters], 1)
+
+
+class _Filter:
+    """
+    Values and their covariance, if scale and directions of the axes have errors of some size.
+
+    :param size: of these errors by those of the settings; weight: how likely it is.
+    """
+
+    def __init__(self, settings: ImuSettings, size: float, weight: float) -> None:
+        self.values = np.array([0.0, 0.0, 0.0, settings.time_offset, *np.eye(3).ravel()])
+        self.covariance = np.zeros((_COUNT, _COUNT))
+        self.covariance[_BIAS, _BIAS] = settings.gyroscope_bias_sigma ** 2 * np.eye(3)
+        self.covariance[_OFFSET, _OFFSET] = settings.time_offset_sigma ** 2
+        turns = np.array([se3.skew(axis).ravel() for axis in np.eye(3)])
+        self.covariance[_MATRIX, _MATRIX] = (
+            (size * settings.gyroscope_scale_sigma) ** 2 * np.eye(9)
+            + (size * settings.mounting_sigma) ** 2 * turns.T @ turns)
+        self.logarithm = math.log(weight)
+
+    def learn(self, jacobian: np.ndarray, error: np.ndarray, covariance: np.ndarray) -> None:
+        """Update the values by an error of a rotation, 3 [rad], with these derivatives, 3x13."""
+        update = KalmanUpdate.of(self.covariance, jacobian, covariance)
         self.values = self.values + update.gain @ error
         self.covariance = update.covariance
+        self.logarithm -= 0.5 * (update.squared_distance(error)
+                                 + math.log(np.linalg.det(update.expected)))
 
 
 def _jacobian(turn: Turn) -> np.ndarray:
-    """Return the derivatives of a rotation by bias and time offset, 3x4."""
-    return np.column_stack([-turn.by_bias, turn.by_offset])
+    """Return the derivatives of a rotation by bias, time offset and matrix, 3x13."""
+    return np.column_stack([-turn.by_bias, turn.by_offset, turn.by_matrix])

@@ -4,18 +4,20 @@
 """
 Integral of turn rates on the rotation group, between any two recent stamps.
 
-With R(t) the rotation since the first sample, a constant bias b of the rates turns the rotation
-between two times i and j, in the axes at i, by -J b to first order (Forster et al. 2017), with
+The rates are A (measured - b), with a constant bias b and a matrix A that corrects their scale and
+their axes. With R(t) the rotation since the first sample, a change of b turns the rotation between
+two times i and j, in the axes at i, by -J A db to first order (Forster et al. 2017), with
 
-    J = R(i)^T (integral of R from i to j).
+    J = R(i)^T (integral of R from i to j),
 
-Both R and its integral are sums from the first sample on, so that each interval costs two
-look-ups, whatever its length.
+and one of A by R(i)^T (integral of R dA rate). R and these integrals are sums from the first
+sample on, so that each interval costs two look-ups, whatever its length.
 """
 
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,6 +30,10 @@ _MEMORY = 30 * NANOSECONDS  # chosen: keyframes are rarely older
 _LONGEST_GAP = NANOSECONDS // 20  # chosen: a hand turns by up to some degrees meanwhile
 _EXTRAPOLATED = NANOSECONDS // 50  # chosen: the last samples may arrive after the image
 _RELINEARISED = 0.002  # rad/s; chosen: in 10 s its second order is 0.01 deg
+_RESCALED = 0.002  # of the matrix; chosen: in a turn by 90 deg its second order is 0.0003 deg
+
+Correct = Callable[[np.ndarray], np.ndarray]
+"""Measured turn rates -> corrected ones, both Nx3 [rad/s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +43,8 @@ class Turn:
 
     :param rotation: ``R_body0_body1``, 3x3.
     :param duration: time between the two [s].
-    :param by_bias: 3x3, J above: a bias of the rates turns the rotation by ``-by_bias @ bias``.
+    :param by_bias: 3x3, J A above: a bias of the rates turns the rotation by ``-by_bias @ bias``.
+    :param by_matrix: 3x9, derivatives by the numbers of A, row by row.
     :param rates: 2x3, turn rates at the start and at the end, in the axes of the body [rad/s].
     :param extrapolated: time at the end for which no sample has arrived [s].
     """
@@ -45,6 +52,7 @@ class Turn:
     rotation: np.ndarray
     duration: float
     by_bias: np.ndarray
+    by_matrix: np.ndarray
     rates: np.ndarray
     extrapolated: float
 
@@ -64,25 +72,29 @@ class _Part:
     :param rates: Nx3, as measured [rad/s].
     :param rotations: since the first sample of all parts, Nx3x3.
     :param integrals: of the rotation since then, Nx3x3 [s].
+    :param products: integrals of its products with the rates, Nx3x3x3 [rad].
     """
 
     stamps: np.ndarray
     rates: np.ndarray
     rotations: np.ndarray
     integrals: np.ndarray
+    products: np.ndarray
 
     @classmethod
-    def of(cls, stamps: np.ndarray, rates: np.ndarray, bias: np.ndarray,
-           rotation: np.ndarray = np.eye(3), integral: np.ndarray = np.zeros((3, 3))) -> _Part:
-        """Return the part that begins with a rotation and its integral, both 3x3."""
-        return cls(stamps, rates, *integrated_turns(stamps, rates - bias, rotation, integral))
+    def of(cls, stamps: np.ndarray, rates: np.ndarray, correct: Correct,
+           rotation: np.ndarray = np.eye(3), integral: np.ndarray = np.zeros((3, 3)),
+           products: np.ndarray = np.zeros((3, 3, 3))) -> _Part:
+        """Return the part that begins with a rotation and integrals."""
+        return cls(stamps, rates, *integrated_turns(
+            stamps, correct(rates), rotation, integral, products))
 
 
 class RotationIntegral:
     """Integrates turn rates; what is older than half a minute is forgotten."""
 
     def __init__(self) -> None:
-        self._bias = np.zeros(3)
+        self._bias, self._matrix = np.zeros(3), np.eye(3)
         self._clear()
 
     @property
@@ -109,27 +121,32 @@ class RotationIntegral:
             self._clear()
             stamps, rates = stamps[gaps[-1] + 1:], rates[gaps[-1] + 1:]
         self._append(stamps, rates)
-        if stamps[-1] - self._starts[0] > 2 * _MEMORY:
-            count = bisect_right(self._starts, stamps[-1] - _MEMORY) - 1
+        count = bisect_right(self._starts, stamps[-1] - _MEMORY) - 1
+        if count > 0:
             del self._starts[:count], self._parts[:count]
 
-    def between(self, start: int, end: int, bias: np.ndarray) -> Turn | None:
+    def between(self, start: int, end: int, bias: np.ndarray,
+                matrix: np.ndarray = np.eye(3)) -> Turn | None:
         """
         Return the rotation between two stamps [ns]; None where samples are missing.
 
         :param bias: 3, subtracted from all rates [rad/s].
+        :param matrix: 3x3, by which they are multiplied then: A above.
         """
         if self.last is None or start < self._starts[0] or end > self.last + _EXTRAPOLATED:
             return None
-        if np.abs(bias - self._bias).max() > _RELINEARISED:
-            self._linearise(bias)
+        if (np.abs(bias - self._bias).max() > _RELINEARISED
+                or np.abs(matrix - self._matrix).max() > _RESCALED):
+            self._linearise(bias, matrix)
         first, last = self._at(start), self._at(end)
         back = first.rotations[-1].T
-        by_bias = back @ (last.integrals[-1] - first.integrals[-1])
-        correction = se3.exp_rotation(-by_bias @ (bias - self._bias))
+        by_bias = back @ (last.integrals[-1] - first.integrals[-1]) @ matrix
+        by_matrix = back @ (last.products[-1] - first.products[-1]).reshape(3, 9)
+        correction = se3.exp_rotation(by_matrix @ (matrix - self._matrix).ravel()
+                                      - by_bias @ (bias - self._bias))
+        rates = np.array([first.rates[-1], last.rates[-1]])
         return Turn(correction @ back @ last.rotations[-1], seconds(start, end), by_bias,
-                    np.array([first.rates[-1], last.rates[-1]]) - bias,
-                    max(seconds(self.last, end), 0.0))
+                    by_matrix, (rates - bias) @ matrix.T, max(seconds(self.last, end), 0.0))
 
     def _at(self, stamp: int) -> _Part:
         """Return the integral up to a stamp within the samples, or a little after the last one."""
@@ -140,22 +157,29 @@ class RotationIntegral:
         share = elapsed / int(times[-1] - times[0]) if len(times) > 1 else 0.0
         return _Part.of(np.array([0, elapsed], np.int64),
                         np.array([rates[0], rates[0] + share * (rates[-1] - rates[0])]),
-                        self._bias, part.rotations[row], part.integrals[row])
+                        self._correct, part.rotations[row], part.integrals[row],
+                        part.products[row])
 
     def _append(self, stamps: np.ndarray, rates: np.ndarray) -> None:
         """Append the part of some samples, which begins where the last one ends."""
-        where = (self._parts[-1].rotations[-1], self._parts[-1].integrals[-1]) if (
-            self._parts) else ()
-        self._parts.append(_Part.of(stamps, rates, self._bias, *where))
+        before = self._parts[-1] if self._parts else None
+        where = () if before is None else (
+            before.rotations[-1], before.integrals[-1], before.products[-1])
+        self._parts.append(_Part.of(stamps, rates, self._correct, *where))
         self._starts.append(int(stamps[0]))
 
-    def _linearise(self, bias: np.ndarray) -> None:
-        """Integrate all samples again, about another bias."""
+    def _correct(self, rates: np.ndarray) -> np.ndarray:
+        """Return turn rates by those measured, both Nx3 [rad/s]."""
+        corrected: np.ndarray = (rates - self._bias) @ self._matrix.T
+        return corrected
+
+    def _linearise(self, bias: np.ndarray, matrix: np.ndarray) -> None:
+        """Integrate all samples again, about another bias and matrix."""
         first, *others = self._parts
         stamps = np.concatenate([first.stamps, *(part.stamps[1:] for part in others)])
         rates = np.concatenate([first.rates, *(part.rates[1:] for part in others)])
         self._clear()
-        self._bias = bias.copy()
+        self._bias, self._matrix = bias.copy(), matrix.copy()
         self._append(stamps, rates)
 
     def _clear(self) -> None:

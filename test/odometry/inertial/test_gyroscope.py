@@ -4,6 +4,7 @@
 """A gyroscope beside a camera that sees the truth: what is learned, noticed and done without."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
+from aick_ros.odometry.inertial.rotation_integral import RotationIntegral
 from aick_ros.settings import ImuSettings, OdometrySettings
 
 MS = NANOSECONDS // 1000
@@ -20,6 +22,7 @@ BIAS = np.array([0.01, -0.02, 0.015])
 RATE = np.array([0.2, 0.5, -0.3])  # rad/s, of a camera that turns evenly
 ABOUT_X = se3.exp_rotation((np.pi / 2, 0, 0))
 FRAMES = range(0, 2001, 40)  # ms
+EXACT_AXES = ImuSettings(gyroscope_scale_sigma=0.0, mounting_sigma=0.0)
 
 
 def seen(start, end):
@@ -39,9 +42,9 @@ def noisy(time):
     return RATE + BIAS + 1e-4 * np.random.default_rng(int(time) + 100).standard_normal(3)
 
 
-def follow(change=lambda samples: samples, rate=noisy):
+def follow(change=lambda samples: samples, rate=noisy, settings=ImuSettings()):
     """Return a gyroscope that was compared with keyframes of 0.4 s for two seconds."""
-    gyroscope = Gyroscope(ImuSettings(), OdometrySettings())
+    gyroscope = Gyroscope(settings, OdometrySettings())
     for time in FRAMES:
         gyroscope.add(change(samples(time - 35, time + 5, rate)))
         keyframe = 400 * ((time - 1) // 400)
@@ -58,7 +61,7 @@ def turned(gyroscope, start=1000, end=2000):
 
 
 def test_the_bias_is_learned_and_the_rotation_is_right():
-    gyroscope = follow()
+    gyroscope = follow(settings=EXACT_AXES)
     assert np.abs(gyroscope.bias - BIAS).max() < 4 * gyroscope.bias_sigma.max() < 0.006
     assert gyroscope.complaint == ''
     error, sigmas = turned(gyroscope)
@@ -66,9 +69,36 @@ def test_the_bias_is_learned_and_the_rotation_is_right():
     assert sigmas < 4.0
 
 
+def test_a_mount_that_is_turned_and_a_scale_are_learned_and_named():
+    """Of a camera that turns about all axes."""
+    axes, settings = np.radians([30.0, 20.0, 25.0]), ImuSettings(gyroscope_bias_sigma=0.0)
+    wrong = 1.008 * se3.exp_rotation(np.radians([0.0, 1.2, 0.0]))
+    gyroscope, true = Gyroscope(settings, OdometrySettings()), RotationIntegral()
+    times = np.arange(-40, 6001, 5)
+    rates = axes * np.cos(times[:, None] / 1000 * [3.0, 2.2, 1.7] + [0.0, 1.0, 2.0]) * 3.0
+    true.add(times * MS, rates)
+    for time in range(0, 6000, 40):
+        now = (time - 40 < times) & (times <= time)
+        gyroscope.add(ImuSamples(times[now] * MS, rates[now] @ wrong.T, 0.0 * rates[now]))
+        keyframe = 400 * ((time - 1) // 400)
+        if time:
+            pose = np.eye(4)
+            pose[:3, :3] = true.between(keyframe * MS, time * MS, np.zeros(3)).rotation
+            gyroscope.learn(keyframe * MS, time * MS,
+                            PoseWithCovariance(pose, np.radians(0.05) ** 2 * np.eye(6)))
+    assert gyroscope.complaint == ''
+    angle, percent = map(float, re.fullmatch(
+        r'bias .*; to fit the camera its axes are turned by (.*) deg and scaled by up to (.*) %',
+        gyroscope.description).groups())
+    assert angle == pytest.approx(1.2, abs=0.1) and percent == pytest.approx(0.8, abs=0.1)
+    term = gyroscope.term(4000 * MS, 5000 * MS)
+    true_turn = true.between(4000 * MS, 5000 * MS, np.zeros(3)).rotation
+    assert se3.angle(true_turn.T @ term.T_target_source[:3, :3]) < np.radians(0.03)
+
+
 def test_of_a_short_turn_the_noise_of_the_gyroscope_limits_what_is_learned():
     noise = 0.01  # rad/s/sqrt(Hz)
-    gyroscope = Gyroscope(ImuSettings(gyroscope_noise=noise, gyroscope_bias_sigma=0.1),
+    gyroscope = Gyroscope(replace(EXACT_AXES, gyroscope_noise=noise, gyroscope_bias_sigma=0.1),
                           OdometrySettings())
     gyroscope.add(samples(-20, 440))
     gyroscope.learn(0, 400 * MS, PoseWithCovariance(seen(0, 400).matrix, 1e-12 * np.eye(6)))
@@ -90,7 +120,7 @@ def test_at_rest_the_bias_is_followed_though_the_keyframe_stays():
 
 def test_the_error_of_a_keyframe_counts_less_than_twice():
     """It is in all that is learned of the frames since: fifty do not know more than the last."""
-    gyroscope = Gyroscope(ImuSettings(gyroscope_noise=1e-6, time_offset_sigma=0.0),
+    gyroscope = Gyroscope(replace(EXACT_AXES, gyroscope_noise=1e-6, time_offset_sigma=0.0),
                           OdometrySettings())
     for time in FRAMES:
         gyroscope.add(samples(time - 35, time + 5))
@@ -207,8 +237,8 @@ def ready(settings, acceleration=15.0, rate=lambda time: RATE):
 @pytest.mark.parametrize('extrapolated', [0, 5, 15])
 def test_the_noise_of_a_rotation_grows_with_its_time_and_with_what_has_not_arrived(extrapolated):
     """Of a calibration that is exact: n^2 t, and (a e^2 / 2)^2 of an unknown acceleration."""
-    gyroscope = ready(ImuSettings(gyroscope_noise=0.002, gyroscope_bias_sigma=0.0,
-                                  gyroscope_bias_walk=0.0, time_offset_sigma=0.0), 20.0)
+    gyroscope = ready(replace(EXACT_AXES, gyroscope_noise=0.002, gyroscope_bias_sigma=0.0,
+                              gyroscope_bias_walk=0.0, time_offset_sigma=0.0), 20.0)
     end = 1995 + extrapolated
     term = gyroscope.term(1000 * MS, end * MS)
     variance = 0.002 ** 2 * (end - 1000) / 1000 + (0.5 * 20.0 * (extrapolated / 1000) ** 2) ** 2
@@ -251,10 +281,12 @@ def test_it_is_described_with_its_numbers():
     assert gyroscope.description == 'none'
     gyroscope.add(samples(0, 500))
     known = 'bias (0.00, 0.00, 0.00) deg/s, known to 0.50; its clock is 12.3 ms ahead of that of '
-    assert gyroscope.description == known + 'the images'
+    known += ('the images; to fit the camera its axes are turned by 0.0 deg and scaled by up to '
+              '0.0 %')
+    assert gyroscope.description == known
     gyroscope.add(samples(0, 10))
     assert gyroscope.dropped == 2
-    assert gyroscope.description == known + 'the images; 2 samples dropped'
+    assert gyroscope.description == known + '; 2 samples dropped'
 
 
 def test_the_bias_drifts_while_samples_come():

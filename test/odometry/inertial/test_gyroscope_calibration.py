@@ -1,7 +1,9 @@
 # SPDX-FileCopyrightText: 2026 The aick_ros authors
 # SPDX-License-Identifier: Apache-2.0
 
-"""Bias and time offset, learned from rotations of a camera with known noise."""
+"""Errors of a gyroscope, learned from rotations of a camera with known noise."""
+
+import dataclasses
 
 import numpy as np
 import pytest
@@ -13,7 +15,8 @@ from aick_ros.odometry.inertial.rotation_integral import RotationIntegral
 from aick_ros.settings import ImuSettings
 
 SETTINGS = ImuSettings(gyroscope_bias_sigma=0.001, time_offset_sigma=0.002,
-                       gyroscope_bias_walk=0.0)
+                       gyroscope_bias_walk=0.0, gyroscope_scale_sigma=0.01, mounting_sigma=0.02)
+EXACT_AXES = dataclasses.replace(SETTINGS, gyroscope_scale_sigma=0.0, mounting_sigma=0.0)
 SIGMA = 1e-4  # rad, of the rotations of the camera
 PERIOD = NANOSECONDS // 100
 
@@ -30,18 +33,31 @@ def integral():
     return result
 
 
-def learned(integral, bias, offset, rng):
-    """Return the calibration by twelve rotations that a camera measures."""
-    calibration = GyroscopeCalibration(SETTINGS)
-    for i in range(12):
-        start, end = (round((0.1 + 0.2 * k) * NANOSECONDS) for k in (i, i + 1))
+def learned(integral, bias, offset, rng, settings=EXACT_AXES, matrix=np.eye(3), count=12,
+            sigma=SIGMA):
+    """
+    Return the calibration by rotations of 0.2 s that a camera measures.
+
+    :param matrix: by which the rates of the gyroscope are to be multiplied.
+    """
+    calibration = GyroscopeCalibration(settings)
+    for i in range(count):
+        start, end = (round((0.1 + 0.2 * k) * NANOSECONDS) for k in (i % 12, i % 12 + 1))
         moved = [stamp + round(calibration.offset * NANOSECONDS) for stamp in (start, end)]
-        turn = integral.between(*moved, calibration.bias - bias)  # its samples have the bias
+        # its samples have the bias, and axes such that the matrix corrects them
+        corrected = calibration.matrix @ np.linalg.inv(matrix)
+        turn = integral.between(*moved, matrix @ (calibration.bias - bias), corrected)
         true = integral.between(*(stamp + round(offset * NANOSECONDS)
                                   for stamp in (start, end)), np.zeros(3))
-        seen = se3.exp_rotation(SIGMA * rng.standard_normal(3)) @ true.rotation
-        calibration.learn(turn, se3.log_rotation(seen @ turn.rotation.T), SIGMA ** 2 * np.eye(3))
+        seen = se3.exp_rotation(sigma * rng.standard_normal(3)) @ true.rotation
+        calibration.learn(turn, se3.log_rotation(seen @ turn.rotation.T), sigma ** 2 * np.eye(3))
     return calibration
+
+
+def random_axes(rng):
+    """Return a matrix as it is before anybody has calibrated."""
+    return (np.eye(3) + SETTINGS.gyroscope_scale_sigma * rng.standard_normal((3, 3))
+            + se3.skew(SETTINGS.mounting_sigma * rng.standard_normal(3)))
 
 
 def test_errors_are_as_large_as_their_covariance(integral):
@@ -50,16 +66,47 @@ def test_errors_are_as_large_as_their_covariance(integral):
     for _ in range(60):
         bias, offset = 0.001 * rng.standard_normal(3), 0.002 * rng.standard_normal()
         calibration = learned(integral, bias, offset, rng)
-        error = calibration.values - [*bias, offset]
-        squares.append(error @ np.linalg.solve(calibration.covariance, error))
-        sigmas.append(np.sqrt(np.diag(calibration.covariance)))
+        error = calibration.values[:4] - [*bias, offset]
+        covariance = calibration.covariance[:4, :4]
+        squares.append(error @ np.linalg.solve(covariance, error))
+        sigmas.append(np.sqrt(np.diag(covariance)))
+        assert not calibration.covariance[4:].any() and (calibration.matrix == np.eye(3)).all()
     # chi-squared with 240 degrees of freedom, by 60: beyond these once in a thousand
     assert 3.0 < np.mean(squares) < 5.2
     assert (np.mean(sigmas, axis=0) < [3e-4, 3e-4, 3e-4, 1e-4]).all()
 
 
-def test_the_bias_drifts_and_the_offset_does_not():
+def test_axes_that_nobody_has_calibrated_are_learned(integral):
+    rng = np.random.default_rng(2)
+    squares, largest = [], []
+    for _ in range(60):
+        bias, offset = 0.001 * rng.standard_normal(3), 0.002 * rng.standard_normal()
+        matrix = random_axes(rng)
+        calibration = learned(integral, bias, offset, rng, SETTINGS, matrix, 60, 3e-4)
+        error = calibration.values - [*bias, offset, *matrix.ravel()]
+        squares.append(error @ np.linalg.solve(calibration.covariance, error))
+        largest.append(np.abs(calibration.matrix - matrix).max())
+    # chi-squared with 780 degrees of freedom, by 60: beyond these once in a thousand
+    assert 11.0 < np.mean(squares) < 15.2
+    assert np.mean(largest) < 0.006
+
+
+def test_exact_axes_are_soon_known_to_be_exact(integral):
+    rng = np.random.default_rng(3)
+    for _ in range(10):
+        calibration = learned(integral, np.zeros(3), 0.0, rng, SETTINGS)
+        assert np.sqrt(np.diag(calibration.covariance)[4:].max()) < 0.001
+        assert np.abs(calibration.matrix - np.eye(3)).max() < 0.001
+
+
+def test_small_errors_of_axes_are_learned_too(integral):
+    rng, matrix = np.random.default_rng(4), np.eye(3) + se3.skew([0.003, 0.0, 0.0])
+    calibration = learned(integral, np.zeros(3), 0.0, rng, SETTINGS, matrix, 120)
+    assert np.abs(calibration.matrix - matrix).max() < 0.001
+
+
+def test_the_bias_drifts_and_nothing_else():
     calibration = GyroscopeCalibration(ImuSettings(gyroscope_bias_walk=0.01))
     before = np.diag(calibration.covariance).copy()
     calibration.elapse(4.0)
-    assert np.diag(calibration.covariance) - before == pytest.approx([4e-4, 4e-4, 4e-4, 0.0])
+    assert np.diag(calibration.covariance) - before == pytest.approx([*3 * [4e-4], *10 * [0.0]])

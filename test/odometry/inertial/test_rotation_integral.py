@@ -72,6 +72,36 @@ def test_the_derivative_by_the_bias_is_that_of_finite_differences(moving, size):
         assert np.allclose(change, -turn.by_bias @ axis * size, atol=0.6 * size ** 2)
 
 
+@pytest.mark.parametrize('size', [1e-3, 0.02])
+def test_the_derivative_by_the_matrix_is_that_of_finite_differences(moving, size):
+    """Below the size at which the samples are integrated again, and above it."""
+    start, end = 240 * MS, 1233 * MS
+    turn = moving.between(start, end, NO_BIAS)
+    for row, column in np.ndindex(3, 3):
+        change = np.zeros((3, 3))
+        change[row, column] = size
+        matrix = np.eye(3) + change
+        again = integral([matrix @ rate(0.002 * i) for i in range(1001)])
+        true = again.between(start, end, NO_BIAS).rotation
+        assert se3.angle(true.T @ moving.between(start, end, NO_BIAS, matrix).rotation) < (
+            3 * size ** 2 if size < 0.002 else 1e-9)
+        seen = se3.log_rotation(true @ turn.rotation.T)
+        assert np.allclose(seen, turn.by_matrix @ change.ravel(), atol=3 * size ** 2)
+
+
+def test_the_bias_is_that_of_the_rates_as_measured(moving):
+    bias, matrix = np.array([0.03, -0.02, 0.01]), np.eye(3) + 0.03 * np.arange(9).reshape(3, 3)
+    again = integral([matrix @ (rate(0.002 * i) - bias) for i in range(1001)])
+    start, end = 240 * MS, 1233 * MS
+    turn = moving.between(start, end, bias, matrix)
+    expected = again.between(start, end, NO_BIAS)
+    assert se3.angle(expected.rotation.T @ turn.rotation) < 1e-9
+    assert np.allclose(turn.rates, expected.rates)
+    step = 1e-4 * np.array([1.0, -2.0, 3.0])
+    moved = moving.between(start, end, bias + step, matrix).rotation
+    assert np.allclose(se3.log_rotation(moved @ turn.rotation.T), -turn.by_bias @ step, atol=1e-7)
+
+
 def test_the_derivative_by_the_offset_is_that_of_finite_differences(moving):
     turn, step = moving.between(300 * MS, 1300 * MS, NO_BIAS), MS
     later = moving.between(300 * MS + step, 1300 * MS + step, NO_BIAS)
