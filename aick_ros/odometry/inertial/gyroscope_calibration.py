@@ -19,7 +19,7 @@ import math
 import numpy as np
 
 from aick_ros.geometry import se3
-from aick_ros.geometry.kalman import KalmanUpdate
+from aick_ros.geometry.kalman import LARGEST_SQUARED_DISTANCE, KalmanUpdate
 from aick_ros.odometry.inertial.rotation_integral import Turn
 from aick_ros.settings import ImuSettings
 
@@ -28,7 +28,7 @@ _SIZES = {1.0: 1 / 6, 0.3: 1 / 6, 0.1: 1 / 6, 0.001: 1 / 2}
 
 Chosen: dense enough that the truth is near one of them, and as likely calibrated as not."""
 
-_LEAST_WEIGHT = 0.001  # of a filter by the largest one; chosen: it can come back
+_LEAST_LOGARITHM = -50.0  # of a likelihood by the largest one; chosen: no number underflows
 
 _COUNT = 13
 _BIAS, _OFFSET, _MATRIX = slice(0, 3), 3, slice(4, _COUNT)
@@ -91,6 +91,10 @@ class GyroscopeCalibration:
         :param covariance: 3x3, of this error without that of the calibration.
         """
         jacobian = _jacobian(turn)
+        expected = jacobian @ self.covariance @ jacobian.T + covariance
+        square = float(error @ np.linalg.solve(expected, error))
+        if square > LARGEST_SQUARED_DISTANCE:  # as of a keyframe whose pose is off
+            covariance = square / LARGEST_SQUARED_DISTANCE * covariance
         for each in self._filters:
             each.learn(jacobian, error + jacobian @ (self.values - each.values), covariance)
         self._join()
@@ -99,7 +103,7 @@ class GyroscopeCalibration:
         """Take mean and covariance of all filters together."""
         most = max(each.logarithm for each in self._filters)
         for each in self._filters:
-            each.logarithm = max(each.logarithm - most, math.log(_LEAST_WEIGHT))
+            each.logarithm = max(each.logarithm - most, _LEAST_LOGARITHM)
         weights = np.exp([each.logarithm for each in self._filters])
         weights /= weights.sum()
         values = np.array([each.values for each in self._filters])
@@ -133,7 +137,7 @@ class _Filter:
         self.values = self.values + update.gain @ error
         self.covariance = update.covariance
         self.logarithm -= 0.5 * (update.squared_distance(error)
-                                 + math.log(np.linalg.det(update.expected)))
+                                 + float(np.linalg.slogdet(update.expected).logabsdet))
 
 
 def _jacobian(turn: Turn) -> np.ndarray:

@@ -10,8 +10,8 @@ two times i and j, in the axes at i, by -J A db to first order (Forster et al. 2
 
     J = R(i)^T (integral of R from i to j),
 
-and one of A by R(i)^T (integral of R dA rate). R and these integrals are sums from the first
-sample on, so that each interval costs two look-ups, whatever its length.
+and one of A by R(i)^T (integral of R dA (measured - b)). R and these integrals are sums from the
+first sample on, so that each interval costs two look-ups, whatever its length.
 """
 
 from __future__ import annotations
@@ -141,7 +141,8 @@ class RotationIntegral:
         first, last = self._at(start), self._at(end)
         back = first.rotations[-1].T
         by_bias = back @ (last.integrals[-1] - first.integrals[-1]) @ matrix
-        by_matrix = back @ (last.products[-1] - first.products[-1]).reshape(3, 9)
+        measured = (last.products[-1] - first.products[-1]) @ np.linalg.inv(self._matrix).T
+        by_matrix = back @ measured.reshape(3, 9)
         correction = se3.exp_rotation(by_matrix @ (matrix - self._matrix).ravel()
                                       - by_bias @ (bias - self._bias))
         rates = np.array([first.rates[-1], last.rates[-1]])

@@ -89,9 +89,14 @@ def test_the_derivative_by_the_matrix_is_that_of_finite_differences(moving, size
         assert np.allclose(seen, turn.by_matrix @ change.ravel(), atol=3 * size ** 2)
 
 
-def test_the_bias_is_that_of_the_rates_as_measured(moving):
+def again_by(matrix, bias):
+    """Return the integral of rates that are corrected before."""
+    return integral([matrix @ (rate(0.002 * i) - bias) for i in range(1001)])
+
+
+def test_derivatives_are_by_the_bias_of_what_is_measured_and_by_the_matrix(moving):
     bias, matrix = np.array([0.03, -0.02, 0.01]), np.eye(3) + 0.03 * np.arange(9).reshape(3, 3)
-    again = integral([matrix @ (rate(0.002 * i) - bias) for i in range(1001)])
+    again = again_by(matrix, bias)
     start, end = 240 * MS, 1233 * MS
     turn = moving.between(start, end, bias, matrix)
     expected = again.between(start, end, NO_BIAS)
@@ -100,6 +105,10 @@ def test_the_bias_is_that_of_the_rates_as_measured(moving):
     step = 1e-4 * np.array([1.0, -2.0, 3.0])
     moved = moving.between(start, end, bias + step, matrix).rotation
     assert np.allclose(se3.log_rotation(moved @ turn.rotation.T), -turn.by_bias @ step, atol=1e-7)
+    change = 1e-4 * np.array([[1.0, -2.0, 3.0], [2.0, 1.0, -1.0], [0.5, -3.0, 1.0]])
+    later = again_by(matrix + change, bias).between(start, end, NO_BIAS).rotation
+    assert np.allclose(se3.log_rotation(later @ turn.rotation.T), turn.by_matrix @ change.ravel(),
+                       atol=3e-7)
 
 
 def test_the_derivative_by_the_offset_is_that_of_finite_differences(moving):
