@@ -11,7 +11,7 @@ from aick_ros import kernels
 
 
 def integrated_turns(stamps: np.ndarray, rates: np.ndarray, rotation: np.ndarray,
-                     integral: np.ndarray, by_rates: np.ndarray
+                     integral: np.ndarray, products: np.ndarray
                      ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     Return the rotations R at some times, and integrals up to then.
@@ -22,11 +22,11 @@ def integrated_turns(stamps: np.ndarray, rates: np.ndarray, rotation: np.ndarray
     :param stamps: N int64 [ns].
     :param rates: Nx3, in the axes of the body [rad/s].
     :param rotation: at the first time, 3x3.
-    :param integral: of R up to then, 3x3 [s]; by_rates: of the products, 3x3x3 [rad].
+    :param integral: of R up to then, 3x3 [s]; products: of the products, 3x3x3 [rad].
     :returns: Nx3x3, Nx3x3 [s] and Nx3x3x3 [rad].
     """
     rotations, integrals = np.empty((2, len(stamps), 3, 3))
-    products = np.empty((len(stamps), 3, 3, 3))
-    rotations[0], integrals[0], products[0] = rotation, integral, by_rates
-    kernels.integrate_turns(stamps, rates, rotations, integrals, products)
-    return rotations, integrals, products
+    all_products = np.empty((len(stamps), 3, 3, 3))
+    rotations[0], integrals[0], all_products[0] = rotation, integral, products
+    kernels.integrate_turns(stamps, rates, rotations, integrals, all_products)
+    return rotations, integrals, all_products

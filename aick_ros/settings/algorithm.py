@@ -211,11 +211,13 @@ class ImuSettings(Checked):
         0.02, 'Standard deviation of the bias of the gyroscope at the start.', unit='rad/s',
         minimum=0.0, maximum=1.0)
     gyroscope_scale_sigma: float = parameter(
-        0.01, 'Standard deviation of the scale of the axes of the gyroscope, and of what one sees '
-        'of the others; the rest is estimated. 0: they are exact.', minimum=0.0, maximum=0.1)
+        0.01, 'Standard deviation of the scale of the axes of a gyroscope that was not '
+        'calibrated, and of what one sees of the others; whether it was, and the rest, is '
+        'estimated. 0: they are exact.', minimum=0.0, maximum=0.1)
     mounting_sigma: float = parameter(
-        0.0175, 'Standard deviation of the rotation of the IMU in the camera, about each axis; '
-        'the rest is estimated. 0: it is exact.', unit='rad', minimum=0.0, maximum=0.1)
+        0.0175, 'Standard deviation of the rotation of the gyroscope in the camera, about each '
+        'axis, where that was not calibrated; estimated likewise. 0: it is exact.', unit='rad',
+        minimum=0.0, maximum=0.1)
     gravity: bool = parameter(
         True, 'Whether `odom` begins level, with z up, and is kept so, where an accelerometer '
         'has measured before the first frame.')

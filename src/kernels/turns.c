@@ -13,7 +13,7 @@ static const double NANOSECOND = 1e-9;  // s, by definition
 
 // A rotation, its integral, and that of its products with the turn rate.
 typedef struct {
-  double *rotation, *integral, *by_rates;
+  double *rotation, *integral, *products;
 } State;
 
 static State state_at(const Arrays *arrays, Py_ssize_t k) {
@@ -32,7 +32,7 @@ static void advance(State from, const double *rate, double interval, State to) {
   for (int i = 0; i < 9; ++i) {
     to.integral[i] = from.integral[i] + interval * middle[i];
     for (int k = 0; k < 3; ++k)
-      to.by_rates[3 * i + k] = from.by_rates[3 * i + k] + interval * middle[i] * rate[k];
+      to.products[3 * i + k] = from.products[3 * i + k] + interval * middle[i] * rate[k];
   }
 }
 

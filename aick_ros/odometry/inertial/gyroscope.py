@@ -87,7 +87,7 @@ class Gyroscope:
             return 'none'
         x, y, z = np.degrees(self.bias)
         sigma, dropped = np.degrees(self.bias_sigma.max()), self._samples.dropped
-        turned, scaled = self._calibration.axes
+        turned, scaled = self._calibration.axes_correction
         return (f'bias ({x:.2f}, {y:.2f}, {z:.2f}) deg/s, known to {sigma:.2f}; its clock is '
                 f'{1e3 * self.time_offset:.1f} ms ahead of that of the images; to fit the camera '
                 f'its axes are turned by {np.degrees(turned):.1f} deg and scaled by up to '
@@ -114,8 +114,9 @@ class Gyroscope:
         """
         Return the rotation between two stamps of images [ns]; None: it is not known.
 
-        :param is_summed: whether such motions are added up, as independent ones. The error of
-            the bias is the same in all of them: its covariance is then that of their sum.
+        :param is_summed: whether such motions are added up, as independent ones. The errors of
+            the calibration are the same in all of them: their covariance is then that of the
+            sum, as if the camera turned on alike.
         """
         turn = self._turn(start, end) if self._is_used else None
         if turn is None:

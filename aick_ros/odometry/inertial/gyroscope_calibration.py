@@ -32,7 +32,7 @@ _LEAST_LOGARITHM = -50.0  # of a likelihood by the largest one; chosen: no numbe
 
 _COUNT = 13
 _BIAS, _OFFSET, _MATRIX = slice(0, 3), 3, slice(4, _COUNT)
-"""Where the values are."""
+"""Indices of the values."""
 
 
 class GyroscopeCalibration:
@@ -66,7 +66,7 @@ class GyroscopeCalibration:
         return self.values[_MATRIX].reshape(3, 3)
 
     @property
-    def axes(self) -> tuple[float, float]:
+    def axes_correction(self) -> tuple[float, float]:
         """By how much the matrix turns the axes [rad], and scales one at most."""
         left, scales, right = np.linalg.svd(self.matrix)
         return se3.angle(left @ right), float(np.abs(scales - 1.0).max())
@@ -91,8 +91,7 @@ class GyroscopeCalibration:
         :param covariance: 3x3, of this error without that of the calibration.
         """
         jacobian = _jacobian(turn)
-        expected = jacobian @ self.covariance @ jacobian.T + covariance
-        square = float(error @ np.linalg.solve(expected, error))
+        square = KalmanUpdate.of(self.covariance, jacobian, covariance).squared_distance(error)
         if square > LARGEST_SQUARED_DISTANCE:  # as of a keyframe whose pose is off
             covariance = square / LARGEST_SQUARED_DISTANCE * covariance
         for each in self._filters:

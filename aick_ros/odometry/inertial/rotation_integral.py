@@ -17,7 +17,6 @@ first sample on, so that each interval costs two look-ups, whatever its length.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,9 +30,6 @@ _LONGEST_GAP = NANOSECONDS // 20  # chosen: a hand turns by up to some degrees m
 _EXTRAPOLATED = NANOSECONDS // 50  # chosen: the last samples may arrive after the image
 _RELINEARISED = 0.002  # rad/s; chosen: in 10 s its second order is 0.01 deg
 _RESCALED = 0.002  # of the matrix; chosen: in a turn by 90 deg its second order is 0.0003 deg
-
-Correct = Callable[[np.ndarray], np.ndarray]
-"""Measured turn rates -> corrected ones, both Nx3 [rad/s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,20 +77,13 @@ class _Part:
     integrals: np.ndarray
     products: np.ndarray
 
-    @classmethod
-    def of(cls, stamps: np.ndarray, rates: np.ndarray, correct: Correct,
-           rotation: np.ndarray = np.eye(3), integral: np.ndarray = np.zeros((3, 3)),
-           products: np.ndarray = np.zeros((3, 3, 3))) -> _Part:
-        """Return the part that begins with a rotation and integrals."""
-        return cls(stamps, rates, *integrated_turns(
-            stamps, correct(rates), rotation, integral, products))
-
 
 class RotationIntegral:
     """Integrates turn rates; what is older than half a minute is forgotten."""
 
     def __init__(self) -> None:
-        self._bias, self._matrix = np.zeros(3), np.eye(3)
+        self._bias = np.zeros(3)
+        self._matrix = self._inverse = np.eye(3)
         self._clear()
 
     @property
@@ -141,7 +130,7 @@ class RotationIntegral:
         first, last = self._at(start), self._at(end)
         back = first.rotations[-1].T
         by_bias = back @ (last.integrals[-1] - first.integrals[-1]) @ matrix
-        measured = (last.products[-1] - first.products[-1]) @ np.linalg.inv(self._matrix).T
+        measured = (last.products[-1] - first.products[-1]) @ self._inverse.T
         by_matrix = back @ measured.reshape(3, 9)
         correction = se3.exp_rotation(by_matrix @ (matrix - self._matrix).ravel()
                                       - by_bias @ (bias - self._bias))
@@ -156,23 +145,25 @@ class RotationIntegral:
         times, rates = part.stamps[row:row + 2], part.rates[row:row + 2]
         elapsed = stamp - int(times[0])
         share = elapsed / int(times[-1] - times[0]) if len(times) > 1 else 0.0
-        return _Part.of(np.array([0, elapsed], np.int64),
-                        np.array([rates[0], rates[0] + share * (rates[-1] - rates[0])]),
-                        self._correct, part.rotations[row], part.integrals[row],
-                        part.products[row])
+        return self._part(np.array([0, elapsed], np.int64),
+                          np.array([rates[0], rates[0] + share * (rates[-1] - rates[0])]),
+                          part.rotations[row], part.integrals[row], part.products[row])
 
     def _append(self, stamps: np.ndarray, rates: np.ndarray) -> None:
         """Append the part of some samples, which begins where the last one ends."""
         before = self._parts[-1] if self._parts else None
         where = () if before is None else (
             before.rotations[-1], before.integrals[-1], before.products[-1])
-        self._parts.append(_Part.of(stamps, rates, self._correct, *where))
+        self._parts.append(self._part(stamps, rates, *where))
         self._starts.append(int(stamps[0]))
 
-    def _correct(self, rates: np.ndarray) -> np.ndarray:
-        """Return turn rates by those measured, both Nx3 [rad/s]."""
-        corrected: np.ndarray = (rates - self._bias) @ self._matrix.T
-        return corrected
+    def _part(self, stamps: np.ndarray, rates: np.ndarray, rotation: np.ndarray = np.eye(3),
+              integral: np.ndarray = np.zeros((3, 3)),
+              products: np.ndarray = np.zeros((3, 3, 3))) -> _Part:
+        """Return the part that begins with a rotation and integrals."""
+        corrected = (rates - self._bias) @ self._matrix.T
+        return _Part(stamps, rates, *integrated_turns(
+            stamps, corrected, rotation, integral, products))
 
     def _linearise(self, bias: np.ndarray, matrix: np.ndarray) -> None:
         """Integrate all samples again, about another bias and matrix."""
@@ -181,6 +172,7 @@ class RotationIntegral:
         rates = np.concatenate([first.rates, *(part.rates[1:] for part in others)])
         self._clear()
         self._bias, self._matrix = bias.copy(), matrix.copy()
+        self._inverse = np.linalg.inv(matrix)
         self._append(stamps, rates)
 
     def _clear(self) -> None:

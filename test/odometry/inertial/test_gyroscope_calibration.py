@@ -25,11 +25,14 @@ def rate(time):
     return np.array([1.2 * np.sin(2 * time), 0.8 * np.cos(3 * time), np.sin(1.4 * time + 1)])
 
 
+STAMPS, RATES = PERIOD * np.arange(301), np.array([rate(0.01 * i) for i in range(301)])
+
+
 @pytest.fixture(scope='module')
 def integral():
     """Return the integral of samples of three seconds without bias."""
     result = RotationIntegral()
-    result.add(PERIOD * np.arange(301), np.array([rate(0.01 * i) for i in range(301)]))
+    result.add(STAMPS, RATES)
     return result
 
 
@@ -40,13 +43,12 @@ def learned(integral, bias, offset, rng, settings=EXACT_AXES, matrix=np.eye(3), 
 
     :param matrix: by which the rates of the gyroscope are to be multiplied.
     """
-    calibration = GyroscopeCalibration(settings)
+    calibration, measured = GyroscopeCalibration(settings), RotationIntegral()
+    measured.add(STAMPS, RATES @ np.linalg.inv(matrix).T + bias)
     for i in range(count):
         start, end = (round((0.1 + 0.2 * k) * NANOSECONDS) for k in (i % 12, i % 12 + 1))
         moved = [stamp + round(calibration.offset * NANOSECONDS) for stamp in (start, end)]
-        # its samples have the bias, and axes such that the matrix corrects them
-        corrected = calibration.matrix @ np.linalg.inv(matrix)
-        turn = integral.between(*moved, matrix @ (calibration.bias - bias), corrected)
+        turn = measured.between(*moved, calibration.bias, calibration.matrix)
         true = integral.between(*(stamp + round(offset * NANOSECONDS)
                                   for stamp in (start, end)), np.zeros(3))
         seen = se3.exp_rotation(sigma * rng.standard_normal(3)) @ true.rotation
@@ -105,8 +107,11 @@ def test_small_errors_of_axes_are_learned_too(integral):
     assert np.abs(calibration.matrix - matrix).max() < 0.001
 
 
-def test_the_bias_drifts_and_nothing_else():
+def test_the_bias_drifts_and_nothing_else(integral):
     calibration = GyroscopeCalibration(ImuSettings(gyroscope_bias_walk=0.01))
     before = np.diag(calibration.covariance).copy()
     calibration.elapse(4.0)
+    assert np.diag(calibration.covariance) - before == pytest.approx([*3 * [4e-4], *10 * [0.0]])
+    turn = integral.between(0, NANOSECONDS, np.zeros(3))
+    calibration.learn(turn, np.zeros(3), 1e12 * np.eye(3))  # which says nothing
     assert np.diag(calibration.covariance) - before == pytest.approx([*3 * [4e-4], *10 * [0.0]])
