@@ -49,7 +49,8 @@ class NodeSettings(Checked):
         '0: no limit.',
         unit='s', minimum=0.0, maximum=1.0)
     topic_queue_size: int = parameter(
-        10, 'Queue size of each image subscription.', minimum=1, maximum=1000)
+        4, 'Queue size of each image subscription: each place outlasts a stall of one frame, and '
+        'keeps the memory of an image.', minimum=1, maximum=1000)
     sync_queue_size: int = parameter(
         5, 'Maximum number of images per topic that wait for their partner.',
         minimum=1, maximum=1000)

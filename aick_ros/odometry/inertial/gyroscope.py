@@ -19,11 +19,10 @@ from aick_ros.odometry.inertial.sample_check import SampleCheck
 from aick_ros.odometry.motion_term import ROTATION, MotionTerm
 from aick_ros.settings import ImuSettings, OdometrySettings
 
-_LONGER = 1.5
+_LONGER = 1.2
 """Ratio of an interval to the last one from the same frame that is learned from.
 
-Chosen: each then has 2.25 times the information of the one before, so that the error of the
-frame that all have in common counts less than twice."""
+Chosen: errors of rotations that are nearly the same are nearly the same."""
 
 _LARGEST_RATE = 100.0  # rad/s; chosen: beyond the range of every gyroscope for cameras
 
@@ -161,7 +160,7 @@ class Gyroscope:
             return
         reference, longest = self._learned
         if start != reference or turn.duration > _LONGER * longest:
-            self._calibration.learn(turn, error, covariance)
+            self._calibration.learn(start, turn, error, covariance)
             self._learned = start, turn.duration
 
     def _turn(self, start: int, end: int) -> Turn | None:

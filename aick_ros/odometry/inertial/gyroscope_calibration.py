@@ -6,6 +6,7 @@ Errors of a gyroscope, by Kalman filters on the rotations that the camera measur
 
 Its bias, its time offset, and the scale and directions of its axes are nearly constant and turn a
 rotation by known derivatives, so that each rotation of the camera is a linear measurement of them.
+So is the error of the keyframe that a rotation begins at: all rotations from there have it.
 
 Some gyroscopes have been calibrated, others have not. So there are filters for axes with errors of
 several sizes, which count by how likely each makes what the camera measures (multiple models,
@@ -30,9 +31,11 @@ Chosen: dense enough that the truth is near one of them, and as likely calibrate
 
 _LEAST_LOGARITHM = -50.0  # of a likelihood by the largest one; chosen: no number underflows
 
-_COUNT = 13
-_BIAS, _OFFSET, _MATRIX = slice(0, 3), 3, slice(4, _COUNT)
-"""Indices of the values."""
+_BIAS, _OFFSET, _MATRIX, _KEYFRAME = slice(0, 3), 3, slice(4, 13), slice(13, 16)
+_CALIBRATION, _COUNT = slice(0, 13), 16
+"""Indices of the values, and their number."""
+
+_SHARED = 0.5  # of the camera's variance is the keyframe's; derived: both images are as exact
 
 
 class GyroscopeCalibration:
@@ -47,6 +50,7 @@ class GyroscopeCalibration:
 
     def __init__(self, settings: ImuSettings) -> None:
         self._walk = settings.gyroscope_bias_walk
+        self._keyframe: int | None = None  # its stamp [ns]
         self._filters = [_Filter(settings, size, weight) for size, weight in _SIZES.items()]
         self._join()
 
@@ -73,8 +77,9 @@ class GyroscopeCalibration:
 
     def uncertainty(self, turn: Turn) -> np.ndarray:
         """Return the covariance of a rotation by the errors of this calibration, 3x3 [rad^2]."""
-        jacobian = _jacobian(turn)
-        covariance: np.ndarray = jacobian @ self.covariance @ jacobian.T
+        jacobian = _jacobian(turn)[:, _CALIBRATION]
+        known = self.covariance[_CALIBRATION, _CALIBRATION]
+        covariance: np.ndarray = jacobian @ known @ jacobian.T
         return covariance
 
     def elapse(self, interval: float) -> None:
@@ -82,21 +87,39 @@ class GyroscopeCalibration:
         for covariance in (self.covariance, *(each.covariance for each in self._filters)):
             covariance[_BIAS, _BIAS] += self._walk ** 2 * interval * np.eye(3)
 
-    def learn(self, turn: Turn, error: np.ndarray, covariance: np.ndarray) -> None:
+    def learn(self, keyframe: int, turn: Turn, error: np.ndarray, covariance: np.ndarray) -> None:
         """
         Update the estimate by a rotation that the camera has measured too.
 
+        :param keyframe: stamp of the image that the rotation begins at [ns].
         :param error: 3, from the gyroscope's rotation to the camera's, in the axes at the start
             [rad].
         :param covariance: 3x3, of this error without that of the calibration.
         """
         jacobian = _jacobian(turn)
-        square = KalmanUpdate.of(self.covariance, jacobian, covariance).squared_distance(error)
-        if square > LARGEST_SQUARED_DISTANCE:  # as of a keyframe whose pose is off
-            covariance = square / LARGEST_SQUARED_DISTANCE * covariance
+        if keyframe != self._keyframe:
+            self._keyframe = keyframe
+            self._begin(np.zeros((3, 3)))
+            covariance = self._credible(jacobian, error, covariance)
+            self._begin(_SHARED * covariance)
+        error = error - self.values[_KEYFRAME]
+        noise = self._credible(jacobian, error, (1.0 - _SHARED) * covariance)
         for each in self._filters:
-            each.learn(jacobian, error + jacobian @ (self.values - each.values), covariance)
+            each.learn(jacobian, error + jacobian @ (self.values - each.values), noise)
         self._join()
+
+    def _begin(self, covariance: np.ndarray) -> None:
+        """Take a new keyframe, whose rotation has this covariance, 3x3 [rad^2]."""
+        for each in self._filters:
+            each.begin(covariance)
+        self._join()
+
+    def _credible(self, jacobian: np.ndarray, error: np.ndarray,
+                  covariance: np.ndarray) -> np.ndarray:
+        """Return the covariance of an error or, where it is too large, one by which it may be."""
+        square = KalmanUpdate.of(self.covariance, jacobian, covariance).squared_distance(error)
+        larger: np.ndarray = max(square / LARGEST_SQUARED_DISTANCE, 1.0) * covariance
+        return larger
 
     def _join(self) -> None:
         """Take mean and covariance of all filters together."""
@@ -120,7 +143,8 @@ class _Filter:
     """
 
     def __init__(self, settings: ImuSettings, size: float, weight: float) -> None:
-        self.values = np.array([0.0, 0.0, 0.0, settings.time_offset, *np.eye(3).ravel()])
+        self.values = np.zeros(_COUNT)
+        self.values[_OFFSET], self.values[_MATRIX] = settings.time_offset, np.eye(3).ravel()
         self.covariance = np.zeros((_COUNT, _COUNT))
         self.covariance[_BIAS, _BIAS] = settings.gyroscope_bias_sigma ** 2 * np.eye(3)
         self.covariance[_OFFSET, _OFFSET] = settings.time_offset_sigma ** 2
@@ -130,8 +154,14 @@ class _Filter:
             + (size * settings.mounting_sigma) ** 2 * turns.T @ turns)
         self.logarithm = math.log(weight)
 
+    def begin(self, covariance: np.ndarray) -> None:
+        """Take another keyframe, whose rotation has this covariance, 3x3 [rad^2]."""
+        self.values[_KEYFRAME] = 0.0
+        self.covariance[_KEYFRAME] = self.covariance[:, _KEYFRAME] = 0.0
+        self.covariance[_KEYFRAME, _KEYFRAME] = covariance
+
     def learn(self, jacobian: np.ndarray, error: np.ndarray, covariance: np.ndarray) -> None:
-        """Update the values by an error of a rotation, 3 [rad], with these derivatives, 3x13."""
+        """Update the values by an error of a rotation, 3 [rad], with these derivatives, 3x16."""
         update = KalmanUpdate.of(self.covariance, jacobian, covariance)
         self.values = self.values + update.gain @ error
         self.covariance = update.covariance
@@ -140,5 +170,5 @@ class _Filter:
 
 
 def _jacobian(turn: Turn) -> np.ndarray:
-    """Return the derivatives of a rotation by bias, time offset and matrix, 3x13."""
-    return np.column_stack([-turn.by_bias, turn.by_offset, turn.by_matrix])
+    """Return the derivatives of a rotation by all values, 3x16."""
+    return np.column_stack([-turn.by_bias, turn.by_offset, turn.by_matrix, np.eye(3)])

@@ -37,22 +37,30 @@ def integral():
 
 
 def learned(integral, bias, offset, rng, settings=EXACT_AXES, matrix=np.eye(3), count=12,
-            sigma=SIGMA):
+            sigma=SIGMA, frames=1):
     """
-    Return the calibration by rotations of 0.2 s that a camera measures.
+    Return the calibration by rotations of up to 0.2 s that a camera measures.
 
     :param matrix: by which the rates of the gyroscope are to be multiplied.
+    :param count: number of keyframes; frames: number of frames registered to each one.
     """
     calibration, measured = GyroscopeCalibration(settings), RotationIntegral()
     measured.add(STAMPS, RATES @ np.linalg.inv(matrix).T + bias)
+
+    def draw_error():
+        return se3.exp_rotation(np.sqrt(0.5) * sigma * rng.standard_normal(3))
+
     for i in range(count):
-        start, end = (round((0.1 + 0.2 * k) * NANOSECONDS) for k in (i % 12, i % 12 + 1))
-        moved = [stamp + round(calibration.offset * NANOSECONDS) for stamp in (start, end)]
-        turn = measured.between(*moved, calibration.bias, calibration.matrix)
-        true = integral.between(*(stamp + round(offset * NANOSECONDS)
-                                  for stamp in (start, end)), np.zeros(3))
-        seen = se3.exp_rotation(sigma * rng.standard_normal(3)) @ true.rotation
-        calibration.learn(turn, se3.log_rotation(seen @ turn.rotation.T), sigma ** 2 * np.eye(3))
+        start, error_of_keyframe = round((0.1 + 0.2 * (i % 12)) * NANOSECONDS), draw_error()
+        for k in range(frames):
+            end = start + round(0.2 * (k + 1) / frames * NANOSECONDS)
+            moved = [stamp + round(calibration.offset * NANOSECONDS) for stamp in (start, end)]
+            turn = measured.between(*moved, calibration.bias, calibration.matrix)
+            true = integral.between(*(stamp + round(offset * NANOSECONDS)
+                                      for stamp in (start, end)), np.zeros(3))
+            seen = error_of_keyframe @ draw_error() @ true.rotation
+            calibration.learn(start, turn, se3.log_rotation(seen @ turn.rotation.T),
+                              sigma ** 2 * np.eye(3))
     return calibration
 
 
@@ -72,7 +80,8 @@ def test_errors_are_as_large_as_their_covariance(integral):
         covariance = calibration.covariance[:4, :4]
         squares.append(error @ np.linalg.solve(covariance, error))
         sigmas.append(np.sqrt(np.diag(covariance)))
-        assert not calibration.covariance[4:].any() and (calibration.matrix == np.eye(3)).all()
+        assert not calibration.covariance[4:13, 4:13].any()
+        assert (calibration.matrix == np.eye(3)).all()
     # chi-squared with 240 degrees of freedom, by 60: beyond these once in a thousand
     assert 3.0 < np.mean(squares) < 5.2
     assert (np.mean(sigmas, axis=0) < [3e-4, 3e-4, 3e-4, 1e-4]).all()
@@ -85,19 +94,50 @@ def test_axes_that_nobody_has_calibrated_are_learned(integral):
         bias, offset = 0.001 * rng.standard_normal(3), 0.002 * rng.standard_normal()
         matrix = random_axes(rng)
         calibration = learned(integral, bias, offset, rng, SETTINGS, matrix, 60, 3e-4)
-        error = calibration.values - [*bias, offset, *matrix.ravel()]
-        squares.append(error @ np.linalg.solve(calibration.covariance, error))
+        error = calibration.values[:13] - [*bias, offset, *matrix.ravel()]
+        squares.append(error @ np.linalg.solve(calibration.covariance[:13, :13], error))
         largest.append(np.abs(calibration.matrix - matrix).max())
     # chi-squared with 780 degrees of freedom, by 60: beyond these once in a thousand
     assert 11.0 < np.mean(squares) < 15.2
     assert np.mean(largest) < 0.006
 
 
+def test_rotations_from_one_keyframe_have_its_error_in_common(integral):
+    rng, squares = np.random.default_rng(5), []
+    for _ in range(60):
+        bias, offset = 0.001 * rng.standard_normal(3), 0.002 * rng.standard_normal()
+        calibration = learned(integral, bias, offset, rng, frames=6)
+        error = calibration.values[:4] - [*bias, offset]
+        squares.append(error @ np.linalg.solve(calibration.covariance[:4, :4], error))
+    # chi-squared with 240 degrees of freedom, by 60: beyond these once in a thousand
+    assert 3.0 < np.mean(squares) < 5.2
+
+
+def test_a_keyframe_that_is_off_while_the_camera_rests_is_no_other_gyroscope(integral):
+    rng, rest = np.random.default_rng(6), RotationIntegral()
+    rest.add(PERIOD * np.arange(1000), np.zeros((1000, 3)))
+    for _ in range(10):
+        calibration = learned(
+            integral, np.zeros(3), 0.0, rng, SETTINGS, random_axes(rng), 60, 3e-4)
+        before = calibration.values.copy()
+        sigma = np.sqrt(np.diag(calibration.covariance))
+        error = np.radians(0.3) * se3.exp_rotation(rng.standard_normal(3))[0]
+        for k in range(8):
+            turn = rest.between(NANOSECONDS, NANOSECONDS + round(0.3 * 1.5 ** k * NANOSECONDS),
+                                calibration.bias, calibration.matrix)
+            seen = se3.exp_rotation(error) @ turn.rotation
+            calibration.learn(NANOSECONDS, turn, se3.log_rotation(seen @ turn.rotation.T),
+                              3e-4 ** 2 * np.eye(3))
+        # by four and three standard deviations where it counts as eight independent rotations
+        assert (np.abs(calibration.values - before) < 3.0 * sigma)[:4].all()
+        assert (np.abs(calibration.values - before) < 2.0 * sigma)[4:13].all()
+
+
 def test_exact_axes_are_soon_known_to_be_exact(integral):
     rng = np.random.default_rng(3)
     for _ in range(10):
         calibration = learned(integral, np.zeros(3), 0.0, rng, SETTINGS)
-        assert np.sqrt(np.diag(calibration.covariance)[4:].max()) < 0.001
+        assert np.sqrt(np.diag(calibration.covariance)[4:13].max()) < 0.001
         assert np.abs(calibration.matrix - np.eye(3)).max() < 0.001
 
 
@@ -109,9 +149,11 @@ def test_small_errors_of_axes_are_learned_too(integral):
 
 def test_the_bias_drifts_and_nothing_else(integral):
     calibration = GyroscopeCalibration(ImuSettings(gyroscope_bias_walk=0.01))
-    before = np.diag(calibration.covariance).copy()
+    before = np.diag(calibration.covariance)[:13].copy()
     calibration.elapse(4.0)
-    assert np.diag(calibration.covariance) - before == pytest.approx([*3 * [4e-4], *10 * [0.0]])
+    assert np.diag(calibration.covariance)[:13] - before == pytest.approx(
+        [*3 * [4e-4], *10 * [0.0]])
     turn = integral.between(0, NANOSECONDS, np.zeros(3))
-    calibration.learn(turn, np.zeros(3), 1e12 * np.eye(3))  # which says nothing
-    assert np.diag(calibration.covariance) - before == pytest.approx([*3 * [4e-4], *10 * [0.0]])
+    calibration.learn(0, turn, np.zeros(3), 1e12 * np.eye(3))  # which says nothing
+    assert np.diag(calibration.covariance)[:13] - before == pytest.approx(
+        [*3 * [4e-4], *10 * [0.0]])
