@@ -27,7 +27,7 @@ from aick_ros.registration.unexpected_motion import (
     NEAR_POSE, is_same, sudden_accelerations, suddenness)
 from aick_ros.settings import Settings
 
-SHARE_TRACKED = 0.43
+SHARE_TRACKED = 0.46
 """Share of the keypoints that must be tracked.
 
 Chosen: where fewer are, keypoints of the frame itself make its pose more accurate; on an excerpt
