@@ -120,8 +120,12 @@ def test_the_noise_of_inverse_depth_is_that_of_the_model(pair):
         view = dataclasses.replace(source, keypoints=KeypointExtractor(
             SETTINGS.features, sensor).extract(source.frame))
         tracks = Tracker(SETTINGS.refinement, sensor).track(view, target, pose)
-        on_edge = tracks.points[:, 2] != view.keypoints.positions[tracks.keypoints, 2]
-        tracks = tracks[~on_edge]
+        positions = view.keypoints.positions[tracks.keypoints]
+        beside_edge = np.isfinite(depth.nearer_beside(
+            view.frame.depth, view.keypoints.pixels[tracks.keypoints], positions[:, 2],
+            SETTINGS.refinement.track_window // 2))
+        assert beside_edge.any()
+        tracks = tracks[~beside_edge]
         z = tracks.points[:, 2]
         np.testing.assert_allclose(
             tracks.sigmas, sensor.depth_sigma * z ** exponent / z ** 2, rtol=1e-3)

@@ -188,7 +188,7 @@ def test_windows_of_an_image_that_is_smaller_than_they_are():
 
 @pytest.fixture
 def edged():
-    """Return a frame of two surfaces, at 1 and at 2 m, with keypoints on and beside the edge."""
+    """Return a frame of a patterned surface at 1 m before a dull one, with keypoints beside it."""
     depth = np.full((240, 320), 2.0, np.float32)
     depth[:, :160] = 1.0
     u, v = np.meshgrid([100.0, 152.0, 158.0, 161.0, 168.0, 220.0], np.arange(20.0, 221.0, 10.0))
@@ -199,6 +199,7 @@ def edged():
         position_covariances(positions, np.ones(len(positions)), CAMERA,
                              SETTINGS.sensor).astype(np.float32), pixels.astype(np.float32))
     grey = pattern()
+    grey[:, 160:] = 120 + grey[:, 160:] // 8
     return PreparedFrame(RgbdFrame(0, grey, depth, CAMERA), keypoints, grey)
 
 
@@ -214,6 +215,19 @@ def test_a_window_on_an_edge_is_where_the_nearer_surface_is(edged):
     variances = SETTINGS.sensor.depth_sigma ** 2 + beside * (0.25 * 0.5) ** 2
     np.testing.assert_allclose(windows.sigmas ** 2, variances, rtol=1e-3)
     assert not windows.reliefs.any() and np.count_nonzero(u == 158.0) > 3
+
+
+@pytest.mark.parametrize('pattern_in_front', [False, True])
+def test_a_window_beside_an_edge_is_where_most_of_its_gradients_are(edged, pattern_in_front):
+    """As on a carpet that a plain table hides in part; or beside a table with a pattern."""
+    is_patterned = (np.arange(320) < 160) == pattern_in_front
+    grey = np.where(is_patterned, noise(0), np.uint8(128))
+    frame = dataclasses.replace(edged, grey=grey)
+    windows = Windows.of(frame, np.arange(len(edged.keypoints)), WINDOW, SETTINGS.sensor)
+    beside = edged.keypoints.pixels[:, 0] == 161.0
+    np.testing.assert_allclose(windows.points[beside, 2], 1.0 if pattern_in_front else 2.0)
+    # it may be the other one all the same
+    np.testing.assert_allclose(windows.sigmas[beside], 0.25 * 0.5, rtol=1e-3)
 
 
 def test_tracked_back_a_window_on_an_edge_is_as_uncertain(edged):
