@@ -27,8 +27,8 @@ from aick_ros.settings import SensorSettings
 
 _EDGE_SIGMA = 0.25  # chosen: of the step between two surfaces, of a keypoint on the edge of one
 _IN_FRONT = 0.4
-"""Where gradients are in the mean, from a surface (0) to one in front of it (1), from which on a
-window moves with the latter. Chosen on 37 rendered recordings, where 0.35 to 0.5 are as good."""
+"""Mean place of gradients, from a surface (0) to one in front of it (1), from which on a window
+moves with the latter. Chosen on 37 rendered recordings, where 0.35 to 0.5 are as good."""
 
 _STEP = 8.0  # chosen: standard deviations of the inverse depth, of a step between two surfaces
 _MAX_STRETCH = 1.0  # chosen: windows that are stretched by more are left as they are
