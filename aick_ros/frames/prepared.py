@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
 from aick_ros.frames.depth_distortion import NO_DISTORTION, DepthDistortion
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.repetition import Repeat
@@ -83,6 +84,11 @@ class PreparedFrame:
         changed = self._with(keypoints=keypoints, is_tracked=is_tracked)
         vars(changed).pop('scene_depth', None)
         return changed
+
+    def bare(self) -> PreparedFrame:
+        """Return the frame with the images that registrations need: grey, and depth corrected."""
+        return self._with(frame=replaced(self.corrected, colour=self.grey, imu=None),
+                          undistorted=None)
 
     def _with(self, **changes: Any) -> PreparedFrame:
         """Return the frame with other values of some fields, and what is cached of the others."""

@@ -88,16 +88,16 @@ def compact(prepared: PreparedFrame, mappings: Mappings) -> PreparedFrame:
     They are copied to a mapping of their own, which is released as a whole: among the images of
     other frames, which come and go, they would keep the heap from shrinking.
     """
+    prepared = prepared.bare()
     surface, keypoints = prepared.surface, prepared.keypoints
     of_surface = [] if surface is None else [
         surface.points, surface.normals, surface.usable, surface.chosen, surface.roughness]
-    own = _moved([prepared.grey, prepared.corrected.depth, keypoints.positions,
+    own = _moved([prepared.grey, prepared.frame.depth, keypoints.positions,
                   keypoints.descriptors, keypoints.covariances, keypoints.pixels, *of_surface],
                  mappings)
     grey, depth, positions, descriptors, covariances, pixels = own[:6]
     return replaced(
-        prepared, grey=grey, undistorted=None,
-        frame=replaced(prepared.corrected, colour=grey, depth=depth),
+        prepared, grey=grey, frame=replaced(prepared.frame, colour=grey, depth=depth),
         keypoints=replaced(
             keypoints, positions=positions, descriptors=descriptors, covariances=covariances,
             pixels=pixels),

@@ -61,7 +61,7 @@ class KeyframeChoice:
             if prepared.is_tracked:
                 prepared = self._registrar.with_own_keypoints(prepared)
             keyframe = Reference(prepared, last.pose)
-            references.track(keyframe, keyframe)
+            references.track(keyframe, keyframe.bare())
 
 
 def _is_kept(prepared: PreparedFrame, attempt: Attempt,

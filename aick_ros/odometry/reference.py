@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -51,6 +52,10 @@ class Reference:
         """Stamp of the frame [ns]."""
         return self.prepared.stamp
 
+    def bare(self) -> Reference:
+        """Return the frame without the images that registrations to it do not need."""
+        return replaced(self, prepared=self.prepared.bare())
+
     def motion_to(self, registration: Registration
                   ) -> tuple[PoseWithCovariance, SensorBias | None]:
         """
@@ -87,11 +92,15 @@ class References:
     While the image is blurred, blurred frames may have to be keyframes. The last one that was
     sharp is kept: what is seen after the blur is registered to what was seen before it.
 
+    All but the last frame, with which the next one may be the same, are kept without the images
+    that registrations to them do not need.
+
     :param first: a frame that is the keyframe and the last tracked frame in one.
     """
 
     def __init__(self, first: Reference) -> None:
-        self.keyframe = self.last = self.sharp = first
+        self.last = first
+        self.keyframe = self.sharp = first.bare()
         self.shape: Reference | None = None
         self.earlier_shapes: deque[Reference] = deque(maxlen=_EARLIER_SHAPES)
         self._earlier: deque[Reference] = deque(maxlen=_EARLIER_FRAMES)
@@ -102,7 +111,7 @@ class References:
         """Advance to a tracked frame and the keyframe that the next one is registered to."""
         spacing = _EARLIER_SPACING * NANOSECONDS
         if not self._earlier or self.last.stamp - self._earlier[-1].stamp >= spacing:
-            self._earlier.append(self.last)
+            self._earlier.append(self.last.bare())
         if keyframe.stamp != self.keyframe.stamp and not (
                 keyframe.stamp - self.sharp.stamp < _LONGEST_BLUR * NANOSECONDS
                 and keyframe.prepared.is_blurred_beside(self.sharp.prepared)):

@@ -16,20 +16,19 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.preparation import Preparer
 
-_CACHED_FRAMES = 8  # chosen: those that a frame is registered to, in the dark several at once
-
 
 class CommonDistortion:
     """
     Brings frames to the distortion that others are free of.
 
     :param preparer: makes their surfaces.
+    :param count: of the frames that one is registered to at once: they are brought once.
     """
 
-    def __init__(self, preparer: Preparer) -> None:
-        self._preparer = preparer
+    def __init__(self, preparer: Preparer, count: int) -> None:
+        self._preparer, self._count = preparer, count
         self._distortion = NO_DISTORTION
-        self._brought = LastResults(self._bring, _CACHED_FRAMES)
+        self._brought = LastResults(self._bring, self._count)
 
     def __call__(self, frame: PreparedFrame, other: PreparedFrame) -> PreparedFrame:
         """Return a frame free of the distortion that another one is free of."""
@@ -37,7 +36,7 @@ class CommonDistortion:
             return frame
         if other.distortion != self._distortion:
             self._distortion = other.distortion
-            self._brought = LastResults(self._bring, _CACHED_FRAMES)
+            self._brought = LastResults(self._bring, self._count)
         return self._brought(frame)
 
     def _bring(self, prepared: PreparedFrame) -> PreparedFrame:

@@ -43,6 +43,8 @@ class DepthPair:
         same.
     :param correction: of both, by their motion and the misalignment of the camera.
     :param weight: beside other pairs of the frame.
+    :param every: one of how many of the frame's points counts. The others are its neighbours,
+        which share much of its noise: they make the pose better, but no more certain.
     """
 
     source: Surface
@@ -51,6 +53,7 @@ class DepthPair:
     correction: Correction
     settings: Settings
     weight: float = 1.0
+    every: int = 1
 
     def overlap(self, T_target_source: np.ndarray) -> float:
         """Return the share of the frame's points that lie on planes of the view."""
@@ -58,12 +61,18 @@ class DepthPair:
         on_planes = np.abs(residuals.values) < _LARGEST_RESIDUAL
         return float(np.count_nonzero(on_planes)) / len(self.source.chosen)
 
-    def equations(self, T_target_source: np.ndarray) -> NormalEquations:
-        """Return the normal equations in the error of the pose of the frame in the target."""
-        residuals = self._residuals(self.T_view_target @ T_target_source)
+    def equations(self, T_target_source: np.ndarray, with_all: bool = True) -> NormalEquations:
+        """
+        Return the normal equations in the error of the pose of the frame in the target.
+
+        :param with_all: with all points of the frame, or with those that count alone.
+        """
+        residuals = self._residuals(self.T_view_target @ T_target_source,
+                                    1 if with_all else self.every)
         in_view, axes = NormalEquations.of([residuals]), in_axes(self.T_view_target[:3, :3])
-        return NormalEquations(self.weight * axes.T @ in_view.information @ axes,
-                               self.weight * axes.T @ in_view.gradient)
+        weight = self.weight / self.every if with_all else self.weight
+        return NormalEquations(weight * axes.T @ in_view.information @ axes,
+                               weight * axes.T @ in_view.gradient)
 
     def covariance(self, T_view_source: np.ndarray, unobserved: np.ndarray) -> np.ndarray:
         """
@@ -76,16 +85,16 @@ class DepthPair:
         :param unobserved: 6x6, the covariance of what no surface shows.
         """
         residuals = self._residuals(T_view_source)
-        information = NormalEquations.of([residuals]).information
-        noise = gradient_noise([residuals]) + _SMALLEST_FACTOR * information
+        information = NormalEquations.of([residuals]).information / self.every
+        noise = gradient_noise([residuals]) / self.every ** 2 + _SMALLEST_FACTOR * information
         prior = np.linalg.inv(unobserved)
         inverse = np.linalg.inv(information + prior)
         covariance: np.ndarray = inverse @ (noise + prior) @ inverse
         return covariance
 
-    def _residuals(self, T_view_source: np.ndarray) -> Residuals:
+    def _residuals(self, T_view_source: np.ndarray, every: int = 1) -> Residuals:
         """Return the distances of the frame's points from planes of the view, whitened."""
         refinement = self.settings.refinement
         return point_to_plane(
             self.source, self.view, T_view_source, self.settings.sensor, refinement.robust_width,
-            refinement.reach, self.correction)
+            refinement.reach, self.correction, every=every)

@@ -50,6 +50,10 @@ _STRONGEST = 200
 Chosen: on two excerpts of real recordings and five rendered ones it finds and contradicts what it
 does with 275; with 100 it contradicts twice as often."""
 
+_TARGETS = 4  # chosen: the keyframe, and frames that are tried where it fails
+_SOUGHT = 2  # by definition: keyframes that one is compared with in a search
+_VIEWS = 8  # chosen: those beside a frame in the dark, which come and go
+
 _FORGOTTEN = 60  # registrations by keypoints after which surfaces for the dark go; chosen
 
 
@@ -90,9 +94,9 @@ class Registrar:
         self._learned.misalignment.assume(Misalignment.by(settings.misalignment))
         self._preparer.distortion = self._learned.distortion.distortion
         self._own_keypoints = LastResults(self._preparer.keypoints, 1)
-        self._alike = CommonDistortion(self._preparer)
-        self._sought_alike = CommonDistortion(self._preparer)  # sources are older ones there
-        self._beside_alike = CommonDistortion(self._preparer)
+        self._alike = CommonDistortion(self._preparer, _TARGETS)
+        self._sought_alike = CommonDistortion(self._preparer, _SOUGHT)  # by an older source
+        self._beside_alike = CommonDistortion(self._preparer, _VIEWS)
         self._since_dark = 0  # registrations by keypoints
 
     @property
@@ -255,7 +259,7 @@ class Registrar:
         self._since_dark += found.status.ok
         if self._since_dark == _FORGOTTEN:
             self._depth_alone.forget()
-            self._beside_alike = CommonDistortion(self._preparer)
+            self._beside_alike = CommonDistortion(self._preparer, _VIEWS)
 
     def align(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
         """Return the pose of the source in the target by AICK in one attempt, not refined."""

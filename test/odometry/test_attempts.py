@@ -38,6 +38,9 @@ class View:
     def is_blurred_beside(self, other):
         return self.sharpness < other.sharpness
 
+    def bare(self):
+        return self
+
     def moving(self, twist):
         return dataclasses.replace(self, twist=twist)
 

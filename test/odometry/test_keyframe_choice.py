@@ -25,9 +25,13 @@ class View:
     repeat: Repeat = Repeat.NONE
     keypoints: str = 'own'
     is_tracked: bool = False
+    is_bare: bool = False
 
     def is_blurred_beside(self, other):
         return self.sharpness < other.sharpness
+
+    def bare(self):
+        return replace(self, is_bare=True)
 
 
 def pose_at(number):
@@ -140,8 +144,8 @@ def test_the_frame_that_serves_on_is_where_it_is(to_keyframe):
 
 def test_the_next_keyframe_is_the_last_frame_and_exact_in_itself():
     references, _, last, _ = advance(False)
-    assert is_at(references.keyframe, last)
-    assert references.last is references.keyframe
+    assert is_at(references.keyframe, last) and is_at(references.last, last)
+    assert references.keyframe.prepared.is_bare and not references.last.prepared.is_bare
 
 
 @pytest.mark.parametrize('keeps', [True, False])
@@ -158,7 +162,8 @@ def test_the_last_frame_by_depth_is_exact_in_itself_if_it_is_the_next_shape(keep
 def test_the_policy_is_that_of_the_settings(reference, is_kept):
     view, exact = SimpleNamespace(
         stamp=1, keypoints=range(3), is_tracked=False, repeat=Repeat.NONE, scene_depth=1.0,
-        is_blurred_beside=lambda other: False), PoseWithCovariance.identity()
+        is_blurred_beside=lambda other: False,
+        bare=lambda: View(1)), PoseWithCovariance.identity()
     first, last = Reference(View(0), exact), Reference(view, exact)
     references = References(first)
     KeyframeChoice(with_values(Settings(), {'odometry.reference': reference}), None).advance(

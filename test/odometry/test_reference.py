@@ -133,9 +133,15 @@ class View:
 
     def __init__(self, seconds, sharpness):
         self.stamp, self.sharpness = round(seconds * NANOSECONDS), sharpness
+        self.is_bare = False
 
     def is_blurred_beside(self, other):
         return self.sharpness < other.sharpness
+
+    def bare(self):
+        bare = View(0, self.sharpness)
+        bare.stamp, bare.is_bare = self.stamp, True
+        return bare
 
 
 def reference(seconds, sharpness=1):
@@ -167,6 +173,16 @@ def test_earlier_frames_are_three_tenths_of_a_second_apart():
         in_turn |= set(seconds(references))
         references.lose(reference(2.0 + i / 10))
     assert in_turn == {1.3, 1.2, 0.9, 0.6} | {2.0, 2.1, 2.2}
+
+
+def test_the_last_frame_alone_keeps_all_of_its_images():
+    """The next one is compared with them."""
+    references = tracked([0.0])
+    assert references.keyframe.prepared.is_bare and references.sharp is references.keyframe
+    assert not references.last.prepared.is_bare
+    references = tracked([i / 10 for i in range(14)], keyframe=1.25)
+    assert not references.last.prepared.is_bare
+    assert [one.prepared.is_bare for one in references._earlier] == [True] * 3
 
 
 def test_a_keyframe_is_not_a_candidate_twice():

@@ -57,7 +57,7 @@ def prepared(frame, known):
 def test_a_frame_is_as_if_it_had_been_prepared_with_the_other_distortion(frame, before):
     now = distortion(3)
     (old, preparer), (new, _) = prepared(frame, before), prepared(frame, now)
-    found = CommonDistortion(preparer)(old, new)
+    found = CommonDistortion(preparer, 2)(old, new)
     assert found.distortion is now
     assert found.frame is old.frame
     np.testing.assert_allclose(found.corrected.depth, new.corrected.depth, rtol=1e-6)
@@ -74,12 +74,12 @@ def test_a_frame_is_as_if_it_had_been_prepared_with_the_other_distortion(frame, 
 def test_a_frame_with_the_same_distortion_stays(frame):
     known = distortion(2)
     (one, preparer), (other, _) = prepared(frame, known), prepared(frame, known)
-    assert CommonDistortion(preparer)(one, other) is one
+    assert CommonDistortion(preparer, 2)(one, other) is one
 
 
 def test_a_frame_is_brought_once_until_the_distortion_changes_again(frame):
     one, preparer = prepared(frame, NO_DISTORTION)
-    alike = CommonDistortion(preparer)
+    alike = CommonDistortion(preparer, 2)
     second, third = (prepared(frame, distortion(seed))[0] for seed in (3, 4))
     found = alike(one, second)
     assert alike(one, second) is found
@@ -90,7 +90,7 @@ def test_a_frame_is_brought_once_until_the_distortion_changes_again(frame):
 def test_a_frame_can_be_brought_back_to_how_it_was_measured(frame):
     corrected, preparer = prepared(frame, distortion(2))
     other, _ = prepared(frame, NO_DISTORTION)
-    found = CommonDistortion(preparer)(corrected, other)
+    found = CommonDistortion(preparer, 2)(corrected, other)
     assert found.distortion is NO_DISTORTION
     np.testing.assert_allclose(found.corrected.depth, frame.depth, rtol=1e-6)
 
@@ -99,7 +99,7 @@ def test_a_frame_without_a_surface_gets_none(frame):
     one, preparer = prepared(frame, NO_DISTORTION)
     other, _ = prepared(frame, distortion(3))
     without = dataclasses.replace(one, surface=None)
-    assert CommonDistortion(preparer)(without, other).surface is None
+    assert CommonDistortion(preparer, 2)(without, other).surface is None
 
 
 @pytest.mark.parametrize('is_ahead', [False, True])
@@ -134,7 +134,7 @@ def test_a_frame_with_a_copy_of_the_distortion_stays(frame, known, copied):
     ahead = preparer.prepare(frame)
     other = dataclasses.replace(one, distortion=preparer.distortion)
     assert other.distortion is not one.distortion
-    assert CommonDistortion(preparer)(one, other) is one
+    assert CommonDistortion(preparer, 2)(one, other) is one
     preparer.distortion = copied(preparer.distortion)
     assert ahead.up_to_date() is ahead
 

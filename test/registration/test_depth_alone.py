@@ -249,7 +249,7 @@ def test_the_expected_motion_counts_with_all_of_its_covariance():
     covariance, sigma, measured = root @ root.T, 0.003, 0.002
     along_x = np.eye(6)[0]
 
-    def equations(pose):
+    def equations(pose, with_all):
         error = se3.difference(pose, np.eye(4))[0] - measured
         return NormalEquations(np.outer(along_x, along_x) / sigma ** 2,
                                error * along_x / sigma ** 2)
@@ -289,7 +289,8 @@ class Played:
                 (2, self.twist, 0.01), (1, -self.twist, 0.02)))
         points = np.tile([0.3, -0.2, 2.0], (count + 5, 1))
         self.surface = SimpleNamespace(name='coarse', points=points, chosen=np.arange(count))
-        self.surfaces = [(self.surface, SimpleNamespace(name='fine')), tuple(
+        fine = SimpleNamespace(name='fine', chosen=np.arange(4 * count - 1))
+        self.surfaces = [(self.surface, fine), tuple(
             SimpleNamespace(name=name) for name in ('coarse', 'fine'))]
         self.misalignment = MisalignmentEstimate(Misalignment(np.zeros(6), 0.005, 0.03))
         self.alone = DepthAlone(Settings(), SimpleNamespace(expected=self._noise),
@@ -302,8 +303,9 @@ class Played:
         self.asked.append(displacement)
         return Noise(bias=self.bias)
 
-    def _pair(self, source, view, T_view_target, correction, settings, weight):
+    def _pair(self, source, view, T_view_target, correction, settings, weight, every):
         name = source.name
+        assert every == (1 if name == 'coarse' else 3)
         self.log.append(('pair', source, view, T_view_target, correction, settings, weight))
         return SimpleNamespace(
             name=name, view=view, weight=weight,
@@ -312,9 +314,9 @@ class Played:
             covariance=lambda pose, unobserved: self.log.append(
                 ('covariance', name, pose, unobserved)) or self.covariance)
 
-    def _solve(self, pairs, expected, pose):
+    def _solve(self, pairs, expected, pose, most_steps=12, with_all=False):
         name, = {pair.name for pair in pairs}
-        self.log.append(('solve', name, pose, expected, pairs))
+        self.log.append(('solve', name, pose, expected, pairs, most_steps, with_all))
         return self.poses[name]
 
     def register(self, *others):
@@ -334,11 +336,13 @@ def play(monkeypatch, made):
 def test_coarse_surfaces_give_the_first_pose_and_fine_ones_the_last(play):
     played = play()
     found = played.register()
-    coarse, fine = ([entry[1:4] for entry in played.log if entry[0] == 'solve'])
-    assert coarse[0] == 'coarse' and coarse[1] is MOTION
-    assert fine[0] == 'fine' and fine[1] is played.poses['coarse']
-    assert found.T_target_source is played.poses['fine']
-    assert coarse[2].covariance is fine[2].covariance is PRIOR
+    names, poses, expected, _, steps, with_all = zip(*(
+        entry[1:] for entry in played.log if entry[0] == 'solve'))
+    assert names == ('coarse', 'fine', 'fine')
+    assert poses[0] is MOTION and poses[1] is played.poses['coarse']
+    assert poses[2] is found.T_target_source is played.poses['fine']
+    assert all(motion.covariance is PRIOR for motion in expected)
+    assert (steps, with_all) == ((12, 12, 3), (False, False, True))
     assert played.only('overlap') == ('coarse', played.poses['fine'])
     name, pose, unobserved = played.only('covariance')
     assert name == 'fine' and pose is played.poses['fine']
@@ -413,8 +417,9 @@ def test_each_frame_has_two_surfaces_made_once(monkeypatch, made):
     settings, frame = Settings(), made.frame(1)
     alone = DepthAlone(settings)
     assert alone._surfaces(frame) is alone._surfaces(frame)
-    expected = (frame.depth, frame.camera, settings.sensor, settings.refinement.surface_points)
-    assert given == [(*expected, cell, True) for cell in (CELL, FINE_CELL)]
+    count = settings.refinement.surface_points
+    assert given == [(frame.depth, frame.camera, settings.sensor, points, cell, True)
+                     for points, cell in ((count, CELL), (10 * count, FINE_CELL))]
     alone.forget()
     assert not alone._surfaces.knows(frame)
 
@@ -424,7 +429,7 @@ def test_the_iteration_ends_with_a_small_step_or_after_twelve():
     asked, information = [], 1000 * np.linalg.inv(PRIOR)
     expected = PoseWithCovariance(np.eye(4), PRIOR)
 
-    def exact(pose):
+    def exact(pose, with_all):
         asked.append(pose)
         return NormalEquations(information, information @ se3.difference(pose, np.eye(4)))
 
@@ -433,8 +438,9 @@ def test_the_iteration_ends_with_a_small_step_or_after_twelve():
         [SimpleNamespace(equations=exact)], expected, far), np.eye(4), atol=1e-9)
     assert len(asked) == 2  # the second step is none
     asked.clear()
-    endless = SimpleNamespace(equations=lambda pose: asked.append(pose) or NormalEquations(
-        1e9 * np.eye(6), 1e9 * np.full(6, 1.01e-4)))
+    endless = SimpleNamespace(
+        equations=lambda pose, with_all: asked.append(pose) or NormalEquations(
+            1e9 * np.eye(6), 1e9 * np.full(6, 1.01e-4)))
     found = depth_alone._solve([endless], expected, np.eye(4))
     assert len(asked) == 12
     np.testing.assert_allclose(found[:3, 3], -12 * 1.01e-4, rtol=1e-3)
@@ -443,7 +449,7 @@ def test_the_iteration_ends_with_a_small_step_or_after_twelve():
 def test_all_pairs_have_a_part_in_the_pose():
     """Two that are as sure of two places meet halfway; one of three times the weight nearer."""
     def at(place, information):
-        return SimpleNamespace(equations=lambda pose: NormalEquations(
+        return SimpleNamespace(equations=lambda pose, with_all: NormalEquations(
             information * np.eye(6), information * (
                 se3.difference(pose, np.eye(4)) - place * np.eye(6)[0])))
     expected = PoseWithCovariance(np.eye(4), 1e6 * np.eye(6))
@@ -470,7 +476,7 @@ def test_views_that_show_much_of_the_same_have_a_part(play, made, share, weight)
     played, (view,) = beside(play, made, share)
     found = played.register([view])
     assert found.status.ok
-    for _, _, _, _, pairs in [entry for entry in played.log if entry[0] == 'solve']:
+    for _, _, _, _, pairs, *_ in [entry for entry in played.log if entry[0] == 'solve']:
         assert [pair.weight for pair in pairs] == pytest.approx(
             [1.0] if weight is None else [1.0, weight])
     assert played.log[1] == ('overlap', 'coarse', MOTION)

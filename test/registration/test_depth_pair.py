@@ -22,7 +22,8 @@ UNOBSERVED = np.diag(np.repeat([0.05, 0.06], 3) ** 2)
 def test_residuals_are_those_of_both_surfaces_corrected(monkeypatch):
     given = []
     residuals = SimpleNamespace(values=np.array([3.9, -3.9, 4.0, -4.1, 0.0]))
-    monkeypatch.setattr(depth_pair, 'point_to_plane', lambda *of: given.append(of) or residuals)
+    monkeypatch.setattr(depth_pair, 'point_to_plane',
+                        lambda *of, every: given.append((*of, every)) or residuals)
     source, settings = SimpleNamespace(chosen=range(10)), Settings()
     pair = DepthPair(source, 'view', BESIDE, 'correction', settings)
     # of ten points five have a plane, three of these within four sigmas
@@ -31,20 +32,21 @@ def test_residuals_are_those_of_both_surfaces_corrected(monkeypatch):
     (first, view, pose, *rest), = given
     assert (first, view) == (source, 'view')
     np.testing.assert_allclose(pose, BESIDE @ MOTION)
-    assert rest == [settings.sensor, refinement.robust_width, refinement.reach, 'correction']
+    assert rest == [settings.sensor, refinement.robust_width, refinement.reach, 'correction', 1]
 
 
 @pytest.fixture
 def told(monkeypatch):
     """Return a pair of known information and noise, the truth being that the view sees MOTION."""
-    def make(information, noise, weight=1.0, T_view_target=BESIDE):
+    def make(information, noise, weight=1.0, T_view_target=BESIDE, every=1, asked=[]):
         def equations(residuals):
             error = se3.difference(residuals[0], T_view_target @ MOTION)
             return NormalEquations(information, information @ error)
-        monkeypatch.setattr(depth_pair, 'point_to_plane', lambda *of: of[2])
+        monkeypatch.setattr(depth_pair, 'point_to_plane', lambda *of, every: asked.append(every)
+                            or of[2])
         monkeypatch.setattr(depth_pair.NormalEquations, 'of', equations)
         monkeypatch.setattr(depth_pair, 'gradient_noise', lambda residuals: noise)
-        return DepthPair('source', 'view', T_view_target, 'correction', Settings(), weight)
+        return DepthPair('source', 'view', T_view_target, 'correction', Settings(), weight, every)
     return make
 
 
@@ -59,6 +61,20 @@ def test_equations_are_in_the_error_of_the_pose_in_the_target(told, made, weight
     np.testing.assert_allclose(se3.perturbed(off, step), MOTION, atol=1e-7)
     assert np.linalg.det(equations.information) == pytest.approx(
         weight ** 6 * np.linalg.det(information))
+
+
+def test_more_points_make_a_pose_better_but_no_more_certain(told, made):
+    """All of them have the weight of those that count; alone these are sums as they are."""
+    information, asked = np.linalg.inv(made.covariance() + 1e-6 * np.eye(6)), []
+    noise = 1e4 * made.covariance()
+    pair = told(information, noise, every=4, asked=asked)
+    alone, with_all = (pair.equations(np.eye(4), with_all) for with_all in (False, True))
+    assert asked == [4, 1]
+    np.testing.assert_allclose(with_all.information, alone.information / 4)
+    np.testing.assert_allclose(with_all.gradient, alone.gradient / 4)
+    np.testing.assert_allclose(
+        pair.covariance(MOTION, UNOBSERVED),
+        told(information / 4, noise / 16).covariance(MOTION, UNOBSERVED), rtol=1e-6)
 
 
 def test_the_covariance_has_the_scatter_of_depth_and_what_is_unobserved(told, made):
