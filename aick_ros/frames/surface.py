@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aick_ros import kernels
+from aick_ros.borders.records import replaced
 from aick_ros.errors import InputError
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
@@ -116,6 +117,29 @@ class Surface:
             _MIN_COSINE, usable)
         return cls(grid, points, normals, usable, _choose(normals, usable, count), roughness)
 
+    @functools.cached_property
+    def even(self) -> Surface:
+        """The same with as many chosen cells, spread evenly over the usable ones."""
+        shuffled = _shuffled(len(self.usable))
+        chosen = np.sort(shuffled[self.usable.take(shuffled)][:len(self.chosen)])
+        return replaced(self, chosen=chosen)
+
+    @functools.cached_property
+    def _shares(self) -> np.ndarray:
+        """Shares of the usable cells whose normals are in each interval."""
+        _, sizes = _buckets(self.normals, self.usable)
+        shares: np.ndarray = sizes / max(int(sizes.sum()), 1)
+        return shares
+
+    def shares_facing(self, normals: np.ndarray) -> np.ndarray:
+        """
+        Return which share of the usable cells faces about as each of some normals do, N.
+
+        :param normals: Nx3, of length one.
+        """
+        facing, _ = _buckets(normals.astype(np.float32), np.ones(len(normals), bool))
+        return np.append(self._shares, np.zeros(256 - len(self._shares))).take(facing)
+
     def cells_at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """
         Return the usable cells onto which points project.
@@ -175,13 +199,19 @@ def _choose(normals: np.ndarray, usable: np.ndarray, count: int) -> np.ndarray:
     All buckets of directions contribute up to the same number of cells, spread over the image, so
     that a small box in front of a large wall still constrains the direction that only it observes.
     """
-    buckets, sizes = np.empty(len(usable), np.uint8), np.empty(_BUCKETS ** 2, np.int64)
-    kernels.normal_buckets(normals, usable, _BUCKETS, buckets, sizes)
+    buckets, sizes = _buckets(normals, usable)
     if sizes.sum() <= count:
         return usable.nonzero()[0]
     chosen = np.empty(len(usable), bool)
     kernels.choose_cells(_shuffled(len(usable)), buckets, sizes, count, chosen)
     return chosen.nonzero()[0]
+
+
+def _buckets(normals: np.ndarray, usable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the interval of each normal, where it is usable, and how many each interval has."""
+    buckets, sizes = np.empty(len(usable), np.uint8), np.empty(_BUCKETS ** 2, np.int64)
+    kernels.normal_buckets(normals, usable, _BUCKETS, buckets, sizes)
+    return buckets, sizes
 
 
 @functools.lru_cache(maxsize=8)

@@ -52,7 +52,7 @@ from aick_ros.settings import NodeSettings, Settings
 _BURST = 1  # pair; chosen: a frame that takes three times as long as most makes no other one lost
 _LONGEST_BACKLOG = 100  # pairs; chosen: 3 s at 30 Hz
 _LARGEST_BACKLOG = 256 * 2 ** 20  # bytes; chosen: a pair of 640x480 takes 1.5 to 2.1 MB
-_RELEASE_EVERY = 60  # seconds; chosen: a frame that then takes some milliseconds more is rare
+_RELEASE_EVERY = 10  # seconds; chosen: a frame that then takes some milliseconds more is rare
 _THROTTLE = 5.0  # seconds between two log lines of the same kind; chosen
 _POSE_THROTTLE = 1.0  # likewise, for poses that are set
 

@@ -188,6 +188,42 @@ def test_chosen_cells_are_spread_over_the_image_up_to_the_count(count):
         assert parts.min() > 0.5 * len(surface.chosen) / 12
 
 
+def test_as_many_cells_may_be_spread_evenly_over_the_usable_ones():
+    """The wall beside a small box gets its share of them."""
+    depth = plane_depth(PINHOLE, (0, 0, 1.0), 2.0)
+    box = np.zeros(depth.shape, bool)
+    box[160:320, 240:400] = True
+    depth = np.where(box, plane_depth(PINHOLE, (0.6, 0, 0.8), 1.3), depth)
+    surface = surface_of(depth, count=300)
+    even = surface.even
+    assert surface.even is even and even.points is surface.points
+    assert len(even.chosen) == len(surface.chosen) == len(set(even.chosen.tolist()))
+    assert (np.diff(even.chosen) > 0).all() and surface.usable[even.chosen].all()
+    tilted = surface.normals[:, 0] > 0.3
+    share = np.mean(tilted[surface.usable])
+    assert np.mean(tilted[even.chosen]) == pytest.approx(share, abs=0.06)
+    assert np.mean(tilted[surface.chosen]) > 3 * share
+
+
+def test_all_usable_cells_may_be_few():
+    surface = surface_of(plane_depth(PINHOLE, (0, 0, 1.0), 2.0), count=100_000)
+    np.testing.assert_array_equal(surface.even.chosen, surface.chosen)
+
+
+def test_the_share_of_cells_that_face_as_a_normal_does():
+    ways = np.array([(0.12, 0.12, 0.9855), (0.62, 0.12, 0.7754)])
+    depth, other = (plane_depth(PINHOLE, way, distance)
+                    for way, distance in zip(ways, (2.0, 1.3)))
+    depth[:, 480:] = other[:, 480:]
+    surface = surface_of(depth)
+    share = np.mean(surface.normals[surface.usable, 0] > 0.3)
+    assert 0.1 < share < 0.4
+    found = surface.shares_facing(np.array([*ways, (0.0, -0.9, 0.1)]))
+    np.testing.assert_allclose(found, [1 - share, share, 0.0], atol=1e-9)
+    empty = surface_of(np.full((480, 640), np.nan, np.float32))
+    assert empty.shares_facing(np.array([(0.0, 0.0, 1.0)])).tolist() == [0.0]
+
+
 def test_the_count_is_nearly_reached_on_a_surface_of_all_directions():
     rays = rays_of(PINHOLE)
     across = np.linalg.norm(np.cross(rays, (0, 0, 2.0)), axis=2) / np.linalg.norm(rays, axis=2)

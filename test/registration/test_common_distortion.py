@@ -87,6 +87,15 @@ def test_a_frame_is_brought_once_until_the_distortion_changes_again(frame):
     assert again is not found and again.distortion is third.distortion
 
 
+def test_as_many_frames_are_kept_as_are_compared_at_once(frame):
+    (one, preparer), other = prepared(frame, NO_DISTORTION), prepared(frame, distortion(3))[0]
+    frames = [one, *(dataclasses.replace(one) for _ in range(2))]
+    alike = CommonDistortion(preparer, 2)
+    first, second, third = (alike(each, other) for each in frames)
+    assert alike(frames[2], other) is third and alike(frames[1], other) is second
+    assert alike(one, other) is not first
+
+
 def test_a_frame_can_be_brought_back_to_how_it_was_measured(frame):
     corrected, preparer = prepared(frame, distortion(2))
     other, _ = prepared(frame, NO_DISTORTION)

@@ -30,6 +30,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from aick_ros.geometry.pose import along_all_axes
+from aick_ros.registration.refinement.point_choice import PointChoice
 from aick_ros.registration.refinement.position_jitter import MeanJitter, PosesByKind, jitter
 
 # All bounds and weights chosen on two excerpts of real recordings and on rendered rooms with five
@@ -72,6 +73,8 @@ class NoiseSample:
     :param normalised: squared bias by its covariance, per degree of freedom.
     :param squares: mean squared bias along an axis and about an axis [m^2, rad^2].
     :param poses: by keypoints and by depth alone.
+    :param rare: logarithm of the variance between parts of the image on planes which few cells
+        face as, by that on planes which many do; None where it shows none.
     """
 
     motion: float
@@ -79,6 +82,7 @@ class NoiseSample:
     normalised: float
     squares: tuple[float, float]
     poses: PosesByKind | None = None
+    rare: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +147,8 @@ class MeasuredNoise:
     def __init__(self) -> None:
         self._averages: dict[int, _Average] = {}  # of the ranges that have samples
         self._recent: tuple[PosesByKind, ...] = ()  # of up to three registrations
+        self.points = PointChoice()
+        """Which points of a surface show a motion best."""
 
     def expected(self, motion: float) -> Noise:
         """
@@ -156,6 +162,8 @@ class MeasuredNoise:
         """Add one registration to the averages."""
         at = _range_of(sample.motion)
         self._averages[at] = self._average(at).with_sample(sample, self._jitter(sample))
+        if sample.rare is not None:
+            self.points.learn(sample.rare)
 
     def _average(self, at: int) -> _Average:
         """Return the average of a range; one without samples takes that of the nearest."""

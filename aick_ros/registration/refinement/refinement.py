@@ -27,6 +27,7 @@ from aick_ros.registration.refinement.misalignment import (
 from aick_ros.registration.refinement.misalignment_equations import (
     MisalignmentSample, MovingPair, misalignment_sample)
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
+from aick_ros.registration.refinement.point_choice import log_ratio
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.residuals import (
     PRIOR, NormalEquations, PlaneResiduals, Residuals, contradict, point_to_plane, reprojection,
@@ -195,9 +196,10 @@ class _Problem:
         self._seen = self._tracks = tracks
         self._displacement = tracks.displacement(target.frame.camera.fx)
         is_joint = source.surface is not None and target.surface is not None
+        self._points = None if source.surface is None else noise.points.of(source.surface)
         self._noise = noise.expected(self._displacement) if is_joint else Noise()
-        self._sparseness = 1 if source.surface is None else max(
-            len(source.surface.chosen) // _FIRST_POINTS, 1)
+        self._sparseness = 1 if self._points is None else max(
+            len(self._points.chosen) // _FIRST_POINTS, 1)
         self._misalignment, self._twists = NO_MISALIGNMENT, np.zeros((2, 6))
         self._correction = NO_CORRECTION
         self._depth_rate = depth_rate(source, target)
@@ -251,28 +253,30 @@ class _Problem:
                               keypoints.covariance + depth.covariance, gain)
             if len(self._tracks) >= FEWEST_TO_CONFIRM:
                 measure = Measure(
-                    partial(self._noise_shown_by, bias, pose, keypoints, depth),
+                    partial(self._noise_shown_by, bias, pose, keypoints, depth, by_depth[0]),
                     partial(self._misalignment_shown_by, by_keypoints[0], by_depth[0], pose))
         return Refined(joint, covariance, noise.bias, self._seen[inliers],
                        contradict(by_keypoints[1]), bias, measure=measure)
 
     def _misalignment_shown_by(self, keypoints: Residuals, depth: PlaneResiduals,
                                pose: np.ndarray) -> MisalignmentSample | None:
-        if self._source.surface is None:
+        if self._points is None:
             return None
-        pair = MovingPair(self._source, self._target, self._source.surface, pose, self._twists)
+        pair = MovingPair(self._source, self._target, self._points, pose, self._twists)
         return misalignment_sample(keypoints, depth, self._tracks, pair,
                                    1 / self._noise.keypoints, self._misalignment)
 
     def _noise_shown_by(self, bias: SensorBias, pose: np.ndarray, keypoints: Estimate,
-                        depth: Estimate) -> NoiseSample:
+                        depth: Estimate, residuals: PlaneResiduals) -> NoiseSample:
         """Return the noise by two estimates, made at a pose, with the bias between them."""
         poses = PosesByKind((self._source.stamp, self._target.stamp),
                             se3.perturbed(pose, -keypoints.error),
                             se3.perturbed(pose, -depth.error),
                             float(np.trace(keypoints.covariance[:3, :3])) / 3)
+        target = self._target.surface
         return NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
-                           bias.normalised, bias.squares, poses)
+                           bias.normalised, bias.squares, poses,
+                           None if target is None else log_ratio(residuals, target))
 
     def _of_keypoints(self, pose: np.ndarray) -> list[Residuals]:
         width = self._settings.robust_width
@@ -280,7 +284,7 @@ class _Problem:
                 track_depth(self._tracks, pose, self._sensor, width)]
 
     def _of_depth(self, pose: np.ndarray, every: int = 1) -> list[PlaneResiduals]:
-        source, target = self._source.surface, self._target.surface
+        source, target = self._points, self._target.surface
         if source is None or target is None:
             return []
         # the depth images may be more or less time apart than the colour images

@@ -40,9 +40,10 @@ Up to the first the direction counts as observed, from the second as not, linear
 """
 
 _LARGEST_SCALE = 4.0  # chosen: of the residuals of a right pose, in units of their noise
-# medians of chi-square with 1 and 2 degrees of freedom; derived
-_MEDIAN_1 = NormalDist().inv_cdf(0.75) ** 2
-_MEDIAN_2 = 2.0 * math.log(2.0)
+MEDIAN_1 = NormalDist().inv_cdf(0.75) ** 2
+"""Median of chi-square with one degree of freedom; derived."""
+
+_MEDIAN_2 = 2.0 * math.log(2.0)  # the same with two
 
 PRIOR = np.eye(6)
 """Information of a weak prior about a pose, chosen: standard deviations of 1 m and 1 rad.
@@ -155,7 +156,7 @@ def track_depth(tracks: Tracks, T_target_source: np.ndarray, sensor: SensorSetti
     blocks = np.empty(count, np.int64)
     found = kernels.track_depth(
         tracks.points, tracks.rays, tracks.depths, T_target_source,
-        _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, width, _MEDIAN_1,
+        _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, width, MEDIAN_1,
         _LARGEST_SCALE ** 2, values, jacobian, weights, blocks)
     return Residuals(values[:found], jacobian[:found], weights[:found], blocks[:found])
 
@@ -177,7 +178,7 @@ def track_steps(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,
     kernels.track_steps(
         tracks.points, tracks.rays, tracks.sigmas, tracks.depths, T_target_source,
         ray_sigma, _CORNER_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0, widths,
-        _MEDIAN_2, _MEDIAN_1, _LARGEST_SCALE ** 2, weight, others.information, others.gradient,
+        _MEDIAN_2, MEDIAN_1, _LARGEST_SCALE ** 2, weight, others.information, others.gradient,
         step, pose)
     return pose, step
 
@@ -189,7 +190,7 @@ def contradict(residuals: Residuals) -> bool:
     The depths of two images that show the same, and nevertheless differ so, do not belong to what
     the images show: those of one of the frames are wrong.
     """
-    are_large = residuals.values ** 2 > _LARGEST_SCALE ** 2 * _MEDIAN_1
+    are_large = residuals.values ** 2 > _LARGEST_SCALE ** 2 * MEDIAN_1
     return (len(are_large) >= FEWEST_TO_CONFIRM
             and bool(2 * np.count_nonzero(are_large) > len(are_large)))
 
@@ -223,7 +224,7 @@ def point_to_plane(source: Surface, target: Surface, T_target_source: np.ndarray
         correction.target.twists, correction.target.height, target.points, target.normals,
         target.usable, target.roughness, target.grid.width, target.grid.height,
         target.grid.intrinsics, SURFACE_NOISE * sensor.depth_sigma, sensor.depth_exponent - 2.0,
-        reach, _SMALLEST_COSINE, width, _MEDIAN_1, _LARGEST_SCALE ** 2, _SHARE_OBSERVED, _RIDGE,
+        reach, _SMALLEST_COSINE, width, MEDIAN_1, _LARGEST_SCALE ** 2, _SHARE_OBSERVED, _RIDGE,
         values, jacobian, weights, points, directions, blocks, sums)
     jacobian = jacobian[:found]
     if not is_observed:

@@ -16,6 +16,7 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.measured_noise import MeasuredNoise, Noise, NoiseSample
+from aick_ros.registration.refinement.point_choice import PointChoice
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.refinement import Refinement
 from aick_ros.registration.refinement.residuals import (
@@ -316,6 +317,7 @@ def test_wrong_settings_are_corrected(measured, factor):
         samples = [measured(seed, MeasuredNoise(), settings=settings).measure.noise()
                    for seed in range(20)]
         noise = learned(*10 * samples)
+        noise.points = PointChoice()  # both of the same points
         return samples, [measured(50, one, settings=settings) for one in (MeasuredNoise(), noise)]
 
     (samples, (_, by_right)), (scaled, by_wrong) = refined(SETTINGS), refined(wrong)
@@ -328,6 +330,14 @@ def test_wrong_settings_are_corrected(measured, factor):
     assert before > 0.2
     assert after < 0.02
     np.testing.assert_allclose(by_wrong[1].covariance, by_right.covariance, rtol=0.02, atol=1e-9)
+
+
+def test_it_learns_which_points_to_take():
+    noise, shown = MeasuredNoise(), []
+    noise.points.learn = shown.append
+    for rare in (0.7, None, -0.2):
+        noise.learn(NoiseSample(SLOW, 1.0, 1.0, SQUARES, rare=rare))
+    assert shown == [0.7, -0.2]
 
 
 def test_what_another_range_lends_counts_as_the_prior_does():

@@ -58,6 +58,8 @@ class Told:
         self.told['track_steps'] = 'a pose', 'a step'
         for name in self.told:
             monkeypatch.setattr(refinement, name, lambda *of, name=name: self._tell(name, of))
+        monkeypatch.setattr(refinement, 'log_ratio', lambda *of: self.given.setdefault(
+            'log_ratio', of) and 0.7)
         monkeypatch.setattr(refinement, 'misalignment_sample', lambda *of: self.given.setdefault(
             'misalignment_sample', of) and 'misalignment_sample')
         jitter, by_depth, bias = (np.diag(np.square(root))
@@ -75,7 +77,13 @@ class Told:
                              np.ones(tracks))
         self.problem = _Problem(
             self.source, self.target, self.tracks, SETTINGS.refinement, SETTINGS.sensor,
-            SimpleNamespace(expected=lambda motion: self.motions.append(motion) or self.noise))
+            SimpleNamespace(expected=lambda motion: self.motions.append(motion) or self.noise,
+                            points=SimpleNamespace(of=self._points)))
+
+    @staticmethod
+    def _points(surface):
+        """Return a surface with the points to take, of which there are as many."""
+        return Surface(f'points of the {surface.name}', surface.count)
 
     def _tell(self, name, of):
         self.given[name] = of
@@ -136,7 +144,7 @@ def test_depth_is_compared_over_the_time_between_its_own_images(tell):
     told = tell()
     told.problem.step(POSE, False)
     source, target, pose, sensor, width, reach, correction, rate, _ = told.given['point_to_plane']
-    assert (source.name, target.name, correction) == ('source', 'target', NO_CORRECTION)
+    assert (source.name, target.name, correction) == ('points of the source', 'target', NO_CORRECTION)
     assert pose is POSE and rate == pytest.approx(RATE)
     assert sensor is SETTINGS.sensor
     assert (width, reach) == (SETTINGS.refinement.robust_width, SETTINGS.refinement.reach)
@@ -237,10 +245,13 @@ def test_the_two_kinds_show_their_noise(tell):
 @pytest.mark.parametrize('tracks, is_known', [(FEWEST_TO_CONFIRM, True),
                                               (FEWEST_TO_CONFIRM - 1, False)])
 def test_with_few_tracks_the_noise_and_the_misalignment_are_not_known(tell, tracks, is_known):
-    refined = tell(tracks=tracks).problem.finish(POSE)
+    told = tell(tracks=tracks)
+    refined = told.problem.finish(POSE)
     assert refined.bias is not None and (refined.measure is not None) == is_known
     if is_known:
-        assert isinstance(refined.measure.noise(), NoiseSample)
+        noise = refined.measure.noise()
+        assert isinstance(noise, NoiseSample) and noise.rare == 0.7
+        assert told.given['log_ratio'] == (told.told['point_to_plane'], told.target.surface)
         assert refined.measure.misalignment() == 'misalignment_sample'
 
 
@@ -271,7 +282,7 @@ def test_both_frames_are_corrected_by_their_own_velocity(tell, corrected):
     assert pose is POSE
     told.problem.step(POSE, False)
     source, target, *_, correction, _, _ = told.given['point_to_plane']
-    assert (source, target) == (told.source.surface, told.target.surface)
+    assert (source, target) == (told._points(told.source.surface), told.target.surface)
     for moved, twist, camera in ((correction.source, TWISTS[0], CAMERA),
                                  (correction.target, TWISTS[1], OTHER)):
         np.testing.assert_allclose(moved.twists, np.outer([0.015 + 0.005, 0.03], twist))
@@ -325,7 +336,7 @@ def test_the_misalignment_is_shown_by_both_kinds_as_they_were_corrected(tell, co
     assert weight == 1 / 3.0 and applied is LATE
     np.testing.assert_array_equal(depth.jacobian, told.kinds()[1][0].jacobian)
     assert (pair.source, pair.target) == (told.source, told.target)
-    assert pair.surface is told.source.surface
+    assert pair.surface == told._points(told.source.surface)
     assert pair.T_target_source is POSE
     np.testing.assert_array_equal(pair.twists, TWISTS)
     np.testing.assert_array_equal(pair.cameras, [CAMERA.model, OTHER.model])
