@@ -58,7 +58,8 @@ class DepthAlone:
     """
     Registers depth images to each other, from an expected pose.
 
-    :param noise: of the camera; the bias between keypoints and depth is an error of such a pose.
+    :param noise: of the camera, and which points show a motion best; the bias between keypoints
+        and depth is an error of such a pose.
     :param misalignment: of the camera, by which depth is corrected.
     """
 
@@ -131,7 +132,8 @@ class DepthAlone:
         """Return the depth of two frames, of their coarse or their fine surfaces."""
         surfaces = self._surfaces(source.corrected)
         return DepthPair(
-            surfaces[of], self._surfaces(view.prepared.corrected)[of], view.T_view_target,
+            self._noise.points.of(surfaces[of]), self._surfaces(view.prepared.corrected)[of],
+            view.T_view_target,
             _correction(source, view.prepared, self._misalignment.misalignment), self._settings,
             weight, max(len(surfaces[of].chosen) // len(surfaces[_COARSE].chosen), 1))
 
