@@ -211,6 +211,7 @@ class KeyframeMemory:
         if search.is_finished:
             self._copies.learn(search, self._graph, self._settings.odometry)
             self._no_copies.clear()
+            self._registrar.end_search()
             self._search = None
 
     def _drop_redundant(self) -> None:

@@ -297,6 +297,10 @@ class Registrar:
         found = self._verified.recognize_partly(source, target, aligned)
         return found if found.is_rough else self._recognized(found, source, target)
 
+    def end_search(self) -> None:
+        """Forget what a search for keyframes needed, which takes some megabytes."""
+        self._sought_alike = CommonDistortion(self._preparer, _SOUGHT)
+
     def _recognized(self, found: Registration, source: PreparedFrame,
                     target: PreparedFrame) -> Registration:
         """Return a registration that nothing is learned from, with its systematic errors."""

@@ -62,7 +62,10 @@ class NoisyRegistrar:
 
     def __init__(self, true_poses, rng):
         self._true_poses, self._rng = true_poses, rng
-        self.count = 0
+        self.count = self.ended = 0
+
+    def end_search(self):
+        self.ended += 1
 
     def measure(self, source, target):
         """Return the measured pose of a frame in another one, both by their numbers."""
@@ -138,7 +141,7 @@ def test_the_covariance_of_the_pose_shrinks_and_is_honest():
 
 def test_an_earlier_frame_that_becomes_the_keyframe_again_is_where_it_was():
     moved = PoseWithCovariance(se3.exp([0.3, -0.2, 0.1, 0.2, 0.1, -0.3]), COVARIANCE)
-    memory = KeyframeMemory(Settings(), None, Reference(
+    memory = KeyframeMemory(Settings(), ToldOfEnds(), Reference(
         prepared(0), PoseWithCovariance.identity()))
     memory.track(Reference(prepared(1), moved), moved.matrix, NO_DETOUR)
     again = Reference(prepared(0), PoseWithCovariance.identity())
@@ -367,9 +370,20 @@ def scripted(monkeypatch):
     return follow
 
 
+class ToldOfEnds:
+    """A registrar that nothing but the ends of searches is told to."""
+
+    def __init__(self):
+        self.ended = 0
+
+    def end_search(self):
+        self.ended += 1
+
+
 def memory_at(pose, changes=None, registrar=None):
     settings = with_values(Settings(), changes or {})
-    return KeyframeMemory(settings, registrar, Reference(prepared(0), pose)), settings
+    return KeyframeMemory(
+        settings, registrar or ToldOfEnds(), Reference(prepared(0), pose)), settings
 
 
 def metres_apart(index):
@@ -391,7 +405,8 @@ START = PoseWithCovariance(se3.exp([1.0, 2.0, 0.5, 0.4, 0.2, -0.9]))
 def test_a_search_is_for_the_newest_keyframe_and_takes_a_step_a_frame(scripted):
     """Not with the keyframe; no other is begun meanwhile, the next one with the next keyframe."""
     script = scripted(steps=2)
-    memory, settings = memory_at(START, {'odometry.reuse_interval': 1.0}, 'a registrar')
+    registrar = ToldOfEnds()
+    memory, settings = memory_at(START, {'odometry.reuse_interval': 1.0}, registrar)
     keyframes = [Reference(prepared(index), START) for index in range(8)]
     tenths = [round(keyframe.stamp / NANOSECONDS * 10) for keyframe in keyframes]
     assert tenths[:4] == [0, 5, 10, 15]
@@ -400,12 +415,12 @@ def test_a_search_is_for_the_newest_keyframe_and_takes_a_step_a_frame(scripted):
     assert script.asked == [] and len(memory.frames) == 2
     memory.track(keyframes[2], START.matrix, NO_DETOUR)  # a second after the first
     stamps = {key: keyframe.stamp for key, keyframe in enumerate(keyframes[:3])}
-    step = ('step', (0, 1, 2), 'a registrar', settings)
+    step = ('step', (0, 1, 2), registrar, settings)
     assert script.asked == [('candidates', 2, stamps, settings.odometry), ('search', 2, (0,))]
     memory.track(keyframes[2], START.matrix, NO_DETOUR)
     assert script.asked[2:] == [step]
     memory.track(keyframes[2], START.matrix, NO_DETOUR)
-    assert script.asked[3:] == [step]
+    assert script.asked[3:] == [step] and registrar.ended == 1
     memory.track(keyframes[3], START.matrix, NO_DETOUR)
     assert len(script.asked) == 4  # half a second after the search before
     memory.track(keyframes[4], START.matrix, NO_DETOUR)
@@ -499,7 +514,7 @@ def test_several_keyframes_that_wait_are_compacted_together(scripted):
 def test_where_each_frame_is_a_keyframe_a_search_ends_all_the_same(scripted):
     script = scripted(steps=2)
     memory, _ = memory_at(START, {'odometry.reuse_interval': 100.0})
-    memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), None)
+    memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), ToldOfEnds())
     for index in range(1, 5):
         memory.track(metres_apart(index), START.matrix, NO_DETOUR)
     assert kinds(script).count('step') == 2
@@ -596,7 +611,7 @@ def test_a_keyframe_that_serves_again_has_the_error_of_the_way_back(scripted):
     memory, _ = memory_at(START, {'odometry.reuse_interval': 10.0})
     second = START @ STEPS[0]
     memory.track(Reference(prepared(1), second), second.matrix, NO_DETOUR)
-    memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), None)
+    memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), ToldOfEnds())
     for _ in range(2):
         memory.track(Reference(prepared(0), START), START.matrix, NO_DETOUR)
     back = STEPS[0].inverse()
@@ -619,7 +634,7 @@ def test_a_keyframe_that_serves_again_does_not_count_the_way_to_it_twice(scripte
         memory, _ = memory_at(start, {'odometry.reuse_interval': 10.0})
         second = start @ STEPS[0]
         memory.track(Reference(prepared(1), second), second.matrix, NO_DETOUR)
-        memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), None)
+        memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), ToldOfEnds())
         for _ in range(2):
             memory.track(Reference(prepared(0), start), start.matrix, NO_DETOUR)
         found.append(memory.published(start).since(start).covariance)

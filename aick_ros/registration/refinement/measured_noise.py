@@ -161,9 +161,12 @@ class MeasuredNoise:
     def learn(self, sample: NoiseSample) -> None:
         """Add one registration to the averages."""
         at = _range_of(sample.motion)
-        self._averages[at] = self._average(at).with_sample(sample, self._jitter(sample))
+        average = self._average(at).with_sample(sample, self._jitter(sample))
+        self._averages[at] = average
         if sample.rare is not None:
-            self.points.learn(sample.rare)
+            # of a bias large surfaces have the larger part, however alike their scatter is
+            has_bias = average.normalised > math.log(_BIAS_BOUNDS[0])
+            self.points.learn(min(sample.rare, 0.0) if has_bias else sample.rare)
 
     def _average(self, at: int) -> _Average:
         """Return the average of a range; one without samples takes that of the nearest."""

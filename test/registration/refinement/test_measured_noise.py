@@ -336,8 +336,21 @@ def test_it_learns_which_points_to_take():
     noise, shown = MeasuredNoise(), []
     noise.points.learn = shown.append
     for rare in (0.7, None, -0.2):
-        noise.learn(NoiseSample(SLOW, 1.0, 1.0, SQUARES, rare=rare))
+        noise.learn(NoiseSample(SLOW, 1.0, 0.1, SQUARES, rare=rare))
     assert shown == [0.7, -0.2]
+
+
+def test_where_keypoints_and_depth_differ_small_surfaces_err_no_more_than_large_ones():
+    """The bias of the camera is not in the scatter; that of other motions does not count."""
+    noise, shown = MeasuredNoise(), []
+    noise.points.learn = shown.append
+    for _ in range(30):
+        noise.learn(NoiseSample(SLOW, 1.0, 9.0, SQUARES))
+        noise.learn(NoiseSample(FAST, 1.0, 1.0, SQUARES))
+    for motion in (SLOW, FAST):
+        for rare in (0.7, -0.2):
+            noise.learn(NoiseSample(motion, 1.0, 1.0, SQUARES, rare=rare))
+    assert shown == [0.0, -0.2, 0.7, -0.2]
 
 
 def test_what_another_range_lends_counts_as_the_prior_does():
