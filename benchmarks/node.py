@@ -101,7 +101,7 @@ def memory(plan: Plan) -> Iterator[Row]:
     Resident memory in the last minute against that in the one after the first, their means.
 
     At single moments it differs by 10 MB: images wait for their frames, and what was freed is
-    given back to the system once a minute.
+    given back to the system every ten seconds.
     """
     command = f'python benchmarks/node.py --only memory --minutes {plan.minutes:g}'
     with Listener(), NodeProcess() as node:
