@@ -21,6 +21,7 @@ import math
 import numpy as np
 
 from aick_ros.frames.surface import Surface
+from aick_ros.geometry.median import median
 from aick_ros.registration.refinement.residuals import MEDIAN_1, PlaneResiduals
 
 # All chosen on two excerpts of real recordings and on rendered rooms with four kinds of cameras.
@@ -30,6 +31,9 @@ _FEWEST_IN_BLOCK = 5
 _LARGEST_SQUARE = 4.0  # of the mean of a block, as a ratio to the median of all
 _LARGEST = 3.0  # logarithm of the ratio that one registration shows
 _MEMORY, _PRIOR_COUNT = 60, 10  # registrations; the prior says that both are alike
+_ALL_OF, _LATER_EVERY = 40, 4
+"""Registrations that are all looked at, and one of how many after them: that takes time."""
+
 _EVEN_FROM, _BALANCED_FROM = 0.75, -0.5
 """Mean logarithm from which points are spread evenly, and from which they are balanced again."""
 
@@ -43,14 +47,21 @@ class PointChoice:
         self._begin()
 
     def _begin(self) -> None:
-        self._mean, self._count = 0.0, _PRIOR_COUNT
+        self._mean, self._count, self._asked = 0.0, _PRIOR_COUNT, 0
 
     def of(self, surface: Surface) -> Surface:
         """Return a surface with the points to take."""
         return surface.even if self.is_even else surface
 
+    def shown_by(self, residuals: PlaneResiduals, target: Surface) -> float | None:
+        """Return what a registration shows, as :func:`log_ratio`; None where it is left out."""
+        self._asked += 1
+        if self._asked > _ALL_OF and self._asked % _LATER_EVERY:
+            return None
+        return log_ratio(residuals, target)
+
     def learn(self, shown: float) -> None:
-        """Learn what a registration has shown, as :func:`log_ratio` returns it."""
+        """Learn what a registration has shown."""
         self._count = min(self._count + 1, _MEMORY)
         self._mean += (shown - self._mean) / self._count
         if self._mean < _BALANCED_FROM if self.is_even else self._mean > _EVEN_FROM:
@@ -65,8 +76,9 @@ def log_ratio(residuals: PlaneResiduals, target: Surface) -> float | None:
     :param target: the surface with the planes.
     :returns: None where one of both kinds has too few points.
     """
-    lengths = np.linalg.norm(residuals.directions, axis=1, keepdims=True)
-    shares = target.shares_facing(residuals.directions / np.maximum(lengths, 1e-12))
+    directions = residuals.directions
+    lengths = np.sqrt(np.einsum('ij,ij->i', directions, directions))
+    shares = target.shares_facing(directions / np.maximum(lengths, 1e-12)[:, None])
     variances = [_between_blocks(residuals.values[kind], residuals.blocks[kind])
                  for kind in (shares < _RARE, shares > _COMMON)]
     rare, common = variances
@@ -83,9 +95,10 @@ def _between_blocks(values: np.ndarray, blocks: np.ndarray) -> float | None:
         return None
     counts = np.bincount(blocks)
     chosen = counts >= _FEWEST_IN_BLOCK
-    if np.count_nonzero(chosen) < _FEWEST_BLOCKS:
+    sizes = counts[chosen]
+    if len(sizes) < _FEWEST_BLOCKS:
         return None
-    squares = (np.bincount(blocks, values)[chosen] / counts[chosen]) ** 2
-    squares = np.minimum(squares, _LARGEST_SQUARE * np.median(squares) / MEDIAN_1)
-    noise = np.median(values ** 2) / MEDIAN_1
-    return max(float(np.mean(squares - noise / counts[chosen])), 0.0)
+    squares = (np.bincount(blocks, values)[chosen] / sizes) ** 2
+    squares = np.minimum(squares, _LARGEST_SQUARE * median(squares) / MEDIAN_1)
+    noise = median(values * values) / MEDIAN_1
+    return max(float((squares - noise / sizes).sum()) / len(sizes), 0.0)

@@ -27,7 +27,6 @@ from aick_ros.registration.refinement.misalignment import (
 from aick_ros.registration.refinement.misalignment_equations import (
     MisalignmentSample, MovingPair, misalignment_sample)
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
-from aick_ros.registration.refinement.point_choice import log_ratio
 from aick_ros.registration.refinement.position_jitter import PosesByKind
 from aick_ros.registration.refinement.residuals import (
     PRIOR, NormalEquations, PlaneResiduals, Residuals, contradict, point_to_plane, reprojection,
@@ -196,6 +195,7 @@ class _Problem:
         self._seen = self._tracks = tracks
         self._displacement = tracks.displacement(target.frame.camera.fx)
         is_joint = source.surface is not None and target.surface is not None
+        self._choice = noise.points
         self._points = None if source.surface is None else noise.points.of(source.surface)
         self._noise = noise.expected(self._displacement) if is_joint else Noise()
         self._sparseness = 1 if self._points is None else max(
@@ -276,7 +276,7 @@ class _Problem:
         target = self._target.surface
         return NoiseSample(self._displacement, keypoints.design_effect / depth.design_effect,
                            bias.normalised, bias.squares, poses,
-                           None if target is None else log_ratio(residuals, target))
+                           None if target is None else self._choice.shown_by(residuals, target))
 
     def _of_keypoints(self, pose: np.ndarray) -> list[Residuals]:
         width = self._settings.robust_width

@@ -116,6 +116,17 @@ def test_points_are_spread_evenly_once_small_surfaces_have_erred_more(logarithm,
     assert points.is_even and points.of(surface) is surface.even
 
 
+def test_registrations_are_looked_at_until_much_is_known_and_then_one_of_four():
+    points, seen, target = PointChoice(), residuals(0.3, 0.1), Target()
+    shown = [points.shown_by(seen, target) for _ in range(60)]
+    expected = log_ratio(seen, target)
+    assert shown[:40] == [expected] * 40
+    assert shown[40:] == 5 * [None, None, None, expected]
+    for _ in range(4):  # points are spread now: all is looked at again
+        points.learn(3.0)
+    assert [points.shown_by(seen, target) for _ in range(40)] == [expected] * 40
+
+
 def test_points_are_balanced_again_once_large_surfaces_have_erred_more():
     points = PointChoice()
     for _ in range(4):

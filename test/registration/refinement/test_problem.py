@@ -58,8 +58,6 @@ class Told:
         self.told['track_steps'] = 'a pose', 'a step'
         for name in self.told:
             monkeypatch.setattr(refinement, name, lambda *of, name=name: self._tell(name, of))
-        monkeypatch.setattr(refinement, 'log_ratio', lambda *of: self.given.setdefault(
-            'log_ratio', of) and 0.7)
         monkeypatch.setattr(refinement, 'misalignment_sample', lambda *of: self.given.setdefault(
             'misalignment_sample', of) and 'misalignment_sample')
         jitter, by_depth, bias = (np.diag(np.square(root))
@@ -78,12 +76,16 @@ class Told:
         self.problem = _Problem(
             self.source, self.target, self.tracks, SETTINGS.refinement, SETTINGS.sensor,
             SimpleNamespace(expected=lambda motion: self.motions.append(motion) or self.noise,
-                            points=SimpleNamespace(of=self._points)))
+                            points=SimpleNamespace(of=self._points, shown_by=self._shown_by)))
 
     @staticmethod
     def _points(surface):
         """Return a surface with the points to take, of which there are as many."""
         return Surface(f'points of the {surface.name}', surface.count)
+
+    def _shown_by(self, *of):
+        self.given['points'] = of
+        return 0.7
 
     def _tell(self, name, of):
         self.given[name] = of
@@ -252,7 +254,7 @@ def test_with_few_tracks_the_noise_and_the_misalignment_are_not_known(tell, trac
     if is_known:
         noise = refined.measure.noise()
         assert isinstance(noise, NoiseSample) and noise.rare == 0.7
-        assert told.given['log_ratio'] == (told.told['point_to_plane'], told.target.surface)
+        assert told.given['points'] == (told.told['point_to_plane'], told.target.surface)
         assert refined.measure.misalignment() == 'misalignment_sample'
 
 
