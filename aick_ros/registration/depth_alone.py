@@ -58,8 +58,7 @@ class DepthAlone:
     """
     Registers depth images to each other, from an expected pose.
 
-    :param noise: of the camera, and which points show a motion best; the bias between keypoints
-        and depth is an error of such a pose.
+    :param noise: of the camera; the bias between keypoints and depth is an error of such a pose.
     :param misalignment: of the camera, by which depth is corrected.
     """
 
@@ -132,8 +131,7 @@ class DepthAlone:
         """Return the depth of two frames, of their coarse or their fine surfaces."""
         surfaces = self._surfaces(source.corrected)
         return DepthPair(
-            self._noise.points.of(surfaces[of]), self._surfaces(view.prepared.corrected)[of],
-            view.T_view_target,
+            surfaces[of], self._surfaces(view.prepared.corrected)[of], view.T_view_target,
             _correction(source, view.prepared, self._misalignment.misalignment), self._settings,
             weight, max(len(surfaces[of].chosen) // len(surfaces[_COARSE].chosen), 1))
 

@@ -23,7 +23,6 @@ from aick_ros.registration.depth_pair import KnownView
 from aick_ros.registration.refinement.measured_noise import Noise
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
-from aick_ros.registration.refinement.point_choice import PointChoice
 from aick_ros.registration.refinement.residuals import NormalEquations, point_to_plane
 from aick_ros.registration.result import Evidence
 from aick_ros.registration.status import Status
@@ -156,8 +155,7 @@ def test_an_expectation_as_sure_as_the_depth_images_counts_as_much():
 
 def with_bias(covariance):
     """Return the noise of a camera whose bias between keypoints and depth is known."""
-    return SimpleNamespace(expected=lambda displacement: Noise(bias=covariance),
-                           points=PointChoice())
+    return SimpleNamespace(expected=lambda displacement: Noise(bias=covariance))
 
 
 def test_the_errors_are_those_of_the_covariance():
@@ -280,7 +278,7 @@ class Played:
     """Depth alone whose problems have known answers, with notes of what they are given."""
 
     def __init__(self, monkeypatch, made, count=300, overlap=0.5):
-        self.log, self.overlap, self.shared, self.taken = [], overlap, {}, {}
+        self.log, self.overlap, self.shared = [], overlap, {}
         self.poses = {'coarse': made.pose(), 'fine': made.pose()}
         self.covariance, self.bias, self.asked = made.covariance(), made.covariance(), []
         monkeypatch.setattr(depth_alone, 'DepthPair', self._pair)
@@ -295,8 +293,7 @@ class Played:
         self.surfaces = [(self.surface, fine), tuple(
             SimpleNamespace(name=name) for name in ('coarse', 'fine'))]
         self.misalignment = MisalignmentEstimate(Misalignment(np.zeros(6), 0.005, 0.03))
-        points = SimpleNamespace(of=lambda surface: self.taken.get(id(surface), surface))
-        self.alone = DepthAlone(Settings(), SimpleNamespace(expected=self._noise, points=points),
+        self.alone = DepthAlone(Settings(), SimpleNamespace(expected=self._noise),
                                 self.misalignment)
         self.alone._surfaces = Surfaces({
             id(frame.frame): surfaces for frame, surfaces in zip(
@@ -383,15 +380,6 @@ def test_it_fails_with_few_points_or_little_overlap(play, values, status):
     assert found.status is status
     assert found.reason == ('299 points with depth' if 'count' in values
                             else 'by depth alone, 50% of 300 points')
-
-
-def test_points_of_the_frame_are_those_that_show_a_motion_best(play):
-    played = play()
-    even = [SimpleNamespace(name=surface.name) for surface in played.surfaces[0]]
-    played.taken = {id(surface): one for surface, one in zip(played.surfaces[0], even)}
-    played.register()
-    pairs = [entry[1:3] for entry in played.log if entry[0] == 'pair']
-    assert pairs == list(zip(even, played.surfaces[1]))
 
 
 @pytest.mark.parametrize('without', ['source', 'target'])
