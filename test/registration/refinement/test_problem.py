@@ -146,7 +146,8 @@ def test_depth_is_compared_over_the_time_between_its_own_images(tell):
     told = tell()
     told.problem.step(POSE, False)
     source, target, pose, sensor, width, reach, correction, rate, _ = told.given['point_to_plane']
-    assert (source.name, target.name, correction) == ('points of the source', 'target', NO_CORRECTION)
+    assert (source.name, target.name) == ('points of the source', 'target')
+    assert correction is NO_CORRECTION
     assert pose is POSE and rate == pytest.approx(RATE)
     assert sensor is SETTINGS.sensor
     assert (width, reach) == (SETTINGS.refinement.robust_width, SETTINGS.refinement.reach)
