@@ -39,6 +39,7 @@ two excerpts of real recordings, on rendered corridors and on rooms with five ki
 
 _MIN_COSINE = 0.17  # chosen: between ray and normal, about 80 degrees
 _BUCKETS = 8  # chosen: intervals of the normals, along x and along y
+_NUMBERS = 256  # by definition: what intervals may have; the last one stands for none of them
 _MAX_ROUND_TRIP_ERROR = 1e-2  # chosen: on the plane z = 1; beyond it the model folded the ray back
 _MIN_DEPTH = 1e-3  # chosen: [m], keeps the inverse depth finite
 
@@ -126,9 +127,10 @@ class Surface:
 
     @functools.cached_property
     def _shares(self) -> np.ndarray:
-        """Shares of the usable cells whose normals are in each interval."""
+        """Shares of the usable cells whose normals are in each interval; zero in none."""
         _, sizes = _buckets(self.normals, self.usable)
-        shares: np.ndarray = sizes / max(int(sizes.sum()), 1)
+        shares = np.zeros(_NUMBERS)
+        shares[:len(sizes)] = sizes / max(int(sizes.sum()), 1)
         return shares
 
     def shares_facing(self, normals: np.ndarray) -> np.ndarray:
@@ -138,7 +140,7 @@ class Surface:
         :param normals: Nx3, of length one.
         """
         facing, _ = _buckets(normals.astype(np.float32), np.ones(len(normals), bool))
-        return np.append(self._shares, np.zeros(256 - len(self._shares))).take(facing)
+        return self._shares.take(facing)
 
     def cells_at(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """

@@ -92,8 +92,8 @@ class References:
     While the image is blurred, blurred frames may have to be keyframes. The last one that was
     sharp is kept: what is seen after the blur is registered to what was seen before it.
 
-    All but the last frame, with which the next one may be the same, are kept without the images
-    that registrations to them do not need.
+    The keyframe and the earlier frames are kept without the images that registrations to them do
+    not need. The last frame, which the next one may repeat, and shapes keep all of theirs.
 
     :param first: a frame that is the keyframe and the last tracked frame in one.
     """

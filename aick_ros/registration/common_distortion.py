@@ -28,6 +28,10 @@ class CommonDistortion:
     def __init__(self, preparer: Preparer, count: int) -> None:
         self._preparer, self._count = preparer, count
         self._distortion = NO_DISTORTION
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget the frames that were brought, which take some megabytes each."""
         self._brought = LastResults(self._bring, self._count)
 
     def __call__(self, frame: PreparedFrame, other: PreparedFrame) -> PreparedFrame:
@@ -36,7 +40,7 @@ class CommonDistortion:
             return frame
         if other.distortion != self._distortion:
             self._distortion = other.distortion
-            self._brought = LastResults(self._bring, self._count)
+            self.forget()
         return self._brought(frame)
 
     def _bring(self, prepared: PreparedFrame) -> PreparedFrame:

@@ -259,7 +259,7 @@ class Registrar:
         self._since_dark += found.status.ok
         if self._since_dark == _FORGOTTEN:
             self._depth_alone.forget()
-            self._beside_alike = CommonDistortion(self._preparer, _VIEWS)
+            self._beside_alike.forget()
 
     def align(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
         """Return the pose of the source in the target by AICK in one attempt, not refined."""
@@ -298,8 +298,8 @@ class Registrar:
         return found if found.is_rough else self._recognized(found, source, target)
 
     def end_search(self) -> None:
-        """Forget what a search for keyframes needed, which takes some megabytes."""
-        self._sought_alike = CommonDistortion(self._preparer, _SOUGHT)
+        """Forget what a search for keyframes needed."""
+        self._sought_alike.forget()
 
     def _recognized(self, found: Registration, source: PreparedFrame,
                     target: PreparedFrame) -> Registration:

@@ -148,7 +148,7 @@ class MeasuredNoise:
         self._averages: dict[int, _Average] = {}  # of the ranges that have samples
         self._recent: tuple[PosesByKind, ...] = ()  # of up to three registrations
         self.points = PointChoice()
-        """Which points of a surface show a motion best."""
+        """The choice of points of a surface."""
 
     def expected(self, motion: float) -> Noise:
         """

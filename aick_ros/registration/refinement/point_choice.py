@@ -43,7 +43,7 @@ class PointChoice:
 
     def __init__(self) -> None:
         self.is_even = False
-        """Whether to take points all over the image, as many as there are."""
+        """Choice of points all over the image, as many as there are of the others."""
         self._begin()
 
     def _begin(self) -> None:
@@ -54,7 +54,7 @@ class PointChoice:
         return surface.even if self.is_even else surface
 
     def shown_by(self, residuals: PlaneResiduals, target: Surface) -> float | None:
-        """Return what a registration shows, as :func:`log_ratio`; None where it is left out."""
+        """Return what a registration shows, as :func:`log_ratio`; None where it is skipped."""
         self._asked += 1
         if self._asked > _ALL_OF and self._asked % _LATER_EVERY:
             return None
