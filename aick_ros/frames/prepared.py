@@ -27,6 +27,7 @@ class PreparedFrame:
     """
     One frame with everything that its registrations need, computed once.
 
+    :param frame: with its depth image free of the distortion.
     :param grey: colour image in grey, HxW uint8.
     :param surface: surface of the depth image; None if the refinement does not use it.
     :param depth_lag: time from the colour image to the depth image [s].
@@ -36,8 +37,7 @@ class PreparedFrame:
         unknown.
     :param is_tracked: whether the keypoints are not its own, but those of another frame that were
         tracked into it.
-    :param undistorted: the frame with its depth image free of the distortion; None: it has none.
-    :param distortion: that ``corrected`` is free of.
+    :param distortion: that the depth image is free of.
     """
 
     frame: RgbdFrame
@@ -49,13 +49,7 @@ class PreparedFrame:
     repeat: Repeat = Repeat.NONE
     twist: np.ndarray | None = None
     is_tracked: bool = False
-    undistorted: RgbdFrame | None = None
     distortion: DepthDistortion = NO_DISTORTION
-
-    @property
-    def corrected(self) -> RgbdFrame:
-        """The frame as registrations see it: free of the distortion."""
-        return self.frame if self.undistorted is None else self.undistorted
 
     @cached_property
     def scene_depth(self) -> float:
@@ -86,9 +80,8 @@ class PreparedFrame:
         return changed
 
     def bare(self) -> PreparedFrame:
-        """Return the frame with the images that registrations need: grey, and depth corrected."""
-        return self._with(frame=replaced(self.corrected, colour=self.grey, imu=None),
-                          undistorted=None)
+        """Return the frame with the images that registrations need: grey, and depth."""
+        return self._with(frame=replaced(self.frame, colour=self.grey, imu=None))
 
     def _with(self, **changes: Any) -> PreparedFrame:
         """Return the frame with other values of some fields, and what is cached of the others."""

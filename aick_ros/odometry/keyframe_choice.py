@@ -56,7 +56,8 @@ class KeyframeChoice:
         if reference is not references.keyframe:
             self._policy.begin()
         if _is_kept(prepared, attempt, self._policy.advance):
-            references.track(last, Reference(reference.prepared, reference.pose))
+            references.track(last, Reference(
+                self._registrar.brought(reference.prepared, prepared), reference.pose))
         else:
             if prepared.is_tracked:
                 prepared = self._registrar.with_own_keypoints(prepared)

@@ -229,7 +229,7 @@ class Odometry:
         if frame.imu is not None:
             self._gyroscope.add(frame.imu)
             self._gravity.add(frame.imu, self._gyroscope.time_offset)
-        repeat = self._repeat_of(frame)
+        repeat = self._repeat_of(preparation)
         update = None
         if self._references is not None and repeat is Repeat.BOTH:
             update = self._continue(frame, self._references.last)
@@ -238,12 +238,13 @@ class Odometry:
         self._times.add(preparation.times)
         return update.handed_over(self._times.take())
 
-    def _repeat_of(self, frame: RgbdFrame) -> Repeat:
+    def _repeat_of(self, preparation: Preparation) -> Repeat:
         """Return which images are those of the frame before, if that was tracked."""
         if (self._references is None or self._is_lost or self._stamp is None
-                or frame.stamp <= self._stamp):
+                or preparation.frame.stamp <= self._stamp):
             return Repeat.NONE
-        return repeat_of(frame, self._references.last.prepared.frame)
+        before = self._references.last.prepared
+        return repeat_of(preparation.corrected_for(before.distortion), before.frame)
 
     def _continue(self, frame: RgbdFrame, last: Reference) -> OdometryUpdate | None:
         """Return the update of a frame whose images repeat; None if they show a camera at rest."""
@@ -254,7 +255,8 @@ class Odometry:
                 return None
         self._stamp = frame.stamp
         prepared = dataclasses.replace(
-            last.prepared, frame=frame, repeat=Repeat.BOTH,
+            last.prepared, repeat=Repeat.BOTH,
+            frame=dataclasses.replace(frame, depth=last.prepared.frame.depth),
             keypoints=dataclasses.replace(last.prepared.keypoints, stamp=frame.stamp))
         return self._hold(prepared, last, f'unchanged for {unchanged:.2f} s')
 

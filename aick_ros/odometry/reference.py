@@ -116,6 +116,8 @@ class References:
                 keyframe.stamp - self.sharp.stamp < _LONGEST_BLUR * NANOSECONDS
                 and keyframe.prepared.is_blurred_beside(self.sharp.prepared)):
             self.sharp = keyframe
+        if keyframe.stamp == self.sharp.stamp:
+            self.sharp = keyframe  # it may have been corrected again
         self.keyframe, self.last, self.shape = keyframe, last, None
         self.earlier_shapes.clear()
         self._lost, self._turn = None, 0

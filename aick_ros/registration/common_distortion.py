@@ -45,10 +45,10 @@ class CommonDistortion:
 
     def _bring(self, prepared: PreparedFrame) -> PreparedFrame:
         change = DepthDistortion(self._distortion.nodes - prepared.distortion.nodes)
-        before, keypoints = prepared.corrected, prepared.keypoints
+        before, keypoints = prepared.frame, prepared.keypoints
         frame = replaced(before, depth=change.undistorted(before.depth))
         positions = change.moved(keypoints.positions, frame.camera)
         return replaced(
-            prepared, undistorted=frame, distortion=self._distortion,
+            prepared, frame=frame, distortion=self._distortion,
             keypoints=replaced(keypoints, positions=positions),
             surface=None if prepared.surface is None else self._preparer.surface(frame))

@@ -88,7 +88,7 @@ class DepthAlone:
         """
         if source.surface is None or target.surface is None:
             return failed(Status.TOO_FEW_KEYPOINTS, '0 points with depth')
-        surface = self._surfaces(source.corrected)[_COARSE]
+        surface = self._surfaces(source.frame)[_COARSE]
         count = len(surface.chosen)
         if count < _FEWEST_POINTS:
             return failed(Status.TOO_FEW_KEYPOINTS, f'{count} points with depth')
@@ -118,7 +118,7 @@ class DepthAlone:
         none_is_new = True
         nothing, all_of_it = _SHARED_BOUNDS
         for view in views:
-            is_known = self._surfaces.knows(view.prepared.corrected)
+            is_known = self._surfaces.knows(view.prepared.frame)
             if view.prepared.surface is None or not (is_known or none_is_new):
                 continue
             none_is_new &= is_known
@@ -129,9 +129,9 @@ class DepthAlone:
     def _pair(self, source: PreparedFrame, view: KnownView, of: int,
               weight: float = 1.0) -> DepthPair:
         """Return the depth of two frames, of their coarse or their fine surfaces."""
-        surfaces = self._surfaces(source.corrected)
+        surfaces = self._surfaces(source.frame)
         return DepthPair(
-            surfaces[of], self._surfaces(view.prepared.corrected)[of], view.T_view_target,
+            surfaces[of], self._surfaces(view.prepared.frame)[of], view.T_view_target,
             _correction(source, view.prepared, self._misalignment.misalignment), self._settings,
             weight, max(len(surfaces[of].chosen) // len(surfaces[_COARSE].chosen), 1))
 

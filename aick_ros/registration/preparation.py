@@ -93,7 +93,7 @@ class Preparation:
         """The time that each part took."""
         self._keypoints: KeypointFrame | None = None
         self._surface: Surface | None = None
-        self._undistorted: RgbdFrame | None = None
+        self._corrected: RgbdFrame | None = None
 
     def up_to_date(self) -> Preparation:
         """
@@ -108,15 +108,19 @@ class Preparation:
         again.times = self.times
         return again
 
-    def undistorted(self) -> RgbdFrame | None:
-        """Return the frame with its depth image free of the distortion; None if it has none."""
-        if self._undistorted is None and not self.distortion.is_none:
-            self._undistorted = replaced(
-                self.frame, depth=self.distortion.undistorted(self.frame.depth))
-        return self._undistorted
+    def corrected(self) -> RgbdFrame:
+        """Return the frame with its depth image free of the distortion: itself if it has none."""
+        if self._corrected is None:
+            self._corrected = self.corrected_for(self.distortion)
+        return self._corrected
 
-    def _corrected(self) -> RgbdFrame:
-        return self.undistorted() or self.frame
+    def corrected_for(self, distortion: DepthDistortion) -> RgbdFrame:
+        """Return the frame with its depth image free of a distortion; itself if that is none."""
+        if distortion == self.distortion and self._corrected is not None:
+            return self._corrected
+        if distortion.is_none:
+            return self.frame
+        return replaced(self.frame, depth=distortion.undistorted(self.frame.depth))
 
     def add_imu(self, samples: ImuSamples) -> None:
         """
@@ -130,12 +134,12 @@ class Preparation:
         """Return the keypoints."""
         if self._keypoints is None:
             with self.times.stage('features'):
-                self._keypoints = self.preparer.keypoints(self._corrected())
+                self._keypoints = self.preparer.keypoints(self.corrected())
         return self._keypoints
 
     def surface(self) -> Surface | None:
         """Return the surface; None if the refinement does not use it."""
         if self._surface is None:
             with self.times.stage('surface'):
-                self._surface = self.preparer.surface(self._corrected())
+                self._surface = self.preparer.surface(self.corrected())
         return self._surface

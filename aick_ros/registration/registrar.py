@@ -50,7 +50,7 @@ _STRONGEST = 200
 Chosen: on two excerpts of real recordings and five rendered ones it finds and contradicts what it
 does with 275; with 100 it contradicts twice as often."""
 
-_TARGETS = 4  # chosen: the keyframe, and frames that are tried where it fails
+_TARGETS = 2  # chosen: the keyframe, and what is tried where it fails
 _SOUGHT = 2  # by definition: keyframes that one is compared with in a search
 _VIEWS = 8  # chosen: those beside a frame in the dark, which come and go
 
@@ -149,15 +149,15 @@ class Registrar:
         """Return a frame that was prepared for tracking as :meth:`prepared` would."""
         required(prepared, PreparedFrame, 'the frame')
         with self._times.stage('features'):
-            keypoints = self._own_keypoints(prepared.corrected)
+            keypoints = self._own_keypoints(prepared.frame)
         return prepared.with_keypoints(keypoints, is_tracked=False)
 
     def _prepared(self, preparation: Preparation, keypoints: KeypointFrame,
                   surface: Surface | None, repeat: Repeat) -> PreparedFrame:
-        frame, undistorted = preparation.frame, preparation.undistorted()
-        return PreparedFrame(frame, keypoints, (undistorted or frame).grey, surface,
-                             self._depth_lag(frame), self._learned.colour_clock.jitter, repeat,
-                             undistorted=undistorted, distortion=preparation.distortion)
+        frame = preparation.corrected()
+        return PreparedFrame(frame, keypoints, frame.grey, surface, self._depth_lag(frame),
+                             self._learned.colour_clock.jitter, repeat,
+                             distortion=preparation.distortion)
 
     def register(self, source: PreparedFrame, target: PreparedFrame,
                  expected: np.ndarray | None = None, elapsed: float = np.inf,
@@ -189,6 +189,10 @@ class Registrar:
         found = self._verified.register(source, target, expected, elapsed, tracked)
         return self._learned_from(found, source, target, expected if steady is None else steady,
                                   elapsed)
+
+    def brought(self, target: PreparedFrame, source: PreparedFrame) -> PreparedFrame:
+        """Return the target as the source is registered to it: free of the same distortion."""
+        return self._alike(target, source)
 
     def track(self, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,
               elapsed: float, steady: np.ndarray | None = None

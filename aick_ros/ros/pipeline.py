@@ -235,7 +235,8 @@ class Pipeline:
         base = self._base.update(update, T_base_camera, mount)
         if base is not None:
             self._publisher.publish(base)
-            self._rtabmap.show(Registered(update, base, T_base_camera, camera_frame))
+            self._rtabmap.show(Registered(
+                preparation.frame, update, base, T_base_camera, camera_frame))
         self._diagnostics.answered(
             update, 1e3 * (time.monotonic() - arrival.paired_at),
             1e-6 * (self._node.get_clock().now().nanoseconds - update.stamp))

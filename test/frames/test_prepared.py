@@ -55,21 +55,16 @@ def test_its_stamp_is_that_of_its_colour_image():
     assert PreparedFrame(SimpleNamespace(stamp=7, depth_stamp=9), None, None).stamp == 7
 
 
-@pytest.mark.parametrize('is_distorted', [False, True])
-def test_bare_it_has_the_images_of_registrations_alone(is_distorted):
+def test_bare_it_has_the_images_of_registrations_alone():
     camera = Camera(32, 24, 30.0, 30.0, 16.0, 12.0)
     colour = np.random.default_rng(0).integers(0, 256, (24, 32, 3)).astype(np.uint8)
-    frame, other = (RgbdFrame(1, colour, np.full((24, 32), z, np.float32), camera)
-                    for z in (1.0, 2.0))
+    frame = RgbdFrame(1, colour, np.full((24, 32), 1.0, np.float32), camera)
     imu = vars(frame)['imu'] = SimpleNamespace()
-    undistorted = other if is_distorted else None
-    full = PreparedFrame(frame, prepared([1.0]).keypoints, (undistorted or frame).grey,
-                         undistorted=undistorted)
+    full = PreparedFrame(frame, prepared([1.0]).keypoints, frame.grey)
     sharpness = full.sharpness
     bare = full.bare()
-    assert bare.corrected is bare.frame and bare.undistorted is None
     assert bare.frame.colour is bare.frame.grey is bare.grey is full.grey
-    assert bare.frame.depth is full.corrected.depth
+    assert bare.frame.depth is full.frame.depth
     assert bare.frame.camera is frame.camera and bare.stamp == frame.stamp
     assert bare.frame.imu is None and full.frame.imu is imu
     assert bare.sharpness is sharpness and bare.keypoints is full.keypoints

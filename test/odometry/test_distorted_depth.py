@@ -15,6 +15,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.trajectory import Trajectory
 from aick_ros.odometry import Odometry
 from aick_ros.registration.refinement.distortion_estimate import DistortionEstimate
+from aick_ros.registration.status import Status
 from aick_ros.sources.synthetic import SyntheticOptions, SyntheticSource
 
 COUNT = 85
@@ -69,16 +70,15 @@ def test_the_path_is_nearer_to_the_truth_once_it_is_known(learned, monkeypatch):
     assert error < 1.2 * uncorrected  # corrected from the middle of the path on
 
 
-def test_frames_keep_their_images_and_are_registered_without_the_distortion(learned):
+def test_frames_are_registered_without_the_distortion(learned):
     _, updates, _ = learned
-    first, last = updates[0].prepared, updates[-1].prepared
-    assert first.corrected is first.frame
-    np.testing.assert_array_equal(last.frame.depth, frames()[-1].depth)
+    first, last, images = updates[0].prepared, updates[-1].prepared, frames()
+    np.testing.assert_array_equal(first.frame.depth, images[0].depth)
     true = source().frame(COUNT - 1).depth
     errors = [np.abs(1 / image - 1 / true)[np.isfinite(true)].mean()
-              for image in (last.corrected.depth, last.frame.depth)]
+              for image in (last.frame.depth, images[-1].depth)]
     assert errors[0] < 0.75 * errors[1]
-    expected = last.corrected.camera.back_project(
+    expected = last.frame.camera.back_project(
         last.keypoints.pixels.astype(float), last.keypoints.positions[:, 2].astype(float))
     np.testing.assert_allclose(last.keypoints.positions, expected, rtol=1e-5, atol=1e-5)
 
@@ -102,3 +102,26 @@ def test_a_change_of_settings_keeps_it(learned):
     update = odometry.register_frame(dataclasses.replace(
         frames()[0], stamp=frames()[-1].stamp + 2_000_000_000))
     assert update.prepared.distortion is known is odometry.distortion
+
+
+def test_the_keyframe_is_brought_to_it_once_when_it_is_known():
+    """Rather than kept as it was, and brought to it beside itself."""
+    odometry = Odometry()
+    moved = next(update for update in map(odometry.register_frame, frames())
+                 if not update.prepared.distortion.is_none)
+    keyframe = odometry._references.keyframe
+    assert keyframe.stamp < moved.stamp
+    assert keyframe.prepared.distortion == moved.prepared.distortion
+
+
+def test_images_that_repeat_are_recognized_before_and_after_it_is_known():
+    """Also where one of the two frames was prepared before, and the other one after."""
+    odometry = Odometry()
+    again = [dataclasses.replace(frame, stamp=frame.stamp + 1) for frame in frames()[:60]]
+    ahead = [odometry.prepare(frame) for frame in again]
+    known = next(index for index, frame in enumerate(frames())
+                 if not (odometry.register_frame(frame) and odometry.distortion.is_none))
+    assert odometry.register_frame(again[known]).status is Status.REPEATED
+    later = odometry.register_frame(frames()[known + 1])
+    assert not later.prepared.distortion.is_none and ahead[known + 1].distortion.is_none
+    assert odometry.register(ahead[known + 1]).status is Status.REPEATED

@@ -121,6 +121,9 @@ class Registrar:
             np.tile(np.eye(3, dtype=np.float32), (count, 1, 1)),
             np.zeros((count, 2), np.float32)), frame.grey, repeat=repeat)
 
+    def brought(self, target, source):
+        return target
+
     def register(self, source, target, expected=None, elapsed=np.inf, steady=None,
                  tracked=None):
         errors = [self._noise.setdefault(frame.stamp, SEEN_SIGMAS / np.sqrt(2)

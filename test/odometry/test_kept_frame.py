@@ -42,14 +42,13 @@ def prepared(request):
         ((KEYPOINTS, 3), np.float32), ((KEYPOINTS, 32), np.uint8), ((KEYPOINTS, 3, 3), np.float32),
         ((KEYPOINTS, 2), np.float32))))
     distortion = DepthDistortion(np.full((ROWS, COLUMNS), 0.01))
-    undistorted = dataclasses.replace(frame, depth=distortion.undistorted(depth))
     return PreparedFrame(frame, keypoints, frame.grey, surface, 0.01, 0.002, twist=np.arange(6.0),
-                         undistorted=undistorted, distortion=distortion)
+                         distortion=distortion)
 
 
 def arrays_of(prepared):
     """Return all images and lists of a frame, by their names."""
-    found = {'grey': prepared.grey, 'depth': prepared.corrected.depth}
+    found = {'grey': prepared.grey, 'depth': prepared.frame.depth}
     for part in (prepared.keypoints, prepared.surface):
         found.update({name: value for name, value in vars(part or prepared).items()
                       if part is not None and isinstance(value, np.ndarray)})
@@ -63,14 +62,14 @@ def memory_of(array):
     return array.obj if isinstance(array, memoryview) else array
 
 
-def test_a_kept_frame_is_the_frame_without_colours_and_as_it_is_corrected(prepared):
+def test_a_kept_frame_is_the_frame_without_colours(prepared):
     kept, before = compact(prepared, Mappings(1)), arrays_of(prepared)
     after = arrays_of(kept)
     assert after.keys() == before.keys() and len(after) == (11 if prepared.surface else 6)
     for name, array in after.items():
         assert array.dtype == before[name].dtype and not array.flags.writeable
         np.testing.assert_array_equal(array, before[name])
-    assert kept.corrected is kept.frame and kept.frame.colour is kept.grey
+    assert kept.frame.colour is kept.grey
     assert (kept.stamp, kept.depth_lag, kept.stamp_jitter) == (5, 0.01, 0.002)
     assert kept.distortion == prepared.distortion and kept.twist is prepared.twist
 

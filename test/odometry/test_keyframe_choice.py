@@ -26,6 +26,7 @@ class View:
     keypoints: str = 'own'
     is_tracked: bool = False
     is_bare: bool = False
+    as_seen_by: int | None = None
 
     def is_blurred_beside(self, other):
         return self.sharpness < other.sharpness
@@ -69,6 +70,7 @@ def advance(keeps, is_by_depth=False, to_keyframe=True, keyframe='four', **chang
     references.track(middle, first)
     last = Reference(View(2, **changes), pose_at(2), pose_at(8))
     choice = KeyframeChoice(Settings(), SimpleNamespace(
+        brought=lambda target, source: replace(target, as_seen_by=source.stamp),
         with_own_keypoints=lambda prepared: policy.detected.append(prepared) or replace(
             prepared, keypoints='own', is_tracked=False)))
     choice._policy = policy
@@ -86,6 +88,14 @@ def test_a_frame_becomes_the_keyframe_unless_it_is_blurred_or_repeats(keeps, cha
     assert references.keyframe.stamp == (first.stamp if is_kept else last.stamp)
     assert references.last.stamp == last.stamp
     assert policy.begun == 0
+
+
+@pytest.mark.parametrize('to_keyframe', [True, False])
+def test_the_frame_that_serves_on_is_as_the_last_one_saw_it(to_keyframe):
+    """It is brought to the same distortion once, not with each frame."""
+    references, _, last, _ = advance(True, to_keyframe=to_keyframe)
+    assert references.keyframe.prepared.as_seen_by == last.stamp
+    assert references.sharp is references.keyframe
 
 
 @pytest.mark.parametrize('keeps, changes, replaces', [
@@ -166,8 +176,10 @@ def test_the_policy_is_that_of_the_settings(reference, is_kept):
         bare=lambda: View(1)), PoseWithCovariance.identity()
     first, last = Reference(View(0), exact), Reference(view, exact)
     references = References(first)
-    KeyframeChoice(with_values(Settings(), {'odometry.reference': reference}), None).advance(
-        references, last, SimpleNamespace(reference=first, registration=SimpleNamespace(
+    choice = KeyframeChoice(with_values(Settings(), {'odometry.reference': reference}),
+                            SimpleNamespace(brought=lambda target, source: target))
+    choice.advance(references, last, SimpleNamespace(
+        reference=first, registration=SimpleNamespace(
             is_by_depth=False, support=3, image_pose=exact, unbiased_pose=exact)))
     assert (references.keyframe.stamp == 0) == is_kept
 

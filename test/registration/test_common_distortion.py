@@ -59,8 +59,8 @@ def test_a_frame_is_as_if_it_had_been_prepared_with_the_other_distortion(frame, 
     (old, preparer), (new, _) = prepared(frame, before), prepared(frame, now)
     found = CommonDistortion(preparer, 2)(old, new)
     assert found.distortion is now
-    assert found.frame is old.frame
-    np.testing.assert_allclose(found.corrected.depth, new.corrected.depth, rtol=1e-6)
+    assert found.frame.colour is old.frame.colour
+    np.testing.assert_allclose(found.frame.depth, new.frame.depth, rtol=1e-6)
     np.testing.assert_array_equal(found.keypoints.pixels, new.keypoints.pixels)
     np.testing.assert_array_equal(found.keypoints.descriptors, new.keypoints.descriptors)
     np.testing.assert_allclose(found.keypoints.positions, new.keypoints.positions, rtol=5e-4)
@@ -112,7 +112,7 @@ def test_a_frame_can_be_brought_back_to_how_it_was_measured(frame):
     other, _ = prepared(frame, NO_DISTORTION)
     found = CommonDistortion(preparer, 2)(corrected, other)
     assert found.distortion is NO_DISTORTION
-    np.testing.assert_allclose(found.corrected.depth, frame.depth, rtol=1e-6)
+    np.testing.assert_allclose(found.frame.depth, frame.depth, rtol=1e-6)
 
 
 def test_a_frame_without_a_surface_gets_none(frame):
@@ -139,7 +139,7 @@ def test_another_image_of_the_camera_has_no_distortion_that_was_learned(frame, i
              else registrar.prepare(cropped))
     assert other.distortion is learned.distortion.distortion is NO_DISTORTION
     assert registrar.preparer.distortion is NO_DISTORTION
-    np.testing.assert_array_equal(other.corrected.depth, cropped.depth)
+    np.testing.assert_array_equal(other.frame.depth, cropped.depth)
     measured = cropped.camera.back_project(other.keypoints.pixels.astype(float),
                                            other.keypoints.positions[:, 2].astype(float))
     np.testing.assert_allclose(other.keypoints.positions, measured, atol=1e-3)

@@ -464,7 +464,7 @@ def beside(play, made, *overlaps):
     views = [KnownView(made.prepared(stamp, surface='a surface', twist=np.zeros(6)), made.pose())
              for stamp in range(len(overlaps))]
     for view, share in zip(views, overlaps):
-        coarse, _ = played.alone._surfaces(view.prepared.corrected)
+        coarse, _ = played.alone._surfaces(view.prepared.frame)
         played.shared[id(coarse)] = share
     return played, views
 
@@ -488,7 +488,7 @@ def test_views_that_show_much_of_the_same_have_a_part(play, made, share, weight)
 def test_the_surfaces_of_one_new_view_are_made_with_each_frame(play, made):
     played, views = beside(play, made, 0.9, 0.8, 0.7)
     for new in views[1:]:
-        del played.alone._surfaces.known[id(new.prepared.corrected)]
+        del played.alone._surfaces.known[id(new.prepared.frame)]
     parts = []
     for _ in range(3):
         played.log.clear()

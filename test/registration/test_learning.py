@@ -4,6 +4,7 @@
 """What the registrar hands to its parts, and learns of a camera, by parts of known answers."""
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -161,7 +162,8 @@ class Preparation:
         self.asked.append('up to date')
         return self
 
-    def undistorted(self):
+    @functools.cache
+    def corrected(self):
         return dataclasses.replace(self.frame, depth=self.frame.depth + np.float32(1.0))
 
     def keypoints(self):
@@ -186,10 +188,9 @@ def test_a_prepared_frame_has_what_its_preparation_has(steps, preparation, repea
     """But no surface of another moment; its lag is that of the acquisitions."""
     prepared = steps.registrar.prepared(preparation, repeat)
     frame = preparation.frame
-    assert prepared.frame is frame and preparation.asked[0] == 'up to date'
+    assert prepared.frame is preparation.corrected() and preparation.asked[0] == 'up to date'
     assert steps.log[1:] == [('follow', frame.camera)]
     np.testing.assert_array_equal(prepared.grey, frame.grey)
-    np.testing.assert_array_equal(prepared.corrected.depth, frame.depth + 1.0)
     assert prepared.distortion is LEARNED_DISTORTION
     assert prepared.keypoints is preparation._keypoints
     assert prepared.surface == (None if repeat is Repeat.DEPTH else 'a surface')
@@ -204,7 +205,7 @@ def test_prepared_for_tracking_a_frame_has_no_keypoints(steps, preparation):
     assert preparation.asked == ['up to date', 'surface'] and prepared.surface == 'a surface'
     assert steps.log[1:] == [('follow', preparation.frame.camera)]
     assert len(prepared.keypoints) == 0 and prepared.keypoints.stamp == preparation.frame.stamp
-    assert prepared.frame is preparation.frame and prepared.repeat is Repeat.NONE
+    assert prepared.frame is preparation.corrected() and prepared.repeat is Repeat.NONE
     assert prepared.depth_lag == pytest.approx(0.003) and prepared.stamp_jitter == 0.003
 
 
@@ -212,7 +213,7 @@ def test_a_frame_is_prepared_in_one_go(steps, parts, preparation, clock):
     parts.answers['Preparer', 'begin'] = preparation
     prepared = steps.registrar.prepare(preparation.frame, Repeat.COLOUR)
     assert parts.asked('Preparer', 'begin') == [(preparation.frame,)]
-    assert prepared.repeat is Repeat.COLOUR and prepared.frame is preparation.frame
+    assert prepared.repeat is Repeat.COLOUR and prepared.frame is preparation.corrected()
     assert steps.registrar.prepare(preparation.frame).repeat is Repeat.NONE
     assert steps.times.take()['features'] == 2000.0
     assert preparation.times.take()['total'] == 0.0
@@ -222,9 +223,8 @@ def test_keypoints_of_its_own_are_found_in_its_image(steps, parts, made, clock):
     own = made.keypoints(1, 20)
     parts.answers['Preparer', 'keypoints'] = own
     tracked = made.prepared(2, is_tracked=True, depth_lag=0.001, surface='a surface')
-    tracked = dataclasses.replace(tracked, undistorted=dataclasses.replace(tracked.frame))
     prepared = steps.registrar.with_own_keypoints(tracked)
-    assert parts.asked('Preparer', 'keypoints') == [(tracked.undistorted,)]
+    assert parts.asked('Preparer', 'keypoints') == [(tracked.frame,)]
     assert prepared.keypoints is own and not prepared.is_tracked
     assert prepared.depth_lag == 0.001 and prepared.surface == 'a surface'
     assert steps.times.take() == {'features': 1000.0, 'surface': 0.0, 'registration': 0.0,

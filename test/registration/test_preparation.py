@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.frames.depth_distortion import COLUMNS, ROWS, DepthDistortion
+from aick_ros.frames.depth_distortion import COLUMNS, NO_DISTORTION, ROWS, DepthDistortion
 from aick_ros.frames.imu import ImuSamples
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry.camera import Camera
@@ -151,7 +151,12 @@ def test_a_frame_that_begins_has_the_distortion_known_by_then(frames):
     preparer = Preparer(Settings())
     preparer.distortion = DepthDistortion(np.full((ROWS, COLUMNS), 0.1))
     preparation = preparer.begin(frames[0])
-    undistorted = preparation.undistorted()
-    assert undistorted is preparation.undistorted()
-    np.testing.assert_allclose(1 / undistorted.depth, 1 / frames[0].depth + 0.1, rtol=1e-5)
-    assert Preparer(Settings()).begin(frames[0]).undistorted() is None
+    corrected = preparation.corrected()
+    assert corrected is preparation.corrected() is preparation.corrected_for(preparer.distortion)
+    np.testing.assert_allclose(1 / corrected.depth, 1 / frames[0].depth + 0.1, rtol=1e-5)
+    other = preparation.corrected_for(DepthDistortion(np.full((ROWS, COLUMNS), 0.2)))
+    np.testing.assert_allclose(1 / other.depth, 1 / frames[0].depth + 0.2, rtol=1e-5)
+    assert preparation.corrected_for(NO_DISTORTION) is preparation.frame
+    assert preparation.corrected() is corrected
+    undistorted = Preparer(Settings()).begin(frames[0])
+    assert undistorted.corrected() is undistorted.frame

@@ -140,7 +140,7 @@ class Correction:
         """
         points, rays = np.empty(tracks.points.shape), np.empty(tracks.rays.shape)
         kernels.corrected_tracks(
-            source.corrected.depth, sensor.depth_jump, sensor.min_depth, sensor.max_depth,
+            source.frame.depth, sensor.depth_jump, sensor.min_depth, sensor.max_depth,
             source.frame.camera.model, self.source.twists, self.source.height, self.target.twists,
             self.target.height, T_target_source, tracks.points, tracks.rays, points, rays)
         return Tracks(tracks.keypoints, points, rays, tracks.depths, tracks.sigmas)

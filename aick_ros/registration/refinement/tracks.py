@@ -132,7 +132,7 @@ class Tracker:
             valid = np.flatnonzero(np.isfinite(rays).all(axis=1))
             kept, seen, rays, windows = kept[valid], seen[valid], rays[valid], windows[valid]
         return Tracks(kept, windows.points, rays,
-                      depth.sample(target.corrected.depth, seen, self._sensor), windows.sigmas)
+                      depth.sample(target.frame.depth, seen, self._sensor), windows.sigmas)
 
     def track_back(self, source: PreparedFrame, target: PreparedFrame,
                    T_target_source: np.ndarray, is_near: bool = False) -> Tracks:

@@ -64,7 +64,7 @@ class Windows:
         :param chosen: indices of the keypoints, N.
         :param side: of a window [px]; in a smaller image they are as large as it allows.
         """
-        frame, keypoints = prepared.corrected, prepared.keypoints
+        frame, keypoints = prepared.frame, prepared.keypoints
         side = min(side, *(length - 2 for length in frame.depth.shape))
         pixels, points = keypoints.pixels[chosen], keypoints.positions[chosen].astype(np.float64)
         z = points[:, 2].copy()

@@ -14,6 +14,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import PointCloud2
 
 from aick_ros.frames.rectification import rectified_pixels
+from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import NANOSECONDS
@@ -34,11 +35,13 @@ class Registered:
     """
     A frame that was registered.
 
+    :param frame: with its images as the camera sent them.
     :param base: what is published of it.
     :param T_base_camera: extrinsic, 4x4.
     :param camera_frame: frame of the images.
     """
 
+    frame: RgbdFrame
     update: OdometryUpdate
     base: BaseUpdate
     T_base_camera: np.ndarray
@@ -80,7 +83,7 @@ class RtabmapTopics:
                 publisher.publish(self._info(frame, T_before_now, is_full))
         for publisher in self._rgbd_images:
             if publisher.get_subscription_count():
-                publisher.publish(rgbd_image(frame.update.prepared.frame, frame.camera_frame))
+                publisher.publish(rgbd_image(frame.frame, frame.camera_frame))
         if frame.update.status.ok:
             self._show_points('odom_last_frame', frame,
                               lambda: frame.update.keypoints.positions)

@@ -86,7 +86,7 @@ T_ODOM_BASE = se3.exp([1.0, -2.0, 0.5, 0.3, -0.2, 1.1])
 def registered(state=BaseState.TRACKED, forward=0.1, seconds=0.2, frame=FRAME, pixels=SOURCE):
     """Return a frame after a motion of the base straight on."""
     keypoints = SimpleNamespace(pixels=pixels, positions=POSITIONS)
-    prepared = SimpleNamespace(frame=frame, keypoints=keypoints)
+    prepared = SimpleNamespace(frame=SimpleNamespace(camera=frame.camera), keypoints=keypoints)
     is_tracked = state is BaseState.TRACKED
     increment = Increment(PoseWithCovariance(np.eye(4), COVARIANCE), seconds)
     update = OdometryUpdate(
@@ -98,7 +98,7 @@ def registered(state=BaseState.TRACKED, forward=0.1, seconds=0.2, frame=FRAME, p
     motion = BaseMotion(np.array([forward / seconds, 0, 0, 0, 0, 0]), COVARIANCE, seconds)
     base = BaseUpdate(STAMP, state, PoseWithCovariance(T_ODOM_BASE),
                       motion if is_tracked else None)
-    return Registered(update, base, se3.exp([0, 0, 1, 0, 0, 0]), 'optical')
+    return Registered(frame, update, base, se3.exp([0, 0, 1, 0, 0, 0]), 'optical')
 
 
 def test_times_are_seconds_and_counts_those_of_the_frame(topics):
