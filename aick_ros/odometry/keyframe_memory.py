@@ -201,6 +201,8 @@ class KeyframeMemory:
 
     def _step(self, search: KeyframeSearch) -> None:
         """Do a part of a registration of a search, and correct the graph by what is accepted."""
+        if not search.has_begun:
+            self._bring(search.candidate, search.key)
         accepted = search.step(self._graph, self._frames, self._registrar, self._settings)
         if accepted:
             self._graph.update(accepted)
@@ -211,8 +213,13 @@ class KeyframeMemory:
         if search.is_finished:
             self._copies.learn(search, self._graph, self._settings.odometry)
             self._no_copies.clear()
-            self._registrar.end_search()
             self._search = None
+
+    def _bring(self, key: int, other: int) -> None:
+        """Free a keyframe of the distortion that another one is free of, from now on."""
+        brought = self._registrar.brought(self._frames[key], self._frames[other])
+        if brought is not self._frames[key]:
+            self._frames[key] = compact(brought, self._mappings)
 
     def _drop_redundant(self) -> None:
         """Drop copies, then keyframes until they are few enough: of two alike the older one."""

@@ -51,6 +51,11 @@ class KeyframeSearch:
         return not self._pending
 
     @property
+    def candidate(self) -> int:
+        """Key of the earlier one that is compared now."""
+        return self._pending[0]
+
+    @property
     def has_begun(self) -> bool:
         """A registration is begun, and not done yet."""
         return self._aligned is not None
@@ -69,7 +74,7 @@ class KeyframeSearch:
 
         :returns: the measurements that are accepted, with the last registration; until then none.
         """
-        candidate, source = self._pending[0], frames[self.key]
+        candidate, source = self.candidate, frames[self.key]
         if self._aligned is None:
             self._aligned = registrar.align(source, frames[candidate])
             if not self._aligned.status.ok:

@@ -51,7 +51,6 @@ Chosen: on two excerpts of real recordings and five rendered ones it finds and c
 does with 275; with 100 it contradicts twice as often."""
 
 _TARGETS = 2  # chosen: the keyframe, and what is tried where it fails
-_SOUGHT = 2  # by definition: keyframes that one is compared with in a search
 _VIEWS = 8  # chosen: those beside a frame in the dark, which come and go
 
 _FORGOTTEN = 60  # registrations by keypoints after which surfaces for the dark go; chosen
@@ -95,7 +94,6 @@ class Registrar:
         self._preparer.distortion = self._learned.distortion.distortion
         self._own_keypoints = LastResults(self._preparer.keypoints, 1)
         self._alike = CommonDistortion(self._preparer, _TARGETS)
-        self._sought_alike = CommonDistortion(self._preparer, _SOUGHT)  # by an older source
         self._beside_alike = CommonDistortion(self._preparer, _VIEWS)
         self._since_dark = 0  # registrations by keypoints
 
@@ -270,7 +268,7 @@ class Registrar:
         _require_frames(source, target)
         with self._times.stage('registration'):
             return self._aick.align(source.keypoints,
-                                    self._sought_alike(target, source).keypoints)
+                                    self._alike(target, source).keypoints)
 
     def recognize(self, source: PreparedFrame, target: PreparedFrame) -> Registration:
         """
@@ -280,7 +278,7 @@ class Registrar:
         may as well show places that look alike.
         """
         _require_frames(source, target)
-        target = self._sought_alike(target, source)
+        target = self._alike(target, source)
         if self._verified is None:
             with self._times.stage('registration'):
                 return self._aick.register(source.keypoints, target.keypoints)
@@ -297,13 +295,9 @@ class Registrar:
         required(aligned, Registration, 'the registration')
         if self._verified is None:
             return aligned
-        target = self._sought_alike(target, source)
+        target = self._alike(target, source)
         found = self._verified.recognize_partly(source, target, aligned)
         return found if found.is_rough else self._recognized(found, source, target)
-
-    def end_search(self) -> None:
-        """Forget what a search for keyframes needed."""
-        self._sought_alike.forget()
 
     def _recognized(self, found: Registration, source: PreparedFrame,
                     target: PreparedFrame) -> Registration:

@@ -8,6 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from aick_ros.frames.depth_distortion import COLUMNS, ROWS, DepthDistortion
 from aick_ros.frames.keypoints import KeypointFrame
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.frames.rgbd import RgbdFrame
@@ -62,10 +63,10 @@ class NoisyRegistrar:
 
     def __init__(self, true_poses, rng):
         self._true_poses, self._rng = true_poses, rng
-        self.count = self.ended = 0
+        self.count = 0
 
-    def end_search(self):
-        self.ended += 1
+    def brought(self, target, source):
+        return target
 
     def measure(self, source, target):
         """Return the measured pose of a frame in another one, both by their numbers."""
@@ -141,7 +142,7 @@ def test_the_covariance_of_the_pose_shrinks_and_is_honest():
 
 def test_an_earlier_frame_that_becomes_the_keyframe_again_is_where_it_was():
     moved = PoseWithCovariance(se3.exp([0.3, -0.2, 0.1, 0.2, 0.1, -0.3]), COVARIANCE)
-    memory = KeyframeMemory(Settings(), ToldOfEnds(), Reference(
+    memory = KeyframeMemory(Settings(), Bringing(), Reference(
         prepared(0), PoseWithCovariance.identity()))
     memory.track(Reference(prepared(1), moved), moved.matrix, NO_DETOUR)
     again = Reference(prepared(0), PoseWithCovariance.identity())
@@ -344,6 +345,7 @@ class ScriptedSearch:
     def __init__(self, script, key, chosen):
         self.left, self.script = script.steps, script
         self.key, self.keys = key, frozenset((key, *chosen))
+        self.candidate = chosen[0]
 
     @property
     def is_finished(self):
@@ -370,20 +372,23 @@ def scripted(monkeypatch):
     return follow
 
 
-class ToldOfEnds:
-    """A registrar that nothing but the ends of searches is told to."""
+class Bringing:
+    """A registrar that is only asked to bring frames to the distortion of others."""
 
     def __init__(self):
-        self.ended = 0
+        self.brought_to = {}
 
-    def end_search(self):
-        self.ended += 1
+    def brought(self, target, source):
+        if target.distortion == source.distortion:
+            return target
+        self.brought_to[target.stamp] = source.stamp
+        return dataclasses.replace(target, distortion=source.distortion)
 
 
 def memory_at(pose, changes=None, registrar=None):
     settings = with_values(Settings(), changes or {})
     return KeyframeMemory(
-        settings, registrar or ToldOfEnds(), Reference(prepared(0), pose)), settings
+        settings, registrar or Bringing(), Reference(prepared(0), pose)), settings
 
 
 def metres_apart(index):
@@ -405,7 +410,7 @@ START = PoseWithCovariance(se3.exp([1.0, 2.0, 0.5, 0.4, 0.2, -0.9]))
 def test_a_search_is_for_the_newest_keyframe_and_takes_a_step_a_frame(scripted):
     """Not with the keyframe; no other is begun meanwhile, the next one with the next keyframe."""
     script = scripted(steps=2)
-    registrar = ToldOfEnds()
+    registrar = Bringing()
     memory, settings = memory_at(START, {'odometry.reuse_interval': 1.0}, registrar)
     keyframes = [Reference(prepared(index), START) for index in range(8)]
     tenths = [round(keyframe.stamp / NANOSECONDS * 10) for keyframe in keyframes]
@@ -420,13 +425,31 @@ def test_a_search_is_for_the_newest_keyframe_and_takes_a_step_a_frame(scripted):
     memory.track(keyframes[2], START.matrix, NO_DETOUR)
     assert script.asked[2:] == [step]
     memory.track(keyframes[2], START.matrix, NO_DETOUR)
-    assert script.asked[3:] == [step] and registrar.ended == 1
+    assert script.asked[3:] == [step] and registrar.brought_to == {}
     memory.track(keyframes[3], START.matrix, NO_DETOUR)
     assert len(script.asked) == 4  # half a second after the search before
     memory.track(keyframes[4], START.matrix, NO_DETOUR)
     assert kinds(script)[4:] == ['candidates', 'search']
     memory.track(keyframes[7], START.matrix, NO_DETOUR)  # while it is searched
     assert kinds(script)[6:] == ['step']
+
+
+def test_a_keyframe_is_brought_to_what_is_known_where_it_is_sought_and_stays_so(scripted):
+    """Once, at the begin of its registration, and kept as compact as it was."""
+    script, registrar = scripted(steps=3), Bringing()
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0}, registrar)
+    known = DepthDistortion(np.full((ROWS, COLUMNS), 0.01))
+    new = Reference(dataclasses.replace(prepared(1), distortion=known), START)
+    before = memory.frames[0]
+    memory.track(new, START.matrix, NO_DETOUR)
+    assert memory.frames[0] is before and registrar.brought_to == {}
+    for _ in range(3):
+        memory.track(new, START.matrix, NO_DETOUR)
+        assert memory.frames[0].distortion == known
+    assert kinds(script).count('step') == 3
+    assert registrar.brought_to == {before.stamp: new.stamp}
+    assert memory.frames[0].frame.colour is memory.frames[0].grey
+    assert memory.frames[0].grey.base is not None  # in a mapping
 
 
 def test_a_step_waits_for_a_frame_that_is_easy_but_not_for_ever(scripted):
@@ -514,7 +537,7 @@ def test_several_keyframes_that_wait_are_compacted_together(scripted):
 def test_where_each_frame_is_a_keyframe_a_search_ends_all_the_same(scripted):
     script = scripted(steps=2)
     memory, _ = memory_at(START, {'odometry.reuse_interval': 100.0})
-    memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), ToldOfEnds())
+    memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), Bringing())
     for index in range(1, 5):
         memory.track(metres_apart(index), START.matrix, NO_DETOUR)
     assert kinds(script).count('step') == 2
@@ -530,13 +553,14 @@ def test_where_nothing_is_near_the_next_keyframe_is_searched(scripted):
 
 def test_other_settings_are_those_of_the_next_step(scripted):
     script = scripted(steps=3)
-    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0}, 'a registrar')
+    memory, _ = memory_at(START, {'odometry.reuse_interval': 0.0})
     memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR)
     memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR)
     other = with_values(Settings(), {'odometry.reuse_age': 3.0})
-    memory.configure(other, 'another registrar')
+    another = Bringing()
+    memory.configure(other, another)
     memory.track(Reference(prepared(1), START), START.matrix, NO_DETOUR)
-    assert script.asked[-1] == ('step', (0, 1), 'another registrar', other)
+    assert script.asked[-1] == ('step', (0, 1), another, other)
 
 
 def found_again(scripted, measured, covariance, changes=None):
@@ -611,7 +635,7 @@ def test_a_keyframe_that_serves_again_has_the_error_of_the_way_back(scripted):
     memory, _ = memory_at(START, {'odometry.reuse_interval': 10.0})
     second = START @ STEPS[0]
     memory.track(Reference(prepared(1), second), second.matrix, NO_DETOUR)
-    memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), ToldOfEnds())
+    memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), Bringing())
     for _ in range(2):
         memory.track(Reference(prepared(0), START), START.matrix, NO_DETOUR)
     back = STEPS[0].inverse()
@@ -634,7 +658,7 @@ def test_a_keyframe_that_serves_again_does_not_count_the_way_to_it_twice(scripte
         memory, _ = memory_at(start, {'odometry.reuse_interval': 10.0})
         second = start @ STEPS[0]
         memory.track(Reference(prepared(1), second), second.matrix, NO_DETOUR)
-        memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), ToldOfEnds())
+        memory.configure(with_values(Settings(), {'odometry.reuse_interval': 0.0}), Bringing())
         for _ in range(2):
             memory.track(Reference(prepared(0), start), start.matrix, NO_DETOUR)
         found.append(memory.published(start).since(start).covariance)
@@ -656,7 +680,7 @@ def test_what_a_search_needs_is_kept_beyond_the_number(scripted):
     memory, _ = memory_at(START, {'odometry.reuse_interval': 1.0})
     for index in (1, 2):
         memory.track(metres_apart(index), START.matrix, NO_DETOUR)
-    memory.configure(with_values(Settings(), {'odometry.max_keyframes': 2}), None)
+    memory.configure(with_values(Settings(), {'odometry.max_keyframes': 2}), Bringing())
     memory.track(metres_apart(3), START.matrix, NO_DETOUR)
     assert len(memory.frames) == 4  # three that are compared, and the newest
 

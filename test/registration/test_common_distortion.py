@@ -96,17 +96,6 @@ def test_as_many_frames_are_kept_as_are_compared_at_once(frame):
     assert alike(one, other) is not first
 
 
-def test_what_a_search_needed_is_forgotten_with_its_end(frame):
-    registrar = Registrar()
-    source, target = (registrar.prepare(dataclasses.replace(frame, stamp=stamp))
-                      for stamp in (1, 2))
-    source = dataclasses.replace(source, distortion=distortion(3))
-    registrar.align(source, target)
-    assert registrar._sought_alike._brought.knows(target)
-    registrar.end_search()
-    assert not registrar._sought_alike._brought.knows(target)
-
-
 def test_a_frame_can_be_brought_back_to_how_it_was_measured(frame):
     corrected, preparer = prepared(frame, distortion(2))
     other, _ = prepared(frame, NO_DISTORTION)

@@ -10,14 +10,12 @@ import numpy as np
 import pytest
 
 from aick_ros.errors import InputError
-from aick_ros.frames.depth_distortion import COLUMNS, ROWS, DepthDistortion
 from aick_ros.frames.keypoints import KeypointExtractor
 from aick_ros.frames.rgbd import RgbdFrame
 from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.geometry.stamps import RESTART_AFTER, seconds
 from aick_ros.registration.aick.aick import Aick
-from aick_ros.registration.common_distortion import CommonDistortion
 from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
@@ -359,20 +357,3 @@ def test_without_a_refinement_there_is_no_other_part(frames):
     aligned = registrar.align(*views)
     assert registrar.recognize_partly(*views, aligned) is aligned
     assert registrar.refinements == 0
-
-
-def test_what_is_sought_does_not_undo_what_a_keyframe_was_brought_to(frames, monkeypatch):
-    """Frames that are sought are free of older distortions than those that come in."""
-    counts = []
-    bring = CommonDistortion._bring
-    monkeypatch.setattr(CommonDistortion, '_bring',
-                        lambda self, frame: counts.append(frame.stamp) or bring(self, frame))
-    registrar = Registrar()
-    keyframe, older, new = (
-        dataclasses.replace(registrar.prepare(frame), distortion=DepthDistortion(
-            np.full((ROWS, COLUMNS), known)))
-        for frame, known in zip(frames[:3], (2e-4, 1e-4, 3e-4)))
-    for _ in range(3):
-        assert registrar.register(new, keyframe).status.ok
-        registrar.recognize_partly(keyframe, older, registrar.align(keyframe, older))
-    assert counts == [keyframe.stamp, older.stamp]
