@@ -111,13 +111,15 @@ class Preparation:
     def corrected(self) -> RgbdFrame:
         """Return the frame with its depth image free of the distortion: itself if it has none."""
         if self._corrected is None:
-            self._corrected = self.corrected_for(self.distortion)
+            self._corrected = self._without(self.distortion)
         return self._corrected
 
     def corrected_for(self, distortion: DepthDistortion) -> RgbdFrame:
         """Return the frame with its depth image free of a distortion; itself if that is none."""
-        if distortion == self.distortion and self._corrected is not None:
-            return self._corrected
+        return (self.corrected() if distortion == self.distortion
+                else self._without(distortion))
+
+    def _without(self, distortion: DepthDistortion) -> RgbdFrame:
         if distortion.is_none:
             return self.frame
         return replaced(self.frame, depth=distortion.undistorted(self.frame.depth))

@@ -190,6 +190,7 @@ class Registrar:
 
     def brought(self, target: PreparedFrame, source: PreparedFrame) -> PreparedFrame:
         """Return the target as the source is registered to it: free of the same distortion."""
+        _require_frames(source, target)
         return self._alike(target, source)
 
     def track(self, source: PreparedFrame, target: PreparedFrame, expected: np.ndarray,

@@ -403,6 +403,7 @@ def test_what_the_dark_needs_is_forgotten_some_time_after_it(steps, parts, made)
     lambda one, a, b: one.register(None, b), lambda one, a, b: one.register(a, None),
     lambda one, a, b: one.register(a, b, np.zeros((4, 4))),
     lambda one, a, b: one.register(a, b, None, np.nan),
+    lambda one, a, b: one.brought(a, None), lambda one, a, b: one.brought(None, b),
     lambda one, a, b: one.recognize(a, None), lambda one, a, b: one.recognize(None, b),
     lambda one, a, b: one.track(None, b, EXPECTED, 0.1),
     lambda one, a, b: one.track(a, b, np.zeros((4, 4)), 0.1),

@@ -158,5 +158,7 @@ def test_a_frame_that_begins_has_the_distortion_known_by_then(frames):
     np.testing.assert_allclose(1 / other.depth, 1 / frames[0].depth + 0.2, rtol=1e-5)
     assert preparation.corrected_for(NO_DISTORTION) is preparation.frame
     assert preparation.corrected() is corrected
+    again = preparer.begin(frames[0])
+    assert again.corrected_for(preparer.distortion) is again.corrected()  # made once
     undistorted = Preparer(Settings()).begin(frames[0])
     assert undistorted.corrected() is undistorted.frame
