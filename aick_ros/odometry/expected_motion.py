@@ -16,6 +16,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from aick_ros.borders.records import replaced
+from aick_ros.geometry import se3
 from aick_ros.geometry.pose import Increment, PoseWithCovariance
 from aick_ros.geometry.stamps import seconds
 from aick_ros.odometry.inertial.gyroscope import Gyroscope
@@ -97,6 +99,21 @@ class ExpectedMotion:
                 systematic=kept @ seen.systematic @ kept.T, unusual=kept @ seen.unusual @ kept.T,
                 timing=kept @ seen.timing @ kept.T)
         return seen
+
+    def doubted(self, found: Registration, start: int, end: int,
+                twist: np.ndarray) -> Registration:
+        """
+        Return a registration to a frame that was lost, with the doubt that it shows the scene.
+
+        :param twist: body velocity before the loss [m/s, rad/s]. While it holds, all that the
+            motion differs by from the one expected may be an error.
+        """
+        if not found.status.ok or not self._motion_model.holds(seconds(start, end)):
+            return found
+        off = se3.difference(found.T_target_source, self.between(start, end, twist).matrix)
+        doubt = np.outer(off, off)
+        return replaced(found, covariance=found.covariance + doubt,
+                        unusual=found.unusual + doubt)
 
     def joined_increment(self, seen: Increment, start: int, end: int) -> Increment:
         """Return an increment between two stamps [ns], as the camera saw it, with the terms."""

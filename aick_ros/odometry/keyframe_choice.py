@@ -57,7 +57,8 @@ class KeyframeChoice:
             self._policy.begin()
         if _is_kept(prepared, attempt, self._policy.advance):
             references.track(last, Reference(
-                self._registrar.brought(reference.prepared, prepared), reference.pose))
+                self._registrar.brought(reference.prepared, prepared), reference.pose,
+                twist_before=reference.twist_before))
         else:
             if prepared.is_tracked:
                 prepared = self._registrar.with_own_keypoints(prepared)

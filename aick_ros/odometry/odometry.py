@@ -427,7 +427,9 @@ class Odometry:
         self._pose = self._plane.joined(last.pose @ self._expected.without_images(
             last.stamp, prepared.stamp, self._twist))
         if len(prepared.keypoints) >= self._settings.odometry.min_matches:
-            references.lose(Reference(prepared, self._pose))
+            holds = self._motion_model.holds(seconds(last.stamp, prepared.stamp))
+            references.lose(Reference(prepared, self._pose,
+                                      twist_before=self._twist if holds else None))
         return self._update(
             prepared, failure.status, failure.reason,
             rejected=failure.increment if failure.registration.status.ok else None,

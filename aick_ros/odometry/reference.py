@@ -9,6 +9,8 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from aick_ros.borders.records import replaced
 from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry.pose import PoseWithCovariance
@@ -40,12 +42,16 @@ class Reference:
         of all but biases; the identity, without error, if the frame is a keyframe itself. By
         depth alone, the pose in the frame whose depth it was registered to.
     :param bias: between keypoints and depth, of that registration; None where it has none.
+    :param twist_before: of a frame that was lost, the body velocity before [m/s, rad/s]: what is
+        registered to that frame may follow something that moves in front of the camera, or depth
+        that is wrong in both; None for other frames, and where no velocity is known.
     """
 
     prepared: PreparedFrame
     pose: PoseWithCovariance
     in_keyframe: PoseWithCovariance = field(default_factory=PoseWithCovariance.identity)
     bias: SensorBias | None = None
+    twist_before: np.ndarray | None = None
 
     @property
     def stamp(self) -> int:

@@ -62,10 +62,11 @@ class Policy:
         return self._keeps
 
 
-def advance(keeps, is_by_depth=False, to_keyframe=True, keyframe='four', **changes):
+def advance(keeps, is_by_depth=False, to_keyframe=True, keyframe='four', twist_before=None,
+            **changes):
     """Return the references after a frame, the keyframe, the frame and the policy."""
-    first, middle = (Reference(View(stamp, keypoints=keyframe), pose_at(stamp), pose_at(9))
-                     for stamp in (0, 1))
+    first, middle = (Reference(View(stamp, keypoints=keyframe), pose_at(stamp), pose_at(9),
+                               twist_before=twist_before) for stamp in (0, 1))
     references, policy = References(first), Policy(keeps)
     references.track(middle, first)
     last = Reference(View(2, **changes), pose_at(2), pose_at(8))
@@ -150,6 +151,14 @@ def test_the_frame_that_serves_on_is_where_it_is(to_keyframe):
     assert references.last is last
     (asked, registration), = policy.asked
     assert asked is last.prepared and not registration.is_by_depth
+
+
+@pytest.mark.parametrize('keeps', [True, False])
+def test_a_lost_frame_that_serves_on_keeps_its_doubt_and_the_next_keyframe_has_none(keeps):
+    """The covariance of the next one has that doubt by then."""
+    twist = np.arange(6.0)
+    references, _, _, _ = advance(keeps, twist_before=twist)
+    assert references.keyframe.twist_before is (twist if keeps else None)
 
 
 def test_the_next_keyframe_is_the_last_frame_and_exact_in_itself():

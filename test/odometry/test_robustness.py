@@ -212,6 +212,7 @@ WRONG_DEPTHS = {
     'one number and noise': lambda depth, rng: rng.normal(1.0, 0.002, depth.shape),
     'a slope': lambda depth, rng: np.tile(np.linspace(1.0, 1.3, depth.shape[1]), (480, 1)),
     'of another unit': lambda depth, rng: 1.3 * depth,
+    'half as large again': lambda depth, rng: 1.5 * depth,
 }
 
 

@@ -26,8 +26,10 @@ Chosen: errors of rotations that are nearly the same are nearly the same."""
 
 _LARGEST_RATE = 100.0  # rad/s; chosen: beyond the range of every gyroscope for cameras
 
-_PERSISTENCE = 3.0
-"""Time for which the error of the estimated bias stays the same [s]; chosen on rendered shakes."""
+_PERSISTENCE = 1.0
+"""Time for which the error of the estimated bias stays the same [s].
+
+Chosen on rendered shakes and on rendered recordings by hand, of 5 and of 20 seconds."""
 
 
 class Gyroscope:

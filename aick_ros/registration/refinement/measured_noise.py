@@ -11,8 +11,8 @@ by which factor the covariance of that kind is too small: the design effect of a
 taken at the joint optimum: there the kind of the smaller weight shows the larger residuals, and
 would lose ever more of its weight.
 
-A difference of the two kinds beyond that noise is a bias: depth that is not well registered to
-colour, shutters, clocks. It grows with the motion. Scatter does not show it, so where it is
+A difference of the two kinds well beyond that noise is a bias: depth that is not well registered
+to colour, shutters, clocks. It grows with the motion. Scatter does not show it, so where it is
 significant keypoints gain no weight by their small scatter. The larger the motion, the more of
 the bias is due to depth, which then weighs less: the errors of its registration to colour and of
 its clock displace it in proportion to the motion, each point alike, so that it does not scatter.
@@ -57,6 +57,12 @@ logarithm estimates the variance."""
 _MOTION_OF_DEPTH_BIAS = 600.0
 """Motion from which the whole bias is due to depth [px]; below, its share of the standard
 deviation is in proportion to the motion."""
+
+_NOISE_BOUNDS = 1.7, 4.0
+"""Normalised squared bias: up to the first it is noise, of which scatter does not show all; from
+the second on what exceeds 1 is a bias, with a share linear in its logarithm in between. Means are
+1.2 to 2.8 on rendered cameras without a bias, 2 to 14 on those whose depth is registered wrongly,
+5 to 38 on two excerpts of real recordings."""
 
 _BIAS_BOUNDS = 3.0, 5.0
 """Normalised squared bias: from the second on keypoints gain no weight, up to the first they gain
@@ -132,9 +138,9 @@ class _Average:
         """Return the noise expected of a registration; its motion is in pixels."""
         ratio = self.ratio
         if ratio < 0.0:
-            low, high = map(math.log, _BIAS_BOUNDS)
-            ratio *= min(max((high - self.normalised) / (high - low), 0.0), 1.0)
-        excess = max(1.0 - math.exp(-self.normalised), 0.0)  # share of squares beyond noise
+            ratio *= 1.0 - _share(self.normalised, _BIAS_BOUNDS)
+        # share of the squares that is no noise
+        excess = _share(self.normalised, _NOISE_BOUNDS) * (1.0 - math.exp(-self.normalised))
         bias = along_all_axes(excess * math.exp(self.along), excess * math.exp(self.about))
         return Noise(math.exp(ratio), bias,
                      min((motion / _MOTION_OF_DEPTH_BIAS) ** 2, 1.0) * bias,
@@ -185,6 +191,12 @@ class MeasuredNoise:
 
 def _range_of(motion: float) -> int:
     return bisect.bisect_left(_MOTION_BOUNDS, motion)
+
+
+def _share(logarithm: float, bounds: tuple[float, float]) -> float:
+    """Return how far a logarithm is from that of one bound to that of the other, 0 to 1."""
+    low, high = map(math.log, bounds)
+    return min(max((logarithm - low) / (high - low), 0.0), 1.0)
 
 
 def _log(factor: float) -> float:

@@ -168,6 +168,17 @@ def test_the_bias_is_what_noise_does_not_explain(size):
     assert np.mean(found[60:]) == pytest.approx(size ** 2, rel=0.15, abs=0.15)
 
 
+@pytest.mark.parametrize('normalised, share', [
+    (1.0, 0.0), (1.6, 0.0), (np.sqrt(1.7 * 4.0), 0.5), (4.2, 1.0), (30.0, 1.0)])
+def test_differences_that_scatter_alone_may_leave_are_no_bias(normalised, share):
+    """Scatter does not show all of the noise: cameras without a bias differ by twice of it."""
+    usual = normalised / np.exp(0.176)  # the mean logarithm of normal errors is 0.176 lower
+    noise = learned(*[sample(normalised=usual)] * 300).expected(SLOW)
+    excess = share * (1.0 - 1.0 / normalised)
+    np.testing.assert_allclose(np.diag(noise.bias), excess * np.repeat(SQUARES, 3)
+                               * np.exp(0.369), rtol=0.02, atol=1e-12)
+
+
 def test_each_range_of_motion_has_its_own_noise():
     noise = learned(*[sample(5.0)] * 100, *[sample(2.0, motion=FAST)] * 100)
     assert noise.expected(SLOW).keypoints == pytest.approx(5, rel=0.05)
