@@ -11,7 +11,6 @@ show is joined with the same terms.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
@@ -94,7 +93,7 @@ class ExpectedMotion:
             if term.disagreement(seen.pose) > LARGEST_DISAGREEMENT:
                 continue
             joined, kept = term.added_to(seen.pose), term.kept(seen.pose)
-            seen = dataclasses.replace(
+            seen = replaced(
                 seen, T_target_source=joined.matrix, covariance=joined.covariance,
                 systematic=kept @ seen.systematic @ kept.T, unusual=kept @ seen.unusual @ kept.T,
                 timing=kept @ seen.timing @ kept.T)
