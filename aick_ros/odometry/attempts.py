@@ -143,9 +143,9 @@ class Attempts:
     def _checked(self, prepared: PreparedFrame, reference: Reference,
                  seen: Registration) -> Attempt:
         joined = self._expected.joined(seen, reference.stamp, prepared.stamp)
-        if reference.twist_before is not None:
+        if reference.loss is not None and reference.loss.twist is not None:
             joined = self._expected.doubted(joined, reference.stamp, prepared.stamp,
-                                            reference.twist_before)
+                                            reference.loss.twist)
         increment = Increment(joined.pose, seconds(reference.stamp, prepared.stamp))
         return Attempt(reference, seen, joined, increment, *self._check(joined, increment))
 

@@ -53,12 +53,13 @@ class KeyframeChoice:
 
     def _by_keypoints(self, references: References, last: Reference, attempt: Attempt) -> None:
         prepared, reference = last.prepared, attempt.reference
+        references.confirm(reference)
         if reference is not references.keyframe:
             self._policy.begin()
         if _is_kept(prepared, attempt, self._policy.advance):
             references.track(last, Reference(
                 self._registrar.brought(reference.prepared, prepared), reference.pose,
-                twist_before=reference.twist_before))
+                loss=reference.loss))
         else:
             if prepared.is_tracked:
                 prepared = self._registrar.with_own_keypoints(prepared)

@@ -33,7 +33,7 @@ from aick_ros.odometry.motion_model import MotionModel
 from aick_ros.odometry.other_odometry import OtherOdometry, Predict, no_odometry
 from aick_ros.odometry.plane import Plane
 from aick_ros.odometry.position_filter import PositionFilter
-from aick_ros.odometry.reference import Reference, References
+from aick_ros.odometry.reference import Loss, Reference, References
 from aick_ros.odometry.update import OdometryUpdate
 from aick_ros.registration.preparation import Preparation
 from aick_ros.registration.refinement.misalignment import Misalignment
@@ -427,13 +427,20 @@ class Odometry:
         self._pose = self._plane.joined(last.pose @ self._expected.without_images(
             last.stamp, prepared.stamp, self._twist))
         if len(prepared.keypoints) >= self._settings.odometry.min_matches:
-            holds = self._motion_model.holds(seconds(last.stamp, prepared.stamp))
-            references.lose(Reference(prepared, self._pose,
-                                      twist_before=self._twist if holds else None))
+            references.lose(Reference(prepared, self._pose, loss=self._loss_before(
+                prepared.stamp, references)))
         return self._update(
             prepared, failure.status, failure.reason,
             rejected=failure.increment if failure.registration.status.ok else None,
             predicted=self._other.motion(last.stamp, prepared.stamp) is not None)
+
+    def _loss_before(self, stamp: int, references: References) -> Loss:
+        """Return what was known before a loss, or before an earlier one that is still in doubt."""
+        loss, last = references.loss, references.last
+        if loss is not None and self._motion_model.holds(seconds(loss.last.stamp, stamp)):
+            return loss
+        holds = self._motion_model.holds(seconds(last.stamp, stamp))
+        return Loss(last.bare(), self._twist if holds else None)
 
     def _update(self, prepared: PreparedFrame, status: Status, reason: str,
                 **details: Any) -> OdometryUpdate:

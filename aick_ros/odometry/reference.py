@@ -32,6 +32,19 @@ _MAX_ATTEMPTS = 3
 
 
 @dataclass(frozen=True, eq=False)
+class Loss:
+    """
+    What was known when a frame was lost.
+
+    :param last: the last frame that was tracked before.
+    :param twist: body velocity of the camera there [m/s, rad/s]; None: unknown.
+    """
+
+    last: Reference
+    twist: np.ndarray | None
+
+
+@dataclass(frozen=True, eq=False)
 class Reference:
     """
     A frame with its pose.
@@ -42,16 +55,16 @@ class Reference:
         of all but biases; the identity, without error, if the frame is a keyframe itself. By
         depth alone, the pose in the frame whose depth it was registered to.
     :param bias: between keypoints and depth, of that registration; None where it has none.
-    :param twist_before: of a frame that was lost, the body velocity before [m/s, rad/s]: what is
-        registered to that frame may follow something that moves in front of the camera, or depth
-        that is wrong in both; None for other frames, and where no velocity is known.
+    :param loss: of a frame that was lost, what was known before: what is registered to that frame
+        may follow something that moves in front of the camera, or depth that is wrong in both;
+        None for other frames.
     """
 
     prepared: PreparedFrame
     pose: PoseWithCovariance
     in_keyframe: PoseWithCovariance = field(default_factory=PoseWithCovariance.identity)
     bias: SensorBias | None = None
-    twist_before: np.ndarray | None = None
+    loss: Loss | None = None
 
     @property
     def stamp(self) -> int:
@@ -98,6 +111,9 @@ class References:
     While the image is blurred, blurred frames may have to be keyframes. The last one that was
     sharp is kept: what is seen after the blur is registered to what was seen before it.
 
+    Frames that were lost may agree with each other and still be wrong. The last frame before them
+    is kept until a frame is registered to it, or to one before it.
+
     The keyframe and the earlier frames are kept without the images that registrations to them do
     not need. The last frame, which the next one may repeat, and shapes keep all of theirs.
 
@@ -112,6 +128,7 @@ class References:
         self._earlier: deque[Reference] = deque(maxlen=_EARLIER_FRAMES)
         self._lost: Reference | None = None
         self._turn = 0
+        self.loss: Loss | None = None
 
     def track(self, last: Reference, keyframe: Reference) -> None:
         """Advance to a tracked frame and the keyframe that the next one is registered to."""
@@ -138,7 +155,12 @@ class References:
     def lose(self, lost: Reference) -> None:
         """Keep a lost frame: the next one may show the same place."""
         self._turn += self._lost is not None
-        self._lost = lost
+        self._lost, self.loss = lost, lost.loss
+
+    def confirm(self, reference: Reference) -> None:
+        """Forget the loss, if the reference that a frame was registered to is from before it."""
+        if self.loss is not None and reference.stamp <= self.loss.last.stamp:
+            self.loss = None
 
     def is_blurred(self) -> bool:
         """Return whether the keyframe is blurred beyond use, beside the one before the blur."""
@@ -159,11 +181,14 @@ class References:
         """
         Yield what to register a frame to until one registration is accepted, a few at most.
 
-        After the keyframe come the last tracked frame and earlier ones, the newest first. While
-        lost frames follow each other, these take turns, and the last lost frame comes at the end.
+        After the keyframe come the last frame before a loss, the last tracked frame and earlier
+        ones, the newest first. While lost frames follow each other, these take turns, and the last
+        lost frame comes at the end.
         """
         yield self.keyframe
-        others = {reference.stamp: reference for reference in (self.last, *reversed(self._earlier))
+        before = [] if self.loss is None else [self.loss.last]
+        others = {reference.stamp: reference
+                  for reference in (*before, self.last, *reversed(self._earlier))
                   if reference.stamp != self.keyframe.stamp}
         in_turn = deque(others.values())
         in_turn.rotate(-self._turn)

@@ -13,7 +13,7 @@ from aick_ros.frames.repetition import Repeat
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.odometry.keyframe_choice import KeyframeChoice
-from aick_ros.odometry.reference import Reference, References
+from aick_ros.odometry.reference import Loss, Reference, References
 from aick_ros.settings import Settings
 from aick_ros.settings.parameter import with_values
 
@@ -62,13 +62,13 @@ class Policy:
         return self._keeps
 
 
-def advance(keeps, is_by_depth=False, to_keyframe=True, keyframe='four', twist_before=None,
-            **changes):
+def advance(keeps, is_by_depth=False, to_keyframe=True, keyframe='four', loss=None, **changes):
     """Return the references after a frame, the keyframe, the frame and the policy."""
     first, middle = (Reference(View(stamp, keypoints=keyframe), pose_at(stamp), pose_at(9),
-                               twist_before=twist_before) for stamp in (0, 1))
+                               loss=loss) for stamp in (0, 1))
     references, policy = References(first), Policy(keeps)
     references.track(middle, first)
+    references.loss = loss
     last = Reference(View(2, **changes), pose_at(2), pose_at(8))
     choice = KeyframeChoice(Settings(), SimpleNamespace(
         brought=lambda target, source: replace(target, as_seen_by=source.stamp),
@@ -156,9 +156,16 @@ def test_the_frame_that_serves_on_is_where_it_is(to_keyframe):
 @pytest.mark.parametrize('keeps', [True, False])
 def test_a_lost_frame_that_serves_on_keeps_its_doubt_and_the_next_keyframe_has_none(keeps):
     """The covariance of the next one has that doubt by then."""
-    twist = np.arange(6.0)
-    references, _, _, _ = advance(keeps, twist_before=twist)
-    assert references.keyframe.twist_before is (twist if keeps else None)
+    loss = Loss(Reference(View(-1), pose_at(0)), np.arange(6.0))
+    references, _, _, _ = advance(keeps, loss=loss)
+    assert references.keyframe.loss is (loss if keeps else None)
+
+
+@pytest.mark.parametrize('before', [0, -1])
+def test_a_frame_registered_to_one_from_before_a_loss_ends_the_doubt(before):
+    """The keyframe is of the time 0."""
+    references, _, _, _ = advance(True, loss=Loss(Reference(View(before), pose_at(0)), None))
+    assert (references.loss is None) == (before == 0)
 
 
 def test_the_next_keyframe_is_the_last_frame_and_exact_in_itself():

@@ -12,7 +12,7 @@ import pytest
 from aick_ros.geometry import se3
 from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.geometry.stamps import NANOSECONDS
-from aick_ros.odometry.reference import Reference, References
+from aick_ros.odometry.reference import Loss, Reference, References
 from aick_ros.registration.result import Registration, SensorBias
 from aick_ros.registration.status import Status
 
@@ -202,6 +202,18 @@ def test_at_most_three_candidates_and_in_turn_all(lost):
     if lost:
         in_turn = [1.3, 1.2, 0.9, 0.6]
         assert found[1:] == [in_turn[(lost - 1) % 4], 2.0 + (lost - 1) / 10]
+
+
+@pytest.mark.parametrize('found', [1.2, 1.3, 2.0])
+def test_the_last_frame_before_a_loss_is_tried_until_one_from_before_it_is_found(found):
+    """Frames that agree with a lost one alone may all be wrong."""
+    references = tracked([i / 10 for i in range(14)], keyframe=1.25)
+    references.lose(Reference(View(2.0, 1), ORIGIN, loss=Loss(references.last.bare(), None)))
+    references.confirm(reference(found))
+    references.track(reference(2.1), reference(2.0))
+    assert seconds(references) == [2.0, *([] if found < 2.0 else [1.3]), 2.1,
+                                   *([1.2] if found < 2.0 else [])]
+    assert found < 2.0 or list(references.candidates())[1].prepared.is_bare
 
 
 def test_after_a_tracked_frame_the_lost_ones_are_forgotten():

@@ -19,11 +19,6 @@ from aick_ros.odometry.inertial.sample_check import SampleCheck
 from aick_ros.odometry.motion_term import ROTATION, MotionTerm
 from aick_ros.settings import ImuSettings, OdometrySettings
 
-_LONGER = 1.2
-"""Ratio of an interval to the last one from the same frame that is learned from.
-
-Chosen: errors of rotations that are nearly the same are nearly the same."""
-
 _LARGEST_RATE = 100.0  # rad/s; chosen: beyond the range of every gyroscope for cameras
 
 _PERSISTENCE = 1.0
@@ -47,7 +42,6 @@ class Gyroscope:
         self._calibration = GyroscopeCalibration(settings)
         self._agreement = Agreement()
         self._reference = RecentReference()
-        self._learned: tuple[int, float] = 0, 0.0  # stamp of a reference, longest interval [s]
 
     def configure(self, settings: ImuSettings, odometry: OdometrySettings) -> None:
         """Continue with other settings; what was learned is kept."""
@@ -156,14 +150,10 @@ class Gyroscope:
         if turn is None:
             return
         error = se3.log_rotation(seen.rotation @ turn.rotation.T)
-        covariance = seen.covariance[3:, 3:] + self._noise(turn)
-        total = covariance + self._calibration.uncertainty(turn)
-        if not self._agreement.note(error, total, turn):
-            return
-        reference, longest = self._learned
-        if start != reference or turn.duration > _LONGER * longest:
-            self._calibration.learn(start, turn, error, covariance)
-            self._learned = start, turn.duration
+        covariance = seen.covariance[3:, 3:]
+        total = covariance + self._noise(turn) + self._calibration.uncertainty(turn)
+        if self._agreement.note(error, total, turn):
+            self._calibration.learn(start, turn, error, covariance + self._missed(turn))
 
     def _turn(self, start: int, end: int) -> Turn | None:
         offset = round(self._calibration.offset * NANOSECONDS)
@@ -172,7 +162,12 @@ class Gyroscope:
 
     def _noise(self, turn: Turn) -> np.ndarray:
         """Return the covariance of a rotation by the noise of the rates, 3x3 [rad^2]."""
-        missed = 0.5 * self._acceleration_sigma * turn.extrapolated ** 2
-        variance = self._settings.gyroscope_noise ** 2 * turn.duration + missed ** 2
-        covariance: np.ndarray = variance * np.eye(3)
+        variance = self._settings.gyroscope_noise ** 2 * turn.duration
+        covariance: np.ndarray = variance * np.eye(3) + self._missed(turn)
+        return covariance
+
+    def _missed(self, turn: Turn) -> np.ndarray:
+        """Return the covariance of a rotation by samples that have not arrived, 3x3 [rad^2]."""
+        sigma = 0.5 * self._acceleration_sigma * turn.extrapolated ** 2
+        covariance: np.ndarray = sigma ** 2 * np.eye(3)
         return covariance
