@@ -21,7 +21,7 @@ from aick_ros.settings import ImuSettings, OdometrySettings
 
 _LARGEST_RATE = 100.0  # rad/s; chosen: beyond the range of every gyroscope for cameras
 
-_PERSISTENCE = 1.0
+_PERSISTENCE = 0.5
 """Time for which the error of the estimated bias stays the same [s].
 
 Chosen on rendered shakes and on rendered recordings by hand, of 5 and of 20 seconds."""

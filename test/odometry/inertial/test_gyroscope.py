@@ -133,7 +133,7 @@ def test_the_frames_since_a_keyframe_have_its_error_in_common():
 def test_a_sum_of_motions_has_the_error_of_the_bias_in_common():
     gyroscope = follow()
     alone, summed = (gyroscope.term(1000 * MS, 1100 * MS, is_summed) for is_summed in (0, 1))
-    assert np.trace(summed.covariance) > 5 * np.trace(alone.covariance)
+    assert np.trace(summed.covariance) > 3 * np.trace(alone.covariance)
 
 
 @pytest.mark.parametrize('damage', [
@@ -248,8 +248,8 @@ def test_the_noise_of_a_rotation_grows_with_its_time_and_with_what_has_not_arriv
     np.testing.assert_array_equal(term.rows, np.eye(3, 6, 3))
 
 
-@pytest.mark.parametrize('duration, factor', [(0.25, 4.0), (0.5, 2.0), (1.5, 1.0)])
-def test_in_a_sum_the_bias_counts_as_if_it_stayed_for_a_second(duration, factor):
+@pytest.mark.parametrize('duration, factor', [(0.125, 4.0), (0.25, 2.0), (0.75, 1.0)])
+def test_in_a_sum_the_bias_counts_as_if_it_stayed_for_half_a_second(duration, factor):
     gyroscope = ready(ImuSettings(gyroscope_noise=1e-7, gyroscope_bias_sigma=0.01,
                                   time_offset_sigma=0.0), rate=lambda time: np.zeros(3))
     end = round((0.2 + duration) * 1000) * MS
