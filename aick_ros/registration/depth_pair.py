@@ -14,7 +14,7 @@ from aick_ros.frames.surface import Surface
 from aick_ros.geometry.pose import in_axes
 from aick_ros.registration.refinement.misalignment import Correction
 from aick_ros.registration.refinement.residuals import (
-    NormalEquations, Residuals, gradient_noise, point_to_plane)
+    NormalEquations, Residuals, curvature, gradient_noise, point_to_plane)
 from aick_ros.settings import Settings
 
 _SMALLEST_FACTOR = 0.01  # chosen: floor of the variance, as a ratio to that by the sensor's noise
@@ -78,14 +78,15 @@ class DepthPair:
         """
         Return the covariance A^-1 B A^-1 of the pose in the view by this pair alone, 6x6.
 
-        B has the scatter of the residuals. Velocities are wrong by the same error for many frames,
-        so the motion expected from frame to frame holds the solution together, but does not make
-        it more certain.
+        A is the curvature of the robust cost, B has the scatter of the residuals. Velocities are
+        wrong by the same error for many frames, so the motion expected from frame to frame holds
+        the solution together, but does not make it more certain.
 
         :param unobserved: 6x6, the covariance of what no surface shows.
         """
         residuals = self._residuals(T_view_source)
-        information = NormalEquations.of([residuals]).information / self.every
+        information = (curvature(residuals) / self.every
+                       * NormalEquations.of([residuals]).information)
         noise = gradient_noise([residuals]) / self.every ** 2 + _SMALLEST_FACTOR * information
         prior = np.linalg.inv(unobserved)
         inverse = np.linalg.inv(information + prior)

@@ -38,7 +38,8 @@ def test_residuals_are_those_of_both_surfaces_corrected(monkeypatch):
 @pytest.fixture
 def told(monkeypatch):
     """Return a pair of known information and noise, the truth being that the view sees MOTION."""
-    def make(information, noise, weight=1.0, T_view_target=BESIDE, every=1, asked=[]):
+    def make(information, noise, weight=1.0, T_view_target=BESIDE, every=1, asked=[],
+             curvature=1.0):
         def equations(residuals):
             error = se3.difference(residuals[0], T_view_target @ MOTION)
             return NormalEquations(information, information @ error)
@@ -46,6 +47,7 @@ def told(monkeypatch):
                             or of[2])
         monkeypatch.setattr(depth_pair.NormalEquations, 'of', equations)
         monkeypatch.setattr(depth_pair, 'gradient_noise', lambda residuals: noise)
+        monkeypatch.setattr(depth_pair, 'curvature', lambda residuals: curvature)
         return DepthPair('source', 'view', T_view_target, 'correction', Settings(), weight, every)
     return make
 
@@ -81,7 +83,9 @@ def test_the_covariance_has_the_scatter_of_depth_and_what_is_unobserved(told, ma
     information = np.linalg.inv(made.covariance() + 1e-6 * np.eye(6))
     noise = 1e4 * made.covariance()
     prior = np.linalg.inv(UNOBSERVED)
-    inverse = np.linalg.inv(information + prior)
-    np.testing.assert_allclose(
-        told(information, noise).covariance(MOTION, UNOBSERVED),
-        inverse @ (noise + 0.01 * information + prior) @ inverse, rtol=1e-6)
+    for curvature in (1.0, 0.6):
+        curved = curvature * information
+        inverse = np.linalg.inv(curved + prior)
+        np.testing.assert_allclose(
+            told(information, noise, curvature=curvature).covariance(MOTION, UNOBSERVED),
+            inverse @ (noise + 0.01 * curved + prior) @ inverse, rtol=1e-6)

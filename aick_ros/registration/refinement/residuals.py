@@ -39,6 +39,9 @@ _SHARE_OBSERVED, _SHARE_UNOBSERVED = 0.25, 0.75
 Up to the first the direction counts as observed, from the second as not, linearly in between.
 """
 
+_LEAST_CURVATURE = 0.2
+"""Smallest ratio of :func:`curvature`; chosen: noise has 0.57 at least, and outliers alone any."""
+
 _LARGEST_SCALE = 4.0  # chosen: of the residuals of a right pose, in units of their noise
 MEDIAN_1 = NormalDist().inv_cdf(0.75) ** 2
 """Median of chi-square with one degree of freedom; derived."""
@@ -122,6 +125,20 @@ def gradient_noise(kinds: Iterable[Residuals]) -> np.ndarray:
     for kind in kinds:
         kernels.gradient_noise(kind.jacobian, kind.values, kind.weights, kind.blocks, noise)
     return noise
+
+
+def curvature(residuals: Residuals) -> float:
+    """
+    Return how much the robust cost is curved, as a ratio to what its weights let expect.
+
+    A residual that grows loses weight, so that its weighted value grows by less: for the weights w
+    of Geman and McClure by 4 w^1.5 - 3 w. The ratio of the sums makes the covariance of a pose by
+    normal equations with such weights that of an M-estimate (Huber 1981, section 7.6).
+    """
+    weights = residuals.weights
+    total = float(weights.sum())
+    slopes = 4.0 * float((weights * np.sqrt(weights)).sum()) - 3.0 * total
+    return max(slopes / total, _LEAST_CURVATURE) if total else 1.0
 
 
 def reprojection(tracks: Tracks, T_target_source: np.ndarray, ray_sigma: float,

@@ -15,8 +15,8 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.misalignment import Correction, Displacement
 from aick_ros.registration.refinement.residuals import (
-    NormalEquations, Residuals, _observable_projection, contradict, gradient_noise, point_to_plane,
-    reprojection, track_depth, track_steps)
+    NormalEquations, Residuals, _observable_projection, contradict, curvature, gradient_noise,
+    point_to_plane, reprojection, track_depth, track_steps)
 from aick_ros.registration.refinement.tracks import Tracks
 from aick_ros.settings import SensorSettings
 from aick_ros.sources.synthetic import DepthSensor
@@ -515,6 +515,34 @@ def test_gradient_noise_makes_estimates_consistent(parts, most, common):
         covariance = inverse @ gradient_noise([left]) @ inverse
         squares.append(error @ np.linalg.solve(covariance, error))
     assert 5.0 < np.mean(squares) < most
+
+
+@pytest.mark.parametrize('sigma, expected', [(1.0, 0.57), (0.3, 0.92)])
+def test_by_the_curvature_covariances_are_those_of_robust_estimates(sigma, expected):
+    """Monte Carlo: NEES; by the weights alone it is three times as large for noise as modelled."""
+    rng, blocks = np.random.default_rng(8), np.arange(400)
+    squares = []
+    for _ in range(300):
+        jacobian, noise = rng.normal(size=(400, 6)), sigma * rng.normal(size=400)
+        error = np.zeros(6)
+        for _ in range(12):
+            values = noise - jacobian @ error
+            weights = geman_mcclure(values ** 2, 2.0)
+            left = Residuals(values, jacobian, weights, blocks)
+            equations = NormalEquations.of([left])
+            error = error + np.linalg.solve(equations.information, equations.gradient)
+        ratio = curvature(left)
+        inverse = np.linalg.inv(ratio * equations.information)
+        squares.append(error @ np.linalg.solve(inverse @ gradient_noise([left]) @ inverse, error))
+    assert np.mean(squares) == pytest.approx(6.0, abs=0.6)
+    assert ratio == pytest.approx(expected, abs=0.02)
+
+
+def test_the_curvature_has_a_floor_and_no_residual_has_that_of_its_weights():
+    for weights, ratio in (([0.01] * 5, 0.2), ([], 1.0), ([1.0], 1.0)):
+        count = len(weights)
+        assert curvature(Residuals(np.ones(count), np.zeros((count, 6)), np.array(weights),
+                                   np.zeros(count, int))) == ratio
 
 
 @pytest.mark.parametrize('parts', [14, 20])
