@@ -3,7 +3,9 @@
 
 """What the launch files start; the package index has no launch, so a stand-in records it."""
 
+import json
 import runpy
+import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -12,8 +14,8 @@ import pytest
 import yaml
 from ament_index_python import packages
 
-from aick_ros.settings.node import NodeSettings
-from aick_ros.settings.parameter import with_values
+from aick_ros.settings import NodeSettings, Settings
+from aick_ros.settings.parameter import values, with_values
 
 ROOT = Path(__file__).parents[1]
 NAMES = {
@@ -47,12 +49,15 @@ def launch(monkeypatch):
         monkeypatch.setitem(sys.modules, module, stand_in)
     monkeypatch.setattr(packages, 'get_package_share_directory', lambda name: str(ROOT))
 
+    arguments = []
+
     def run(file, context):
         description = runpy.run_path(str(file))['generate_launch_description']()
         actions, context = list(description.positional[0]), dict(context)
         while actions:
             action = actions.pop(0)
             if action.kind == 'DeclareLaunchArgument':
+                arguments.append(action)
                 context.setdefault(action.positional[0], getattr(action, 'default_value', ''))
             elif action.kind == 'OpaqueFunction':
                 actions = [*action.function(context), *actions]
@@ -62,16 +67,46 @@ def launch(monkeypatch):
             elif action.kind == 'Node':
                 yield action
 
-    return lambda name, **arguments: {
-        node.executable: node for node in run(ROOT / 'launch' / name, arguments)}
+    def start(name, **given):
+        return {node.executable: node for node in run(ROOT / 'launch' / name, given)}
+    start.arguments = arguments
+    return start
 
 
 def parameters(node):
-    """Return the parameters that are given as values, the later ones over the earlier."""
+    """Return the parameters of the node beside the defaults, the later ones over the earlier."""
     merged = {}
-    for group in node.parameters:
-        merged.update(group if isinstance(group, dict) else {})
+    for group in node.parameters[1:]:
+        merged.update(group if isinstance(group, dict) else
+                      yaml.safe_load(Path(group).read_text())['/**']['ros__parameters'])
     return merged
+
+
+SHOW = """
+import json, sys
+import rclpy
+from rclpy.node import Node
+rclpy.init(args=sys.argv)
+node = Node('node', automatically_declare_parameters_from_overrides=True)
+print(json.dumps({name: one.value for name, one in node.get_parameters_by_prefix('').items()}))
+"""
+
+
+def parameters_in_ros(node, folder):
+    """Return the parameters that rclpy gives a node which is started as launch_ros does."""
+    words = ['--ros-args', '-r', f'__node:={node.name}']
+    if node.namespace:
+        words += ['-r', f'__ns:=/{node.namespace}']
+    for number, group in enumerate(node.parameters):
+        if isinstance(group, dict):
+            file = folder / f'{number}.yaml'
+            of_node = '/'.join(['', *filter(None, [node.namespace]), node.name])
+            file.write_text(yaml.safe_dump({of_node: {'ros__parameters': group}}))
+            group = file
+        words += ['--params-file', str(group)]
+    shown = subprocess.run([sys.executable, '-c', SHOW, *words], capture_output=True, text=True,
+                           check=True, timeout=60)
+    return json.loads(shown.stdout)
 
 
 def topics_of(camera):
@@ -128,6 +163,43 @@ def test_a_parameter_file_comes_after_the_defaults(launch, tmp_path):
     file.touch()
     node = launch('odometry.launch.py', params_file=str(file))['odom_node']
     assert node.parameters[:2] == [str(ROOT / 'config' / 'odom_node.yaml'), str(file)]
+
+
+@pytest.mark.parametrize('namespace', ['', 'front'])
+@pytest.mark.parametrize('section', ['/**', 'odom_node', '/**/odom_node'])
+def test_arguments_win_over_a_parameter_file_and_that_over_the_camera(
+        launch, tmp_path, namespace, section):
+    """Whatever the file calls the node: a dump of its parameters has the name."""
+    if section == 'odom_node' and namespace:
+        section = f'/{namespace}/odom_node'
+    file = tmp_path / 'mine.yaml'
+    file.write_text(yaml.safe_dump({section: {'ros__parameters': {
+        'publish_tf': True, 'frame_id': 'of_file', 'use_sim_time': True,
+        'sensor': {'depth_sigma': 0.25}}}}))
+    node = launch('odometry.launch.py', camera='realsense_d400', params_file=str(file),
+                  namespace=namespace, publish_tf='false', frame_id='given')['odom_node']
+    found = parameters_in_ros(node, tmp_path)
+    assert (found['publish_tf'], found['frame_id'], found['use_sim_time']) == (
+        False, 'given', False)
+    assert (found['sensor.depth_sigma'], found['sensor.depth_exponent']) == (0.25, 2.0)
+
+
+def test_every_parameter_of_the_node_is_an_argument(launch):
+    given = {'register_depth': 'true', 'image_transport': 'compressed', 'preset': 'embedded',
+             'odometry.planar': 'true', 'odometry.planar_sigma': '0.01', 'twist_covariance':
+             'increment'}
+    node = launch('odometry.launch.py', **given)['odom_node']
+    found = {name: value for name, value in parameters(node).items() if name != 'use_sim_time'}
+    assert found == {**given, 'register_depth': True, 'odometry.planar': True}
+    names = {action.positional[0] for action in launch.arguments}
+    assert {'preset', *values(NodeSettings), *values(Settings)} <= names
+
+
+def test_other_sensors_have_topics_too(launch):
+    node = launch('odometry.launch.py', camera='orbbec', imu_topic='/imu/data',
+                  rgbd_image_topic='/rgbd')['odom_node']
+    assert dict(node.remappings) == {
+        **topics_of('orbbec'), 'imu': '/imu/data', 'rgbd_image': '/rgbd'}
 
 
 def test_a_replay_has_the_topics_of_its_camera(launch):

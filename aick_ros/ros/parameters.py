@@ -22,12 +22,8 @@ from aick_ros.geometry.pose import PoseWithCovariance
 from aick_ros.settings import Settings
 from aick_ros.settings.node import NodeSettings
 from aick_ros.settings.parameter import Parameter, Value, hint, parameters, values, with_values
-from aick_ros.settings.presets import PRESETS, preset
+from aick_ros.settings.presets import PRESET, preset
 from aick_ros.settings.rtabmap import is_theirs, translate
-
-_PRESET = Parameter(
-    'preset', str, '', 'Start from the parameters of the paper, '
-    + ' or '.join(PRESETS) + "; '': from the defaults.")
 
 _Settings = TypeVar('_Settings', NodeSettings, Settings)
 _MOST_WARNINGS = 20  # of parameters; chosen: more are of another node
@@ -54,9 +50,9 @@ def declare_settings(node: Node, arguments: Mapping[str, str] = MappingProxyType
     given.update(arguments)
     _warn_of_unknown(node, given)
     given.update(_read_theirs(node, given))
-    chosen = str(_PRESET.convert(given.get(_PRESET.name, '')))
+    chosen = str(PRESET.convert(given.get(PRESET.name, '')))
     own, core = _checked(_chosen(NodeSettings(), given)), _chosen(_from(chosen), given)
-    _declare(node, _PRESET, chosen, read_only)
+    _declare(node, PRESET, chosen, read_only)
     for group, is_read_once in ((own, True), (core, False)):
         for parameter in parameters(group):
             _declare(node, parameter, parameter.default, read_only and is_read_once)
@@ -135,17 +131,17 @@ class LiveSettings:
     def _changed(self, changes: Mapping[str, object]) -> tuple[NodeSettings, Settings]:
         names = values(NodeSettings)
         for name, value in changes.items():
-            if self._on_change is not None and (name in names or name == _PRESET.name):
+            if self._on_change is not None and (name in names or name == PRESET.name):
                 raise InputError(f'{name}{self._read_once}')
             if value is None and (name in names or name in values(Settings)
-                                  or name == _PRESET.name):  # ros2 param delete
+                                  or name == PRESET.name):  # ros2 param delete
                 raise InputError(f'{name} cannot be deleted: set it to another value')
-        chosen = changes.get(_PRESET.name)
+        chosen = changes.get(PRESET.name)
         own = _checked(with_values(self.own, {
             name: value for name, value in changes.items() if name in names}))
         core = with_values(self.core if chosen is None else _from(str(chosen)), {
             name: value for name, value in changes.items()
-            if name not in names and name != _PRESET.name and not name.startswith(_OF_ROS)})
+            if name not in names and name != PRESET.name and not name.startswith(_OF_ROS)})
         vocabulary_of(core)  # rejects one that cannot be read, or of another detector
         return own, core
 
@@ -156,7 +152,7 @@ def _from(chosen: str) -> Settings:
 
 
 def _warn_of_unknown(node: Node, given: Mapping[str, object]) -> None:
-    known = [_PRESET.name, *values(NodeSettings), *values(Settings)]
+    known = [PRESET.name, *values(NodeSettings), *values(Settings)]
     unknown = [name for name in given
                if name not in known and not name.startswith(_OF_ROS) and not is_theirs(name)]
     for name in unknown[:_MOST_WARNINGS]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 
 from aick_ros.errors import InputError
 from aick_ros.settings.algorithm import Settings
-from aick_ros.settings.parameter import Value, with_values
+from aick_ros.settings.parameter import Parameter, Value, with_values
 
 _ALL_PAPER: Mapping[str, Value] = {
     'features.cell_size': 0.0, 'aick.lambda_e': 0.01, 'aick.lambda_f': 0.2,
@@ -38,6 +38,11 @@ PRESETS: Mapping[str, Mapping[str, Value]] = {
         **_FAST_SURF, 'aick.vocabulary': 'surf-1000', 'aick.word_radius': 0.26},
     'embedded': _EMBEDDED,
 }
+
+PRESET = Parameter(
+    'preset', str, '', 'Start from the parameters of the paper, '
+    + ' or '.join(PRESETS) + "; '': from the defaults.")
+"""The parameter that names one of them."""
 """
 Preset name -> values that differ from the defaults: the parameters of the paper (IV, V-A), and
 ``embedded``, chosen on two excerpts of real recordings and fifteen rendered ones.
