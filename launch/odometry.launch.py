@@ -80,7 +80,7 @@ def start_nodes(context):
              for name, parameter in PARAMETERS.items() if argument(name)}
     clock = {'use_sim_time': _truth('use_sim_time', argument('use_sim_time'))}
     managed = _truth('lifecycle', argument('lifecycle'))
-    # arguments are parameters of a node of this name: those of /** would lose to a file that has it
+    # arguments are parameters of a node of this name: as /** they would lose to a file with it
     nodes = [Node(
         package='aick_ros', executable='odom_lifecycle_node' if managed else 'odom_node',
         name='odom_node', output='screen',
@@ -96,7 +96,7 @@ def start_nodes(context):
 
 
 def _written(parameters_of_nodes):
-    """Write a parameter file, and return its path: what is given as a value has one node's name."""
+    """Write a parameter file and return its path; values would be those of the node's name."""
     with NamedTemporaryFile('w', prefix='aick_ros_', suffix='.yaml', delete=False) as file:
         yaml.safe_dump(parameters_of_nodes, file)
     atexit.register(Path(file.name).unlink, missing_ok=True)

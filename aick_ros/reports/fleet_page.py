@@ -93,7 +93,7 @@ def _draw(of_variant: Mapping[str, Sequence[Row]], columns: Sequence[str],
             colour = (f'C{number}' if number >= len(canvas.SERIES) else canvas.SERIES[number])
             axes.step(steps, shares, where='post', label=name[:_LONGEST_LABEL], color=colour)
         axes.set_xscale('log')
-        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=6))
+        axes.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=12))
         axes.xaxis.set_major_formatter(lambda value, _: f'{value:g}')
         axes.xaxis.set_minor_formatter(NullFormatter())
         axes.set_xlabel(head)

@@ -49,8 +49,8 @@ td:not(:first-child) { font-variant-numeric: tabular-nums; }
 td { overflow-wrap: break-word; max-width: 24rem; }
 td.long { min-width: 16rem; }
 .sortable th { cursor: pointer; }
-.sortable th[aria-sort=ascending]::after { content: " \2191"; }
-.sortable th[aria-sort=descending]::after { content: " \2193"; }
+.sortable th[aria-sort=ascending]::after { content: " \\2191"; }
+.sortable th[aria-sort=descending]::after { content: " \\2193"; }
 @media (prefers-color-scheme: dark) {
   :root { color-scheme: dark; }
   body { color: #e4e7eb; background: #14181d; }

@@ -149,7 +149,8 @@ def with_values(group: _Group, changes: Mapping[str, object]) -> _Group:
 def hint(name: str, known: Iterable[str]) -> str:
     """Return a suggestion for an unknown name."""
     similar = difflib.get_close_matches(str(name), known, n=3)
-    return f'did you mean {" or ".join(similar)}?' if similar else 'see the parameter table'
+    return (f'did you mean {" or ".join(similar)}?' if similar
+            else 'all are listed by aick parameters')
 
 
 def _walk(group: Group, prefix: str) -> Iterator[Parameter]:

@@ -107,6 +107,7 @@ def _show(summary: RunSummary, folder: Path, on_stderr: bool) -> None:
     score = summary.trajectory
     rows = [
         ('frames', str(summary.frames)),
+        *([('images skipped', str(summary.damaged_images))] if summary.damaged_images else []),
         ('tracked', f'{summary.tracked} ({100 * summary.tracked / summary.frames:.1f} %)'),
         ('frames per second', decimal(summary.frames_per_second, digits=1)),
         ('path length', decimal(summary.path_length_m, ' m')),

@@ -74,6 +74,9 @@ def table(title: str, rows: Iterable[Iterable[str]], columns: Sequence[str] = ('
     """
     Print a table, its first column to the left, the others to the right.
 
+    Where it is too wide for the terminal, cells are folded, but no words in them; nothing is cut
+    off, even if lines are longer than the terminal is wide.
+
     :param columns: heads of the columns; not shown where all are empty.
     :param on_stderr: print on standard error, where JSON goes to standard output.
     """
@@ -82,12 +85,14 @@ def table(title: str, rows: Iterable[Iterable[str]], columns: Sequence[str] = ('
     cells = [[printable(cell) for cell in row] for row in rows]
     names = max((len(row[0]) for row in cells), default=0)
     for number, column in enumerate(columns):
-        content.add_column(column, justify='right' if number else 'left', overflow='fold',
-                           min_width=None if number else min(names, _LONGEST_NAME))
+        words = (word for row in cells for word in row[number].split() if word.isalpha())
+        content.add_column(
+            column, justify='right' if number else 'left', overflow='fold',
+            min_width=max(map(len, words), default=None) if number else min(names, _LONGEST_NAME))
     for row in cells:
         content.add_row(*row)
     with suppress(OSError) if on_stderr else nullcontext():
-        (_ERRORS if on_stderr else _console(stderr=False)).print(content)
+        (_ERRORS if on_stderr else _console(stderr=False)).print(content, crop=False)
 
 
 def line(text: str, on_stderr: bool = False) -> None:

@@ -78,14 +78,15 @@ class FrameAssembler:
     def missing_for(self, pair: Pair) -> str:
         """Return what a pair needs before it can be registered, '' for nothing."""
         if self._colour.camera is None:
-            return f'images come but no usable camera_info on {self._colour.source}'
+            return (f'images come but no usable camera_info on {self._colour.place}: '
+                    f'{self._colour.remedy}')
         colour_frame = pair.colour.header.frame_id
         try:
             self._extrinsics.camera_in_base(colour_frame, pair.colour_stamp, wait=False)
             if self._depth is not None:
                 if self._depth.camera is None:
                     return ('register_depth is set but no usable camera_info comes on '
-                            f'{self._depth.source}')
+                            f'{self._depth.place}: {self._depth.remedy}')
                 self._extrinsics.depth_in_colour(
                     colour_frame, pair.depth.header.frame_id, pair.depth_stamp, wait=False)
         except InputError as error:

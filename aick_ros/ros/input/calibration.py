@@ -38,6 +38,7 @@ class Calibration:
                  on_change: Callable[[], None]) -> None:
         self._logger, self._on_change = node.get_logger(), on_change
         self.camera: Camera | None = None
+        self._rejection = ''
         self._changes = deque[float](maxlen=_MOST_CHANGES)  # steady times [s]
         self.source, self.subscription = name, None
         if settings.subscribe_rgbd:
@@ -56,7 +57,8 @@ class Calibration:
         try:
             camera = to_camera(message, self._rectified)
         except InputError as error:
-            self._logger.warning(f'camera_info on {self._place} rejected: {error}',
+            self._rejection = str(error)
+            self._logger.warning(f'camera_info on {self.place} rejected: {error}',
                                  throttle_duration_sec=_THROTTLE)
             return
         if self.subscription is not None:
@@ -75,9 +77,18 @@ class Calibration:
                               f'{"rectified" if self._rectified else "raw"} images: {camera}')
         else:
             self._logger.warning(
-                f'camera_info on {self._place} changes again and again: if two drivers publish '
+                f'camera_info on {self.place} changes again and again: if two drivers publish '
                 'it, remap one of them to another topic', throttle_duration_sec=_THROTTLE)
 
     @property
-    def _place(self) -> str:
+    def remedy(self) -> str:
+        """What is to be done while there is no camera: why the last one was rejected, if so."""
+        if self._rejection:
+            return self._rejection
+        return ('its calibrations are empty' if self.subscription is None
+                else f'remap {self.source} to the topic of the calibration')
+
+    @property
+    def place(self) -> str:
+        """Name of the topic, resolved, or of the part of rgbd_image."""
         return self.source if self.subscription is None else self.subscription.topic_name

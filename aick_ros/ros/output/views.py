@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import time
 from array import array
 
 import numpy as np
@@ -24,6 +25,8 @@ POINT_STEP = 12
 """Bytes of a point; derived: three float32."""
 
 _LONGEST_PATH = 1000  # poses; chosen
+_SHORT_PATH = 100  # poses; chosen: shorter paths are published with each frame
+_INTERVAL = 5e-4  # s per pose between longer paths; chosen: a hundred times what they take
 _QUEUE = 1  # only the newest is displayed
 
 
@@ -33,6 +36,7 @@ class Views:
     def __init__(self, node: Node, odom_frame: str) -> None:
         self._odom_frame = odom_frame
         self._poses: list[PoseStamped] = []
+        self._path_due = 0.0  # steady time [s]
         self._path = node.create_publisher(Path, 'path', _QUEUE)
         self._keypoints = node.create_publisher(PointCloud2, 'keypoints', _QUEUE)
         self._debug_image = node.create_publisher(Image, 'debug_image', _QUEUE)
@@ -53,8 +57,11 @@ class Views:
         header = conversions.header(update.stamp, self._odom_frame)
         if update.status.ok:
             self._lengthen(PoseStamped(header=header, pose=conversions.pose(T_odom_base)))
-            if self._path.get_subscription_count():
+            now = time.monotonic()
+            if self._path.get_subscription_count() and (
+                    now >= self._path_due or len(self._poses) <= _SHORT_PATH):
                 self._path.publish(Path(header=header, poses=self._poses))
+                self._path_due = now + _INTERVAL * len(self._poses)
             if self._keypoints.get_subscription_count():
                 self._keypoints.publish(point_cloud(header, se3.transform(
                     T_odom_base @ T_base_camera, update.keypoints.positions)))

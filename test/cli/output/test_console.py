@@ -55,8 +55,20 @@ def test_a_narrow_table_has_whole_names(capsys, monkeypatch, name):
     table('times', [[name, *8 * ['12.345']]], ['method', *8 * ['column']])
     printed = capsys.readouterr().out
     assert name[:24] in printed
-    assert all(len(line) <= 60 for line in printed.splitlines())
+    assert all(len(line) <= 80 for line in printed.splitlines())
+    assert printed.count('2') == 8  # no cell is cut off
     assert printed.count('n') >= name.count('n')
+
+
+@pytest.mark.parametrize('width', ['40', '80'])
+def test_a_narrow_table_has_whole_words_in_its_last_column(capsys, monkeypatch, width):
+    monkeypatch.setenv('COLUMNS', width)
+    table('runs/first against runs/second',
+          [['RPE over 1 s, translation', '12.345', '12.345', '+10.0 %', '-12.0 to 12.0 %', verdict]
+           for verdict in ('worse', 'within chance', 'not tested')],
+          ['', 'baseline', 'candidate', 'change', '95% interval', ''])
+    printed = capsys.readouterr().out
+    assert [printed.count(word) for word in ('worse', 'within', 'chance', 'tested')] == 4 * [1]
 
 
 @pytest.mark.parametrize('variable', ['FORCE_COLOR', 'TTY_COMPATIBLE'])

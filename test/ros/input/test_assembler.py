@@ -3,6 +3,8 @@
 
 """Frames of pairs: what is missing for one, and which cameras and extrinsics it is made with."""
 
+import re
+
 import numpy as np
 import pytest
 from sensor_msgs.msg import CameraInfo, Image
@@ -60,9 +62,12 @@ class Assembly:
                                         lambda: self.changes.append(None))
 
     def calibrate(self, topic, camera):
+        self.tell(topic, info(camera))
+
+    def tell(self, topic, message):
         for subscription in self._node.subscriptions:
             if subscription.topic_name == topic:
-                subscription.callback(info(camera))
+                subscription.callback(message)
 
 
 def info(camera):
@@ -96,7 +101,7 @@ def test_a_calibration_of_depth_is_subscribed_only_where_depth_is_registered(ass
 
 
 def test_a_pair_needs_the_camera_then_its_place_on_the_base(assembly, tell_tf):
-    assert 'no usable camera_info on rgb/camera_info' in assembly.assembler.missing_for(PAIR)
+    assert 'no usable camera_info on /rgb/camera_info' in assembly.assembler.missing_for(PAIR)
     assembly.calibrate('/rgb/camera_info', CAMERA)
     assert len(assembly.changes) == 1
     assert assembly.assembler.missing_for(PAIR).startswith("no transform from 'colour'")
@@ -108,7 +113,7 @@ def test_a_pair_needs_the_camera_then_its_place_on_the_base(assembly, tell_tf):
 def test_registered_depth_needs_its_own_camera_and_extrinsic(registering, tell_tf):
     tell_tf({('base_link', 'colour'): np.eye(4)})
     registering.calibrate('/rgb/camera_info', CAMERA)
-    assert 'comes on depth/camera_info' in registering.assembler.missing_for(PAIR)
+    assert 'comes on /depth/camera_info' in registering.assembler.missing_for(PAIR)
     registering.calibrate('/depth/camera_info', CAMERA)
     assert registering.assembler.missing_for(PAIR).startswith("no transform from 'infrared'")
     assert registering.extrinsics.asked[-1] == ('colour', 'infrared', DEPTH_STAMP, False)
@@ -217,7 +222,13 @@ def test_calibrations_that_came_with_the_images_are_those_of_each(node):
 def test_what_is_missing_is_a_whole_sentence(registering, tell_tf):
     tell_tf({('base_link', 'colour'): np.eye(4)})
     missing_for = registering.assembler.missing_for
-    assert missing_for(PAIR) == 'images come but no usable camera_info on rgb/camera_info'
+    assert missing_for(PAIR) == (
+        'images come but no usable camera_info on /rgb/camera_info: remap rgb/camera_info to the '
+        'topic of the calibration')
     registering.calibrate('/rgb/camera_info', CAMERA)
     assert missing_for(PAIR) == (
-        'register_depth is set but no usable camera_info comes on depth/camera_info')
+        'register_depth is set but no usable camera_info comes on /depth/camera_info: remap '
+        'depth/camera_info to the topic of the calibration')
+    registering.tell('/depth/camera_info', CameraInfo())
+    assert re.match('register_depth is set but no usable camera_info comes on /depth/camera_info: '
+                    '(?!remap)', missing_for(PAIR))

@@ -5,6 +5,7 @@
 
 import dataclasses
 import struct
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -19,6 +20,7 @@ from aick_ros.messages.raw_image import decode_colour
 from aick_ros.odometry import Odometry
 from aick_ros.registration.status import Status
 from aick_ros.ros.conversions import from_pose, to_stamp
+from aick_ros.ros.output import views as views_module
 from aick_ros.ros.output.debug_image import draw_matches
 from aick_ros.ros.output.views import Views, colour_image, point_cloud, positions_of
 
@@ -143,6 +145,23 @@ def test_a_long_path_is_thinned_and_keeps_its_ends(views):
     assert len(x) <= 1000
     assert (x[0], x[-1]) == (0.0, 9999.0)
     assert x == sorted(x)
+
+
+def test_a_long_path_is_not_published_with_each_frame(views, monkeypatch):
+    """Of a hundred poses and more it would take a share of the time of each frame."""
+    steady, published = SimpleNamespace(now=100.0), []
+    monkeypatch.setattr(views_module.time, 'monotonic', lambda: steady.now)
+    monkeypatch.setattr(views, '_path', SimpleNamespace(
+        get_subscription_count=lambda: 1,
+        publish=lambda path: published.append((steady.now, len(path.poses)))))
+    update = SimpleNamespace(stamp=0, status=Status.OK)
+    for _ in range(300):
+        steady.now += 0.01
+        views.show(None, update, np.eye(4), np.eye(4), 'camera')
+    times, lengths = np.transpose(published)
+    np.testing.assert_array_equal(lengths[:100], np.arange(1, 101))
+    waited = np.diff(times)[99:] / lengths[99:-1]
+    assert len(waited) > 10 and (waited > 0.00049).all() and (waited < 0.00061).all()
 
 
 T_ODOM_BASE = se3.exp([1.0, -2.0, 0.5, 0.3, -0.2, 1.1])
