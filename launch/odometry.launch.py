@@ -50,7 +50,8 @@ def generate_launch_description():
         DeclareLaunchArgument('lifecycle', default_value='false',
                               description='Whether a manager configures and activates the node'),
         DeclareLaunchArgument('rviz', default_value='false',
-                              description='Whether to show path, keypoints and matches'),
+                              description='Whether to show path, keypoints and matches, in the '
+                              'frame odom_frame_id:= or odom'),
         *(DeclareLaunchArgument(name, default_value='', description=(
             f"{parameter.description} '': from params_file, or {parameter.default!r}"))
           for name, parameter in PARAMETERS.items()),
