@@ -109,10 +109,14 @@ class ExpectedMotion:
         """
         if not found.status.ok or not self._motion_model.holds(seconds(start, end)):
             return found
-        off = se3.difference(found.T_target_source, self.between(start, end, twist).matrix)
-        doubt = np.outer(off, off)
+        doubt = self.doubt(found.T_target_source, start, end, twist)
         return replaced(found, covariance=found.covariance + doubt,
                         unusual=found.unusual + doubt)
+
+    def doubt(self, motion: np.ndarray, start: int, end: int, twist: np.ndarray) -> np.ndarray:
+        """Return the covariance by which a motion, 4x4, may be the one expected instead, 6x6."""
+        off = se3.difference(motion, self.between(start, end, twist).matrix)
+        return np.outer(off, off)
 
     def joined_increment(self, seen: Increment, start: int, end: int) -> Increment:
         """Return an increment between two stamps [ns], as the camera saw it, with the terms."""

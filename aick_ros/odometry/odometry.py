@@ -417,7 +417,14 @@ class Odometry:
                               increment.interval)
         if attempt.registration.is_by_depth:
             return increment
-        return self._expected.joined_increment(increment, last.stamp, prepared.stamp)
+        increment = self._expected.joined_increment(increment, last.stamp, prepared.stamp)
+        loss = references.loss
+        if (loss is None or loss.twist is None or attempt.reference.stamp <= loss.last.stamp
+                or not self._motion_model.holds(seconds(loss.last.stamp, prepared.stamp))):
+            return increment
+        doubt = self._expected.doubt(increment.pose.matrix, last.stamp, prepared.stamp, loss.twist)
+        return Increment(increment.pose.with_covariance(increment.pose.covariance + doubt),
+                         increment.interval)
 
     def _lose(self, prepared: PreparedFrame, failure: Attempt,
               references: References) -> OdometryUpdate:

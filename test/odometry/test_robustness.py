@@ -237,6 +237,13 @@ def test_depths_that_are_not_of_the_scene_are_not_believed(frame, wrong, first):
             sigma = np.sqrt(np.trace(update.pose.covariance[:3, :3]))
             assert np.linalg.norm(error) < max(4.0 * sigma, 0.005)
             assert np.linalg.norm(error) < 0.005 or update.stamp < shown[first + 4].stamp
+        if update.increment is not None and update.status.ok:
+            motion = update.increment.pose
+            start = update.stamp - round(update.increment.interval * NANOSECONDS)
+            true = se3.inverse(frame.pose(start)) @ frame.pose(update.stamp)
+            error = np.linalg.norm(se3.difference(motion.matrix, true)[:3])
+            sigma = np.sqrt(np.trace(motion.covariance[:3, :3]))
+            assert error < max(4.0 * sigma, 0.005)
     assert statuses(updates)[-3:] == 3 * [Status.OK]
     assert translation < 0.01
     assert rotation < np.radians(0.3)
