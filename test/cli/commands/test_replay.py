@@ -335,6 +335,7 @@ def made(**changed):
     return SimpleNamespace(**{
         'source': 'desk', 'frames': 200, 'tracked': 197, 'frames_per_second': 59.94,
         'path_length_m': 12.3456, 'end_distance_m': 0.5, 'ended': 'complete',
+        'damaged_images': 0,
         'status': {'FIRST_FRAME': 1, 'OK': 196, 'TOO_FEW_MATCHES': 2, 'MOTION_GATE': 1},
         'trajectory': TrajectoryScore(0.01234, 1.239, 0.0567, 0.985), **changed})
 
@@ -365,3 +366,4 @@ def test_what_there_is_not_has_no_row(monkeypatch):
     assert list(shown(monkeypatch, lost)[1]) == plain
     broken = shown(monkeypatch, made(status={}, ended='the bag is torn'), on_stderr=True)
     assert broken[1]['ended'] == 'the bag is torn' and broken[2] is True
+    assert shown(monkeypatch, made(damaged_images=15))[1]['images skipped'] == '15'
