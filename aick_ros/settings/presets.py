@@ -38,11 +38,6 @@ PRESETS: Mapping[str, Mapping[str, Value]] = {
         **_FAST_SURF, 'aick.vocabulary': 'surf-1000', 'aick.word_radius': 0.26},
     'embedded': _EMBEDDED,
 }
-
-PRESET = Parameter(
-    'preset', str, '', 'Start from the parameters of the paper, '
-    + ' or '.join(PRESETS) + "; '': from the defaults.")
-"""The parameter that names one of them."""
 """
 Preset name -> values that differ from the defaults: the parameters of the paper (IV, V-A), and
 ``embedded``, chosen on two excerpts of real recordings and fifteen rendered ones.
@@ -50,6 +45,11 @@ Preset name -> values that differ from the defaults: the parameters of the paper
 One value of those is not the paper's: its R_w of 0.165 for ORB belongs to its own vocabulary. For
 ours 0.26 costs little success (measured on the two TUM excerpts, features/vocabularies/README.md).
 """
+
+PRESET = Parameter(
+    'preset', str, '', 'Start from the parameters of the paper, '
+    + ' or '.join(PRESETS) + "; '': from the defaults.")
+"""The parameter that names one of them."""
 
 
 def preset(name: str) -> Settings:

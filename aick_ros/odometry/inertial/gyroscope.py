@@ -36,16 +36,17 @@ class Gyroscope:
     """
 
     def __init__(self, settings: ImuSettings, odometry: OdometrySettings) -> None:
+        self._calibration = GyroscopeCalibration(settings)
         self.configure(settings, odometry)
         self._integral = RotationIntegral()
         self._samples = SampleCheck('gyroscope', 'rad/s', _LARGEST_RATE)
-        self._calibration = GyroscopeCalibration(settings)
         self._agreement = Agreement()
         self._reference = RecentReference()
 
     def configure(self, settings: ImuSettings, odometry: OdometrySettings) -> None:
         """Continue with other settings; what was learned is kept."""
         self._settings = settings
+        self._calibration.configure(settings)
         self._acceleration_sigma = odometry.angular_acceleration_sigma
 
     @property

@@ -58,11 +58,15 @@ class GyroscopeCalibration:
     """
 
     def __init__(self, settings: ImuSettings) -> None:
-        self._walk = settings.gyroscope_bias_walk
-        self._noise = settings.gyroscope_noise ** 2
+        self.configure(settings)
         self._last: tuple[int, Turn] | None = None  # stamp of its keyframe [ns], and the rotation
         self._filters = [_Filter(settings, size, weight) for size, weight in _SIZES.items()]
         self._join()
+
+    def configure(self, settings: ImuSettings) -> None:
+        """Continue with another noise and walk of the bias; what was learned is kept."""
+        self._walk = settings.gyroscope_bias_walk
+        self._noise = settings.gyroscope_noise ** 2
 
     @property
     def bias(self) -> np.ndarray:

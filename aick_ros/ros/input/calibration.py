@@ -82,7 +82,7 @@ class Calibration:
 
     @property
     def remedy(self) -> str:
-        """What is to be done while there is no camera: why the last one was rejected, if so."""
+        """Why the last camera_info was rejected; where none came, what to remap."""
         if self._rejection:
             return self._rejection
         return ('its calibrations are empty' if self.subscription is None

@@ -105,6 +105,15 @@ def test_of_a_short_turn_the_noise_of_the_gyroscope_limits_what_is_learned():
     assert gyroscope.bias_sigma == pytest.approx(3 * [noise / np.sqrt(0.4)], rel=0.1)
 
 
+def test_another_noise_counts_from_then_on():
+    """Of a short turn it limits what is learned, by the settings of that time."""
+    gyroscope = Gyroscope(replace(EXACT_AXES, gyroscope_bias_sigma=0.1), OdometrySettings())
+    gyroscope.configure(replace(EXACT_AXES, gyroscope_noise=0.01), OdometrySettings())
+    gyroscope.add(samples(-20, 440))
+    gyroscope.learn(0, 400 * MS, PoseWithCovariance(seen(0, 400).matrix, 1e-12 * np.eye(6)))
+    assert gyroscope.bias_sigma == pytest.approx(3 * [0.01 / np.sqrt(0.4)], rel=0.1)
+
+
 def test_at_rest_the_bias_is_followed_though_the_keyframe_stays():
     """A sensor that warms up for two minutes, by 0.2 deg/s; frames come at 2 Hz."""
     gyroscope = Gyroscope(ImuSettings(), OdometrySettings())
