@@ -95,6 +95,11 @@ def test_windows_larger_than_the_image_are_refused():
                                np.ones((1, 2)), np.ones(1), 7, 1.0, 0.0, 0.1, np.zeros((1, 3)))
 
 
+def test_a_filled_image_of_another_size_is_refused():
+    with pytest.raises(ValueError, match='not of the same size'):
+        kernels.filled_depth(np.ones((4, 6), np.float32), np.ones((6, 4), np.float32))
+
+
 @pytest.mark.parametrize('block', [-1, 1 << 20, np.iinfo(np.int64).max])
 def test_blocks_out_of_range_are_refused(block):
     good, bad = ((np.ones((2, 6)), np.ones(2), np.ones(2), np.array([0, last]))

@@ -54,6 +54,20 @@ def nearer_beside(image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
     return nearer
 
 
+def filled(image: np.ndarray) -> np.ndarray:
+    """
+    Return a depth image whose holes are a pixel smaller, HxW float32 [m], NaN where invalid.
+
+    A pixel without depth is on the nearest of the surfaces beside it. At the edge of a surface in
+    front of another one many sensors have no depth; what the colour image shows there is its edge.
+
+    :param image: HxW float32 [m], NaN where invalid.
+    """
+    result = np.empty_like(image)
+    kernels.filled_depth(image, result)
+    return result
+
+
 def inverse_depth_sigma(z: np.ndarray, sensor: SensorSettings) -> np.ndarray | float:
     """Return the standard deviation of the inverse depth [1/m], one number if it is constant."""
     if sensor.depth_exponent == 2.0:

@@ -6,6 +6,7 @@
 #include "arrays.h"
 #include "depth_image.h"
 #include "kernels.h"
+#include "lanes.h"
 #include "processors.h"
 
 FOR_EACH_PROCESSOR
@@ -94,6 +95,63 @@ PyObject *kernel_valid_depth(PyObject *module, PyObject *arguments) {
   if (fits) {
     Py_BEGIN_ALLOW_THREADS
     keep_valid(arrays.views[0].buf, count, (float)nearest, (float)farthest, arrays.views[1].buf);
+    Py_END_ALLOW_THREADS
+  } else {
+    PyErr_SetString(PyExc_ValueError, "the images are not of the same size");
+  }
+  close_arrays(&arrays);
+  if (!fits)
+    return NULL;
+  Py_RETURN_NONE;
+}
+
+// The depth in the middle, or of the nearest of four pixels around it where it has none.
+INLINE float filled_at(float middle, float left, float right, float above, float below) {
+  float nearest = INFINITY;
+  nearest = left < nearest ? left : nearest;
+  nearest = right < nearest ? right : nearest;
+  nearest = above < nearest ? above : nearest;
+  nearest = below < nearest ? below : nearest;
+  const float known = nearest < INFINITY ? nearest : NAN;
+  return middle == middle ? middle : known;
+}
+
+FOR_EACH_PROCESSOR
+static void fill_row(const float *above, const float *middle, const float *below,
+                     Py_ssize_t width, float *restrict filled) {
+  const Py_ssize_t last = width - 1;
+  filled[0] = filled_at(middle[0], middle[0], middle[last > 0], above[0], below[0]);
+  for (Py_ssize_t i = 1; i < last; ++i)
+    filled[i] = filled_at(middle[i], middle[i - 1], middle[i + 1], above[i], below[i]);
+  filled[last] = filled_at(middle[last], middle[last > 0 ? last - 1 : 0], middle[last],
+                           above[last], below[last]);
+}
+
+static void fill_all(const float *depths, Size size, float *filled) {
+  for (Py_ssize_t row = 0; row < size.height; ++row) {
+    const float *middle = depths + row * size.width;
+    fill_row(row > 0 ? middle - size.width : middle, middle,
+             row + 1 < size.height ? middle + size.width : middle, size.width,
+             filled + row * size.width);
+  }
+}
+
+PyObject *kernel_filled_depth(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *filled_array;
+  if (!PyArg_ParseTuple(arguments, "OO", &image_array, &filled_array))
+    return NULL;
+  const Argument needed[] = {
+      {"the image", image_array, 'f', IMAGE, false},
+      {"the filled image", filled_array, 'f', IMAGE, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Size size = size_of(&arrays.views[0]), to = size_of(&arrays.views[1]);
+  const bool fits = size.width == to.width && size.height == to.height;
+  if (fits) {
+    Py_BEGIN_ALLOW_THREADS
+    fill_all(arrays.views[0].buf, size, arrays.views[1].buf);
     Py_END_ALLOW_THREADS
   } else {
     PyErr_SetString(PyExc_ValueError, "the images are not of the same size");

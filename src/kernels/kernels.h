@@ -30,6 +30,7 @@ PyObject *kernel_eliminate(PyObject *module, PyObject *arguments);
 PyObject *kernel_estimate(PyObject *module, PyObject *arguments);
 PyObject *kernel_exp_pose(PyObject *module, PyObject *arguments);
 PyObject *kernel_exp_rotation(PyObject *module, PyObject *arguments);
+PyObject *kernel_filled_depth(PyObject *module, PyObject *arguments);
 PyObject *kernel_fit_moments(PyObject *module, PyObject *arguments);
 PyObject *kernel_fit_planes(PyObject *module, PyObject *arguments);
 PyObject *kernel_gradient_moments(PyObject *module, PyObject *arguments);

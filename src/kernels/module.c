@@ -26,6 +26,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(estimate),
     KERNEL(exp_pose),
     KERNEL(exp_rotation),
+    KERNEL(filled_depth),
     KERNEL(fit_moments),
     KERNEL(fit_planes),
     KERNEL(gradient_moments),

@@ -247,3 +247,22 @@ def test_a_step_of_the_jump_itself_is_no_edge(far, is_smooth):
     image = np.array([[1.0, far], [1.0, far]], np.float32)
     found, = depth.sample(image, np.array([[0.5, 0.25]]), SensorSettings(depth_jump=0.5))
     assert found == pytest.approx(1.2 if is_smooth else 1.0, rel=1e-6)
+
+
+def test_holes_are_a_pixel_smaller_when_filled_by_the_nearest_surface_beside():
+    image = np.full((5, 7), np.nan, np.float32)
+    image[:, 0], image[:, 6] = 2.0, 1.0
+    image[2, 3] = 3.0
+    expected = np.full((5, 7), np.nan, np.float32)
+    expected[:, :2], expected[:, 5:] = 2.0, 1.0
+    expected[2, 2:5] = expected[1:4, 3] = 3.0
+    np.testing.assert_array_equal(depth.filled(image), expected)
+
+
+def test_a_hole_between_two_surfaces_is_on_the_nearer_one():
+    """Also at the border of the image, and in an image of one column or row."""
+    image = np.array([[2.0, np.nan, 1.0, np.nan, 3.0, np.nan, np.nan, np.nan]], np.float32)
+    expected = np.array([[2.0, 1.0, 1.0, 1.0, 3.0, 3.0, np.nan, np.nan]], np.float32)
+    np.testing.assert_array_equal(depth.filled(image), expected)
+    np.testing.assert_array_equal(depth.filled(image.T.copy()), expected.T)
+    assert np.isnan(depth.filled(np.full((1, 1), np.nan, np.float32))).all()

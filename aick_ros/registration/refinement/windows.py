@@ -26,9 +26,10 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
 _EDGE_SIGMA = 0.25  # chosen: of the step between two surfaces, of a keypoint on the edge of one
-_IN_FRONT = 0.4
+_IN_FRONT = 0.65
 """Mean place of gradients, from a surface (0) to one in front of it (1), from which on a window
-moves with the latter. Chosen on 37 rendered recordings, where 0.35 to 0.5 are as good."""
+moves with the latter. Chosen on rendered rooms and corridors and real recordings; with less, yaw
+drifts to one side along a corridor, with more, to the other. 0.6 is as good."""
 
 _STEP = 8.0  # chosen: standard deviations of the inverse depth, of a step between two surfaces
 _MAX_STRETCH = 1.0  # chosen: windows that are stretched by more are left as they are
@@ -73,14 +74,15 @@ class Windows:
         nearer = depth.nearer_beside(frame.depth, pixels, z, side // 2)
         behind = np.flatnonzero(np.isfinite(nearer))
         step = 1 / nearer[behind] - 1 / z[behind]
-        reliefs = relief_moments(prepared.grey, frame.depth, pixels[behind], points[behind], side,
+        surfaces = depth.filled(frame.depth)
+        reliefs = relief_moments(prepared.grey, surfaces, pixels[behind], points[behind], side,
                                  sensor, _ANY)
         in_front = _traces(reliefs) > _IN_FRONT * step * _traces(moments[behind, 0])
         sigmas[behind] = np.hypot(sigmas[behind], _EDGE_SIGMA * step)
         edge = behind[in_front]
         points[edge] *= (nearer[edge] / z[edge])[:, None]
         return cls(points, sigmas, moments,
-                   relief_moments(prepared.grey, frame.depth, pixels, points, side, sensor))
+                   relief_moments(prepared.grey, surfaces, pixels, points, side, sensor))
 
     def __getitem__(self, chosen: np.ndarray) -> Windows:
         """Return some of the windows, by their indices."""

@@ -230,6 +230,19 @@ def test_a_window_beside_an_edge_is_where_most_of_its_gradients_are(edged, patte
     np.testing.assert_allclose(windows.sigmas[beside], 0.25 * 0.5, rtol=1e-3)
 
 
+def test_an_edge_without_depth_is_that_of_the_surface_in_front(edged):
+    """Many sensors have no depth on either side of an edge."""
+    image = edged.frame.depth.copy()
+    image[:, 159:161] = np.nan
+    grey = np.where(np.arange(320) < 160, np.uint8(60), np.uint8(180))
+    grey = np.repeat(grey[None], 240, axis=0)
+    frame = dataclasses.replace(
+        edged, frame=dataclasses.replace(edged.frame, colour=grey, depth=image), grey=grey)
+    windows = Windows.of(frame, np.arange(len(edged.keypoints)), WINDOW, SETTINGS.sensor)
+    beside = edged.keypoints.pixels[:, 0] == 161.0
+    np.testing.assert_allclose(windows.points[beside, 2], 1.0)
+
+
 def test_tracked_back_a_window_on_an_edge_is_as_uncertain(edged):
     """From the frame to itself: points are those of the keypoints, with their sigmas."""
     tracks = Tracker(SETTINGS.refinement, SETTINGS.sensor).track_back(edged, edged, np.eye(4))
