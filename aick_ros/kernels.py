@@ -12,14 +12,15 @@ try:
         corrected_tracks, depth_equations, derivative_squares, describe_points, disc_directions,
         eliminate, estimate, exp_pose, exp_rotation, filled_depth, fit_moments, fit_planes,
         gradient_moments, gradient_noise, halve, integrate_forces, integrate_turns, interpolate,
-        inverse_pose, inverted_turns, is_rigid, is_valid_depth, jackknife, joint_estimate,
+        inverse_pose, inverted_warps, is_rigid, is_valid_depth, jackknife, joint_estimate,
         kalman_measurement, kalman_update, keypoint_equations, log_pose, log_rotation,
         mean_displacement, mean_inverse_depths, moments, nearer_beside, nodes_around,
         normal_buckets, normal_equations, normalize, pairs_of_near_points, pairs_of_similar_bits,
-        perturbed_pose, pixel_jacobians, point_to_plane, pose_difference, predict_gravity, project,
+        perturbed_pose, point_to_plane, pose_difference, predict_gravity, project,
         propagated_covariance, relative_pose, relief_moments, reprojection, reversed_tracks,
-        sample_depth, shrink, smooth_cells, solve_definite, spread, stamp_errors, to_quaternion,
-        track_depth, track_steps, transform, undistort_depth, valid_depth, visible, window_shifts)
+        sample_depth, shrink, smooth_cells, solve_definite, spread, stamp_errors, surface_slopes,
+        to_quaternion, track_depth, track_steps, transform, undistort_depth, valid_depth, visible,
+        window_shifts, window_warps)
 except ModuleNotFoundError as error:
     raise InputError('aick_ros is not compiled: install it (pip install . or colcon build), '
                      'which takes a C compiler') from error
@@ -30,14 +31,14 @@ __all__ = ['DIGEST', 'agreeing_tracks', 'align_windows', 'bias_since', 'biased_i
            'derivative_squares', 'describe_points', 'disc_directions', 'eliminate', 'estimate',
            'exp_pose', 'exp_rotation', 'filled_depth', 'fit_moments', 'fit_planes',
            'gradient_moments', 'gradient_noise', 'halve', 'integrate_forces', 'integrate_turns',
-           'interpolate', 'inverse_pose', 'inverted_turns', 'is_rigid', 'is_valid_depth',
+           'interpolate', 'inverse_pose', 'inverted_warps', 'is_rigid', 'is_valid_depth',
            'jackknife', 'joint_estimate', 'kalman_measurement', 'kalman_update',
            'keypoint_equations', 'log_pose', 'log_rotation', 'mean_displacement',
            'mean_inverse_depths', 'moments', 'nearer_beside', 'nodes_around', 'normal_buckets',
            'normal_equations', 'normalize', 'pairs_of_near_points', 'pairs_of_similar_bits',
-           'perturbed_pose', 'pixel_jacobians', 'point_to_plane', 'pose_difference',
-           'predict_gravity', 'project', 'propagated_covariance', 'relative_pose',
-           'relief_moments', 'reprojection', 'reversed_tracks', 'sample_depth', 'shrink',
-           'smooth_cells', 'solve_definite', 'spread', 'stamp_errors', 'to_quaternion',
-           'track_depth', 'track_steps', 'transform', 'undistort_depth', 'valid_depth', 'visible',
-           'window_shifts']
+           'perturbed_pose', 'point_to_plane', 'pose_difference', 'predict_gravity', 'project',
+           'propagated_covariance', 'relative_pose', 'relief_moments', 'reprojection',
+           'reversed_tracks', 'sample_depth', 'shrink', 'smooth_cells', 'solve_definite', 'spread',
+           'stamp_errors', 'surface_slopes', 'to_quaternion', 'track_depth', 'track_steps',
+           'transform', 'undistort_depth', 'valid_depth', 'visible', 'window_shifts',
+           'window_warps']

@@ -95,6 +95,12 @@ def test_windows_larger_than_the_image_are_refused():
                                np.ones((1, 2)), np.ones(1), 7, 1.0, 0.0, 0.1, np.zeros((1, 3)))
 
 
+def test_windows_of_depth_larger_than_the_image_are_refused():
+    with pytest.raises(ValueError, match='larger than the image'):
+        kernels.surface_slopes(np.ones((8, 6), np.float32), np.ones((1, 2)), np.ones(1), 7, 0.1,
+                               1.0, np.zeros((1, 2)))
+
+
 def test_a_filled_image_of_another_size_is_refused():
     with pytest.raises(ValueError, match='not of the same size'):
         kernels.filled_depth(np.ones((4, 6), np.float32), np.ones((6, 4), np.float32))

@@ -286,14 +286,14 @@ INLINE void fetch(const Image *image, Py_ssize_t side, float u, float v) {
 FOR_EACH_PROCESSOR
 static void align_all(Window *window, const Image *before, const Image *now, Py_ssize_t border,
                       float step, float scale, const float (*pixels)[2],
-                      const double (*turns)[2][2], float (*places)[2], Py_ssize_t count,
+                      const double (*warps)[2][2], float (*places)[2], Py_ssize_t count,
                       Pixel *found) {
   const float half = 0.5f * (float)(window->side - 1);
   for (Py_ssize_t i = 0; i < count; ++i) {
     Lattice lattice = {{pixels[i][0] * scale, pixels[i][1] * scale}, {1.0f, 0.0f}, {0.0f, 1.0f}};
-    for (int k = 0; k < 2 && turns != NULL; ++k) {
-      lattice.by_column[k] = (float)turns[i][k][0];
-      lattice.by_row[k] = (float)turns[i][k][1];
+    for (int k = 0; k < 2 && warps != NULL; ++k) {
+      lattice.by_column[k] = (float)warps[i][k][0];
+      lattice.by_row[k] = (float)warps[i][k][1];
     }
     if (i + 1 < count) {
       fetch(before, window->side, pixels[i + 1][0] * scale - half,
@@ -336,18 +336,18 @@ static Window make_window(Py_ssize_t side) {
 }
 
 PyObject *kernel_align_windows(PyObject *module, PyObject *arguments) {
-  PyObject *before_array, *now_array, *pixel_array, *turn_array, *place_array, *found_array;
+  PyObject *before_array, *now_array, *pixel_array, *warp_array, *place_array, *found_array;
   Py_ssize_t border, side;
   float step, scale;
   if (!PyArg_ParseTuple(arguments, "OOnnffOOOO", &before_array, &now_array, &border, &side,
-                        &step, &scale, &pixel_array, &turn_array, &place_array, &found_array))
+                        &step, &scale, &pixel_array, &warp_array, &place_array, &found_array))
     return NULL;
   const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
       {"the image before", before_array, 'B', IMAGE, false},
       {"the image now", now_array, 'B', IMAGE, false},
       {"the pixels", pixel_array, 'f', 2 * count, false},
-      {"the turns", turn_array, 'd', 4 * count, false, true},
+      {"the warps", warp_array, 'd', 4 * count, false, true},
       {"the places", place_array, 'f', 2 * count, true},
       {"the found", found_array, '?', count, true},
   };

@@ -36,7 +36,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(integrate_turns),
     KERNEL(interpolate),
     KERNEL(inverse_pose),
-    KERNEL(inverted_turns),
+    KERNEL(inverted_warps),
     KERNEL(is_rigid),
     KERNEL(is_valid_depth),
     KERNEL(jackknife),
@@ -57,7 +57,6 @@ static PyMethodDef METHODS[] = {
     KERNEL(pairs_of_near_points),
     KERNEL(pairs_of_similar_bits),
     KERNEL(perturbed_pose),
-    KERNEL(pixel_jacobians),
     KERNEL(point_to_plane),
     KERNEL(pose_difference),
     KERNEL(predict_gravity),
@@ -73,6 +72,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(solve_definite),
     KERNEL(spread),
     KERNEL(stamp_errors),
+    KERNEL(surface_slopes),
     KERNEL(to_quaternion),
     KERNEL(track_depth),
     KERNEL(track_steps),
@@ -81,6 +81,7 @@ static PyMethodDef METHODS[] = {
     KERNEL(valid_depth),
     KERNEL(visible),
     KERNEL(window_shifts),
+    KERNEL(window_warps),
     {NULL, NULL, 0, NULL},
 };
 

@@ -264,6 +264,106 @@ PyObject *kernel_relief_moments(PyObject *module, PyObject *arguments) {
   Py_RETURN_NONE;
 }
 
+// Sums over the rows of a window for each of its columns: pixels on the surface in its centre, how
+// much nearer they are, and both times their rows.
+typedef struct {
+  float counts[LARGEST_SIDE], rows[LARGEST_SIDE], squares[LARGEST_SIDE];
+  float nearer[LARGEST_SIDE], by_row[LARGEST_SIDE];
+} SurfaceSums;
+
+INLINE void add_surface_row(const float *nearer, Py_ssize_t side, float row, float most,
+                            SurfaceSums *sums) {
+  for (Py_ssize_t i = 0; i < side; ++i) {
+    const float is_on = fabsf(nearer[i]) < most ? 1.0f : 0.0f;
+    const float own = fabsf(nearer[i]) < most ? nearer[i] : 0.0f;
+    sums->counts[i] += is_on;
+    sums->rows[i] += is_on * row;
+    sums->squares[i] += is_on * row * row;
+    sums->nearer[i] += own;
+    sums->by_row[i] += own * row;
+  }
+}
+
+// The slopes along u and v of the plane that fits the sums of a window best.
+static void fit_plane(const SurfaceSums *sums, Py_ssize_t side, double ridge, double *slopes) {
+  double count = 0.0, u = 0.0, v = 0.0, uu = ridge, uv = 0.0, vv = ridge;
+  double nearer = 0.0, by_u = 0.0, by_v = 0.0;
+  for (Py_ssize_t i = 0; i < side; ++i) {
+    const double column = (double)(i - side / 2);
+    count += sums->counts[i];
+    u += column * sums->counts[i];
+    v += sums->rows[i];
+    uu += column * column * sums->counts[i];
+    uv += column * sums->rows[i];
+    vv += sums->squares[i];
+    nearer += sums->nearer[i];
+    by_u += column * sums->nearer[i];
+    by_v += sums->by_row[i];
+  }
+  slopes[0] = slopes[1] = 0.0;
+  if (count == 0.0)
+    return;
+  uu -= u * u / count;
+  uv -= u * v / count;
+  vv -= v * v / count;
+  by_u -= u * nearer / count;
+  by_v -= v * nearer / count;
+  const double determinant = uu * vv - uv * uv;
+  slopes[0] = (vv * by_u - uv * by_v) / determinant;
+  slopes[1] = (uu * by_v - uv * by_u) / determinant;
+}
+
+FOR_EACH_PROCESSOR
+static void write_slopes(const float *image, Size size, const double (*pixels)[2],
+                         const double *depths, Py_ssize_t count, Py_ssize_t side, double most,
+                         double ridge, double (*slopes)[2]) {
+  const Py_ssize_t bytes = (Py_ssize_t)sizeof(*image);
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    if (i + 1 < count)
+      fetch_rows(image + first_of(pixels[i + 1], size, side), side, side * bytes,
+                 size.width * bytes);
+    const float *first = image + first_of(pixels[i], size, side);
+    const double inverse = 1.0 / depths[i];
+    SurfaceSums sums = {{0}};
+    float nearer[LARGEST_SIDE];
+    for (Py_ssize_t row = 0; row < side; ++row) {
+      fill_row(first + row * size.width, side, (float)inverse, nearer);
+      add_surface_row(nearer, side, (float)(row - side / 2), (float)(most * inverse), &sums);
+    }
+    fit_plane(&sums, side, ridge, slopes[i]);
+  }
+}
+
+PyObject *kernel_surface_slopes(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *pixel_array, *depth_array, *slope_array;
+  Py_ssize_t side;
+  double most, ridge;
+  if (!PyArg_ParseTuple(arguments, "OOOnddO", &image_array, &pixel_array, &depth_array, &side,
+                        &most, &ridge, &slope_array))
+    return NULL;
+  const Py_ssize_t count = row_count(pixel_array);
+  const Argument needed[] = {
+      {"the image", image_array, 'f', IMAGE, false},
+      {"the pixels", pixel_array, 'd', 2 * count, false},
+      {"the depths", depth_array, 'd', count, false},
+      {"the slopes", slope_array, 'd', 2 * count, true},
+  };
+  Arrays arrays;
+  if (!open_arrays(&arrays, needed, COUNT(needed)))
+    return NULL;
+  const Size size = size_of(&arrays.views[0]);
+  if (!fits(size, side, 0)) {
+    close_arrays(&arrays);
+    return NULL;
+  }
+  Py_BEGIN_ALLOW_THREADS
+  write_slopes(arrays.views[0].buf, size, arrays.views[1].buf, arrays.views[2].buf, count, side,
+               most, ridge, arrays.views[3].buf);
+  Py_END_ALLOW_THREADS
+  close_arrays(&arrays);
+  Py_RETURN_NONE;
+}
+
 enum {
   DIRECTIONS = 8,      // each beside its opposite
   FARTHEST = 1 << 15,  // pixels from one at which edges are sought
@@ -358,155 +458,6 @@ PyObject *kernel_nearer_beside(PyObject *module, PyObject *arguments) {
     if (i + AHEAD < count)
       fetch_around(image, size, pixels + 2 * (i + AHEAD), rule.reach);
     nearer[i] = nearer_beside(image, size, pixels + 2 * i, depths[i], &rule);
-  }
-  Py_END_ALLOW_THREADS
-  close_arrays(&arrays);
-  Py_RETURN_NONE;
-}
-
-// The derivatives of where a point is seen after a motion by where it was, at the same depth
-// [px/px], and by its inverse depth [px m].
-static void derive(const double *pose, const double *point, const double *focal,
-                   double jacobian[2][2], double *parallax) {
-  double moved[3];  // of the point at unit depth
-  for (int i = 0; i < 3; ++i)
-    moved[i] = (pose[4 * i] * point[0] + pose[4 * i + 1] * point[1] + pose[4 * i + 2] * point[2] +
-                pose[4 * i + 3]) / point[2];
-  for (int k = 0; k < 2; ++k) {
-    double by[4];  // the coordinates of the ray, its third one, and the inverse depth
-    for (int i = 0; i < 4; ++i)
-      by[i] = (pose[4 * k + i] - moved[k] / moved[2] * pose[8 + i]) / moved[2];
-    for (int i = 0; i < 2; ++i)
-      jacobian[k][i] = by[i] * focal[k] / focal[i];
-    parallax[k] = by[3] * focal[k];
-  }
-}
-
-PyObject *kernel_pixel_jacobians(PyObject *module, PyObject *arguments) {
-  PyObject *point_array, *pose_array, *jacobian_array;
-  double ratio;  // of the focal lengths, fx / fy
-  if (!PyArg_ParseTuple(arguments, "OOdO", &point_array, &pose_array, &ratio, &jacobian_array))
-    return NULL;
-  const Py_ssize_t count = row_count(point_array);
-  const Argument needed[] = {
-      {"the points", point_array, 'd', 3 * count, false},
-      {"the pose", pose_array, 'd', 16, false},
-      {"the jacobians", jacobian_array, 'd', 4 * count, true},
-  };
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  const double *points = arrays.views[0].buf, *pose = arrays.views[1].buf;
-  double(*jacobians)[2][2] = arrays.views[2].buf;
-  const double focal[2] = {ratio, 1.0};
-  Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t n = 0; n < count; ++n) {
-    double parallax[2];
-    derive(pose, points + 3 * n, focal, jacobians[n], parallax);
-  }
-  Py_END_ALLOW_THREADS
-  close_arrays(&arrays);
-  Py_RETURN_NONE;
-}
-
-// Solve a 2x2 system.
-static void solve(const double matrix[2][2], const double *right, double *solution) {
-  const double determinant = matrix[0][0] * matrix[1][1] - matrix[0][1] * matrix[1][0];
-  solution[0] = (matrix[1][1] * right[0] - matrix[0][1] * right[1]) / determinant;
-  solution[1] = (matrix[0][0] * right[1] - matrix[1][0] * right[0]) / determinant;
-}
-
-PyObject *kernel_inverted_turns(PyObject *module, PyObject *arguments) {
-  PyObject *turn_array, *inverted_array;
-  if (!PyArg_ParseTuple(arguments, "OO", &turn_array, &inverted_array))
-    return NULL;
-  const Py_ssize_t count = row_count(turn_array);
-  const Argument needed[] = {
-      {"the turns", turn_array, 'd', 4 * count, false},
-      {"the inverted turns", inverted_array, 'd', 4 * count, true},
-  };
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  const double(*turns)[2][2] = arrays.views[0].buf;
-  double(*inverted)[2][2] = arrays.views[1].buf;
-  Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t n = 0; n < count; ++n) {
-    for (int i = 0; i < 2; ++i) {
-      const double unit[2] = {i == 0, i == 1};
-      double column[2];
-      solve(turns[n], unit, column);
-      inverted[n][0][i] = column[0];
-      inverted[n][1][i] = column[1];
-    }
-  }
-  Py_END_ALLOW_THREADS
-  close_arrays(&arrays);
-  Py_RETURN_NONE;
-}
-
-// How far off its centre a window is found that is stretched and whose relief is displaced, before
-// it is turned.
-static void shift_of(double stretch[2][2], const double *displaced, const double *moments,
-                     const double *reliefs, double limit, double smallest, double *shift) {
-  bool is_known = true;
-  for (int i = 0; i < 4; ++i)
-    is_known = is_known && fabs(stretch[i / 2][i % 2]) < limit;
-  shift[0] = shift[1] = 0.0;
-  if (!is_known)
-    return;
-  for (int k = 0; k < 2; ++k)
-    for (int i = 0; i < 2; ++i) {
-      shift[k] += reliefs[k + i] * displaced[i];
-      for (int along = 0; along < 2; ++along)
-        shift[k] += moments[3 * (1 + along) + k + i] * stretch[i][along];
-    }
-  const double uu = moments[0], uv = moments[1], vv = moments[2];
-  const double determinant = fmax(uu * vv - uv * uv, smallest);
-  const double u = (vv * shift[0] - uv * shift[1]) / determinant;
-  shift[1] = (uu * shift[1] - uv * shift[0]) / determinant;
-  shift[0] = u;
-}
-
-PyObject *kernel_window_shifts(PyObject *module, PyObject *arguments) {
-  PyObject *point_array, *pose_array, *turn_array, *moment_array, *relief_array, *shift_array;
-  double focal[2], limit, smallest;
-  if (!PyArg_ParseTuple(arguments, "OOddOOOddO", &point_array, &pose_array, &focal[0], &focal[1],
-                        &turn_array, &moment_array, &relief_array, &limit, &smallest,
-                        &shift_array))
-    return NULL;
-  const Py_ssize_t count = row_count(point_array);
-  const Argument needed[] = {
-      {"the points", point_array, 'd', 3 * count, false},
-      {"the pose", pose_array, 'd', 16, false},
-      {"the jacobians of the turn", turn_array, 'd', 4 * count, false, true},
-      {"the moments", moment_array, 'd', 9 * count, false},
-      {"the reliefs", relief_array, 'd', 3 * count, false},
-      {"the shifts", shift_array, 'd', 2 * count, true},
-  };
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  const double *points = arrays.views[0].buf, *pose = arrays.views[1].buf;
-  const double(*turns)[2][2] = arrays.views[2].buf, upright[2][2] = {{1.0, 0.0}, {0.0, 1.0}};
-  const double *moments = arrays.views[3].buf, *reliefs = arrays.views[4].buf;
-  double *shifts = arrays.views[5].buf;
-  Py_BEGIN_ALLOW_THREADS
-  for (Py_ssize_t n = 0; n < count; ++n) {
-    double moved[2][2], parallax[2], stretch[2][2], displaced[2], shift[2];
-    const double(*turn)[2] = turns == NULL ? upright : turns[n];
-    derive(pose, points + 3 * n, focal, moved, parallax);
-    for (int i = 0; i < 2; ++i) {
-      const double column[2] = {moved[0][i], moved[1][i]};
-      double solved[2];
-      solve(turn, column, solved);
-      for (int k = 0; k < 2; ++k)
-        stretch[k][i] = solved[k] - (double)(k == i);
-    }
-    solve(turn, parallax, displaced);
-    shift_of(stretch, displaced, moments + 9 * n, reliefs + 3 * n, limit, smallest, shift);
-    for (int k = 0; k < 2; ++k)
-      shifts[2 * n + k] = turn[k][0] * shift[0] + turn[k][1] * shift[1];
   }
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);

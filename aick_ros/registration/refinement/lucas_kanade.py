@@ -58,7 +58,7 @@ class Pyramid:
 
 
 def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
-                         expected: np.ndarray | None = None, turns: np.ndarray | None = None,
+                         expected: np.ndarray | None = None, warps: np.ndarray | None = None,
                          is_near: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """
     Track pixels from one image to another, and keep those that track back to their start.
@@ -71,7 +71,7 @@ def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
     :param now: of the other one, as large, for the same window.
     :param pixels: Nx2 float32 in ``before``, N may be 0.
     :param expected: Nx2 float32, about where the pixels are in ``now``; None: unknown.
-    :param turns: Nx2x2 float64, how the windows around them are turned and stretched until they
+    :param warps: Nx2x2 float64, how the windows around them turn and stretch until they
         are seen in ``now``: derivatives of places there by those in ``before``; None: not at all.
     :param is_near: whether they are as near to it as a window is wide: sought in ``now`` itself.
     :returns: Nx2 float32, the pixels in ``now``, and N bool, whether each was found.
@@ -80,21 +80,21 @@ def track_there_and_back(before: Pyramid, now: Pyramid, pixels: np.ndarray,
     levels = len(before.sizes)
     if expected is not None:
         first = 1 if is_near else _levels_expected(before)
-        seen, found = _track_twice(before, now, pixels, expected, turns, first)
+        seen, found = _track_twice(before, now, pixels, expected, warps, first)
         if is_near or first == levels or np.count_nonzero(found) >= _MOST_FOUND * len(found):
             return seen, found
-    return _track_twice(before, now, pixels, expected, turns, levels)
+    return _track_twice(before, now, pixels, expected, warps, levels)
 
 
 def track_coarsely(before: Pyramid, now: Pyramid, pixels: np.ndarray, expected: np.ndarray,
-                   turns: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+                   warps: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """
     Track pixels from one image to another, from the coarsest level to half of the resolution.
 
     Parameters and results as of :func:`track_there_and_back`; nothing is tracked back.
     """
     levels = len(before.sizes)
-    return _track(before, now, pixels, expected, inverted(turns),
+    return _track(before, now, pixels, expected, inverted(warps),
                   range(min(1, levels - 1), levels), _COARSE_STEP)
 
 
@@ -106,24 +106,24 @@ def _levels_expected(pyramid: Pyramid) -> int:
 
 
 def _track_twice(before: Pyramid, now: Pyramid, pixels: np.ndarray, expected: np.ndarray | None,
-                 turns: np.ndarray | None, levels: int) -> tuple[np.ndarray, np.ndarray]:
+                 warps: np.ndarray | None, levels: int) -> tuple[np.ndarray, np.ndarray]:
     """Track pixels there and back, once; parameters as of :func:`track_there_and_back`."""
     if not len(pixels):
         return np.empty((0, 2), np.float32), np.empty(0, bool)
     seen, found = _track(before, now, pixels, pixels if expected is None else expected,
-                         inverted(turns), range(levels), _LAST_STEP)
+                         inverted(warps), range(levels), _LAST_STEP)
     start, levels = (seen, levels) if expected is None else (pixels, 1)
-    returned, found_again = _track(now, before, seen, start, turns, range(levels), _COARSE_STEP)
+    returned, found_again = _track(now, before, seen, start, warps, range(levels), _COARSE_STEP)
     u, v = np.abs(returned - pixels).T
     return seen, found & found_again & (np.maximum(u, v) < _MAX_RETURN_ERROR)
 
 
-def inverted(turns: np.ndarray | None) -> np.ndarray | None:
-    """Return the turns back, Nx2x2; inf or NaN where there is none; None of None."""
-    if turns is None:
+def inverted(warps: np.ndarray | None) -> np.ndarray | None:
+    """Return the warps back, Nx2x2; inf or NaN where there is none; None of None."""
+    if warps is None:
         return None
-    back = np.empty((len(turns), 2, 2))
-    kernels.inverted_turns(turns, back)
+    back = np.empty((len(warps), 2, 2))
+    kernels.inverted_warps(warps, back)
     return back
 
 

@@ -18,7 +18,7 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.registration.last_results import LastResults
 from aick_ros.registration.refinement.lucas_kanade import (
     Pyramid, track_coarsely, track_there_and_back)
-from aick_ros.registration.refinement.windows import Windows, jacobians
+from aick_ros.registration.refinement.windows import Windows
 from aick_ros.settings import RefinementSettings, SensorSettings
 
 FEWEST_TO_CONFIRM = 12
@@ -30,8 +30,6 @@ Chosen: a pose needs three tracks, and up to half of all may be outliers.
 _LEVELS = 2  # of the image pyramid; chosen: tracks up to 4 * window / 2 pixels of error
 _NEAREST = 0.05  # m; chosen: keypoints that the first pose puts nearer are skipped
 _CACHED_FRAMES = 3  # chosen: a frame, its keyframe, and one in reserve
-_LEAST_TRACE = 1.0 + 2.0 * np.cos(np.radians(3.0))
-"""Trace of a rotation below which windows differ too much to be aligned; the angle is chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,15 +116,14 @@ class Tracker:
         camera = target.frame.camera
         points = source.keypoints.positions[:self._settings.max_tracks].astype(np.float64)
         kept, expected = _visible(points, T_target_source, camera)
-        turns = _turns(points.take(kept, axis=0), T_target_source, camera)
+        windows = windows_of(kept)
+        warps = windows.warps(camera, T_target_source)
         seen, found = track_there_and_back(
             self._pyramids(source), self._pyramids(target),
-            source.keypoints.pixels.take(kept, axis=0), expected, turns, is_near)
+            source.keypoints.pixels.take(kept, axis=0), expected, warps, is_near)
         rows, = found.nonzero()
-        kept, seen = kept.take(rows), seen.take(rows, axis=0)
-        turns = None if turns is None else turns.take(rows, axis=0)
-        windows = windows_of(kept)
-        seen = seen - windows.shifts(camera, T_target_source, turns)
+        kept, seen, windows = kept.take(rows), seen.take(rows, axis=0), windows[rows]
+        seen = seen - windows.shifts(camera, T_target_source, warps.take(rows, axis=0))
         rays = camera.normalize(seen)
         if not np.isfinite(rays).all():
             valid = np.flatnonzero(np.isfinite(rays).all(axis=1))
@@ -168,7 +165,7 @@ class Tracker:
         seen, found = track_coarsely(
             self._pyramids(source), self._pyramids(target),
             source.keypoints.pixels.take(rows, axis=0), expected,
-            _turns(windows.points.take(rows, axis=0), T_target_source, camera))
+            windows[rows].warps(camera, T_target_source))
         rays = camera.normalize(seen)
         kept, = (found & (rays[:, 0] == rays[:, 0])).nonzero()  # NaN: there is no such ray
         rows, depths = rows.take(kept), np.empty(len(kept))
@@ -193,17 +190,3 @@ def _visible(points: np.ndarray, T_target_source: np.ndarray,
     kept, pixels = np.empty(len(points), np.int64), np.empty((len(points), 2), np.float32)
     count = kernels.visible(points, T_target_source, camera.model, _NEAREST, kept, pixels)
     return kept[:count], pixels[:count]
-
-
-def _turns(points: np.ndarray, T_target_source: np.ndarray, camera: Camera) -> np.ndarray | None:
-    """
-    Return how the windows around points are turned before they are tracked, Kx2x2 [px/px].
-
-    By the rotation alone (Hartley and Zisserman 2004, 8.4): it is the same however far away what
-    they show is. Small ones are left to the tracking: None.
-    """
-    if T_target_source[:3, :3].trace() > _LEAST_TRACE:
-        return None
-    rotation = np.eye(4)
-    rotation[:3, :3] = T_target_source[:3, :3]
-    return jacobians(points, camera, rotation)

@@ -11,6 +11,9 @@ and the motion say, to first order. An edge of a surface moves with that surface
 is seen behind it. So does a window on the edge of a surface far in front of another one, if much
 of its gradients is there; else it moves with what is behind, as the pattern of a carpet which a
 table hides in part.
+
+A motion also turns and stretches a window. It is warped before it is sought, as the plane through
+the surface in its centre is.
 """
 
 from __future__ import annotations
@@ -25,13 +28,24 @@ from aick_ros.frames.prepared import PreparedFrame
 from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
-_EDGE_SIGMA = 0.25  # chosen: of the step between two surfaces, of a keypoint on the edge of one
+_SURE_SIGMA, _UNSURE_VARIANCE = 0.1, 0.6
+"""How exactly a window moves with one of two surfaces, in steps between them: standard deviation
+where all gradients are on it, and what their mean place m adds to the variance, by m (1 - m).
+
+Measured on rendered rooms and corridors; on two excerpts of real recordings it is larger still."""
+
 _IN_FRONT = 0.65
 """Mean place of gradients, from a surface (0) to one in front of it (1), from which on a window
 moves with the latter. Chosen on rendered rooms and corridors and real recordings; with less, yaw
 drifts to one side along a corridor, with more, to the other. 0.6 is as good."""
 
 _STEP = 8.0  # chosen: standard deviations of the inverse depth, of a step between two surfaces
+_RIDGE = 0.05  # chosen: weight of slopes of zero, beside that of depth in a whole window
+_LEAST_WARP = 0.02
+"""Change of a derivative [px/px] up to which a window is not warped.
+
+Chosen: to sample a warped one takes longer, and the shift corrects small changes."""
+
 _MAX_STRETCH = 1.0  # chosen: windows that are stretched by more are left as they are
 _SMALLEST = 1e-6  # of a determinant; keeps a window without gradient finite
 _ANY = 1e6  # times nearer: of any two surfaces
@@ -49,12 +63,15 @@ class Windows:
         as they are, times the offset along u [px], and times that along v [px].
     :param reliefs: Nx3 float64, the same products times how much nearer than the point is what
         they are on [1/m].
+    :param slopes: Nx2 float64, change of the inverse depth of the surface that the point is on,
+        along u and v [1/m px].
     """
 
     points: np.ndarray
     sigmas: np.ndarray
     moments: np.ndarray
     reliefs: np.ndarray
+    slopes: np.ndarray
 
     @classmethod
     def of(cls, prepared: PreparedFrame, chosen: np.ndarray, side: int,
@@ -77,48 +94,83 @@ class Windows:
         surfaces = depth.filled(frame.depth)
         reliefs = relief_moments(prepared.grey, surfaces, pixels[behind], points[behind], side,
                                  sensor, _ANY)
-        in_front = _traces(reliefs) > _IN_FRONT * step * _traces(moments[behind, 0])
-        sigmas[behind] = np.hypot(sigmas[behind], _EDGE_SIGMA * step)
-        edge = behind[in_front]
+        place = np.clip(_traces(reliefs) / np.maximum(
+            step * _traces(moments[behind, 0]), _SMALLEST), 0.0, 1.0)
+        unsure = np.sqrt(_SURE_SIGMA ** 2 + _UNSURE_VARIANCE * place * (1.0 - place))
+        sigmas[behind] = np.hypot(sigmas[behind], unsure * step)
+        edge = behind[place > _IN_FRONT]
         points[edge] *= (nearer[edge] / z[edge])[:, None]
         return cls(points, sigmas, moments,
-                   relief_moments(prepared.grey, surfaces, pixels, points, side, sensor))
+                   relief_moments(prepared.grey, surfaces, pixels, points, side, sensor),
+                   surface_slopes(surfaces, pixels, points, side))
 
     def __getitem__(self, chosen: np.ndarray) -> Windows:
         """Return some of the windows, by their indices."""
         return Windows(self.points.take(chosen, axis=0), self.sigmas.take(chosen),
-                       self.moments.take(chosen, axis=0), self.reliefs.take(chosen, axis=0))
+                       self.moments.take(chosen, axis=0), self.reliefs.take(chosen, axis=0),
+                       self.slopes.take(chosen, axis=0))
+
+    def warps(self, camera: Camera, T_target_source: np.ndarray) -> np.ndarray:
+        """
+        Return how a motion turns and stretches the windows, Nx2x2 [px/px].
+
+        It is as :func:`warps_of` returns it, and the identity where it is near that.
+
+        :param T_target_source: 4x4 [m].
+        """
+        return warps_of(self.points, self.slopes, camera, T_target_source, _LEAST_WARP)
 
     def shifts(self, camera: Camera, T_target_source: np.ndarray,
-               turns: np.ndarray | None = None) -> np.ndarray:
+               warps: np.ndarray) -> np.ndarray:
         """
         Return where the windows are found, beside where the points are, Nx2 [px].
 
         Lens distortion is ignored: over so few pixels it changes a displacement by a few percent.
 
         :param T_target_source: 4x4 [m].
-        :param turns: Nx2x2 float64, how the windows are turned before they are tracked [px/px];
-            None: not at all.
+        :param warps: Nx2x2 float64, how the windows are warped before they are tracked [px/px].
         """
         shifts = np.empty((len(self.points), 2))
         kernels.window_shifts(
-            self.points, T_target_source, camera.fx, camera.fy, turns, self.moments, self.reliefs,
+            self.points, T_target_source, camera.fx, camera.fy, warps, self.moments, self.reliefs,
             _MAX_STRETCH, _SMALLEST, shifts)
         return shifts
 
 
-def jacobians(points: np.ndarray, camera: Camera, T_target_source: np.ndarray) -> np.ndarray:
+def warps_of(points: np.ndarray, slopes: np.ndarray, camera: Camera,
+             T_target_source: np.ndarray, least: float = 0.0) -> np.ndarray:
     """
-    Return the derivatives of where what faces the camera is seen after a motion, Nx2x2 [px/px].
+    Return the derivatives of where planes are seen after a motion, Nx2x2 [px/px].
 
     They are by the pixel before it; lens distortion is ignored.
 
-    :param points: Nx3 [m].
+    :param points: Nx3, of the planes [m].
+    :param slopes: Nx2, of their inverse depths, along u and v [1/m px].
     :param T_target_source: 4x4 [m].
+    :param least: the identity is returned where no derivative differs from it by as much.
     """
-    found = np.empty((len(points), 2, 2))
-    kernels.pixel_jacobians(points, T_target_source, camera.fx / camera.fy, found)
-    return found
+    warps = np.empty((len(points), 2, 2))
+    kernels.window_warps(points, T_target_source, camera.fx, camera.fy, slopes, least, warps)
+    return warps
+
+
+def surface_slopes(depth_image: np.ndarray, pixels: np.ndarray, points: np.ndarray,
+                   side: int) -> np.ndarray:
+    """
+    Return :attr:`Windows.slopes`, Nx2: those of the planes that fit best, 0 without depth.
+
+    Other surfaces, far in front or behind, do not count.
+
+    :param depth_image: HxW float32 [m], NaN where invalid.
+    :param pixels: Nx2, the centres.
+    :param points: Nx3, what they show [m].
+    :param side: of a window [px].
+    """
+    slopes = np.empty((len(pixels), 2))
+    ridge = _RIDGE * side ** 2 * (side ** 2 - 1) / 12  # of the squared offsets of all pixels
+    kernels.surface_slopes(depth_image, pixels, points[:, 2], side, depth.LEAST_RISE, ridge,
+                           slopes)
+    return slopes
 
 
 def gradient_moments(grey: np.ndarray, pixels: np.ndarray, side: int) -> np.ndarray:

@@ -10,13 +10,15 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
+from aick_ros.errors import InputError
 from aick_ros.sources.synthetic.surfaces import Surface, TexturePoints
 
 _LEVELS = 18  # of resolution, each coarser than the last by the square root of two
 _TAPS = 4  # look-ups along the stretch of a pixel that looks aslant
 _SHARPEN = 1.25  # levels finer than one texel a pixel, because the interpolation blurs too
 _BORDER = 4  # [texels] around a picture; taps are at most 2 apart, so look-ups reach 3.5 beyond it
-_WIDTH = 8192  # [texels] of the atlas
+_WIDTHS = 8192, 32000  # [texels] of the atlas: that of a room, and of what is too large for it
+_LARGEST = 32000  # [texels] in either direction that cv2.remap takes
 _ROW = 1024  # samples looked up in a row, as cv2.remap takes pictures
 
 
@@ -85,18 +87,30 @@ def _pyramid(image: np.ndarray) -> list[np.ndarray]:
 
 
 def _pack(pictures: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Lay pictures in shelves, the tallest first; return the whole and the corners, Nx2 (x, y)."""
-    corners = np.empty((len(pictures), 2), int)
-    x = y = shelf = 0
-    for i in np.argsort([-len(picture) for picture in pictures], kind='stable'):
-        height, width = (n + 2 * _BORDER for n in pictures[i].shape[:2])
-        if x + width > _WIDTH:
-            x, y, shelf = 0, y + shelf, 0
-        corners[i] = x + _BORDER, y + _BORDER
-        x, shelf = x + width, max(shelf, height)
-    atlas = np.zeros((y + shelf, _WIDTH, 3), np.uint8)
-    for picture, (x, y) in zip(pictures, corners - _BORDER):
+    """Lay pictures beside each other; return the whole and the corners, Nx2 (x, y)."""
+    sizes = np.array([picture.shape[1::-1] for picture in pictures]) + 2 * _BORDER
+    for atlas_width in _WIDTHS:
+        corners, atlas_height = _in_shelves(sizes, atlas_width)
+        if sizes[:, 0].max() <= atlas_width and atlas_height <= _LARGEST:
+            break
+    else:
+        raise InputError('the scene has more texture than can be rendered; make it smaller')
+    atlas = np.zeros((atlas_height, atlas_width, 3), np.uint8)
+    for picture, (x, y) in zip(pictures, corners):
         framed = cv2.copyMakeBorder(picture, _BORDER, _BORDER, _BORDER, _BORDER,
                                     cv2.BORDER_REPLICATE)
         atlas[y:y + framed.shape[0], x:x + framed.shape[1]] = framed
-    return atlas, corners
+    return atlas, corners + _BORDER
+
+
+def _in_shelves(sizes: np.ndarray, atlas_width: int) -> tuple[np.ndarray, int]:
+    """Lay Nx2 sizes in shelves, the tallest first; return their corners (x, y), and the height."""
+    corners = np.empty_like(sizes)
+    x = y = shelf = 0
+    for i in np.argsort(-sizes[:, 1], kind='stable'):
+        width, height = sizes[i]
+        if x + width > atlas_width:
+            x, y, shelf = 0, y + shelf, 0
+        corners[i] = x, y
+        x, shelf = x + width, max(shelf, height)
+    return corners, y + shelf

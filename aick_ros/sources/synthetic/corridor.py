@@ -18,6 +18,7 @@ from aick_ros.sources.synthetic.wander import Wander
 _WIDTH, _HEIGHT = 2.6, 2.5  # [m]
 _SHELF = 1.0  # wide [m]
 _LAMPS_APART = 3.0  # [m]
+_LAMPS_REACH = 10.0  # [m]; the floor there gets less than a two-thousandth of the light of a lamp
 _WOOD, _WALL, _FLOOR = (168, 128, 88), (222, 216, 204), (128, 98, 72)
 
 _EYE = 1.35  # above the floor [m]
@@ -41,7 +42,7 @@ def corridor(seed: int, length: float) -> Scene:
     for place in np.arange(_LAMPS_APART / 2, length, _LAMPS_APART) - length / 2:
         hall.at(place, z=_HEIGHT - 0.03).lamp(1.2, 0.3, materials.plain((252, 250, 240), 0.01))
         lamps.append(Lamp(np.array([[place, 0, _HEIGHT - 0.05]]), np.array([0, 0, -1.0]),
-                          np.array([2.2, 2.1, 2.0])))
+                          np.array([2.2, 2.1, 2.0]), _LAMPS_REACH))
     half = size * (0.5, 0.5, 1)
     interior = Zone(half * (-1, -1, 0), half)
     free = Zone(np.array([-half[0] + _MARGIN, -0.3, 1.2]), np.array([half[0] - _MARGIN, 0.3, 1.6]))

@@ -30,11 +30,13 @@ class Lamp:
     :param points: Nx3, spread over it [m].
     :param direction: in which it shines most.
     :param power: red, green, blue; 1 lights white to white at one metre.
+    :param reach: what is farther away gets no light of it [m].
     """
 
     points: np.ndarray
     direction: np.ndarray
     power: np.ndarray
+    reach: float = np.inf
 
 
 def illuminate(surfaces: Sequence[Surface], blocks: Sequence[Block], lamps: Sequence[Lamp],
@@ -72,9 +74,10 @@ def _from_lamp(points: np.ndarray, normals: np.ndarray, source: np.ndarray, lamp
     squared = np.einsum('ij,ij->i', ray, ray)
     received = np.einsum('ij,ij->i', ray, normals)
     sent = -(ray @ lamp.direction.astype(np.float32))
-    lit = np.flatnonzero((received > 0) & (sent > 0))
+    lit = np.flatnonzero((received > 0) & (sent > 0) & (squared < lamp.reach ** 2))
     for block in blocks:
-        lit = lit[~_blocked(points[lit], ray[lit], block)]
+        if block.distance(source[None])[0] < lamp.reach:
+            lit = lit[~_blocked(points[lit], ray[lit], block)]
     light = np.zeros(len(points), np.float32)
     # at least half a metre, so that what is beside a lamp does not glare
     light[lit] = received[lit] * sent[lit] / (squared[lit] * np.maximum(squared[lit], 0.25))

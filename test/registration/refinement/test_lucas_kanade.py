@@ -220,7 +220,7 @@ def test_windows_are_not_found_that_no_border_has(texture, turn):
     assert found.tolist() == [True, False]
 
 
-def test_windows_that_are_not_turned_are_upright(texture):
+def test_windows_that_are_not_warped_are_upright(texture):
     images = [Pyramid(view(texture, *shift), 9, 2) for shift in ((0, 0), (5, -3))]
     start, upright = pixels(), np.tile(np.eye(2), (len(pixels()), 1, 1))
     for expected, known in zip(track_there_and_back(*images, start, start, None),
@@ -228,12 +228,12 @@ def test_windows_that_are_not_turned_are_upright(texture):
         np.testing.assert_array_equal(expected, known)
 
 
-def test_turns_back():
+def test_warps_back():
     turns = np.random.default_rng(1).normal(size=(20, 2, 2))
     np.testing.assert_allclose(inverted(turns) @ turns, np.tile(np.eye(2), (20, 1, 1)), atol=1e-9)
     assert inverted(None) is None
     assert not np.isfinite(inverted(np.ones((1, 2, 2)))).any()
-    with pytest.raises(ValueError, match='the turns has 60 numbers: 80 are required'):
+    with pytest.raises(ValueError, match='the warps has 60 numbers: 80 are required'):
         inverted(np.ones((20, 3)))
 
 

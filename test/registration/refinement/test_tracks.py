@@ -289,7 +289,7 @@ def view_beside_the_edge_of_a_board(left, beside):
 def sigma_beside_an_edge(beside):
     """Return the standard deviation of the inverse depth there: on the wall it is the edge's."""
     sigma = SETTINGS.sensor.depth_sigma
-    return np.hypot(sigma, 0.25 * (1 - 1 / 4)) if beside < 0 else sigma
+    return np.hypot(sigma, 0.1 * (1 - 1 / 4)) if beside < 0 else sigma
 
 
 @pytest.mark.parametrize('beside', [-3, -1, 0, 2])

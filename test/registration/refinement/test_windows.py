@@ -17,7 +17,7 @@ from aick_ros.geometry import se3
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.tracks import Tracker
 from aick_ros.registration.refinement.windows import (
-    Windows, gradient_moments, jacobians, relief_moments)
+    Windows, gradient_moments, relief_moments, surface_slopes, warps_of)
 from aick_ros.settings import SensorSettings, Settings
 
 CAMERA = Camera(320, 240, 270.0, 250.0, 159.5, 119.5)
@@ -25,6 +25,7 @@ SETTINGS = Settings()
 PLANE = np.array([0.35, 0.1, 0.3])  # n . p = 1
 MOTION = se3.exp(np.array([0.02, -0.01, 0.12, 0.01, -0.02, 0.015]))  # T_target_source
 WINDOW = 9
+SLOPES = PLANE[:2] / (CAMERA.fx, CAMERA.fy)  # of the inverse depth of the plane [1/m px]
 
 
 def rays(pixels):
@@ -107,19 +108,60 @@ def test_without_depth_a_window_is_as_far_as_its_centre(depth):
 
 
 @pytest.mark.parametrize('turn', [np.eye(3), se3.exp_rotation((0.1, 0.2, 0.3))])
-def test_jacobians_are_the_derivatives_of_where_a_depth_is_seen(turn):
-    """By differences."""
+@pytest.mark.parametrize('is_slanted', [False, True])
+def test_warps_are_the_derivatives_of_where_a_plane_is_seen(turn, is_slanted):
+    """By differences; of one that faces the camera, and of one that does not."""
     motion = MOTION.copy()
     motion[:3, :3] = turn
-    z = points_at(PIXELS)[:, 2:]
-    found = jacobians(points_at(PIXELS), CAMERA, motion)
+    points, slopes = points_at(PIXELS), is_slanted * SLOPES
+    found = warps_of(points, np.tile(slopes, (50, 1)), CAMERA, motion)
 
-    def seen(pixels):
-        return CAMERA.project(se3.transform(motion, rays(pixels) * z))
+    def seen(step):
+        inverse = 1 / points[:, 2:] + step @ slopes
+        return CAMERA.project(se3.transform(motion, rays(PIXELS + step) / inverse))
 
     for i, step in enumerate(0.01 * np.eye(2)):
-        slope = (seen(PIXELS + step) - seen(PIXELS - step)) / 0.02
-        np.testing.assert_allclose(found[:, :, i], slope, atol=1e-5)
+        np.testing.assert_allclose(found[:, :, i], (seen(step) - seen(-step)) / 0.02, atol=1e-5)
+
+
+def test_small_warps_are_none():
+    """Up to where one of their numbers differs from the identity by as much as the least."""
+    points, slopes = points_at(PIXELS), np.zeros((50, 2))
+    all_of_them = warps_of(points, slopes, CAMERA, MOTION)
+    largest = np.abs(all_of_them - np.eye(2)).max(axis=(1, 2))
+    least = float(np.median(largest))
+    found = warps_of(points, slopes, CAMERA, MOTION, least)
+    expected = np.where((largest < least)[:, None, None], np.eye(2), all_of_them)
+    np.testing.assert_array_equal(found, expected)
+    assert 20 < np.count_nonzero(largest < least) < 30
+
+
+def test_slopes_are_those_of_the_plane_in_the_centre():
+    """A twentieth less: zero counts for as much. Nothing else does: no other surface, no hole."""
+    expected = np.tile(SLOPES / 1.05, (50, 1))
+    found = surface_slopes(depth_image(), PIXELS, points_at(PIXELS), WINDOW)
+    np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-8)
+    with_others = depth_image()
+    for i, (u, v) in enumerate(PIXELS.astype(int)):
+        with_others[v + (3, 4)[i % 2], u - 4:u + 5] *= (0.5, np.nan)[i % 2]
+    found = surface_slopes(with_others, PIXELS[:1], points_at(PIXELS[:1]), WINDOW)
+    np.testing.assert_allclose(found, expected[:1], rtol=0.05)
+
+
+@pytest.mark.parametrize('depth', [np.nan, 0.0, np.inf, 9.0])
+def test_without_a_surface_there_is_no_slope(depth):
+    image = np.full((240, 320), depth, np.float32)
+    found = surface_slopes(image, PIXELS, points_at(PIXELS), WINDOW)
+    np.testing.assert_array_equal(found, np.zeros((50, 2)))
+
+
+def test_no_slope_is_that_of_a_single_row():
+    """Of the other direction nothing is known."""
+    image = np.full((240, 320), np.nan, np.float32)
+    image[120] = depth_image()[120]
+    pixels = np.array([(160.0, 120.0)])
+    along, across = surface_slopes(image, pixels, points_at(pixels), WINDOW)[0]
+    assert abs(across) < 1e-9 and 0.3 < along / SLOPES[0] < 0.8
 
 
 def displacement(at, offset, by_turn, motion):
@@ -138,12 +180,12 @@ def test_the_shift_is_the_weighted_mean_of_the_displacements(turn):
     grey = noise(1)
     points = points_at(PIXELS)
     windows = Windows(points, np.ones(50), gradient_moments(grey, PIXELS, WINDOW),
-                      reliefs(grey, depth_image()))
+                      reliefs(grey, depth_image()), np.zeros((50, 2)))
     turned = np.eye(4)
     turned[:3, :3] = turn
-    turns = jacobians(points, CAMERA, turned)
-    shifts = windows.shifts(CAMERA, MOTION, turns)
-    for centre, by_turn, shift in zip(PIXELS.astype(int), turns, shifts):
+    warps = warps_of(points, windows.slopes, CAMERA, turned)
+    shifts = windows.shifts(CAMERA, MOTION, warps)
+    for centre, by_turn, shift in zip(PIXELS.astype(int), warps, shifts):
         matrix, right = np.zeros((2, 2)), np.zeros(2)
         for offset in np.ndindex(WINDOW, WINDOW):
             offset = np.array(offset) - WINDOW // 2
@@ -169,11 +211,12 @@ def pattern():
 def test_no_windows_and_windows_without_gradient():
     windows = Windows.of(view(pattern(), depth_image()), np.empty(0, int), WINDOW,
                          SETTINGS.sensor)
-    assert windows.shifts(CAMERA, MOTION).shape == (0, 2)
+    assert windows.shifts(CAMERA, MOTION, windows.warps(CAMERA, MOTION)).shape == (0, 2)
     grey = np.full((240, 320), 7, np.uint8)
     flat = Windows(points_at(PIXELS), np.ones(50), gradient_moments(grey, PIXELS, WINDOW),
-                   reliefs(grey, depth_image()))
-    np.testing.assert_array_equal(flat.shifts(CAMERA, MOTION), np.zeros((50, 2)))
+                   reliefs(grey, depth_image()), np.zeros((50, 2)))
+    np.testing.assert_array_equal(flat.shifts(CAMERA, MOTION, flat.warps(CAMERA, MOTION)),
+                                  np.zeros((50, 2)))
 
 
 def test_windows_of_an_image_that_is_smaller_than_they_are():
@@ -183,7 +226,7 @@ def test_windows_of_an_image_that_is_smaller_than_they_are():
     inside = np.flatnonzero(keypoints.pixels[:, 1] < 9)
     windows = Windows.of(PreparedFrame(frame, keypoints, grey), inside, 31, SETTINGS.sensor)
     assert len(windows.points) == len(inside) > 0
-    assert np.isfinite(windows.shifts(CAMERA, MOTION)).all()
+    assert np.isfinite(windows.shifts(CAMERA, MOTION, windows.warps(CAMERA, MOTION))).all()
 
 
 @pytest.fixture
@@ -211,9 +254,11 @@ def test_a_window_on_an_edge_is_where_the_nearer_surface_is(edged):
     np.testing.assert_allclose(windows.points[beside, 2], 1.0)
     np.testing.assert_allclose(windows.points[beside] * 2.0, positions[beside], rtol=1e-6)
     np.testing.assert_allclose(windows.points[~beside], positions[~beside])
-    # a quarter of the step of inverse depth besides
-    variances = SETTINGS.sensor.depth_sigma ** 2 + beside * (0.25 * 0.5) ** 2
-    np.testing.assert_allclose(windows.sigmas ** 2, variances, rtol=1e-3)
+    # a tenth of the step of inverse depth at least, as nearly all of the gradients are on it
+    sigma = SETTINGS.sensor.depth_sigma
+    np.testing.assert_allclose(windows.sigmas[~beside], sigma, rtol=1e-3)
+    assert (windows.sigmas[beside] > 0.1 * 0.5).all()
+    assert np.median(windows.sigmas[beside]) < 0.15 * 0.5
     assert not windows.reliefs.any() and np.count_nonzero(u == 158.0) > 3
 
 
@@ -227,7 +272,21 @@ def test_a_window_beside_an_edge_is_where_most_of_its_gradients_are(edged, patte
     beside = edged.keypoints.pixels[:, 0] == 161.0
     np.testing.assert_allclose(windows.points[beside, 2], 1.0 if pattern_in_front else 2.0)
     # it may be the other one all the same
-    np.testing.assert_allclose(windows.sigmas[beside], 0.25 * 0.5, rtol=1e-3)
+    assert (windows.sigmas[beside] > 0.1 * 0.5).all()
+
+
+def test_a_window_with_gradients_on_both_surfaces_may_be_either(edged):
+    """Of a pattern on both, and beside a blank surface."""
+    beside = np.flatnonzero(edged.keypoints.pixels[:, 0] == 161.0)
+    sigmas = []
+    for contrast in (0, 1):
+        grey = noise(0)
+        grey[:, 158:] = 128 + contrast * (noise(0)[:, 158:].astype(int) - 128)
+        windows = Windows.of(dataclasses.replace(edged, grey=grey), beside, WINDOW,
+                             SETTINGS.sensor)
+        sigmas.append(np.median(windows.sigmas))
+    assert sigmas[1] > 1.5 * sigmas[0]
+    assert sigmas[1] < 0.41 * 0.5
 
 
 def test_an_edge_without_depth_is_that_of_the_surface_in_front(edged):
@@ -250,16 +309,17 @@ def test_tracked_back_a_window_on_an_edge_is_as_uncertain(edged):
     u = edged.keypoints.pixels[tracks.keypoints, 0]
     assert len(tracks) > 0.8 * len(edged.keypoints)
     np.testing.assert_allclose(tracks.sigmas, windows.sigmas, rtol=1e-3)
-    assert (tracks.sigmas[u == 161.0] > 0.12).all() and np.count_nonzero(u == 161.0) > 3
+    assert (tracks.sigmas[u == 161.0] > 0.05).all() and np.count_nonzero(u == 161.0) > 3
     np.testing.assert_allclose(tracks.rays, windows.points[:, :2] / windows.points[:, 2:])
     np.testing.assert_allclose(tracks.depths, windows.points[:, 2])
     np.testing.assert_allclose(tracks.points[u != 161.0], windows.points[u != 161.0], atol=1e-3)
 
 
-@pytest.mark.parametrize('roll', [0.0, 0.2])
-def test_keypoints_of_a_slanted_wall_are_tracked_more_exactly(monkeypatch, roll):
+@pytest.mark.parametrize(('motion', 'gain'), [
+    (MOTION, 1.0), (se3.exp(np.array([0, 0, 0, 0, 0, 0.2])) @ MOTION, 0.5),
+    (se3.exp(np.array([-0.2, 0.1, 0.5, 0, 0, 0])), 0.5)])
+def test_keypoints_of_a_slanted_wall_are_tracked_more_exactly(monkeypatch, motion, gain):
     """A picture on a wall that is passed: the homography of its plane is what is seen."""
-    motion = se3.exp(np.array([0, 0, 0, 0, 0, roll])) @ MOTION
     homography = CAMERA.matrix @ (motion[:3, :3] + np.outer(motion[:3, 3], PLANE)) @ (
         np.linalg.inv(CAMERA.matrix))
     source = view(pattern(), depth_image())
@@ -273,9 +333,13 @@ def test_keypoints_of_a_slanted_wall_are_tracked_more_exactly(monkeypatch, roll)
         assert len(tracks) > 80
         return np.median(np.linalg.norm(seen - true, axis=1))
 
-    with_slant = error()
+    warped = error()
+    assert warped < 0.05
+    monkeypatch.setattr(Windows, 'warps', lambda self, *_: np.tile(np.eye(2), (len(self.points),
+                                                                               1, 1)))
+    assert warped < gain * error()
     monkeypatch.setattr(Windows, 'shifts', lambda self, *_: np.zeros((len(self.points), 2)))
-    assert with_slant < 0.6 * error()
+    assert warped < 0.6 * error()
 
 
 def books(place, step):
