@@ -8,9 +8,9 @@ A window is tracked as if it moved as a whole. Where its pixels are not equally 
 not: what is found is the mean of their displacements, weighted by their gradients (Lucas and
 Kanade 1981), not that of the keypoint in its centre. Both differ by what the depths in the window
 and the motion say, to first order. An edge of a surface moves with that surface, and not with what
-is seen behind it. So does a window on the edge of a surface far in front of another one, if much
-of its gradients is there; else it moves with what is behind, as the pattern of a carpet which a
-table hides in part.
+is seen behind it. A window beside the edge of a surface far in front of another one, as on the
+pattern of a carpet which a table hides in part, moves with both in the mean, as much of its
+gradients is on each, but often more with the one or the other.
 
 A motion also turns and stretches a window. It is warped before it is sought, as the plane through
 the surface in its centre is.
@@ -29,15 +29,10 @@ from aick_ros.geometry.camera import Camera
 from aick_ros.settings import SensorSettings
 
 _SURE_SIGMA, _UNSURE_VARIANCE = 0.1, 0.6
-"""How exactly a window moves with one of two surfaces, in steps between them: standard deviation
-where all gradients are on it, and what their mean place m adds to the variance, by m (1 - m).
+"""How exactly a window moves with two surfaces, in steps from one to the other: the standard
+deviation where all gradients are on one, and the variance that their mean place m adds, by m (1 - m).
 
 Measured on rendered rooms and corridors; on two excerpts of real recordings it is larger still."""
-
-_IN_FRONT = 0.65
-"""Mean place of gradients, from a surface (0) to one in front of it (1), from which on a window
-moves with the latter. Chosen on rendered rooms and corridors and real recordings; with less, yaw
-drifts to one side along a corridor, with more, to the other. 0.6 is as good."""
 
 _STEP = 8.0  # chosen: standard deviations of the inverse depth, of a step between two surfaces
 _RIDGE = 0.05  # chosen: weight of slopes of zero, beside that of depth in a whole window
@@ -56,8 +51,8 @@ class Windows:
     """
     What the windows around the keypoints of a frame show.
 
-    :param points: Nx3 float64, what is in their centres [m]: on the edge of a surface in front of
-        another one, a point of that surface.
+    :param points: Nx3 float64, what is in their centres [m]; beside the edge of a surface in front
+        of another one, a point between them, that moves as the window does.
     :param sigmas: N float64, standard deviations of the inverse depths of the points [1/m].
     :param moments: Nx3x3 float64, sums over the window: products uu, uv and vv of the gradients,
         as they are, times the offset along u [px], and times that along v [px].
@@ -92,17 +87,19 @@ class Windows:
         behind = np.flatnonzero(np.isfinite(nearer))
         step = 1 / nearer[behind] - 1 / z[behind]
         surfaces = depth.filled(frame.depth)
-        reliefs = relief_moments(prepared.grey, surfaces, pixels[behind], points[behind], side,
-                                 sensor, _ANY)
+        reliefs = relief_moments(prepared.grey, surfaces, pixels[behind], z[behind], side, sensor,
+                                 _ANY)
         place = np.clip(_traces(reliefs) / np.maximum(
             step * _traces(moments[behind, 0]), _SMALLEST), 0.0, 1.0)
         unsure = np.sqrt(_SURE_SIGMA ** 2 + _UNSURE_VARIANCE * place * (1.0 - place))
         sigmas[behind] = np.hypot(sigmas[behind], unsure * step)
-        edge = behind[place > _IN_FRONT]
-        points[edge] *= (nearer[edge] / z[edge])[:, None]
-        return cls(points, sigmas, moments,
-                   relief_moments(prepared.grey, surfaces, pixels, points, side, sensor),
-                   surface_slopes(surfaces, pixels, points, side))
+        depths = z.copy()
+        in_front = behind[place > 0.5]
+        depths[in_front] = nearer[in_front]
+        reliefs = relief_moments(prepared.grey, surfaces, pixels, depths, side, sensor)
+        slopes = surface_slopes(surfaces, pixels, depths, side)
+        points[behind] /= 1.0 + (place * step * z[behind])[:, None]
+        return cls(points, sigmas, moments, reliefs, slopes)
 
     def __getitem__(self, chosen: np.ndarray) -> Windows:
         """Return some of the windows, by their indices."""
@@ -154,7 +151,7 @@ def warps_of(points: np.ndarray, slopes: np.ndarray, camera: Camera,
     return warps
 
 
-def surface_slopes(depth_image: np.ndarray, pixels: np.ndarray, points: np.ndarray,
+def surface_slopes(depth_image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
                    side: int) -> np.ndarray:
     """
     Return :attr:`Windows.slopes`, Nx2: those of the planes that fit best, 0 without depth.
@@ -163,13 +160,12 @@ def surface_slopes(depth_image: np.ndarray, pixels: np.ndarray, points: np.ndarr
 
     :param depth_image: HxW float32 [m], NaN where invalid.
     :param pixels: Nx2, the centres.
-    :param points: Nx3, what they show [m].
+    :param depths: N, of the surfaces there [m].
     :param side: of a window [px].
     """
     slopes = np.empty((len(pixels), 2))
     ridge = _RIDGE * side ** 2 * (side ** 2 - 1) / 12  # of the squared offsets of all pixels
-    kernels.surface_slopes(depth_image, pixels, points[:, 2], side, depth.LEAST_RISE, ridge,
-                           slopes)
+    kernels.surface_slopes(depth_image, pixels, depths, side, depth.LEAST_RISE, ridge, slopes)
     return slopes
 
 
@@ -187,7 +183,7 @@ def gradient_moments(grey: np.ndarray, pixels: np.ndarray, side: int) -> np.ndar
 
 
 def relief_moments(grey: np.ndarray, depth_image: np.ndarray, pixels: np.ndarray,
-                   points: np.ndarray, side: int, sensor: SensorSettings,
+                   depths: np.ndarray, side: int, sensor: SensorSettings,
                    most: float = depth.LEAST_RISE) -> np.ndarray:
     """
     Return the sums of :attr:`Windows.reliefs`, Nx3.
@@ -199,13 +195,13 @@ def relief_moments(grey: np.ndarray, depth_image: np.ndarray, pixels: np.ndarray
     :param grey: HxW uint8.
     :param depth_image: HxW float32 [m], NaN where invalid.
     :param pixels: Nx2, the centres.
-    :param points: Nx3, what they show [m].
+    :param depths: N, of the surfaces there [m].
     :param side: of a window [px].
     :param most: by how much nearer or farther other surfaces are that count [1/m], as a ratio.
     """
     reliefs = np.empty((len(pixels), 3))
     kernels.relief_moments(
-        grey, depth_image, pixels, points[:, 2], side, _STEP * sensor.depth_sigma,
+        grey, depth_image, pixels, depths, side, _STEP * sensor.depth_sigma,
         sensor.depth_exponent - 2.0, most, reliefs)
     return reliefs
 

@@ -103,7 +103,7 @@ def test_points_and_depths_are_those_of_the_keypoints(pair):
     source, target, T_target_source = pair
     tracks = TRACKER.track(source, target, T_target_source)
     positions = source.keypoints.positions[tracks.keypoints]
-    behind_edge = tracks.points[:, 2] < 0.95 * positions[:, 2]
+    behind_edge = tracks.points[:, 2] < (1 - 1e-6) * positions[:, 2]
     assert 0.0 < np.mean(behind_edge) < 0.2
     np.testing.assert_array_equal(tracks.points[~behind_edge], positions[~behind_edge])
     _, depths = projected(target, tracks.points, T_target_source)

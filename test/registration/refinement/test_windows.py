@@ -46,8 +46,12 @@ def depth_image():
 PIXELS = np.random.default_rng(0).uniform((60, 20), (300, 220), (50, 2)).round()
 
 
-def reliefs(grey, image, points=None):
-    return relief_moments(grey, image, PIXELS, points_at(PIXELS) if points is None else points,
+def depths_at(pixels):
+    return points_at(pixels)[:, 2].copy()
+
+
+def reliefs(grey, image, depths=None):
+    return relief_moments(grey, image, PIXELS, depths_at(PIXELS) if depths is None else depths,
                           WINDOW, SETTINGS.sensor)
 
 
@@ -66,8 +70,7 @@ def test_reliefs_are_sums_over_pixels():
     rng = np.random.default_rng(5)
     grey, z = noise(6), np.full(50, 2.0)
     inverse = rng.choice([0.5, 0.505, 0.52, 0.54, 0.56, 0.47, 0.44, np.nan], (240, 320))
-    points = rays(PIXELS) * z[:, None]
-    found = reliefs(grey, (1 / inverse).astype(np.float32), points)
+    found = reliefs(grey, (1 / inverse).astype(np.float32), z)
     least_step, most = 8 * SETTINGS.sensor.depth_sigma, 0.1 * 0.5
     for (u, v), relief in zip(PIXELS.astype(int), found):
         expected = np.zeros(3)
@@ -92,7 +95,7 @@ def test_a_step_is_one_that_the_noise_of_the_depth_does_not_make():
         inverse = np.full((240, 320), 0.5)
         inverse[:, 160:] += step
         found = relief_moments(grey, (1 / inverse).astype(np.float32), np.array([(160.0, 120.0)]),
-                               np.array([(0.0, 0.0, 2.0)]), WINDOW, sensor)
+                               np.array([2.0]), WINDOW, sensor)
         nearer = [(u, v) for v in range(116, 125) for u in range(159 if is_one else 160, 165)]
         expected = step * sum(gradient_at(grey, u, v)[0] ** 2 for u, v in nearer)
         np.testing.assert_allclose(found[0, 0], expected, rtol=1e-3)
@@ -139,19 +142,19 @@ def test_small_warps_are_none():
 def test_slopes_are_those_of_the_plane_in_the_centre():
     """A twentieth less: zero counts for as much. Nothing else does: no other surface, no hole."""
     expected = np.tile(SLOPES / 1.05, (50, 1))
-    found = surface_slopes(depth_image(), PIXELS, points_at(PIXELS), WINDOW)
+    found = surface_slopes(depth_image(), PIXELS, depths_at(PIXELS), WINDOW)
     np.testing.assert_allclose(found, expected, rtol=1e-3, atol=1e-8)
     with_others = depth_image()
     for i, (u, v) in enumerate(PIXELS.astype(int)):
         with_others[v + (3, 4)[i % 2], u - 4:u + 5] *= (0.5, np.nan)[i % 2]
-    found = surface_slopes(with_others, PIXELS[:1], points_at(PIXELS[:1]), WINDOW)
+    found = surface_slopes(with_others, PIXELS[:1], depths_at(PIXELS[:1]), WINDOW)
     np.testing.assert_allclose(found, expected[:1], rtol=0.05)
 
 
 @pytest.mark.parametrize('depth', [np.nan, 0.0, np.inf, 9.0])
 def test_without_a_surface_there_is_no_slope(depth):
     image = np.full((240, 320), depth, np.float32)
-    found = surface_slopes(image, PIXELS, points_at(PIXELS), WINDOW)
+    found = surface_slopes(image, PIXELS, depths_at(PIXELS), WINDOW)
     np.testing.assert_array_equal(found, np.zeros((50, 2)))
 
 
@@ -160,7 +163,7 @@ def test_no_slope_is_that_of_a_single_row():
     image = np.full((240, 320), np.nan, np.float32)
     image[120] = depth_image()[120]
     pixels = np.array([(160.0, 120.0)])
-    along, across = surface_slopes(image, pixels, points_at(pixels), WINDOW)[0]
+    along, across = surface_slopes(image, pixels, depths_at(pixels), WINDOW)[0]
     assert abs(across) < 1e-9 and 0.3 < along / SLOPES[0] < 0.8
 
 
@@ -251,8 +254,9 @@ def test_a_window_on_an_edge_is_where_the_nearer_surface_is(edged):
     windows = Windows.of(edged, np.arange(len(edged.keypoints)), WINDOW, SETTINGS.sensor)
     positions, u = edged.keypoints.positions, edged.keypoints.pixels[:, 0]
     beside = u == 161.0
-    np.testing.assert_allclose(windows.points[beside, 2], 1.0)
-    np.testing.assert_allclose(windows.points[beside] * 2.0, positions[beside], rtol=1e-6)
+    np.testing.assert_allclose(windows.points[beside, 2], 1.0, rtol=0.03)
+    np.testing.assert_allclose(windows.points[beside] * 2.0 / windows.points[beside, 2:],
+                               positions[beside], rtol=1e-6)
     np.testing.assert_allclose(windows.points[~beside], positions[~beside])
     # a tenth of the step of inverse depth at least, as nearly all of the gradients are on it
     sigma = SETTINGS.sensor.depth_sigma
@@ -270,8 +274,11 @@ def test_a_window_beside_an_edge_is_where_most_of_its_gradients_are(edged, patte
     frame = dataclasses.replace(edged, grey=grey)
     windows = Windows.of(frame, np.arange(len(edged.keypoints)), WINDOW, SETTINGS.sensor)
     beside = edged.keypoints.pixels[:, 0] == 161.0
-    np.testing.assert_allclose(windows.points[beside, 2], 1.0 if pattern_in_front else 2.0)
+    from_front = 1.0 - 1.0 / windows.points[beside, 2]  # of the inverse depth; 0.5 behind
+    assert (from_front < 0.01).all() if pattern_in_front else (from_front > 0.2).all()
     # it may be the other one all the same
+    off = from_front - (0.0 if pattern_in_front else 0.5)
+    assert (np.abs(off) < 2 * windows.sigmas[beside]).all()
     assert (windows.sigmas[beside] > 0.1 * 0.5).all()
 
 
