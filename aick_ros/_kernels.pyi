@@ -163,9 +163,6 @@ def propagated_covariance(
 def relative_pose(
     start: np.ndarray, start_covariance: np.ndarray, pose: np.ndarray, covariance: np.ndarray,
     times: float, motion: np.ndarray, motion_covariance: np.ndarray) -> None: ...
-def relief_moments(
-    image: np.ndarray, depth: np.ndarray, pixels: np.ndarray, depths: np.ndarray, side: int,
-    step: float, exponent: float, most: float, reliefs: np.ndarray) -> None: ...
 def reprojection(
     points: np.ndarray, rays: np.ndarray, sigmas: np.ndarray, pose: np.ndarray,
     ray_sigma: float, robust_width: float, typical: float, largest_ratio: float,
@@ -190,9 +187,6 @@ def stamp_errors(
     motion: np.ndarray, source_twist: np.ndarray | None, target_twist: np.ndarray | None,
     change: np.ndarray, interval: float, stamp_variance: float, latency_variance: float,
     covariance: np.ndarray) -> None: ...
-def surface_slopes(
-    image: np.ndarray, pixels: np.ndarray, depths: np.ndarray, side: int, most: float,
-    ridge: float, slopes: np.ndarray) -> None: ...
 def to_quaternion(rotation: np.ndarray, quaternion: np.ndarray) -> None: ...
 def track_depth(
     points: np.ndarray, rays: np.ndarray, depths: np.ndarray, pose: np.ndarray, sigma: float,
@@ -213,6 +207,10 @@ def valid_depth(
 def visible(
     points: np.ndarray, pose: np.ndarray, camera: np.ndarray, nearest: float, indices: np.ndarray,
     pixels: np.ndarray) -> int: ...
+def window_reliefs(
+    image: np.ndarray, depth: np.ndarray, pixels: np.ndarray, depths: np.ndarray, side: int,
+    step: float, exponent: float, most: float, ridge: float, of_all: np.ndarray,
+    reliefs: np.ndarray, slopes: np.ndarray) -> None: ...
 def window_shifts(
     points: np.ndarray, pose: np.ndarray, fx: float, fy: float, warps: np.ndarray,
     moments: np.ndarray, reliefs: np.ndarray, limit: float, smallest: float,

@@ -17,9 +17,9 @@ try:
         mean_displacement, mean_inverse_depths, moments, nearer_beside, nodes_around,
         normal_buckets, normal_equations, normalize, pairs_of_near_points, pairs_of_similar_bits,
         perturbed_pose, point_to_plane, pose_difference, predict_gravity, project,
-        propagated_covariance, relative_pose, relief_moments, reprojection, reversed_tracks,
-        sample_depth, shrink, smooth_cells, solve_definite, spread, stamp_errors, surface_slopes,
-        to_quaternion, track_depth, track_steps, transform, undistort_depth, valid_depth, visible,
+        propagated_covariance, relative_pose, reprojection, reversed_tracks, sample_depth, shrink,
+        smooth_cells, solve_definite, spread, stamp_errors, to_quaternion, track_depth,
+        track_steps, transform, undistort_depth, valid_depth, visible, window_reliefs,
         window_shifts, window_warps)
 except ModuleNotFoundError as error:
     raise InputError('aick_ros is not compiled: install it (pip install . or colcon build), '
@@ -37,8 +37,7 @@ __all__ = ['DIGEST', 'agreeing_tracks', 'align_windows', 'bias_since', 'biased_i
            'mean_inverse_depths', 'moments', 'nearer_beside', 'nodes_around', 'normal_buckets',
            'normal_equations', 'normalize', 'pairs_of_near_points', 'pairs_of_similar_bits',
            'perturbed_pose', 'point_to_plane', 'pose_difference', 'predict_gravity', 'project',
-           'propagated_covariance', 'relative_pose', 'relief_moments', 'reprojection',
-           'reversed_tracks', 'sample_depth', 'shrink', 'smooth_cells', 'solve_definite', 'spread',
-           'stamp_errors', 'surface_slopes', 'to_quaternion', 'track_depth', 'track_steps',
-           'transform', 'undistort_depth', 'valid_depth', 'visible', 'window_shifts',
-           'window_warps']
+           'propagated_covariance', 'relative_pose', 'reprojection', 'reversed_tracks',
+           'sample_depth', 'shrink', 'smooth_cells', 'solve_definite', 'spread', 'stamp_errors',
+           'to_quaternion', 'track_depth', 'track_steps', 'transform', 'undistort_depth',
+           'valid_depth', 'visible', 'window_reliefs', 'window_shifts', 'window_warps']

@@ -141,9 +141,10 @@ typedef struct {
 } Relief;
 
 // What counts of a relief: from which step on [1/m] an edge is that of the nearer surface, and how
-// much nearer or farther the surface in the centre is at most.
+// much nearer or farther the surface in the centre is at most; and the weight of slopes of zero.
 typedef struct {
   float step, most;
+  double ridge;
 } ReliefRule;
 
 INLINE void fill_row(const float *depths, Py_ssize_t count, float inverse, float *nearer) {
@@ -156,149 +157,52 @@ INLINE void fill_row(const float *depths, Py_ssize_t count, float inverse, float
 INLINE float larger(float one, float other) { return one > other ? one : other; }
 
 // How much nearer the surfaces are that the gradients of a row are on, each of which is between
-// the pixels around one.
+// the pixels around one: 0 where that is unknown; and 0 where they are far in front or behind.
 INLINE void find_owners(const float *above, const float *middle, const float *below,
-                        Py_ssize_t side, const ReliefRule *rule, float *owners) {
+                        Py_ssize_t side, const ReliefRule *rule, float *owners, float *near_ones) {
   for (Py_ssize_t i = 0; i < side; ++i) {
     const float own = middle[i + 1];
     const float near = larger(larger(middle[i], middle[i + 2]),
                               larger(above[i + 1], below[i + 1]));
     const float owner = near - own > rule->step ? near : own;
-    owners[i] = fabsf(owner) < rule->most ? owner : 0.0f;
+    owners[i] = owner > UNKNOWN ? owner : 0.0f;
+    near_ones[i] = fabsf(owner) < rule->most ? owner : 0.0f;
   }
 }
 
-// Sums over a window of the products of its gradients times how much nearer they are: uu uv vv.
-INLINE void add_reliefs(const uint8_t *first, Py_ssize_t width, const float *depths,
-                        Py_ssize_t depth_width, Py_ssize_t side, float inverse,
-                        const ReliefRule *rule, double *reliefs) {
-  Relief relief;
-  float owners[LARGEST_SIDE];
-  Floats sums[3] = {{0}};
-  double rest[3] = {0};
-  for (int row = 0; row < 2; ++row)
-    fill_row(depths + row * depth_width, side + 2, inverse, relief.rows[row]);
-  for (Py_ssize_t row = 0; row < side; ++row) {
-    fill_row(depths + (row + 2) * depth_width, side + 2, inverse, relief.rows[(row + 2) % 3]);
-    find_owners(relief.rows[row % 3], relief.rows[(row + 1) % 3], relief.rows[(row + 2) % 3],
-                side, rule, owners);
-    const uint8_t *pixels = first + (row + 1) * width + 1;
-    Py_ssize_t column = 0;
-    for (; column + EIGHT <= side; column += EIGHT) {
-      Columns columns = {{{0}}, {{0}}};
-      add_row(&columns, pixels + column, width, 0);
-      for (int k = 0; k < 3; ++k)
-        sums[k] += to_floats(columns.sums[k]) * load(owners + column);
-    }
-    for (; column < side; ++column) {
-      int32_t of_column[2][3] = {{0}};
-      add_pixel(of_column, pixels + column, width, 0);
-      for (int k = 0; k < 3; ++k)
-        rest[k] += (double)of_column[0][k] * (double)owners[column];
-    }
-  }
-  for (int k = 0; k < 3; ++k) {
-    reliefs[k] = rest[k];
-    for (int lane = 0; lane < EIGHT; ++lane)
-      reliefs[k] += (double)sums[k][lane];
-  }
-}
-
-// The rule at any depth: the step is noise, the largest relief a share of the inverse depth.
-typedef struct {
-  double step, exponent, most;
-} Steps;
-
-FOR_EACH_PROCESSOR
-static void write_reliefs(const uint8_t *image, Size size, const float *depth_image,
-                          Size depth_size, const double (*pixels)[2], const double *depths,
-                          Py_ssize_t count, Py_ssize_t side, const Steps *steps,
-                          double (*reliefs)[3]) {
-  const Py_ssize_t whole = side + 2, depth_bytes = (Py_ssize_t)sizeof(*depth_image);
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    if (i + 1 < count) {
-      fetch_rows(image + first_of(pixels[i + 1], size, whole), whole, whole, size.width);
-      fetch_rows(depth_image + first_of(pixels[i + 1], depth_size, whole), whole,
-                 whole * depth_bytes, depth_size.width * depth_bytes);
-    }
-    const double inverse = 1.0 / depths[i];
-    const ReliefRule rule = {
-        (float)inverse_depth_sigma(depths[i], steps->step, steps->exponent),
-        (float)(steps->most * inverse)};
-    add_reliefs(image + first_of(pixels[i], size, whole), size.width,
-                depth_image + first_of(pixels[i], depth_size, whole), depth_size.width, side,
-                (float)inverse, &rule, reliefs[i]);
-  }
-}
-
-PyObject *kernel_relief_moments(PyObject *module, PyObject *arguments) {
-  PyObject *image_array, *depth_array, *pixel_array, *centre_array, *relief_array;
-  Py_ssize_t side;
-  Steps steps;
-  if (!PyArg_ParseTuple(arguments, "OOOOndddO", &image_array, &depth_array, &pixel_array,
-                        &centre_array, &side, &steps.step, &steps.exponent, &steps.most,
-                        &relief_array))
-    return NULL;
-  const Py_ssize_t count = row_count(pixel_array);
-  const Argument needed[] = {
-      {"the image", image_array, 'B', IMAGE, false},
-      {"the depth image", depth_array, 'f', IMAGE, false},
-      {"the pixels", pixel_array, 'd', 2 * count, false},
-      {"the depths", centre_array, 'd', count, false},
-      {"the reliefs", relief_array, 'd', 3 * count, true},
-  };
-  Arrays arrays;
-  if (!open_arrays(&arrays, needed, COUNT(needed)))
-    return NULL;
-  const Py_buffer *views = arrays.views;
-  const Size size = size_of(&views[0]), depth_size = size_of(&views[1]);
-  if (!fits(size, side, 1) || !fits(depth_size, side, 1)) {
-    close_arrays(&arrays);
-    return NULL;
-  }
-  Py_BEGIN_ALLOW_THREADS
-  write_reliefs(views[0].buf, size, views[1].buf, depth_size, views[2].buf, views[3].buf, count,
-                side, &steps, views[4].buf);
-  Py_END_ALLOW_THREADS
-  close_arrays(&arrays);
-  Py_RETURN_NONE;
-}
-
-// Sums over the rows of a window for each of its columns: pixels on the surface in its centre, how
-// much nearer they are, and both times their rows.
-typedef struct {
-  float counts[LARGEST_SIDE], rows[LARGEST_SIDE], squares[LARGEST_SIDE];
-  float nearer[LARGEST_SIDE], by_row[LARGEST_SIDE];
-} SurfaceSums;
+// Sums over the rows of a window for each of its columns: pixels on the surface in its centre, and
+// these times their rows, the squares of their rows, how much nearer they are, and that times rows.
+enum { ONES, ROWS, SQUARES, NEARER, BY_ROW, SURFACE_SUMS };
+typedef float SurfaceSums[SURFACE_SUMS][LARGEST_SIDE];
 
 INLINE void add_surface_row(const float *nearer, Py_ssize_t side, float row, float most,
-                            SurfaceSums *sums) {
+                            SurfaceSums sums) {
   for (Py_ssize_t i = 0; i < side; ++i) {
     const float is_on = fabsf(nearer[i]) < most ? 1.0f : 0.0f;
     const float own = fabsf(nearer[i]) < most ? nearer[i] : 0.0f;
-    sums->counts[i] += is_on;
-    sums->rows[i] += is_on * row;
-    sums->squares[i] += is_on * row * row;
-    sums->nearer[i] += own;
-    sums->by_row[i] += own * row;
+    sums[ONES][i] += is_on;
+    sums[ROWS][i] += is_on * row;
+    sums[SQUARES][i] += is_on * row * row;
+    sums[NEARER][i] += own;
+    sums[BY_ROW][i] += own * row;
   }
 }
 
 // The slopes along u and v of the plane that fits the sums of a window best.
-static void fit_plane(const SurfaceSums *sums, Py_ssize_t side, double ridge, double *slopes) {
+static void fit_plane(SurfaceSums sums, Py_ssize_t side, double ridge, double *slopes) {
   double count = 0.0, u = 0.0, v = 0.0, uu = ridge, uv = 0.0, vv = ridge;
   double nearer = 0.0, by_u = 0.0, by_v = 0.0;
   for (Py_ssize_t i = 0; i < side; ++i) {
     const double column = (double)(i - side / 2);
-    count += sums->counts[i];
-    u += column * sums->counts[i];
-    v += sums->rows[i];
-    uu += column * column * sums->counts[i];
-    uv += column * sums->rows[i];
-    vv += sums->squares[i];
-    nearer += sums->nearer[i];
-    by_u += column * sums->nearer[i];
-    by_v += sums->by_row[i];
+    count += sums[ONES][i];
+    u += column * sums[ONES][i];
+    v += sums[ROWS][i];
+    uu += column * column * sums[ONES][i];
+    uv += column * sums[ROWS][i];
+    vv += sums[SQUARES][i];
+    nearer += sums[NEARER][i];
+    by_u += column * sums[NEARER][i];
+    by_v += sums[BY_ROW][i];
   }
   slopes[0] = slopes[1] = 0.0;
   if (count == 0.0)
@@ -313,52 +217,120 @@ static void fit_plane(const SurfaceSums *sums, Py_ssize_t side, double ridge, do
   slopes[1] = (uu * by_v - uv * by_u) / determinant;
 }
 
-FOR_EACH_PROCESSOR
-static void write_slopes(const float *image, Size size, const double (*pixels)[2],
-                         const double *depths, Py_ssize_t count, Py_ssize_t side, double most,
-                         double ridge, double (*slopes)[2]) {
-  const Py_ssize_t bytes = (Py_ssize_t)sizeof(*image);
-  for (Py_ssize_t i = 0; i < count; ++i) {
-    if (i + 1 < count)
-      fetch_rows(image + first_of(pixels[i + 1], size, side), side, side * bytes,
-                 size.width * bytes);
-    const float *first = image + first_of(pixels[i], size, side);
-    const double inverse = 1.0 / depths[i];
-    SurfaceSums sums = {{0}};
-    float nearer[LARGEST_SIDE];
-    for (Py_ssize_t row = 0; row < side; ++row) {
-      fill_row(first + row * size.width, side, (float)inverse, nearer);
-      add_surface_row(nearer, side, (float)(row - side / 2), (float)(most * inverse), &sums);
+// Sums over a window of the products of its gradients, uu uv vv, times how much nearer all surfaces
+// are, and those near the one in the centre; and the slopes of that one.
+typedef struct {
+  double all[3], near[3], slopes[2];
+} Reliefs;
+
+INLINE void measure_reliefs(const uint8_t *first, Py_ssize_t width, const float *depths,
+                            Py_ssize_t depth_width, Py_ssize_t side, float inverse,
+                            const ReliefRule *rule, Reliefs *to) {
+  Relief relief;
+  SurfaceSums surface;
+  float owners[LARGEST_SIDE], near_ones[LARGEST_SIDE];
+  Floats all[3] = {{0}}, near[3] = {{0}};
+  *to = (Reliefs){{0}, {0}, {0}};
+  for (int k = 0; k < SURFACE_SUMS; ++k)
+    memset(surface[k], 0, (size_t)side * sizeof(float));
+  for (int row = 0; row < 2; ++row)
+    fill_row(depths + row * depth_width, side + 2, inverse, relief.rows[row]);
+  for (Py_ssize_t row = 0; row < side; ++row) {
+    fill_row(depths + (row + 2) * depth_width, side + 2, inverse, relief.rows[(row + 2) % 3]);
+    const float *middle = relief.rows[(row + 1) % 3];
+    find_owners(relief.rows[row % 3], middle, relief.rows[(row + 2) % 3], side, rule, owners,
+                near_ones);
+    add_surface_row(middle + 1, side, (float)(row - side / 2), rule->most, surface);
+    const uint8_t *pixels = first + (row + 1) * width + 1;
+    Py_ssize_t column = 0;
+    for (; column + EIGHT <= side; column += EIGHT) {
+      Columns columns = {{{0}}, {{0}}};
+      add_row(&columns, pixels + column, width, 0);
+      for (int k = 0; k < 3; ++k) {
+        const Floats products = to_floats(columns.sums[k]);
+        all[k] += products * load(owners + column);
+        near[k] += products * load(near_ones + column);
+      }
     }
-    fit_plane(&sums, side, ridge, slopes[i]);
+    for (; column < side; ++column) {
+      int32_t of_column[2][3] = {{0}};
+      add_pixel(of_column, pixels + column, width, 0);
+      for (int k = 0; k < 3; ++k) {
+        to->all[k] += (double)of_column[0][k] * (double)owners[column];
+        to->near[k] += (double)of_column[0][k] * (double)near_ones[column];
+      }
+    }
+  }
+  for (int lane = 0; lane < EIGHT; ++lane)
+    for (int k = 0; k < 3; ++k) {
+      to->all[k] += (double)all[k][lane];
+      to->near[k] += (double)near[k][lane];
+    }
+  fit_plane(surface, side, rule->ridge, to->slopes);
+}
+
+// The rule at any depth: the step is noise, the largest relief a share of the inverse depth.
+typedef struct {
+  double step, exponent, most, ridge;
+} Steps;
+
+FOR_EACH_PROCESSOR
+static void write_reliefs(const uint8_t *image, Size size, const float *depth_image,
+                          Size depth_size, const double (*pixels)[2], const double *depths,
+                          Py_ssize_t count, Py_ssize_t side, const Steps *steps, double (*all)[3],
+                          double (*near)[3], double (*slopes)[2]) {
+  const Py_ssize_t whole = side + 2, depth_bytes = (Py_ssize_t)sizeof(*depth_image);
+  for (Py_ssize_t i = 0; i < count; ++i) {
+    if (i + 1 < count) {
+      fetch_rows(image + first_of(pixels[i + 1], size, whole), whole, whole, size.width);
+      fetch_rows(depth_image + first_of(pixels[i + 1], depth_size, whole), whole,
+                 whole * depth_bytes, depth_size.width * depth_bytes);
+    }
+    const double inverse = 1.0 / depths[i];
+    const ReliefRule rule = {
+        (float)inverse_depth_sigma(depths[i], steps->step, steps->exponent),
+        (float)(steps->most * inverse), steps->ridge};
+    Reliefs reliefs;
+    measure_reliefs(image + first_of(pixels[i], size, whole), size.width,
+                    depth_image + first_of(pixels[i], depth_size, whole), depth_size.width, side,
+                    (float)inverse, &rule, &reliefs);
+    memcpy(all[i], reliefs.all, sizeof(reliefs.all));
+    memcpy(near[i], reliefs.near, sizeof(reliefs.near));
+    memcpy(slopes[i], reliefs.slopes, sizeof(reliefs.slopes));
   }
 }
 
-PyObject *kernel_surface_slopes(PyObject *module, PyObject *arguments) {
-  PyObject *image_array, *pixel_array, *depth_array, *slope_array;
+PyObject *kernel_window_reliefs(PyObject *module, PyObject *arguments) {
+  PyObject *image_array, *depth_array, *pixel_array, *centre_array;
+  PyObject *all_array, *near_array, *slope_array;
   Py_ssize_t side;
-  double most, ridge;
-  if (!PyArg_ParseTuple(arguments, "OOOnddO", &image_array, &pixel_array, &depth_array, &side,
-                        &most, &ridge, &slope_array))
+  Steps steps;
+  if (!PyArg_ParseTuple(arguments, "OOOOnddddOOO", &image_array, &depth_array, &pixel_array,
+                        &centre_array, &side, &steps.step, &steps.exponent, &steps.most,
+                        &steps.ridge, &all_array, &near_array, &slope_array))
     return NULL;
   const Py_ssize_t count = row_count(pixel_array);
   const Argument needed[] = {
-      {"the image", image_array, 'f', IMAGE, false},
+      {"the image", image_array, 'B', IMAGE, false},
+      {"the depth image", depth_array, 'f', IMAGE, false},
       {"the pixels", pixel_array, 'd', 2 * count, false},
-      {"the depths", depth_array, 'd', count, false},
+      {"the depths", centre_array, 'd', count, false},
+      {"the reliefs of all surfaces", all_array, 'd', 3 * count, true},
+      {"the reliefs", near_array, 'd', 3 * count, true},
       {"the slopes", slope_array, 'd', 2 * count, true},
   };
   Arrays arrays;
   if (!open_arrays(&arrays, needed, COUNT(needed)))
     return NULL;
-  const Size size = size_of(&arrays.views[0]);
-  if (!fits(size, side, 0)) {
+  const Py_buffer *views = arrays.views;
+  const Size size = size_of(&views[0]), depth_size = size_of(&views[1]);
+  if (!fits(size, side, 1) || !fits(depth_size, side, 1)) {
     close_arrays(&arrays);
     return NULL;
   }
   Py_BEGIN_ALLOW_THREADS
-  write_slopes(arrays.views[0].buf, size, arrays.views[1].buf, arrays.views[2].buf, count, side,
-               most, ridge, arrays.views[3].buf);
+  write_reliefs(views[0].buf, size, views[1].buf, depth_size, views[2].buf, views[3].buf, count,
+                side, &steps, views[4].buf, views[5].buf, views[6].buf);
   Py_END_ALLOW_THREADS
   close_arrays(&arrays);
   Py_RETURN_NONE;

@@ -34,6 +34,12 @@ where all gradients are on one, and variance that their mean place m adds, times
 
 Measured on rendered rooms and corridors; on two excerpts of real recordings it is larger still."""
 
+_SHARE_BEHIND, _MOST_BEHIND = 0.7, 0.5
+"""How much a window on a surface moves with others far behind, as a ratio to what their share of
+its gradients lets expect; and by which share its inverse depth counts as smaller then at most.
+
+Measured on rendered corridors, 0.4 to 0.7; chosen on these and on rendered rooms."""
+
 _STEP = 8.0  # chosen: standard deviations of the inverse depth, of a step between two surfaces
 _RIDGE = 0.05  # chosen: weight of slopes of zero, beside that of depth in a whole window
 _LEAST_WARP = 0.02
@@ -43,7 +49,6 @@ Chosen: to sample a warped one takes longer, and the shift corrects small change
 
 _MAX_STRETCH = 1.0  # chosen: windows that are stretched by more are left as they are
 _SMALLEST = 1e-6  # of a determinant; keeps a window without gradient finite
-_ANY = 1e6  # times nearer: of any two surfaces
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +56,8 @@ class Windows:
     """
     What the windows around the keypoints of a frame show.
 
-    :param points: Nx3 float64, what is in their centres [m]; beside the edge of a surface in front
-        of another one, a point between them, that moves as the window does.
+    :param points: Nx3 float64, what is in their centres [m]; where there are surfaces far in front
+        of each other in a window, a point between them, that moves as the window does.
     :param sigmas: N float64, standard deviations of the inverse depths of the points [1/m].
     :param moments: Nx3x3 float64, sums over the window: products uu, uv and vv of the gradients,
         as they are, times the offset along u [px], and times that along v [px].
@@ -83,22 +88,23 @@ class Windows:
         z = points[:, 2].copy()
         sigmas = np.sqrt(keypoints.covariances[chosen, 2, 2].astype(np.float64)) / z ** 2
         moments = gradient_moments(prepared.grey, pixels, side)
-        nearer = depth.nearer_beside(frame.depth, pixels, z, side // 2)
-        behind = np.flatnonzero(np.isfinite(nearer))
-        step = 1 / nearer[behind] - 1 / z[behind]
+        energies = np.maximum(_traces(moments[:, 0]), _SMALLEST)
         surfaces = depth.filled(frame.depth)
-        reliefs = relief_moments(prepared.grey, surfaces, pixels[behind], z[behind], side, sensor,
-                                 _ANY)
-        place = np.clip(_traces(reliefs) / np.maximum(
-            step * _traces(moments[behind, 0]), _SMALLEST), 0.0, 1.0)
-        unsure = np.sqrt(_SURE_SIGMA ** 2 + _UNSURE_VARIANCE * place * (1.0 - place))
-        sigmas[behind] = np.hypot(sigmas[behind], unsure * step)
-        depths = z.copy()
-        in_front = behind[place > 0.5]
-        depths[in_front] = nearer[in_front]
-        reliefs = relief_moments(prepared.grey, surfaces, pixels, depths, side, sensor)
-        slopes = surface_slopes(surfaces, pixels, depths, side)
-        points[behind] /= 1.0 + (place * step * z[behind])[:, None]
+        of_all, reliefs, slopes = reliefs_of(prepared.grey, surfaces, pixels, z, side, sensor)
+        means = _traces(of_all) / energies
+        nearer = depth.nearer_beside(frame.depth, pixels, z, side // 2)
+        is_behind = np.isfinite(nearer)
+        steps = np.where(is_behind, 1 / nearer - 1 / z, 0.0)
+        places = np.clip(np.divide(means, steps, np.zeros(len(z)), where=is_behind), 0.0, 1.0)
+        sigmas = np.hypot(sigmas, steps * np.sqrt(
+            _SURE_SIGMA ** 2 + _UNSURE_VARIANCE * places * (1.0 - places)))
+        farther = np.minimum(means - _traces(reliefs) / energies, 0.0)
+        rises = np.where(is_behind, places * steps,
+                         np.maximum(_SHARE_BEHIND * farther, -_MOST_BEHIND / z))
+        points /= (1.0 + rises * z)[:, None]
+        in_front, = np.nonzero(places > 0.5)
+        _, reliefs[in_front], slopes[in_front] = reliefs_of(
+            prepared.grey, surfaces, pixels[in_front], nearer[in_front], side, sensor)
         return cls(points, sigmas, moments, reliefs, slopes)
 
     def __getitem__(self, chosen: np.ndarray) -> Windows:
@@ -151,24 +157,6 @@ def warps_of(points: np.ndarray, slopes: np.ndarray, camera: Camera,
     return warps
 
 
-def surface_slopes(depth_image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
-                   side: int) -> np.ndarray:
-    """
-    Return :attr:`Windows.slopes`, Nx2: those of the planes that fit best, 0 without depth.
-
-    Other surfaces, far in front or behind, do not count.
-
-    :param depth_image: HxW float32 [m], NaN where invalid.
-    :param pixels: Nx2, the centres.
-    :param depths: N, of the surfaces there [m].
-    :param side: of a window [px].
-    """
-    slopes = np.empty((len(pixels), 2))
-    ridge = _RIDGE * side ** 2 * (side ** 2 - 1) / 12  # of the squared offsets of all pixels
-    kernels.surface_slopes(depth_image, pixels, depths, side, depth.LEAST_RISE, ridge, slopes)
-    return slopes
-
-
 def gradient_moments(grey: np.ndarray, pixels: np.ndarray, side: int) -> np.ndarray:
     """
     Return the sums of :attr:`Windows.moments`, Nx3x3.
@@ -182,28 +170,30 @@ def gradient_moments(grey: np.ndarray, pixels: np.ndarray, side: int) -> np.ndar
     return moments
 
 
-def relief_moments(grey: np.ndarray, depth_image: np.ndarray, pixels: np.ndarray,
-                   depths: np.ndarray, side: int, sensor: SensorSettings,
-                   most: float = depth.LEAST_RISE) -> np.ndarray:
+def reliefs_of(grey: np.ndarray, depth_image: np.ndarray, pixels: np.ndarray, depths: np.ndarray,
+               side: int, sensor: SensorSettings) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
-    Return the sums of :attr:`Windows.reliefs`, Nx3.
+    Return what the depths in windows show.
 
     A gradient is measured between the neighbours of a pixel. Where there is a step between two
-    surfaces, it is on the nearer one. Pixels without depth, and other surfaces far in front or
-    behind, count as as far as the centre.
+    surfaces, it is on the nearer one. Pixels without depth count as as far as the centre.
 
     :param grey: HxW uint8.
     :param depth_image: HxW float32 [m], NaN where invalid.
     :param pixels: Nx2, the centres.
     :param depths: N, of the surfaces there [m].
     :param side: of a window [px].
-    :param most: by how much nearer or farther other surfaces are that count [1/m], as a ratio.
+    :returns: the sums of :attr:`Windows.reliefs` of all surfaces, Nx3; those sums, for which other
+        surfaces, far in front or behind, count as as far as the centre too, Nx3; and the
+        slopes of the plane that fits the surface in the centre best, Nx2, 0 without depth.
     """
-    reliefs = np.empty((len(pixels), 3))
-    kernels.relief_moments(
+    count = len(pixels)
+    of_all, reliefs, slopes = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 2))
+    ridge = _RIDGE * side ** 2 * (side ** 2 - 1) / 12  # of the squared offsets of all pixels
+    kernels.window_reliefs(
         grey, depth_image, pixels, depths, side, _STEP * sensor.depth_sigma,
-        sensor.depth_exponent - 2.0, most, reliefs)
-    return reliefs
+        sensor.depth_exponent - 2.0, depth.LEAST_RISE, ridge, of_all, reliefs, slopes)
+    return of_all, reliefs, slopes
 
 
 def _traces(products: np.ndarray) -> np.ndarray:
