@@ -6,11 +6,11 @@ What an IMU brings, with and without its gyroscope, and what a gyroscope that li
 
     python benchmarks/inertial.py SEED...
 
-Rendered rooms, 320x240 at 30 Hz, with a Kinect's noise and a BMI055: a handheld camera, for 5 s and
-for 20 s, in which the bias of the gyroscope becomes known; one that is shaken at up to 300 deg/s
-with 10 ms of exposure; and one that turns by 90 deg in a second without light or depth. Axes that
-are off are those that nobody has calibrated: with standard deviations, each measures 1 % of all
-three, and all are turned by 1 deg about each, beside the pose that is known of the IMU.
+Rendered rooms, 320x240 at 30 Hz, with a Kinect's noise and a BMI055: a handheld camera, for 5 s
+and for 20 s, in which the bias of the gyroscope becomes known; one that is shaken at up to
+300 deg/s with 10 ms of exposure; and one that turns by 90 deg in a second without light or depth.
+Axes that are off are those that nobody has calibrated: with standard deviations, each measures 1 %
+of all three, and all are turned by 1 deg about each, beside the pose that is known of the IMU.
 """
 
 from __future__ import annotations

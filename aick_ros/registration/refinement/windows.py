@@ -34,12 +34,6 @@ where all gradients are on one, and variance that their mean place m adds, times
 
 Measured on rendered rooms and corridors; on two excerpts of real recordings it is larger still."""
 
-_SHARE_BEHIND, _MOST_BEHIND = 0.7, 0.5
-"""How much a window on a surface moves with others far behind, as a ratio to what their share of
-its gradients lets expect; and by which share its inverse depth counts as smaller then at most.
-
-Measured on rendered corridors, 0.4 to 0.7; chosen on these and on rendered rooms."""
-
 _STEP = 8.0  # chosen: standard deviations of the inverse depth, of a step between two surfaces
 _RIDGE = 0.05  # chosen: weight of slopes of zero, beside that of depth in a whole window
 _LEAST_WARP = 0.02
@@ -56,8 +50,8 @@ class Windows:
     """
     What the windows around the keypoints of a frame show.
 
-    :param points: Nx3 float64, what is in their centres [m]; where there are surfaces far in front
-        of each other in a window, a point between them, that moves as the window does.
+    :param points: Nx3 float64, what is in their centres [m]; beside the edge of a surface in front
+        of another one, a point between them, that moves as the window does.
     :param sigmas: N float64, standard deviations of the inverse depths of the points [1/m].
     :param moments: Nx3x3 float64, sums over the window: products uu, uv and vv of the gradients,
         as they are, times the offset along u [px], and times that along v [px].
@@ -91,17 +85,14 @@ class Windows:
         energies = np.maximum(_traces(moments[:, 0]), _SMALLEST)
         surfaces = depth.filled(frame.depth)
         of_all, reliefs, slopes = reliefs_of(prepared.grey, surfaces, pixels, z, side, sensor)
-        means = _traces(of_all) / energies
         nearer = depth.nearer_beside(frame.depth, pixels, z, side // 2)
         is_behind = np.isfinite(nearer)
         steps = np.where(is_behind, 1 / nearer - 1 / z, 0.0)
-        places = np.clip(np.divide(means, steps, np.zeros(len(z)), where=is_behind), 0.0, 1.0)
+        places = np.clip(np.divide(_traces(of_all) / energies, steps, np.zeros(len(z)),
+                                   where=is_behind), 0.0, 1.0)
         sigmas = np.hypot(sigmas, steps * np.sqrt(
             _SURE_SIGMA ** 2 + _UNSURE_VARIANCE * places * (1.0 - places)))
-        farther = np.minimum(means - _traces(reliefs) / energies, 0.0)
-        rises = np.where(is_behind, places * steps,
-                         np.maximum(_SHARE_BEHIND * farther, -_MOST_BEHIND / z))
-        points /= (1.0 + rises * z)[:, None]
+        points /= (1.0 + places * steps * z)[:, None]
         in_front, = np.nonzero(places > 0.5)
         _, reliefs[in_front], slopes[in_front] = reliefs_of(
             prepared.grey, surfaces, pixels[in_front], nearer[in_front], side, sensor)

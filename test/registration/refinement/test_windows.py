@@ -263,31 +263,13 @@ def test_a_window_on_an_edge_is_where_the_nearer_surface_is(edged):
     np.testing.assert_allclose(windows.points[beside, 2], 1.0, rtol=0.03)
     np.testing.assert_allclose(windows.points[beside] * 2.0 / windows.points[beside, 2:],
                                positions[beside], rtol=1e-6)
-    on_one = np.abs(u - 159.5) > 5.0
-    np.testing.assert_allclose(windows.points[on_one], positions[on_one])
-    # in front of the dull surface a window moves with that a little
-    farther = windows.points[u == 158.0, 2]
-    assert (farther >= 1.0).all() and (farther < 1.01).all() and farther.max() > 1.001
+    np.testing.assert_allclose(windows.points[~beside], positions[~beside])
     # a tenth of the step of inverse depth at least, as nearly all of the gradients are on it
     sigma = SETTINGS.sensor.depth_sigma
     np.testing.assert_allclose(windows.sigmas[~beside], sigma, rtol=1e-3)
     assert (windows.sigmas[beside] > 0.1 * 0.5).all()
     assert np.median(windows.sigmas[beside]) < 0.15 * 0.5
     assert not windows.reliefs.any() and np.count_nonzero(u == 158.0) > 3
-
-
-def test_a_window_on_a_dull_surface_in_front_of_a_pattern_moves_with_that_too(edged):
-    """By seven tenths of the share of its gradients on the pattern, in steps between them."""
-    grey = noise(0)
-    grey[:, :160] = 128 + (grey[:, :160].astype(int) - 128) // 2
-    chosen = np.flatnonzero(edged.keypoints.pixels[:, 0] == 158.0)
-    windows = Windows.of(dataclasses.replace(edged, grey=grey), chosen, WINDOW, SETTINGS.sensor)
-    pixels = edged.keypoints.pixels[chosen].astype(int)
-    for (u, v), z in zip(pixels, windows.points[:, 2]):
-        energies = np.array([[gradient_at(grey, column, row) @ gradient_at(grey, column, row)
-                              for column in range(u - 4, u + 5)] for row in range(v - 4, v + 5)])
-        behind = energies[:, 7:].sum() / energies.sum()  # from a pixel beyond the edge on
-        assert 1 - 1 / z == pytest.approx(0.7 * 0.5 * behind, rel=1e-3)
 
 
 @pytest.mark.parametrize('pattern_in_front', [False, True])
@@ -343,7 +325,7 @@ def test_tracked_back_a_window_on_an_edge_is_as_uncertain(edged):
     assert (tracks.sigmas[u == 161.0] > 0.05).all() and np.count_nonzero(u == 161.0) > 3
     np.testing.assert_allclose(tracks.rays, windows.points[:, :2] / windows.points[:, 2:])
     np.testing.assert_allclose(tracks.depths, windows.points[:, 2])
-    np.testing.assert_allclose(tracks.points[u != 161.0], windows.points[u != 161.0], atol=0.01)
+    np.testing.assert_allclose(tracks.points[u != 161.0], windows.points[u != 161.0], atol=1e-3)
 
 
 @pytest.mark.parametrize(('motion', 'gain'), [
