@@ -170,8 +170,8 @@ INLINE void find_owners(const float *above, const float *middle, const float *be
   }
 }
 
-// Sums over the rows of a window for each of its columns: pixels on the surface in its centre, and
-// these times their rows, the squares of their rows, how much nearer they are, and that times rows.
+// Sums over the rows of a window for each of its columns, of the pixels on the surface in its
+// centre: their number, rows, squares of rows, how much nearer they are, and that times rows.
 enum { ONES, ROWS, SQUARES, NEARER, BY_ROW, SURFACE_SUMS };
 typedef float SurfaceSums[SURFACE_SUMS][LARGEST_SIDE];
 
@@ -217,8 +217,8 @@ static void fit_plane(SurfaceSums sums, Py_ssize_t side, double ridge, double *s
   slopes[1] = (uu * by_v - uv * by_u) / determinant;
 }
 
-// Sums over a window of the products of its gradients, uu uv vv, times how much nearer all surfaces
-// are, and those near the one in the centre; and the slopes of that one.
+// Sums over a window of the products of its gradients, uu uv vv, times how much nearer all
+// surfaces are, and those near the one in the centre; and the slopes of that one.
 typedef struct {
   double all[3], near[3], slopes[2];
 } Reliefs;

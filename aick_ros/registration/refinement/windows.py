@@ -85,6 +85,7 @@ class Windows:
         energies = np.maximum(_traces(moments[:, 0]), _SMALLEST)
         surfaces = depth.filled(frame.depth)
         of_all, reliefs, slopes = reliefs_of(prepared.grey, surfaces, pixels, z, side, sensor)
+        # beside an edge: between what is in the centre and the nearer surface
         nearer = depth.nearer_beside(frame.depth, pixels, z, side // 2)
         is_behind = np.isfinite(nearer)
         steps = np.where(is_behind, 1 / nearer - 1 / z, 0.0)
