@@ -104,8 +104,7 @@ def test_the_accumulated_covariance_shrinks_when_a_place_is_seen_again(walked):
     All registrations of the view found share an error V; A is the covariance of the way there
     without it. Two independent ways, the other one no worse than A + V, determine the pose better
     than the way there: 0.5 (A + V) + V < A + V, once A > V. What is left of the correction, in one
-    direction of all six, is part of the covariance and becomes less; with it the pose is still
-    more certain in each direction than the way there.
+    direction of all six, is part of the covariance and becomes less.
     """
     ratios = np.array([eigh(kept.pose.covariance, reckoned.pose.covariance, eigvals_only=True)
                        for kept, reckoned in zip(*(updates[1:] for updates in walked))])
@@ -117,7 +116,7 @@ def test_the_accumulated_covariance_shrinks_when_a_place_is_seen_again(walked):
     assert along_correction[-1] < along_correction[0]
     if int(cv2.__version__.split('.')[0]) >= 5:  # by keypoints of OpenCV 4 fewer places are found
         assert (others[-1] < 0.8).all()
-        assert along_correction[-1] < 1.0
+        assert along_correction[-1] < 1.1 < along_correction.max()
 
 
 def lookalike_room():

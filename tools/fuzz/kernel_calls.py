@@ -56,7 +56,7 @@ integrate_forces q:n d:n,3 %i %i d:3,3 d:3,3 d>2,12
 integrate_turns q:n d:n,3 d>n,3,3 d>n,3,3 d>n,3,3,3
 interpolate f:h,v f:n f:n f>n
 inverse_pose d:4,4 d>4,4
-inverted_turns d:n,2,2 d>n,2,2
+inverted_warps d:n,2,2 d>n,2,2
 is_rigid d:4,4
 jackknife d:2,u,u d:2,u d:u,u d:u q:k d>u d>2,u
 joint_estimate d:6,6 d:6 d:6,6 d:6,6 d:6 d:6,6 d:6,6 %f d:6,6 d:4,4 d>4,4 d>6,6 d>6,6
@@ -78,7 +78,6 @@ normalize d:n,2 d:28 d>n,2
 pairs_of_near_points f:n,4 f:m,4 %f
 pairs_of_similar_bits B:n,w B:m,w %w %f
 perturbed_pose d:4,4 d:6 d>4,4
-pixel_jacobians d:n,3 d:4,4 %f d>n,2,2
 point_to_plane f:m,3 q:n f:m,3 f:m d:2,6 %f d:4,4 %f d:2,6 %f f:h,v,3 f:h,v,3 ?:h,v f:h,v \
  %v %h d:4 %f %f %f %f %f %f %f %f %f d>n d>n,6 d>n d>n,3 d>n,3 q>n d>2,6,6
 pose_difference d:4,4 d:4,4 d>6
@@ -86,7 +85,6 @@ predict_gravity d:12 d:12,12 %f d:3 d:3 d:3,3 d:3,3 d:3,3 %f %f d>12 d>12,12
 project d:n,3 d:28 d>n,2
 propagated_covariance d:n,n d:n,n d:n,k d:k,k d>n,n
 relative_pose d:4,4 d:6,6 d:4,4 d:6,6 %f d>4,4 d>6,6
-relief_moments B:h,v f:h,v d:n,2 d:n %i %f %f %f d>n,3
 reprojection d:n,3 d:n,2 d:n d:4,4 %f %f %f %f d>2,n d>2,n,6 d>2,n q>2,n
 reversed_tracks q:n d:n,3 d:n,2 d:n d:n %f %f q>n d>n,3 d>n,2 d>n d>n
 sample_depth f:h,v d:n,2 %f %f %f d>n
@@ -102,7 +100,9 @@ transform d:4,4 d:n,3 d>n,3
 undistort_depth f:h,v d:n,k %f f>h,v
 valid_depth f:h,v %f %f f>h,v
 visible d:n,3 d:4,4 d:28 %f q>n f>n,2
+window_reliefs B:h,v f:h,v d:n,2 d:n %i %f %f %f %f d>n,3 d>n,3 d>n,2
 window_shifts d:n,3 d:4,4 %f %f d:n,2,2 d:n,3,3 d:n,3 %f %f d>n,2
+window_warps d:n,3 d:4,4 %f %f d:n,2 %f d>n,2,2
 """.replace('\\\n', '')
 CALLS: dict[str, list[str]] = {line.split()[0]: line.split()[1:]
                                for line in _CALLS.strip().split('\n')}

@@ -6,7 +6,9 @@
 import numpy as np
 import pytest
 
-from aick_ros.sources.synthetic.atlas import _BORDER, _LEVELS, _WIDTH, Atlas, _pack, _pyramid
+from aick_ros.errors import InputError
+from aick_ros.sources.synthetic.atlas import (
+    _BORDER, _LARGEST, _LEVELS, _WIDTHS, Atlas, _in_shelves, _pack, _pyramid)
 from aick_ros.sources.synthetic.surfaces import Rectangle, TexturePoints
 
 SIZES = [(7, 5), (300, 40), (1, 1), (60, 8000), (100, 200), (299, 90), (2, 900)]
@@ -20,7 +22,7 @@ def pictures():
 def test_pictures_lie_beside_each_other_with_their_borders():
     shown = pictures() * 3
     atlas, corners = _pack(shown)
-    assert atlas.shape[1] == _WIDTH
+    assert atlas.shape[1] == _WIDTHS[0]
     taken = np.zeros(atlas.shape[:2], int)
     for picture, (x, y) in zip(shown, corners):
         rows, columns = picture.shape[:2]
@@ -33,6 +35,25 @@ def test_pictures_lie_beside_each_other_with_their_borders():
         taken[y - _BORDER:y + rows + _BORDER, x - _BORDER:x + columns + _BORDER] += 1
     assert taken.max() == 1
     assert atlas.shape[0] < 3 * sum(len(picture) + 2 * _BORDER for picture in pictures()[:5])
+
+
+def test_a_picture_that_is_too_wide_has_a_wider_atlas():
+    long = np.random.default_rng(0).integers(0, 256, (3, _WIDTHS[0], 3), np.uint8)
+    atlas, corners = _pack([long, *pictures()])
+    assert atlas.shape[1] == _WIDTHS[1]
+    x, y = corners[0]
+    np.testing.assert_array_equal(atlas[y:y + 3, x:x + _WIDTHS[0]], long)
+
+
+def test_more_pictures_than_fit_are_refused():
+    """One that is wider than what cv2.remap takes."""
+    with pytest.raises(InputError, match='more texture than can be rendered'):
+        _pack([np.zeros((1, _LARGEST + 1, 3), np.uint8)])
+
+
+def test_shelves_become_higher_the_narrower_they_are():
+    sizes = np.array([(n, 10) for n in (300, 200, 100)])
+    assert [_in_shelves(sizes, width)[1] for width in (600, 599, 300)] == [10, 20, 20]
 
 
 @pytest.mark.parametrize('shape', [(64, 128), (100, 30), (1, 7)])
