@@ -220,17 +220,18 @@ static void fit_plane(SurfaceSums sums, Py_ssize_t side, double ridge, double *s
 // Sums over a window of the products of its gradients, uu uv vv, times how much nearer all
 // surfaces are, and those near the one in the centre; and the slopes of that one.
 typedef struct {
-  double all[3], near[3], slopes[2];
+  double *all, *near, *slopes;
 } Reliefs;
 
 INLINE void measure_reliefs(const uint8_t *first, Py_ssize_t width, const float *depths,
                             Py_ssize_t depth_width, Py_ssize_t side, float inverse,
-                            const ReliefRule *rule, Reliefs *to) {
+                            const ReliefRule *rule, const Reliefs *to) {
   Relief relief;
   SurfaceSums surface;
   float owners[LARGEST_SIDE], near_ones[LARGEST_SIDE];
   Floats all[3] = {{0}}, near[3] = {{0}};
-  *to = (Reliefs){{0}, {0}, {0}};
+  for (int k = 0; k < 3; ++k)
+    to->all[k] = to->near[k] = 0.0;
   for (int k = 0; k < SURFACE_SUMS; ++k)
     memset(surface[k], 0, (size_t)side * sizeof(float));
   for (int row = 0; row < 2; ++row)
@@ -290,13 +291,10 @@ static void write_reliefs(const uint8_t *image, Size size, const float *depth_im
     const ReliefRule rule = {
         (float)inverse_depth_sigma(depths[i], steps->step, steps->exponent),
         (float)(steps->most * inverse), steps->ridge};
-    Reliefs reliefs;
+    const Reliefs reliefs = {all[i], near[i], slopes[i]};
     measure_reliefs(image + first_of(pixels[i], size, whole), size.width,
                     depth_image + first_of(pixels[i], depth_size, whole), depth_size.width, side,
                     (float)inverse, &rule, &reliefs);
-    memcpy(all[i], reliefs.all, sizeof(reliefs.all));
-    memcpy(near[i], reliefs.near, sizeof(reliefs.near));
-    memcpy(slopes[i], reliefs.slopes, sizeof(reliefs.slopes));
   }
 }
 

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,7 +96,7 @@ class Tracker:
     def __init__(self, settings: RefinementSettings, sensor: SensorSettings) -> None:
         self._settings = settings
         self._sensor = sensor
-        self._windows = LastResults(self._windows_of_all, _CACHED_FRAMES)
+        self._windows = LastResults(self._windows_of, _CACHED_FRAMES)
         self._pyramids = LastResults(self._pyramid_of, _CACHED_FRAMES)
 
     def track(self, source: PreparedFrame, target: PreparedFrame,
@@ -105,18 +104,15 @@ class Tracker:
         """
         Find the keypoints of the source in the target.
 
+        What the windows around them show is measured once for a source.
+
         :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
         :param is_near: whether it has one of at most two pixels.
         """
-        return self._track(source, target, T_target_source,
-                           lambda chosen: self._windows_of(source, chosen), is_near)
-
-    def _track(self, source: PreparedFrame, target: PreparedFrame, T_target_source: np.ndarray,
-               windows_of: Callable[[np.ndarray], Windows], is_near: bool = False) -> Tracks:
         camera = target.frame.camera
         points = source.keypoints.positions[:self._settings.max_tracks].astype(np.float64)
         kept, expected = _visible(points, T_target_source, camera)
-        windows = windows_of(kept)
+        windows = self._windows(source)[kept]
         warps = windows.warps(camera, T_target_source)
         seen, found = track_there_and_back(
             self._pyramids(source), self._pyramids(target),
@@ -136,23 +132,18 @@ class Tracker:
         """
         Find the keypoints of the target in the source, which needs none of its own.
 
-        What the windows around them show is measured once for a target.
-
         :param T_target_source: first pose, 4x4, with an error of at most some ten pixels.
         :param is_near: whether it has one of at most two pixels.
         :returns: tracks of the source in the target all the same, with depths of the source;
             ``keypoints`` are those of the target.
         """
-        seen = self._track(target, source, se3.inverse(T_target_source),
-                           self._windows(target).__getitem__, is_near)
+        seen = self.track(target, source, se3.inverse(T_target_source), is_near)
         return seen.reversed(self._sensor)
 
     def track_few(self, source: PreparedFrame, target: PreparedFrame,
                   T_target_source: np.ndarray, count: int) -> Tracks:
         """
         Find some keypoints of the source in the target, to half a pixel, without their depths.
-
-        What the windows around keypoints of the source show is measured once for it.
 
         :param T_target_source: first pose, 4x4, with an error of at most some thirty pixels.
         :param count: about how many keypoints are sought, weak and strong ones.
@@ -176,11 +167,8 @@ class Tracker:
     def _pyramid_of(self, frame: PreparedFrame) -> Pyramid:
         return Pyramid(frame.grey, self._settings.track_window, _LEVELS)
 
-    def _windows_of_all(self, frame: PreparedFrame) -> Windows:
-        return self._windows_of(frame, np.arange(min(len(frame.keypoints),
-                                                     self._settings.max_tracks)))
-
-    def _windows_of(self, frame: PreparedFrame, chosen: np.ndarray) -> Windows:
+    def _windows_of(self, frame: PreparedFrame) -> Windows:
+        chosen = np.arange(min(len(frame.keypoints), self._settings.max_tracks))
         return Windows.of(frame, chosen, self._settings.track_window, self._sensor)
 
 

@@ -17,8 +17,8 @@ _LEVELS = 18  # of resolution, each coarser than the last by the square root of 
 _TAPS = 4  # look-ups along the stretch of a pixel that looks aslant
 _SHARPEN = 1.25  # levels finer than one texel a pixel, because the interpolation blurs too
 _BORDER = 4  # [texels] around a picture; taps are at most 2 apart, so look-ups reach 3.5 beyond it
-_WIDTHS = 8192, 32000  # [texels] of the atlas: that of a room, and of what is too large for it
 _LARGEST = 32000  # [texels] in either direction that cv2.remap takes
+_WIDTHS = 8192, _LARGEST  # [texels] of the atlas: of a room, and of what is too large for that
 _ROW = 1024  # samples looked up in a row, as cv2.remap takes pictures
 
 

@@ -53,8 +53,9 @@ def illuminate(surfaces: Sequence[Surface], blocks: Sequence[Block], lamps: Sequ
     points += _OFF * normals
     shadowing = [block for block in blocks if block.size.max() > _SHADOWING]
     for lamp in lamps:
+        near = [block for block in shadowing if block.distance(lamp.points).min() < lamp.reach]
         for source in lamp.points.astype(np.float32):
-            light += _from_lamp(points, normals, source, lamp, shadowing) / len(lamp.points)
+            light += _from_lamp(points, normals, source, lamp, near) / len(lamp.points)
     ends = np.cumsum([shape[0] * shape[1] for shape, *_ in grids])[:-1]
     return [surface.with_image(_lit(surface.image, part.reshape(*shape, 3)))
             for surface, part, (shape, *_) in zip(surfaces, np.split(light, ends), grids)]
@@ -76,8 +77,7 @@ def _from_lamp(points: np.ndarray, normals: np.ndarray, source: np.ndarray, lamp
     sent = -(ray @ lamp.direction.astype(np.float32))
     lit = np.flatnonzero((received > 0) & (sent > 0) & (squared < lamp.reach ** 2))
     for block in blocks:
-        if block.distance(source[None])[0] < lamp.reach:
-            lit = lit[~_blocked(points[lit], ray[lit], block)]
+        lit = lit[~_blocked(points[lit], ray[lit], block)]
     light = np.zeros(len(points), np.float32)
     # at least half a metre, so that what is beside a lamp does not glare
     light[lit] = received[lit] * sent[lit] / (squared[lit] * np.maximum(squared[lit], 0.25))
