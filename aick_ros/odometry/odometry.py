@@ -40,7 +40,7 @@ from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.registrar import Learned, Registrar
 from aick_ros.registration.stage_times import StageTimes
 from aick_ros.registration.status import Status
-from aick_ros.registration.systematic_error import errors_of_stamps
+from aick_ros.registration.systematic_error import errors_of_offset, errors_of_stamps
 from aick_ros.settings import Settings
 
 
@@ -408,12 +408,14 @@ class Odometry:
         if attempt.reference is not (references.shape or references.keyframe):
             return attempt.increment
         last = references.last
-        motion = self._increment_bias.add_to(
-            *last.motion_to(attempt.seen), last.prepared.scene_depth)
+        motion, shown = last.motion_to(attempt.seen)
+        motion = self._increment_bias.add_to(motion, shown, last.prepared.scene_depth)
+        offset = errors_of_offset(motion.matrix, self._learned.misalignment.offset_covariance,
+                                  np.eye(6) if shown is None else shown.gain)
         increment = Increment(motion, seconds(last.stamp, prepared.stamp))
         change = np.zeros(6) if self._twist is None else increment.twist - self._twist
         timing = errors_of_stamps(motion.matrix, prepared, last.prepared, change)
-        increment = Increment(motion.with_covariance(motion.covariance + timing),
+        increment = Increment(motion.with_covariance(motion.covariance + offset + timing),
                               increment.interval)
         if attempt.registration.is_by_depth:
             return increment

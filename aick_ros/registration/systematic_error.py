@@ -116,6 +116,25 @@ def errors_of_stamps(motion: np.ndarray, source: PreparedFrame, target: Prepared
     return covariance
 
 
+def errors_of_offset(motion: np.ndarray, offset: np.ndarray, gain: np.ndarray) -> np.ndarray:
+    """
+    Return the covariance that an offset of depth to colour adds to a motion, 6x6.
+
+    Depth shows the motion X^-1 T X in place of T: X is the offset that is not corrected.
+
+    :param motion: ``T_target_source`` or the motion between two such poses, 4x4.
+    :param offset: 6x6, covariance of X, a twist [m, rad].
+    :param gain: 6x6, by which the motion follows depth.
+    """
+    by_offset = np.zeros((6, 6))
+    turned = motion[:3, :3] - np.eye(3)
+    by_offset[:3, :3] = by_offset[3:, 3:] = turned
+    by_offset[:3, 3:] = se3.skew(motion[:3, 3])
+    by_offset = gain @ by_offset
+    covariance: np.ndarray = by_offset @ offset @ by_offset.T
+    return covariance
+
+
 def _stamp_sigma(jitter: float) -> float:
     """Return the standard deviation of each stamp [s], by their jitter [s]."""
     return max(jitter, min(_STAMP_SIGMA, _STAMP_SIGMA_PER_JITTER * jitter))

@@ -18,7 +18,7 @@ from aick_ros.geometry.stamps import NANOSECONDS
 from aick_ros.registration.refinement.misalignment import Prediction
 from aick_ros.registration.result import Registration, SensorBias
 from aick_ros.registration.status import Status
-from aick_ros.registration.systematic_error import SystematicError
+from aick_ros.registration.systematic_error import SystematicError, errors_of_offset
 
 NOISE = np.diag([2e-6, 1e-6, 4e-6, 1e-6, 2e-6, 3e-6])  # of the bias
 OWN = se3.skew([0.1, 0.2, 0.3]) @ se3.skew([0.1, 0.2, 0.3]).T
@@ -275,3 +275,18 @@ def test_two_images_with_one_stamp_have_no_speed():
     moved = registration(se3.exp([0.01, 0, 0, 0.01, 0, 0]))
     covariance = used().add_to(moved, view(1, 0.001), view(1), np.eye(4)).covariance
     np.testing.assert_array_equal(covariance, OWN)
+
+
+def test_an_offset_acts_where_motions_by_depth_and_by_colour_differ():
+    """Of a camera X beside depth the motion is X^-1 T X: by differences along each of six axes."""
+    motion, step = se3.exp(np.array([0.03, -0.05, 0.04, 0.2, -0.1, 0.15])), 1e-6
+    offsets = step * np.eye(6)
+    by_offset = np.transpose([
+        se3.difference(se3.inverse(se3.exp(offset)) @ motion @ se3.exp(offset), motion) / step
+        for offset in offsets])
+    covariance = np.diag([4e-6, 1e-6, 9e-6, 1e-6, 2e-6, 3e-6])
+    gain = np.diag([0.9, 0.8, 0.7, 0.2, 0.3, 0.1])
+    expected = gain @ by_offset @ covariance @ by_offset.T @ gain
+    np.testing.assert_allclose(errors_of_offset(motion, covariance, gain), expected, rtol=1e-4,
+                               atol=1e-5 * np.abs(expected).max())
+    assert not errors_of_offset(np.eye(4), covariance, gain).any()

@@ -22,7 +22,7 @@ from aick_ros.frames.depth_distortion import (
 from aick_ros.geometry.camera import Camera
 from aick_ros.registration.refinement.grouped_equations import GroupedEquations
 from aick_ros.registration.refinement.misalignment_equations import Equations
-from aick_ros.registration.refinement.misalignment_estimate import PRIOR
+from aick_ros.registration.refinement.misalignment_estimate import PRIOR_SIGMAS
 
 # All chosen on two excerpts of real recordings, each corrected by what the other shows, and on
 # rendered rooms with and without a distortion.
@@ -32,7 +32,6 @@ _GROWTH, _LONGEST = 1.25, 400
 """Registrations of an estimate, as a ratio to those of the one before, and how many come between
 two estimates at most: with each change, frames are prepared again."""
 
-_PRIOR_SIGMA = 0.002  # 1/m, of a node
 _PRIOR_WEIGHT = 100.0  # information by residuals with common errors, as a ratio to what it is
 _SIGNIFICANT = 12.5
 """Square of an estimate by its variance, both weighted by the information, from which on it is
@@ -41,7 +40,10 @@ one 20 and more after 100 frames."""
 
 _STILL_SIGNIFICANT = 0.5  # of that: below it an estimate is no longer applied
 
-_NODES = slice(len(PRIOR), len(PRIOR) + ROWS * COLUMNS)  # by definition: behind the misalignment
+_NODES = slice(len(PRIOR_SIGMAS), len(PRIOR_SIGMAS) + ROWS * COLUMNS)
+"""By definition: behind the misalignment."""
+
+_PRIOR_SIGMAS = np.array([*PRIOR_SIGMAS, *[0.002] * (ROWS * COLUMNS)])  # of a node in 1/m
 
 
 class DistortionEstimate:
@@ -52,9 +54,7 @@ class DistortionEstimate:
         self._forget()
 
     def _forget(self) -> None:
-        prior = _PRIOR_WEIGHT / _PRIOR_SIGMA ** 2 * np.eye(_NODES.stop)
-        prior[:_NODES.start, :_NODES.start] = PRIOR
-        self._equations = GroupedEquations(prior, _KEPT)
+        self._equations = GroupedEquations(np.diag(_PRIOR_WEIGHT / _PRIOR_SIGMAS ** 2), _KEPT)
         self._distortion = NO_DISTORTION
         self._next = _FEWEST
 

@@ -88,12 +88,26 @@ class GroupedEquations:
         square = float(estimate[part] @ metric @ estimate[part])
         return square / variance if variance > 0.0 else 0.0
 
-    def variance(self, unknown: int, scatter: np.ndarray, design_effect: float) -> float:
+    def covariance(self, chosen: np.ndarray) -> np.ndarray:
         """
-        Return the variance of an estimate of all unknowns, by its information and its scatter.
+        Return the covariance of the unknowns that are estimated, if no residuals are correlated.
 
-        :param design_effect: of the information.
+        :param chosen: K of them; the others are zero.
+        :returns: KxK.
         """
         information = self._information.sum(axis=0) + self._prior
-        return float(design_effect * definite.inverse(information)[unknown, unknown]
-                     + _JACKKNIFE * np.sum(scatter[:, unknown] ** 2))
+        return definite.inverse(information[np.ix_(chosen, chosen)])
+
+    def full_covariance(self, scatter: np.ndarray, design_effect: float) -> np.ndarray:
+        """
+        Return the covariance of an estimate of all unknowns, by its information and its scatter.
+
+        :param design_effect: of the information.
+        :returns: NxN; infinite where the equations are not definite.
+        """
+        if not np.isfinite(scatter).all():
+            return np.full(self._prior.shape, np.inf)
+        every = np.arange(len(self._prior))
+        covariance: np.ndarray = (design_effect * self.covariance(every)
+                                  + _JACKKNIFE * scatter.T @ scatter)
+        return covariance

@@ -5,15 +5,17 @@
 Misalignment of a camera's images, estimated over its registrations.
 
 The normal equations of all pairs of frames are added up, their poses eliminated. What is not
-significant against how far parts of the registrations contradict each other changes nothing. What
-is estimated is the deviation from a misalignment that is known: by the settings, zero unless the
-camera was measured before.
+significant against how far parts of the registrations contradict each other changes nothing; it
+makes motions less certain. What is estimated is the deviation from a misalignment that is known:
+by the settings, zero unless the camera was measured before.
 
 The scale of depth is none of the unknowns: it would scale the whole trajectory, and nothing
 contradicts it.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 
@@ -24,24 +26,32 @@ from aick_ros.registration.refinement.misalignment_equations import Misalignment
 
 _SIZE = 8  # offset in m and rad, delay and readout in s
 _ALL = np.arange(_SIZE, dtype=np.int64)
-_PARTS: tuple[slice, ...] = slice(0, 6), slice(6, 8)
+_OFFSET, _TIMES = slice(0, 6), slice(6, 8)
+_PARTS: tuple[slice, ...] = _OFFSET, _TIMES
 """Offset; delay and readout. Either is significant or not: on a rolling shutter a delay alone is
 worse than none."""
 
 # All chosen on two excerpts of real recordings and on rendered rooms with nine kinds of cameras.
 _KEPT = 0.8  # weight of a group's earlier registrations, each time that it is added to
 _FEWEST = 30  # registrations before anything is estimated
-_PRIOR_SIGMAS = np.array([0.02, 0.02, 0.02, 0.035, 0.035, 0.035, 0.02, 0.02])
-_PRIOR_WEIGHT = 100.0  # information by residuals with common errors, as a ratio to what it is
-PRIOR = np.diag(_PRIOR_WEIGHT / _PRIOR_SIGMAS ** 2)
+PRIOR_SIGMAS = np.array([0.02, 0.02, 0.02, 0.035, 0.035, 0.035, 0.02, 0.02])
+_DESIGN_EFFECT = 10.0  # of the information: residuals have common errors
+PRIOR = np.diag(_DESIGN_EFFECT / PRIOR_SIGMAS ** 2)
 """Information about the eight numbers before any registration, 8x8."""
+
+_OFFSET_PRIOR = np.diag(PRIOR_SIGMAS[_OFFSET] ** 2)
 
 _SIGNIFICANT = {6: 15.0, 2: 22.0}
 """Square of an estimate by its variance, both weighted by the information, from which on it is
 applied, by the number of unknowns. Derived: chance exceeds F(6, 7) and F(2, 7) so far in one of a
 thousand. Cameras without misalignment show 1 to 8, others 40 to 1000."""
 
-_STILL_SIGNIFICANT = 0.5  # of that: below it an estimate is no longer applied
+_LARGE = {6: 90.0, 2: 55.0}
+"""Square of an estimate by its covariance, if no residuals were correlated, from which on it is
+applied too. Offsets estimated of cameras without any show 0 to 45, others 80 to 900 after the
+first registrations, thousands later."""
+
+_STILL_SIGNIFICANT = 0.5  # of both: below it an estimate is no longer applied
 
 _SMALLEST = np.array([0.003, 0.003, 0.003, 0.0026, 0.0026, 0.0026, 0.002, 0.004])
 """Estimates that are smaller are not applied: 3 mm and 0.15 deg, 2 ms, 4 ms."""
@@ -68,6 +78,7 @@ class MisalignmentEstimate:
         self._mean_gain = 0.0
         self._applied: tuple[slice, ...] = ()
         self._delay_sigma = _LARGEST_DELAY_SIGMA
+        self._offset_covariance = 0.5 * _OFFSET_PRIOR  # as likely as none
 
     @property
     def misalignment(self) -> Misalignment:
@@ -78,6 +89,11 @@ class MisalignmentEstimate:
     def delay_sigma(self) -> float:
         """Standard deviation of the delay that is corrected [s]: also what is not significant."""
         return self._delay_sigma
+
+    @property
+    def offset_covariance(self) -> np.ndarray:
+        """Covariance of the offset that is corrected, 6x6: also where none is."""
+        return self._offset_covariance
 
     def assume(self, known: Misalignment) -> None:
         """Continue with another known misalignment; what was learned of the camera is kept."""
@@ -107,10 +123,8 @@ class MisalignmentEstimate:
         by_all = self._equations.solve(_ALL, self._known.values)
         while parts:
             estimate, scatter = by_all if parts == _PARTS else self._equations.solve(
-                np.concatenate([_ALL[part] for part in parts]), self._known.values)
-            margins = np.array([
-                self._equations.significance(part, estimate, scatter) / self._required(part)
-                for part in parts])
+                _unknowns(parts), self._known.values)
+            margins = np.array([self._margin(part, parts, estimate, scatter) for part in parts])
             if margins.min() >= 1.0:
                 values = estimate.copy()
                 break
@@ -122,6 +136,7 @@ class MisalignmentEstimate:
                 values[unknowns] = 0.0
         self._misalignment = Misalignment.of(self._known.values + values)
         self._delay_sigma = self._sigma_of_delay(values, *by_all)
+        self._offset_covariance = self._covariance_of_offset(values, *by_all)
 
     def _sigma_of_delay(self, applied: np.ndarray, estimate: np.ndarray,
                         scatter: np.ndarray) -> float:
@@ -132,11 +147,46 @@ class MisalignmentEstimate:
         :param estimate: of all unknowns.
         :param scatter: by how much each group of registrations changes it.
         """
-        variance = (self._equations.variance(_DELAY, scatter, _DELAY_DESIGN_EFFECT)
-                    + (estimate - applied)[_DELAY] ** 2)
+        covariance = self._equations.full_covariance(scatter, _DELAY_DESIGN_EFFECT)
+        variance = covariance[_DELAY, _DELAY] + (estimate - applied)[_DELAY] ** 2
         return min(float(np.sqrt(variance)), _LARGEST_DELAY_SIGMA)
 
-    def _required(self, part: slice) -> float:
-        """Return the significance that a part requires to be applied."""
-        required = _SIGNIFICANT[part.stop - part.start]
-        return _STILL_SIGNIFICANT * required if part in self._applied else required
+    def _covariance_of_offset(self, applied: np.ndarray, estimate: np.ndarray,
+                              scatter: np.ndarray) -> np.ndarray:
+        """
+        Return the covariance of the offset, 6x6, by all unknowns together.
+
+        Where none is applied there may be none, as is likely for a camera that was calibrated.
+        Bayes' rule tells how likely an offset by the prior is instead, beginning with one half.
+
+        Parameters are as for :meth:`_sigma_of_delay`.
+        """
+        covariance = self._equations.full_covariance(scatter, _DESIGN_EFFECT)[_OFFSET, _OFFSET]
+        if not np.isfinite(covariance).all():
+            return 0.5 * _OFFSET_PRIOR
+        estimate, error = estimate[_OFFSET], (estimate - applied)[_OFFSET]
+        square = float(estimate @ definite.solve(covariance, estimate))
+        contraction = np.linalg.slogdet(definite.solve(_OFFSET_PRIOR, covariance))[1]
+        probability = (1.0 if applied[_OFFSET].any()
+                       else 0.5 + 0.5 * math.tanh(0.25 * (square + contraction)))
+        return probability * (covariance + np.outer(error, error))
+
+    def _margin(self, part: slice, parts: tuple[slice, ...], estimate: np.ndarray,
+                scatter: np.ndarray) -> float:
+        """
+        Return by how much a part exceeds what it takes to be applied.
+
+        :param parts: all that are estimated.
+        """
+        unknowns = _unknowns(parts)
+        own = np.isin(unknowns, _ALL[part])
+        covariance = self._equations.covariance(unknowns)[np.ix_(own, own)]
+        square = float(estimate[part] @ definite.solve(covariance, estimate[part]))
+        margin = min(
+            self._equations.significance(part, estimate, scatter) / _SIGNIFICANT[own.sum()],
+            square / _LARGE[own.sum()])
+        return margin / _STILL_SIGNIFICANT if part in self._applied else margin
+
+
+def _unknowns(parts: tuple[slice, ...]) -> np.ndarray:
+    return np.concatenate([_ALL[part] for part in parts])

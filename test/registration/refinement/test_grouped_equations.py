@@ -103,7 +103,7 @@ def test_nothing_is_known_where_the_equations_are_not_definite():
     estimate, scatter = sums.solve(ALL)
     assert not estimate.any() and np.isposinf(scatter).all()
     assert sums.significance(slice(0, SIZE), estimate, scatter) == 0.0
-    assert sums.variance(0, scatter, 1.0) == np.inf
+    assert sums.full_covariance(scatter, 1.0)[0, 0] == np.inf
 
 
 def test_the_variance_is_that_of_the_errors():
@@ -113,9 +113,10 @@ def test_the_variance_is_that_of_the_errors():
         sums, _ = added(80, prior=1e-9 * np.eye(SIZE), seed=seed, noise=1.0)
         estimate, scatter = sums.solve(ALL)
         estimates.append(estimate[1])
-        variances.append(sums.variance(1, scatter, 1.0) / 2)
+        variances.append(sums.full_covariance(scatter, 1.0)[1, 1] / 2)
     assert np.mean(variances) / np.var(estimates) == pytest.approx(1.0, abs=0.25)
     sums, _ = added(80, noise=1.0)
     estimate, scatter = sums.solve(ALL)
-    assert (sums.variance(1, scatter, 3.0) - sums.variance(1, scatter, 1.0)) / 2 == pytest.approx(
-        sums.variance(1, np.zeros_like(scatter), 1.0))
+    one, three = (sums.full_covariance(scatter, effect)[1, 1] for effect in (1.0, 3.0))
+    assert (three - one) / 2 == pytest.approx(
+        sums.full_covariance(np.zeros_like(scatter), 1.0)[1, 1])

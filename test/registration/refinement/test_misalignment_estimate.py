@@ -10,7 +10,8 @@ import pytest
 
 from aick_ros.registration.refinement.misalignment import Misalignment
 from aick_ros.registration.refinement.misalignment_equations import MisalignmentSample
-from aick_ros.registration.refinement.misalignment_estimate import MisalignmentEstimate
+from aick_ros.registration.refinement.misalignment_estimate import (
+    PRIOR_SIGMAS, MisalignmentEstimate)
 
 SIGMAS = np.array([0.02, 0.02, 0.02, 0.02, 0.02, 0.02, 0.01, 0.01])  # of one registration
 TRUE = np.array([0.02, -0.01, 0.015, 0.02, -0.03, 0.01, -0.02, 0.02])
@@ -151,3 +152,46 @@ def test_a_delay_is_uncertain_until_registrations_show_it():
     assert sigmas[0] == 0.01
     assert sigmas[-1] < 0.0015
     assert sigmas[29] > 0.5 * sigmas[0]  # 20 ms are seen, and not corrected yet
+
+
+def noisy_samples(true, count, seed=1):
+    """Yield registrations by residuals of which ten are as good as one without correlation."""
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        jacobian = rng.standard_normal((3, 8)) / PRIOR_SIGMAS
+        residuals = jacobian @ true + np.sqrt(10.0) * rng.standard_normal(3)
+        yield MisalignmentSample(jacobian.T @ jacobian, jacobian.T @ residuals)
+
+
+def test_the_error_of_the_offset_is_as_large_as_is_said_of_it():
+    """At every moment, whether it is applied yet or not, of cameras drawn by the prior."""
+    distances, applied = [], []
+    for seed in range(40):
+        true = 3.0 * np.random.default_rng(seed).standard_normal(8) * PRIOR_SIGMAS
+        estimate = MisalignmentEstimate()
+        for count, sample in enumerate(noisy_samples(true, 80, seed)):
+            estimate.learn(sample)
+            if count % 20 == 19:
+                error = estimate.misalignment.offset - true[:6]
+                distances.append(error @ np.linalg.solve(estimate.offset_covariance, error))
+                applied.append(estimate.misalignment.offset.any())
+    for is_applied, lower, upper in ((True, 4.5, 7.0), (False, 3.0, 9.0)):
+        of_them = np.array(distances)[np.equal(applied, is_applied)]
+        assert len(of_them) > 40
+        assert lower < np.mean(of_them) < upper
+
+
+def offset_sigmas(series):
+    """Return the standard deviations of the offset as ratios to those of the prior."""
+    estimate = MisalignmentEstimate()
+    for sample in series:
+        estimate.learn(sample)
+    return np.sqrt(np.diag(estimate.offset_covariance)) / PRIOR_SIGMAS[:6]
+
+
+def test_an_offset_is_as_likely_as_none_until_registrations_tell():
+    np.testing.assert_allclose(offset_sigmas([]), np.sqrt(0.5))
+    assert (offset_sigmas(noisy_samples(np.zeros(8), 80)) < 0.03).all()
+    seen = offset_sigmas(samples(TRUE, 25)) * PRIOR_SIGMAS[:6]
+    assert (seen > 0.6 * np.abs(TRUE[:6])).all()  # it is not applied yet
+    assert (offset_sigmas(samples(TRUE, 30)) < 0.2).all()
